@@ -1,0 +1,112 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "contact_core/geometry/pose.hpp"
+#include "contact_core/geometry/vector.hpp"
+
+namespace touchstone {
+
+/// A plane n . p + d = 0 with outward unit normal n: negative inside the solid (the paper's equation 2, A x + B y + C z + D).
+struct Plane {
+  Vector3 normal;
+  double offset;  ///< d [m]
+
+  double signed_distance(const Vector3& p) const { return dot(normal, p) + offset; }
+};
+
+/// An edge's line p(t) = origin + t * direction; t in [0, 1] is the edge (the paper's equations 1A and 1B).
+struct EdgeLine {
+  Vector3 origin;
+  Vector3 direction;  ///< end - origin, not normalised [m]
+};
+
+struct Sphere {
+  Vector3 centre;
+  double radius;  ///< [m]
+};
+
+/// Eight world vertices as arrays of coordinates: one 512-bit register each.
+struct alignas(64) WorldVertices {
+  std::array<double, 8> x, y, z;
+
+  Vector3 vertex(int i) const { return {x[i], y[i], z[i]}; }
+};
+
+enum class WarpPolicy : std::uint8_t { refuse, accept };
+
+/// A validated convex hexahedron in its local frame. Immutable; copies are independent.
+///
+/// Vertex i has bits (x y z) = (i>>2 & 1, i>>1 & 1, i & 1): 0 is (-,-,-), 1 is (-,-,+), 7 is (+,+,+), as in a box. The
+/// six faces and twelve edges follow from the bits: kFaceVertices and kEdgeVertices. A mirrored labelling is relabelled
+/// on construction, so the loops of kFaceVertices are always counter-clockwise seen from outside.
+///
+/// What the solid *is*: the convex hull of its eight vertices; placed in the world, the convex hull of the eight world
+/// vertices as doubles (see world_vertices()).
+class Hexahedron {
+ public:
+  static constexpr int kVertices = 8;
+  /// Face f: -x, +x, -y, +y, -z, +z; four vertices counter-clockwise from outside.
+  static constexpr std::array<std::array<std::uint8_t, 4>, 6> kFaceVertices = {
+      {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}}};
+  /// Edges 0-3 along x, 4-7 along y, 8-11 along z; from the lower to the higher vertex index.
+  static constexpr std::array<std::array<std::uint8_t, 2>, 12> kEdgeVertices = {
+      {{0, 4}, {1, 5}, {2, 6}, {3, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 1}, {2, 3}, {4, 5}, {6, 7}}};
+
+  /// A box centred on the local origin, vertices +-size/2.
+  /// @param size full side lengths along local x, y, z [m], finite and > 0.
+  /// @throws InputError naming `name` and the figure.
+  static Hexahedron from_size(const Vector3& size, std::string_view name = "box");
+
+  /// A convex hexahedron. The vertices may come in the order above, mirrored, or in any order at all when the solid is
+  /// a strictly convex planar-faced hexahedron (its faces are then found from the hull). Coincident vertices
+  /// (collapsed edges or faces, e.g. a pyramid) are legal in the order above while the volume is positive.
+  /// Faces more than 32 eps * size out of plane make the solid `warped`: accepted only on WarpPolicy::accept.
+  /// @throws InputError naming `name`, the face or vertex and the figure: not 8 vertices, not finite, zero volume, a
+  ///         vertex inside the hull (not convex), warped though refused, no hexahedron in any order.
+  static Hexahedron from_vertices(std::span<const Vector3> vertices, WarpPolicy warp = WarpPolicy::refuse,
+                                  std::string_view name = "hexahedron");
+
+  const std::array<Vector3, kVertices>& vertices() const { return vertices_; }
+  /// True for solids made by from_size: vertices are exactly +-half_extents().
+  bool is_box() const { return is_box_; }
+  /// Boxes only; zero otherwise [m].
+  const Vector3& half_extents() const { return half_extents_; }
+  bool is_warped() const { return is_warped_; }
+  /// Largest distance of a vertex from its face's plane [m].
+  double out_of_plane() const { return out_of_plane_; }
+  /// Largest distance between two vertices [m].
+  double size() const { return size_; }
+  /// Encloses the vertices: centre of their bounding box.
+  const Sphere& bounding_sphere() const { return bounding_sphere_; }
+
+  /// Outward plane of face f (0-5); a collapsed face has a zero normal. For warped faces: through the face's centroid, normal
+  /// across its diagonals.
+  const Plane& face_plane(int face) const { return planes_[face]; }
+  EdgeLine edge_line(int edge) const;
+
+ private:
+  Hexahedron() = default;
+  void finish(const std::array<Vector3, kVertices>& vertices);
+
+  std::array<Vector3, kVertices> vertices_;
+  std::array<Plane, 6> planes_;
+  Vector3 half_extents_ = Vector3::Zero();
+  Sphere bounding_sphere_{Vector3::Zero(), 0.0};
+  double size_ = 0.0;
+  double out_of_plane_ = 0.0;
+  bool is_box_ = false;
+  bool is_warped_ = false;
+};
+
+/// The solid's world vertices, ((R.col0 * x + R.col1 * y) + R.col2 * z) + p each, no contraction. Every check and every
+/// engine that is given hulls is given these.
+void world_vertices(const Hexahedron& solid, const Pose& X_WS, WorldVertices& out);
+
+/// Largest |coordinate| of the world vertices [m].
+double largest_coordinate(const WorldVertices& vertices);
+
+}  // namespace touchstone

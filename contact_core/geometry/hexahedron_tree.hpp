@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "contact_core/geometry/hexahedron.hpp"
+
+namespace touchstone {
+
+/// One hexahedron placed in its object's frame O.
+struct PlacedHexahedron {
+  std::string name;
+  Hexahedron solid;
+  Pose X_OS;
+};
+
+/// The paper's object: a binary tree over the hexahedra of one rigid object. Each node's sphere encloses all below it.
+class HexahedronTree {
+ public:
+  struct Node {
+    Sphere sphere_O;            ///< in the object's frame, encloses every world vertex below to rounding, see .cpp
+    std::int32_t left = -1;     ///< node index; -1 at a leaf
+    std::int32_t right = -1;
+    std::int32_t solid = -1;    ///< index into solids(); -1 at an inner node
+  };
+
+  /// Splits at the median of the longest side of the centres' box. Node 0 is the root.
+  /// @throws InputError when there is no hexahedron, a name occurs twice or a pose is no rigid transform.
+  explicit HexahedronTree(std::vector<PlacedHexahedron> solids, std::string name = "object");
+
+  const std::string& name() const { return name_; }
+  const std::vector<PlacedHexahedron>& solids() const { return solids_; }
+  const std::vector<Node>& nodes() const { return nodes_; }
+
+ private:
+  std::string name_;
+  std::vector<PlacedHexahedron> solids_;
+  std::vector<Node> nodes_;
+};
+
+/// The paper's Find_global_position: walks the tree and writes each hexahedron's world pose X_WS = X_WO * X_OS.
+/// @pre out.size() == tree.solids().size()
+void find_global_positions(const HexahedronTree& tree, const Pose& X_WO, std::span<Pose> out);
+
+}  // namespace touchstone

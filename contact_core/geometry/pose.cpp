@@ -1,0 +1,141 @@
+#include "contact_core/geometry/pose.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <string>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+[[noreturn]] void reject(std::string_view name, const std::string& reason) {
+  throw InputError(std::string(name) + ": " + reason);
+}
+
+std::string figure(double value) {
+  std::ostringstream text;
+  text.precision(6);
+  text << value;
+  return text.str();
+}
+
+double determinant(const Matrix3& R) {
+  return dot(R.col(0), cross(R.col(1), R.col(2)));
+}
+
+bool all_finite(const Pose& X) {
+  return is_finite(X.R.col(0)) && is_finite(X.R.col(1)) && is_finite(X.R.col(2)) && is_finite(X.p);
+}
+
+// cos(pitch) below this is gimbal lock: roll and yaw turn about the same axis to within rounding.
+constexpr double kGimbalLock = 1e-12;
+
+}  // namespace
+
+double orthonormality_defect(const Matrix3& R) {
+  double defect = 0.0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j)
+      defect = std::max(defect, std::abs(dot(R.col(i), R.col(j)) - (i == j ? 1.0 : 0.0)));
+  return defect;
+}
+
+bool is_valid_pose(const Pose& X) {
+  return all_finite(X) && orthonormality_defect(X.R) <= kRotationTolerance && determinant(X.R) > 0.0;
+}
+
+void validate_pose(const Pose& X, std::string_view name) {
+  if (!all_finite(X)) reject(name, "a pose entry is not finite");
+  const double defect = orthonormality_defect(X.R);
+  if (!(defect <= kRotationTolerance))
+    reject(name, "not a rotation: columns are off orthonormal by " + figure(defect) + ", allowed " +
+                     figure(kRotationTolerance));
+  if (!(determinant(X.R) > 0.0)) reject(name, "not a rotation: a reflection, determinant " + figure(determinant(X.R)));
+}
+
+Matrix3 rotation_from_quaternion(double w, double x, double y, double z, std::string_view name) {
+  if (!std::isfinite(w) || !std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z))
+    reject(name, "a quaternion component is not finite");
+  const double largest = std::max({std::abs(w), std::abs(x), std::abs(y), std::abs(z)});
+  if (largest == 0.0) reject(name, "the quaternion is zero");
+  // Powers of two change no bits; needed only where squares would overflow or underflow.
+  if (largest > 0x1p500 || largest < 0x1p-500) {
+    const int exponent = -std::ilogb(largest);
+    w = std::scalbn(w, exponent), x = std::scalbn(x, exponent);
+    y = std::scalbn(y, exponent), z = std::scalbn(z, exponent);
+  }
+  const double length = std::sqrt(((w * w + x * x) + y * y) + z * z);
+  w /= length, x /= length, y /= length, z /= length;
+  Matrix3 R;
+  R << ((w * w + x * x) - y * y) - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),  //
+      2.0 * (x * y + w * z), ((w * w - x * x) + y * y) - z * z, 2.0 * (y * z - w * x),   //
+      2.0 * (x * z - w * y), 2.0 * (y * z + w * x), ((w * w - x * x) - y * y) + z * z;
+  return R;
+}
+
+Pose pose_from_matrix(const Matrix4& X, std::string_view name) {
+  for (int column = 0; column < 4; ++column) {
+    if (X(3, column) != (column == 3 ? 1.0 : 0.0)) reject(name, "the last row is not 0 0 0 1");
+  }
+  Pose pose;
+  pose.R = X.topLeftCorner<3, 3>();
+  pose.p = X.topRightCorner<3, 1>();
+  validate_pose(pose, name);
+  return pose;
+}
+
+Matrix4 matrix_from_pose(const Pose& X) {
+  Matrix4 matrix = Matrix4::Identity();
+  matrix.topLeftCorner<3, 3>() = X.R;
+  matrix.topRightCorner<3, 1>() = X.p;
+  return matrix;
+}
+
+Pose pose_from_position_vector(const Vector6& position, std::string_view name) {
+  for (int i = 0; i < 6; ++i)
+    if (!std::isfinite(position(i))) reject(name, "component " + std::to_string(i) + " is not finite");
+  const double cr = std::cos(position(3)), sr = std::sin(position(3));
+  const double cp = std::cos(position(4)), sp = std::sin(position(4));
+  const double cy = std::cos(position(5)), sy = std::sin(position(5));
+  Pose X;
+  X.R << cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,  //
+      sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,     //
+      -sp, cp * sr, cp * cr;
+  X.p = position.head<3>();
+  return X;
+}
+
+Vector6 position_vector_from_pose(const Pose& X) {
+  const Matrix3& R = X.R;
+  const double cos_pitch = std::sqrt(R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0));
+  const double pitch = std::atan2(-R(2, 0), cos_pitch);
+  double roll = 0.0;
+  double yaw = 0.0;
+  if (cos_pitch < kGimbalLock) {
+    yaw = std::atan2(-R(0, 1), R(1, 1));
+  } else {
+    roll = std::atan2(R(2, 1), R(2, 2));
+    yaw = std::atan2(R(1, 0), R(0, 0));
+  }
+  Vector6 position;
+  position << X.p, roll, pitch, yaw;
+  return position;
+}
+
+Pose compose(const Pose& X_WA, const Pose& X_AB) {
+  Pose X_WB;
+  for (int column = 0; column < 3; ++column) X_WB.R.col(column) = rotate(X_WA.R, X_AB.R.col(column));
+  X_WB.p = transform(X_WA, X_AB.p);
+  return X_WB;
+}
+
+Pose inverse(const Pose& X_WA) {
+  Pose X_AW;
+  X_AW.R = X_WA.R.transpose();
+  X_AW.p = -rotate(X_AW.R, X_WA.p);
+  return X_AW;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+
+// Vectors, and the few products whose rounding order is part of the project's contract: results have the same
+// bits on every compiler and instruction set, so no Eigen reduction (.dot, .norm, .sum) appears on a numeric path.
+
+namespace touchstone {
+
+using Vector3 = Eigen::Vector3d;
+using Matrix3 = Eigen::Matrix3d;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix4 = Eigen::Matrix4d;
+
+/// (u.x v.x + u.y v.y) + u.z v.z, rounded after each operation.
+inline double dot(const Vector3& u, const Vector3& v) { return (u.x() * v.x() + u.y() * v.y()) + u.z() * v.z(); }
+
+inline Vector3 cross(const Vector3& u, const Vector3& v) {
+  return {u.y() * v.z() - u.z() * v.y(), u.z() * v.x() - u.x() * v.z(), u.x() * v.y() - u.y() * v.x()};
+}
+
+/// Plain sqrt(v.v): squares may overflow beyond 1e154 and underflow below 1e-154.
+double norm(const Vector3& v);
+
+bool is_finite(const Vector3& v);
+
+}  // namespace touchstone

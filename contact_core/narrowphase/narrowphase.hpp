@@ -1,0 +1,152 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "contact_core/geometry/hexahedron.hpp"
+#include "contact_core/geometry/pose.hpp"
+
+// The fine check, behind one interface. Conventions for every backend:
+//  * SI units, doubles. Solids are closed sets: touching is contact (`overlapping`, separation 0).
+//  * n_AB_W: unit, from A to B, in world. separation > 0 apart, < 0 overlapping (minimal translation distance).
+//  * p_B_W = p_A_W + separation * n_AB_W; moving B by -separation * n_AB_W brings the pair to touch.
+//  * Results come in the order of the pairs; result i depends on pair i alone.
+
+namespace touchstone {
+
+using SolidIndex = std::uint32_t;
+
+/// Two solids, a < b, as indices into the span given to build().
+struct SolidPair {
+  SolidIndex a;
+  SolidIndex b;
+
+  friend bool operator==(const SolidPair&, const SolidPair&) = default;
+  friend auto operator<=>(const SolidPair&, const SolidPair&) = default;
+};
+
+enum class PairStatus : std::uint8_t {
+  separated,    ///< apart by more than the declared resolution
+  overlapping,  ///< touching or penetrating
+  undecided,    ///< closer to touching than the declared resolution; still carries geometry
+  failed,       ///< did not converge or the engine refused; carries nothing
+  unsupported,  ///< this backend cannot answer this query for this pair; carries nothing
+};
+std::string_view to_string(PairStatus status);
+
+enum class QueryKind : std::uint8_t {
+  overlap,   ///< status only
+  distance,  ///< signed distance, normal and one pair of witness points
+  manifold,  ///< the same and up to max_points contact points
+};
+std::string_view to_string(QueryKind kind);
+
+inline constexpr int kMaxManifoldPoints = 8;
+
+/// What is asked. Less asked is less paid.
+struct Query {
+  QueryKind kind = QueryKind::overlap;
+  /// Pairs further apart than this [m] are `separated` with separation +inf (never a bound) and NaN elsewhere.
+  double max_separation = std::numeric_limits<double>::infinity();
+  /// Slots per pair in NarrowphaseOutput::points, 1 to kMaxManifoldPoints; manifold only.
+  int max_points = kMaxManifoldPoints;
+};
+
+/// One pair's answer to a distance or manifold query. NaN where the status carries nothing.
+struct PairGeometry {
+  double separation;        ///< signed [m]
+  Vector3 n_AB_W;           ///< unit, from A to B
+  Vector3 p_A_W;            ///< witness on A's surface [m]
+  Vector3 p_B_W;            ///< witness on B's surface: p_A_W + separation * n_AB_W
+  std::int32_t point_count; ///< slots used in the pair's part of NarrowphaseOutput::points; 0 unless manifold
+};
+
+struct ContactPoint {
+  Vector3 p_A_W;
+  Vector3 p_B_W;
+  double separation;         ///< along the pair's n_AB_W [m]
+  /// Names the features that made the point, stable while the contact keeps its shape; backend-defined, 0 if unknown.
+  std::uint32_t feature_id;
+};
+
+/// Declared by a backend, verified by the shared suite.
+struct Resolution {
+  double absolute = 0.0;  ///< [m]
+  double relative = 0.0;  ///< per metre of max(|world coordinate|, size)
+
+  double at(double scale) const { return absolute + relative * scale; }
+};
+
+struct Capabilities {
+  bool distance = false;       ///< separation, normal and witness points of pairs that are apart
+  bool penetration = false;    ///< the same for pairs that overlap
+  bool manifold = false;
+  bool overlap_complete = true; ///< false: the method has blind spots (missed contacts are expected, see its page)
+  int scalar_bits = 64;        ///< of the engine's own arithmetic
+  bool deterministic = true;
+  bool thread_safe = true;     ///< evaluate() on several threads, each with its own Workspace
+  /// Separations are within this of the truth where the backend claims them at all; closer to 0 than this it may
+  /// answer `undecided`.
+  Resolution resolution;
+};
+
+/// A caller-owned memory of one pair between frames (say, the last separating axis). Changes speed only, never answers.
+struct PairCacheEntry {
+  std::uint32_t data[4] = {0, 0, 0, 0};  ///< zero: nothing known
+};
+
+struct NarrowphaseInput {
+  std::span<const SolidPair> pairs;
+  std::span<const Pose> poses;           ///< X_WS of every solid given to build(), in that order; valid poses
+  Query query;
+  std::span<PairCacheEntry> cache = {};  ///< empty, or one entry a pair
+};
+
+/// Caller-owned slots; pair i writes status[i], geometry[i] and points[i * max_points ...) only, so chunks of a batch run
+/// on any threads without locks.
+struct NarrowphaseOutput {
+  std::span<PairStatus> status;        ///< one a pair
+  std::span<PairGeometry> geometry;    ///< one a pair; may be empty for overlap
+  std::span<ContactPoint> points;      ///< max_points a pair; may be empty unless manifold
+};
+
+class Narrowphase {
+ public:
+  /// A thread's scratch memory, made by the backend it is used with.
+  class Workspace {
+   public:
+    virtual ~Workspace() = default;
+  };
+
+  virtual ~Narrowphase() = default;
+
+  virtual std::string_view name() const noexcept = 0;
+  virtual const Capabilities& capabilities() const noexcept = 0;
+
+  /// Cold path: takes copies of what it needs. On an exception the previous build is still in force.
+  /// @throws InputError for a solid that this backend cannot represent, naming its index.
+  virtual void build(std::span<const Hexahedron> solids) = 0;
+  virtual std::unique_ptr<Workspace> make_workspace() const = 0;
+
+  /// Hot path: no allocation after the first call with a workspace, no exceptions, no state that a later call could see.
+  /// @pre pairs index solids of build(); poses are valid (is_valid_pose); spans are as large as stated above.
+  virtual void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
+                        Workspace& workspace) const noexcept = 0;
+};
+
+/// An engine's own call on objects already posed, without our interface around it: for benchmarks only.
+class RawCheck {
+ public:
+  virtual ~RawCheck() = default;
+  virtual void build(std::span<const Hexahedron> solids) = 0;
+  virtual bool supports(QueryKind kind) const noexcept = 0;
+  /// Untimed.
+  virtual void set_poses(std::span<const Pose> poses) = 0;
+  /// Timed: the engine's call for each pair. Returns how many pairs it reports in contact, so that no call is optimised away.
+  virtual std::size_t run(std::span<const SolidPair> pairs, QueryKind kind) noexcept = 0;
+};
+
+}  // namespace touchstone
