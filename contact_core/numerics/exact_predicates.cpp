@@ -1,5 +1,7 @@
 #include "contact_core/numerics/exact_predicates.hpp"
 
+#include <Eigen/Geometry>
+
 // First slice: long double; the exact arithmetic replaces this file before anything relies on it.
 
 namespace touchstone::numerics {

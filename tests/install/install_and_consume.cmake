@@ -1,0 +1,23 @@
+# Installs the build tree into a fresh prefix, configures and builds the consumer against it, runs it.
+# cmake -D BUILD_DIR=... -D WORK_DIR=... -D CONSUMER_DIR=... -D COMPONENTS=a;b -D CXX=... -P install_and_consume.cmake
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "failed (${result}): ${ARGN}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE ${WORK_DIR})
+run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix)
+run(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/build -G Ninja -D CMAKE_PREFIX_PATH=${WORK_DIR}/prefix
+  -D CMAKE_CXX_COMPILER=${CXX} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" "-DCONSUMER_COMPONENTS=${COMPONENTS}")
+run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
+run(${WORK_DIR}/build/consumer)
+
+# A component that was not built must be refused by name.
+execute_process(COMMAND ${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/refused -G Ninja
+  -D CMAKE_PREFIX_PATH=${WORK_DIR}/prefix -D CMAKE_CXX_COMPILER=${CXX} -D CONSUMER_COMPONENTS=no_such_engine
+  RESULT_VARIABLE result ERROR_VARIABLE message OUTPUT_QUIET)
+if(result EQUAL 0 OR NOT message MATCHES "no_such_engine")
+  message(FATAL_ERROR "an unknown component was not refused by name: ${message}")
+endif()
