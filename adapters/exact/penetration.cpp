@@ -166,6 +166,7 @@ class Search {
       result.height = exact_height(result.direction);
       return result;
     }
+    if (best_height_ == 0) keep_facets();
     result.direction = best_.front();
     for (const IntegerVector& n : best_) {
       if (is_after(n, result.direction)) result.direction = n;
@@ -217,6 +218,39 @@ class Search {
         if (!in_.usable || span >= -kHeightError) propose(candidate, heights.against, length);
       }
     }
+  }
+
+  // Touching, a direction can be as good as a facet's without being one. Where there is no facet (both solids
+  // in a line but for one vertex, say), all stay.
+  void keep_facets() {
+    std::vector<IntegerVector> facets;
+    for (const IntegerVector& n : best_) {
+      if (is_facet(n)) facets.push_back(n);
+    }
+    if (!facets.empty()) best_ = std::move(facets);
+  }
+
+  // The difference's support set along n spans a plane: the edges of A's and of B's support sets are not all
+  // parallel.
+  bool is_facet(const IntegerVector& n) const {
+    IntegerVector first{0, 0, 0};
+    for (const auto* solid : {&pair_.a, &pair_.b}) {
+      std::array<Integer, 8> along;
+      for (int i = 0; i < 8; ++i)
+        along[i] = solid == &pair_.a ? dot((*solid)[i], n) : Integer(-dot((*solid)[i], n));
+      const auto top = std::max_element(along.begin(), along.end());
+      const IntegerVector& base = (*solid)[top - along.begin()];
+      for (int i = 0; i < 8; ++i) {
+        if (along[i] != *top) continue;
+        const IntegerVector edge = (*solid)[i] - base;
+        if (is_zero(first)) {
+          first = edge;
+        } else if (!is_zero(cross(first, edge))) {
+          return true;
+        }
+      }
+    }
+    return false;
   }
 
   Integer exact_height(const IntegerVector& n) const {
