@@ -243,8 +243,8 @@ def hexahedra():
     f.add("pyramid-side", pyramid, CUBE, at(1.5, 0, 0.5), "against a leaning triangle")
     f.add("wedge-edge", wedge, CUBE, at(0, 0, 2), "a face collapsed to an edge touches")
     f.add("wedge-crossed", wedge, wedge, matrix([(0, 1, 0), (1, 0, 0), (0, 0, -1)], (0, 0, 1.5)), "two collapsed edges cross, 0.5 deep")
-    f.add("collapsed-edge", convex([(-1, -1, -1), (-1, -1, 1), (-1, 1, -1), (-1, 1, 1), (1, -1, -1), (1, -1, 1), (1, 1, -1), (1, 1, -1)]),
-          CUBE, at(1.75, 0, 0), "two vertices coincide")
+    f.add("warped-collapsed-edge", convex([(-1, -1, -1), (-1, -1, 1), (-1, 1, -1), (-1, 1, 1), (1, -1, -1), (1, -1, 1), (1, 1, -1), (1, 1, -1)]),
+          CUBE, at(1.75, 0, 0), "two vertices coincide, which leaves the top quad out of plane")
     f.add("warped-deep", warped, CUBE, at(0, 0, 2.25), "one vertex lifted: three quads are no planes, the hull has triangles")
     f.add("warped-apart", warped, CUBE, at(0.5, 0.5, 3), "warped and apart: nearest at the lifted vertex")
     f.add("warped-little", corners(lambda i, j, k: (i, j, k * (1 + (2.0 ** -30 if i * j * k == 1 else 0)))), CUBE, at(0.5, 0.5, 2),
