@@ -360,8 +360,10 @@ YAML::Node parse(const std::filesystem::path& path) {
     // Not LoadAll: in yaml-cpp 0.7 it never returns on text such as a line that starts with a comma.
     return YAML::Load(text.str());
   } catch (const YAML::Exception& error) {
+    std::string reason = error.msg;  // may quote a line end
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
     throw InputError(path.string() + ":" + std::to_string(error.mark.line + 1) +
-                     ": malformed YAML: " + error.msg);
+                     ": malformed YAML: " + reason);
   }
 }
 
