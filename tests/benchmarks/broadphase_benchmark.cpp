@@ -24,7 +24,7 @@ struct MovingBoxes {
     std::uniform_real_distribution<double> side(0.5, 1.5);
     std::uniform_real_distribution<double> place(-0.5, 0.5);
     std::normal_distribution<double> normal;
-    const double extent = 2.0 * std::cbrt(count);
+    const double extent = 1.7 * std::cbrt(count);
     for (int i = 0; i < count; ++i) {
       const double x = side(random), y = side(random), z = side(random);
       trees.push_back(HexahedronTree({{"", Hexahedron::from_size({x, y, z}), {}}}));
