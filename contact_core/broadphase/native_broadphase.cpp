@@ -11,6 +11,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kWidth = 4;
+// GCC's and Clang's vector types: one register of four lanes, on any instruction set.
+using Floats = float __attribute__((vector_size(16)));
+using Ints = std::int32_t __attribute__((vector_size(16)));
 
 struct Box {
   std::array<double, 3> low, high;
@@ -32,6 +35,11 @@ Box bounding_box(const Sphere& sphere, double margin) {
   return box;
 }
 
+template <class Lanes>
+auto largest_lane(Lanes v) {
+  return std::max(std::max(v[0], v[1]), std::max(v[2], v[3]));
+}
+
 // Interleaves the low 10 bits with two zeros between each.
 std::uint32_t spread_bits(std::uint32_t v) {
   v = (v | (v << 16)) & 0x030000FF;
@@ -47,8 +55,8 @@ std::uint32_t spread_bits(std::uint32_t v) {
 // double overlap here as well, and what comes up too much is left to the sphere test.
 struct ObjectTree {
   struct alignas(16) Node {
-    float low[3][kWidth], high[3][kWidth];
-    std::int32_t highest_object[kWidth];  // -1: no child
+    Floats low[3], high[3];
+    Ints highest_object;  // -1: no child
   };
   std::vector<Node> nodes;
   std::vector<std::uint32_t> level_start;  // and the number of nodes at the end
@@ -127,10 +135,10 @@ struct ObjectTree {
       node.highest_object[lane] = -1;
       if (slot >= children) continue;
       const Node& child = nodes[level_start[level - 1] + slot];
-      node.highest_object[lane] = *std::max_element(child.highest_object, child.highest_object + kWidth);
+      node.highest_object[lane] = largest_lane(child.highest_object);
       for (int i = 0; i < 3; ++i) {
-        node.low[i][lane] = *std::min_element(child.low[i], child.low[i] + kWidth);
-        node.high[i][lane] = *std::max_element(child.high[i], child.high[i] + kWidth);
+        node.low[i][lane] = -largest_lane(-child.low[i]);
+        node.high[i][lane] = largest_lane(child.high[i]);
       }
     }
   }
@@ -150,11 +158,8 @@ struct ObjectTree {
     while (top > 0) {
       const Entry entry = stack[--top];
       const Node& node = nodes[level_start[entry.level] + entry.index];
-      std::int32_t hit[kWidth];
-      for (std::uint32_t k = 0; k < kWidth; ++k)
-        hit[k] = (node.highest_object[k] > a) & (node.low[0][k] <= high[0]) & (low[0] <= node.high[0][k]) &
-                 (node.low[1][k] <= high[1]) & (low[1] <= node.high[1][k]) & (node.low[2][k] <= high[2]) &
-                 (low[2] <= node.high[2][k]);
+      Ints hit = node.highest_object > a;
+      for (int i = 0; i < 3; ++i) hit &= (node.low[i] <= high[i]) & (node.high[i] >= low[i]);
       for (std::uint32_t k = 0; k < kWidth; ++k) {
         if (!hit[k]) continue;
         if (entry.level == 0)
