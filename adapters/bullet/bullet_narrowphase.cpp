@@ -25,10 +25,8 @@ double largest_coordinate(const Shape& shape, const Pose& X) {
   return std::max({std::abs(X.p.x()), std::abs(X.p.y()), std::abs(X.p.z())}) + shape.reach;
 }
 
-bool is_finite(const btTransform& X) {
-  return std::isfinite(X.getOrigin().x()) && std::isfinite(X.getOrigin().y()) &&
-         std::isfinite(X.getOrigin().z());
-}
+// The engine squares differences of positions.
+constexpr double kLargestCoordinate = kDouble ? 1e150 : 1e18;
 
 bool is_finite(const EngineContact& contact) {
   return std::isfinite(contact.distance) && touchstone::is_finite(from_engine(contact.normal_on_B)) &&
@@ -132,7 +130,9 @@ class BulletNarrowphase final : public Narrowphase {
     const btTransform X_WA = to_engine(poses[pair.a]);
     const btTransform X_WB = to_engine(poses[pair.b]);
     geometry = no_geometry(kNaN);
-    if (!is_finite(X_WA) || !is_finite(X_WB)) return PairStatus::failed;
+    if (largest_coordinate(a, poses[pair.a]) > kLargestCoordinate ||
+        largest_coordinate(b, poses[pair.b]) > kLargestCoordinate)
+      return PairStatus::failed;
 
     const bool boxes = method_ == Method::box_and_convex && a.is_box && b.is_box;
     const double resolution =

@@ -154,7 +154,7 @@ TEST(TOUCHSTONE_SUITE, RefusedInputLeavesThePreviousBuild) {
 
 TEST(TOUCHSTONE_SUITE, PoseBeyondTheScalarFailsInsteadOfAnswering) {
   const Answer answer = ask(kGjk, {kCube, kCube}, {at(0, 0, 0), at(1e300, 0, 0)}, kOverlap);
-  EXPECT_EQ(answer.status, kDouble ? PairStatus::separated : PairStatus::failed);
+  EXPECT_EQ(answer.status, PairStatus::failed);
 }
 
 TEST(TOUCHSTONE_SUITE, SmallBoxesKeepTheirSizeDespiteTheDefaultMargin) {
@@ -243,7 +243,7 @@ TEST(TOUCHSTONE_SUITE, DeclaredResolutionHoldsOnRandomPairsAtEveryOffset) {
     for (const std::string& backend : {kBackend, kGjk}) {
       for (const bool hull : {false, true}) {
         SCOPED_TRACE(backend + (hull ? " hulls at " : " boxes at ") + std::to_string(offset));
-        const Statistics found = measure(backend, hull, offset, 0.0, 1000);
+        const Statistics found = measure(backend, hull, offset, 0.0, 500);
         EXPECT_EQ(found.missed, 0);
         EXPECT_EQ(found.phantom, 0);
         EXPECT_EQ(found.failed, 0);
