@@ -13,8 +13,10 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<btScalar>::epsilon();
 
 // btBoxBoxDetector adds fudge2 = 1e-5 to the direction cosines of its edge tests: an edge's gap or depth is
-// off by 1e-5 * (four half-extents) / sin(angle between the edges). Measured: 1e-4 of the size on random
-// boxes near touching, 5e-4 on boxes with edges a few mrad apart, where the smaller sine counts.
+// off by 1e-5
+// * (four half-extents) / sin(angle between the edges). Measured, per metre of size: 6e-5 on random boxes
+// near touching, 2.4e-4 with edges 1e-6 to 0.1 rad apart. Not a bound: a smaller sine makes it larger, up to
+// where a face normal is preferred, about sqrt(1e-5).
 constexpr double kBoxFudge = 1e-3;
 
 // btGjkPairDetector.cpp, m_lastUsedMethod: 1 GJK, 3 and 8 EPA, 5 and 6 the second GJK. 2 and 9 leave nothing
