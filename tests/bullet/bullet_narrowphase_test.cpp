@@ -1,6 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
+#include <thread>
+
 #include "contact_core/input_error.hpp"
 #include "tests/bullet/backend_under_test.hpp"
 #include "tests/bullet/reference.hpp"
@@ -200,8 +204,11 @@ Statistics measure(const std::string& backend, bool hull, double offset, double 
               Vector3(offset, 0.7 * offset, -0.3 * offset) + random_vector(random, -1, 1)};
     Pose X_WB{random_rotation(random), X_WA.p + random_vector(random, -1.5, 1.5)};
     const Vector3 line = X_WB.p - X_WA.p;
-    for (int k = 0; gap > 0 && k < 40; ++k)
-      X_WB.p -= 0.9 * (signed_distance(a, X_WA, b, X_WB) - gap) / norm(line) * line;
+    for (int k = 0; gap > 0 && k < 40; ++k) {
+      const double excess = signed_distance(a, X_WA, b, X_WB) - gap;
+      if (std::abs(excess) < 1e-3 * gap) break;
+      X_WB.p -= 0.9 * excess / norm(line) * line;
+    }
     solids.push_back(a), solids.push_back(b), poses.push_back(X_WA), poses.push_back(X_WB);
     pairs.push_back({static_cast<SolidIndex>(2 * i), static_cast<SolidIndex>(2 * i + 1)});
     truth.push_back(signed_distance(a, X_WA, b, X_WB));
@@ -270,11 +277,61 @@ TEST(TOUCHSTONE_SUITE, FactBoxDetectorOverestimatesDepthByUpToFivePercent) {
   EXPECT_LT(found.worst_share_of_depth, 0.05);
 }
 
-TEST(TOUCHSTONE_SUITE, FactGjkNearTouchIsExactInDoubleAndBlindInSingle) {
-  const Statistics found = measure(kGjk, false, 0.0, 1e-7, 1000);
-  EXPECT_EQ(found.undecided, 1000);
-  EXPECT_LT(found.worst_apart, kDouble ? 1e-14 : 1e-2);
-  EXPECT_GT(found.worst_apart, kDouble ? 0.0 : 1e-7);
+TEST(TOUCHSTONE_SUITE, FactGjkNearTouchIsOffByUpToItsAbsoluteTolerance) {
+  const Statistics found = measure(kGjk, false, 0.0, 1e-7, 2000);
+  EXPECT_EQ(found.undecided, 2000);
+  EXPECT_GT(found.worst_apart, kDouble ? 0.0 : 1e-5);
+  EXPECT_LT(found.worst_apart, kDouble ? 1e-6 : 1e-3);
+}
+
+TEST(TOUCHSTONE_SUITE, FactGjkInSingleIsOffByMillimetresOnRareHullsNearTouch) {
+  const Statistics found = measure(kGjk, true, 0.0, 1e-7, 2000);
+  // One pair of 2000: 8.5 mm for a gap of 1e-7 m, past the declared resolution.
+  EXPECT_EQ(found.beyond_apart, kDouble ? 0 : 1);
+  EXPECT_GT(found.worst_apart, kDouble ? 0.0 : 8e-3);
+}
+
+TEST(TOUCHSTONE_SUITE, FactGjkEpaGoesWrongOnRareRandomBoxes) {
+  const Statistics found = measure(kGjk, false, 0.0, 0.0, 12000);
+  // Double: a depth too large by 0.9 % of itself. Single: a depth of 2.4 mm answered as 9 mm apart, one of 12
+  // 000.
+  EXPECT_EQ(found.beyond_depth, kDouble ? 0 : 1);
+  EXPECT_EQ(found.missed, kDouble ? 0 : 1);
+  EXPECT_GT(found.worst_share_of_depth, kDouble ? 5e-3 : 4.0);
+}
+
+TEST(TOUCHSTONE_SUITE, ThreadsWithTheirOwnWorkspacesGetTheSameBits) {
+  std::mt19937_64 random(6);
+  std::vector<Hexahedron> solids;
+  std::vector<Pose> poses;
+  std::vector<SolidPair> pairs;
+  for (SolidIndex i = 0; i < 80; ++i) {
+    solids.push_back(random_solid(random, i % 2 == 0));
+    poses.push_back({random_rotation(random), random_vector(random, -2, 2)});
+    for (SolidIndex j = 0; j < i; ++j) pairs.push_back({j, i});
+  }
+  for (const std::string& backend : {kBackend, kGjk}) {
+    const auto narrowphase = make_registry().make_narrowphase(backend);
+    narrowphase->build(solids);
+    std::array<std::vector<PairStatus>, 3> status;
+    std::array<std::vector<PairGeometry>, 3> geometry;
+    const auto run = [&](std::size_t slot) {
+      status[slot].resize(pairs.size());
+      geometry[slot].resize(pairs.size());
+      const auto workspace = narrowphase->make_workspace();
+      narrowphase->evaluate({pairs, poses, {.kind = QueryKind::distance}}, {status[slot], geometry[slot], {}},
+                            *workspace);
+    };
+    run(0);
+    std::thread first(run, 1), second(run, 2);
+    first.join(), second.join();
+    for (std::size_t slot : {1, 2}) {
+      EXPECT_EQ(status[slot], status[0]);
+      for (std::size_t i = 0; i < pairs.size(); ++i)
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(geometry[slot][i].separation),
+                  std::bit_cast<std::uint64_t>(geometry[0][i].separation));
+    }
+  }
 }
 
 TEST(TOUCHSTONE_SUITE, RawCheckCountsTheContactsThatTheInterfaceReports) {
