@@ -19,7 +19,8 @@ namespace touchstone {
 ///    reports contact across gaps.
 ///  * `bullet_gjk`: btGjkPairDetector with btVoronoiSimplexSolver and btGjkEpaPenetrationDepthSolver for
 ///  every pair:
-///    signed distance, one manifold point.
+///    signed distance, one manifold point. Near touching it is good to 1e-6 m whatever the size; deep pairs
+///    are rarely (1 in 10 000) too deep by up to 6 % of the depth.
 /// Broadphase `bullet`: a btDbvt over the solids' world bounding boxes.
 ///
 /// Collision margins are 0 for every shape: sizes are exact and corners sharp. Poses are given as they are,
