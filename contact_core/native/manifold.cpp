@@ -208,7 +208,8 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
     const Corner& corner = clip.corners[i];
     const Vector3 foot = corner.x * frame.x + corner.y * frame.y;
     const double height_a = height_on(a, frame, foot), height_b = height_on(b, frame, foot);
-    const double separation = height_b - height_a;
+    // No pair of points lies deeper than the pair; what rounding puts below is as deep.
+    const double separation = std::max(height_b - height_a, distance.separation);
     if (separation > std::max(max_separation, distance.separation)) continue;
     const int k = candidates.count++;
     ContactPoint& point = candidates.points[k];
