@@ -1,0 +1,158 @@
+#include "contact_core/native/distance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "contact_core/native/double_double.hpp"
+
+namespace touchstone::native {
+namespace {
+
+/// Below this share of the extent, u * extent / |v| costs the normal more than 2^6 u, and v is computed anew.
+constexpr double kShort = 0x1p-6;
+/// Upper and lower bound must agree to this many u * extent.
+constexpr double kGap = 16;
+
+DoubleDouble3 minkowski_vertex(const HullPair& hulls, const Simplex& s, int i) {
+  return difference(hulls.b.vertex(s.b[i]), hulls.a.vertex(s.a[i]));
+}
+
+/// Sets n and separation from the flat through the simplex's vertices, and the weights of the foot point.
+/// False where the simplex has no flat of its dimension or the foot lies outside it.
+bool foot_on_edge(const DoubleDouble3& w0, const DoubleDouble3& w1, Simplex& s, DoubleDouble3& v) {
+  const DoubleDouble3 e = w1 - w0;
+  const DoubleDouble length2 = dot(e, e);
+  if (!(length2.high > 0.0)) return false;
+  const DoubleDouble t = -(dot(w0, e) / length2);
+  if (t.high < 0.0 || t.high > 1.0) return false;
+  s.weight = {1.0 - t.high, t.high, 0.0, 0.0};
+  v = w0 + t * e;
+  return true;
+}
+
+bool foot_on_triangle(const DoubleDouble3& w0, const DoubleDouble3& w1, const DoubleDouble3& w2, Simplex& s,
+                      SignedDistance& out) {
+  const DoubleDouble3 e1 = w1 - w0, e2 = w2 - w0;
+  const DoubleDouble3 normal = cross(e1, e2);
+  const DoubleDouble square = dot(normal, normal);
+  if (!(square.high > 0.0)) return false;
+  const double second = (dot(cross(w2, w0), normal) / square).high;
+  const double third = (dot(cross(w0, w1), normal) / square).high;
+  const double first = (dot(cross(w1, w2), normal) / square).high;
+  if (first < 0.0 || second < 0.0 || third < 0.0) return false;
+  s.weight = {first, second, third, 0.0};
+  const DoubleDouble height = dot(normal, w0);
+  const Vector3 direction = normal.rounded();
+  const double length = norm(direction);
+  out.separation = std::abs(height.high) / length;
+  out.n = direction / (height.high < 0.0 ? -length : length);
+  return true;
+}
+
+bool recompute(const HullPair& hulls, Simplex& s, SignedDistance& out) {
+  const DoubleDouble3 w0 = minkowski_vertex(hulls, s, 0);
+  if (s.count == 3)
+    return foot_on_triangle(w0, minkowski_vertex(hulls, s, 1), minkowski_vertex(hulls, s, 2), s, out);
+  DoubleDouble3 v = w0;
+  if (s.count == 2 && !foot_on_edge(w0, minkowski_vertex(hulls, s, 1), s, v)) return false;
+  const Vector3 direction = v.rounded();
+  const double length = norm(direction);
+  if (!(length > 0.0)) return false;
+  out.separation = length;
+  out.n = direction / length;
+  return true;
+}
+
+bool agrees(const HullPair& hulls, const SignedDistance& d) {
+  return d.separation - separation_along(hulls, d.n) <= kGap * kRoundoff * hulls.extent;
+}
+
+/// One point of A whose partner lies straight across along n: B is moved to a comfortable gap along n, where
+/// the closest points are well defined, also for pairs that touch or overlap.
+Vector3 witness_on_a(const PosedPair& pair, double separation, const Vector3& n) {
+  HullPair moved = pair.hulls;
+  const double gap = 0.5 * pair.hulls.extent;
+  const Vector3 shift = (gap - separation) * n;
+  for (int i = 0; i < 8; ++i) {
+    moved.b.x[i] += shift.x(), moved.b.y[i] += shift.y(), moved.b.z[i] += shift.z();
+  }
+  moved.extent = 4 * pair.hulls.extent;
+  Simplex s;
+  if (closest_point(moved, n, std::numeric_limits<double>::infinity(), s) != Search::found)
+    return pair.hulls.a.vertex(support_high(pair.hulls.a, n).index);
+  return point_on_a(moved, s);
+}
+
+struct BestDirection {
+  const HullPair& hulls;
+  SeparationAxis best;
+
+  void consider(const Vector3& v) {
+    const double length = norm(v);
+    if (!(length > 0.0)) return;
+    const Vector3 n = v / length;
+    const double separation = separation_along(hulls, n);
+    if (separation > best.separation) best = {separation, n};
+  }
+};
+
+void consider_vertex_and_edge(const Vector3& p, const Vector3& from, const Vector3& to, double sign,
+                              BestDirection& directions) {
+  const DoubleDouble3 w0 = difference(from, p), w1 = difference(to, p);
+  Simplex unused;
+  DoubleDouble3 v;
+  if (foot_on_edge(w0, w1, unused, v)) directions.consider(sign * v.rounded());
+}
+
+/// The distance is the greatest separation over all directions, reached at a facet normal or across two
+/// vertices or a vertex and an edge: all are tried.
+SeparationAxis search_all_features(const PosedPair& pair) {
+  BestDirection directions{pair.hulls, best_facet_axis(pair.hulls, *pair.a, pair.R_WA, *pair.b, pair.R_WB)};
+  const WorldVertices& a = pair.hulls.a;
+  const WorldVertices& b = pair.hulls.b;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3 p = a.vertex(i), q = b.vertex(i);
+    for (int j = 0; j < 8; ++j) directions.consider(b.vertex(j) - p);
+    for (int j = 0; j < 8; ++j) {
+      for (int k = j + 1; k < 8; ++k) {
+        consider_vertex_and_edge(p, b.vertex(j), b.vertex(k), 1.0, directions);
+        consider_vertex_and_edge(q, a.vertex(j), a.vertex(k), -1.0, directions);
+      }
+    }
+  }
+  return directions.best;
+}
+
+}  // namespace
+
+bool distance_apart(const PosedPair& pair, double limit, SignedDistance& result) {
+  Simplex s;
+  const Search search = closest_point(pair.hulls, pair.start, limit, s);
+  if (search == Search::beyond) return false;
+  if (search == Search::found) {
+    const double length = norm(s.v);
+    bool known = true;
+    if (length > kShort * pair.hulls.extent) {
+      result.separation = length;
+      result.n = s.v / length;
+    } else {
+      known = recompute(pair.hulls, s, result);
+    }
+    if (known && agrees(pair.hulls, result)) {
+      result.p_A = point_on_a(pair.hulls, s);
+      return true;
+    }
+  }
+  const SeparationAxis axis = search_all_features(pair);
+  result = {axis.separation, axis.n, witness_on_a(pair, axis.separation, axis.n)};
+  return true;
+}
+
+void penetration(const PosedPair& pair, SignedDistance& result) {
+  const SeparationAxis axis = best_facet_axis(pair.hulls, *pair.a, pair.R_WA, *pair.b, pair.R_WB);
+  const double separation = std::min(axis.separation, 0.0);
+  result = {separation, axis.n, witness_on_a(pair, separation, axis.n)};
+}
+
+}  // namespace touchstone::native
