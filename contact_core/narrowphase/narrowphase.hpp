@@ -76,6 +76,7 @@ struct ContactPoint {
 struct Resolution {
   double absolute = 0.0;  ///< [m]
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size)
+  double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth (an engine that prefers faces)
 
   double at(double scale) const { return absolute + relative * scale; }
 };
