@@ -21,36 +21,42 @@ constexpr int kInterrupted = 130;
 
 void on_signal(int) { ProgressLine::interrupted = true; }
 
-void print_list(const BackendRegistry& registry, const std::vector<Gap>& gaps) {
+void print_list(const Options& options, const Backends& backends) {
   fmt::print("backends\n");
-  for (const auto& entry : registry.narrowphases())
-    fmt::print("  {:18}  {}\n", entry.name, entry.description);
-  for (const Gap& gap : gaps) fmt::print("  {:18}  {}\n", gap.what, gap.why);
+  for (const auto& [name, description] : chosen_backends(options, backends)) {
+    fmt::print("  {:18}  {}\n", name, description);
+  }
+  for (const Gap& gap : backends.gaps) fmt::print("  {:18}  {}\n", gap.what, gap.why);
   fmt::print("broadphases\n");
-  for (const auto& entry : registry.broadphases()) fmt::print("  {:18}  {}\n", entry.name, entry.description);
+  for (const auto& entry : backends.registry.broadphases())
+    fmt::print("  {:18}  {}\n", entry.name, entry.description);
   fmt::print("families\n");
   for (const PairFamily& family : pair_families())
     fmt::print("  {:18}  {}\n", family.name, family.description);
 }
 
 std::vector<ReportFile> report_files(const Report& report) {
-  return {{"results.json", results_json(report)}, {"results.csv", results_csv(report)}};
+  std::vector<ReportFile> files = {{"results.json", results_json(report)},
+                                   {"results.csv", results_csv(report)}};
+  if (report.pair_file) {
+    files.emplace_back("answers.json", answers_json(*report.pair_file));
+    files.emplace_back("answers.csv", answers_csv(*report.pair_file));
+  }
+  return files;
 }
 
 int run(int argc, char** argv) {
   const std::optional<Options> options = parse_options(argc, argv);
   if (!options) return 0;
-  BackendRegistry registry;
-  std::vector<Gap> gaps;
-  register_backends(registry, gaps);
+  const Backends backends = build_backends(std::filesystem::canonical("/proc/self/exe"));
   if (options->list) {
-    print_list(registry, gaps);
+    print_list(*options, backends);
     return 0;
   }
   check_report_folder(options->output);
   const auto oracle = make_exact_oracle();
   ProgressLine progress;
-  const Report report = run_comparison(*options, registry, oracle.get(), gaps, progress);
+  const Report report = run_comparison(*options, backends, oracle.get(), progress);
   write_report_folder(options->output, report_files(report));
   fmt::print("{}\nreport: {}\n", terminal_report(report), options->output);
   return 0;
