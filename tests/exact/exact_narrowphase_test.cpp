@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <vector>
@@ -40,6 +41,17 @@ TEST(ExactNarrowphase, RestingFaceHasFourPoints) {
   Query two{QueryKind::manifold};
   two.max_points = 2;
   EXPECT_EQ(ask({0, 0, 1}, two).geometry.point_count, 2);
+}
+
+TEST(ExactNarrowphase, TheDeepestPointHasTheSeparation) {
+  for (const Vector3& p :
+       {Vector3(0.9, 0.1, 0.2), Vector3(0, 0, 0.999), Vector3(1.5, 1.5, 1.5), Vector3(1, 1, 0)}) {
+    const Answer answer = ask(p, {QueryKind::manifold});
+    double deepest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < answer.geometry.point_count; ++k)
+      deepest = std::min(deepest, answer.points[k].separation);
+    EXPECT_NEAR(deepest, answer.geometry.separation, 1e-14);
+  }
 }
 
 TEST(ExactNarrowphase, BeyondMaxSeparationIsInfinite) {
