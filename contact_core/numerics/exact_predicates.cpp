@@ -14,66 +14,77 @@ using Difference = DifferenceDeterminant::Difference;
 // Points 0-7 are A's, 8-15 B's.
 constexpr int kFirstOfB = 8;
 
-struct Triple {
-  int i, j, k;
+// A plane through three vertices of one hull, all of whose vertices lie on it or on its inner side.
+struct Facet {
+  int i, j, k;        // as points of the determinant
+  unsigned vertices;  // of the hull, by bit, that lie on the plane
+  int inner_side;     // sign of det [j - i, k - i, inner vertex - i]; 0 for a hull without volume
 };
 
-// A superset of the hull's facets (as triples of vertices) and of its edges, and of nothing that leaves out
-// one of them.
+// All facets' planes and all edges of a hull. For a hull without volume: every triple and every pair of
+// vertices, as every supporting plane may hold all of them.
 struct HullFeatures {
-  std::array<Triple, 56> faces;
-  int face_count = 0;
+  std::array<Facet, 56> facets;
+  int facet_count = 0;
   std::array<Difference, 28> edges;
   int edge_count = 0;
   bool has_volume = false;
 };
 
-// For a solid hull: triples whose plane supports it, and pairs that lie in two different supporting planes.
-// For a hull without volume: all triples and all pairs, as every supporting plane may hold all vertices.
+HullFeatures all_triples_and_pairs(int first) {
+  HullFeatures hull;
+  for (int i = first; i < first + 8; ++i) {
+    for (int j = i + 1; j < first + 8; ++j) {
+      hull.edges[hull.edge_count++] = {i, j};
+      for (int k = j + 1; k < first + 8; ++k) hull.facets[hull.facet_count++] = {i, j, k, 0, 0};
+    }
+  }
+  return hull;
+}
+
+// A pair of vertices in two facets' planes is an edge (or part of one).
+void find_edges(HullFeatures& hull, int first) {
+  for (int i = 0; i < 8; ++i) {
+    for (int j = i + 1; j < 8; ++j) {
+      const unsigned both = 1u << i | 1u << j;
+      int planes = 0;
+      for (int f = 0; f < hull.facet_count; ++f) planes += (hull.facets[f].vertices & both) == both;
+      if (planes >= 2) hull.edges[hull.edge_count++] = {first + i, first + j};
+    }
+  }
+}
+
 HullFeatures hull_features(DifferenceDeterminant& determinant, int first) {
   HullFeatures hull;
-  std::array<std::array<bool, 8>, 8> seen_pair{};
-  std::array<std::array<Triple, 8>, 8> first_plane;
-  std::array<std::array<bool, 8>, 8> is_edge{};
+  std::array<unsigned, 56> known_planes;  // vertices of planes met before, supporting or not
+  int known_count = 0;
   for (int i = 0; i < 8; ++i) {
     for (int j = i + 1; j < 8; ++j) {
       for (int k = j + 1; k < 8; ++k) {
+        const unsigned triple = 1u << i | 1u << j | 1u << k;
+        if (std::any_of(known_planes.begin(), known_planes.begin() + known_count,
+                        [&](unsigned plane) { return (plane & triple) == triple; }))
+          continue;
+        unsigned on_plane = triple;
         bool above = false, below = false;
         const Difference u{first + i, first + j}, v{first + i, first + k};
         for (int l = 0; l < 8 && !(above && below); ++l) {
-          if (l == i || l == j || l == k) continue;
+          if (triple >> l & 1u) continue;
           const int side = determinant.sign(u, v, {first + i, first + l});
           above = above || side > 0;
           below = below || side < 0;
+          if (side == 0) on_plane |= 1u << l;
         }
         hull.has_volume = hull.has_volume || above || below;
         if (above == below)
-          continue;  // cut by its plane, or (no side at all) collinear or a hull without volume
-        hull.faces[hull.face_count++] = {first + i, first + j, first + k};
-        for (const auto& [p, q] : {std::array{i, j}, std::array{i, k}, std::array{j, k}}) {
-          if (!seen_pair[p][q]) {
-            seen_pair[p][q] = true;
-            first_plane[p][q] = {first + i, first + j, first + k};
-            continue;
-          }
-          // The pair's second supporting plane: an edge unless it is the same plane (a diagonal of a flat
-          // quad).
-          if (is_edge[p][q]) continue;
-          const Triple& t = first_plane[p][q];
-          const int other = i != p && i != q ? i : j != p && j != q ? j : k;
-          is_edge[p][q] = determinant.sign({t.i, t.j}, {t.i, t.k}, {t.i, first + other}) != 0;
-        }
+          continue;  // cut by its plane; or no side at all: collinear, or a hull without volume
+        known_planes[known_count++] = on_plane;
+        hull.facets[hull.facet_count++] = {first + i, first + j, first + k, on_plane, above ? 1 : -1};
       }
     }
   }
-  for (int i = 0; i < 8; ++i)
-    for (int j = i + 1; j < 8; ++j)
-      if (!hull.has_volume || is_edge[i][j]) hull.edges[hull.edge_count++] = {first + i, first + j};
-  if (!hull.has_volume) {
-    for (int i = 0; i < 8; ++i)
-      for (int j = i + 1; j < 8; ++j)
-        for (int k = j + 1; k < 8; ++k) hull.faces[hull.face_count++] = {first + i, first + j, first + k};
-  }
+  if (!hull.has_volume) return all_triples_and_pairs(first);
+  find_edges(hull, first);
   return hull;
 }
 
@@ -161,17 +172,12 @@ Axis test_axis(DifferenceDeterminant& determinant, const Projector& projector, D
   return Axis::not_separating;
 }
 
-// True if vertex p is in the solid hull: on the inner side of, or on, every supporting triple's plane.
-bool contains(DifferenceDeterminant& determinant, const HullFeatures& hull, int first, int p) {
-  for (int f = 0; f < hull.face_count; ++f) {
-    const Triple& t = hull.faces[f];
-    const int side = determinant.sign({t.i, t.j}, {t.i, t.k}, {t.i, p});
-    if (side == 0) continue;
-    for (int l = first; l < first + 8; ++l) {
-      const int inner = determinant.sign({t.i, t.j}, {t.i, t.k}, {t.i, l});
-      if (inner != 0 && inner != side) return false;
-      if (inner != 0) break;
-    }
+// True if point p is in the solid hull: on the inner side of, or on, every facet's plane.
+bool contains(DifferenceDeterminant& determinant, const HullFeatures& hull, int p) {
+  for (int f = 0; f < hull.facet_count; ++f) {
+    const Facet& facet = hull.facets[f];
+    const int side = determinant.sign({facet.i, facet.j}, {facet.i, facet.k}, {facet.i, p});
+    if (side != 0 && side != facet.inner_side) return false;
   }
   return true;
 }
@@ -310,17 +316,18 @@ bool hulls_intersect(const WorldVertices& a, const WorldVertices& b) {
   HullFeatures hull_a = hull_features(determinant, 0);
   HullFeatures hull_b = hull_features(determinant, kFirstOfB);
   for (const HullFeatures* hull : {&hull_a, &hull_b}) {
-    for (int f = 0; f < hull->face_count; ++f) {
-      const Triple& t = hull->faces[f];
-      if (test_axis(determinant, projector, {t.i, t.j}, {t.i, t.k}) == Axis::separating) return false;
+    for (int f = 0; f < hull->facet_count; ++f) {
+      const Facet& facet = hull->facets[f];
+      if (test_axis(determinant, projector, {facet.i, facet.j}, {facet.i, facet.k}) == Axis::separating)
+        return false;
     }
   }
   if (hull_a.has_volume)
     for (int p = kFirstOfB; p < 16; ++p)
-      if (contains(determinant, hull_a, 0, p)) return true;
+      if (contains(determinant, hull_a, p)) return true;
   if (hull_b.has_volume)
     for (int p = 0; p < kFirstOfB; ++p)
-      if (contains(determinant, hull_b, kFirstOfB, p)) return true;
+      if (contains(determinant, hull_b, p)) return true;
 
   drop_repeated_directions(determinant, hull_a);
   drop_repeated_directions(determinant, hull_b);

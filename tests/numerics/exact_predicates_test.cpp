@@ -125,7 +125,7 @@ TEST(HullsIntersect, AgreesWithExactOnFlatHullsInOnePlane) {
     for (int i = 0; i < 8; ++i) {  // project both into the plane z = x - 2 y, or onto a line in it
       if (repeat % 3 == 0) a.y[i] = b.y[i] = 1.0;
       a.z[i] = a.x[i] - 2.0 * a.y[i];
-      b.x[i] += repeat % 10;
+      b.x[i] += 4.0 * (repeat % 10);
       b.z[i] = b.x[i] - 2.0 * b.y[i];
     }
     expect_agreement(a, b, tally);
