@@ -172,6 +172,7 @@ SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Ora
   result.name = set.name;
   result.description = set.description;
   result.cases = set.cases();
+  result.pairs = set.pairs.size();
   result.ids = set.ids;
   for (const PairTruth& each : truth) {
     result.contacts += each.contact();

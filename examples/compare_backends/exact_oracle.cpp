@@ -20,9 +20,6 @@ class ExactOracle final : public Oracle {
                                                                                  : PairClass::penetrating;
     return {pair_class, result.separation, result.n_AB_W, result.normal_unique};
   }
-  double separation_along(const WorldVertices& a, const WorldVertices& b, const Vector3& n) const override {
-    return exact_separation_along(a, b, n);
-  }
   double surface_distance(const WorldVertices& solid, const Vector3& p) const override {
     return exact_surface_distance(solid, p);
   }

@@ -6,6 +6,7 @@
 #include "contact_core/input_error.hpp"
 #include "examples/compare_backends/backends.hpp"
 #include "examples/compare_backends/comparison.hpp"
+#include "examples/compare_backends/html_report.hpp"
 #include "examples/compare_backends/json_writer.hpp"
 #include "examples/compare_backends/pair_families.hpp"
 #include "examples/compare_backends/report_files.hpp"
@@ -38,6 +39,8 @@ void print_list(const Options& options, const Backends& backends) {
 std::vector<ReportFile> report_files(const Report& report) {
   std::vector<ReportFile> files = {{"results.json", results_json(report)},
                                    {"results.csv", results_csv(report)}};
+  files.emplace_back("report.html", html_report(report));
+  for (ReportFile& figure : figure_files(report)) files.push_back(std::move(figure));
   if (report.pair_file) {
     files.emplace_back("answers.json", answers_json(*report.pair_file));
     files.emplace_back("answers.csv", answers_csv(*report.pair_file));
