@@ -301,7 +301,7 @@ TEST_P(NarrowphaseSuite, AnEmptyBatchIsLegal) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllBackends, NarrowphaseSuite, testing::ValuesIn(narrowphase_names()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& test) { return test.param; });
 
 }  // namespace
 }  // namespace touchstone::suite
