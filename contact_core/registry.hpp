@@ -11,8 +11,9 @@
 
 namespace touchstone {
 
-/// Backends by name. Registration is explicit (register_native(registry), register_bullet(registry) ...): nothing
-/// depends on static initialisers that a linker may drop. Not synchronised: fill it before threads start.
+/// Backends by name. Registration is explicit (register_native(registry), register_bullet(registry) ...):
+/// nothing depends on static initialisers that a linker may drop. Not synchronised: fill it before threads
+/// start.
 class BackendRegistry {
  public:
   struct NarrowphaseEntry {
@@ -34,7 +35,9 @@ class BackendRegistry {
   /// @throws InputError naming the known backends when `name` is not among them.
   const NarrowphaseEntry& narrowphase(std::string_view name) const;
   const BroadphaseEntry& broadphase(std::string_view name) const;
-  std::unique_ptr<Narrowphase> make_narrowphase(std::string_view name) const { return narrowphase(name).make(); }
+  std::unique_ptr<Narrowphase> make_narrowphase(std::string_view name) const {
+    return narrowphase(name).make();
+  }
   std::unique_ptr<Broadphase> make_broadphase(std::string_view name) const { return broadphase(name).make(); }
 
   const std::vector<NarrowphaseEntry>& narrowphases() const { return narrowphases_; }

@@ -17,9 +17,9 @@ namespace {
 
 using Vertices = std::array<Vector3, 8>;
 
-// How far a vertex may lie from its face's plane, per metre of size, before the face counts as warped. Vertices
-// computed as R v + t in doubles are off by at most (4 + 3) eps/2 per coordinate of a size-long vector; 32 eps leaves
-// room for one more such transform and for the plane's own rounding.
+// How far a vertex may lie from its face's plane, per metre of size, before the face counts as warped.
+// Vertices computed as R v + t in doubles are off by at most (4 + 3) eps/2 per coordinate of a size-long
+// vector; 32 eps leaves room for one more such transform and for the plane's own rounding.
 constexpr double kPlanarTolerance = 32 * std::numeric_limits<double>::epsilon();
 
 std::string figure(double value) {
@@ -35,7 +35,8 @@ std::string figure(double value) {
 
 double largest_coordinate(const Vertices& vertices) {
   double largest = 0.0;
-  for (const Vector3& v : vertices) largest = std::max({largest, std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
+  for (const Vector3& v : vertices)
+    largest = std::max({largest, std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
   return largest;
 }
 
@@ -51,7 +52,8 @@ Vector3 direction_of(const Vector3& v) {
   const double largest = std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
   if (largest == 0.0) return Vector3::Zero();
   const int exponent = -std::ilogb(largest);
-  const Vector3 scaled(std::scalbn(v.x(), exponent), std::scalbn(v.y(), exponent), std::scalbn(v.z(), exponent));
+  const Vector3 scaled(std::scalbn(v.x(), exponent), std::scalbn(v.y(), exponent),
+                       std::scalbn(v.z(), exponent));
   return scaled / norm(scaled);
 }
 
@@ -142,7 +144,8 @@ double signed_volume(const Vertices& v) {
   for (const Vector3& p : v) centre += 0.125 * p;
   double volume = 0.0;
   for (const auto& quad : Hexahedron::kFaceVertices) {
-    const Vector3 a = v[quad[0]] - centre, b = v[quad[1]] - centre, c = v[quad[2]] - centre, d = v[quad[3]] - centre;
+    const Vector3 a = v[quad[0]] - centre, b = v[quad[1]] - centre, c = v[quad[2]] - centre,
+                  d = v[quad[3]] - centre;
     volume += dot(a, cross(b, c)) + dot(a, cross(c, d)) + dot(b, cross(c, d)) + dot(a, cross(b, d));
   }
   return volume;
@@ -178,7 +181,8 @@ std::vector<unsigned> planar_hull_quads(const Vertices& v, double tolerance) {
   return quads;
 }
 
-// Labels the vertices of a planar-faced hexahedron given in any order; nothing when its faces are not a cube's.
+// Labels the vertices of a planar-faced hexahedron given in any order; nothing when its faces are not a
+// cube's.
 std::optional<Vertices> relabelled(const Vertices& v, double tolerance) {
   const std::vector<unsigned> quads = planar_hull_quads(v, tolerance);
   if (quads.size() != 6) return std::nullopt;
@@ -231,7 +235,8 @@ Hexahedron Hexahedron::from_size(const Vector3& size, std::string_view name) {
 }
 
 Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy warp, std::string_view name) {
-  if (given.size() != 8) reject(name, "has " + std::to_string(given.size()) + " vertices, a hexahedron has 8");
+  if (given.size() != 8)
+    reject(name, "has " + std::to_string(given.size()) + " vertices, a hexahedron has 8");
   Vertices vertices;
   for (int i = 0; i < 8; ++i) {
     if (!is_finite(given[i])) reject(name, "vertex " + std::to_string(i) + " is not finite");
@@ -271,8 +276,10 @@ Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy 
     if (!is_on_hull(vertices, i))
       reject(name, "not convex: vertex " + std::to_string(i) + " lies inside the hull of the others");
   if (!is_warped_hexahedron(vertices))
-    reject(name, "no convex hexahedron: in the given vertex order its quads are not faces of the hull, and no order of "
-                 "the vertices gives six planar faces");
+    reject(name,
+           "no convex hexahedron: in the given vertex order its quads are not faces of the hull, and no "
+           "order of "
+           "the vertices gives six planar faces");
   int worst_face = 0;
   std::array<double, 6> out_of_plane{};
   for (int f = 0; f < 6; ++f) {
@@ -280,8 +287,9 @@ Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy 
     if (out_of_plane[f] > out_of_plane[worst_face]) worst_face = f;
   }
   if (warp == WarpPolicy::refuse)
-    reject(name, "face " + std::to_string(worst_face) + " is warped: a vertex is " + figure(out_of_plane[worst_face]) +
-                     " m out of plane, planar up to " + figure(std::scalbn(tolerance, -exponent)) +
+    reject(name, "face " + std::to_string(worst_face) + " is warped: a vertex is " +
+                     figure(out_of_plane[worst_face]) + " m out of plane, planar up to " +
+                     figure(std::scalbn(tolerance, -exponent)) +
                      " m; accept warped solids explicitly to have them checked triangulated");
   solid.is_warped_ = true;
   solid.finish(vertices);

@@ -10,7 +10,8 @@
 
 namespace touchstone {
 
-/// A plane n . p + d = 0 with outward unit normal n: negative inside the solid (the paper's equation 2, A x + B y + C z + D).
+/// A plane n . p + d = 0 with outward unit normal n: negative inside the solid (the paper's equation 2, A x +
+/// B y + C z + D).
 struct Plane {
   Vector3 normal;
   double offset;  ///< d [m]
@@ -40,12 +41,13 @@ enum class WarpPolicy : std::uint8_t { refuse, accept };
 
 /// A validated convex hexahedron in its local frame. Immutable; copies are independent.
 ///
-/// Vertex i has bits (x y z) = (i>>2 & 1, i>>1 & 1, i & 1): 0 is (-,-,-), 1 is (-,-,+), 7 is (+,+,+), as in a box. The
-/// six faces and twelve edges follow from the bits: kFaceVertices and kEdgeVertices. A mirrored labelling is relabelled
-/// on construction, so the loops of kFaceVertices are always counter-clockwise seen from outside.
+/// Vertex i has bits (x y z) = (i>>2 & 1, i>>1 & 1, i & 1): 0 is (-,-,-), 1 is (-,-,+), 7 is (+,+,+), as in a
+/// box. The six faces and twelve edges follow from the bits: kFaceVertices and kEdgeVertices. A mirrored
+/// labelling is relabelled on construction, so the loops of kFaceVertices are always counter-clockwise seen
+/// from outside.
 ///
-/// What the solid *is*: the convex hull of its eight vertices; placed in the world, the convex hull of the eight world
-/// vertices as doubles (see world_vertices()).
+/// What the solid *is*: the convex hull of its eight vertices; placed in the world, the convex hull of the
+/// eight world vertices as doubles (see world_vertices()).
 class Hexahedron {
  public:
   static constexpr int kVertices = 8;
@@ -61,11 +63,13 @@ class Hexahedron {
   /// @throws InputError naming `name` and the figure.
   static Hexahedron from_size(const Vector3& size, std::string_view name = "box");
 
-  /// A convex hexahedron. The vertices may come in the order above, mirrored, or in any order at all when the solid is
-  /// a strictly convex planar-faced hexahedron (its faces are then found from the hull). Coincident vertices
-  /// (collapsed edges or faces, e.g. a pyramid) are legal in the order above while the volume is positive.
-  /// Faces more than 32 eps * size out of plane make the solid `warped`: accepted only on WarpPolicy::accept.
-  /// @throws InputError naming `name`, the face or vertex and the figure: not 8 vertices, not finite, zero volume, a
+  /// A convex hexahedron. The vertices may come in the order above, mirrored, or in any order at all when the
+  /// solid is a strictly convex planar-faced hexahedron (its faces are then found from the hull). Coincident
+  /// vertices (collapsed edges or faces, e.g. a pyramid) are legal in the order above while the volume is
+  /// positive. Faces more than 32 eps * size out of plane make the solid `warped`: accepted only on
+  /// WarpPolicy::accept.
+  /// @throws InputError naming `name`, the face or vertex and the figure: not 8 vertices, not finite, zero
+  /// volume, a
   ///         vertex inside the hull (not convex), warped though refused, no hexahedron in any order.
   static Hexahedron from_vertices(std::span<const Vector3> vertices, WarpPolicy warp = WarpPolicy::refuse,
                                   std::string_view name = "hexahedron");
@@ -83,8 +87,8 @@ class Hexahedron {
   /// Encloses the vertices: centre of their bounding box.
   const Sphere& bounding_sphere() const { return bounding_sphere_; }
 
-  /// Outward plane of face f (0-5); a collapsed face has a zero normal. For warped faces: through the face's centroid, normal
-  /// across its diagonals.
+  /// Outward plane of face f (0-5); a collapsed face has a zero normal. For warped faces: through the face's
+  /// centroid, normal across its diagonals.
   const Plane& face_plane(int face) const { return planes_[face]; }
   EdgeLine edge_line(int edge) const;
 
@@ -102,8 +106,8 @@ class Hexahedron {
   bool is_warped_ = false;
 };
 
-/// The solid's world vertices, ((R.col0 * x + R.col1 * y) + R.col2 * z) + p each, no contraction. Every check and every
-/// engine that is given hulls is given these.
+/// The solid's world vertices, ((R.col0 * x + R.col1 * y) + R.col2 * z) + p each, no contraction. Every check
+/// and every engine that is given hulls is given these.
 void world_vertices(const Hexahedron& solid, const Pose& X_WS, WorldVertices& out);
 
 /// Largest |coordinate| of the world vertices [m].

@@ -10,9 +10,10 @@
 namespace touchstone {
 namespace {
 
-// A node's sphere is computed from object-frame vertices; a placed solid's world vertices are rounded twice more (the
-// composed pose, the transform). Each coordinate's rounding is below 16 ulp of the object's extent, which this covers;
-// rounding by the world position is the broadphase's to add, as only it knows how far from the origin the object is.
+// A node's sphere is computed from object-frame vertices; a placed solid's world vertices are rounded twice
+// more (the composed pose, the transform). Each coordinate's rounding is below 16 ulp of the object's extent,
+// which this covers; rounding by the world position is the broadphase's to add, as only it knows how far from
+// the origin the object is.
 constexpr double kSphereSlack = 32 * std::numeric_limits<double>::epsilon();
 
 Sphere enclosing_sphere(std::span<const Vector3> points) {

@@ -16,14 +16,15 @@ struct PlacedHexahedron {
   Pose X_OS;
 };
 
-/// The paper's object: a binary tree over the hexahedra of one rigid object. Each node's sphere encloses all below it.
+/// The paper's object: a binary tree over the hexahedra of one rigid object. Each node's sphere encloses all
+/// below it.
 class HexahedronTree {
  public:
   struct Node {
-    Sphere sphere_O;            ///< in the object's frame, encloses every world vertex below to rounding, see .cpp
-    std::int32_t left = -1;     ///< node index; -1 at a leaf
+    Sphere sphere_O;  ///< in the object's frame, encloses every world vertex below to rounding, see .cpp
+    std::int32_t left = -1;  ///< node index; -1 at a leaf
     std::int32_t right = -1;
-    std::int32_t solid = -1;    ///< index into solids(); -1 at an inner node
+    std::int32_t solid = -1;  ///< index into solids(); -1 at an inner node
   };
 
   /// Splits at the median of the longest side of the centres' box. Node 0 is the root.
@@ -40,7 +41,8 @@ class HexahedronTree {
   std::vector<Node> nodes_;
 };
 
-/// The paper's Find_global_position: walks the tree and writes each hexahedron's world pose X_WS = X_WO * X_OS.
+/// The paper's Find_global_position: walks the tree and writes each hexahedron's world pose X_WS = X_WO *
+/// X_OS.
 /// @pre out.size() == tree.solids().size()
 void find_global_positions(const HexahedronTree& tree, const Pose& X_WO, std::span<Pose> out);
 

@@ -21,9 +21,7 @@ std::string figure(double value) {
   return text.str();
 }
 
-double determinant(const Matrix3& R) {
-  return dot(R.col(0), cross(R.col(1), R.col(2)));
-}
+double determinant(const Matrix3& R) { return dot(R.col(0), cross(R.col(1), R.col(2))); }
 
 bool all_finite(const Pose& X) {
   return is_finite(X.R.col(0)) && is_finite(X.R.col(1)) && is_finite(X.R.col(2)) && is_finite(X.p);
@@ -52,7 +50,8 @@ void validate_pose(const Pose& X, std::string_view name) {
   if (!(defect <= kRotationTolerance))
     reject(name, "not a rotation: columns are off orthonormal by " + figure(defect) + ", allowed " +
                      figure(kRotationTolerance));
-  if (!(determinant(X.R) > 0.0)) reject(name, "not a rotation: a reflection, determinant " + figure(determinant(X.R)));
+  if (!(determinant(X.R) > 0.0))
+    reject(name, "not a rotation: a reflection, determinant " + figure(determinant(X.R)));
 }
 
 Matrix3 rotation_from_quaternion(double w, double x, double y, double z, std::string_view name) {

@@ -8,12 +8,13 @@ namespace touchstone {
 
 /// The pose X_WA of a frame A in a frame W: p_W = R_WA * p_A + p_WA. Lengths in metres.
 struct Pose {
-  Matrix3 R = Matrix3::Identity();   ///< columns: A's axes expressed in W
-  Vector3 p = Vector3::Zero();       ///< A's origin in W [m]
+  Matrix3 R = Matrix3::Identity();  ///< columns: A's axes expressed in W
+  Vector3 p = Vector3::Zero();      ///< A's origin in W [m]
 };
 
-/// How far R's columns may be from orthonormal, largest |(R^T R - I)_ij|, before a matrix counts as "no rotation".
-/// Matrices are used as given, never re-orthonormalised; 1e-6 admits matrices written with single precision.
+/// How far R's columns may be from orthonormal, largest |(R^T R - I)_ij|, before a matrix counts as "no
+/// rotation". Matrices are used as given, never re-orthonormalised; 1e-6 admits matrices written with single
+/// precision.
 inline constexpr double kRotationTolerance = 1e-6;
 
 /// Largest |(R^T R - I)_ij|.
@@ -25,22 +26,25 @@ bool is_valid_pose(const Pose& X);
 /// @throws InputError naming `name` and the figure that is off.
 void validate_pose(const Pose& X, std::string_view name);
 
-/// R from a quaternion (w, x, y, z), normalised: q / sqrt(w2+x2+y2+z2), then R00 = w*w+x*x-y*y-z*z and so on, left
-/// to right. Components are scaled by a power of two first, so 1e-200 and 1e200 are accepted.
+/// R from a quaternion (w, x, y, z), normalised: q / sqrt(w2+x2+y2+z2), then R00 = w*w+x*x-y*y-z*z and so on,
+/// left to right. Components are scaled by a power of two first, so 1e-200 and 1e200 are accepted.
 /// @throws InputError when a component is not finite or all are zero.
-Matrix3 rotation_from_quaternion(double w, double x, double y, double z, std::string_view name = "quaternion");
+Matrix3 rotation_from_quaternion(double w, double x, double y, double z,
+                                 std::string_view name = "quaternion");
 
 /// @throws InputError when `X` is no rigid transform (see is_valid_pose) or its last row is not 0 0 0 1.
 Pose pose_from_matrix(const Matrix4& X, std::string_view name = "matrix");
 Matrix4 matrix_from_pose(const Pose& X);
 
-/// The paper's 6x1 position vector (x, y, z [m], roll, pitch, yaw [rad]) as a pose: R = Rz(yaw) Ry(pitch) Rx(roll),
-/// i.e. rotations about the fixed axes x, then y, then z (equally: yaw, then pitch, then roll about the moving axes).
+/// The paper's 6x1 position vector (x, y, z [m], roll, pitch, yaw [rad]) as a pose: R = Rz(yaw) Ry(pitch)
+/// Rx(roll), i.e. rotations about the fixed axes x, then y, then z (equally: yaw, then pitch, then roll about
+/// the moving axes).
 /// @throws InputError when a component is not finite.
 Pose pose_from_position_vector(const Vector6& position, std::string_view name = "position vector");
 
-/// The inverse: pitch in [-pi/2, pi/2], roll and yaw in [-pi, pi]. At pitch = +-pi/2 only roll -+ yaw is defined (gimbal
-/// lock): where cos(pitch) < 1e-12 roll is returned as 0 and yaw carries the whole turn, so the matrix is still reproduced.
+/// The inverse: pitch in [-pi/2, pi/2], roll and yaw in [-pi, pi]. At pitch = +-pi/2 only roll -+ yaw is
+/// defined (gimbal lock): where cos(pitch) < 1e-12 roll is returned as 0 and yaw carries the whole turn, so
+/// the matrix is still reproduced.
 Vector6 position_vector_from_pose(const Pose& X);
 
 /// X_WB = X_WA * X_AB.

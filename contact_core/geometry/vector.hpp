@@ -3,7 +3,8 @@
 #include <Eigen/Core>
 
 // Vectors, and the few products whose rounding order is part of the project's contract: results have the same
-// bits on every compiler and instruction set, so no Eigen reduction (.dot, .norm, .sum) appears on a numeric path.
+// bits on every compiler and instruction set, so no Eigen reduction (.dot, .norm, .sum) appears on a numeric
+// path.
 
 namespace touchstone {
 
@@ -13,7 +14,9 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix4 = Eigen::Matrix4d;
 
 /// (u.x v.x + u.y v.y) + u.z v.z, rounded after each operation.
-inline double dot(const Vector3& u, const Vector3& v) { return (u.x() * v.x() + u.y() * v.y()) + u.z() * v.z(); }
+inline double dot(const Vector3& u, const Vector3& v) {
+  return (u.x() * v.x() + u.y() * v.y()) + u.z() * v.z();
+}
 
 inline Vector3 cross(const Vector3& u, const Vector3& v) {
   return {u.y() * v.z() - u.z() * v.y(), u.z() * v.x() - u.x() * v.z(), u.x() * v.y() - u.y() * v.x()};

@@ -11,7 +11,8 @@
 
 // The fine check, behind one interface. Conventions for every backend:
 //  * SI units, doubles. Solids are closed sets: touching is contact (`overlapping`, separation 0).
-//  * n_AB_W: unit, from A to B, in world. separation > 0 apart, < 0 overlapping (minimal translation distance).
+//  * n_AB_W: unit, from A to B, in world. separation > 0 apart, < 0 overlapping (minimal translation
+//  distance).
 //  * p_B_W = p_A_W + separation * n_AB_W; moving B by -separation * n_AB_W brings the pair to touch.
 //  * Results come in the order of the pairs; result i depends on pair i alone.
 
@@ -49,7 +50,8 @@ inline constexpr int kMaxManifoldPoints = 8;
 /// What is asked. Less asked is less paid.
 struct Query {
   QueryKind kind = QueryKind::overlap;
-  /// Pairs further apart than this [m] are `separated` with separation +inf (never a bound) and NaN elsewhere.
+  /// Pairs further apart than this [m] are `separated` with separation +inf (never a bound) and NaN
+  /// elsewhere.
   double max_separation = std::numeric_limits<double>::infinity();
   /// Slots per pair in NarrowphaseOutput::points, 1 to kMaxManifoldPoints; manifold only.
   int max_points = kMaxManifoldPoints;
@@ -57,18 +59,20 @@ struct Query {
 
 /// One pair's answer to a distance or manifold query. NaN where the status carries nothing.
 struct PairGeometry {
-  double separation;        ///< signed [m]
-  Vector3 n_AB_W;           ///< unit, from A to B
-  Vector3 p_A_W;            ///< witness on A's surface [m]
-  Vector3 p_B_W;            ///< witness on B's surface: p_A_W + separation * n_AB_W
-  std::int32_t point_count; ///< slots used in the pair's part of NarrowphaseOutput::points; 0 unless manifold
+  double separation;  ///< signed [m]
+  Vector3 n_AB_W;     ///< unit, from A to B
+  Vector3 p_A_W;      ///< witness on A's surface [m]
+  Vector3 p_B_W;      ///< witness on B's surface: p_A_W + separation * n_AB_W
+  std::int32_t
+      point_count;  ///< slots used in the pair's part of NarrowphaseOutput::points; 0 unless manifold
 };
 
 struct ContactPoint {
   Vector3 p_A_W;
   Vector3 p_B_W;
-  double separation;         ///< along the pair's n_AB_W [m]
-  /// Names the features that made the point, stable while the contact keeps its shape; backend-defined, 0 if unknown.
+  double separation;  ///< along the pair's n_AB_W [m]
+  /// Names the features that made the point, stable while the contact keeps its shape; backend-defined, 0 if
+  /// unknown.
   std::uint32_t feature_id;
 };
 
@@ -76,41 +80,44 @@ struct ContactPoint {
 struct Resolution {
   double absolute = 0.0;  ///< [m]
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size)
+  double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth (an engine that prefers faces)
 
   double at(double scale) const { return absolute + relative * scale; }
 };
 
 struct Capabilities {
-  bool distance = false;       ///< separation, normal and witness points of pairs that are apart
-  bool penetration = false;    ///< the same for pairs that overlap
+  bool distance = false;     ///< separation, normal and witness points of pairs that are apart
+  bool penetration = false;  ///< the same for pairs that overlap
   bool manifold = false;
-  bool overlap_complete = true; ///< false: the method has blind spots (missed contacts are expected, see its page)
-  int scalar_bits = 64;        ///< of the engine's own arithmetic
+  bool overlap_complete =
+      true;              ///< false: the method has blind spots (missed contacts are expected, see its page)
+  int scalar_bits = 64;  ///< of the engine's own arithmetic
   bool deterministic = true;
-  bool thread_safe = true;     ///< evaluate() on several threads, each with its own Workspace
-  /// Separations are within this of the truth where the backend claims them at all; closer to 0 than this it may
-  /// answer `undecided`.
+  bool thread_safe = true;  ///< evaluate() on several threads, each with its own Workspace
+  /// Separations are within this of the truth where the backend claims them at all; closer to 0 than this it
+  /// may answer `undecided`.
   Resolution resolution;
 };
 
-/// A caller-owned memory of one pair between frames (say, the last separating axis). Changes speed only, never answers.
+/// A caller-owned memory of one pair between frames (say, the last separating axis). Changes speed only,
+/// never answers.
 struct PairCacheEntry {
   std::uint32_t data[4] = {0, 0, 0, 0};  ///< zero: nothing known
 };
 
 struct NarrowphaseInput {
   std::span<const SolidPair> pairs;
-  std::span<const Pose> poses;           ///< X_WS of every solid given to build(), in that order; valid poses
+  std::span<const Pose> poses;  ///< X_WS of every solid given to build(), in that order; valid poses
   Query query;
   std::span<PairCacheEntry> cache = {};  ///< empty, or one entry a pair
 };
 
-/// Caller-owned slots; pair i writes status[i], geometry[i] and points[i * max_points ...) only, so chunks of a batch run
-/// on any threads without locks.
+/// Caller-owned slots; pair i writes status[i], geometry[i] and points[i * max_points ...) only, so chunks of
+/// a batch run on any threads without locks.
 struct NarrowphaseOutput {
-  std::span<PairStatus> status;        ///< one a pair
-  std::span<PairGeometry> geometry;    ///< one a pair; may be empty for overlap
-  std::span<ContactPoint> points;      ///< max_points a pair; may be empty unless manifold
+  std::span<PairStatus> status;      ///< one a pair
+  std::span<PairGeometry> geometry;  ///< one a pair; may be empty for overlap
+  std::span<ContactPoint> points;    ///< max_points a pair; may be empty unless manifold
 };
 
 class Narrowphase {
@@ -131,7 +138,8 @@ class Narrowphase {
   virtual void build(std::span<const Hexahedron> solids) = 0;
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
 
-  /// Hot path: no allocation after the first call with a workspace, no exceptions, no state that a later call could see.
+  /// Hot path: no allocation after the first call with a workspace, no exceptions, no state that a later call
+  /// could see.
   /// @pre pairs index solids of build(); poses are valid (is_valid_pose); spans are as large as stated above.
   virtual void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                         Workspace& workspace) const noexcept = 0;
@@ -145,7 +153,8 @@ class RawCheck {
   virtual bool supports(QueryKind kind) const noexcept = 0;
   /// Untimed.
   virtual void set_poses(std::span<const Pose> poses) = 0;
-  /// Timed: the engine's call for each pair. Returns how many pairs it reports in contact, so that no call is optimised away.
+  /// Timed: the engine's call for each pair. Returns how many pairs it reports in contact, so that no call is
+  /// optimised away.
   virtual std::size_t run(std::span<const SolidPair> pairs, QueryKind kind) noexcept = 0;
 };
 

@@ -10,8 +10,8 @@ namespace touchstone::numerics {
 /// Sign (-1, 0, +1) of det[b - a, c - a, d - a]: +1 when d lies on the side that (b-a) x (c-a) points to.
 int orient3d_sign(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d);
 
-/// True when the convex hulls of the two vertex sets have a point in common (closed sets: touching counts). Any rank is
-/// legal: rounding may flatten a hull to a polygon, a segment or a point.
+/// True when the convex hulls of the two vertex sets have a point in common (closed sets: touching counts).
+/// Any rank is legal: rounding may flatten a hull to a polygon, a segment or a point.
 bool hulls_intersect(const WorldVertices& a, const WorldVertices& b);
 
 }  // namespace touchstone::numerics

@@ -41,8 +41,8 @@ int main() try {
     const std::unique_ptr<Narrowphase::Workspace> workspace = narrowphase->make_workspace();
     std::array<PairStatus, 1> status;
     std::array<PairGeometry, 1> geometry;
-    narrowphase->evaluate({.pairs = pairs, .poses = poses, .query = {}}, {.status = status, .geometry = geometry},
-                          *workspace);
+    narrowphase->evaluate({.pairs = pairs, .poses = poses, .query = {}},
+                          {.status = status, .geometry = geometry}, *workspace);
     std::printf("%-12s %s\n", entry.name.c_str(), to_string(status[0]).data());
     if (status[0] != PairStatus::overlapping) ++wrong;
   }

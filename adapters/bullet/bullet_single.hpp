@@ -1,0 +1,13 @@
+#pragma once
+
+#include "contact_core/registry.hpp"
+
+namespace touchstone {
+
+/// Narrowphases `bullet_single` and `bullet_single_gjk`, broadphase `bullet_single`: as in bullet.hpp, with the stock
+/// single-precision build of Bullet (library touchstone::bullet_single). Poses and vertices are rounded to float where
+/// they enter the engine; solids that this flattens or overflows are refused by build(). Never in one program with
+/// touchstone::bullet.
+void register_bullet_single(BackendRegistry& registry);
+
+}  // namespace touchstone

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <memory>
+
+#include "contact_core/broadphase/broadphase.hpp"
+
+namespace touchstone::ode {
+
+std::unique_ptr<Broadphase> make_broadphase();
+
+}  // namespace touchstone::ode

@@ -1,0 +1,327 @@
+#include "adapters/ode/ode_narrowphase.hpp"
+
+#include <array>
+#include <cmath>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "adapters/ode/ode_library.hpp"
+
+namespace touchstone::ode {
+namespace {
+
+using GeomHandle = std::unique_ptr<dxGeom, GeomDeleter>;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Vertex counts and loops of the six faces, as dConvex reads them.
+constexpr std::array<unsigned int, 30> kPolygons = [] {
+  std::array<unsigned int, 30> polygons{};
+  std::size_t next = 0;
+  for (const auto& face : Hexahedron::kFaceVertices) {
+    polygons[next++] = 4;
+    for (const std::uint8_t vertex : face) polygons[next++] = vertex;
+  }
+  return polygons;
+}();
+
+/// What a geom is made from; dConvex keeps pointers into this.
+struct Shape {
+  bool is_box;
+  dVector3 side;                 ///< boxes: full side lengths [m]
+  Vector3 centre;                ///< origin of the geom in the solid's frame [m]
+  std::array<dReal, 24> points;  ///< vertices about `centre`
+  std::array<dReal, 24> planes;  ///< n . p = d about `centre`: ODE's offset is the negative of Plane::offset
+
+  explicit Shape(const Hexahedron& solid);
+};
+
+Shape::Shape(const Hexahedron& solid) : is_box(solid.is_box()), centre(Vector3::Zero()) {
+  for (int k = 0; k < 3; ++k) side[k] = 2.0 * solid.half_extents()[k];
+  side[3] = 0.0;
+  if (!is_box) {
+    for (const Vector3& vertex : solid.vertices()) centre += vertex / 8.0;
+  }
+  for (int i = 0; i < Hexahedron::kVertices; ++i) {
+    for (int k = 0; k < 3; ++k) points[3 * i + k] = solid.vertices()[i][k] - centre[k];
+  }
+  for (int f = 0; f < 6; ++f) {
+    const Plane& plane = solid.face_plane(f);
+    for (int k = 0; k < 3; ++k) planes[4 * f + k] = plane.normal[k];
+    planes[4 * f + 3] = -plane.signed_distance(centre);
+  }
+}
+
+/// A solid's pose as ODE wants it.
+struct Placement {
+  dVector3 position;
+  Rotation rotation;
+
+  Placement(const Shape& shape, const Pose& X_WS) : rotation(X_WS.R) {
+    const Vector3 p_W = shape.is_box ? X_WS.p : transform(X_WS, shape.centre);
+    for (int k = 0; k < 3; ++k) position[k] = p_W[k];
+    position[3] = 0.0;
+  }
+};
+
+/// A NaN would pass for "apart": every comparison in ODE's separating-axis tests is then false.
+bool is_finite_pose(const Pose& X) { return X.R.allFinite() && X.p.allFinite(); }
+
+struct Contacts {
+  int count = 0;
+  int box_code = 0;  ///< dBoxBox's return code; 0 when the contacts are dCollide's
+  Vector3 n_AB_W;    ///< of the deepest contact
+  std::array<dContactGeom, kMaxManifoldPoints> contact;
+};
+
+void box_contacts(const Shape& a, const Placement& at_a, const Shape& b, const Placement& at_b,
+                  int max_points, Contacts& out) {
+  dVector3 normal;
+  dReal depth;
+  out.count = dBoxBox(at_a.position, at_a.rotation.rows, a.side, at_b.position, at_b.rotation.rows, b.side,
+                      normal, &depth, &out.box_code, max_points, out.contact.data(), sizeof(dContactGeom));
+  if (out.count > 0) out.n_AB_W = Vector3(normal[0], normal[1], normal[2]);
+}
+
+int deepest(const Contacts& contacts) {
+  int best = 0;
+  for (int i = 1; i < contacts.count; ++i) {
+    if (contacts.contact[i].depth > contacts.contact[best].depth) best = i;
+  }
+  return best;
+}
+
+/// How much of the depth lies between `pos` and A's surface; the rest lies between it and B's.
+double share_of_a(int box_code) {
+  if (box_code >= 1 && box_code <= 3) return 1.0;  // a face of A is the reference: pos is on B
+  if (box_code >= 4 && box_code <= 6) return 0.0;  // a face of B is the reference: pos is on A
+  return 0.5;
+}
+
+ContactPoint contact_point(const Contacts& contacts, int i) {
+  const dContactGeom& contact = contacts.contact[i];
+  ContactPoint point;
+  point.separation = -contact.depth;
+  point.p_A_W = Vector3(contact.pos[0], contact.pos[1], contact.pos[2]) +
+                (share_of_a(contacts.box_code) * contact.depth) * contacts.n_AB_W;
+  point.p_B_W = point.p_A_W + point.separation * contacts.n_AB_W;
+  point.feature_id = 0;
+  return point;
+}
+
+/// MPR at exact touch has a zero normal; overflow leaves NaN or infinities.
+bool is_usable(const Contacts& contacts) {
+  for (int i = 0; i < contacts.count; ++i) {
+    const dContactGeom& contact = contacts.contact[i];
+    if (!std::isfinite(contact.depth)) return false;
+    if (!std::isfinite(contact.pos[0]) || !std::isfinite(contact.pos[1]) || !std::isfinite(contact.pos[2]))
+      return false;
+  }
+  return std::abs(norm(contacts.n_AB_W) - 1.0) <= kRotationTolerance;
+}
+
+PairGeometry no_geometry(double separation) {
+  const Vector3 unknown = Vector3::Constant(kNaN);
+  return {separation, unknown, unknown, unknown, 0};
+}
+
+class OdeWorkspace final : public Narrowphase::Workspace {
+ public:
+  OdeWorkspace() {
+    static constexpr std::array<dReal, 24> kNoPlanes = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1,
+                                                        0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    static constexpr std::array<dReal, 24> kNoPoints{};
+    for (int i = 0; i < 2; ++i) {
+      boxes_[i].reset(dCreateBox(nullptr, 1, 1, 1));
+      convexes_[i].reset(dCreateConvex(nullptr, kNoPlanes.data(), 6, kNoPoints.data(), Hexahedron::kVertices,
+                                       kPolygons.data()));
+    }
+  }
+
+  /// ODE wants its data allocated in every thread that collides.
+  void enter_thread() {
+    if (thread_ == std::this_thread::get_id()) return;
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    thread_ = std::this_thread::get_id();
+  }
+
+  void collide(const Shape& a, const Placement& at_a, const Shape& b, const Placement& at_b, int max_points,
+               Contacts& out) {
+    const dGeomID geom_a = place(0, a, at_a);
+    const dGeomID geom_b = place(1, b, at_b);
+    out.count = dCollide(geom_a, geom_b, max_points, out.contact.data(), sizeof(dContactGeom));
+    if (out.count == 0) return;
+    const dReal* normal = out.contact[deepest(out)].normal;
+    out.n_AB_W = Vector3(-normal[0], -normal[1], -normal[2]);
+  }
+
+ private:
+  dGeomID place(int slot, const Shape& shape, const Placement& at) {
+    const dGeomID geom = shape.is_box ? boxes_[slot].get() : convexes_[slot].get();
+    if (shape.is_box) {
+      dGeomBoxSetLengths(geom, shape.side[0], shape.side[1], shape.side[2]);
+    } else {
+      dGeomSetConvex(geom, shape.planes.data(), 6, shape.points.data(), Hexahedron::kVertices,
+                     kPolygons.data());
+    }
+    dGeomSetPosition(geom, at.position[0], at.position[1], at.position[2]);
+    dGeomSetRotation(geom, at.rotation.rows);
+    return geom;
+  }
+
+  LibraryUse library_;  // first, so that the geoms go before the library does
+  std::array<GeomHandle, 2> boxes_;
+  std::array<GeomHandle, 2> convexes_;
+  std::thread::id thread_;
+};
+
+class OdeNarrowphase final : public Narrowphase {
+ public:
+  OdeNarrowphase() {
+    capabilities_.penetration = true;
+    capabilities_.manifold = true;
+    capabilities_.overlap_complete = false;
+    // The depth is the engine's choice of direction, not the minimum: see ode.hpp and tests/ode for the
+    // figures.
+    capabilities_.resolution = {1e-6, 1.0};
+  }
+
+  std::string_view name() const noexcept override { return "ode"; }
+  const Capabilities& capabilities() const noexcept override { return capabilities_; }
+
+  void build(std::span<const Hexahedron> solids) override {
+    std::vector<Shape> shapes(solids.begin(), solids.end());
+    shapes_ = std::move(shapes);
+  }
+
+  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<OdeWorkspace>(); }
+
+  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
+                Workspace& workspace) const noexcept override {
+    auto& scratch = static_cast<OdeWorkspace&>(workspace);
+    scratch.enter_thread();
+    for (std::size_t i = 0; i < input.pairs.size(); ++i) evaluate_pair(input, i, output, scratch);
+  }
+
+ private:
+  void evaluate_pair(const NarrowphaseInput& input, std::size_t i, const NarrowphaseOutput& output,
+                     OdeWorkspace& scratch) const {
+    const auto [a, b] = input.pairs[i];
+    const QueryKind kind = input.query.kind;
+    if (!is_finite_pose(input.poses[a]) || !is_finite_pose(input.poses[b])) {
+      return refuse(PairStatus::failed, kNaN, kind, i, output);
+    }
+    const Shape& shape_a = shapes_[a];
+    const Shape& shape_b = shapes_[b];
+    const Placement at_a(shape_a, input.poses[a]);
+    const Placement at_b(shape_b, input.poses[b]);
+    const bool boxes = shape_a.is_box && shape_b.is_box;
+    if (kind == QueryKind::overlap && boxes) {
+      const bool touch = dBoxTouchesBox(at_a.position, at_a.rotation.rows, shape_a.side, at_b.position,
+                                        at_b.rotation.rows, shape_b.side) != 0;
+      output.status[i] = touch ? PairStatus::overlapping : PairStatus::separated;
+      return;
+    }
+    Contacts contacts;
+    const int max_points = kind == QueryKind::overlap ? 1 : kMaxManifoldPoints;
+    if (boxes) {
+      box_contacts(shape_a, at_a, shape_b, at_b, max_points, contacts);
+    } else {
+      scratch.collide(shape_a, at_a, shape_b, at_b, max_points, contacts);
+    }
+    if (kind == QueryKind::overlap) {
+      output.status[i] = contacts.count > 0 ? PairStatus::overlapping : PairStatus::separated;
+    } else if (contacts.count == 0) {
+      const bool nearness_asked = input.query.max_separation > 0.0;
+      refuse(nearness_asked ? PairStatus::unsupported : PairStatus::separated,
+             nearness_asked ? kNaN : kInfinity, kind, i, output);
+    } else if (!is_usable(contacts)) {
+      refuse(PairStatus::failed, kNaN, kind, i, output);
+    } else {
+      report(contacts, input.query, i, output);
+    }
+  }
+
+  static void refuse(PairStatus status, double separation, QueryKind kind, std::size_t i,
+                     const NarrowphaseOutput& output) {
+    output.status[i] = status;
+    if (kind != QueryKind::overlap) output.geometry[i] = no_geometry(separation);
+  }
+
+  static void report(Contacts& contacts, const Query& query, std::size_t i, const NarrowphaseOutput& output) {
+    const int best = deepest(contacts);
+    std::swap(contacts.contact[0], contacts.contact[best]);
+    const ContactPoint witness = contact_point(contacts, 0);
+    output.status[i] = PairStatus::overlapping;
+    output.geometry[i] = {witness.separation, contacts.n_AB_W, witness.p_A_W, witness.p_B_W, 0};
+    if (query.kind != QueryKind::manifold) return;
+    const int count = contacts.count < query.max_points ? contacts.count : query.max_points;
+    output.geometry[i].point_count = count;
+    for (int k = 0; k < count; ++k) {
+      output.points[i * static_cast<std::size_t>(query.max_points) + k] = contact_point(contacts, k);
+    }
+  }
+
+  LibraryUse library_;
+  Capabilities capabilities_;
+  std::vector<Shape> shapes_;
+};
+
+class OdeRawCheck final : public RawCheck {
+ public:
+  void build(std::span<const Hexahedron> solids) override {
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    std::vector<Shape> shapes(solids.begin(), solids.end());
+    std::vector<GeomHandle> geoms;
+    geoms.reserve(shapes.size());
+    for (const Shape& shape : shapes) {
+      geoms.emplace_back(shape.is_box ? dCreateBox(nullptr, shape.side[0], shape.side[1], shape.side[2])
+                                      : dCreateConvex(nullptr, shape.planes.data(), 6, shape.points.data(),
+                                                      Hexahedron::kVertices, kPolygons.data()));
+    }
+    geoms_ = std::move(geoms);
+    shapes_ = std::move(shapes);  // moving keeps the elements that the geoms point into where they are
+  }
+
+  bool supports(QueryKind kind) const noexcept override { return kind != QueryKind::distance; }
+
+  void set_poses(std::span<const Pose> poses) override {
+    for (std::size_t i = 0; i < geoms_.size(); ++i) {
+      const Placement at(shapes_[i], poses[i]);
+      dGeomSetPosition(geoms_[i].get(), at.position[0], at.position[1], at.position[2]);
+      dGeomSetRotation(geoms_[i].get(), at.rotation.rows);
+    }
+  }
+
+  std::size_t run(std::span<const SolidPair> pairs, QueryKind kind) noexcept override {
+    const int max_points = kind == QueryKind::manifold ? kMaxManifoldPoints : 1;
+    std::array<dContactGeom, kMaxManifoldPoints> contacts;
+    std::size_t in_contact = 0;
+    for (const auto [a, b] : pairs) {
+      const dGeomID geom_a = geoms_[a].get();
+      const dGeomID geom_b = geoms_[b].get();
+      if (kind == QueryKind::overlap && shapes_[a].is_box && shapes_[b].is_box) {
+        in_contact +=
+            dBoxTouchesBox(dGeomGetPosition(geom_a), dGeomGetRotation(geom_a), shapes_[a].side,
+                           dGeomGetPosition(geom_b), dGeomGetRotation(geom_b), shapes_[b].side) != 0;
+      } else {
+        in_contact += dCollide(geom_a, geom_b, max_points, contacts.data(), sizeof(dContactGeom)) > 0;
+      }
+    }
+    return in_contact;
+  }
+
+ private:
+  LibraryUse library_;
+  std::vector<Shape> shapes_;
+  std::vector<GeomHandle> geoms_;  // after shapes_: destroyed before what they point into
+};
+
+}  // namespace
+
+std::unique_ptr<Narrowphase> make_narrowphase() { return std::make_unique<OdeNarrowphase>(); }
+std::unique_ptr<RawCheck> make_raw_check() { return std::make_unique<OdeRawCheck>(); }
+
+}  // namespace touchstone::ode

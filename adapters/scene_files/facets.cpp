@@ -1,0 +1,104 @@
+#include "adapters/scene_files/facets.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone::scene_files {
+namespace {
+
+std::string labelled(const std::string& name) { return "hexahedron '" + name + "'"; }
+
+void require(bool holds, const std::string& name, const char* reason) {
+  if (!holds) throw InputError(labelled(name) + ": " + reason);
+}
+
+double corner_radius(double radius, int facets, bool inscribed) {
+  return inscribed ? radius : radius / std::cos(std::numbers::pi / facets);
+}
+
+}  // namespace
+
+double facet_error(double radius, int facets, bool inscribed) {
+  const double c = std::cos(std::numbers::pi / facets);
+  return inscribed ? radius * (1.0 - c) : radius * (1.0 / c - 1.0);
+}
+
+std::vector<PlacedHexahedron> make_ring(const RingSize& size, const Pose& X_OS, const std::string& name) {
+  require(size.facets >= 3, name, "a ring needs at least 3 facets");
+  require(size.facets <= 4096, name, "a ring has at most 4096 facets");
+  require(size.inner_radius > 0.0 && size.outer_radius > size.inner_radius, name,
+          "a ring needs 0 < inner_radius < outer_radius");
+  require(size.height > 0.0, name, "a ring needs height > 0");
+  const double inner = corner_radius(size.inner_radius, size.facets, size.inscribed);
+  const double outer = corner_radius(size.outer_radius, size.facets, size.inscribed);
+  // Neighbours share corners bit for bit: corner k is at the angle (2 k - 1) pi / n, k modulo n.
+  const auto corner = [&](double radius, int k, double z) {
+    const double angle = (2 * (k % size.facets) - 1) * std::numbers::pi / size.facets;
+    return Vector3(radius * std::cos(angle), radius * std::sin(angle), z);
+  };
+  std::vector<PlacedHexahedron> facets;
+  for (int i = 0; i < size.facets; ++i) {
+    std::array<Vector3, 8> v;
+    for (int bits = 0; bits < 8; ++bits)
+      v[bits] = corner(bits & 4 ? outer : inner, bits & 2 ? i + 1 : i, bits & 1 ? size.height : 0.0);
+    const std::string facet = name + "." + std::to_string(i);
+    facets.push_back({facet, Hexahedron::from_vertices(v, WarpPolicy::refuse, labelled(facet)), X_OS});
+  }
+  return facets;
+}
+
+PlacedHexahedron make_frustum(const FrustumSize& size, const Pose& X_OS, const std::string& name) {
+  require(size.height > 0.0, name, "a frustum needs height > 0");
+  require(size.bottom_x > 0.0 && size.bottom_y > 0.0, name, "a frustum needs bottom half widths > 0");
+  require(size.top_x >= 0.0 && size.top_y >= 0.0, name, "a frustum needs top half widths >= 0");
+  std::array<Vector3, 8> v;
+  for (int bits = 0; bits < 8; ++bits) {
+    const double x = bits & 1 ? size.top_x : size.bottom_x;
+    const double y = bits & 1 ? size.top_y : size.bottom_y;
+    v[bits] = {bits & 4 ? x : -x, bits & 2 ? y : -y, bits & 1 ? size.height : 0.0};
+  }
+  return {name, Hexahedron::from_vertices(v, WarpPolicy::refuse, labelled(name)), X_OS};
+}
+
+std::vector<PlacedHexahedron> make_walls(const WallsSize& size, const Pose& X_OS, const std::string& name) {
+  constexpr std::array<const char*, 6> kSide = {"-x", "+x", "-y", "+y", "-z", "+z"};
+  require(size.thickness > 0.0, name, "walls need thickness > 0");
+  for (int axis = 0; axis < 3; ++axis)
+    require(size.inner_size(axis) > 0.0, name, "walls need inner_size > 0");
+  const auto is_open = [&](int side) {
+    return std::find(size.open.begin(), size.open.end(), side) != size.open.end();
+  };
+  const Vector3 inner = 0.5 * size.inner_size;
+  // The box spanned so far along each axis; a wall reaches over the sides of the axes after its own.
+  std::vector<PlacedHexahedron> walls;
+  for (int side = 0; side < 6; ++side) {
+    if (is_open(side)) continue;
+    const int axis = side / 2;
+    Vector3 low = -inner;
+    Vector3 high = inner;
+    for (int other = axis + 1; other < 3; ++other) {
+      if (!is_open(2 * other)) low(other) -= size.thickness;
+      if (!is_open(2 * other + 1)) high(other) += size.thickness;
+    }
+    if (side % 2 == 0) {
+      low(axis) = -inner(axis) - size.thickness;
+      high(axis) = -inner(axis);
+    } else {
+      low(axis) = inner(axis);
+      high(axis) = inner(axis) + size.thickness;
+    }
+    std::array<Vector3, 8> v;
+    for (int bits = 0; bits < 8; ++bits)
+      v[bits] = {bits & 4 ? high.x() : low.x(), bits & 2 ? high.y() : low.y(), bits & 1 ? high.z() : low.z()};
+    const std::string wall = name + "." + kSide[side];
+    walls.push_back({wall, Hexahedron::from_vertices(v, WarpPolicy::refuse, labelled(wall)), X_OS});
+  }
+  require(!walls.empty(), name, "walls: every side is open");
+  return walls;
+}
+
+}  // namespace touchstone::scene_files

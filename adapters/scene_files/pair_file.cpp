@@ -1,0 +1,319 @@
+#include "adapters/scene_files/pair_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+using Json = nlohmann::json;
+
+// Why one case is invalid; never leaves this file.
+struct BadCase {
+  std::string reason;
+};
+
+std::string shown(const Json& value) {
+  std::string text = value.dump();
+  if (text.size() > 40) text = text.substr(0, 40) + "...";
+  return text;
+}
+
+const Json& member(const Json& object, const char* key, const std::string& where) {
+  if (!object.is_object()) throw BadCase{where + ": expected an object, got " + shown(object)};
+  const auto found = object.find(key);
+  if (found == object.end()) throw BadCase{where + ": missing '" + key + "'"};
+  return *found;
+}
+
+double read_number(const Json& value, const std::string& where) {
+  if (value.is_number()) return value.get<double>();
+  if (value.is_string()) {
+    const std::string& text = value.get_ref<const std::string&>();
+    for (const char* word : {"NaN", "nan", "Infinity", "-Infinity", "inf", "-inf"})
+      if (text == word) throw BadCase{where + ": not finite: " + text};
+    if (!text.empty() && text.front() == '\x01')
+      throw BadCase{where + ": beyond the range of a double: " + text.substr(1)};
+  }
+  throw BadCase{where + ": expected a number, got " + shown(value)};
+}
+
+std::vector<double> read_numbers(const Json& value, std::size_t count, const std::string& where) {
+  if (!value.is_array() || value.size() != count)
+    throw BadCase{where + ": expected " + std::to_string(count) + " numbers, got " + shown(value)};
+  std::vector<double> numbers;
+  for (const Json& item : value) numbers.push_back(read_number(item, where));
+  return numbers;
+}
+
+Vector3 read_vector(const Json& value, const std::string& where) {
+  const std::vector<double> v = read_numbers(value, 3, where);
+  return {v[0], v[1], v[2]};
+}
+
+Hexahedron read_shape(const Json& shape, const std::string& where) {
+  const Json& type = member(shape, "type", where);
+  if (type == "box")
+    return Hexahedron::from_size(read_vector(member(shape, "size", where), where + ": size"), where);
+  if (type != "convex") throw BadCase{where + ": unknown type " + shown(type) + "; known: box, convex"};
+  const Json& list = member(shape, "vertices", where);
+  if (!list.is_array()) throw BadCase{where + ": vertices: expected a list, got " + shown(list)};
+  std::vector<Vector3> vertices;
+  for (const Json& item : list)
+    vertices.push_back(read_vector(item, where + ": vertex " + std::to_string(vertices.size())));
+  return Hexahedron::from_vertices(vertices, WarpPolicy::accept, where);
+}
+
+Pose read_matrix(const Json& value, const std::string& where) {
+  std::vector<double> entries;
+  if (value.is_array() && value.size() == 16) {
+    entries = read_numbers(value, 16, where);
+  } else if (value.is_array() && value.size() == 4) {
+    for (const Json& row : value)
+      for (double entry : read_numbers(row, 4, where)) entries.push_back(entry);
+  } else {
+    throw BadCase{where + ": expected 4 rows of 4 numbers, got " + shown(value)};
+  }
+  Matrix4 X;
+  for (int i = 0; i < 16; ++i) X(i / 4, i % 4) = entries[i];
+  return pose_from_matrix(X, where);
+}
+
+Pose read_pose(const Json& pose, const std::string& where) {
+  if (pose == "identity") return {};
+  if (pose.is_object() && pose.contains("matrix")) return read_matrix(pose["matrix"], where);
+  Pose X;
+  X.p = read_vector(member(pose, "position", where), where + ": position");
+  const std::vector<double> q =
+      read_numbers(member(pose, "quaternion_wxyz", where), 4, where + ": quaternion_wxyz");
+  X.R = rotation_from_quaternion(q[0], q[1], q[2], q[3], where);
+  return X;
+}
+
+PosedPair read_pair(const Json& item) {
+  const Json& shapes = member(item, "shapes", "case");
+  if (!shapes.is_array() || shapes.size() != 2) throw BadCase{"shapes: expected two, got " + shown(shapes)};
+  const Json& poses = member(item, "poses", "case");
+  const bool identity = poses == "identity";
+  if (!identity && (!poses.is_array() || poses.size() != 2))
+    throw BadCase{"poses: expected two, got " + shown(poses)};
+  PosedPair pair{{read_shape(shapes[0], "shape 0"), read_shape(shapes[1], "shape 1")}, {}};
+  for (std::size_t i = 0; i < 2 && !identity; ++i)
+    pair.X_WS[i] = read_pose(poses[i], "pose " + std::to_string(i));
+  for (int i = 0; i < 2; ++i) {
+    WorldVertices world;
+    world_vertices(pair.solids[i], pair.X_WS[i], world);
+    if (!std::isfinite(largest_coordinate(world)))
+      throw BadCase{"pose " + std::to_string(i) + ": a world vertex is beyond the range of a double"};
+  }
+  return pair;
+}
+
+ExactAnswer read_exact(const Json& exact) {
+  const Json& name = member(exact, "class", "exact");
+  ExactAnswer answer{PairClass::separated, "", std::nullopt};
+  bool known = false;
+  for (PairClass pair_class : {PairClass::separated, PairClass::touching, PairClass::penetrating})
+    if (name == std::string(to_string(pair_class))) answer.pair_class = pair_class, known = true;
+  if (!known)
+    throw BadCase{"exact: class: unknown " + shown(name) + "; known: separated, touching, penetrating"};
+  const Json& distance = member(exact, "signed_distance", "exact");
+  if (!distance.is_string())
+    throw BadCase{"exact: signed_distance: expected a decimal as text, got " + shown(distance)};
+  answer.signed_distance = distance.get<std::string>();
+  if (exact.contains("normal") && !exact["normal"].is_null())
+    answer.normal = read_vector(exact["normal"], "exact: normal");
+  return answer;
+}
+
+std::string read_text(const Json& item, const char* key) {
+  return item.is_object() && item.contains(key) && item[key].is_string() ? item[key].get<std::string>()
+                                                                         : std::string();
+}
+
+std::string read_id(const Json& item) {
+  if (item.is_object() && item.contains("id")) {
+    const Json& id = item["id"];
+    if (id.is_string() && !id.get_ref<const std::string&>().empty()) return id.get<std::string>();
+    if (id.is_number_integer()) return id.dump();
+  }
+  return {};
+}
+
+PairCase read_case(const Json& item, std::size_t index) {
+  PairCase result;
+  result.id = read_id(item);
+  result.why_hard = read_text(item, "why_hard");
+  result.expected_error = read_text(item, "expected_error");
+  try {
+    if (!item.is_object()) throw BadCase{"expected an object, got " + shown(item)};
+    if (result.id.empty()) throw BadCase{"missing 'id' (text or a whole number)"};
+    PosedPair pair = read_pair(item);
+    if (item.contains("exact")) result.exact = read_exact(item["exact"]);
+    result.pair = std::move(pair);
+  } catch (const BadCase& bad) {
+    result.invalid_reason = bad.reason;
+  } catch (const InputError& error) {
+    result.invalid_reason = error.what();
+  }
+  if (result.id.empty()) result.id = "#" + std::to_string(index);
+  return result;
+}
+
+std::string read_text_file(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream || std::filesystem::is_directory(path)) throw InputError(path.string() + ": cannot be read");
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+bool is_number_character(char c) {
+  return (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E';
+}
+
+// The JSON library refuses a whole file for one 1e400. Such numbers become marked strings, which only their
+// case refuses.
+std::string with_overflows_marked(const std::string& text) {
+  std::string out;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string || !(c == '-' || (c >= '0' && c <= '9'))) {
+      out += c;
+      if (c == '\\' && in_string && i + 1 < text.size()) out += text[++i];
+      if (c == '"') in_string = !in_string;
+      continue;
+    }
+    std::size_t end = i;
+    while (end < text.size() && is_number_character(text[end])) ++end;
+    const std::string token = text.substr(i, end - i);
+    const bool overflows = !std::isfinite(std::strtod(token.c_str(), nullptr));
+    out += overflows ? "\"\\u0001" + token + "\"" : token;
+    i = end - 1;
+  }
+  return out;
+}
+
+Json parse(const std::filesystem::path& path) {
+  const std::string text = read_text_file(path);
+  try {
+    return Json::parse(text);
+  } catch (const Json::out_of_range&) {
+    return Json::parse(with_overflows_marked(text));
+  }
+}
+
+[[noreturn]] void malformed(const std::filesystem::path& path, const Json::parse_error& error) {
+  const std::string text = read_text_file(path);
+  const std::size_t end = std::min(error.byte == 0 ? 0 : error.byte - 1, text.size());
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
+  const std::size_t line_start = end == 0 ? std::string::npos : text.rfind('\n', end - 1);
+  const std::size_t column = line_start == std::string::npos ? end + 1 : end - line_start;
+  std::string reason = error.what();
+  const std::size_t syntax = reason.find("syntax error");
+  if (syntax != std::string::npos) reason = reason.substr(syntax);
+  throw InputError(path.string() + ":" + std::to_string(line) + ":" + std::to_string(column) +
+                   ": malformed JSON: " + reason);
+}
+
+Json to_json(const Vector3& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json to_json(const Hexahedron& solid) {
+  if (solid.is_box()) return {{"type", "box"}, {"size", to_json(2.0 * solid.half_extents())}};
+  Json vertices = Json::array();
+  for (const Vector3& p : solid.vertices()) vertices.push_back(to_json(p));
+  return {{"type", "convex"}, {"vertices", vertices}};
+}
+
+Json to_json(const Pose& X) {
+  Json rows = Json::array();
+  const Matrix4 matrix = matrix_from_pose(X);
+  for (int row = 0; row < 4; ++row)
+    rows.push_back(Json::array({matrix(row, 0), matrix(row, 1), matrix(row, 2), matrix(row, 3)}));
+  return {{"matrix", rows}};
+}
+
+Json to_json(const PairCase& item) {
+  Json out = {{"id", item.id},
+              {"shapes", Json::array({to_json(item.pair->solids[0]), to_json(item.pair->solids[1])})},
+              {"poses", Json::array({to_json(item.pair->X_WS[0]), to_json(item.pair->X_WS[1])})}};
+  if (!item.why_hard.empty()) out["why_hard"] = item.why_hard;
+  if (item.exact) {
+    out["exact"] = {{"class", std::string(to_string(item.exact->pair_class))},
+                    {"signed_distance", item.exact->signed_distance}};
+    if (item.exact->normal) out["exact"]["normal"] = to_json(*item.exact->normal);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string_view to_string(PairClass pair_class) {
+  switch (pair_class) {
+    case PairClass::separated:
+      return "separated";
+    case PairClass::touching:
+      return "touching";
+    case PairClass::penetrating:
+      return "penetrating";
+  }
+  return "?";
+}
+
+std::vector<PairCase> load_pairs(const std::filesystem::path& path) {
+  Json root;
+  try {
+    root = parse(path);
+  } catch (const Json::parse_error& error) {
+    malformed(path, error);
+  }
+  const Json* list = root.is_object() && root.contains("cases") ? &root["cases"] : &root;
+  if (!list->is_array())
+    throw InputError(path.string() + ": expected a list of cases, or an object with 'cases'");
+  std::vector<PairCase> cases;
+  std::map<std::string, std::size_t> first_with_id;
+  for (const Json& item : *list) {
+    const std::size_t index = cases.size();
+    cases.push_back(read_case(item, index));
+    const auto [found, is_new] = first_with_id.emplace(cases.back().id, index);
+    if (!is_new)
+      throw InputError(path.string() + ": cases " + std::to_string(found->second) + " and " +
+                       std::to_string(index) + " (counted from 0) have the same id '" + cases.back().id +
+                       "'");
+  }
+  return cases;
+}
+
+void save_pairs(const std::filesystem::path& path, std::span<const PairCase> cases) {
+  std::ostringstream text;
+  text << "[";
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    if (!cases[i].pair)
+      throw InputError(path.string() + ": case '" + cases[i].id + "' is invalid and cannot be saved");
+    // The library writes the shortest decimal (at most 17 digits) that reads back as the same double.
+    text << (i == 0 ? "\n" : ",\n") << to_json(cases[i]).dump();
+  }
+  text << "\n]\n";
+  std::filesystem::path partial = path;
+  partial += ".partial";
+  std::ofstream stream(partial, std::ios::binary);
+  stream << text.str();
+  stream.close();
+  std::error_code error;
+  if (stream) std::filesystem::rename(partial, path, error);
+  if (!stream || error) {
+    std::error_code ignored;
+    std::filesystem::remove(partial, ignored);
+    throw InputError(path.string() + ": cannot be written");
+  }
+}
+
+}  // namespace touchstone

@@ -1,0 +1,371 @@
+#include "adapters/scene_files/scene_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <set>
+#include <sstream>
+
+#include "adapters/scene_files/facets.hpp"
+#include "adapters/scene_files/yaml_reader.hpp"
+#include "contact_core/input_error.hpp"
+#include "contact_core/scene/scene_instance.hpp"
+
+namespace touchstone {
+namespace {
+
+using scene_files::YamlReader;
+using scene_files::YamlSource;
+
+std::string quoted(const std::string& name) { return "'" + name + "'"; }
+
+// Runs f; what the core refuses gets this node's file, line and prefix.
+template <typename F>
+auto located(const YamlReader& reader, F&& f) {
+  try {
+    return f();
+  } catch (const InputError& error) {
+    reader.fail(error.what());
+  }
+}
+
+std::string unit_name(const YamlReader& units, const char* key, std::array<const char*, 2> known) {
+  if (!units.has(key)) return known[0];
+  const YamlReader reader = units.at(key);
+  const std::string unit = reader.text();
+  if (unit != known[0] && unit != known[1])
+    reader.fail("unknown unit " + quoted(unit) + "; known: " + known[0] + ", " + known[1]);
+  return unit;
+}
+
+// Sets the source's factors; returns the text for the scene.
+std::string read_units(const YamlReader& root, YamlSource& source) {
+  std::string length = "m";
+  std::string angle = "rad";
+  if (root.has("units")) {
+    const YamlReader units = root.at("units");
+    units.require_keys({"length", "angle"});
+    length = unit_name(units, "length", {"m", "mm"});
+    angle = unit_name(units, "angle", {"rad", "deg"});
+  }
+  source.lengths_per_metre = length == "mm" ? 1000.0 : 1.0;
+  source.radians_per_angle = angle == "deg" ? std::numbers::pi / 180.0 : 1.0;
+  return "length " + length + ", angle " + angle;
+}
+
+void read_parameters(const YamlReader& root, const SceneParameters& given, YamlSource& source) {
+  std::map<std::string, double> parameters;
+  if (root.has("parameters")) {
+    const YamlReader reader = root.at("parameters");
+    reader.require_keys({});
+    for (const auto& entry : reader.node())
+      parameters[entry.first.Scalar()] = reader.at(entry.first.Scalar()).number();
+  }
+  for (const auto& [name, value] : given) {
+    const auto found = parameters.find(name);
+    if (found == parameters.end()) {
+      std::string known;
+      for (const auto& entry : parameters) known += (known.empty() ? "" : ", ") + entry.first;
+      throw InputError(source.file + ": the scene has no parameter " + quoted(name) +
+                       "; known: " + (known.empty() ? "none" : known));
+    }
+    if (!std::isfinite(value))
+      throw InputError(source.file + ": parameter " + quoted(name) + " is not finite");
+    found->second = value;
+  }
+  source.parameters = std::move(parameters);
+}
+
+Matrix3 read_rotation(const YamlReader& reader) {
+  if (reader.has("quaternion_wxyz")) {
+    const YamlReader quaternion = reader.at("quaternion_wxyz");
+    const std::vector<double> q = quaternion.numbers(4);
+    return located(reader,
+                   [&] { return rotation_from_quaternion(q[0], q[1], q[2], q[3], "quaternion_wxyz"); });
+  }
+  Vector6 position = Vector6::Zero();
+  if (reader.has("rpy")) position.tail<3>() = reader.at("rpy").vector3() * reader.source().radians_per_angle;
+  return pose_from_position_vector(position).R;
+}
+
+Pose read_matrix(const YamlReader& reader) {
+  const std::vector<YamlReader> rows = reader.list();
+  if (rows.size() != 4) reader.fail("expected 4 rows, got " + std::to_string(rows.size()));
+  Matrix4 X;
+  for (int row = 0; row < 4; ++row) {
+    const std::vector<double> values = rows[row].numbers(4);
+    for (int column = 0; column < 4; ++column) X(row, column) = values[column];
+  }
+  X.topRightCorner<3, 1>() /= reader.source().lengths_per_metre;
+  return located(reader, [&] { return pose_from_matrix(X, "pose"); });
+}
+
+Pose read_pose(const YamlReader& reader) {
+  reader.require_keys({"position", "rpy", "quaternion_wxyz", "matrix"});
+  const int rotations =
+      int{reader.has("rpy")} + int{reader.has("quaternion_wxyz")} + int{reader.has("matrix")};
+  if (rotations > 1 || (reader.has("matrix") && reader.has("position")))
+    reader.fail("give position with rpy or quaternion_wxyz, or matrix alone");
+  if (reader.has("matrix")) return read_matrix(reader.at("matrix"));
+  Pose X;
+  if (reader.has("position")) X.p = reader.at("position").length3();
+  X.R = read_rotation(reader);
+  return X;
+}
+
+Hexahedron read_vertices(const YamlReader& reader, const std::string& name) {
+  reader.require_keys({"vertices", "warped"});
+  std::vector<Vector3> vertices;
+  for (const YamlReader& vertex : reader.at("vertices").list()) vertices.push_back(vertex.length3());
+  WarpPolicy warp = WarpPolicy::refuse;
+  if (reader.has("warped")) {
+    const YamlReader choice = reader.at("warped");
+    if (choice.text() != "accept" && choice.text() != "refuse")
+      choice.fail("unknown choice " + quoted(choice.text()) + "; known: accept, refuse");
+    if (choice.text() == "accept") warp = WarpPolicy::accept;
+  }
+  return Hexahedron::from_vertices(vertices, warp, "hexahedron " + quoted(name));
+}
+
+std::pair<double, double> read_half_widths(const YamlReader& reader) {
+  if (!reader.node().IsSequence()) return {reader.length(), reader.length()};
+  const std::vector<double> v = reader.numbers(2);
+  return {v[0] / reader.source().lengths_per_metre, v[1] / reader.source().lengths_per_metre};
+}
+
+PlacedHexahedron read_frustum(const YamlReader& reader, const Pose& X_OS, const std::string& name) {
+  reader.require_keys({"bottom", "top", "height"});
+  const auto [bottom_x, bottom_y] = read_half_widths(reader.at("bottom"));
+  const auto [top_x, top_y] = read_half_widths(reader.at("top"));
+  return scene_files::make_frustum({bottom_x, bottom_y, top_x, top_y, reader.at("height").length()}, X_OS,
+                                   name);
+}
+
+scene_files::RingSize read_ring(const YamlReader& reader) {
+  reader.require_keys({"outer_radius", "inner_radius", "height", "facets", "radius"});
+  const YamlReader radius = reader.at("radius");
+  const std::string convention = radius.text();
+  if (convention != "inscribed" && convention != "circumscribed")
+    radius.fail("unknown convention " + quoted(convention) + "; known: inscribed, circumscribed");
+  return {reader.at("outer_radius").length(), reader.at("inner_radius").length(),
+          reader.at("height").length(), reader.at("facets").integer(), convention == "inscribed"};
+}
+
+scene_files::WallsSize read_walls(const YamlReader& reader) {
+  reader.require_keys({"inner_size", "thickness", "open"});
+  scene_files::WallsSize size{reader.at("inner_size").length3(), reader.at("thickness").length(), {}};
+  if (!reader.has("open")) return size;
+  const std::array<std::string, 6> sides = {"-x", "+x", "-y", "+y", "-z", "+z"};
+  for (const YamlReader& item : reader.at("open").list()) {
+    const auto side = std::find(sides.begin(), sides.end(), item.text());
+    if (side == sides.end())
+      item.fail("unknown side " + quoted(item.text()) + "; known: -x, +x, -y, +y, -z, +z");
+    size.open.push_back(static_cast<int>(side - sides.begin()));
+  }
+  return size;
+}
+
+// What one object's `hexahedra` list is read into.
+struct ObjectParts {
+  std::string object;
+  std::vector<PlacedHexahedron> solids;
+  std::vector<FacetFigure> facet_figures;
+};
+
+void add_ring(const YamlReader& reader, const Pose& X_OS, const std::string& name, ObjectParts& parts) {
+  const scene_files::RingSize ring = read_ring(reader);
+  for (PlacedHexahedron& facet : scene_files::make_ring(ring, X_OS, name))
+    parts.solids.push_back(std::move(facet));
+  for (double radius : {ring.outer_radius, ring.inner_radius})
+    parts.facet_figures.push_back({parts.object, name, ring.facets, ring.inscribed, radius,
+                                   scene_files::facet_error(radius, ring.facets, ring.inscribed)});
+}
+
+void add_solids(const YamlReader& part, const std::string& kind, const std::string& name,
+                ObjectParts& parts) {
+  const YamlReader named = part.within("hexahedron " + quoted(name));
+  const Pose X_OS = part.has("pose") ? read_pose(named.at("pose")) : Pose{};
+  const YamlReader shape = named.at(kind);
+  if (kind == "box") {
+    shape.require_keys({"size"});
+    parts.solids.push_back(
+        {name, Hexahedron::from_size(shape.at("size").length3(), "hexahedron " + quoted(name)), X_OS});
+  } else if (kind == "hexahedron") {
+    parts.solids.push_back({name, read_vertices(shape, name), X_OS});
+  } else if (kind == "frustum") {
+    parts.solids.push_back(read_frustum(shape, X_OS, name));
+  } else if (kind == "ring") {
+    add_ring(shape, X_OS, name, parts);
+  } else {
+    for (PlacedHexahedron& wall : scene_files::make_walls(read_walls(shape), X_OS, name))
+      parts.solids.push_back(std::move(wall));
+  }
+}
+
+void read_part(const YamlReader& part, std::set<std::string>& names, ObjectParts& parts) {
+  constexpr std::array<const char*, 5> kKinds = {"box", "hexahedron", "frustum", "ring", "walls"};
+  part.require_keys({"name", "pose", "box", "hexahedron", "frustum", "ring", "walls"});
+  const std::string name = part.at("name").text();
+  const YamlReader named = part.within("hexahedron " + quoted(name));
+  if (name.empty()) part.fail("a hexahedron's name is empty");
+  std::vector<std::string> kinds;
+  for (const char* kind : kKinds)
+    if (part.has(kind)) kinds.emplace_back(kind);
+  if (kinds.size() != 1)
+    named.fail("needs exactly one of box, hexahedron, frustum, ring, walls; has " +
+               std::to_string(kinds.size()));
+  const std::size_t first = parts.solids.size();
+  try {
+    add_solids(part, kinds[0], name, parts);
+  } catch (const InputError& error) {
+    // Located errors start with the file; the core's own start with the hexahedron and get this part's line.
+    if (std::string_view(error.what()).substr(0, part.source().file.size() + 1) == part.source().file + ":")
+      throw;
+    part.fail(error.what());
+  }
+  for (std::size_t i = first; i < parts.solids.size(); ++i)
+    if (!names.insert(parts.solids[i].name).second) named.fail("the name occurs twice in the object");
+}
+
+MotionSegment read_segment(const YamlReader& reader, double scene_duration) {
+  reader.require_keys({"start", "duration", "velocity", "rotation"});
+  MotionSegment segment;
+  if (reader.has("start")) segment.start = reader.at("start").number();
+  segment.duration = reader.has("duration") ? reader.at("duration").number() : scene_duration - segment.start;
+  if (reader.has("velocity")) segment.velocity_W = reader.at("velocity").length3();
+  if (!reader.has("rotation")) return segment;
+  const YamlReader rotation = reader.at("rotation");
+  rotation.require_keys({"axis", "rate", "pivot"});
+  const Vector3 axis = rotation.at("axis").vector3();
+  if (norm(axis) == 0.0) rotation.at("axis").fail("the axis is zero");
+  segment.axis_W = axis / norm(axis);
+  segment.rate = rotation.at("rate").angle();
+  if (rotation.has("pivot")) segment.pivot_W = rotation.at("pivot").length3();
+  return segment;
+}
+
+Motion read_motion(const YamlReader& reader, double scene_duration, const std::string& object) {
+  reader.require_keys({"segments", "keys"});
+  Motion motion;
+  if (reader.has("segments"))
+    for (const YamlReader& item : reader.at("segments").list())
+      motion.segments.push_back(read_segment(item, scene_duration));
+  if (reader.has("keys")) {
+    for (const YamlReader& item : reader.at("keys").list()) {
+      item.require_keys({"time", "pose"});
+      motion.keys.push_back({item.at("time").number(), read_pose(item.at("pose"))});
+    }
+  }
+  try {
+    validate_motion(motion, "object " + quoted(object));
+  } catch (const InputError& error) {
+    reader.fail_bare(error.what());
+  }
+  return motion;
+}
+
+SceneObject read_object(const YamlReader& item, double scene_duration, std::set<std::string>& names,
+                        Scene& scene) {
+  const std::string name = item.has("name") ? item.at("name").text() : "";
+  const YamlReader reader = name.empty() ? item : item.within("object " + quoted(name));
+  reader.require_keys({"name", "pose", "groups", "hexahedra", "motion"});
+  if (name.empty()) reader.fail("object without a name");
+  if (!names.insert(name).second) reader.fail("the name occurs twice");
+  ObjectParts parts{name, {}, {}};
+  std::set<std::string> part_names;
+  const YamlReader hexahedra(reader.at("hexahedra").node(), reader.source(), "object " + quoted(name) + ": ");
+  for (const YamlReader& part : hexahedra.list()) read_part(part, part_names, parts);
+  if (parts.solids.empty()) hexahedra.fail("no hexahedron");
+  SceneObject object{HexahedronTree(std::move(parts.solids), name), {}, {}, {}};
+  if (reader.has("pose")) object.X_WO = read_pose(reader.at("pose"));
+  if (reader.has("motion")) object.motion = read_motion(reader.at("motion"), scene_duration, name);
+  if (reader.has("groups"))
+    for (const YamlReader& group : reader.at("groups").list()) object.groups.push_back(group.text());
+  for (FacetFigure& figure : parts.facet_figures) scene.facet_figures.push_back(std::move(figure));
+  return object;
+}
+
+ContactPolicy read_policy(const YamlReader& reader) {
+  for (ContactPolicy policy :
+       {ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide})
+    if (reader.text() == to_string(policy)) return policy;
+  reader.fail("unknown policy " + quoted(reader.text()) + "; known: cue, hold, advance, slide");
+}
+
+double read_positive(const YamlReader& reader, double value) {
+  if (!(value > 0.0)) reader.fail("must be > 0");
+  return value;
+}
+
+void read_exemptions(const YamlReader& reader, Scene& scene) {
+  for (const YamlReader& item : reader.list()) {
+    const std::vector<YamlReader> names = item.list();
+    if (names.size() != 2) item.fail("expected a pair of names, got " + std::to_string(names.size()));
+    for (const YamlReader& name : names) {
+      try {
+        find_solids(scene, name.text());
+      } catch (const InputError& error) {
+        name.fail_bare(error.what());
+      }
+    }
+    scene.exempt_pairs.push_back({names[0].text(), names[1].text()});
+  }
+}
+
+Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParameters& parameters) {
+  root.require_keys({"name", "description", "units", "parameters", "frame_rate", "contact_gap", "policy",
+                     "duration", "objects", "exempt"});
+  Scene scene;
+  scene.units = read_units(root, source);
+  read_parameters(root, parameters, source);
+  scene.parameters = source.parameters;
+  scene.name = root.at("name").text();
+  if (root.has("description")) scene.description = root.at("description").text();
+  scene.frame_rate = read_positive(root.at("frame_rate"), root.at("frame_rate").number());
+  scene.contact_gap = read_positive(root.at("contact_gap"), root.at("contact_gap").length());
+  scene.duration = read_positive(root.at("duration"), root.at("duration").number());
+  scene.policy = read_policy(root.at("policy"));
+  std::set<std::string> names;
+  const YamlReader objects(root.at("objects").node(), source);
+  for (const YamlReader& item : objects.list())
+    scene.objects.push_back(read_object(item, scene.duration, names, scene));
+  if (root.has("exempt")) read_exemptions(root.at("exempt"), scene);
+  return scene;
+}
+
+YAML::Node parse(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  if (!stream || std::filesystem::is_directory(path)) throw InputError(path.string() + ": cannot be read");
+  text << stream.rdbuf();
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text.str());
+    if (documents.size() != 1)
+      throw InputError(path.string() + ": expected one YAML document, got " +
+                       std::to_string(documents.size()));
+    return documents[0];
+  } catch (const YAML::Exception& error) {
+    throw InputError(path.string() + ":" + std::to_string(error.mark.line + 1) +
+                     ": malformed YAML: " + error.msg);
+  }
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& path, const SceneParameters& parameters) {
+  YamlSource source;
+  source.file = path.string();
+  const YAML::Node document = parse(path);
+  const YamlReader root(document, source);
+  Scene scene = read_scene(root, source, parameters);
+  try {
+    validate(scene);
+  } catch (const InputError& error) {
+    throw InputError(source.file + ": " + error.what());
+  }
+  return scene;
+}
+
+}  // namespace touchstone

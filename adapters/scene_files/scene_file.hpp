@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "contact_core/scene/scene.hpp"
+
+namespace touchstone {
+
+/// Values for a scene file's `parameters`, in the file's units; they replace the file's own.
+using SceneParameters = std::map<std::string, double>;
+
+/// Reads a scene file (YAML; the format is described in adapters/scene_files/README.md). Figures come out in
+/// SI units.
+/// @throws InputError, one line `file:line: object 'x': hexahedron 'y': reason`: unreadable or malformed
+/// file, unknown or
+///         repeated key, repeated name, wrong type, a figure that is not finite, an unknown parameter or
+///         reference, and whatever Hexahedron, HexahedronTree and validate(Scene) refuse.
+Scene load_scene(const std::filesystem::path& path, const SceneParameters& parameters = {});
+
+}  // namespace touchstone

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstdint>
+#include <initializer_list>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "contact_core/geometry/vector.hpp"
+
+// Private to this folder: it shows yaml-cpp.
+
+namespace touchstone::scene_files {
+
+/// What every node of one file shares.
+struct YamlSource {
+  std::string file;
+  std::map<std::string, double> parameters;  ///< in the file's units
+  double lengths_per_metre = 1.0;
+  double radians_per_angle = 1.0;
+};
+
+/// A node that knows where it is: every error reads `file:line: object 'x': hexahedron 'y': reason`.
+class YamlReader {
+ public:
+  YamlReader(YAML::Node node, const YamlSource& source, std::string where = {})
+      : node_(std::move(node)), source_(&source), where_(std::move(where)) {}
+
+  /// The same node, its errors prefixed by `what` as well.
+  YamlReader within(const std::string& what) const { return {node_, *source_, where_ + what + ": "}; }
+  [[noreturn]] void fail(const std::string& reason) const;
+  /// As fail, without the prefix.
+  [[noreturn]] void fail_bare(const std::string& message) const;
+  std::string file_and_line() const;
+
+  /// A map with no key twice and none but these.
+  void require_keys(std::initializer_list<std::string_view> known) const;
+  bool has(std::string_view key) const;
+  YamlReader at(std::string_view key) const;
+  std::vector<YamlReader> list() const;
+
+  std::string text() const;
+  double number() const;
+  double length() const { return number() / source_->lengths_per_metre; }
+  double angle() const { return number() * source_->radians_per_angle; }
+  int integer() const;
+  std::vector<double> numbers(std::size_t count) const;
+  Vector3 vector3() const;
+  Vector3 length3() const { return vector3() / source_->lengths_per_metre; }
+
+  const YAML::Node& node() const { return node_; }
+  const YamlSource& source() const { return *source_; }
+
+ private:
+  double parameter(std::string_view name) const;
+
+  YAML::Node node_;
+  const YamlSource* source_;
+  std::string where_;
+};
+
+}  // namespace touchstone::scene_files

@@ -1,0 +1,63 @@
+#include "contact_core/broadphase/world_spheres.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+
+double largest_magnitude(const Vector3& v) {
+  return std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
+}
+
+}  // namespace
+
+SolidTable make_solid_table(const BroadphaseInput& input) {
+  if (!(input.margin >= 0.0) || !std::isfinite(input.margin))
+    throw InputError("broadphase: margin is " + std::to_string(input.margin) + ", must be finite and >= 0");
+  SolidTable table;
+  for (std::size_t object = 0; object < input.trees.size(); ++object) {
+    if (input.trees[object] == nullptr)
+      throw InputError("broadphase: tree " + std::to_string(object) + " is null");
+    table.first_solid.push_back(static_cast<std::uint32_t>(table.sphere_S.size()));
+    for (const PlacedHexahedron& placed : input.trees[object]->solids()) {
+      table.sphere_S.push_back(placed.solid.bounding_sphere());
+      table.object_of.push_back(static_cast<std::uint32_t>(object));
+    }
+  }
+  table.first_solid.push_back(static_cast<std::uint32_t>(table.sphere_S.size()));
+  return table;
+}
+
+// Stretch: a valid pose has |R^T R - I|_ij <= t, so by Gershgorin |R v|^2 <= (1 + 3t) |v|^2, and sqrt(1 + 3t)
+// < 1 + 1.5t. Rounding: a transformed coordinate takes at most 4 roundings, so it is off by less than 2 eps
+// (|R_i| |v| + |p_i|). That happens to the centre and to a vertex, in three coordinates: less than 2 sqrt(3)
+// 2 eps (|v| + |p|) < 8 eps (...), where |v| <= sqrt(3) |c| + r in largest magnitudes. DBL_MIN covers what
+// underflows.
+Sphere world_sphere(const Sphere& sphere_S, const Pose& X_WS) {
+  const double reach = 2.0 * largest_magnitude(sphere_S.centre) + sphere_S.radius;
+  const double slack = 8 * kEps * (reach + largest_magnitude(X_WS.p)) + std::numeric_limits<double>::min();
+  return {transform(X_WS, sphere_S.centre), sphere_S.radius * (1.0 + 2.0 * kRotationTolerance) + slack};
+}
+
+// Centre on the line between the centres; the radius is then measured, so the centre's rounding does not
+// matter. A measured distance is off by less than 4 eps of itself.
+Sphere enclosing_sphere(const Sphere& a, const Sphere& b) {
+  const Vector3 between = b.centre - a.centre;
+  const double distance = norm(between);
+  double weight = distance > 0.0 ? 0.5 + 0.5 * ((b.radius - a.radius) / distance) : 0.5;
+  weight = std::clamp(weight, 0.0, 1.0);
+  const Vector3 centre = a.centre + weight * between;
+  const double to_a = norm(centre - a.centre) * (1.0 + 4 * kEps) + a.radius;
+  const double to_b = norm(centre - b.centre) * (1.0 + 4 * kEps) + b.radius;
+  // Squares of distances below 1e-154 underflow in norm(): 1e-150 is more than such a distance.
+  const double radius = std::max(to_a, to_b) * (1.0 + 2 * kEps) + 1e-150;
+  return {centre, std::isfinite(distance) ? radius : std::numeric_limits<double>::infinity()};
+}
+
+}  // namespace touchstone

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "contact_core/broadphase/broadphase.hpp"
+
+namespace touchstone {
+
+/// What every broadphase here copies out of its input.
+struct SolidTable {
+  std::vector<Sphere> sphere_S;            ///< one a solid, in the solid's frame
+  std::vector<std::uint32_t> first_solid;  ///< one an object, and the number of solids at the end
+  std::vector<std::uint32_t> object_of;    ///< one a solid
+
+  std::uint32_t objects() const { return static_cast<std::uint32_t>(first_solid.size()) - 1; }
+  std::uint32_t solids() const { return first_solid.back(); }
+};
+
+/// @throws InputError on a null tree or a margin that is negative or not finite.
+SolidTable make_solid_table(const BroadphaseInput& input);
+
+/// A sphere that encloses the solid's world vertices, as rounded by world_vertices(), for every valid pose.
+Sphere world_sphere(const Sphere& sphere_S, const Pose& X_WS);
+
+/// A sphere around two spheres, rounding covered. Not finite when either is not.
+Sphere enclosing_sphere(const Sphere& a, const Sphere& b);
+
+/// False only when the spheres are more than `margin` apart. Not-finite spheres may touch everything.
+inline bool may_touch(const Sphere& a, const Sphere& b, double margin) {
+  // At most 4 roundings in the squared distance, 2 in the reach and 1 in its square; DBL_MIN covers what
+  // underflows.
+  const double dx = a.centre.x() - b.centre.x();
+  const double dy = a.centre.y() - b.centre.y();
+  const double dz = a.centre.z() - b.centre.z();
+  const double reach = ((a.radius + b.radius) + margin) * (1.0 + 8 * std::numeric_limits<double>::epsilon());
+  return !((dx * dx + dy * dy) + dz * dz > reach * reach + std::numeric_limits<double>::min());
+}
+
+}  // namespace touchstone

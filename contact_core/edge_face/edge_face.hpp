@@ -1,0 +1,17 @@
+#pragma once
+
+#include "contact_core/registry.hpp"
+
+namespace touchstone {
+
+/// The paper's first build, as a narrowphase `edge_face`: bounding spheres, then every edge of either solid
+/// against every face of the other. Answers overlap only; distance and manifold queries are `unsupported`.
+///
+/// Blind spots, kept on purpose: no edge crosses a face when one solid contains the other; an edge parallel
+/// to a plane is skipped, so coplanar faces are seen only where other edges cross; spheres that just touch
+/// count as apart; a face whose first three vertices are collinear (collapsed) has no plane and is skipped;
+/// coordinates beyond about 1e100 m or sizes below 1e-100 m overflow or underflow the products and count as
+/// apart.
+void register_edge_face(BackendRegistry& registry);
+
+}  // namespace touchstone

@@ -1,0 +1,81 @@
+#include "contact_core/scene/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "contact_core/input_error.hpp"
+#include "contact_core/scene/scene_instance.hpp"
+
+namespace touchstone {
+namespace {
+
+void require_positive(const Scene& scene, double value, const char* what) {
+  if (!std::isfinite(value) || !(value > 0.0))
+    throw InputError("scene '" + scene.name + "': " + what + " must be finite and > 0");
+}
+
+// Objects and groups share one name space, so that an exemption can only mean one thing; '/' separates object
+// and hexahedron in it.
+void validate_names(const Scene& scene) {
+  std::set<std::string> names;
+  for (const SceneObject& object : scene.objects) {
+    const std::string& name = object.tree.name();
+    if (name.empty()) throw InputError("scene '" + scene.name + "': an object has no name");
+    if (name.find('/') != std::string::npos)
+      throw InputError("object '" + name + "': a name may not contain '/'");
+    if (!names.insert(name).second) throw InputError("object '" + name + "': the name occurs twice");
+  }
+  for (const SceneObject& object : scene.objects)
+    for (const std::string& group : object.groups)
+      if (group.empty() || names.count(group) != 0)
+        throw InputError("object '" + object.tree.name() + "': group '" + group +
+                         "' is empty or has the name of an object");
+}
+
+}  // namespace
+
+std::string_view to_string(ContactPolicy policy) {
+  switch (policy) {
+    case ContactPolicy::cue:
+      return "cue";
+    case ContactPolicy::hold:
+      return "hold";
+    case ContactPolicy::advance:
+      return "advance";
+    case ContactPolicy::slide:
+      return "slide";
+  }
+  return "?";
+}
+
+std::uint64_t Scene::frame_count() const {
+  // duration * rate of a whole number of frames may round to just below it.
+  const double frames = duration * frame_rate;
+  const double nearest = std::round(frames);
+  const bool whole = std::abs(frames - nearest) <= 1e-9 * std::max(1.0, nearest);
+  return static_cast<std::uint64_t>(whole ? nearest : std::floor(frames)) + 1;
+}
+
+void validate(const Scene& scene) {
+  if (scene.name.empty()) throw InputError("scene: no name");
+  require_positive(scene, scene.frame_rate, "the frame rate");
+  require_positive(scene, scene.contact_gap, "the contact gap");
+  require_positive(scene, scene.duration, "the duration");
+  // Frame numbers stay exact as doubles.
+  if (scene.duration * scene.frame_rate > 0x1p52)
+    throw InputError("scene '" + scene.name + "': more than 2^52 frames");
+  if (scene.objects.empty()) throw InputError("scene '" + scene.name + "': no object");
+  validate_names(scene);
+  for (const SceneObject& object : scene.objects) {
+    const std::string name = "object '" + object.tree.name() + "'";
+    validate_pose(object.X_WO, name + ": pose");
+    validate_motion(object.motion, name);
+  }
+  for (const ExemptPair& pair : scene.exempt_pairs) {
+    find_solids(scene, pair.first);
+    find_solids(scene, pair.second);
+  }
+}
+
+}  // namespace touchstone

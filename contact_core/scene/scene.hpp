@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "contact_core/geometry/hexahedron_tree.hpp"
+#include "contact_core/scene/motion.hpp"
+
+// A scene as plain data: objects made of hexahedra, how they are commanded to move, and which pairs do not
+// matter. It holds no state of a run; SceneInstance (scene_instance.hpp) turns it into solids and poses at a
+// time.
+
+namespace touchstone {
+
+/// What is done when a commanded step would bring a pair into contact. Recorded here; carried out by motion
+/// modification.
+enum class ContactPolicy : std::uint8_t {
+  cue,      ///< report entry and exit, let it move
+  hold,     ///< the paper's rule: the step is not executed
+  advance,  ///< up to the contact
+  slide,    ///< up to it, then along it
+};
+std::string_view to_string(ContactPolicy policy);
+
+struct SceneObject {
+  HexahedronTree tree;  ///< tree.name() is the object's name
+  Pose X_WO;            ///< initial pose
+  Motion motion;
+  std::vector<std::string> groups;  ///< names under which exemptions may refer to several objects at once
+};
+
+/// Two sets of solids that are not checked against each other. Each is named by an object,
+/// `object/hexahedron`, or a group.
+struct ExemptPair {
+  std::string first;
+  std::string second;
+};
+
+/// A round part stands in the scene as flat facets: by how much they are off.
+struct FacetFigure {
+  std::string object;
+  std::string hexahedron;  ///< the round part's name in its object
+  int facets;
+  bool inscribed;  ///< corners on the circle; otherwise the facets touch it (circumscribed)
+  double radius;   ///< of the circle [m]
+  double error;    ///< r (1 - cos(pi/n)) inscribed, r (1 / cos(pi/n) - 1) circumscribed [m]
+};
+
+struct Scene {
+  std::string name;
+  std::string description;
+  std::string units;         ///< as in the source it came from, for reports; all figures here are SI
+  double frame_rate = 0.0;   ///< [Hz]
+  double contact_gap = 0.0;  ///< g [m]
+  double duration = 0.0;     ///< [s]
+  ContactPolicy policy = ContactPolicy::hold;
+  std::vector<SceneObject> objects;  ///< solids of one object are never paired
+  std::vector<ExemptPair> exempt_pairs;
+  std::vector<FacetFigure> facet_figures;
+  std::map<std::string, double> parameters;  ///< the values this scene was made with
+
+  /// Frames at times 0, 1/rate, ... up to and including the last that is <= duration (to rounding of duration
+  /// * rate).
+  std::uint64_t frame_count() const;
+  double frame_time(std::uint64_t frame) const { return static_cast<double>(frame) / frame_rate; }
+};
+
+/// @throws InputError naming the object and the figure: no name, no object, duplicate or ambiguous names, a
+/// rate, gap or
+///         duration that is not positive and finite, a bad pose or motion, an exemption that names nothing.
+void validate(const Scene& scene);
+
+}  // namespace touchstone

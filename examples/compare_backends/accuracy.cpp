@@ -1,0 +1,278 @@
+#include "examples/compare_backends/accuracy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "examples/compare_backends/parallel.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// ---- classes
+
+const char* class_fault(PairStatus status, bool contact) {
+  switch (status) {
+    case PairStatus::separated:
+      return contact ? "missed contact" : nullptr;
+    case PairStatus::overlapping:
+      return contact ? nullptr : "phantom contact";
+    case PairStatus::undecided:
+      return "undecided";
+    case PairStatus::failed:
+      return "failed";
+    case PairStatus::unsupported:
+      return "unsupported";
+  }
+  return "failed";
+}
+
+void count(Wrongness& wrongness, PairStatus status, bool contact, const char* reason) {
+  ++wrongness.cases;
+  if (status == PairStatus::separated && contact)
+    ++wrongness.missed;
+  else if (status == PairStatus::overlapping && !contact)
+    ++wrongness.phantom;
+  else if (status == PairStatus::undecided)
+    ++wrongness.undecided;
+  else if (status == PairStatus::failed)
+    ++wrongness.failed;
+  else if (status == PairStatus::unsupported)
+    ++wrongness.unsupported;
+  else if (reason == std::string_view("no value"))
+    ++wrongness.missing;
+}
+
+bool carries_geometry(PairStatus status, const PairGeometry& geometry) {
+  return status != PairStatus::failed && status != PairStatus::unsupported &&
+         std::isfinite(geometry.separation);
+}
+
+// ---- measures
+
+// NaN propagates as "missing": std::max would drop it.
+double larger(double x, double y) { return std::isnan(x) || std::isnan(y) ? kNaN : std::max(x, y); }
+
+double witness_error(const PosedPair& posed, const Oracle& oracle, const Vector3& p_A_W, const Vector3& p_B_W,
+                     double separation, const Vector3& n) {
+  if (!is_finite(p_A_W) || !is_finite(p_B_W) || !is_finite(n) || !std::isfinite(separation)) return kNaN;
+  const double on_a = oracle.surface_distance(posed.a, p_A_W);
+  const double on_b = oracle.surface_distance(posed.b, p_B_W);
+  return larger(larger(on_a, on_b), norm((p_B_W - p_A_W) - n * separation));
+}
+
+struct Point2 {
+  double x, y;
+};
+
+double turn(const Point2& o, const Point2& a, const Point2& b) {
+  return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
+}
+
+// Andrew's monotone chain, then the shoelace formula.
+double hull_area(std::vector<Point2> points) {
+  if (points.size() < 3) return 0.0;
+  std::sort(points.begin(), points.end(),
+            [](const Point2& a, const Point2& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
+  std::vector<Point2> hull;
+  for (int pass = 0; pass < 2; ++pass) {
+    const std::size_t base = hull.size();
+    for (const Point2& p : points) {
+      while (hull.size() >= base + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    std::reverse(points.begin(), points.end());
+  }
+  double twice = 0.0;
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Point2 &p = hull[i], &q = hull[(i + 1) % hull.size()];
+    twice += (p.x - hull[0].x) * (q.y - hull[0].y) - (q.x - hull[0].x) * (p.y - hull[0].y);
+  }
+  return std::abs(twice) / 2.0;
+}
+
+// The area of the points' hull, projected along n.
+double manifold_area(std::span<const ContactPoint> points, const Vector3& n) {
+  if (points.empty()) return 0.0;
+  Vector3 hint = Vector3::Zero();
+  int least = 0;
+  for (int axis = 1; axis < 3; ++axis) {
+    if (std::abs(n[axis]) < std::abs(n[least])) least = axis;
+  }
+  hint[least] = 1.0;
+  Vector3 u = cross(n, hint);
+  u /= norm(u);
+  const Vector3 v = cross(n, u);
+  std::vector<Point2> flat;
+  for (const ContactPoint& point : points) {
+    const Vector3 r = point.p_A_W - points[0].p_A_W;
+    flat.push_back({dot(r, u), dot(r, v)});
+  }
+  return hull_area(std::move(flat));
+}
+
+std::span<const ContactPoint> manifold_points(const QueryAnswers& answers, std::size_t index) {
+  const int count = std::clamp(answers.geometry[index].point_count, 0, kMaxManifoldPoints);
+  return std::span(answers.points).subspan(index * kMaxManifoldPoints, static_cast<std::size_t>(count));
+}
+
+double& at(CaseErrors& errors, Measure measure) { return errors.values[static_cast<std::size_t>(measure)]; }
+
+void measure_distance(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
+                      const QueryAnswers& answers, std::size_t index, CaseErrors& errors) {
+  const PairGeometry& geometry = answers.geometry[index];
+  if (!carries_geometry(answers.status[index], geometry)) return;
+  at(errors, truth.contact() ? Measure::depth : Measure::distance) =
+      std::abs(geometry.separation - truth.separation);
+  if (is_finite(geometry.n_AB_W)) {
+    at(errors, Measure::normal) =
+        std::abs(oracle.separation_along(posed.a, posed.b, geometry.n_AB_W) - truth.separation);
+  }
+  at(errors, Measure::witness) =
+      witness_error(posed, oracle, geometry.p_A_W, geometry.p_B_W, geometry.separation, geometry.n_AB_W);
+}
+
+void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
+                      const BackendAnswers& answers, std::size_t index, CaseErrors& errors) {
+  const QueryAnswers& manifold = answers.queries[index_of(QueryKind::manifold)];
+  const PairGeometry& geometry = manifold.geometry[index];
+  if (!carries_geometry(manifold.status[index], geometry)) return;
+  const auto points = manifold_points(manifold, index);
+  if (points.empty()) return;
+  double deepest = kInfinity, witness = 0.0;
+  for (const ContactPoint& point : points) {
+    deepest = std::isnan(point.separation) ? kNaN : std::min(deepest, point.separation);
+    witness = larger(
+        witness, witness_error(posed, oracle, point.p_A_W, point.p_B_W, point.separation, geometry.n_AB_W));
+  }
+  at(errors, Measure::deepest) = std::abs(deepest - truth.separation);
+  at(errors, Measure::point_witness) = witness;
+  if (!truth.contact() || !is_finite(geometry.n_AB_W)) return;
+  const double exact_area = oracle.patch_area(posed.a, posed.b, geometry.n_AB_W);
+  if (!(exact_area > 0.0)) return;
+  const double ratio = manifold_area(points, geometry.n_AB_W) / exact_area;
+  at(errors, Measure::patch_area) = std::abs(ratio - 1.0);
+  const QueryAnswers& moved = answers.perturbed;
+  if (moved.status.empty() || !carries_geometry(moved.status[index], moved.geometry[index])) return;
+  const double moved_ratio =
+      manifold_area(manifold_points(moved, index), moved.geometry[index].n_AB_W) / exact_area;
+  at(errors, Measure::stability) = std::abs(moved_ratio - ratio);
+}
+
+// ---- costs
+
+void charge(CaseErrors& errors, QueryKind kind, double cost, const char* reason) {
+  errors.cost[index_of(kind)] = cost;
+  errors.reason[index_of(kind)] = reason;
+}
+
+// The largest of the given errors; a figure that should be there and is not costs infinity.
+void charge_largest(CaseErrors& errors, QueryKind kind,
+                    std::initializer_list<std::pair<double, const char*>> figures) {
+  for (const auto& [value, reason] : figures) {
+    if (std::isnan(value)) return charge(errors, kind, kInfinity, "no value");
+    if (value > errors.cost[index_of(kind)]) charge(errors, kind, value, reason);
+  }
+}
+
+void charge_query(const PairTruth& truth, const BackendAnswers& answers, std::size_t index, QueryKind kind,
+                  CaseErrors& errors) {
+  const QueryAnswers& of_kind = answers.queries[index_of(kind)];
+  charge(errors, kind, 0.0, "");
+  if (const char* fault = class_fault(of_kind.status[index], truth.contact())) {
+    return charge(errors, kind, std::abs(truth.separation), fault);
+  }
+  if (kind == QueryKind::distance) {
+    const Measure measure = truth.contact() ? Measure::depth : Measure::distance;
+    charge_largest(errors, kind, {{at(errors, measure), truth.contact() ? "depth" : "distance"}});
+  } else if (kind == QueryKind::manifold && truth.contact()) {
+    const PairGeometry& geometry = of_kind.geometry[index];
+    charge_largest(errors, kind,
+                   {{std::abs(geometry.separation - truth.separation), "depth"},
+                    {at(errors, Measure::deepest), "deepest point"},
+                    {at(errors, Measure::point_witness), "contact points"}});
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(Measure measure) {
+  constexpr std::array<std::string_view, kMeasures> kNames = {
+      "distance", "depth", "normal", "witness", "deepest", "point_witness", "patch_area", "stability"};
+  return kNames[static_cast<std::size_t>(measure)];
+}
+
+std::string_view definition(Measure measure) {
+  constexpr std::array<std::string_view, kMeasures> kDefinitions = {
+      "|separation - d| of pairs that are apart, d the exact signed distance",
+      "|separation - d| of pairs in contact",
+      "|h(n) - d|: h the exact separation along the returned unit normal n",
+      "largest of p_A's distance to A's surface, p_B's to B's, and |p_B - p_A - s n|",
+      "manifold: |deepest point's separation - d|",
+      "manifold: the worst witness error of its points",
+      "manifold: |area of the points' hull / area of the exact clip of the two faces most (anti)parallel to "
+      "n, along n, - 1|",
+      "manifold: change of that area ratio when B moves by 1e-9 S"};
+  return kDefinitions[static_cast<std::size_t>(measure)];
+}
+
+CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
+                       const BackendAnswers& answers, std::size_t index) {
+  CaseErrors errors;
+  errors.values.fill(kNaN);
+  measure_distance(posed, truth, oracle, answers.queries[index_of(QueryKind::distance)], index, errors);
+  measure_manifold(posed, truth, oracle, answers, index, errors);
+  for (const QueryKind kind : kQueryKinds) charge_query(truth, answers, index, kind, errors);
+  return errors;
+}
+
+Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
+                const BackendAnswers& answers, int threads, const Progress& progress) {
+  const std::size_t cases = set.cases();
+  std::vector<CaseErrors> errors(cases);
+  std::vector<double> scale(cases), size(cases);
+  parallel_chunks(
+      cases, 64, threads,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const PosedPair posed = posed_pair(set, i);
+          errors[i] = case_errors(posed, truth[i], oracle, answers, i);
+          scale[i] = posed.scale;
+          size[i] = posed.size;
+        }
+      },
+      progress);
+
+  Judgement judgement;
+  std::vector<CaseValue> sample;
+  for (const QueryKind kind : kQueryKinds) {
+    const std::size_t q = index_of(kind);
+    sample.clear();
+    for (std::size_t i = 0; i < cases; ++i) {
+      count(judgement.wrongness[q], answers.queries[q].status[i], truth[i].contact(), errors[i].reason[q]);
+      WorstCase& worst = judgement.worst[q];
+      if (i == 0 || errors[i].cost[q] > worst.cost) worst = {errors[i].cost[q], i, errors[i].reason[q]};
+      sample.push_back({errors[i].cost[q] / scale[i], i});
+    }
+    judgement.cost[q] = quantiles(sample);
+  }
+  for (std::size_t m = 0; m < kMeasures; ++m) {
+    const bool length = is_length(static_cast<Measure>(m));
+    const auto over = [&](const std::vector<double>& unit) {
+      sample.clear();
+      for (std::size_t i = 0; i < cases; ++i) {
+        if (!std::isnan(errors[i].values[m]))
+          sample.push_back({errors[i].values[m] / (length ? unit[i] : 1.0), i});
+      }
+      return quantiles(sample);
+    };
+    judgement.errors[m] = {over(scale), over(size)};
+  }
+  return judgement;
+}
+
+}  // namespace touchstone::comparison

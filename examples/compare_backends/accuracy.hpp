@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "examples/compare_backends/backend_run.hpp"
+#include "examples/compare_backends/oracle.hpp"
+#include "examples/compare_backends/quantiles.hpp"
+
+namespace touchstone::comparison {
+
+/// Wrong and missing answers to one kind of query.
+struct Wrongness {
+  std::size_t cases = 0;
+  std::size_t missed = 0;   ///< `separated`, yet the solids touch or overlap
+  std::size_t phantom = 0;  ///< `overlapping`, yet they are apart
+  std::size_t undecided = 0;
+  std::size_t failed = 0;
+  std::size_t unsupported = 0;
+  std::size_t missing =
+      0;  ///< the class is right but a figure that was asked for is not finite, or there are no points
+
+  std::size_t total() const { return missed + phantom + undecided + failed + unsupported + missing; }
+};
+
+/// What is measured; all but the last two in metres.
+enum class Measure : std::uint8_t {
+  distance,       ///< |separation - d| of pairs that are apart
+  depth,          ///< |separation - d| of pairs in contact
+  normal,         ///< |h(n) - d|: h the exact separation along the returned n
+  witness,        ///< largest of p_A to A's surface, p_B to B's, |p_B - p_A - s n|
+  deepest,        ///< manifold: |deepest point's separation - d|
+  point_witness,  ///< manifold: worst witness error of its points
+  patch_area,     ///< manifold: |area of its hull / area of the exact clip - 1|
+  stability,      ///< manifold: change of that ratio when B moves by 1e-9 S
+};
+inline constexpr std::size_t kMeasures = 8;
+std::string_view to_string(Measure measure);
+std::string_view definition(Measure measure);
+constexpr bool is_length(Measure measure) { return measure < Measure::patch_area; }
+
+/// The same errors divided by S and by the pair's size; ratios are not divided.
+struct ErrorStats {
+  Quantiles over_scale, over_size;
+};
+
+/// The case that costs most: what --max-error is held against.
+struct WorstCase {
+  double cost = 0;  ///< [m]; +inf for a missing figure
+  std::size_t index = 0;
+  const char* reason = "";  ///< "missed contact", "depth", ...
+};
+
+struct Judgement {
+  std::array<Wrongness, 3> wrongness;  ///< by QueryKind
+  std::array<WorstCase, 3> worst;      ///< by QueryKind
+  /// A case's cost over S, by QueryKind: overlap 0 or |d|; distance |separation - d|; manifold the largest of
+  /// its errors in metres. Wrong class, undecided, failed, unsupported: |d|. Missing: +inf.
+  std::array<Quantiles, 3> cost;
+  std::array<ErrorStats, kMeasures> errors;  ///< over all cases that carry the figure, wrong class or not
+};
+
+/// @param threads for the exact measures.
+Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
+                const BackendAnswers& answers, int threads, const Progress& progress = {});
+
+/// One case's errors, NaN where the answer carries no such figure, and its cost by query.
+struct CaseErrors {
+  std::array<double, kMeasures> values;
+  std::array<double, 3> cost;
+  std::array<const char*, 3> reason;
+};
+CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
+                       const BackendAnswers& answers, std::size_t index);
+
+}  // namespace touchstone::comparison

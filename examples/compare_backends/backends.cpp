@@ -1,0 +1,34 @@
+#include "examples/compare_backends/backends.hpp"
+
+#ifdef TOUCHSTONE_HAS_EXACT
+#include "adapters/exact/exact.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_BULLET
+#include "adapters/bullet/bullet.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_ODE
+#include "adapters/ode/ode.hpp"
+#endif
+
+namespace touchstone::comparison {
+
+void register_backends(BackendRegistry& registry, std::vector<Gap>& gaps) {
+  register_core(registry);
+#ifdef TOUCHSTONE_HAS_BULLET
+  register_bullet(registry);
+#else
+  gaps.push_back({"bullet, bullet_gjk", "not in this build: no double-precision Bullet was found"});
+#endif
+#ifdef TOUCHSTONE_HAS_ODE
+  register_ode(registry);
+#else
+  gaps.push_back({"ode", "not in this build: ODE was not found"});
+#endif
+#ifdef TOUCHSTONE_HAS_EXACT
+  register_exact(registry);
+#else
+  gaps.push_back({"exact", "not in this build: errors cannot be measured without it"});
+#endif
+}
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "contact_core/registry.hpp"
+#include "examples/compare_backends/oracle.hpp"
+#include "examples/compare_backends/quantiles.hpp"
+
+namespace touchstone::comparison {
+
+/// One broadphase over `boxes` boxes that all move and turn every frame.
+struct BroadphaseResult {
+  std::string name;
+  std::string description;
+  std::size_t boxes = 0;
+  std::size_t frames = 0;             ///< timed; 0: not run, see gap
+  Timing frame;                       ///< update and find_pairs [ns per frame]
+  double candidates = 0;              ///< pairs per frame, mean
+  std::optional<double> allocations;  ///< per frame, after the first
+  std::optional<std::size_t> missed;  ///< of `true_pairs`, last frame; empty: not checked
+  std::size_t true_pairs = 0;         ///< pairs whose solids are within the margin
+  std::string gap;                    ///< why it was not run
+};
+
+struct BroadphaseOptions {
+  std::uint64_t seed = 1;
+  double margin = 0.01;  ///< [m]
+  std::vector<std::size_t> sizes = {1000, 10000, 100000};
+  std::size_t largest_checked = 10000;    ///< true pairs come from all pairs, so only up to here
+  std::size_t largest_quadratic = 10000;  ///< brute_force is not run beyond
+  int threads = 1;
+};
+
+/// Runs every broadphase on the same frames, frame by frame in turn. Without an oracle nothing is checked.
+std::vector<BroadphaseResult> run_broadphases(std::span<const BackendRegistry::BroadphaseEntry> broadphases,
+                                              const BroadphaseOptions& options, const Oracle* oracle,
+                                              const Progress& progress = {});
+
+}  // namespace touchstone::comparison

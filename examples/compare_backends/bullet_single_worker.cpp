@@ -1,0 +1,6 @@
+#include "adapters/bullet/bullet_single.hpp"
+#include "examples/compare_backends/worker.hpp"
+
+int main(int argc, char** argv) {
+  return touchstone::comparison::worker_main(argc, argv, touchstone::register_bullet_single);
+}

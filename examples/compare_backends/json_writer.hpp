@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "examples/compare_backends/report.hpp"
+
+namespace touchstone::comparison {
+
+inline constexpr int kResultsSchema = 1;
+
+/// The whole report as JSON. A figure that was not measured is null, an infinite one the string "inf".
+std::string results_json(const Report& report);
+
+/// One row per pair set, backend and query.
+std::string results_csv(const Report& report);
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,43 @@
+#include "examples/compare_backends/machine.hpp"
+
+#include <sys/utsname.h>
+
+#include <fstream>
+#include <thread>
+
+namespace touchstone::comparison {
+namespace {
+
+std::string cpu_model() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+std::string compiler() {
+#if defined(__clang__)
+  return "clang " __clang_version__;
+#else
+  return "g++ " __VERSION__;
+#endif
+}
+
+}  // namespace
+
+Machine describe_machine() {
+  Machine machine;
+  machine.cpu = cpu_model();
+  machine.hardware_threads = std::thread::hardware_concurrency();
+  utsname system{};
+  if (uname(&system) == 0) {
+    machine.system = std::string(system.sysname) + " " + system.release + " " + system.machine;
+  }
+  machine.compiler = compiler();
+  machine.build_type = TOUCHSTONE_BUILD_TYPE;
+  machine.flags = TOUCHSTONE_BUILD_FLAGS;
+  return machine;
+}
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace touchstone::comparison {
+
+/// What the figures were measured with.
+struct Machine {
+  std::string cpu;
+  unsigned hardware_threads = 0;
+  std::string system;  ///< kernel and architecture
+  std::string compiler;
+  std::string build_type;
+  std::string flags;
+};
+Machine describe_machine();
+
+}  // namespace touchstone::comparison

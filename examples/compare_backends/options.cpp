@@ -1,0 +1,79 @@
+#include "examples/compare_backends/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <iostream>
+#include <map>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+const std::map<std::string, QueryKind> kQueries = {
+    {"overlap", QueryKind::overlap}, {"distance", QueryKind::distance}, {"manifold", QueryKind::manifold}};
+
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (c == '\n') c = ' ';
+  }
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text;
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, const char* const* argv) {
+  Options options;
+  for (int i = 0; i < argc; ++i) options.command_line += (i ? " " : "") + std::string(argv[i]);
+  std::string query = "distance";
+  double max_error = 0;
+  std::size_t count = 0;
+
+  CLI::App app{"Every contact detection backend on the same pairs and scenes: speed against error."};
+  app.add_option("--backend", options.backends, "Backends to compare (default: all; --list names them)");
+  app.add_option("--families", options.families, "Pair families (default: all; 'none' for no families)");
+  auto* count_option = app.add_option("--count", count, "Pairs a family (default 20000, 500 with --quick)")
+                           ->check(CLI::Range(1, 10000000));
+  app.add_option("--seed", options.seed, "Seed of the pair families")->capture_default_str();
+  app.add_option("--scene", options.scenes, "Scene files (YAML)");
+  app.add_option("--pairs", options.pairs_file, "Your own cases (JSON)");
+  auto* error_option = app.add_option("--max-error", max_error,
+                                      "Name the fastest backend whose worst case stays inside this [m]");
+  app.add_option("--query", query, "The query of --max-error")
+      ->check(CLI::IsMember({"overlap", "distance", "manifold"}))
+      ->capture_default_str();
+  app.add_option("--case", options.case_id,
+                 "Replay one case: family:index, a pair file's id, or scene:frame:pair");
+  app.add_option("--output", options.output, "Folder of the report")->capture_default_str();
+  app.add_option("--repetitions", options.repetitions, "Passes over each timed row")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--threads", options.threads, "For the exact answers; timing always runs on one")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  app.add_flag("--no-broadphase", options.no_broadphase, "Leave the broadphases out");
+  app.add_flag("--quick", options.quick, "Few pairs, two repetitions, 1k boxes in the broadphases");
+  app.add_flag("--list", options.list, "List backends, broadphases and families");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app.help();
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw InputError(one_line(error.what()));
+  }
+  if (*count_option) options.count = count;
+  if (*error_option) {
+    if (!std::isfinite(max_error) || max_error < 0)
+      throw InputError("--max-error: must be finite and not negative");
+    options.max_error = max_error;
+  }
+  options.query = kQueries.at(query);
+  options.no_families = options.families == std::vector<std::string>{"none"};
+  if (options.no_families) options.families.clear();
+  if (options.quick && app.count("--repetitions") == 0) options.repetitions = 2;
+  return options;
+}
+
+}  // namespace touchstone::comparison

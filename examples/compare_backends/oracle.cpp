@@ -1,0 +1,34 @@
+#include "examples/compare_backends/oracle.hpp"
+
+#include "examples/compare_backends/parallel.hpp"
+
+namespace touchstone::comparison {
+
+std::string_view to_string(PairClass pair_class) {
+  switch (pair_class) {
+    case PairClass::separated:
+      return "separated";
+    case PairClass::touching:
+      return "touching";
+    case PairClass::penetrating:
+      return "penetrating";
+  }
+  return "?";
+}
+
+std::vector<PairTruth> compute_truth(const PairSet& set, const Oracle& oracle, int threads,
+                                     const Progress& progress) {
+  std::vector<PairTruth> truth(set.cases());
+  parallel_chunks(
+      set.cases(), 64, threads,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const PosedPair posed = posed_pair(set, i);
+          truth[i] = oracle.truth(posed.a, posed.b);
+        }
+      },
+      progress);
+  return truth;
+}
+
+}  // namespace touchstone::comparison

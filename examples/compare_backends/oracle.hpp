@@ -1,0 +1,47 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "examples/compare_backends/pair_set.hpp"
+
+namespace touchstone::comparison {
+
+enum class PairClass : std::uint8_t { separated, touching, penetrating };
+std::string_view to_string(PairClass pair_class);
+
+/// The right answer for one case.
+struct PairTruth {
+  PairClass pair_class = PairClass::separated;
+  double separation = 0;  ///< signed [m]
+  Vector3 n_AB_W = Vector3::Zero();
+  bool normal_unique = false;
+
+  bool contact() const { return pair_class != PairClass::separated; }
+};
+
+/// What errors are measured against. Safe to call from several threads.
+class Oracle {
+ public:
+  virtual ~Oracle() = default;
+  virtual PairTruth truth(const WorldVertices& a, const WorldVertices& b) const = 0;
+  /// h(n): the separation of the two solids along n (unit), from A to B [m].
+  virtual double separation_along(const WorldVertices& a, const WorldVertices& b, const Vector3& n) const = 0;
+  /// The distance of p to the solid's surface [m].
+  virtual double surface_distance(const WorldVertices& solid, const Vector3& p) const = 0;
+  /// The area of the clip of the two faces most (anti)parallel to n, projected along n [m2].
+  virtual double patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n) const = 0;
+};
+
+/// Backed by the `exact` adapter; null in a build without it.
+std::unique_ptr<Oracle> make_exact_oracle();
+
+/// Called now and then with the share done, from one thread at a time.
+using Progress = std::function<void(double share)>;
+
+/// The truth of every case of the set, on `threads` threads.
+std::vector<PairTruth> compute_truth(const PairSet& set, const Oracle& oracle, int threads,
+                                     const Progress& progress = {});
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "examples/compare_backends/broadphase_run.hpp"
+#include "examples/compare_backends/machine.hpp"
+#include "examples/compare_backends/options.hpp"
+#include "examples/compare_backends/scene_run.hpp"
+#include "examples/compare_backends/verdict.hpp"
+
+namespace touchstone::comparison {
+
+/// A backend or part that is not in this build, or that died, and why.
+struct Gap {
+  std::string what;
+  std::string why;
+};
+
+/// Everything one run found out; every output file is written from this alone.
+struct Report {
+  Machine machine;
+  Options options;
+  std::vector<std::pair<std::string, std::string>> backends;  ///< name and description with version
+  std::vector<Gap> gaps;
+  bool has_truth = false;
+  std::vector<SetResult> sets;  ///< families, then the pair file
+  std::vector<BroadphaseResult> broadphases;
+  std::vector<SceneResult> scenes;
+  std::vector<Verdict> verdicts;  ///< one a query for --max-error
+};
+
+}  // namespace touchstone::comparison

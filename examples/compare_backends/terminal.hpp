@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "examples/compare_backends/report.hpp"
+
+namespace touchstone::comparison {
+
+/// The tables for a terminal of 120 columns.
+std::string terminal_report(const Report& report);
+
+}  // namespace touchstone::comparison

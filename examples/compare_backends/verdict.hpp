@@ -1,0 +1,58 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "examples/compare_backends/accuracy.hpp"
+
+namespace touchstone::comparison {
+
+/// One backend on one pair set, answers summed up.
+struct BackendResult {
+  std::string name;
+  std::string description;
+  Capabilities capabilities;
+  struct Rows {
+    std::optional<Timing> single, batch, raw;
+    std::optional<double> allocations;
+  };
+  std::array<Rows, 3> rows;  ///< by QueryKind
+  std::array<std::optional<Timing>, 3> frame;
+  Judgement judgement;
+  bool judged = false;  ///< false in a build without `exact`
+  std::string failure;
+};
+
+struct SetResult {
+  std::string name;
+  std::string description;
+  std::size_t cases = 0, contacts = 0, touching = 0;
+  std::vector<BackendResult> backends;
+  std::vector<std::string> ids;  ///< as PairSet's
+};
+std::string case_id(const SetResult& set, std::size_t index);
+
+/// How a backend stands over all sets for one query.
+struct Candidate {
+  std::string backend;
+  double nanoseconds =
+      0;  ///< mean over the sets of the median per pair, one pair a call; NaN if not measured in all
+  double worst_cost = 0;  ///< [m]
+  std::string worst_id;
+  std::string worst_reason;
+  bool inside = false;  ///< worst_cost <= max_error, and the speed was measured
+};
+
+struct Verdict {
+  QueryKind query = QueryKind::distance;
+  double max_error = 0;               ///< [m]
+  std::string fastest;                ///< empty: none stays inside
+  std::vector<Candidate> candidates;  ///< the ones inside by speed, then the others by cost
+};
+
+Verdict decide(std::span<const SetResult> sets, QueryKind query, double max_error);
+
+/// "fastest inside 1e-06 m for distance: native, 41 ns" or that none is.
+std::string sentence(const Verdict& verdict);
+
+}  // namespace touchstone::comparison

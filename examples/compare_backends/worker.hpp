@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "examples/compare_backends/backend_run.hpp"
+
+// Backends that cannot live in this process (one process holds one precision of Bullet) run in a worker process, on the
+// same pairs, with the same timing code. Job and answers travel as files of plain bytes: both ends are built together.
+
+namespace touchstone::comparison {
+
+/// A worker program and what it offers. A program that cannot be run offers nothing and says why.
+struct Worker {
+  std::filesystem::path program;
+  std::vector<std::pair<std::string, std::string>> backends;  ///< name and description
+  std::string failure;
+
+  bool offers(std::string_view name) const;
+};
+
+Worker describe_worker(const std::filesystem::path& program);
+
+/// As run_backends, in the worker. If it dies every case of these backends is `failed` and BackendAnswers::failure says
+/// how. `progress` is called (with 0) while it runs; what it throws ends the worker first.
+std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const std::string> backends,
+                                          const PairSet& set, const MeasureOptions& options,
+                                          const Progress& progress = {});
+
+/// The worker's side: main() of a program that offers what `add_backends` registers.
+int worker_main(int argc, char** argv, const std::function<void(BackendRegistry&)>& add_backends);
+
+}  // namespace touchstone::comparison

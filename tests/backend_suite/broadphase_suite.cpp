@@ -1,0 +1,197 @@
+#include <algorithm>
+#include <random>
+
+#include "tests/backend_suite/suite.hpp"
+
+// What holds for every broadphase: sorted, the same for every block size, and no pair within the margin
+// missed.
+
+namespace touchstone::suite {
+namespace {
+
+double uniform(std::mt19937_64& random, double low, double high) {
+  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+}
+
+Pose random_pose(std::mt19937_64& random, const Vector3& centre, double extent) {
+  Pose X;
+  X.R = rotation_from_quaternion(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1),
+                                 uniform(random, -1, 1));
+  X.p = centre + Vector3(uniform(random, -extent, extent), uniform(random, -extent, extent),
+                         uniform(random, -extent, extent));
+  return X;
+}
+
+// Objects of one to five hexahedra, sizes over three decades, some touching by construction.
+struct RandomScene {
+  std::vector<HexahedronTree> trees;
+  std::vector<Hexahedron> solids;
+  std::vector<std::uint32_t> object_of;
+  std::vector<Pose> X_WO;
+  std::vector<Pose> poses;
+  Vector3 centre;
+  double extent;
+
+  RandomScene(std::uint64_t seed, int objects, const Vector3& where, double half_width)
+      : centre(where), extent(half_width) {
+    std::mt19937_64 random(seed);
+    for (int k = 0; k < objects; ++k) {
+      std::vector<PlacedHexahedron> placed;
+      const double size = std::exp2(uniform(random, -5, 2));
+      const int count = 1 + static_cast<int>(random() % 5);
+      for (int i = 0; i < count; ++i)
+        placed.push_back(
+            {"part" + std::to_string(i),
+             Hexahedron::from_size({size * uniform(random, 0.1, 1), size * uniform(random, 0.1, 1), size}),
+             random_pose(random, {0, 0, 0}, size)});
+      for (const PlacedHexahedron& part : placed) {
+        solids.push_back(part.solid);
+        object_of.push_back(static_cast<std::uint32_t>(k));
+      }
+      trees.emplace_back(std::move(placed), "object" + std::to_string(k));
+      X_WO.push_back(random_pose(random, centre, extent));
+    }
+    place();
+  }
+
+  void place() {
+    poses.resize(solids.size());
+    std::size_t first = 0;
+    for (std::size_t k = 0; k < trees.size(); ++k) {
+      const std::size_t count = trees[k].solids().size();
+      find_global_positions(trees[k], X_WO[k], std::span(poses).subspan(first, count));
+      first += count;
+    }
+  }
+
+  std::vector<std::uint32_t> move_some(std::mt19937_64& random) {
+    std::vector<std::uint32_t> moved;
+    for (std::uint32_t k = 0; k < trees.size(); ++k)
+      if (random() % 3 == 0) moved.push_back(k), X_WO[k] = random_pose(random, centre, extent);
+    place();
+    return moved;
+  }
+
+  std::vector<const HexahedronTree*> pointers() const {
+    std::vector<const HexahedronTree*> all;
+    for (const HexahedronTree& tree : trees) all.push_back(&tree);
+    return all;
+  }
+};
+
+std::vector<SolidPair> all_pairs(Broadphase& broadphase, std::size_t block_size) {
+  std::vector<SolidPair> pairs;
+  std::vector<SolidPair> block(block_size);
+  PairCursor cursor;
+  while (!cursor.done) {
+    const std::size_t count = broadphase.find_pairs(cursor, block);
+    EXPECT_TRUE(count > 0 || cursor.done) << "no progress";
+    pairs.insert(pairs.end(), block.begin(), block.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+  return pairs;
+}
+
+// Pairs truly within the margin, by the native distance (itself held to `exact` elsewhere).
+std::vector<SolidPair> pairs_within(const RandomScene& scene, double margin) {
+  const auto native = backends().make_narrowphase("native");
+  native->build(scene.solids);
+  const auto workspace = native->make_workspace();
+  std::vector<SolidPair> within;
+  for (SolidIndex a = 0; a < scene.solids.size(); ++a) {
+    for (SolidIndex b = a + 1; b < scene.solids.size(); ++b) {
+      if (scene.object_of[a] == scene.object_of[b]) continue;
+      const double reach = scene.solids[a].size() + scene.solids[b].size() + margin;
+      if (norm(scene.poses[a].p - scene.poses[b].p) > reach) continue;
+      const std::array pairs = {SolidPair{a, b}};
+      std::array<PairStatus, 1> status{};
+      std::array<PairGeometry, 1> geometry{};
+      native->evaluate({.pairs = pairs, .poses = scene.poses, .query = {.kind = QueryKind::distance}},
+                       {.status = status, .geometry = geometry}, *workspace);
+      if (geometry[0].separation <= margin) within.push_back({a, b});
+    }
+  }
+  return within;
+}
+
+class BroadphaseSuite : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { broadphase = backends().make_broadphase(GetParam()); }
+  std::unique_ptr<Broadphase> broadphase;
+};
+
+void expect_sound(Broadphase& broadphase, const RandomScene& scene, double margin) {
+  const std::vector<SolidPair> found = all_pairs(broadphase, 64);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    ASSERT_LT(found[i].a, found[i].b);
+    ASSERT_NE(scene.object_of[found[i].a], scene.object_of[found[i].b]);
+    if (i > 0) ASSERT_LT(found[i - 1], found[i]);
+  }
+  const std::vector<SolidPair> needed = pairs_within(scene, margin);
+  ASSERT_FALSE(needed.empty());
+  std::vector<SolidPair> missed;
+  std::set_difference(needed.begin(), needed.end(), found.begin(), found.end(), std::back_inserter(missed));
+  EXPECT_TRUE(missed.empty()) << missed.size() << " of " << needed.size() << " pairs missed, first ("
+                              << missed[0].a << ", " << missed[0].b << ")";
+}
+
+TEST_P(BroadphaseSuite, NeverMissesAPair) {
+  struct Place {
+    Vector3 centre;
+    double margin;
+  };
+  for (const Place& place : {Place{{0, 0, 0}, 0.0}, Place{{0, 0, 0}, 0.3}, Place{{1e3, -2e3, 17.0}, 1e-3},
+                             Place{{1e6, 1e6, -1e6}, 0.0}}) {
+    RandomScene scene(7, 60, place.centre, 4.0);
+    const auto trees = scene.pointers();
+    broadphase->build({.trees = trees, .margin = place.margin});
+    broadphase->update(scene.poses, {});
+    SCOPED_TRACE("centre x " + std::to_string(place.centre.x()));
+    expect_sound(*broadphase, scene, place.margin);
+    std::mt19937_64 random(11);
+    for (int frame = 0; frame < 3; ++frame) {
+      const std::vector<std::uint32_t> moved = scene.move_some(random);
+      broadphase->update(scene.poses, moved);
+      expect_sound(*broadphase, scene, place.margin);
+    }
+  }
+}
+
+TEST_P(BroadphaseSuite, BlockSizeDoesNotShow) {
+  RandomScene scene(3, 50, {0, 0, 0}, 3.0);
+  const auto trees = scene.pointers();
+  broadphase->build({.trees = trees, .margin = 0.01});
+  broadphase->update(scene.poses, {});
+  const std::vector<SolidPair> whole = all_pairs(*broadphase, 1 << 16);
+  ASSERT_GT(whole.size(), 10u);
+  for (std::size_t block : {1, 2, 7, 64}) EXPECT_EQ(all_pairs(*broadphase, block), whole) << block;
+}
+
+TEST_P(BroadphaseSuite, TouchingFacesAndIdenticalObjectsArePairs) {
+  std::vector<HexahedronTree> trees;
+  for (int k = 0; k < 3; ++k)
+    trees.emplace_back(std::vector<PlacedHexahedron>{{"cube", Hexahedron::from_size({1, 1, 1}), {}}},
+                       "object" + std::to_string(k));
+  std::vector<const HexahedronTree*> pointers = {&trees[0], &trees[1], &trees[2]};
+  std::vector<Pose> poses(3);
+  poses[1].p = {1.0, 0.0, 0.0};  // face to face
+  broadphase->build({.trees = pointers, .margin = 0.0});
+  broadphase->update(poses, {});
+  const std::vector<SolidPair> expected = {{0, 1}, {0, 2}, {1, 2}};
+  EXPECT_EQ(all_pairs(*broadphase, 1), expected);
+}
+
+TEST_P(BroadphaseSuite, OneObjectHasNoPairs) {
+  const HexahedronTree tree(
+      {{"a", Hexahedron::from_size({1, 1, 1}), {}}, {"b", Hexahedron::from_size({1, 1, 1}), {}}});
+  const std::array trees = {&tree};
+  const std::array<Pose, 2> poses;
+  broadphase->build({.trees = trees, .margin = 0.0});
+  broadphase->update(poses, {});
+  EXPECT_TRUE(all_pairs(*broadphase, 8).empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(AllBackends, BroadphaseSuite, testing::ValuesIn(broadphase_names()),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace touchstone::suite

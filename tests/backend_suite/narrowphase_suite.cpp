@@ -1,0 +1,307 @@
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "tests/backend_suite/suite.hpp"
+
+// Conventions that hold for every narrowphase, on pairs whose answers are derived by hand.
+
+namespace touchstone::suite {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+class NarrowphaseSuite : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { narrowphase = backends().make_narrowphase(GetParam()); }
+  const Capabilities& capabilities() const { return narrowphase->capabilities(); }
+  double resolution(const Body& a, const Body& b) const {
+    return capabilities().resolution.at(scale_of(a, b));
+  }
+
+  std::unique_ptr<Narrowphase> narrowphase;
+};
+
+Pose tilted_pose() {
+  Pose X;
+  X.R = rotation_from_quaternion(0.8, 0.3, -0.4, 0.2);
+  X.p = {3.0, -1.0, 2.0};
+  return X;
+}
+
+struct KnownPair {
+  const char* what;
+  Body a;
+  Body b;
+  double separation;
+  Vector3 n_AB_W;
+};
+
+// Boxes meeting along x, y and z, both ways round, apart and overlapping.
+std::vector<KnownPair> known_pairs() {
+  std::vector<KnownPair> pairs;
+  const Vector3 cube(2.0, 2.0, 2.0);
+  const Vector3 brick(1.0, 0.5, 3.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (double sign : {-1.0, 1.0}) {
+      for (double separation : {0.5, -0.125}) {
+        const Vector3 n = sign * Vector3::Unit(axis);
+        const Vector3 p = n * (1.0 + 0.5 * brick(axis) + separation);
+        pairs.push_back({"boxes", box_at(cube, {0, 0, 0}), box_at(brick, p), separation, n});
+        pairs.push_back({"hexahedra", as_hexahedron(box_at(cube, {0, 0, 0})), as_hexahedron(box_at(brick, p)),
+                         separation, n});
+        pairs.push_back(
+            {"box and hexahedron", box_at(cube, {0, 0, 0}), as_hexahedron(box_at(brick, p)), separation, n});
+      }
+    }
+  }
+  return pairs;
+}
+
+TEST_P(NarrowphaseSuite, ClassOfPairsClearlyApartOrClearlyOverlapping) {
+  for (const KnownPair& pair : known_pairs()) {
+    for (const Pose& X_VW : {Pose{}, tilted_pose()}) {
+      const Body a = moved(pair.a, X_VW), b = moved(pair.b, X_VW);
+      const Answer answer = ask(*narrowphase, a, b, {.kind = QueryKind::overlap});
+      const PairStatus expected = pair.separation > 0 ? PairStatus::separated : PairStatus::overlapping;
+      EXPECT_EQ(answer.status, expected)
+          << pair.what << " " << pair.separation << " got " << to_string(answer.status);
+    }
+  }
+}
+
+TEST_P(NarrowphaseSuite, SignNormalAndWitnessConventions) {
+  for (const KnownPair& pair : known_pairs()) {
+    for (const Pose& X_VW : {Pose{}, tilted_pose()}) {
+      const Body a = moved(pair.a, X_VW), b = moved(pair.b, X_VW);
+      SCOPED_TRACE(std::string(pair.what) + " at " + std::to_string(pair.separation));
+      const Answer answer = ask(*narrowphase, a, b, {.kind = QueryKind::distance});
+      const PairGeometry& g = answer.geometry;
+      if (!gives_distance(capabilities(), pair.separation)) {
+        EXPECT_EQ(answer.status, PairStatus::unsupported);
+        EXPECT_TRUE(std::isnan(g.separation));
+        EXPECT_TRUE(std::isnan(g.n_AB_W.x()) && std::isnan(g.p_A_W.x()) && std::isnan(g.p_B_W.x()));
+        continue;
+      }
+      ASSERT_EQ(answer.status, pair.separation > 0 ? PairStatus::separated : PairStatus::overlapping);
+      const double bound = resolution(a, b);
+      EXPECT_NEAR(g.separation, pair.separation, bound);
+      // Along the normal returned the pair is at most `bound` deeper or nearer than along the right one.
+      EXPECT_NEAR(norm(g.n_AB_W), 1.0, 8 * std::max(bound, 1e-15));
+      EXPECT_GT(dot(g.n_AB_W, rotate(X_VW.R, pair.n_AB_W)), 0.99);
+      EXPECT_LE(norm((g.p_A_W + g.separation * g.n_AB_W) - g.p_B_W), 4 * bound + 1e-15 * scale_of(a, b));
+    }
+  }
+}
+
+TEST_P(NarrowphaseSuite, MovingBByMinusSeparationAlongTheNormalBringsThePairToTouch) {
+  for (const KnownPair& pair : known_pairs()) {
+    if (!gives_distance(capabilities(), pair.separation)) continue;
+    const Body a = moved(pair.a, tilted_pose());
+    Body b = moved(pair.b, tilted_pose());
+    const Answer before = ask(*narrowphase, a, b, {.kind = QueryKind::distance});
+    const double slack = 2 * resolution(a, b) + 1e-14 * scale_of(a, b);
+    b.X_WS.p -= (before.geometry.separation - slack) * before.geometry.n_AB_W;
+    EXPECT_NE(ask(*narrowphase, a, b, {}).status, PairStatus::overlapping)
+        << pair.what << " " << pair.separation;
+    b.X_WS.p -= 2 * slack * before.geometry.n_AB_W;
+    EXPECT_NE(ask(*narrowphase, a, b, {}).status, PairStatus::separated)
+        << pair.what << " " << pair.separation;
+  }
+}
+
+TEST_P(NarrowphaseSuite, SwappedPairGivesTheSameStatusAndTheNegatedNormal) {
+  const bool bit_equal = GetParam() == "native" || GetParam() == "exact";
+  for (const KnownPair& pair : known_pairs()) {
+    const Body a = moved(pair.a, tilted_pose()), b = moved(pair.b, tilted_pose());
+    const Answer ab = ask(*narrowphase, a, b, {.kind = QueryKind::distance});
+    const Answer ba = ask(*narrowphase, b, a, {.kind = QueryKind::distance});
+    ASSERT_EQ(ab.status, ba.status) << pair.what;
+    if (ab.status == PairStatus::unsupported) continue;
+    if (bit_equal) {
+      EXPECT_EQ(ab.geometry.separation, ba.geometry.separation);
+      EXPECT_EQ(ab.geometry.n_AB_W, Vector3(-ba.geometry.n_AB_W));
+    } else {
+      EXPECT_NEAR(ab.geometry.separation, ba.geometry.separation, 2 * resolution(a, b));
+      EXPECT_LT(dot(ab.geometry.n_AB_W, ba.geometry.n_AB_W), -0.99);
+    }
+  }
+}
+
+TEST_P(NarrowphaseSuite, BeyondMaxSeparationIsInfiniteNeverABound) {
+  if (!capabilities().distance) return;
+  const Body a = box_at({2, 2, 2}, {0, 0, 0}), b = box_at({2, 2, 2}, {2.5, 0, 0});
+  const Answer within = ask(*narrowphase, a, b, {.kind = QueryKind::distance, .max_separation = 0.75});
+  EXPECT_NEAR(within.geometry.separation, 0.5, resolution(a, b));
+  const Answer beyond = ask(*narrowphase, a, b, {.kind = QueryKind::distance, .max_separation = 0.25});
+  EXPECT_EQ(beyond.status, PairStatus::separated);
+  EXPECT_EQ(beyond.geometry.separation, kInf);
+  EXPECT_TRUE(std::isnan(beyond.geometry.n_AB_W.x()));
+  EXPECT_TRUE(std::isnan(beyond.geometry.p_A_W.x()));
+}
+
+TEST_P(NarrowphaseSuite, ManifoldOfARestingFaceHoldsTheDeepestPointAndItsArea) {
+  const Body a = box_at({4, 4, 1}, {0, 0, 0}), b = box_at({2, 1, 1}, {0, 0, 0.9375});  // 1/16 deep
+  const Answer answer = ask(*narrowphase, a, b, {.kind = QueryKind::manifold});
+  if (!capabilities().manifold) {
+    EXPECT_EQ(answer.status, PairStatus::unsupported);
+    EXPECT_EQ(answer.geometry.point_count, 0);
+    return;
+  }
+  ASSERT_EQ(answer.status, PairStatus::overlapping);
+  ASSERT_GE(answer.points.size(), 1u);
+  ASSERT_LE(answer.points.size(), 8u);
+  const double bound = resolution(a, b);
+  double deepest = kInf;
+  for (const ContactPoint& point : answer.points) {
+    deepest = std::min(deepest, point.separation);
+    EXPECT_LE(norm((point.p_A_W + point.separation * answer.geometry.n_AB_W) - point.p_B_W),
+              4 * bound + 1e-14);
+    EXPECT_LE(std::abs(point.p_B_W.x()), 1.0 + bound + 1e-14);
+    EXPECT_LE(std::abs(point.p_B_W.y()), 0.5 + bound + 1e-14);
+  }
+  EXPECT_NEAR(deepest, -0.0625, bound);
+}
+
+TEST_P(NarrowphaseSuite, ManifoldKeepsToItsSlots) {
+  if (!capabilities().manifold) return;
+  const std::array solids = {Hexahedron::from_size({4, 4, 1}), Hexahedron::from_size({2, 1, 1}),
+                             Hexahedron::from_size({2, 1, 1})};
+  std::array<Pose, 3> poses;
+  poses[1].p = {0, 0, 0.9375};
+  poses[2].p = {0, 0, -0.9375};
+  const std::array pairs = {SolidPair{0, 1}, SolidPair{0, 2}};
+  narrowphase->build(solids);
+  const auto workspace = narrowphase->make_workspace();
+  constexpr double kUntouched = -77.0;
+  for (int max_points = 1; max_points <= kMaxManifoldPoints; ++max_points) {
+    std::array<PairStatus, 2> status{};
+    std::array<PairGeometry, 2> geometry{};
+    std::vector<ContactPoint> points(2 * max_points + 1);
+    for (ContactPoint& point : points) point.separation = kUntouched;
+    narrowphase->evaluate(
+        {.pairs = pairs, .poses = poses, .query = {.kind = QueryKind::manifold, .max_points = max_points}},
+        {.status = status, .geometry = geometry, .points = points}, *workspace);
+    for (int i = 0; i < 2; ++i) {
+      ASSERT_GE(geometry[i].point_count, 1);
+      ASSERT_LE(geometry[i].point_count, max_points);
+      double deepest = kInf;
+      for (int k = 0; k < geometry[i].point_count; ++k)
+        deepest = std::min(deepest, points[i * max_points + k].separation);
+      EXPECT_NEAR(deepest, geometry[i].separation, 2 * capabilities().resolution.at(6.0) + 1e-14);
+    }
+    EXPECT_EQ(points.back().separation, kUntouched);
+  }
+}
+
+// A batch with every kind of pair; result i must depend on pair i alone.
+struct Batch {
+  std::vector<Hexahedron> solids;
+  std::vector<Pose> poses;
+  std::vector<SolidPair> pairs;
+};
+
+Batch mixed_batch() {
+  Batch batch;
+  const std::vector<KnownPair> known = known_pairs();
+  for (int repeat = 0; repeat < 8; ++repeat) {
+    Pose X_VW = tilted_pose();
+    X_VW.p *= 1.0 + repeat;
+    for (const KnownPair& pair : known) {
+      const auto first = static_cast<SolidIndex>(batch.solids.size());
+      for (const Body& body : {pair.a, pair.b}) {
+        batch.solids.push_back(body.solid);
+        batch.poses.push_back(compose(X_VW, body.X_WS));
+      }
+      batch.pairs.push_back({first, first + 1});
+    }
+  }
+  return batch;
+}
+
+struct BatchAnswer {
+  std::vector<PairStatus> status;
+  std::vector<PairGeometry> geometry;
+  std::vector<ContactPoint> points;
+
+  explicit BatchAnswer(std::size_t pairs)
+      : status(pairs), geometry(pairs), points(pairs * kMaxManifoldPoints) {}
+  NarrowphaseOutput part(std::size_t first, std::size_t count) {
+    return {std::span(status).subspan(first, count), std::span(geometry).subspan(first, count),
+            std::span(points).subspan(first * kMaxManifoldPoints, count * kMaxManifoldPoints)};
+  }
+};
+
+bool same_bits(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+void expect_same(const BatchAnswer& expected, const BatchAnswer& got) {
+  for (std::size_t i = 0; i < expected.status.size(); ++i) {
+    ASSERT_EQ(expected.status[i], got.status[i]) << i;
+    ASSERT_TRUE(same_bits(expected.geometry[i].separation, got.geometry[i].separation)) << i;
+    ASSERT_EQ(expected.geometry[i].point_count, got.geometry[i].point_count) << i;
+    for (int k = 0; k < expected.geometry[i].point_count; ++k) {
+      const std::size_t slot = i * kMaxManifoldPoints + k;
+      ASSERT_TRUE(same_bits(expected.points[slot].separation, got.points[slot].separation)) << i;
+      for (int axis = 0; axis < 3; ++axis)
+        ASSERT_TRUE(same_bits(expected.points[slot].p_A_W(axis), got.points[slot].p_A_W(axis))) << i;
+    }
+  }
+}
+
+TEST_P(NarrowphaseSuite, AnswersDoNotDependOnEarlierQueriesOrBatchSize) {
+  if (!capabilities().deterministic) return;
+  const Batch batch = mixed_batch();
+  narrowphase->build(batch.solids);
+  const Query query{.kind = capabilities().manifold ? QueryKind::manifold : QueryKind::overlap};
+  const auto workspace = narrowphase->make_workspace();
+  BatchAnswer whole(batch.pairs.size());
+  narrowphase->evaluate({.pairs = batch.pairs, .poses = batch.poses, .query = query},
+                        whole.part(0, batch.pairs.size()), *workspace);
+  BatchAnswer single(batch.pairs.size());
+  for (std::size_t i = batch.pairs.size(); i-- > 0;)
+    narrowphase->evaluate(
+        {.pairs = std::span(batch.pairs).subspan(i, 1), .poses = batch.poses, .query = query},
+        single.part(i, 1), *workspace);
+  expect_same(whole, single);
+}
+
+TEST_P(NarrowphaseSuite, ThreadsGiveTheSameBitsAsOne) {
+  if (!capabilities().thread_safe || !capabilities().deterministic) return;
+  const Batch batch = mixed_batch();
+  narrowphase->build(batch.solids);
+  const Query query{.kind = capabilities().manifold ? QueryKind::manifold : QueryKind::overlap};
+  BatchAnswer one(batch.pairs.size());
+  const auto workspace = narrowphase->make_workspace();
+  narrowphase->evaluate({.pairs = batch.pairs, .poses = batch.poses, .query = query},
+                        one.part(0, batch.pairs.size()), *workspace);
+  constexpr std::size_t kThreads = 4;
+  BatchAnswer many(batch.pairs.size());
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      const auto own = narrowphase->make_workspace();
+      const std::size_t first = batch.pairs.size() * t / kThreads,
+                        last = batch.pairs.size() * (t + 1) / kThreads;
+      for (std::size_t i = first; i < last; ++i)
+        narrowphase->evaluate(
+            {.pairs = std::span(batch.pairs).subspan(i, 1), .poses = batch.poses, .query = query},
+            many.part(i, 1), *own);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  expect_same(one, many);
+}
+
+TEST_P(NarrowphaseSuite, AnEmptyBatchIsLegal) {
+  const std::array solids = {Hexahedron::from_size({1, 1, 1})};
+  const std::array<Pose, 1> poses;
+  narrowphase->build(solids);
+  const auto workspace = narrowphase->make_workspace();
+  narrowphase->evaluate({.pairs = {}, .poses = poses, .query = {}}, {}, *workspace);
+}
+
+INSTANTIATE_TEST_SUITE_P(AllBackends, NarrowphaseSuite, testing::ValuesIn(narrowphase_names()),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace touchstone::suite

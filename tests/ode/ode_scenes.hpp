@@ -1,0 +1,128 @@
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "adapters/ode/ode.hpp"
+#include "contact_core/geometry/hexahedron.hpp"
+#include "contact_core/geometry/pose.hpp"
+
+namespace touchstone::ode_test {
+
+struct Answers {
+  std::vector<PairStatus> status;
+  std::vector<PairGeometry> geometry;
+  std::vector<ContactPoint> points;
+};
+
+inline BackendRegistry registry() {
+  BackendRegistry backends;
+  register_ode(backends);
+  return backends;
+}
+
+inline void evaluate(const Narrowphase& narrowphase, std::span<const SolidPair> pairs,
+                     std::span<const Pose> poses, const Query& query, Narrowphase::Workspace& workspace,
+                     Answers& out) {
+  out.status.resize(pairs.size());
+  out.geometry.resize(pairs.size());
+  out.points.resize(pairs.size() * static_cast<std::size_t>(query.max_points));
+  narrowphase.evaluate({pairs, poses, query, {}}, {out.status, out.geometry, out.points}, workspace);
+}
+
+inline Answers ask(const Narrowphase& narrowphase, std::span<const SolidPair> pairs,
+                   std::span<const Pose> poses, const Query& query) {
+  Answers out;
+  const auto workspace = narrowphase.make_workspace();
+  evaluate(narrowphase, pairs, poses, query, *workspace, out);
+  return out;
+}
+
+inline double uniform(std::mt19937_64& random, double from, double to) {
+  return from + (to - from) * (static_cast<double>(random() >> 11) * 0x1p-53);
+}
+
+inline Vector3 random_vector(std::mt19937_64& random, double from, double to) {
+  const double x = uniform(random, from, to), y = uniform(random, from, to), z = uniform(random, from, to);
+  return {x, y, z};
+}
+
+inline Pose random_pose(std::mt19937_64& random, const Vector3& centre, double spread) {
+  const double w = uniform(random, -1, 1), x = uniform(random, -1, 1), y = uniform(random, -1, 1);
+  return {rotation_from_quaternion(w, x, y, uniform(random, 0.01, 1)),
+          centre + random_vector(random, -spread, spread)};
+}
+
+inline Hexahedron sheared(const Vector3& size, double xy, double xz, double yz) {
+  std::vector<Vector3> vertices;
+  const Hexahedron box = Hexahedron::from_size(size);
+  for (const Vector3& v : box.vertices()) {
+    vertices.push_back({v.x() + xy * v.y() + xz * v.z(), v.y() + yz * v.z(), v.z()});
+  }
+  return Hexahedron::from_vertices(vertices, WarpPolicy::accept);
+}
+
+/// A cube of side 1 that is no box to the adapter: made from vertices.
+inline Hexahedron convex_cube() {
+  const Hexahedron box = Hexahedron::from_size({1, 1, 1});
+  return Hexahedron::from_vertices(box.vertices());
+}
+
+/// Solids 2i and 2i + 1 are pair i.
+struct PairScene {
+  std::vector<Hexahedron> solids;
+  std::vector<Pose> poses;
+  std::vector<SolidPair> pairs;
+};
+
+inline PairScene random_pairs(std::size_t count, bool shear, const Vector3& centre, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  PairScene scene;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (int k = 0; k < 2; ++k) {
+      const Vector3 size = random_vector(random, 0.5, 1.5);
+      const double a = uniform(random, -0.5, 0.5), b = uniform(random, -0.5, 0.5),
+                   c = uniform(random, -0.5, 0.5);
+      scene.solids.push_back(shear ? sheared(size, a, b, c) : Hexahedron::from_size(size));
+      scene.poses.push_back(random_pose(random, centre, 0.6));
+    }
+    scene.pairs.push_back({2 * i, 2 * i + 1});
+  }
+  return scene;
+}
+
+/// Least overlap of the vertices' shadows over face normals and edge cross products: the depth of
+/// parallelepipeds, negative when an axis separates them. Plain doubles, parallelepipeds only: three edge
+/// directions a solid.
+inline double reference_depth(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
+  const auto corner = [](const Hexahedron& s, const Pose& X, const Pose& X0, int i) {
+    return Vector3(rotate(X.R, s.vertices()[i]) + (X.p - X0.p));
+  };
+  const auto edge = [&](const Hexahedron& s, const Pose& X, int k) {
+    const Vector3 e = rotate(X.R, s.vertices()[4 >> k] - s.vertices()[0]);
+    return Vector3(e / norm(e));
+  };
+  double least = std::numeric_limits<double>::infinity();
+  const auto test = [&](const Vector3& axis) {
+    const double length = norm(axis);
+    if (length < 1e-9) return;
+    double a_low = 1e300, a_high = -1e300, b_low = 1e300, b_high = -1e300;
+    for (int i = 0; i < 8; ++i) {
+      const double at_a = dot(axis, corner(a, X_WA, X_WA, i)) / length;
+      const double at_b = dot(axis, corner(b, X_WB, X_WA, i)) / length;
+      a_low = std::min(a_low, at_a), a_high = std::max(a_high, at_a);
+      b_low = std::min(b_low, at_b), b_high = std::max(b_high, at_b);
+    }
+    least = std::min(least, std::min(a_high - b_low, b_high - a_low));
+  };
+  for (int i = 0; i < 3; ++i) {
+    test(cross(edge(a, X_WA, i), edge(a, X_WA, (i + 1) % 3)));
+    test(cross(edge(b, X_WB, i), edge(b, X_WB, (i + 1) % 3)));
+    for (int j = 0; j < 3; ++j) test(cross(edge(a, X_WA, i), edge(b, X_WB, j)));
+  }
+  return least;
+}
+
+}  // namespace touchstone::ode_test

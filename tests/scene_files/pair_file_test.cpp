@@ -1,0 +1,149 @@
+#include "adapters/scene_files/pair_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+const std::string kBox = R"({"type": "box", "size": [2, 2, 2]})";
+
+std::filesystem::path temporary() {
+  const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+  return std::filesystem::path(::testing::TempDir()) / (std::string("pairs_") + test->name() + ".json");
+}
+
+std::vector<PairCase> loaded(const std::string& text) {
+  std::ofstream(temporary()) << text;
+  return load_pairs(temporary());
+}
+
+std::string file_error(const std::string& text) {
+  try {
+    loaded(text);
+  } catch (const InputError& error) {
+    return std::string(error.what()).substr(temporary().string().size());
+  }
+  return "accepted";
+}
+
+// The reason why a case of `shape` and `pose` beside a good box is invalid.
+std::string reason(const std::string& shape, const std::string& pose = "\"identity\"") {
+  const std::vector<PairCase> cases = loaded(
+      "[{\"id\": \"bad\", \"shapes\": [" + kBox + ", " + shape + "], \"poses\": [\"identity\", " + pose +
+      "]}, {\"id\": \"good\", \"shapes\": [" + kBox + ", " + kBox + "], \"poses\": \"identity\"}]");
+  EXPECT_EQ(cases.size(), 2u);
+  EXPECT_TRUE(cases[1].pair.has_value()) << cases[1].invalid_reason;
+  EXPECT_EQ(cases[0].pair.has_value(), cases[0].invalid_reason.empty());
+  return cases[0].invalid_reason;
+}
+
+TEST(PairFile, ReadsBoxesHexahedraAndPoses) {
+  const std::vector<PairCase> cases = loaded(
+      R"({"cases": [{"id": 7, "other": 1, "shapes": [{"type": "box", "size": [1, 2, 3]},
+        {"type": "convex", "vertices": [[0,0,0],[0,0,1],[0,1,0],[0,1,1],[1,0,0],[1,0,1],[1,1,0],[1,1,1]]}],
+        "poses": [{"position": [1, 2, 3], "quaternion_wxyz": [2, 0, 0, 0]},
+                  {"matrix": [[0,-1,0,4],[1,0,0,5],[0,0,1,6],[0,0,0,1]]}]}]})");
+  ASSERT_EQ(cases.size(), 1u);
+  EXPECT_EQ(cases[0].id, "7");
+  ASSERT_TRUE(cases[0].pair) << cases[0].invalid_reason;
+  EXPECT_EQ(cases[0].pair->solids[0].half_extents(), Vector3(0.5, 1, 1.5));
+  EXPECT_EQ(cases[0].pair->X_WS[0].R, Matrix3::Identity());
+  EXPECT_EQ(cases[0].pair->X_WS[1].p, Vector3(4, 5, 6));
+  EXPECT_EQ(cases[0].pair->X_WS[1].R(0, 1), -1.0);
+}
+
+TEST(PairFile, ABadCaseIsInvalidAndTheRestGoesOn) {
+  EXPECT_EQ(reason(R"({"type": "box", "size": ["NaN", 1, 1]})"), "shape 1: size: not finite: NaN");
+  EXPECT_EQ(reason(R"({"type": "box", "size": ["-Infinity", 1, 1]})"),
+            "shape 1: size: not finite: -Infinity");
+  EXPECT_EQ(reason(R"({"type": "box", "size": ["1", 1, 1]})"), "shape 1: size: expected a number, got \"1\"");
+  EXPECT_EQ(reason(R"({"type": "box", "size": [1e400, 1, 1]})"),
+            "shape 1: size: beyond the range of a double: 1e400");
+  EXPECT_EQ(reason(R"({"type": "box", "size": [-1, 1, 1]})"), "shape 1: size along x is -1, must be > 0");
+  EXPECT_EQ(reason(R"({"type": "box", "size": [1, 1]})"), "shape 1: size: expected 3 numbers, got [1,1]");
+  EXPECT_EQ(reason(R"({"type": "sphere"})"), "shape 1: unknown type \"sphere\"; known: box, convex");
+  EXPECT_EQ(reason(R"({"type": "convex", "vertices": []})"), "shape 1: has 0 vertices, a hexahedron has 8");
+  EXPECT_EQ(reason(kBox, R"({"position": [0, 0, 0]})"), "pose 1: missing 'quaternion_wxyz'");
+  EXPECT_EQ(reason(kBox, R"({"position": [0, 0, 0], "quaternion_wxyz": [0, 0, 0, 0]})"),
+            "pose 1: the quaternion is zero");
+  EXPECT_EQ(reason(kBox, R"({"position": [0, "NaN", 0], "quaternion_wxyz": [1, 0, 0, 0]})"),
+            "pose 1: position: not finite: NaN");
+  EXPECT_EQ(reason(kBox, R"({"matrix": [[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]})"),
+            "pose 1: not a rotation: a reflection, determinant -1");
+  EXPECT_EQ(reason(kBox, R"({"matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,2]]})"),
+            "pose 1: the last row is not 0 0 0 1");
+  EXPECT_EQ(reason(kBox, R"({"matrix": [[1,0,0,0],[0,1,0,0]]})"),
+            "pose 1: expected 4 rows of 4 numbers, got [[1,0,0,0],[0,1,0,0]]");
+  EXPECT_EQ(reason(R"({"type": "box", "size": [1e308, 1, 1]})",
+                   R"({"position": [1.7e308, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]})"),
+            "pose 1: a world vertex is beyond the range of a double");
+}
+
+TEST(PairFile, ACaseWithoutIdOrThatIsNoObjectIsInvalid) {
+  const std::vector<PairCase> cases = loaded("[3, {\"shapes\": []}]");
+  ASSERT_EQ(cases.size(), 2u);
+  EXPECT_EQ(cases[0].invalid_reason, "expected an object, got 3");
+  EXPECT_EQ(cases[1].id, "#1");
+  EXPECT_EQ(cases[1].invalid_reason, "missing 'id' (text or a whole number)");
+}
+
+TEST(PairFile, WarpedIsAcceptedAndFlagged) {
+  const std::vector<PairCase> cases = loaded(
+      "[{\"id\": \"w\", \"poses\": \"identity\", \"shapes\": [" + kBox +
+      R"(, {"type": "convex", "vertices": [[-1,-1,-1],[-1,-1,1],[-1,1,-1],[-1,1,1],[1,-1,-1],[1,-1,1],[1,1,-1],[1,1,1.5]]}]}])");
+  ASSERT_TRUE(cases[0].pair) << cases[0].invalid_reason;
+  EXPECT_TRUE(cases[0].pair->solids[1].is_warped());
+}
+
+TEST(PairFile, OnlyTheWholeFileThrows) {
+  EXPECT_EQ(file_error("[\n  {\"id\": }\n]").substr(0, 31), ":2:10: malformed JSON: syntax e");
+  EXPECT_EQ(file_error("{}"), ": expected a list of cases, or an object with 'cases'");
+  EXPECT_EQ(file_error(R"([{"id": "a"}, {"id": "b"}, {"id": "a"}])"),
+            ": cases 0 and 2 (counted from 0) have the same id 'a'");
+  EXPECT_EQ(file_error("[{\"id\": 1e400, \"x\": }]").substr(0, 23), ":1:15: malformed JSON: ");
+  EXPECT_THROW(load_pairs("/nonexistent/pairs.json"), InputError);
+}
+
+TEST(PairFile, RoundTripsBitForBit) {
+  PairCase one;
+  one.id = "one \"quoted\"";
+  Pose X;
+  X.R = rotation_from_quaternion(0.1, 0.7, -0.3, 0.2);
+  X.p = {1.0 / 3.0, 1e-300, -2.0e15};
+  const std::array<Vector3, 8> wedge = {
+      {{0, 0, 0}, {0.1, 0, 1}, {0, 1, 0}, {0.1, 1, 1}, {1, 0, 0}, {0.7, 0, 1}, {1, 1, 0}, {0.7, 1, 1}}};
+  one.pair =
+      PosedPair{{Hexahedron::from_size({0.1, 1e-9, 3e7}), Hexahedron::from_vertices(wedge)}, {Pose{}, X}};
+  one.exact =
+      ExactAnswer{PairClass::separated, "1.000000000000000000000000000000001e-3", Vector3(0.6, 0.8, 0)};
+  one.why_hard = "made up";
+  save_pairs(temporary(), std::array{one});
+  const std::vector<PairCase> back = load_pairs(temporary());
+  ASSERT_EQ(back.size(), 1u);
+  ASSERT_TRUE(back[0].pair) << back[0].invalid_reason;
+  EXPECT_EQ(back[0].id, one.id);
+  EXPECT_EQ(back[0].why_hard, one.why_hard);
+  for (int s = 0; s < 2; ++s) {
+    EXPECT_EQ(back[0].pair->solids[s].vertices(), one.pair->solids[s].vertices());
+    EXPECT_EQ(back[0].pair->X_WS[s].R, one.pair->X_WS[s].R);
+    EXPECT_EQ(back[0].pair->X_WS[s].p, one.pair->X_WS[s].p);
+  }
+  EXPECT_EQ(back[0].exact->pair_class, PairClass::separated);
+  EXPECT_EQ(back[0].exact->signed_distance, one.exact->signed_distance);
+  EXPECT_EQ(*back[0].exact->normal, *one.exact->normal);
+}
+
+TEST(PairFile, SavesNothingWhenACaseIsInvalid) {
+  std::filesystem::remove(temporary());
+  EXPECT_THROW(save_pairs(temporary(), std::array{PairCase{}}), InputError);
+  EXPECT_FALSE(std::filesystem::exists(temporary()));
+}
+
+}  // namespace
+}  // namespace touchstone

@@ -1,0 +1,204 @@
+#include "adapters/scene_files/scene_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <string>
+
+#include "contact_core/input_error.hpp"
+#include "contact_core/scene/scene_instance.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr const char* kHead =
+    "name: s\nframe_rate: 10\ncontact_gap: 1e-9\npolicy: hold\nduration: 1\nobjects:\n";  // objects from line
+                                                                                          // 7
+
+std::filesystem::path written(const std::string& text) {
+  const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+  const std::filesystem::path path =
+      std::filesystem::path(::testing::TempDir()) / (std::string("scene_") + test->name() + ".yaml");
+  std::ofstream(path) << text;
+  return path;
+}
+
+// The error's line after the file's name, or "accepted".
+std::string error_of(const std::string& text, const SceneParameters& parameters = {}) {
+  const std::filesystem::path path = written(text);
+  try {
+    load_scene(path, parameters);
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    EXPECT_EQ(message.find(path.string()), 0u) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    return message.substr(path.string().size() + 1);
+  }
+  return "accepted";
+}
+
+std::string error_in_objects(const std::string& objects) { return error_of(kHead + objects); }
+
+TEST(SceneFile, ReadsUnitsPosesGroupsAndExemptions) {
+  const Scene scene = load_scene(
+      written("name: s\nunits: {length: mm, angle: deg}\nparameters: {side: 2000, turn: 90}\nframe_rate: "
+              "4\ncontact_gap: 1e-6\n"
+              "policy: slide\nduration: 2.5\nobjects:\n"
+              "  - name: a\n    groups: [jaws]\n    pose: {position: [1000, 0, 0], rpy: [0, 0, $turn]}\n"
+              "    hexahedra:\n      - {name: x, box: {size: [$side, 1000, 1000]}}\n"
+              "      - {name: y, pose: {position: [0, 0, 500]}, frustum: {bottom: [500, 250], top: 0, "
+              "height: 1000}}\n"
+              "  - name: b\n    hexahedra: [{name: x, box: {size: [10, 10, 10]}}]\n"
+              "  - name: c\n    groups: [jaws]\n    hexahedra: [{name: x, box: {size: [10, 10, 10]}}]\n"
+              "exempt: [[jaws, b], [a/y, c]]\n"));
+  EXPECT_EQ(scene.policy, ContactPolicy::slide);
+  EXPECT_EQ(scene.contact_gap, 1e-9);
+  EXPECT_EQ(scene.frame_count(), 11u);
+  const SceneObject& a = scene.objects[0];
+  EXPECT_EQ(a.X_WO.p, Vector3(1, 0, 0));
+  EXPECT_NEAR(a.X_WO.R(1, 0), 1.0, 1e-16);
+  EXPECT_EQ(a.tree.solids()[0].solid.half_extents(), Vector3(1.0, 0.5, 0.5));
+  const SceneInstance instance(scene);
+  EXPECT_EQ(instance.solid_name(1), "a/y");
+  EXPECT_TRUE(instance.is_exempt(0, 1));  // one object
+  EXPECT_TRUE(instance.is_exempt(2, 0));
+  EXPECT_TRUE(instance.is_exempt(2, 3));
+  EXPECT_TRUE(instance.is_exempt(1, 3));
+  EXPECT_FALSE(instance.is_exempt(0, 3));
+  EXPECT_EQ(instance.checked_pairs(), (std::vector<SolidPair>{{0, 3}}));
+}
+
+TEST(SceneFile, ParametersAreOverriddenByTheCaller) {
+  const std::string text =
+      std::string("parameters: {side: 2}\n") + kHead +
+      "  - {name: a, hexahedra: [{name: x, box: {size: [$side, 1, 1]}}], pose: {position: [-$side, 0, 0]}}\n";
+  const Scene scene = load_scene(written(text), {{"side", 3.0}});
+  EXPECT_EQ(scene.objects[0].tree.solids()[0].solid.half_extents().x(), 1.5);
+  EXPECT_EQ(scene.objects[0].X_WO.p.x(), -3.0);
+  EXPECT_EQ(scene.parameters.at("side"), 3.0);
+  EXPECT_EQ(error_of(text, {{"width", 1.0}}), " the scene has no parameter 'width'; known: side");
+  EXPECT_EQ(error_of(text, {{"side", std::nan("")}}), " parameter 'side' is not finite");
+}
+
+TEST(SceneFile, RingIsWatertightAndInscribedOrCircumscribed) {
+  for (const char* convention : {"inscribed", "circumscribed"}) {
+    const Scene scene =
+        load_scene(written(std::string(kHead) +
+                           "  - name: a\n    hexahedra: [{name: r, ring: {outer_radius: 2, inner_radius: 1, "
+                           "height: 1, facets: 7, radius: " +
+                           convention + "}}]\n"));
+    const auto& solids = scene.objects[0].tree.solids();
+    ASSERT_EQ(solids.size(), 7u);
+    const double c = std::cos(std::numbers::pi / 7);
+    const bool inscribed = std::string(convention) == "inscribed";
+    // Facet 0: corners at +-pi/7, midpoint on +x.
+    EXPECT_NEAR(solids[0].solid.vertices()[0].x(), inscribed ? c : 1.0, 1e-15);
+    EXPECT_NEAR(scene.facet_figures[0].error, 2 * (inscribed ? 1 - c : 1 / c - 1), 1e-15);
+    const auto has = [](const Hexahedron& solid, const Vector3& p) {
+      for (const Vector3& v : solid.vertices())
+        if (v == p) return true;
+      return false;
+    };
+    for (int i = 0; i < 7; ++i) {
+      int shared = 0;
+      for (const Vector3& v : solids[i].solid.vertices()) shared += has(solids[(i + 1) % 7].solid, v);
+      EXPECT_EQ(shared, 4) << i;
+    }
+  }
+}
+
+TEST(SceneFile, WarpedOnlyWhenAsked) {
+  const std::string object =
+      "  - name: a\n    hexahedra:\n      - name: h\n        hexahedron:\n"
+      "          vertices: [[-1,-1,-1],[-1,-1,1],[-1,1,-1],[-1,1,1],[1,-1,-1],[1,-1,1],[1,1,-1],[1,1,1.5]]\n";
+  EXPECT_EQ(error_in_objects(object).find(":9: object 'a': hexahedron 'h': face "), std::string::npos);
+  EXPECT_NE(error_in_objects(object).find("object 'a': hexahedron 'h': face 1 is warped: "),
+            std::string::npos)
+      << error_in_objects(object);
+  EXPECT_EQ(error_in_objects(object + "          warped: accept\n"), "accepted");
+}
+
+TEST(SceneFile, ErrorsNameFileLineObjectAndHexahedron) {
+  EXPECT_EQ(
+      error_in_objects("  - name: a\n    hexahedra:\n      - name: h\n        box: {size: [1, -2, 1]}\n"),
+      "9: object 'a': hexahedron 'h': size along y is -2, must be > 0");
+  EXPECT_EQ(error_in_objects(
+                "  - name: a\n    hexahedra:\n      - name: h\n        box:\n          size: [1, .nan, 1]\n"),
+            "11: object 'a': hexahedron 'h': box: size: not finite: .nan");
+  EXPECT_EQ(error_in_objects(
+                "  - name: a\n    hexahedra:\n      - name: h\n        box:\n          size: [1, 2]\n"),
+            "11: object 'a': hexahedron 'h': box: size: expected 3 numbers, got 2");
+  EXPECT_EQ(error_in_objects(
+                "  - name: a\n    hexahedra:\n      - name: h\n        box:\n          size: [1, two, 1]\n"),
+            "11: object 'a': hexahedron 'h': box: size: expected a number, got 'two'");
+  EXPECT_EQ(
+      error_in_objects(
+          "  - name: a\n    hexahedra:\n      - name: h\n        box:\n          size: [1, \"2\", 1]\n"),
+      "11: object 'a': hexahedron 'h': box: size: expected a number, got the text '2'");
+  EXPECT_EQ(
+      error_in_objects(
+          "  - name: a\n    hexahedra:\n      - name: h\n        box:\n          size: [1, 1e400, 1]\n"),
+      "11: object 'a': hexahedron 'h': box: size: beyond the range of a double: 1e400");
+  EXPECT_EQ(error_in_objects(
+                "  - name: a\n    hexahedra:\n      - name: h\n        box:\n          size: [1, $w, 1]\n"),
+            "11: object 'a': hexahedron 'h': box: size: unknown parameter '$w'; known: none");
+  EXPECT_EQ(error_in_objects("  - name: a\n    hexahedra:\n      - name: h\n        sphere: 1\n"),
+            "10: object 'a': unknown key 'sphere'; known: name, pose, box, hexahedron, frustum, ring, walls");
+  EXPECT_EQ(
+      error_in_objects("  - name: a\n    hexahedra:\n      - name: h\n"),
+      "9: object 'a': hexahedron 'h': needs exactly one of box, hexahedron, frustum, ring, walls; has 0");
+  EXPECT_EQ(error_in_objects(
+                "  - name: a\n    hexahedra:\n      - {name: h, hexahedron: {vertices: [[0, 0, 0]]}}\n"),
+            "9: object 'a': hexahedron 'h': has 1 vertices, a hexahedron has 8");
+}
+
+TEST(SceneFile, RefusesWhatOccursTwice) {
+  const std::string box = "{name: h, box: {size: [1, 1, 1]}}";
+  EXPECT_EQ(
+      error_in_objects("  - {name: a, hexahedra: [" + box + "]}\n  - {name: a, hexahedra: [" + box + "]}\n"),
+      "8: object 'a': the name occurs twice");
+  EXPECT_EQ(error_in_objects("  - name: a\n    hexahedra:\n      - " + box + "\n      - " + box + "\n"),
+            "10: object 'a': hexahedron 'h': the name occurs twice in the object");
+  EXPECT_EQ(error_of(std::string("name: s\n") + kHead + "  - {name: a, hexahedra: [" + box + "]}\n"),
+            "2: key 'name' occurs twice");
+}
+
+TEST(SceneFile, RefusesBadReferencesPosesAndMotions) {
+  const std::string a = "  - name: a\n    hexahedra: [{name: h, box: {size: [1, 1, 1]}}]\n";
+  EXPECT_EQ(error_in_objects(a + "exempt:\n  - [a, b]\n"),
+            "10: exempt: 'b' names no object, object/hexahedron or group of the scene");
+  EXPECT_EQ(error_in_objects(a + "    pose: {quaternion_wxyz: [0, 0, 0, 0]}\n"),
+            "9: object 'a': pose: quaternion_wxyz: the quaternion is zero");
+  EXPECT_EQ(
+      error_in_objects(a + "    pose:\n      matrix: [[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n"),
+      "10: object 'a': pose: matrix: pose: not a rotation: columns are off orthonormal by 3, allowed 1e-06");
+  EXPECT_EQ(error_in_objects(a + "    motion:\n      segments: [{duration: -1}]\n"),
+            "10: object 'a': motion segment 0: the duration is not a time > 0");
+  EXPECT_EQ(error_in_objects(a + "    motion:\n      segments: [{rotation: {axis: [0, 0, 0], rate: 1}}]\n"),
+            "10: object 'a': motion: segments: rotation: axis: the axis is zero");
+}
+
+TEST(SceneFile, RefusesBadHeads) {
+  EXPECT_EQ(error_of("name: s\n"), "1: missing 'frame_rate'");
+  EXPECT_EQ(error_of("name: s\nframe_rate: 0\n"), "2: frame_rate: must be > 0");
+  EXPECT_EQ(error_of("name: s\nframe_rate: 1\ncontact_gap: 1e-9\nduration: 1\npolicy: stop\n"),
+            "5: policy: unknown policy 'stop'; known: cue, hold, advance, slide");
+  EXPECT_EQ(error_of("units: {length: ft}\n"), "1: units: length: unknown unit 'ft'; known: m, mm");
+  EXPECT_EQ(error_of("name: [a\n"), "2: malformed YAML: end of sequence flow not found");
+  EXPECT_EQ(error_of(""), " expected one YAML document, got 0");
+  EXPECT_EQ(error_of("- a\n"),
+            "1: expected a map with the keys name, description, units, parameters, frame_rate, "
+            "contact_gap, policy, duration, objects, exempt, got a list");
+  try {
+    load_scene("/nonexistent/scene.yaml");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "/nonexistent/scene.yaml: cannot be read");
+  }
+}
+
+}  // namespace
+}  // namespace touchstone
