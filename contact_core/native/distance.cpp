@@ -12,6 +12,8 @@ namespace {
 
 /// Witness points off by more than this many u * extent make penetration() look at near ties.
 constexpr double kWitness = 32;
+/// On the supporting plane to rounding: so many u * extent (of the moved pair).
+constexpr double kSupport = 8;
 /// Below this share of the extent, u * extent / |v| costs the normal more than 2^6 u, and v is computed anew.
 constexpr double kShort = 0x1p-6;
 /// Upper and lower bound must agree to this many u * extent.
@@ -126,6 +128,52 @@ void weigh_along(const Vector3& n, Simplex& s) {
   }
 }
 
+/// The vertices of W that are least along n to rounding, over which the origin lies: of thin solids, whose
+/// faces the rounding of world vertices tilts, the search may end on a neighbouring facet. Tries every
+/// triangle; keeps the best edge otherwise. Returns false when there is nothing to weigh.
+bool weigh_support_facet(const HullPair& hulls, const Vector3& n, Simplex& s) {
+  const double high = support_high(hulls.a, n).value, low = support_low(hulls.b, n).value;
+  const double tolerance = kSupport * kRoundoff * hulls.extent;
+  const TangentFrame frame = tangent_frame(n);
+  std::array<std::uint8_t, 64> on_a{}, on_b{};
+  std::array<Point2, 64> points{};
+  int count = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3 p = hulls.a.vertex(i);
+    if (dot(p, n) < high - tolerance) continue;
+    for (int j = 0; j < 8; ++j) {
+      const Vector3 q = hulls.b.vertex(j);
+      if (dot(q, n) > low + tolerance) continue;
+      on_a[count] = static_cast<std::uint8_t>(i), on_b[count] = static_cast<std::uint8_t>(j);
+      points[count++] = {dot(q - p, frame.x), dot(q - p, frame.y)};
+    }
+  }
+  const auto keep = [&](int i, int j, int k, const std::array<double, 4>& weight) {
+    s.count = 3;
+    s.a = {on_a[i], on_a[j], on_a[k], 0}, s.b = {on_b[i], on_b[j], on_b[k], 0};
+    for (int m = 0; m < 3; ++m) s.w[m] = hulls.b.vertex(s.b[m]) - hulls.a.vertex(s.a[m]);
+    s.weight = weight;
+  };
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < count; ++i) {
+    for (int j = i; j < count; ++j) {
+      std::array<double, 4> weight{};
+      const double square = weigh_segment({points[i], points[j], points[j]}, 0, 1, weight);
+      if (square < least) least = square, keep(i, j, j, weight);
+      for (int k = j + 1; k < count; ++k) {
+        const double first = determinant(points[j], points[k]), second = determinant(points[k], points[i]);
+        const double third = determinant(points[i], points[j]), sum = (first + second) + third;
+        const bool inside = sum > 0.0 ? first >= 0.0 && second >= 0.0 && third >= 0.0
+                                      : sum < 0.0 && first <= 0.0 && second <= 0.0 && third <= 0.0;
+        if (!inside) continue;
+        keep(i, j, k, {first / sum, second / sum, third / sum, 0.0});
+        return true;
+      }
+    }
+  }
+  return count > 0;
+}
+
 Vector3 combination(const Simplex& s) {
   Vector3 v = s.weight[0] * s.w[0];
   for (int i = 1; i < s.count; ++i) v += s.weight[i] * s.w[i];
@@ -148,11 +196,18 @@ Witness witness_along(const PosedPair& pair, double separation, const Vector3& n
   }
   moved.extent = 4 * pair.hulls.extent;
   Simplex s;
-  if (closest_point(moved, n, std::numeric_limits<double>::infinity(), s) != Search::found)
-    return {pair.hulls.a.vertex(support_high(pair.hulls.a, n).index),
-            std::numeric_limits<double>::infinity()};
-  weigh_along(n, s);
-  return {point_on_a(moved, s), norm(combination(s) - gap * n)};
+  double error = std::numeric_limits<double>::infinity();
+  if (closest_point(moved, n, error, s) == Search::found) {
+    weigh_along(n, s);
+    error = norm(combination(s) - gap * n);
+    if (error <= kWitness * kRoundoff * pair.hulls.extent) return {point_on_a(moved, s), error};
+  }
+  Simplex facet;
+  if (!weigh_support_facet(moved, n, facet))
+    return {pair.hulls.a.vertex(support_high(pair.hulls.a, n).index), error};
+  const double facet_error = norm(combination(facet) - gap * n);
+  if (facet_error < error) return {point_on_a(moved, facet), facet_error};
+  return {point_on_a(moved, s), error};
 }
 
 /// A candidate axis that is no facet normal can come within rounding of the best (two facets at a small

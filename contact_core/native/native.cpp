@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "contact_core/native/box_box_overlap.hpp"
 #include "contact_core/native/distance.hpp"
 #include "contact_core/native/gjk.hpp"
 #include "contact_core/native/manifold.hpp"
+#include "contact_core/native/parallelepiped_overlap.hpp"
 #include "contact_core/native/solid_features.hpp"
 #include "contact_core/numerics/exact_predicates.hpp"
 
@@ -29,6 +31,7 @@ constexpr double kOrdinaryHigh = 0x1p120;
 struct Outline {
   Vector3 half_extents = Vector3::Zero();
   bool is_box = false;
+  bool is_parallelepiped = false;  ///< boxes too
   bool is_ordinary = false;
 };
 
@@ -142,18 +145,24 @@ class NativeNarrowphase final : public Narrowphase {
 
   Capabilities capabilities_;
   std::vector<Outline> outlines_;
+  std::vector<Parallelepiped> forms_;
   std::vector<Solid> solids_;
 };
 
 void NativeNarrowphase::build(std::span<const Hexahedron> solids) {
   std::vector<Outline> outlines;
+  std::vector<Parallelepiped> forms;
   std::vector<Solid> kept;
   outlines.reserve(solids.size());
+  forms.reserve(solids.size());
   kept.reserve(solids.size());
   for (const Hexahedron& solid : solids) {
     Outline outline;
     outline.half_extents = solid.half_extents();
     outline.is_box = solid.is_box();
+    const std::optional<Parallelepiped> form = as_parallelepiped(solid);
+    outline.is_parallelepiped = form.has_value();
+    forms.push_back(form ? *form : Parallelepiped{});
     outline.is_ordinary = solid.size() >= kOrdinaryLow &&
                           largest(solid.bounding_sphere().centre) <= kOrdinaryHigh &&
                           solid.size() <= kOrdinaryHigh;
@@ -161,6 +170,7 @@ void NativeNarrowphase::build(std::span<const Hexahedron> solids) {
     kept.push_back({solid, solid.bounding_sphere().centre, find_features(solid)});
   }
   outlines_ = std::move(outlines);
+  forms_ = std::move(forms);
   solids_ = std::move(kept);
 }
 
@@ -172,8 +182,14 @@ bool NativeNarrowphase::is_ordinary(const SolidPair& pair, const NarrowphaseInpu
 Certified NativeNarrowphase::certify_outlines(const SolidPair& pair, const NarrowphaseInput& input) const {
   const Outline& a = outlines_[pair.a];
   const Outline& b = outlines_[pair.b];
-  if (!a.is_box || !b.is_box) return Certified::unknown;
-  return certify_boxes(a.half_extents, input.poses[pair.a], b.half_extents, input.poses[pair.b]);
+  const Pose& X_WA = input.poses[pair.a];
+  const Pose& X_WB = input.poses[pair.b];
+  if (a.is_box && b.is_box) {
+    const Certified certified = certify_boxes(a.half_extents, X_WA, b.half_extents, X_WB);
+    if (certified != Certified::unknown) return certified;
+  }
+  if (!a.is_parallelepiped || !b.is_parallelepiped) return Certified::unknown;
+  return certify_parallelepipeds(forms_[pair.a], X_WA, forms_[pair.b], X_WB);
 }
 
 bool NativeNarrowphase::overlaps(const SolidPair& pair, const NarrowphaseInput& input) const {

@@ -12,9 +12,9 @@ namespace touchstone {
 ///
 /// * Status: that of the hulls of the world vertices, exactly. Floating-point filters with derived bounds
 /// settle nearly all
-///   pairs (box_box_overlap.hpp, gjk.hpp), exact predicates the rest. `separated` always comes with
-///   separation > 0 (the least double where the distance is below rounding), `overlapping` with separation <=
-///   0.
+///   pairs (box_box_overlap.hpp, parallelepiped_overlap.hpp, gjk.hpp), exact predicates the rest. `separated`
+///   always comes with separation > 0 (the least double where the distance is below rounding), `overlapping`
+///   with separation <= 0.
 /// * Separation: within a few u (2^-53) of max(|world coordinate|, size), see distance.hpp and
 /// facet_axes.hpp.
 /// * (b, a) gives the same status and separation bits and the negated normal; pairs of identical solids in

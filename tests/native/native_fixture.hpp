@@ -66,7 +66,8 @@ class Random {
   }
   Pose pose(double reach) {
     Pose X;
-    X.R = rotation_from_quaternion(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(0.1, 1));
+    const Vector3 axis = vector(1.0);
+    X.R = rotation_from_quaternion(uniform(0.1, 1), axis.x(), axis.y(), axis.z());
     X.p = vector(reach);
     return X;
   }
