@@ -77,15 +77,18 @@ class ExactNarrowphase final : public Narrowphase {
     if (!points.empty()) geometry.point_count = fill_points(a, b, result, points);
   }
 
-  // The witness pair stands in where the two faces only meet in a line or not at all, and where the deepest
-  // point is not a corner of the patch.
+  // The witness pair comes first where no corner of the patch is as deep as it: an edge or a corner touches,
+  // or the two faces do not lie over each other at all.
   static std::int32_t fill_points(const WorldVertices& a, const WorldVertices& b, const ExactResult& result,
                                   std::span<ContactPoint> points) {
     const ContactPatch patch = find_contact_patch(a, b, result.n_AB_W);
-    const int count = select_contact_points(patch, result.n_AB_W, points);
-    if (count > 0 && patch.area > 0.0) return count;
+    const double rounding =
+        0x1p-47 * std::max(largest_coordinate(a), largest_coordinate(b));  // of the patch's heights
+    double deepest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < patch.vertex_count; ++k) deepest = std::min(deepest, patch.vertices[k].separation);
+    if (deepest <= result.separation + rounding) return select_contact_points(patch, result.n_AB_W, points);
     points[0] = {result.p_A_W, result.p_B_W, result.separation, 0};
-    return 1;
+    return 1 + select_contact_points(patch, result.n_AB_W, points.subspan(1));
   }
 
   std::vector<Hexahedron> solids_;

@@ -32,10 +32,21 @@ struct Edge {
   Vector<double> along;
 };
 
+// Edges of length zero are left out: doubles differ exactly when their rounded difference is not zero.
+struct EdgeList {
+  std::array<Edge, 28> edges;
+  int count = 0;
+
+  Edge* begin() { return edges.data(); }
+  Edge* end() { return edges.data() + count; }
+  const Edge* begin() const { return edges.data(); }
+  const Edge* end() const { return edges.data() + count; }
+};
+
 // The pair in doubles, rescaled; usable is false where the range of the coordinates defeats the error bounds.
 struct FilterInput {
   std::array<double, 8> ax, ay, az, bx, by, bz;
-  std::array<Edge, 28> edges_a, edges_b;
+  EdgeList edges_a, edges_b;
   bool usable = true;
 };
 
@@ -62,18 +73,18 @@ PowerOfTwo reciprocal_scale(double largest) {
 
 Vector<double> scaled_by(const Vector<double>& v, PowerOfTwo s) { return {s(v.x), s(v.y), s(v.z)}; }
 
-void fill_edges(const WorldVertices& v, std::array<Edge, 28>& edges) {
+void fill_edges(const WorldVertices& v, EdgeList& list) {
   double largest = 0.0;
-  int count = 0;
   for (int i = 0; i < 8; ++i) {
     for (int j = i + 1; j < 8; ++j) {
-      edges[count] = {i, j, difference(v, j, v, i)};
-      largest = std::max(largest, largest_component(edges[count].along));
-      ++count;
+      const Vector<double> along = difference(v, j, v, i);
+      if (is_zero(along)) continue;
+      list.edges[list.count++] = {i, j, along};
+      largest = std::max(largest, largest_component(along));
     }
   }
   const PowerOfTwo scale = reciprocal_scale(largest);
-  for (Edge& edge : edges) edge.along = scaled_by(edge.along, scale);
+  for (Edge& edge : list) edge.along = scaled_by(edge.along, scale);
 }
 
 FilterInput make_filter_input(const WorldVertices& a, const WorldVertices& b) {
@@ -166,6 +177,7 @@ class Search {
       result.height = exact_height(result.direction);
       return result;
     }
+    if (best_height_ == 0) keep_facets();
     result.direction = best_.front();
     for (const IntegerVector& n : best_) {
       if (is_after(n, result.direction)) result.direction = n;
@@ -185,9 +197,10 @@ class Search {
   }
 
   // Edges come sorted by their lower vertex, so two edges with one lower vertex span each triple once.
-  void propose_faces(const std::array<IntegerVector, 8>& solid, const std::array<Edge, 28>& edges) {
-    for (int e = 0; e < 28; ++e) {
-      for (int f = e + 1; f < 28 && edges[f].from == edges[e].from; ++f) {
+  void propose_faces(const std::array<IntegerVector, 8>& solid, const EdgeList& list) {
+    const auto& edges = list.edges;
+    for (int e = 0; e < list.count; ++e) {
+      for (int f = e + 1; f < list.count && edges[f].from == edges[e].from; ++f) {
         const Vector<double> n = cross(edges[e].along, edges[f].along);
         const double length = length_of(n);
         const Heights heights = heights_along(in_, n);
@@ -217,6 +230,39 @@ class Search {
         if (!in_.usable || span >= -kHeightError) propose(candidate, heights.against, length);
       }
     }
+  }
+
+  // Touching, a direction can be as good as a facet's without being one. Where there is no facet (both solids
+  // in a line but for one vertex, say), all stay.
+  void keep_facets() {
+    std::vector<IntegerVector> facets;
+    for (const IntegerVector& n : best_) {
+      if (is_facet(n)) facets.push_back(n);
+    }
+    if (!facets.empty()) best_ = std::move(facets);
+  }
+
+  // The difference's support set along n spans a plane: the edges of A's and of B's support sets are not all
+  // parallel.
+  bool is_facet(const IntegerVector& n) const {
+    IntegerVector first{0, 0, 0};
+    for (const auto* solid : {&pair_.a, &pair_.b}) {
+      std::array<Integer, 8> along;
+      for (int i = 0; i < 8; ++i)
+        along[i] = solid == &pair_.a ? dot((*solid)[i], n) : Integer(-dot((*solid)[i], n));
+      const auto top = std::max_element(along.begin(), along.end());
+      const IntegerVector& base = (*solid)[top - along.begin()];
+      for (int i = 0; i < 8; ++i) {
+        if (along[i] != *top) continue;
+        const IntegerVector edge = (*solid)[i] - base;
+        if (is_zero(first)) {
+          first = edge;
+        } else if (!is_zero(cross(first, edge))) {
+          return true;
+        }
+      }
+    }
+    return false;
   }
 
   Integer exact_height(const IntegerVector& n) const {

@@ -188,9 +188,9 @@ class OdeNarrowphase final : public Narrowphase {
     capabilities_.penetration = true;
     capabilities_.manifold = true;
     capabilities_.overlap_complete = false;  // convexes that just touch are missed
-    // A property of the method: MPR's tolerance is 1e-6, and its depth is in a direction of its choice, up
-    // to 1.0 m off on sheared hexahedra of about 1 m; dBoxBox's is up to 0.056 m off. Measured in
-    // tests/ode/ode_accuracy_test.cpp. figures.
+    // A property of the method: MPR's tolerance is 1e-6 and its direction need not be that of the least depth
+    // (1.0 m off on sheared hexahedra of about 1 m); dBoxBox is up to 0.056 m off. Measured in
+    // tests/ode/ode_accuracy_test.cpp.
     capabilities_.resolution = {1e-6, 1.0};
   }
 

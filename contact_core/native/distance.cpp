@@ -5,14 +5,20 @@
 #include <limits>
 
 #include "contact_core/native/double_double.hpp"
+#include "contact_core/native/tangent_frame.hpp"
 
 namespace touchstone::native {
 namespace {
 
+/// Witness points off by more than this many u * extent make penetration() look at near ties.
+constexpr double kWitness = 32;
 /// Below this share of the extent, u * extent / |v| costs the normal more than 2^6 u, and v is computed anew.
 constexpr double kShort = 0x1p-6;
 /// Upper and lower bound must agree to this many u * extent.
 constexpr double kGap = 16;
+
+/// A triangle whose barycentric coordinates miss the sum 1 by more is too thin even for double-double.
+constexpr double kSliver = 0x1p-40;
 
 DoubleDouble3 minkowski_vertex(const HullPair& hulls, const Simplex& s, int i) {
   return difference(hulls.b.vertex(s.b[i]), hulls.a.vertex(s.a[i]));
@@ -41,7 +47,9 @@ bool foot_on_triangle(const DoubleDouble3& w0, const DoubleDouble3& w1, const Do
   const double third = (dot(cross(w0, w1), normal) / square).high;
   const double first = (dot(cross(w1, w2), normal) / square).high;
   if (first < 0.0 || second < 0.0 || third < 0.0) return false;
-  s.weight = {first, second, third, 0.0};
+  const double sum = (first + second) + third;
+  if (!(std::abs(sum - 1.0) <= kSliver)) return false;
+  s.weight = {first / sum, second / sum, third / sum, 0.0};
   const DoubleDouble height = dot(normal, w0);
   const Vector3 direction = normal.rounded();
   const double length = norm(direction);
@@ -68,9 +76,70 @@ bool agrees(const HullPair& hulls, const SignedDistance& d) {
   return d.separation - separation_along(hulls, d.n) <= kGap * kRoundoff * hulls.extent;
 }
 
+struct Point2 {
+  double x, y;
+};
+
+double determinant(const Point2& p, const Point2& q) {
+  const DoubleDouble a = two_product(p.x, q.y), b = two_product(p.y, q.x);
+  return (a - b).high;
+}
+
+/// Weights of the point of the segment nearest the origin; returns its square distance.
+double weigh_segment(const std::array<Point2, 3>& t, int i, int j, std::array<double, 4>& weight) {
+  const Point2 e{t[j].x - t[i].x, t[j].y - t[i].y};
+  const double square = e.x * e.x + e.y * e.y;
+  double part = square > 0.0 ? -(t[i].x * e.x + t[i].y * e.y) / square : 0.0;
+  part = std::clamp(part, 0.0, 1.0);
+  weight = {};
+  weight[i] = 1.0 - part, weight[j] = part;
+  const Point2 foot{t[i].x + part * e.x, t[i].y + part * e.y};
+  return foot.x * foot.x + foot.y * foot.y;
+}
+
+/// The search fixes the direction of v only to the square root of what it fixes |v| to. Seen along the known
+/// n the problem is plane: the weights whose combination of the vertices lies over the origin, by Cramer's
+/// rule with exact products, so that slivers too leave no more than the rounding of the projected vertices.
+void weigh_along(const Vector3& n, Simplex& s) {
+  if (s.count < 2) return;
+  const TangentFrame frame = tangent_frame(n);
+  std::array<Point2, 3> t{};
+  for (int i = 0; i < s.count; ++i) t[i] = {dot(s.w[i], frame.x), dot(s.w[i], frame.y)};
+  if (s.count == 2) {
+    weigh_segment(t, 0, 1, s.weight);
+    return;
+  }
+  const double first = determinant(t[1], t[2]), second = determinant(t[2], t[0]),
+               third = determinant(t[0], t[1]);
+  const double sum = (first + second) + third;
+  const bool inside = sum > 0.0 ? first >= 0.0 && second >= 0.0 && third >= 0.0
+                                : sum < 0.0 && first <= 0.0 && second <= 0.0 && third <= 0.0;
+  if (inside) {
+    s.weight = {first / sum, second / sum, third / sum, 0.0};
+    return;
+  }
+  double least = weigh_segment(t, 0, 1, s.weight);
+  for (int i = 0; i < 2; ++i) {
+    std::array<double, 4> weight{};
+    const double square = weigh_segment(t, i, 2, weight);
+    if (square < least) least = square, s.weight = weight;
+  }
+}
+
+Vector3 combination(const Simplex& s) {
+  Vector3 v = s.weight[0] * s.w[0];
+  for (int i = 1; i < s.count; ++i) v += s.weight[i] * s.w[i];
+  return v;
+}
+
+struct Witness {
+  Vector3 p_A;
+  double error;  ///< how far the two points' difference is from lying straight along n
+};
+
 /// One point of A whose partner lies straight across along n: B is moved to a comfortable gap along n, where
 /// the closest points are well defined, also for pairs that touch or overlap.
-Vector3 witness_on_a(const PosedPair& pair, double separation, const Vector3& n) {
+Witness witness_along(const PosedPair& pair, double separation, const Vector3& n) {
   HullPair moved = pair.hulls;
   const double gap = 0.5 * pair.hulls.extent;
   const Vector3 shift = (gap - separation) * n;
@@ -80,8 +149,29 @@ Vector3 witness_on_a(const PosedPair& pair, double separation, const Vector3& n)
   moved.extent = 4 * pair.hulls.extent;
   Simplex s;
   if (closest_point(moved, n, std::numeric_limits<double>::infinity(), s) != Search::found)
-    return pair.hulls.a.vertex(support_high(pair.hulls.a, n).index);
-  return point_on_a(moved, s);
+    return {pair.hulls.a.vertex(support_high(pair.hulls.a, n).index),
+            std::numeric_limits<double>::infinity()};
+  weigh_along(n, s);
+  return {point_on_a(moved, s), norm(combination(s) - gap * n)};
+}
+
+/// A candidate axis that is no facet normal can come within rounding of the best (two facets at a small
+/// angle, or a small depth under a corner); its witness points are then off by up to sqrt(2 u * depth *
+/// extent). The facet's own are not.
+void settle_near_ties(const PosedPair& pair, SignedDistance& result) {
+  Witness best = witness_along(pair, result.separation, result.n);
+  if (best.error > kWitness * kRoundoff * pair.hulls.extent) {
+    NearTies ties;
+    find_near_ties(pair.hulls, *pair.a, pair.R_WA, *pair.b, pair.R_WB, result.separation, ties);
+    for (int i = 0; i < ties.count; ++i) {
+      const double separation = std::min(ties.axes[i].separation, 0.0);
+      const Witness other = witness_along(pair, separation, ties.axes[i].n);
+      if (!(other.error < best.error)) continue;
+      best = other;
+      result.separation = separation, result.n = ties.axes[i].n;
+    }
+  }
+  result.p_A = best.p_A;
 }
 
 struct BestDirection {
@@ -145,14 +235,14 @@ bool distance_apart(const PosedPair& pair, double limit, SignedDistance& result)
     }
   }
   const SeparationAxis axis = search_all_features(pair);
-  result = {axis.separation, axis.n, witness_on_a(pair, axis.separation, axis.n)};
+  result = {axis.separation, axis.n, witness_along(pair, axis.separation, axis.n).p_A};
   return true;
 }
 
 void penetration(const PosedPair& pair, SignedDistance& result) {
   const SeparationAxis axis = best_facet_axis(pair.hulls, *pair.a, pair.R_WA, *pair.b, pair.R_WB);
-  const double separation = std::min(axis.separation, 0.0);
-  result = {separation, axis.n, witness_on_a(pair, separation, axis.n)};
+  result = {std::min(axis.separation, 0.0), axis.n, Vector3::Zero()};
+  settle_near_ties(pair, result);
 }
 
 }  // namespace touchstone::native

@@ -52,6 +52,9 @@ inline DoubleDouble operator/(DoubleDouble x, DoubleDouble y) {
   return two_sum(first, second) + DoubleDouble{last.high / y.high, 0.0};
 }
 
+using touchstone::cross;
+using touchstone::dot;
+
 struct DoubleDouble3 {
   DoubleDouble x, y, z;
 

@@ -9,23 +9,42 @@ namespace {
 
 /// Edges whose sine is below this are parallel to rounding: their cross product carries no direction.
 constexpr double kNoDirection = 4 * kRoundoff;
+/// Separations closer than this many u * extent are equal.
+constexpr double kTie = 2;
 
-struct Candidates {
-  const HullPair& pair;
-  SeparationAxis best{-std::numeric_limits<double>::infinity(), Vector3::UnitX()};
+/// Of +axis and -axis the one with the greater separation.
+SeparationAxis along(const HullPair& pair, const Vector3& axis, double length) {
+  const Interval on_a = project(pair.a, axis);
+  const Interval on_b = project(pair.b, axis);
+  const double ahead = on_b.low - on_a.high;
+  const double behind = on_a.low - on_b.high;
+  const bool forward = ahead >= behind;
+  return {(forward ? ahead : behind) / length, (forward ? 1.0 / length : -1.0 / length) * axis};
+}
 
-  void consider(const Vector3& axis, double length) {
-    const Interval on_a = project(pair.a, axis);
-    const Interval on_b = project(pair.b, axis);
-    const double ahead = on_b.low - on_a.high;
-    const double behind = on_a.low - on_b.high;
-    const bool forward = ahead >= behind;
-    const double separation = (forward ? ahead : behind) / length;
-    if (!(separation > best.separation + 2 * kRoundoff * pair.extent)) return;
-    best.separation = separation;
-    best.n = forward ? Vector3(axis / length) : Vector3(-axis / length);
+template <class Visit>
+void visit_axes(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_WA, const SolidFeatures& b,
+                const Matrix3& R_WB, const Visit& visit) {
+  const Matrix3 N_WA = cofactor(R_WA), N_WB = cofactor(R_WB);
+  for (int i = 0; i < a.normal_count; ++i) {
+    const Vector3 axis = rotate(N_WA, a.normals[i]);
+    visit(along(pair, axis, norm(axis)));
   }
-};
+  for (int j = 0; j < b.normal_count; ++j) {
+    const Vector3 axis = rotate(N_WB, b.normals[j]);
+    visit(along(pair, axis, norm(axis)));
+  }
+  std::array<Vector3, 18> edges_b;
+  for (int j = 0; j < b.edge_count; ++j) edges_b[j] = rotate(R_WB, b.edges[j]);
+  for (int i = 0; i < a.edge_count; ++i) {
+    const Vector3 edge_a = rotate(R_WA, a.edges[i]);
+    for (int j = 0; j < b.edge_count; ++j) {
+      const Vector3 axis = cross(edge_a, edges_b[j]);
+      const double length = norm(axis);
+      if (length > kNoDirection) visit(along(pair, axis, length));
+    }
+  }
+}
 
 }  // namespace
 
@@ -37,27 +56,22 @@ Matrix3 cofactor(const Matrix3& R) {
 
 SeparationAxis best_facet_axis(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_WA,
                                const SolidFeatures& b, const Matrix3& R_WB) {
-  Candidates candidates{pair};
-  const Matrix3 N_WA = cofactor(R_WA), N_WB = cofactor(R_WB);
-  for (int i = 0; i < a.normal_count; ++i) {
-    const Vector3 axis = rotate(N_WA, a.normals[i]);
-    candidates.consider(axis, norm(axis));
-  }
-  for (int j = 0; j < b.normal_count; ++j) {
-    const Vector3 axis = rotate(N_WB, b.normals[j]);
-    candidates.consider(axis, norm(axis));
-  }
-  std::array<Vector3, 18> edges_b;
-  for (int j = 0; j < b.edge_count; ++j) edges_b[j] = rotate(R_WB, b.edges[j]);
-  for (int i = 0; i < a.edge_count; ++i) {
-    const Vector3 edge_a = rotate(R_WA, a.edges[i]);
-    for (int j = 0; j < b.edge_count; ++j) {
-      const Vector3 axis = cross(edge_a, edges_b[j]);
-      const double length = norm(axis);
-      if (length > kNoDirection) candidates.consider(axis, length);
-    }
-  }
-  return candidates.best;
+  SeparationAxis best{-std::numeric_limits<double>::infinity(), Vector3::UnitX()};
+  const double tie = kTie * kRoundoff * pair.extent;
+  visit_axes(pair, a, R_WA, b, R_WB, [&](const SeparationAxis& axis) {
+    if (axis.separation > best.separation + tie) best = axis;
+  });
+  return best;
+}
+
+void find_near_ties(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_WA, const SolidFeatures& b,
+                    const Matrix3& R_WB, double best_separation, NearTies& ties) {
+  ties.count = 0;
+  const double least = best_separation - 8 * kTie * kRoundoff * pair.extent;
+  visit_axes(pair, a, R_WA, b, R_WB, [&](const SeparationAxis& axis) {
+    if (axis.separation >= least && ties.count < static_cast<int>(ties.axes.size()))
+      ties.axes[ties.count++] = axis;
+  });
 }
 
 }  // namespace touchstone::native

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "contact_core/native/hull_pair.hpp"
 #include "contact_core/native/solid_features.hpp"
 
@@ -24,6 +26,14 @@ struct SeparationAxis {
 /// candidates, lies as near. Together with the vertices' rounding: a few u * max(|world coordinate|, size).
 SeparationAxis best_facet_axis(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_WA,
                                const SolidFeatures& b, const Matrix3& R_WB);
+
+/// The candidates within rounding of the best, for who must choose among them by more than their separation.
+struct NearTies {
+  int count = 0;
+  std::array<SeparationAxis, 8> axes;
+};
+void find_near_ties(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_WA, const SolidFeatures& b,
+                    const Matrix3& R_WB, double best_separation, NearTies& ties);
 
 /// The matrix that carries plane normals along with R: its columns are R1 x R2, R2 x R0, R0 x R1.
 Matrix3 cofactor(const Matrix3& R);

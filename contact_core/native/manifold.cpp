@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_core/native/tangent_frame.hpp"
+
 namespace touchstone::native {
 namespace {
 
@@ -41,22 +43,9 @@ struct ProjectedFace {
   Polygon outline;    // counter-clockwise seen against n
 };
 
-struct Frame {
-  Vector3 n, x, y;
-};
-
-Frame frame_about(const Vector3& n) {
-  int least = 0;
-  for (int i = 1; i < 3; ++i)
-    if (std::abs(n(i)) < std::abs(n(least))) least = i;
-  const Vector3 across = cross(Vector3::Unit(least), n);
-  const Vector3 x = across / norm(across);
-  return {n, x, cross(n, x)};
-}
-
 /// @param sign +1: the face that looks along n; -1: against.
 ProjectedFace face_towards(const SolidFeatures& features, const Matrix3& R, const WorldVertices& vertices,
-                           const Frame& frame, double sign, int first_label) {
+                           const TangentFrame& frame, double sign, int first_label) {
   ProjectedFace best;
   const Matrix3 N = cofactor(R);
   for (int f = 0; f < features.face_count; ++f) {
@@ -120,7 +109,7 @@ Polygon without_repeats(const Polygon& polygon, double tolerance) {
 }
 
 /// Height along n at which the line through (x, y) meets the face's plane.
-double height_on(const ProjectedFace& face, const Frame& frame, const Vector3& p) {
+double height_on(const ProjectedFace& face, const TangentFrame& frame, const Vector3& p) {
   return dot(face.normal, face.anchor - p) / dot(face.normal, frame.n);
 }
 
@@ -196,7 +185,7 @@ Polygon clip_of(const ProjectedFace& a, const ProjectedFace& b, double extent) {
 
 void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_separation,
                    int max_points, Manifold& manifold) {
-  const Frame frame = frame_about(distance.n);
+  const TangentFrame frame = tangent_frame(distance.n);
   const double extent = pair.hulls.extent;
   const ProjectedFace a = face_towards(*pair.a, pair.R_WA, pair.hulls.a, frame, 1.0, 0);
   const ProjectedFace b = face_towards(*pair.b, pair.R_WB, pair.hulls.b, frame, -1.0, 8);
@@ -208,7 +197,8 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
     const Corner& corner = clip.corners[i];
     const Vector3 foot = corner.x * frame.x + corner.y * frame.y;
     const double height_a = height_on(a, frame, foot), height_b = height_on(b, frame, foot);
-    const double separation = height_b - height_a;
+    // No pair of points lies deeper than the pair; what rounding puts below is as deep.
+    const double separation = std::max(height_b - height_a, distance.separation);
     if (separation > std::max(max_separation, distance.separation)) continue;
     const int k = candidates.count++;
     ContactPoint& point = candidates.points[k];
