@@ -9,6 +9,7 @@
 #include "examples/compare_backends/html_report.hpp"
 #include "examples/compare_backends/json_writer.hpp"
 #include "examples/compare_backends/pair_families.hpp"
+#include "examples/compare_backends/replay.hpp"
 #include "examples/compare_backends/report_files.hpp"
 #include "examples/compare_backends/terminal.hpp"
 
@@ -56,8 +57,12 @@ int run(int argc, char** argv) {
     print_list(*options, backends);
     return 0;
   }
-  check_report_folder(options->output);
   const auto oracle = make_exact_oracle();
+  if (!options->case_id.empty()) {
+    fmt::print("{}", replay_case(*options, backends, oracle.get()));
+    return 0;
+  }
+  check_report_folder(options->output);
   ProgressLine progress;
   const Report report = run_comparison(*options, backends, oracle.get(), progress);
   write_report_folder(options->output, report_files(report));

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kWidth = 560, kHeight = 330;
 constexpr double kLeft = 58, kTop = 34, kBottom = 286;  // of the plot area
-constexpr double kZeroRight = 92;                       // the column of exactly 0
-constexpr double kErrorLeft = 104, kErrorRight = 386;   // the error axis
+constexpr double kZeroRight = 132;                      // the column of exactly 0
+constexpr double kErrorLeft = 144, kErrorRight = 386;   // the error axis
 constexpr double kRail = 412;                           // the rail's marks
 
 // ---- marks: distinct shapes, Okabe and Ito's colours (as CSS classes, by the backend's place in the list)
@@ -225,20 +225,39 @@ std::string draw_rail(const std::vector<RailEntry>& rail) {
   return svg;
 }
 
+// Where in the column of 0 each mark stands: side by side where their times are too close to tell them apart.
+std::vector<double> zero_columns(const std::vector<Mark>& marks, const Scale& y) {
+  std::vector<double> columns;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    double x = kLeft + 10;
+    const double my = y(marks[i].time.median_ns);
+    const auto taken = [&](double at) {
+      for (std::size_t j = 0; j < i; ++j) {
+        if (std::abs(columns[j] - at) < 12 && std::abs(y(marks[j].time.median_ns) - my) < 13) return true;
+      }
+      return false;
+    };
+    while (taken(x) && x + 13 < kZeroRight - 6) x += 13;
+    columns.push_back(x);
+  }
+  return columns;
+}
+
 std::string draw_marks(const std::vector<Mark>& marks, const Scale& x, const Scale& y) {
-  const double zero = (kLeft + kZeroRight) / 2;
-  const auto at_error = [&](double error) { return error == 0.0 ? zero : x(error); };
   std::string whiskers, shapes, text;
   Labels labels;
-  for (const Mark& each : marks) {
-    const double mx = at_error(each.error.worst), my = y(each.time.median_ns);
-    labels.block({mx - 8, my - 7, mx + 8, my + 7});
+  const std::vector<double> columns = zero_columns(marks, y);
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const double mx = marks[i].error.worst == 0.0 ? columns[i] : x(marks[i].error.worst),
+                 my = y(marks[i].time.median_ns);
+    labels.block({mx - 7, my - 7, mx + 7, my + 7});
   }
-  for (const Mark& each : marks) {
-    const double mx = at_error(each.error.worst), my = y(each.time.median_ns);
-    const std::string shade = fmt::format("m{}", each.place);
-    whiskers += fmt::format("<path class='whisker {}' d='M{:.1f} {:.1f}H{:.1f}M{:.1f} {:.1f}V{:.1f}'/>",
-                            shade, at_error(each.error.median), my, mx, mx, my, y(each.time.p99_ns));
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const Mark& each = marks[i];
+    const double mx = each.error.worst == 0.0 ? columns[i] : x(each.error.worst), my = y(each.time.median_ns);
+    const double median_x = each.error.median == 0.0 ? columns[i] : x(each.error.median);
+    whiskers += fmt::format("<path class='whisker m{}' d='M{:.1f} {:.1f}H{:.1f}M{:.1f} {:.1f}V{:.1f}'/>",
+                            each.place, median_x, my, mx, mx, my, y(each.time.p99_ns));
     shapes += fmt::format("<g><title>{}: {} ns a pair (99% {}), worst error {} S, median {} S</title>{}</g>",
                           xml_text(each.name), format_ns(each.time.median_ns), format_ns(each.time.p99_ns),
                           format_error(each.error.worst), format_error(each.error.median),

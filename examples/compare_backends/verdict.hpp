@@ -42,7 +42,7 @@ struct Candidate {
   std::string backend;
   double nanoseconds = 0;  ///< mean over the sets of the median per pair: one pair a call, in scenes a frame
                            ///< a call; NaN if not measured in all
-  double worst_cost = 0;  ///< [m]
+  double worst_cost = 0;   ///< [m]
   std::string worst_id;
   std::string worst_reason;
   bool inside = false;  ///< worst_cost <= max_error, and the speed was measured
