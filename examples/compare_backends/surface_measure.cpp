@@ -20,6 +20,21 @@ Wide along(const Wide& u, const Wide& v, long double t) {
 }
 long double inner(const Wide& u, const Wide& v) { return u.x * v.x + u.y * v.y + u.z * v.z; }
 
+// The widest type there is: a sliver's normal loses as many bits as its sides' ratio has.
+#if defined(__SIZEOF_FLOAT128__)
+__extension__ using Widest = __float128;
+#else
+using Widest = long double;
+#endif
+
+// Squared distance from the origin to the plane through a with the directions u and v.
+long double squared_height(const Wide& a, const Wide& u, const Wide& v) {
+  const Widest ux = u.x, uy = u.y, uz = u.z, vx = v.x, vy = v.y, vz = v.z;
+  const Widest nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+  const Widest height = (nx * a.x + ny * a.y) + nz * a.z;
+  return static_cast<long double>(height * height / ((nx * nx + ny * ny) + nz * nz));
+}
+
 // Squared distance from the origin to the triangle a, b, c (Ericson, Real-Time Collision Detection, 5.1.5).
 long double squared_distance(const Wide& a, const Wide& b, const Wide& c) {
   const Wide ab = minus(b, a), ac = minus(c, a);
@@ -38,10 +53,7 @@ long double squared_distance(const Wide& a, const Wide& b, const Wide& c) {
   if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
     return at(along(b, minus(c, b), (d4 - d3) / ((d4 - d3) + (d5 - d6))));
   }
-  // Inside: the distance to the plane, better conditioned than the point's own length.
-  const Wide n = {ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x};
-  const long double height = inner(n, a);
-  return height * height / inner(n, n);
+  return squared_height(a, ab, ac);
 }
 
 }  // namespace

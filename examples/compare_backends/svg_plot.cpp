@@ -12,7 +12,7 @@ namespace {
 
 // ---- layout, in SVG units
 
-constexpr double kWidth = 560, kHeight = 330;
+constexpr double kWidth = 610, kHeight = 330;
 constexpr double kLeft = 58, kTop = 34, kBottom = 286;  // of the plot area
 constexpr double kZeroRight = 132;                      // the column of exactly 0
 constexpr double kErrorLeft = 144, kErrorRight = 386;   // the error axis
@@ -251,6 +251,9 @@ std::string draw_marks(const std::vector<Mark>& marks, const Scale& x, const Sca
     const double mx = marks[i].error.worst == 0.0 ? columns[i] : x(marks[i].error.worst),
                  my = y(marks[i].time.median_ns);
     labels.block({mx - 7, my - 7, mx + 7, my + 7});
+    const double median_x = marks[i].error.median == 0.0 ? columns[i] : x(marks[i].error.median);
+    labels.block({std::min(mx, median_x), my - 2, std::max(mx, median_x), my + 2});
+    labels.block({mx - 2, y(marks[i].time.p99_ns), mx + 2, my});
   }
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const Mark& each = marks[i];

@@ -55,22 +55,19 @@ const Quantiles& error_of(const BackendResult& backend, Measure measure) {
 }
 
 std::string error_table(const SetResult& set) {
-  TextTable table({"wrong, errors/S", "missed", "phantom", "undec", "fail", "wr.over", "wr.dist", "wr.mani",
-                   "dist 99%", "worst", "depth 99%", "worst", "normal", "witness", "points", "area"});
+  TextTable table({"wrong; worst error/S", "missed", "phantom", "undec", "overlap", "distance", "manifold",
+                   "dist", "depth", "normal", "witness", "points"});
   for (const BackendResult& backend : set.backends) {
     if (!backend.judged) continue;
     const Wrongness& wrong = backend.judgement.wrongness[index_of(QueryKind::overlap)];
-    table.add({backend.name, format_count(wrong.missed), format_count(wrong.phantom),
-               format_count(wrong.undecided), format_count(wrong.failed),
-               wrong_of(backend, QueryKind::overlap), wrong_of(backend, QueryKind::distance),
-               wrong_of(backend, QueryKind::manifold), format_error(error_of(backend, Measure::distance).p99),
-               format_error(error_of(backend, Measure::distance).worst),
-               format_error(error_of(backend, Measure::depth).p99),
-               format_error(error_of(backend, Measure::depth).worst),
-               format_error(error_of(backend, Measure::normal).worst),
-               format_error(error_of(backend, Measure::witness).worst),
-               format_error(error_of(backend, Measure::point_witness).worst),
-               format_error(error_of(backend, Measure::patch_area).p99)});
+    std::vector<std::string> row = {backend.name, format_count(wrong.missed), format_count(wrong.phantom),
+                                    format_count(wrong.undecided)};
+    for (const QueryKind kind : kQueryKinds) row.push_back(wrong_of(backend, kind));
+    for (const Measure measure :
+         {Measure::distance, Measure::depth, Measure::normal, Measure::witness, Measure::point_witness}) {
+      row.push_back(format_error(error_of(backend, measure).worst));
+    }
+    table.add(std::move(row));
   }
   return table.str();
 }

@@ -1,5 +1,6 @@
 #include "examples/compare_backends/accuracy.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 

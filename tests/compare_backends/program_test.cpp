@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <spawn.h>
@@ -166,7 +167,7 @@ TEST_F(Program, AnswersTheUsersPairs) {
 }
 
 TEST_F(Program, StepsASceneWithAnyBackend) {
-  for (const std::string& backend : {"native", "edge_face"}) {
+  for (const std::string backend : {"native", "edge_face"}) {
     const Outcome outcome = run("--families none --no-broadphase --repetitions 1 --backend " + backend +
                                 " --scene " SCENES "/elbow_into_lab.yaml" + report());
     ASSERT_EQ(outcome.code, 0) << outcome.err;
