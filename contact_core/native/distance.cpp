@@ -82,10 +82,7 @@ struct Point2 {
   double x, y;
 };
 
-double determinant(const Point2& p, const Point2& q) {
-  const DoubleDouble a = two_product(p.x, q.y), b = two_product(p.y, q.x);
-  return (a - b).high;
-}
+double determinant(const Point2& p, const Point2& q) { return difference_of_products(p.x, q.y, p.y, q.x); }
 
 /// Weights of the point of the segment nearest the origin; returns its square distance.
 double weigh_segment(const std::array<Point2, 3>& t, int i, int j, std::array<double, 4>& weight) {
@@ -284,6 +281,10 @@ bool distance_apart(const PosedPair& pair, double limit, SignedDistance& result)
     } else {
       known = recompute(pair.hulls, s, result);
     }
+    // v itself may lie off W where the simplex is a sliver; the weighted point never does.
+    if (known && length > kShort * pair.hulls.extent &&
+        !agrees(pair.hulls, {norm(combination(s)), result.n, {}}))
+      known = recompute(pair.hulls, s, result);
     if (known && agrees(pair.hulls, result)) {
       result.p_A = point_on_a(pair.hulls, s);
       return true;

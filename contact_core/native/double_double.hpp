@@ -55,6 +55,18 @@ inline DoubleDouble operator/(DoubleDouble x, DoubleDouble y) {
 using touchstone::cross;
 using touchstone::dot;
 
+/// p x - q y (difference of products) to about one rounding, however much cancels.
+inline double difference_of_products(double p, double x, double q, double y) {
+  return (two_product(p, x) - two_product(q, y)).high;
+}
+
+/// u x v with each component right to about one rounding.
+inline Vector3 accurate_cross(const Vector3& u, const Vector3& v) {
+  return {difference_of_products(u.y(), v.z(), u.z(), v.y()),
+          difference_of_products(u.z(), v.x(), u.x(), v.z()),
+          difference_of_products(u.x(), v.y(), u.y(), v.x())};
+}
+
 struct DoubleDouble3 {
   DoubleDouble x, y, z;
 

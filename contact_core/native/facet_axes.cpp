@@ -4,11 +4,16 @@
 #include <cmath>
 #include <limits>
 
+#include "contact_core/native/double_double.hpp"
+
 namespace touchstone::native {
 namespace {
 
 /// Edges whose sine is below this are parallel to rounding: their cross product carries no direction.
 constexpr double kNoDirection = 4 * kRoundoff;
+/// Below this sine the cross product is formed from exact products: rounded ones would leave the axis off the
+/// edges' common direction by u / sine, and the separation off by that times the edges' length.
+constexpr double kNearlyParallel = 0x1p-4;
 /// Separations closer than this many u * extent are equal.
 constexpr double kTie = 2;
 
@@ -39,8 +44,12 @@ void visit_axes(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_W
   for (int i = 0; i < a.edge_count; ++i) {
     const Vector3 edge_a = rotate(R_WA, a.edges[i]);
     for (int j = 0; j < b.edge_count; ++j) {
-      const Vector3 axis = cross(edge_a, edges_b[j]);
-      const double length = norm(axis);
+      Vector3 axis = cross(edge_a, edges_b[j]);
+      double length = norm(axis);
+      if (length < kNearlyParallel) {
+        axis = accurate_cross(edge_a, edges_b[j]);
+        length = norm(axis);
+      }
       if (length > kNoDirection) visit(along(pair, axis, length));
     }
   }

@@ -20,10 +20,11 @@ struct SeparationAxis {
 ///
 /// Error. Any direction gives a lower bound of the separation, so only missing the best one hurts. Normals
 /// are cofactor(R) * local normal, exact facet normals of p + R x also where R is off orthonormal; they and
-/// the rotated edges are off by a few u. A cross product of edges at an angle theta is off by u / theta,
-/// about the common edge direction; the facet it belongs to is only theta * |edge| wide that way, so the
-/// separation along it changes by u * |edge|, or a neighbouring facet's normal, which is among the
-/// candidates, lies as near. Together with the vertices' rounding: a few u * max(|world coordinate|, size).
+/// the rotated edges are off by a few u. The cross product of edges at a small angle theta is formed from
+/// exact products, so it is square to the rotated edges; their rounding turns it by u / theta, but only about
+/// the common edge direction; the facet it belongs to is only theta * |edge| wide that way, so the separation
+/// along it changes by u * |edge|, or a neighbouring facet's normal, which is among the candidates, lies as
+/// near. Together with the vertices' rounding: a few u * max(|world coordinate|, size).
 SeparationAxis best_facet_axis(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_WA,
                                const SolidFeatures& b, const Matrix3& R_WB);
 
