@@ -68,7 +68,8 @@ Ranking rank(std::span<const SetResult> sets, QueryKind query) {
                    [](const Standing& x, const Standing& y) {
                      const std::size_t wrong_x = x.wrongness.total(), wrong_y = y.wrongness.total();
                      if (wrong_x != wrong_y) return wrong_x < wrong_y;
-                     return wrong_x == 0 && x.nanoseconds < y.nanoseconds;
+                     if (wrong_x != 0 || std::isnan(x.nanoseconds)) return false;
+                     return std::isnan(y.nanoseconds) || x.nanoseconds < y.nanoseconds;
                    });
   return ranking;
 }

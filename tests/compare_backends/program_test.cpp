@@ -85,13 +85,14 @@ TEST_F(Program, TheFiguresOnThePageAndInTheTerminalAreThoseOfTheJson) {
   for (const auto& ranking : json["rankings"]) {
     for (const auto& standing : ranking["standings"]) {
       const std::size_t missed = standing["wrong"]["missed"].get<std::size_t>();
-      if (missed > 0)
-        EXPECT_THAT(page, HasSubstr(touchstone::comparison::format_count(missed) + " missed</span>"));
+      if (missed == 0) continue;
+      EXPECT_THAT(page, HasSubstr(touchstone::comparison::format_count(missed) + " missed</span>"));
     }
   }
   std::istringstream lines(outcome.out);
   for (std::string line; std::getline(lines, line);) {
-    if (!line.starts_with("g++ ") && !line.starts_with("clang ")) EXPECT_LE(line.size(), 120u) << line;
+    if (line.starts_with("g++ ") || line.starts_with("clang ")) continue;  // the compiler's flags
+    EXPECT_LE(line.size(), 120u) << line;
   }
 }
 
