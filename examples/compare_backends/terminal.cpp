@@ -63,8 +63,8 @@ const Quantiles& error_of(const BackendResult& backend, Measure measure) {
 }
 
 std::string error_table(const SetResult& set) {
-  TextTable table({"wrong; worst error/S", "missed", "phantom", "undec", "overlap", "distance", "manifold",
-                   "dist", "depth", "normal", "witness", "points"});
+  TextTable table({"wrong; error/S", "missed", "phantom", "undec", "overlap", "distance", "manifold", "dist",
+                   "depth", "normal", "witness", "points"});
   for (const BackendResult& backend : set.backends) {
     if (!backend.judged) continue;
     const Wrongness& wrong = backend.judgement.wrongness[index_of(QueryKind::overlap)];
