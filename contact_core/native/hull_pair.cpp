@@ -3,77 +3,74 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_core/native/lanes.hpp"
+
 namespace touchstone::native {
 namespace {
 
-// Two lanes: what every x86-64 and arm64 has. Lanes never mix, so the bits are those of scalar code.
-typedef double Double2 __attribute__((vector_size(16)));
+Double2 magnitude(Double2 p) { return p < 0.0 ? -p : p; }
 
-struct Dots {
-  Double2 d[4];
-};
-
-Double2 load(const double* p) { return Double2{p[0], p[1]}; }
-
-Dots dots(const WorldVertices& v, const Vector3& axis) {
-  const Double2 x = {axis.x(), axis.x()}, y = {axis.y(), axis.y()}, z = {axis.z(), axis.z()};
-  Dots out;
-  for (int i = 0; i < 4; ++i)
-    out.d[i] = (x * load(&v.x[2 * i]) + y * load(&v.y[2 * i])) + z * load(&v.z[2 * i]);
-  return out;
+/// Subtracts the origin's coordinate; returns the lanes' largest magnitudes.
+Double2 shift(const std::array<double, 8>& from, double origin, std::array<double, 8>& to) {
+  const Double2 o = {origin, origin};
+  Double2 reach = {0.0, 0.0};
+  for (int i = 0; i < 8; i += 2) {
+    const Double2 shifted = load(&from[i]) - o;
+    to[i] = shifted[0], to[i + 1] = shifted[1];
+    reach = greatest(reach, magnitude(shifted));
+  }
+  return reach;
 }
 
-Double2 least(Double2 p, Double2 q) { return p < q ? p : q; }
-Double2 greatest(Double2 p, Double2 q) { return p > q ? p : q; }
-
-int first_equal(const Dots& dots_of, double value) {
-  for (int i = 0; i < 7; ++i)
-    if (dots_of.d[i / 2][i % 2] == value) return i;
-  return 7;
-}
-
-double low_of(const Dots& p) {
-  const Double2 m = least(least(p.d[0], p.d[1]), least(p.d[2], p.d[3]));
-  return m[0] < m[1] ? m[0] : m[1];
-}
-
-double high_of(const Dots& p) {
-  const Double2 m = greatest(greatest(p.d[0], p.d[1]), greatest(p.d[2], p.d[3]));
-  return m[0] > m[1] ? m[0] : m[1];
-}
-
-double largest_of(const std::array<double, 8>& values) {
-  double largest = 0.0;
-  for (double value : values) largest = std::max(largest, std::abs(value));
-  return largest;
+void transform(const WorldVertices& v, const Matrix3& R, const Vector3& p, int row,
+               std::array<double, 8>& to) {
+  const Double2 x = {R(row, 0), R(row, 0)}, y = {R(row, 1), R(row, 1)}, z = {R(row, 2), R(row, 2)};
+  const Double2 o = {p(row), p(row)};
+  for (int i = 0; i < 8; i += 2) {
+    const Double2 t = ((x * load(&v.x[i]) + y * load(&v.y[i])) + z * load(&v.z[i])) + o;
+    to[i] = t[0], to[i + 1] = t[1];
+  }
 }
 
 }  // namespace
 
+WorldVertices in_columns(const Hexahedron& solid) {
+  WorldVertices out;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3& v = solid.vertices()[i];
+    out.x[i] = v.x(), out.y[i] = v.y(), out.z[i] = v.z();
+  }
+  return out;
+}
+
+void world_vertices(const WorldVertices& vertices_S, const Pose& X_WS, WorldVertices& out) {
+  transform(vertices_S, X_WS.R, X_WS.p, 0, out.x);
+  transform(vertices_S, X_WS.R, X_WS.p, 1, out.y);
+  transform(vertices_S, X_WS.R, X_WS.p, 2, out.z);
+}
+
 void shift_to_common_origin(const WorldVertices& a_W, const WorldVertices& b_W, HullPair& pair) {
   const Vector3 origin = a_W.vertex(0);
-  for (int i = 0; i < 8; ++i) {
-    pair.a.x[i] = a_W.x[i] - origin.x(), pair.b.x[i] = b_W.x[i] - origin.x();
-    pair.a.y[i] = a_W.y[i] - origin.y(), pair.b.y[i] = b_W.y[i] - origin.y();
-    pair.a.z[i] = a_W.z[i] - origin.z(), pair.b.z[i] = b_W.z[i] - origin.z();
-  }
-  pair.extent = std::max({largest_of(pair.a.x), largest_of(pair.a.y), largest_of(pair.a.z),
-                          largest_of(pair.b.x), largest_of(pair.b.y), largest_of(pair.b.z)});
+  const Double2 x = greatest(shift(a_W.x, origin.x(), pair.a.x), shift(b_W.x, origin.x(), pair.b.x));
+  const Double2 y = greatest(shift(a_W.y, origin.y(), pair.a.y), shift(b_W.y, origin.y(), pair.b.y));
+  const Double2 z = greatest(shift(a_W.z, origin.z(), pair.a.z), shift(b_W.z, origin.z(), pair.b.z));
+  const Double2 reach = greatest(greatest(x, y), z);
+  pair.extent = std::max(reach[0], reach[1]);
 }
 
 Interval project(const WorldVertices& vertices, const Vector3& axis) {
-  const Dots p = dots(vertices, axis);
+  const Lanes p = dots(vertices, axis);
   return {low_of(p), high_of(p)};
 }
 
 Support support_high(const WorldVertices& vertices, const Vector3& axis) {
-  const Dots p = dots(vertices, axis);
+  const Lanes p = dots(vertices, axis);
   const double value = high_of(p);
   return {first_equal(p, value), value};
 }
 
 Support support_low(const WorldVertices& vertices, const Vector3& axis) {
-  const Dots p = dots(vertices, axis);
+  const Lanes p = dots(vertices, axis);
   const double value = low_of(p);
   return {first_equal(p, value), value};
 }

@@ -9,6 +9,11 @@ namespace touchstone::native {
 /// u: the largest relative error of one rounding.
 inline constexpr double kRoundoff = 0x1p-53;
 
+/// The solid's local vertices, laid out for world_vertices() below.
+WorldVertices in_columns(const Hexahedron& solid);
+/// The same bits as touchstone::world_vertices() of the solid.
+void world_vertices(const WorldVertices& vertices_S, const Pose& X_WS, WorldVertices& out);
+
 /// The vertices of both solids about a common origin (see shift_to_common_origin).
 struct HullPair {
   WorldVertices a;

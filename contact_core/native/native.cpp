@@ -11,6 +11,7 @@
 #include "contact_core/native/gjk.hpp"
 #include "contact_core/native/manifold.hpp"
 #include "contact_core/native/parallelepiped_overlap.hpp"
+#include "contact_core/native/portal.hpp"
 #include "contact_core/native/solid_features.hpp"
 #include "contact_core/numerics/exact_predicates.hpp"
 
@@ -37,7 +38,7 @@ struct Outline {
 
 struct Solid {
   Hexahedron shape;
-  Vector3 middle;
+  WorldVertices vertices_S;
   SolidFeatures features;
 };
 
@@ -84,8 +85,8 @@ struct Placed {
 int exponent_for(double magnitude) { return magnitude > 0.0 ? -std::ilogb(magnitude) : 0; }
 
 void place(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB, bool ordinary, Placed& out) {
-  world_vertices(a.shape, X_WA, out.a_W);
-  world_vertices(b.shape, X_WB, out.b_W);
+  native::world_vertices(a.vertices_S, X_WA, out.a_W);
+  native::world_vertices(b.vertices_S, X_WB, out.b_W);
   out.origin_W = out.a_W.vertex(0);
   out.exponent = 0;
   PosedPair& pair = out.pair;
@@ -109,7 +110,8 @@ void place(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB, b
 }
 
 bool hulls_meet(const Placed& placed) {
-  const Certified certified = certify_hulls(placed.pair.hulls, placed.pair.start);
+  Certified certified = certify_by_portal(placed.pair.hulls);
+  if (certified == Certified::unknown) certified = certify_hulls(placed.pair.hulls, placed.pair.start);
   if (certified == Certified::unknown) return numerics::hulls_intersect(placed.a_W, placed.b_W);
   return certified == Certified::overlapping;
 }
@@ -167,7 +169,7 @@ void NativeNarrowphase::build(std::span<const Hexahedron> solids) {
                           largest(solid.bounding_sphere().centre) <= kOrdinaryHigh &&
                           solid.size() <= kOrdinaryHigh;
     outlines.push_back(outline);
-    kept.push_back({solid, solid.bounding_sphere().centre, find_features(solid)});
+    kept.push_back({solid, in_columns(solid), find_features(solid)});
   }
   outlines_ = std::move(outlines);
   forms_ = std::move(forms);

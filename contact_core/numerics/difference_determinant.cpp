@@ -93,6 +93,44 @@ void DifferenceDeterminant::prepare_exponent() {
     }
   }
   exponent_known_ = true;
+  prepare_short();
+}
+
+// Sixteen points about the world's origin mostly share 70 bits.
+void DifferenceDeterminant::prepare_short() {
+  constexpr int kShortBits = 125;
+  is_short_ = true;
+  for (int i = 0; i < count_; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Parts parts = parts_of(points_[i](axis));
+      const int shift = parts.mantissa == 0 ? 0 : parts.exponent - lowest_exponent_;
+      if (shift + std::bit_width(parts.mantissa) > kShortBits) {
+        is_short_ = false;
+        return;
+      }
+      // Bits below the common exponent are zero.
+      const Int128 magnitude = shift < 0 ? static_cast<Int128>(parts.mantissa >> -shift)
+                                         : static_cast<Int128>(parts.mantissa) << shift;
+      short_[i][axis] = parts.sign < 0 ? -magnitude : magnitude;
+    }
+  }
+}
+
+// Differences are below 2^126, minors below 2^253, the determinant below 2^381.
+int DifferenceDeterminant::short_sign(Difference u, Difference v, Difference w) const {
+  const auto component = [this](Difference d, int axis) {
+    return fixed(short_[d.q][axis] - short_[d.p][axis]);
+  };
+  FixedInteger<6> det;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+    const FixedInteger<2> a = component(u, axis);
+    if (a.sign() == 0) continue;
+    const FixedInteger<4> minor_of = add(product(component(v, next), component(w, last)),
+                                         product(component(v, last), component(w, next)), true);
+    det = add(det, product(a, minor_of));
+  }
+  return det.sign();
 }
 
 int DifferenceDeterminant::sign(Difference u, Difference v, Difference w) {
@@ -109,6 +147,28 @@ int DifferenceDeterminant::sign(Difference u, Difference v, Difference w) {
   return exact_sign(u, v, w);
 }
 
+// The filter of sign() with w in front: det [u v w] = w . (u x v).
+DifferenceDeterminant::Sides DifferenceDeterminant::sides(Difference u, Difference v, int base, int first,
+                                                          unsigned wanted) {
+  const Vector3 a = scaled_[u.q] - scaled_[u.p], b = scaled_[v.q] - scaled_[v.p];
+  const Vector3 n = cross(a, b);
+  const Vector3 magnitude(std::abs(a.y() * b.z()) + std::abs(a.z() * b.y()),
+                          std::abs(a.z() * b.x()) + std::abs(a.x() * b.z()),
+                          std::abs(a.x() * b.y()) + std::abs(a.y() * b.x()));
+  Sides out;
+  for (int i = 0; i < 8; ++i) {
+    if (!(wanted >> i & 1u)) continue;
+    const Vector3 c = scaled_[first + i] - scaled_[base];
+    const double det = dot(n, c);
+    const double error = determinant_error(dot(magnitude, c.cwiseAbs()));
+    int side = sign_of(det);
+    if (!(std::abs(det) > error)) side = exact_sign(u, v, {base, first + i});
+    if (side > 0) out.above |= 1u << i;
+    if (side < 0) out.below |= 1u << i;
+  }
+  return out;
+}
+
 struct DifferenceDeterminant::Integers {
   std::array<DifferenceInteger, 3> component;
 
@@ -123,6 +183,7 @@ int DifferenceDeterminant::exact_sign(Difference u, Difference v, Difference w) 
   // A zero column needs no arithmetic: common where edges are parallel to an axis or vertices coincide.
   if (is_zero(u) || is_zero(v) || is_zero(w)) return 0;
   if (!exponent_known_) prepare_exponent();
+  if (is_short_) return short_sign(u, v, w);
   const Integers a(*this, u), b(*this, v), c(*this, w);
   DeterminantInteger det;
   for (int axis = 0; axis < 3; ++axis) {

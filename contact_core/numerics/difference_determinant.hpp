@@ -5,6 +5,7 @@
 #include <span>
 
 #include "contact_core/geometry/vector.hpp"
+#include "contact_core/numerics/fixed_integer.hpp"
 
 namespace touchstone::numerics {
 
@@ -29,6 +30,14 @@ class DifferenceDeterminant {
 
   /// Sign of det [u v w].
   int sign(Difference u, Difference v, Difference w);
+
+  /// Bit i: det [u v (point first + i) - (point base)] is certainly or exactly > 0 (< 0).
+  struct Sides {
+    unsigned above = 0;
+    unsigned below = 0;
+  };
+  /// Of those of the eight points from `first` on that `wanted` names.
+  Sides sides(Difference u, Difference v, int base, int first, unsigned wanted);
   /// Sign of component `axis` of u x v.
   int cross_sign(Difference u, Difference v, int axis);
   /// Sign of component `axis` of u.
@@ -38,13 +47,17 @@ class DifferenceDeterminant {
  private:
   struct Integers;
   int exact_sign(Difference u, Difference v, Difference w);
+  int short_sign(Difference u, Difference v, Difference w) const;
   void prepare_exponent();
+  void prepare_short();
 
   std::array<Vector3, kMaxPoints> points_;
   std::array<Vector3, kMaxPoints> scaled_;
   int count_;
   int lowest_exponent_ = 0;  // of the least significant bit of any coordinate
   bool exponent_known_ = false;
+  bool is_short_ = false;  // all coordinates are integers below 2^125 times 2^lowest_exponent_
+  std::array<std::array<Int128, 3>, kMaxPoints> short_;
 };
 
 /// What |det| of computed differences of scaled points must exceed for its sign to be certain; `permanent` is

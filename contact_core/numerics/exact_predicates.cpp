@@ -54,7 +54,38 @@ void find_edges(HullFeatures& hull, int first) {
   }
 }
 
-HullFeatures hull_features(DifferenceDeterminant& determinant, int first) {
+// A hull whose boundary is the six quads of Hexahedron, each plane or folded along a diagonal; false for any
+// other. Every facet taken has all other vertices strictly inside its plane, so it is a facet of the hull.
+// Each cube edge lies in two such planes, hence on the boundary of both facets; so the facets' polygons are
+// bounded by cube edges and folds alone, each shared by two facets taken. As facets of a polytope are
+// connected across edges, there are no others.
+bool quad_features(DifferenceDeterminant& determinant, int first, HullFeatures& hull) {
+  const auto add_facet = [&](int i, int j, int k, unsigned on_plane) {
+    const Facet facet{first + i, first + j, first + k, on_plane, -1};
+    hull.facets[hull.facet_count++] = facet;
+    const unsigned others = 0xffu & ~on_plane;
+    return determinant.sides({facet.i, facet.j}, {facet.i, facet.k}, facet.i, first, others).below == others;
+  };
+  for (const auto& q : Hexahedron::kFaceVertices) {
+    const unsigned all = 1u << q[0] | 1u << q[1] | 1u << q[2] | 1u << q[3];
+    const int fold = determinant.sign({first + q[0], first + q[1]}, {first + q[0], first + q[2]},
+                                      {first + q[0], first + q[3]});
+    if (fold == 0) {
+      if (!add_facet(q[0], q[1], q[2], all)) return false;
+      continue;
+    }
+    const int s = fold > 0 ? 1 : 0;  // the fold runs from q[s] to q[s + 2]
+    const int i = q[s], j = q[s + 1], k = q[s + 2], l = q[(s + 3) % 4];
+    if (!add_facet(i, j, k, all & ~(1u << l)) || !add_facet(i, k, l, all & ~(1u << j))) return false;
+    hull.edges[hull.edge_count++] = {first + i, first + k};
+  }
+  for (const auto& edge : Hexahedron::kEdgeVertices)
+    hull.edges[hull.edge_count++] = {first + edge[0], first + edge[1]};
+  hull.has_volume = true;
+  return true;
+}
+
+HullFeatures general_features(DifferenceDeterminant& determinant, int first) {
   HullFeatures hull;
   std::array<unsigned, 56> known_planes;  // vertices of planes met before, supporting or not
   int known_count = 0;
@@ -86,6 +117,12 @@ HullFeatures hull_features(DifferenceDeterminant& determinant, int first) {
   if (!hull.has_volume) return all_triples_and_pairs(first);
   find_edges(hull, first);
   return hull;
+}
+
+HullFeatures hull_features(DifferenceDeterminant& determinant, int first) {
+  HullFeatures hull;
+  if (quad_features(determinant, first, hull)) return hull;
+  return general_features(determinant, first);
 }
 
 // Projections of the 16 points on directions u x v, in doubles about a reference point, with an error bound.
@@ -180,6 +217,88 @@ bool contains(DifferenceDeterminant& determinant, const HullFeatures& hull, int 
     if (side != 0 && side != facet.inner_side) return false;
   }
   return true;
+}
+
+// Where the vertices of one hull lie against the facets of the other.
+struct SideTable {
+  std::array<unsigned, 56> outside;  // by facet: vertices strictly beyond its plane
+  std::array<unsigned, 56> inside;
+  unsigned outside_any = 0;
+  bool separated = false;  // by some facet's plane
+};
+
+void fill(DifferenceDeterminant& determinant, const HullFeatures& hull, int first, SideTable& table) {
+  for (int f = 0; f < hull.facet_count; ++f) {
+    const Facet& facet = hull.facets[f];
+    const auto sides = determinant.sides({facet.i, facet.j}, {facet.i, facet.k}, facet.i, first, 0xffu);
+    table.outside[f] = facet.inner_side > 0 ? sides.below : sides.above;
+    table.inside[f] = facet.inner_side > 0 ? sides.above : sides.below;
+    table.outside_any |= table.outside[f];
+    table.separated = table.outside[f] == 0xffu;
+    if (table.separated) return;
+  }
+}
+
+// True if the line through the edge, which crosses the facet's plane, meets triangle i, j, k of its vertices:
+// it passes all three sides on one hand. A collinear triple counts as no triangle: the facet's others cover
+// it.
+bool pierces_triangle(DifferenceDeterminant& determinant, Difference edge, int i, int j, int k) {
+  bool left = false, right = false;
+  for (const Difference side : {Difference{i, j}, Difference{j, k}, Difference{k, i}}) {
+    const int s = determinant.sign(edge, {edge.p, side.p}, {edge.p, side.q});
+    left = left || s > 0;
+    right = right || s < 0;
+    if (left && right) return false;
+  }
+  return left || right;
+}
+
+bool pierces(DifferenceDeterminant& determinant, Difference edge, const Facet& facet) {
+  const int first = facet.i < kFirstOfB ? 0 : kFirstOfB;
+  for (int i = 0; i < 8; ++i) {
+    if (!(facet.vertices >> i & 1u)) continue;
+    for (int j = i + 1; j < 8; ++j) {
+      if (!(facet.vertices >> j & 1u)) continue;
+      for (int k = j + 1; k < 8; ++k)
+        if (facet.vertices >> k & 1u && pierces_triangle(determinant, edge, first + i, first + j, first + k))
+          return true;
+    }
+  }
+  return false;
+}
+
+// Edges of `other` (whose vertices the table places) against the facets of `hull`.
+bool some_edge_pierces(DifferenceDeterminant& determinant, const HullFeatures& other,
+                       const HullFeatures& hull, const SideTable& table) {
+  for (int e = 0; e < other.edge_count; ++e) {
+    const Difference edge = other.edges[e];
+    const unsigned p = 1u << edge.p % 8, q = 1u << edge.q % 8, both = p | q;
+    bool beyond = false;
+    for (int f = 0; f < hull.facet_count && !beyond; ++f) beyond = (table.outside[f] & both) == both;
+    for (int f = 0; f < hull.facet_count && !beyond; ++f) {
+      const unsigned out = table.outside[f] & both;
+      const bool crosses = (out == p && (table.inside[f] & q)) || (out == q && (table.inside[f] & p));
+      if (crosses && pierces(determinant, edge, hull.facets[f])) return true;
+    }
+  }
+  return false;
+}
+
+// Complete: if A and B meet, their intersection has an extreme point x, and {x} is the meeting of the affine
+// hulls of a face F of A and a face G of B that have x in their relative interiors. So F and G are a vertex
+// and anything; an edge and a facet, which it crosses from strictly one side to the other; or two edges that
+// cross: then one of the two facets of B at G is not parallel to F, and F crosses its plane at x.
+bool solid_hulls_intersect(DifferenceDeterminant& determinant, const HullFeatures& hull_a,
+                           const HullFeatures& hull_b) {
+  SideTable b_against_a, a_against_b;
+  fill(determinant, hull_a, kFirstOfB, b_against_a);
+  if (b_against_a.separated) return false;
+  if (b_against_a.outside_any != 0xffu) return true;
+  fill(determinant, hull_b, 0, a_against_b);
+  if (a_against_b.separated) return false;
+  if (a_against_b.outside_any != 0xffu) return true;
+  return some_edge_pierces(determinant, hull_b, hull_a, b_against_a) ||
+         some_edge_pierces(determinant, hull_a, hull_b, a_against_b);
 }
 
 // Where the Minkowski difference {b_j - a_i} itself has no volume, A and B lie in two parallel planes (or
@@ -301,6 +420,7 @@ int orient3d_sign(const Vector3& a, const Vector3& b, const Vector3& c, const Ve
   return DifferenceDeterminant(points).sign({0, 1}, {0, 2}, {0, 3});
 }
 
+// Of two hulls with volume: solid_hulls_intersect(). Otherwise by axes.
 // Complete: two compact convex sets without a common point have 0 outside their Minkowski difference D = {b -
 // a}. When D has volume, 0 is then strictly beyond some facet of D. That facet is the sum of the faces of B
 // and -A extreme along its normal n, so its two-dimensional directions come from two vertex differences u, v
@@ -311,10 +431,11 @@ bool hulls_intersect(const WorldVertices& a, const WorldVertices& b) {
   std::array<Vector3, 16> points;
   for (int i = 0; i < 8; ++i) points[i] = a.vertex(i), points[kFirstOfB + i] = b.vertex(i);
   DifferenceDeterminant determinant(points);
-  const Projector projector(determinant);
-
   HullFeatures hull_a = hull_features(determinant, 0);
   HullFeatures hull_b = hull_features(determinant, kFirstOfB);
+  if (hull_a.has_volume && hull_b.has_volume) return solid_hulls_intersect(determinant, hull_a, hull_b);
+
+  const Projector projector(determinant);
   for (const HullFeatures* hull : {&hull_a, &hull_b}) {
     for (int f = 0; f < hull->facet_count; ++f) {
       const Facet& facet = hull->facets[f];
