@@ -156,15 +156,31 @@ TEST(HullsIntersectOracle, MixedScalesWithTies) {
   });
 }
 
+TEST(HullsIntersectOracle, TiesAcrossMoreThan125Bits) {
+  // Exact contacts of the grid, with some coordinates 2^-200 or 2^200 times the others on the same axis.
+  for (int exponent : {-200, 200}) {
+    check_family(400, 0.05, [&](Random& random) {
+      HullPair pair = mapped_grid_pair(random, 2, 3);
+      for (WorldVertices* hull : {&pair.a, &pair.b}) {
+        const int i = random_int(random, 0, 7);
+        hull->x[i] = std::scalbn(hull->x[i], exponent);
+        if (random_int(random, 0, 1) == 0) hull->y[i] = std::scalbn(hull->y[i], exponent);
+      }
+      return pair;
+    });
+  }
+}
+
 TEST(HullsIntersectOracle, ScatteredExponents) {
   for (const auto& [low, high] : {std::array{-1074, 1023}, std::array{-60, 60}, std::array{-20, 0}}) {
     check_family(300, 0.0, [&](Random& random) {
       HullPair pair = scattered_pair(random, low, high);
-      // One vertex in common, or one on an edge to rounding.
-      const int i = random_int(random, 0, 7), j = random_int(random, 0, 7);
-      const Vector3 p = pair.a.vertex(i), q = pair.a.vertex(j);
-      const Vector3 shared = random_int(random, 0, 1) == 0 ? p : Vector3(p / 2.0 + q / 2.0);
-      pair.b.x[0] = shared.x(), pair.b.y[0] = shared.y(), pair.b.z[0] = shared.z();
+      // One vertex of B is on a segment of A to rounding, or beside a vertex by an ulp or not at all.
+      const Vector3 p = pair.a.vertex(random_int(random, 0, 7)), q = pair.a.vertex(random_int(random, 0, 7));
+      const Vector3 near = random_int(random, 0, 1) == 0
+                               ? Vector3(p / 2.0 + q / 2.0)
+                               : Vector3(p * (1.0 - random_int(random, 0, 2) * 0x1p-53));
+      pair.b.x[0] = near.x(), pair.b.y[0] = near.y(), pair.b.z[0] = near.z();
       return pair;
     });
   }
