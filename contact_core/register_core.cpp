@@ -1,10 +1,12 @@
 #include "contact_core/broadphase/register_broadphases.hpp"
 #include "contact_core/edge_face/edge_face.hpp"
+#include "contact_core/native/native.hpp"
 #include "contact_core/registry.hpp"
 
 namespace touchstone {
 
 void register_core(BackendRegistry& registry) {
+  register_native(registry);
   register_edge_face(registry);
   register_broadphases(registry);
 }

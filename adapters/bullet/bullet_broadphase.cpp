@@ -55,8 +55,8 @@ struct RowCollector final : btDbvt::ICollide {
   std::vector<SolidIndex>& row;
 };
 
-/// The leaves hold the solids' bounding boxes. The pairs of solid a are a's box, grown by the margin, against the tree:
-/// one row at a time, so that no list of all pairs is kept and a sweep may stop anywhere.
+/// The leaves hold the solids' bounding boxes. The pairs of solid a are a's box, grown by the margin, against
+/// the tree: one row at a time, so that no list of all pairs is kept and a sweep may stop anywhere.
 class BulletBroadphase final : public Broadphase {
  public:
   explicit BulletBroadphase(std::string name) : name_(std::move(name)) {}

@@ -25,16 +25,16 @@ double largest_coordinate(const Shape& shape, const Pose& X) {
   return std::max({std::abs(X.p.x()), std::abs(X.p.y()), std::abs(X.p.z())}) + shape.reach;
 }
 
-bool is_finite(const btTransform& X) {
-  return std::isfinite(X.getOrigin().x()) && std::isfinite(X.getOrigin().y()) && std::isfinite(X.getOrigin().z());
-}
+// The engine squares differences of positions.
+constexpr double kLargestCoordinate = kDouble ? 1e150 : 1e18;
 
 bool is_finite(const EngineContact& contact) {
   return std::isfinite(contact.distance) && touchstone::is_finite(from_engine(contact.normal_on_B)) &&
          touchstone::is_finite(from_engine(contact.point_on_B));
 }
 
-// The engine's own signs: ours is the opposite normal; the point on A lies `distance` along the engine's normal.
+// The engine's own signs: ours is the opposite normal; the point on A lies `distance` along the engine's
+// normal.
 ContactPoint to_contact_point(const EngineContact& contact) {
   const double separation = contact.distance;
   const Vector3 p_B_W = from_engine(contact.point_on_B);
@@ -42,9 +42,9 @@ ContactPoint to_contact_point(const EngineContact& contact) {
 }
 
 const EngineContact& deepest_of(std::span<const EngineContact> contacts) {
-  return *std::min_element(contacts.begin(), contacts.end(), [](const EngineContact& x, const EngineContact& y) {
-    return x.distance < y.distance;
-  });
+  return *std::min_element(
+      contacts.begin(), contacts.end(),
+      [](const EngineContact& x, const EngineContact& y) { return x.distance < y.distance; });
 }
 
 /// Deepest first, ties in the engine's order; as many as fit.
@@ -70,11 +70,12 @@ class BulletNarrowphase final : public Narrowphase {
     capabilities_.manifold = true;
     capabilities_.scalar_bits = 8 * sizeof(btScalar);
     const CheckResolution convex = convex_resolution();
-    capabilities_.resolution = {convex.absolute, convex.of_size + convex.of_place};
+    capabilities_.resolution = {convex.absolute, convex.of_size + convex.of_place, 0.0};
+    capabilities_.resolution.of_depth = std::max(kBoxDepthOverestimate, kConvexDepthOverestimate);
     if (method == Method::gjk) return;
     const CheckResolution box = box_resolution();
-    capabilities_.resolution.relative = std::max(capabilities_.resolution.relative, box.of_size + box.of_place);
-    capabilities_.resolution.of_depth = kBoxDepthOverestimate;
+    capabilities_.resolution.relative =
+        std::max(capabilities_.resolution.relative, box.of_size + box.of_place);
   }
 
   std::string_view name() const noexcept override { return name_; }
@@ -90,7 +91,8 @@ class BulletNarrowphase final : public Narrowphase {
     if (method_ == Method::gjk) return;
     capabilities_.resolution.absolute =
         std::max(capabilities_.resolution.absolute, resolution_at_size(box_resolution(), largest_size));
-    capabilities_.resolution.relative = std::max(capabilities_.resolution.relative, box_resolution().of_place);
+    capabilities_.resolution.relative =
+        std::max(capabilities_.resolution.relative, box_resolution().of_place);
   }
 
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<BulletWorkspace>(); }
@@ -114,8 +116,8 @@ class BulletNarrowphase final : public Narrowphase {
     return resolution.absolute + resolution.of_size * size;
   }
 
-  static double pair_resolution(const CheckResolution& resolution, const Shape& a, const Shape& b, const Pose& X_WA,
-                                const Pose& X_WB) {
+  static double pair_resolution(const CheckResolution& resolution, const Shape& a, const Shape& b,
+                                const Pose& X_WA, const Pose& X_WB) {
     const double size = std::max(a.size, b.size);
     const double place = std::max({largest_coordinate(a, X_WA), largest_coordinate(b, X_WB), size});
     return resolution_at_size(resolution, size) + resolution.of_place * place;
@@ -128,14 +130,17 @@ class BulletNarrowphase final : public Narrowphase {
     const btTransform X_WA = to_engine(poses[pair.a]);
     const btTransform X_WB = to_engine(poses[pair.b]);
     geometry = no_geometry(kNaN);
-    if (!is_finite(X_WA) || !is_finite(X_WB)) return PairStatus::failed;
+    if (largest_coordinate(a, poses[pair.a]) > kLargestCoordinate ||
+        largest_coordinate(b, poses[pair.b]) > kLargestCoordinate)
+      return PairStatus::failed;
 
     const bool boxes = method_ == Method::box_and_convex && a.is_box && b.is_box;
-    const double resolution = pair_resolution(boxes ? box_resolution() : convex_resolution(), a, b, poses[pair.a],
-                                              poses[pair.b]);
-    const double looked_at = query.kind == QueryKind::overlap ? resolution : std::max(query.max_separation, resolution);
-    const EngineAnswer answer = boxes ? check_boxes(a, b, X_WA, X_WB, solvers)
-                                      : check_convex(a, b, X_WA, X_WB, looked_at, solvers);
+    const double resolution =
+        pair_resolution(boxes ? box_resolution() : convex_resolution(), a, b, poses[pair.a], poses[pair.b]);
+    const double looked_at =
+        query.kind == QueryKind::overlap ? resolution : std::max(query.max_separation, resolution);
+    const EngineAnswer answer =
+        boxes ? check_boxes(a, b, X_WA, X_WB, solvers) : check_convex(a, b, X_WA, X_WB, looked_at, solvers);
     if (answer == EngineAnswer::none) return PairStatus::failed;
     if (answer == EngineAnswer::apart) return apart(boxes, query, geometry);
 
@@ -158,7 +163,8 @@ class BulletNarrowphase final : public Narrowphase {
     return separation > 0.0 ? PairStatus::separated : PairStatus::overlapping;
   }
 
-  /// Nothing reported. GJK was asked up to max_separation, so that much is known; the box detector knows only "apart".
+  /// Nothing reported. GJK was asked up to max_separation, so that much is known; the box detector knows only
+  /// "apart".
   static PairStatus apart(bool boxes, const Query& query, PairGeometry& geometry) {
     if (query.kind == QueryKind::overlap) return PairStatus::separated;
     if (!boxes || query.max_separation <= 0.0) {

@@ -32,7 +32,8 @@ class BulletRawCheck final : public RawCheck {
       else
         check_convex(a, b, transforms_[pair.a], transforms_[pair.b], max_distance, solvers_);
       bool touching = false;
-      for (const EngineContact& contact : solvers_.collector.contacts()) touching = touching || contact.distance <= 0;
+      for (const EngineContact& contact : solvers_.collector.contacts())
+        touching = touching || contact.distance <= 0;
       in_contact += touching ? 1 : 0;
     }
     return in_contact;

@@ -23,7 +23,8 @@ class ContactCollector final : public btDiscreteCollisionDetectorInterface::Resu
  public:
   void setShapeIdentifiersA(int, int) override {}
   void setShapeIdentifiersB(int, int) override {}
-  void addContactPoint(const btVector3& normal_on_B, const btVector3& point_on_B, btScalar distance) override {
+  void addContactPoint(const btVector3& normal_on_B, const btVector3& point_on_B,
+                       btScalar distance) override {
     if (count_ < kMaxManifoldPoints) contacts_[count_++] = {normal_on_B, point_on_B, distance};
   }
 
@@ -54,7 +55,8 @@ enum class EngineAnswer : std::uint8_t {
 EngineAnswer check_boxes(const Shape& a, const Shape& b, const btTransform& X_WA, const btTransform& X_WB,
                          Solvers& solvers);
 
-/// btGjkPairDetector with EPA, as btConvexConvexAlgorithm runs it. `contacts` (one) when closer than max_distance [m].
+/// btGjkPairDetector with EPA, as btConvexConvexAlgorithm runs it. `contacts` (one) when closer than
+/// max_distance [m].
 EngineAnswer check_convex(const Shape& a, const Shape& b, const btTransform& X_WA, const btTransform& X_WB,
                           double max_distance, Solvers& solvers);
 
@@ -69,5 +71,8 @@ CheckResolution convex_resolution();
 
 /// btBoxBoxDetector keeps a face normal unless an edge's depth is smaller by its fudge_factor 1.05.
 inline constexpr double kBoxDepthOverestimate = 0.05;
+/// EPA stops short of the least depth for about one deep pair in 10 000; the worst measured was 6 %
+/// (packaged 3.24).
+inline constexpr double kConvexDepthOverestimate = 0.1;
 
 }  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE

@@ -5,8 +5,8 @@
 
 #include "contact_core/geometry/pose.hpp"
 
-// Which of the two builds of Bullet these sources are compiled against. Everything of ours lives in an inline namespace
-// named for it.
+// Which of the two builds of Bullet these sources are compiled against. Everything of ours lives in an inline
+// namespace named for it.
 
 #ifdef BT_USE_DOUBLE_PRECISION
 #define TOUCHSTONE_BULLET_NAMESPACE bullet_double
@@ -19,7 +19,9 @@ namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 inline constexpr bool kDouble = sizeof(btScalar) == sizeof(double);
 
 inline btScalar to_engine(double value) { return static_cast<btScalar>(value); }
-inline btVector3 to_engine(const Vector3& v) { return {to_engine(v.x()), to_engine(v.y()), to_engine(v.z())}; }
+inline btVector3 to_engine(const Vector3& v) {
+  return {to_engine(v.x()), to_engine(v.y()), to_engine(v.z())};
+}
 inline Vector3 from_engine(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
 inline btTransform to_engine(const Pose& X) {

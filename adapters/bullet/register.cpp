@@ -18,17 +18,21 @@ namespace TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
 
 std::string describe(const std::string& what) {
-  const std::string version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100);
+  const std::string version =
+      std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100);
   return "Bullet " + version + ", " + (kDouble ? "double" : "single") + " precision: " + what;
 }
 
-void add_narrowphase(BackendRegistry& registry, const std::string& name, Method method, const std::string& what) {
-  registry.add(BackendRegistry::NarrowphaseEntry{name, describe(what), [=] { return make_narrowphase(name, method); },
+void add_narrowphase(BackendRegistry& registry, const std::string& name, Method method,
+                     const std::string& what) {
+  registry.add(BackendRegistry::NarrowphaseEntry{name, describe(what),
+                                                 [=] { return make_narrowphase(name, method); },
                                                  [=] { return make_raw_check(method); }});
 }
 
 void register_all(BackendRegistry& registry, const std::string& name) {
-  add_narrowphase(registry, name, Method::box_and_convex, "btBoxBoxDetector for boxes, GJK/EPA for hulls, margin 0");
+  add_narrowphase(registry, name, Method::box_and_convex,
+                  "btBoxBoxDetector for boxes, GJK/EPA for hulls, margin 0");
   add_narrowphase(registry, name + "_gjk", Method::gjk, "GJK/EPA for all, margin 0");
   registry.add(BackendRegistry::BroadphaseEntry{name, describe("btDbvt over bounding boxes"),
                                                 [=] { return make_broadphase(name); }});
@@ -40,7 +44,9 @@ void register_all(BackendRegistry& registry, const std::string& name) {
 #ifdef BT_USE_DOUBLE_PRECISION
 void register_bullet(BackendRegistry& registry) { bullet_double::register_all(registry, "bullet"); }
 #else
-void register_bullet_single(BackendRegistry& registry) { bullet_single::register_all(registry, "bullet_single"); }
+void register_bullet_single(BackendRegistry& registry) {
+  bullet_single::register_all(registry, "bullet_single");
+}
 #endif
 
 }  // namespace touchstone

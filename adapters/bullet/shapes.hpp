@@ -9,7 +9,8 @@
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 
-/// One solid as the engine holds it: a btBoxShape or a btConvexHullShape of its eight local vertices, margin 0.
+/// One solid as the engine holds it: a btBoxShape or a btConvexHullShape of its eight local vertices, margin
+/// 0.
 struct Shape {
   std::unique_ptr<btConvexShape> shape;
   bool is_box;

@@ -202,17 +202,9 @@ std::string with_overflows_marked(const std::string& text) {
   return out;
 }
 
-Json parse(const std::filesystem::path& path) {
-  const std::string text = read_text_file(path);
-  try {
-    return Json::parse(text);
-  } catch (const Json::out_of_range&) {
-    return Json::parse(with_overflows_marked(text));
-  }
-}
-
-[[noreturn]] void malformed(const std::filesystem::path& path, const Json::parse_error& error) {
-  const std::string text = read_text_file(path);
+// The column is told only where the text is as in the file.
+[[noreturn]] void malformed(const std::filesystem::path& path, const std::string& text, bool marked,
+                            const Json::parse_error& error) {
   const std::size_t end = std::min(error.byte == 0 ? 0 : error.byte - 1, text.size());
   const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
   const std::size_t line_start = end == 0 ? std::string::npos : text.rfind('\n', end - 1);
@@ -220,8 +212,19 @@ Json parse(const std::filesystem::path& path) {
   std::string reason = error.what();
   const std::size_t syntax = reason.find("syntax error");
   if (syntax != std::string::npos) reason = reason.substr(syntax);
-  throw InputError(path.string() + ":" + std::to_string(line) + ":" + std::to_string(column) +
+  throw InputError(path.string() + ":" + std::to_string(line) + (marked ? "" : ":" + std::to_string(column)) +
                    ": malformed JSON: " + reason);
+}
+
+Json parse_text(const std::filesystem::path& path, const std::string& text, bool marked) {
+  try {
+    return Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    malformed(path, text, marked, error);
+  } catch (const Json::out_of_range&) {
+    if (marked) throw InputError(path.string() + ": a number is beyond the range of a double");
+    return parse_text(path, with_overflows_marked(text), true);
+  }
 }
 
 Json to_json(const Vector3& v) { return Json::array({v.x(), v.y(), v.z()}); }
@@ -269,12 +272,7 @@ std::string_view to_string(PairClass pair_class) {
 }
 
 std::vector<PairCase> load_pairs(const std::filesystem::path& path) {
-  Json root;
-  try {
-    root = parse(path);
-  } catch (const Json::parse_error& error) {
-    malformed(path, error);
-  }
+  const Json root = parse_text(path, read_text_file(path), false);
   const Json* list = root.is_object() && root.contains("cases") ? &root["cases"] : &root;
   if (!list->is_array())
     throw InputError(path.string() + ": expected a list of cases, or an object with 'cases'");

@@ -335,20 +335,35 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
   return scene;
 }
 
+// YAML::Load reads the first document only; what follows it must not be passed over in silence.
+void require_one_document(const std::filesystem::path& path, const std::string& text) {
+  std::istringstream lines(text);
+  bool begun = false;
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const bool marker = line.substr(0, 3) == "---" || line.substr(0, 3) == "...";
+    if (marker && begun)
+      throw InputError(path.string() + ":" + std::to_string(number) +
+                       ": expected one YAML document, here it ends");
+    if (!line.empty() && line[0] != '#') begun = true;
+  }
+}
+
 YAML::Node parse(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   std::ostringstream text;
   if (!stream || std::filesystem::is_directory(path)) throw InputError(path.string() + ": cannot be read");
   text << stream.rdbuf();
+  require_one_document(path, text.str());
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text.str());
-    if (documents.size() != 1)
-      throw InputError(path.string() + ": expected one YAML document, got " +
-                       std::to_string(documents.size()));
-    return documents[0];
+    // Not LoadAll: in yaml-cpp 0.7 it never returns on text such as a line that starts with a comma.
+    return YAML::Load(text.str());
   } catch (const YAML::Exception& error) {
+    std::string reason = error.msg;  // may quote a line end
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
     throw InputError(path.string() + ":" + std::to_string(error.mark.line + 1) +
-                     ": malformed YAML: " + error.msg);
+                     ": malformed YAML: " + reason);
   }
 }
 

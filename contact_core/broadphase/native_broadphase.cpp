@@ -10,23 +10,14 @@ namespace touchstone {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t kLeafObjects = 4;
+constexpr std::uint32_t kWidth = 4;
+// GCC's and Clang's vector types: one register of four lanes, on any instruction set.
+using Floats = float __attribute__((vector_size(16)));
+using Ints = std::int32_t __attribute__((vector_size(16)));
 
 struct Box {
   std::array<double, 3> low, high;
 };
-
-void merge(Box& into, const Box& box) {
-  for (int i = 0; i < 3; ++i) {
-    into.low[i] = std::min(into.low[i], box.low[i]);
-    into.high[i] = std::max(into.high[i], box.high[i]);
-  }
-}
-
-bool overlap(const Box& a, const Box& b) {
-  return (a.low[0] <= b.high[0]) & (b.low[0] <= a.high[0]) & (a.low[1] <= b.high[1]) &
-         (b.low[1] <= a.high[1]) & (a.low[2] <= b.high[2]) & (b.low[2] <= a.high[2]);
-}
 
 // Contains the sphere inflated by margin so generously (8 eps against 4 roundings) that the sphere test alone
 // decides.
@@ -44,6 +35,11 @@ Box bounding_box(const Sphere& sphere, double margin) {
   return box;
 }
 
+template <class Lanes>
+auto largest_lane(Lanes v) {
+  return std::max(std::max(v[0], v[1]), std::max(v[2], v[3]));
+}
+
 // Interleaves the low 10 bits with two zeros between each.
 std::uint32_t spread_bits(std::uint32_t v) {
   v = (v | (v << 16)) & 0x030000FF;
@@ -52,23 +48,32 @@ std::uint32_t spread_bits(std::uint32_t v) {
   return (v | (v << 2)) & 0x09249249;
 }
 
-// A complete binary tree over the objects in Morton order, four objects a leaf; node i has children 2i + 1
-// and 2i + 2. Its shape decides how fast pairs are found, never which.
+// A packed tree over the objects in Morton order: every node holds the boxes of four children, level by
+// level; level 0's children are objects. Its shape decides how fast pairs are found, never which.
+//
+// Boxes are floats, (x - origin) * scale: each of these roundings is monotone, so boxes that overlap in
+// double overlap here as well, and what comes up too much is left to the sphere test.
 struct ObjectTree {
-  struct Node {
-    Box box;
-    std::uint32_t highest_object;
+  struct alignas(16) Node {
+    Floats low[3], high[3];
+    Ints highest_object;  // -1: no child
   };
   std::vector<Node> nodes;
+  std::vector<std::uint32_t> level_start;  // and the number of nodes at the end
   std::vector<std::uint32_t> order, order_scratch, keys, keys_scratch;
-  std::uint32_t leaves = 1;
+  Vector3 origin = Vector3::Zero();
+  Vector3 scale = Vector3::Ones();
 
   void resize(std::uint32_t objects) {
     order.resize(objects), order_scratch.resize(objects), keys.resize(objects), keys_scratch.resize(objects);
     std::iota(order.begin(), order.end(), 0u);
-    leaves = 1;
-    while (leaves * kLeafObjects < objects) leaves *= 2;
-    nodes.resize(2 * leaves - 1);
+    level_start = {0};
+    std::uint32_t count = objects;
+    do {
+      count = (count + kWidth - 1) / kWidth;
+      level_start.push_back(level_start.back() + std::max(count, 1u));
+    } while (count > 1);
+    nodes.resize(level_start.back());
   }
 
   void sort(std::span<const Sphere> spheres) noexcept {
@@ -76,12 +81,15 @@ struct ObjectTree {
     Vector3 high = Vector3::Constant(-kInfinity);
     for (const Sphere& sphere : spheres)
       if (is_finite(sphere.centre)) low = low.cwiseMin(sphere.centre), high = high.cwiseMax(sphere.centre);
-    Vector3 scale;
-    for (int i = 0; i < 3; ++i) scale(i) = high(i) > low(i) ? 1023.0 / (high(i) - low(i)) : 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const double per_metre = 1023.0 / (high(i) - low(i));
+      const bool usable = std::isfinite(low(i)) && std::isfinite(per_metre) && per_metre > 0.0;
+      origin(i) = usable ? low(i) : 0.0, scale(i) = usable ? per_metre : 1.0;
+    }
     for (std::uint32_t object = 0; object < order.size(); ++object) {
       std::uint32_t key = 0;
       for (int i = 0; i < 3; ++i) {
-        const double cell = (spheres[object].centre(i) - low(i)) * scale(i);
+        const double cell = (spheres[object].centre(i) - origin(i)) * scale(i);
         key |= spread_bits(cell > 0.0 ? static_cast<std::uint32_t>(std::min(cell, 1023.0)) : 0u) << i;
       }
       order[object] = object, keys[object] = key;
@@ -100,46 +108,65 @@ struct ObjectTree {
     keys.swap(keys_scratch), order.swap(order_scratch);
   }
 
-  void refit(std::span<const Box> boxes) noexcept {
-    for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
-      Node& node = nodes[leaves - 1 + leaf];
-      node.box.low.fill(kInfinity), node.box.high.fill(-kInfinity);
-      node.highest_object = 0;
-      for (std::uint32_t i = first_of(leaf); i < first_of(leaf + 1); ++i) {
-        merge(node.box, boxes[order[i]]);
-        node.highest_object = std::max(node.highest_object, order[i]);
-      }
-    }
-    for (std::uint32_t i = leaves - 1; i-- > 0;) {
-      nodes[i] = nodes[2 * i + 1];
-      merge(nodes[i].box, nodes[2 * i + 2].box);
-      nodes[i].highest_object = std::max(nodes[i].highest_object, nodes[2 * i + 2].highest_object);
-    }
+  float to_float(double x, int axis) const noexcept {
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    return static_cast<float>(std::clamp((x - origin(axis)) * scale(axis), -kLargest, kLargest));
   }
 
-  // Objects spread evenly over the leaves, at most kLeafObjects each.
-  std::uint32_t first_of(std::uint32_t leaf) const noexcept {
-    return static_cast<std::uint32_t>(std::uint64_t{leaf} * order.size() / leaves);
+  void refit(std::span<const Box> boxes) noexcept {
+    for (std::uint32_t slot = 0; slot < kWidth * level_start[1]; ++slot) {
+      Node& node = nodes[slot / kWidth];
+      const std::uint32_t lane = slot % kWidth;
+      const bool used = slot < order.size();
+      node.highest_object[lane] = used ? static_cast<std::int32_t>(order[slot]) : -1;
+      for (int i = 0; i < 3; ++i) {
+        node.low[i][lane] = to_float(used ? boxes[order[slot]].low[i] : kInfinity, i);
+        node.high[i][lane] = to_float(used ? boxes[order[slot]].high[i] : -kInfinity, i);
+      }
+    }
+    for (std::size_t level = 1; level + 1 < level_start.size(); ++level) refit_level(level);
+  }
+
+  void refit_level(std::size_t level) noexcept {
+    const std::uint32_t children = level_start[level] - level_start[level - 1];
+    for (std::uint32_t slot = 0; slot < kWidth * (level_start[level + 1] - level_start[level]); ++slot) {
+      Node& node = nodes[level_start[level] + slot / kWidth];
+      const std::uint32_t lane = slot % kWidth;
+      node.highest_object[lane] = -1;
+      if (slot >= children) continue;
+      const Node& child = nodes[level_start[level - 1] + slot];
+      node.highest_object[lane] = largest_lane(child.highest_object);
+      for (int i = 0; i < 3; ++i) {
+        node.low[i][lane] = -largest_lane(-child.low[i]);
+        node.high[i][lane] = largest_lane(child.high[i]);
+      }
+    }
   }
 
   /// Calls visit(b) for every object b > a whose box overlaps a's.
   template <class Visit>
-  void for_each_above(std::uint32_t a, const Box& box, std::span<const Box> boxes,
-                      Visit visit) const noexcept {
-    std::array<std::uint32_t, 64> stack;  // depth is below 32, one sibling kept per level
+  void for_each_above(std::uint32_t object, const Box& box, Visit visit) const noexcept {
+    float low[3], high[3];
+    for (int i = 0; i < 3; ++i) low[i] = to_float(box.low[i], i), high[i] = to_float(box.high[i], i);
+    const auto a = static_cast<std::int32_t>(object);
+    struct Entry {
+      std::uint32_t level, index;  // index within the level
+    };
+    std::array<Entry, 64> stack;  // at most 16 levels for 2^32 objects, three siblings kept a level
     int top = 0;
-    stack[top++] = 0;
+    stack[top++] = {static_cast<std::uint32_t>(level_start.size()) - 2, 0};
     while (top > 0) {
-      const std::uint32_t index = stack[--top];
-      const Node& node = nodes[index];
-      if (node.highest_object <= a || !overlap(node.box, box)) continue;
-      if (index < leaves - 1) {
-        stack[top++] = 2 * index + 2, stack[top++] = 2 * index + 1;
-        continue;
+      const Entry entry = stack[--top];
+      const Node& node = nodes[level_start[entry.level] + entry.index];
+      Ints hit = node.highest_object > a;
+      for (int i = 0; i < 3; ++i) hit &= (node.low[i] <= high[i]) & (node.high[i] >= low[i]);
+      for (std::uint32_t k = 0; k < kWidth; ++k) {
+        if (!hit[k]) continue;
+        if (entry.level == 0)
+          visit(static_cast<std::uint32_t>(node.highest_object[k]));
+        else
+          stack[top++] = {entry.level - 1, entry.index * kWidth + k};
       }
-      const std::uint32_t leaf = index - (leaves - 1);
-      for (std::uint32_t i = first_of(leaf); i < first_of(leaf + 1); ++i)
-        if (order[i] > a && overlap(boxes[order[i]], box)) visit(order[i]);
     }
   }
 };
@@ -237,7 +264,7 @@ class Native final : public Broadphase {
     if (gathered_object_ == object) return;
     gathered_object_ = object;
     partner_objects_.clear();
-    object_tree_.for_each_above(object, object_box_W_[object], object_box_W_, [&](std::uint32_t other) {
+    object_tree_.for_each_above(object, object_box_W_[object], [&](std::uint32_t other) {
       if (may_touch(object_sphere_W_[object], object_sphere_W_[other], margin_))
         partner_objects_.push_back(other);
     });

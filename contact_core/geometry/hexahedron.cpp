@@ -70,11 +70,47 @@ double quad_out_of_plane(const Vertices& v, const std::array<std::uint8_t, 4>& q
   return largest;
 }
 
+// All four vertices on one line. A bow-tie's diagonals are parallel as well, yet it is no face at all.
+bool is_collapsed(const Vertices& v, const std::array<std::uint8_t, 4>& quad, double tolerance) {
+  for (int k = 0; k < 4; ++k) {
+    const Vector3& corner = v[quad[k]];
+    const Vector3 next = v[quad[(k + 1) & 3]] - corner;
+    const Vector3 last = v[quad[(k + 3) & 3]] - corner;
+    if (norm(cross(next, last)) > tolerance * std::max(norm(next), norm(last))) return false;
+  }
+  return true;
+}
+
+// Relative to vertex 0 and scaled by a power of two to about 1: no square overflows or underflows, and
+// rounding is relative to the size, wherever the vertices lie. unit * 2^exponent are metres.
+struct UnitVertices {
+  Vertices vertices;
+  int exponent;
+};
+
+void scale(Vertices& vertices, int exponent) {
+  for (Vector3& p : vertices)
+    p = {std::scalbn(p.x(), exponent), std::scalbn(p.y(), exponent), std::scalbn(p.z(), exponent)};
+}
+
+UnitVertices to_unit(Vertices vertices) {
+  const int first = std::ilogb(largest_coordinate(vertices));
+  scale(vertices, -first);
+  const Vector3 origin = vertices[0];
+  for (Vector3& p : vertices) p -= origin;
+  const int second = std::ilogb(largest_coordinate(vertices));
+  scale(vertices, -second);
+  return {vertices, first + second};
+}
+
 // Every vertex below every face plane by tolerance, all faces planar to tolerance.
 bool is_planar_hexahedron(const Vertices& v, double tolerance) {
   for (const auto& quad : Hexahedron::kFaceVertices) {
     const Plane plane = quad_plane(v, quad);
-    if (plane.normal == Vector3::Zero()) continue;
+    if (plane.normal == Vector3::Zero()) {
+      if (!is_collapsed(v, quad, tolerance)) return false;
+      continue;
+    }
     for (int i = 0; i < 8; ++i) {
       const double height = plane.signed_distance(v[i]);
       const bool on_face = std::find(quad.begin(), quad.end(), i) != quad.end();
@@ -183,7 +219,7 @@ std::vector<unsigned> planar_hull_quads(const Vertices& v, double tolerance) {
 
 // Labels the vertices of a planar-faced hexahedron given in any order; nothing when its faces are not a
 // cube's.
-std::optional<Vertices> relabelled(const Vertices& v, double tolerance) {
+std::optional<std::array<int, 8>> relabelled(const Vertices& v, double tolerance) {
   const std::vector<unsigned> quads = planar_hull_quads(v, tolerance);
   if (quads.size() != 6) return std::nullopt;
   const auto faces_of = [&](int i) {
@@ -207,6 +243,10 @@ std::optional<Vertices> relabelled(const Vertices& v, double tolerance) {
     if (label[bits] >= 0) return std::nullopt;
     label[bits] = i;
   }
+  return label;
+}
+
+Vertices permuted(const Vertices& v, const std::array<int, 8>& label) {
   Vertices out;
   for (int bits = 0; bits < 8; ++bits) out[bits] = v[label[bits]];
   return out;
@@ -244,14 +284,8 @@ Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy 
   }
   if (!has_volume(vertices)) reject(name, "zero volume: its vertices are coplanar");
 
-  // Tolerant tests run on a copy scaled to about 1, so that no square overflows or underflows.
-  const int exponent = -std::ilogb(largest_coordinate(vertices));
-  const auto scaled = [exponent](Vertices v) {
-    for (Vector3& p : v)
-      p = {std::scalbn(p.x(), exponent), std::scalbn(p.y(), exponent), std::scalbn(p.z(), exponent)};
-    return v;
-  };
-  Vertices unit = scaled(vertices);
+  UnitVertices scaled = to_unit(vertices);
+  Vertices& unit = scaled.vertices;
   if (signed_volume(unit) < 0.0) vertices = mirrored(vertices), unit = mirrored(unit);
   const double tolerance = kPlanarTolerance * largest_vertex_distance(unit);
 
@@ -260,15 +294,12 @@ Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy 
     solid.finish(vertices);
     return solid;
   }
-  if (std::optional<Vertices> ordered = relabelled(unit, tolerance)) {
-    const auto unscaled = [exponent](Vertices v) {
-      for (Vector3& p : v)
-        p = {std::scalbn(p.x(), -exponent), std::scalbn(p.y(), -exponent), std::scalbn(p.z(), -exponent)};
-      return v;
-    };
-    if (signed_volume(*ordered) < 0.0) ordered = mirrored(*ordered);
-    if (is_planar_hexahedron(*ordered, tolerance)) {
-      solid.finish(unscaled(*ordered));
+  if (const std::optional<std::array<int, 8>> label = relabelled(unit, tolerance)) {
+    Vertices ordered = permuted(vertices, *label);
+    Vertices ordered_unit = permuted(unit, *label);
+    if (signed_volume(ordered_unit) < 0.0) ordered = mirrored(ordered), ordered_unit = mirrored(ordered_unit);
+    if (is_planar_hexahedron(ordered_unit, tolerance)) {
+      solid.finish(ordered);
       return solid;
     }
   }
@@ -283,13 +314,13 @@ Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy 
   int worst_face = 0;
   std::array<double, 6> out_of_plane{};
   for (int f = 0; f < 6; ++f) {
-    out_of_plane[f] = std::scalbn(quad_out_of_plane(unit, kFaceVertices[f]), -exponent);
+    out_of_plane[f] = std::scalbn(quad_out_of_plane(unit, kFaceVertices[f]), scaled.exponent);
     if (out_of_plane[f] > out_of_plane[worst_face]) worst_face = f;
   }
   if (warp == WarpPolicy::refuse)
     reject(name, "face " + std::to_string(worst_face) + " is warped: a vertex is " +
                      figure(out_of_plane[worst_face]) + " m out of plane, planar up to " +
-                     figure(std::scalbn(tolerance, -exponent)) +
+                     figure(std::scalbn(tolerance, scaled.exponent)) +
                      " m; accept warped solids explicitly to have them checked triangulated");
   solid.is_warped_ = true;
   solid.finish(vertices);
@@ -298,27 +329,32 @@ Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy 
 
 void Hexahedron::finish(const Vertices& vertices) {
   vertices_ = vertices;
-  const int exponent = -std::ilogb(largest_coordinate(vertices));
-  Vertices unit = vertices;
-  for (Vector3& p : unit)
-    p = {std::scalbn(p.x(), exponent), std::scalbn(p.y(), exponent), std::scalbn(p.z(), exponent)};
-  const auto restore = [exponent](double value) { return std::scalbn(value, -exponent); };
+  const auto [unit, exponent] = to_unit(vertices);
+  const int scale_back = exponent;
+  const auto restore = [scale_back](double value) { return std::scalbn(value, scale_back); };
 
   size_ = restore(largest_vertex_distance(unit));
   for (int f = 0; f < 6; ++f) {
     const Plane plane = quad_plane(unit, kFaceVertices[f]);
-    planes_[f] = {plane.normal, restore(plane.offset)};
+    planes_[f] = {plane.normal, restore(plane.offset) - dot(plane.normal, vertices[0])};
     out_of_plane_ = std::max(out_of_plane_, restore(quad_out_of_plane(unit, kFaceVertices[f])));
   }
-  Vector3 low = unit[0];
-  Vector3 high = unit[0];
-  for (const Vector3& p : unit) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  Vector3 low = vertices[0];
+  Vector3 high = vertices[0];
+  for (const Vector3& p : vertices) low = low.cwiseMin(p), high = high.cwiseMax(p);
   const Vector3 centre = 0.5 * low + 0.5 * high;
+  Vertices from_centre;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3 arm = vertices[i] - centre;
+    from_centre[i] = {std::scalbn(arm.x(), -exponent), std::scalbn(arm.y(), -exponent),
+                      std::scalbn(arm.z(), -exponent)};
+  }
   double radius = 0.0;
-  for (const Vector3& p : unit) radius = std::max(radius, norm(p - centre));
-  // Three roundings in the squares, one in the root: 4 eps encloses every vertex.
+  for (const Vector3& arm : from_centre) radius = std::max(radius, norm(arm));
+  // One rounding in each difference, three in the squares, one in the root: 4 eps encloses every vertex.
+  // Scaling back may lose half a denormal step.
   radius *= 1.0 + 4 * std::numeric_limits<double>::epsilon();
-  bounding_sphere_ = {{restore(centre.x()), restore(centre.y()), restore(centre.z())}, restore(radius)};
+  bounding_sphere_ = {centre, restore(radius) + std::numeric_limits<double>::denorm_min()};
 }
 
 EdgeLine Hexahedron::edge_line(int edge) const {

@@ -115,8 +115,11 @@ Vector6 position_vector_from_pose(const Pose& X) {
   if (cos_pitch < kGimbalLock) {
     yaw = std::atan2(-R(0, 1), R(1, 1));
   } else {
-    roll = std::atan2(R(2, 1), R(2, 2));
+    // Roll from what is left once yaw is undone, not from R's last row: near gimbal lock both are off by
+    // eps / cos(pitch), and only so do their errors cancel in the matrix.
     yaw = std::atan2(R(1, 0), R(0, 0));
+    const double cy = std::cos(yaw), sy = std::sin(yaw);
+    roll = std::atan2(sy * R(0, 2) - cy * R(1, 2), cy * R(1, 1) - sy * R(0, 1));
   }
   Vector6 position;
   position << X.p, roll, pitch, yaw;

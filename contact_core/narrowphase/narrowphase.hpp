@@ -80,7 +80,8 @@ struct ContactPoint {
 struct Resolution {
   double absolute = 0.0;  ///< [m]
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size)
-  double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth (an engine that prefers faces)
+  double of_depth =
+      0.0;  ///< further, of penetrating pairs: per metre of depth (an engine that prefers faces)
 
   double at(double scale) const { return absolute + relative * scale; }
 };
@@ -115,9 +116,9 @@ struct NarrowphaseInput {
 /// Caller-owned slots; pair i writes status[i], geometry[i] and points[i * max_points ...) only, so chunks of
 /// a batch run on any threads without locks.
 struct NarrowphaseOutput {
-  std::span<PairStatus> status;      ///< one a pair
-  std::span<PairGeometry> geometry;  ///< one a pair; may be empty for overlap
-  std::span<ContactPoint> points;    ///< max_points a pair; may be empty unless manifold
+  std::span<PairStatus> status = {};      ///< one a pair
+  std::span<PairGeometry> geometry = {};  ///< one a pair; may be empty for overlap
+  std::span<ContactPoint> points = {};    ///< max_points a pair; may be empty unless manifold
 };
 
 class Narrowphase {

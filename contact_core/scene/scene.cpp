@@ -1,7 +1,7 @@
 #include "contact_core/scene/scene.hpp"
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "contact_core/input_error.hpp"
@@ -50,10 +50,11 @@ std::string_view to_string(ContactPolicy policy) {
 }
 
 std::uint64_t Scene::frame_count() const {
-  // duration * rate of a whole number of frames may round to just below it.
+  // Two figures from a file, each rounded to half an ulp, and their product: together below 2 eps. A whole
+  // number of frames that came out just below it still counts.
   const double frames = duration * frame_rate;
   const double nearest = std::round(frames);
-  const bool whole = std::abs(frames - nearest) <= 1e-9 * std::max(1.0, nearest);
+  const bool whole = std::abs(frames - nearest) <= 2 * std::numeric_limits<double>::epsilon() * nearest;
   return static_cast<std::uint64_t>(whole ? nearest : std::floor(frames)) + 1;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "examples/compare_backends/parallel.hpp"
+#include "examples/compare_backends/surface_measure.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -56,11 +57,29 @@ bool carries_geometry(PairStatus status, const PairGeometry& geometry) {
 // NaN propagates as "missing": std::max would drop it.
 double larger(double x, double y) { return std::isnan(x) || std::isnan(y) ? kNaN : std::max(x, y); }
 
-double witness_error(const PosedPair& posed, const Oracle& oracle, const Vector3& p_A_W, const Vector3& p_B_W,
-                     double separation, const Vector3& n) {
+// The two surfaces of a case. Flat ones (rounding far out) go to the oracle.
+class Surfaces {
+ public:
+  Surfaces(const PosedPair& posed, const Oracle& oracle)
+      : posed_(posed), oracle_(oracle), a_(posed.a), b_(posed.b) {}
+  double distance_to_a(const Vector3& p) const {
+    return a_.is_flat() ? oracle_.surface_distance(posed_.a, p) : a_.distance(p);
+  }
+  double distance_to_b(const Vector3& p) const {
+    return b_.is_flat() ? oracle_.surface_distance(posed_.b, p) : b_.distance(p);
+  }
+
+ private:
+  const PosedPair& posed_;
+  const Oracle& oracle_;
+  SurfaceMeasure a_, b_;
+};
+
+double witness_error(const Surfaces& surfaces, const Vector3& p_A_W, const Vector3& p_B_W, double separation,
+                     const Vector3& n) {
   if (!is_finite(p_A_W) || !is_finite(p_B_W) || !is_finite(n) || !std::isfinite(separation)) return kNaN;
-  const double on_a = oracle.surface_distance(posed.a, p_A_W);
-  const double on_b = oracle.surface_distance(posed.b, p_B_W);
+  const double on_a = surfaces.distance_to_a(p_A_W);
+  const double on_b = surfaces.distance_to_b(p_B_W);
   return larger(larger(on_a, on_b), norm((p_B_W - p_A_W) - n * separation));
 }
 
@@ -122,7 +141,7 @@ std::span<const ContactPoint> manifold_points(const QueryAnswers& answers, std::
 
 double& at(CaseErrors& errors, Measure measure) { return errors.values[static_cast<std::size_t>(measure)]; }
 
-void measure_distance(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
+void measure_distance(const PosedPair& posed, const PairTruth& truth, const Surfaces& surfaces,
                       const QueryAnswers& answers, std::size_t index, CaseErrors& errors) {
   const PairGeometry& geometry = answers.geometry[index];
   if (!carries_geometry(answers.status[index], geometry)) return;
@@ -130,14 +149,15 @@ void measure_distance(const PosedPair& posed, const PairTruth& truth, const Orac
       std::abs(geometry.separation - truth.separation);
   if (is_finite(geometry.n_AB_W)) {
     at(errors, Measure::normal) =
-        std::abs(oracle.separation_along(posed.a, posed.b, geometry.n_AB_W) - truth.separation);
+        std::abs(separation_along(posed.a, posed.b, geometry.n_AB_W) - truth.separation);
   }
   at(errors, Measure::witness) =
-      witness_error(posed, oracle, geometry.p_A_W, geometry.p_B_W, geometry.separation, geometry.n_AB_W);
+      witness_error(surfaces, geometry.p_A_W, geometry.p_B_W, geometry.separation, geometry.n_AB_W);
 }
 
 void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
-                      const BackendAnswers& answers, std::size_t index, CaseErrors& errors) {
+                      const Surfaces& surfaces, const BackendAnswers& answers, std::size_t index,
+                      CaseErrors& errors) {
   const QueryAnswers& manifold = answers.queries[index_of(QueryKind::manifold)];
   const PairGeometry& geometry = manifold.geometry[index];
   if (!carries_geometry(manifold.status[index], geometry)) return;
@@ -146,8 +166,8 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
   double deepest = kInfinity, witness = 0.0;
   for (const ContactPoint& point : points) {
     deepest = std::isnan(point.separation) ? kNaN : std::min(deepest, point.separation);
-    witness = larger(
-        witness, witness_error(posed, oracle, point.p_A_W, point.p_B_W, point.separation, geometry.n_AB_W));
+    witness =
+        larger(witness, witness_error(surfaces, point.p_A_W, point.p_B_W, point.separation, geometry.n_AB_W));
   }
   at(errors, Measure::deepest) = std::abs(deepest - truth.separation);
   at(errors, Measure::point_witness) = witness;
@@ -224,8 +244,9 @@ CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Ora
                        const BackendAnswers& answers, std::size_t index) {
   CaseErrors errors;
   errors.values.fill(kNaN);
-  measure_distance(posed, truth, oracle, answers.queries[index_of(QueryKind::distance)], index, errors);
-  measure_manifold(posed, truth, oracle, answers, index, errors);
+  const Surfaces surfaces(posed, oracle);
+  measure_distance(posed, truth, surfaces, answers.queries[index_of(QueryKind::distance)], index, errors);
+  measure_manifold(posed, truth, oracle, surfaces, answers, index, errors);
   for (const QueryKind kind : kQueryKinds) charge_query(truth, answers, index, kind, errors);
   return errors;
 }

@@ -12,7 +12,10 @@
 
 namespace touchstone::comparison {
 
-void register_backends(BackendRegistry& registry, std::vector<Gap>& gaps) {
+Backends build_backends(const std::filesystem::path& program) {
+  Backends backends;
+  BackendRegistry& registry = backends.registry;
+  std::vector<Gap>& gaps = backends.gaps;
   register_core(registry);
 #ifdef TOUCHSTONE_HAS_BULLET
   register_bullet(registry);
@@ -29,6 +32,19 @@ void register_backends(BackendRegistry& registry, std::vector<Gap>& gaps) {
 #else
   gaps.push_back({"exact", "not in this build: errors cannot be measured without it"});
 #endif
+#ifdef TOUCHSTONE_HAS_BULLET_SINGLE
+  Worker worker = describe_worker(program.parent_path() / "compare_backends_bullet_single");
+  if (worker.failure.empty()) {
+    backends.workers.push_back(std::move(worker));
+  } else {
+    gaps.push_back({"bullet_single", worker.failure});
+  }
+#else
+  (void)program;
+  gaps.push_back(
+      {"bullet_single, bullet_single_gjk", "not in this build: no single-precision Bullet was found"});
+#endif
+  return backends;
 }
 
 }  // namespace touchstone::comparison

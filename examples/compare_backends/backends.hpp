@@ -1,11 +1,11 @@
 #pragma once
 
-#include "contact_core/registry.hpp"
-#include "examples/compare_backends/report.hpp"
+#include "examples/compare_backends/comparison.hpp"
 
 namespace touchstone::comparison {
 
-/// Registers every backend that is in this build and names those that are not.
-void register_backends(BackendRegistry& registry, std::vector<Gap>& gaps);
+/// Every backend of this build: those in this process and the worker programs beside `program`; and what is
+/// missing.
+Backends build_backends(const std::filesystem::path& program);
 
 }  // namespace touchstone::comparison

@@ -136,6 +136,7 @@ std::vector<BroadphaseResult> run_broadphases(std::span<const BackendRegistry::B
     for (std::size_t b = 0; b < broadphases.size(); ++b) {
       if (skipped(b)) continue;
       runners[b].broadphase = broadphases[b].make();
+      runners[b].times.reserve(frames);
       runners[b].broadphase->build({swarm.pointers, options.margin});
     }
     for (std::size_t f = 0; f <= frames; ++f) {

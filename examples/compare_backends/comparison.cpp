@@ -33,33 +33,21 @@ MeasureOptions measure_options(const Options& options) {
 
 class Session {
  public:
-  Session(const Options& options, const BackendRegistry& registry, const Oracle* oracle,
-          ProgressLine& progress)
-      : options_(options), registry_(registry), oracle_(oracle), progress_(progress) {}
+  Session(const Options& options, const Backends& backends, const Oracle* oracle, ProgressLine& progress)
+      : options_(options), backends_(backends), oracle_(oracle), progress_(progress) {
+    share_ = [this](double done) { progress_.share(done); };
+  }
 
   void run_families(Report& report) {
-    std::vector<std::string> names = options_.families;
-    if (names.empty() && !options_.no_families) {
-      for (const PairFamily& family : pair_families()) names.emplace_back(family.name);
-    }
-    for (const std::string& name : names) {
-      const PairSet set = make_pair_family(name, options_.seed, options_.pair_count());
-      report.sets.push_back(run_set(set));
+    for (const std::string& name : chosen_families()) {
+      report.sets.push_back(run_set(make_pair_family(name, options_.seed, options_.pair_count()), nullptr));
     }
   }
 
-  SetResult run_set(const PairSet& set) {
-    const Progress share = [this](double done) { progress_.share(done); };
-    std::vector<PairTruth> truth;
-    if (oracle_ != nullptr) {
-      progress_.step(set.name + ": exact answers");
-      truth = compute_truth(set, *oracle_, options_.threads, share);
-    }
-    progress_.step(set.name + ": backends");
-    const auto backends = chosen_backends(options_, registry_);
-    const auto answers = run_backends(backends, set, measure_options(options_), share);
-    progress_.step(set.name + ": errors");
-    return sum_up(set, truth, oracle_, answers, options_.threads, share);
+  void run_pair_file(Report& report, PairFileCases cases) {
+    PairFileResult& result = report.pair_file.emplace();
+    result.cases = std::move(cases);
+    if (!result.cases.set.pairs.empty()) report.sets.push_back(run_set(result.cases.set, &result));
   }
 
   void run_broadphase_sizes(Report& report) {
@@ -68,27 +56,114 @@ class Session {
     broadphase.threads = options_.threads;
     if (options_.quick) broadphase.sizes = {1000};
     progress_.step("broadphases");
-    report.broadphases = run_broadphases(registry_.broadphases(), broadphase, oracle_,
-                                         [this](double done) { progress_.share(done); });
+    report.broadphases = run_broadphases(backends_.registry.broadphases(), broadphase, oracle_, share_);
+  }
+
+  void run_scenes(Report& report) {
+    SceneOptions scene;
+    scene.measure = measure_options(options_);
+    scene.max_error = options_.max_error;
+    for (const std::string& file : options_.scenes) {
+      progress_.step("scene " + file);
+      const AnswerSet answer = [&](const PairSet& set, const MeasureOptions& measure) {
+        return answer_set(options_, backends_, set, measure, share_);
+      };
+      report.scenes.push_back(run_scene(file, scene, oracle_, answer, share_));
+    }
+  }
+
+  std::vector<std::string> chosen_families() const {
+    if (!options_.families.empty() || options_.no_families) return options_.families;
+    std::vector<std::string> names;
+    for (const PairFamily& family : pair_families()) names.emplace_back(family.name);
+    return names;
   }
 
  private:
+  SetResult run_set(const PairSet& set, PairFileResult* keep) {
+    std::vector<PairTruth> truth;
+    if (oracle_ != nullptr) {
+      progress_.step(set.name + ": exact answers");
+      truth = compute_truth(set, *oracle_, options_.threads, share_);
+    }
+    progress_.step(set.name + ": backends");
+    auto answers = answer_set(options_, backends_, set, measure_options(options_), share_);
+    progress_.step(set.name + ": errors");
+    SetResult result = sum_up(set, truth, oracle_, answers, options_.threads, share_);
+    if (keep != nullptr) {
+      keep->truth = std::move(truth);
+      keep->answers = std::move(answers);
+    }
+    return result;
+  }
+
   const Options& options_;
-  const BackendRegistry& registry_;
+  const Backends& backends_;
   const Oracle* oracle_;
   ProgressLine& progress_;
+  Progress share_;
 };
+
+std::vector<std::string> known_names(const Backends& backends) {
+  std::vector<std::string> names;
+  for (const auto& entry : backends.registry.narrowphases()) names.push_back(entry.name);
+  for (const Worker& worker : backends.workers) {
+    for (const auto& backend : worker.backends) names.push_back(backend.first);
+  }
+  return names;
+}
+
+std::string describe(const Backends& backends, const std::string& name) {
+  for (const Worker& worker : backends.workers) {
+    for (const auto& backend : worker.backends) {
+      if (backend.first == name) return backend.second;
+    }
+  }
+  return backends.registry.narrowphase(name).description;
+}
+
+void check_known(const Backends& backends, const std::string& name) {
+  const std::vector<std::string> known = known_names(backends);
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  std::string list;
+  for (const std::string& each : known) list += (list.empty() ? "" : ", ") + each;
+  throw InputError("unknown backend '" + name + "', this build knows: " + list);
+}
 
 }  // namespace
 
-std::vector<const BackendRegistry::NarrowphaseEntry*> chosen_backends(const Options& options,
-                                                                      const BackendRegistry& registry) {
-  std::vector<const BackendRegistry::NarrowphaseEntry*> chosen;
-  if (options.backends.empty()) {
-    for (const auto& entry : registry.narrowphases()) chosen.push_back(&entry);
+std::vector<std::pair<std::string, std::string>> chosen_backends(const Options& options,
+                                                                 const Backends& backends) {
+  std::vector<std::pair<std::string, std::string>> chosen;
+  for (const std::string& name : options.backends.empty() ? known_names(backends) : options.backends) {
+    check_known(backends, name);
+    const bool again =
+        std::any_of(chosen.begin(), chosen.end(), [&](const auto& other) { return other.first == name; });
+    if (again) throw InputError("--backend: '" + name + "' is given twice");
+    chosen.emplace_back(name, describe(backends, name));
   }
-  for (const std::string& name : options.backends) chosen.push_back(&registry.narrowphase(name));
   return chosen;
+}
+
+std::vector<BackendAnswers> answer_set(const Options& options, const Backends& backends, const PairSet& set,
+                                       const MeasureOptions& measure, const Progress& progress) {
+  std::vector<const BackendRegistry::NarrowphaseEntry*> here;
+  std::vector<std::vector<std::string>> there(backends.workers.size());
+  for (const auto& [name, description] : chosen_backends(options, backends)) {
+    const auto worker = std::find_if(backends.workers.begin(), backends.workers.end(),
+                                     [&, &wanted = name](const Worker& each) { return each.offers(wanted); });
+    if (worker == backends.workers.end())
+      here.push_back(&backends.registry.narrowphase(name));
+    else
+      there[static_cast<std::size_t>(worker - backends.workers.begin())].push_back(name);
+  }
+  std::vector<BackendAnswers> answers = run_backends(here, set, measure, progress);
+  for (std::size_t w = 0; w < backends.workers.size(); ++w) {
+    if (there[w].empty()) continue;
+    auto more = run_in_worker(backends.workers[w], there[w], set, measure, progress);
+    std::move(more.begin(), more.end(), std::back_inserter(answers));
+  }
+  return answers;
 }
 
 SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Oracle* oracle,
@@ -97,6 +172,7 @@ SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Ora
   result.name = set.name;
   result.description = set.description;
   result.cases = set.cases();
+  result.pairs = set.pairs.size();
   result.ids = set.ids;
   for (const PairTruth& each : truth) {
     result.contacts += each.contact();
@@ -114,22 +190,30 @@ SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Ora
   return result;
 }
 
-Report run_comparison(const Options& options, const BackendRegistry& registry, const Oracle* oracle,
-                      std::vector<Gap> gaps, ProgressLine& progress) {
+Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
+                      ProgressLine& progress) {
   Report report;
   report.machine = describe_machine();
   report.options = options;
-  report.gaps = std::move(gaps);
+  report.gaps = backends.gaps;
   report.has_truth = oracle != nullptr;
-  for (const auto* entry : chosen_backends(options, registry)) {
-    report.backends.emplace_back(entry->name, entry->description);
-  }
-  Session session(options, registry, oracle, progress);
+  report.backends = chosen_backends(options, backends);
+  Session session(options, backends, oracle, progress);
+  for (const std::string& name : session.chosen_families()) make_pair_family(name, options.seed, 0);
+  for (const std::string& file : options.scenes) load_scene_frames(file, {}, 1);
+  std::optional<PairFileCases> cases;
+  if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
+
   session.run_families(report);
+  if (cases) session.run_pair_file(report, std::move(*cases));
+  session.run_scenes(report);
   if (!options.no_broadphase) session.run_broadphase_sizes(report);
-  if (report.has_truth && !report.sets.empty() && options.max_error) {
-    for (const QueryKind kind : kQueryKinds)
-      report.verdicts.push_back(decide(report.sets, kind, *options.max_error));
+  if (options.max_error && report.has_truth) {
+    std::vector<SetResult> judged = report.sets;
+    for (const SceneResult& scene : report.scenes) judged.push_back(scene.set);
+    for (const QueryKind kind : kQueryKinds) {
+      if (!judged.empty()) report.verdicts.push_back(decide(judged, kind, *options.max_error));
+    }
   }
   progress.finish();
   return report;

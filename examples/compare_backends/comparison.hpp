@@ -2,20 +2,34 @@
 
 #include "examples/compare_backends/progress.hpp"
 #include "examples/compare_backends/report.hpp"
+#include "examples/compare_backends/worker.hpp"
 
 namespace touchstone::comparison {
 
+/// Where answers can come from.
+struct Backends {
+  BackendRegistry registry;
+  std::vector<Worker> workers;
+  std::vector<Gap> gaps;
+};
+
+/// Name and description of the backends named by options.backends, or of all.
+/// @throws InputError naming the known ones when one is unknown.
+std::vector<std::pair<std::string, std::string>> chosen_backends(const Options& options,
+                                                                 const Backends& backends);
+
+/// The chosen backends' answers to a set, in this process or in a worker.
+std::vector<BackendAnswers> answer_set(const Options& options, const Backends& backends, const PairSet& set,
+                                       const MeasureOptions& measure, const Progress& progress = {});
+
 /// Measures everything the options ask for. `oracle` may be null: errors are then not measured.
-/// @throws InputError for unknown names and unreadable files, Interrupted on a signal.
-Report run_comparison(const Options& options, const BackendRegistry& registry, const Oracle* oracle,
-                      std::vector<Gap> gaps, ProgressLine& progress);
+/// @throws InputError for unknown names and unreadable files, before anything is measured; Interrupted on a
+/// signal.
+Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
+                      ProgressLine& progress);
 
 /// The answers judged and summed up; truth empty: not judged.
 SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Oracle* oracle,
                  std::span<const BackendAnswers> answers, int threads, const Progress& progress = {});
-
-/// The entries named by options.backends, or all.
-std::vector<const BackendRegistry::NarrowphaseEntry*> chosen_backends(const Options& options,
-                                                                      const BackendRegistry& registry);
 
 }  // namespace touchstone::comparison

@@ -1,26 +1,19 @@
 #include <fmt/format.h>
 
-#include <cmath>
-
+#include "examples/compare_backends/csv.hpp"
 #include "examples/compare_backends/json_writer.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
-// Shortest digits that read back as the same double; empty for what was not measured.
-std::string cell(double value) {
-  if (std::isnan(value)) return "";
-  return fmt::format("{}", value);
-}
-
 std::string cells(const std::optional<Timing>& timing) {
-  return timing ? cell(timing->median_ns) + "," + cell(timing->p99_ns) : ",";
+  return timing ? csv_number(timing->median_ns) + "," + csv_number(timing->p99_ns) : ",";
 }
 
 std::string cells(const Quantiles& quantiles, const SetResult& set) {
   if (quantiles.count == 0) return ",,,";
-  return fmt::format("{},{},{},{}", cell(quantiles.median), cell(quantiles.p99), cell(quantiles.worst),
-                     case_id(set, quantiles.worst_case));
+  return fmt::format("{},{},{},{}", csv_number(quantiles.median), csv_number(quantiles.p99),
+                     csv_number(quantiles.worst), csv_text(case_id(set, quantiles.worst_case)));
 }
 
 void append_header(std::string& csv) {
@@ -59,10 +52,10 @@ void append_row(std::string& csv, const SetResult& set, const BackendResult& bac
   const BackendResult::Rows& rows = backend.rows[q];
   csv += "," + cells(rows.single) + "," + cells(rows.batch) + "," + cells(rows.raw) + "," +
          cells(backend.frame[q]);
-  csv += "," + (rows.allocations ? cell(*rows.allocations) : "");
+  csv += "," + (rows.allocations ? csv_number(*rows.allocations) : "");
   if (backend.judged) {
-    csv += fmt::format(",{},{},{}", cell(judgement.worst[q].cost), case_id(set, judgement.worst[q].index),
-                       judgement.worst[q].reason);
+    csv += fmt::format(",{},{},{}", csv_number(judgement.worst[q].cost),
+                       csv_text(case_id(set, judgement.worst[q].index)), judgement.worst[q].reason);
   } else {
     csv += ",,,";
   }

@@ -7,8 +7,35 @@
 
 namespace touchstone::comparison {
 
-#ifndef TOUCHSTONE_HAS_EXACT
+#ifdef TOUCHSTONE_HAS_EXACT
+
+namespace {
+
+class ExactOracle final : public Oracle {
+ public:
+  PairTruth truth(const WorldVertices& a, const WorldVertices& b) const override {
+    const ExactResult result = exact_signed_distance(a, b);
+    const PairClass pair_class = result.classification == ExactClass::separated  ? PairClass::separated
+                                 : result.classification == ExactClass::touching ? PairClass::touching
+                                                                                 : PairClass::penetrating;
+    return {pair_class, result.separation, result.n_AB_W, result.normal_unique};
+  }
+  double surface_distance(const WorldVertices& solid, const Vector3& p) const override {
+    return exact_surface_distance(solid, p);
+  }
+  double patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n) const override {
+    return contact_patch_area(a, b, n);
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Oracle> make_exact_oracle() { return std::make_unique<ExactOracle>(); }
+
+#else
+
 std::unique_ptr<Oracle> make_exact_oracle() { return nullptr; }
+
 #endif
 
 }  // namespace touchstone::comparison

@@ -8,7 +8,8 @@
 
 #include "examples/compare_backends/backend_run.hpp"
 
-// Bytes between the comparison and its worker: same build, same machine, so plain structs travel as they lie in memory.
+// Bytes between the comparison and its worker: same build, same machine, so plain structs travel as they lie
+// in memory.
 
 namespace touchstone::comparison {
 

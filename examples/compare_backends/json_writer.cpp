@@ -120,6 +120,7 @@ Json json(const SceneResult& scene) {
                  {"duration_s", number(scene.duration)},
                  {"gap_m", number(scene.gap)},
                  {"frames", scene.frames},
+                 {"pairs", scene.pairs},
                  {"exact_first_contact_s", optional_number(scene.exact_first_contact)},
                  {"backends", Json::array()},
                  {"cases", json(scene.set)}};
@@ -132,17 +133,23 @@ Json json(const SceneResult& scene) {
                                   {"worst_clearance_error_m", number(backend.worst_clearance_error)}});
   }
   if (scene.facet_rows.empty()) return result;
-  result["facets"] = {{"backend", scene.facet_backend},
-                      {"finest", number(scene.facet_reference)},
+  result["facets"] = {{"finest", scene.finest_facets},
+                      {"frames", scene.facet_frames},
                       {"budget_m", number(scene.facet_budget)},
                       {"rows", Json::array()}};
   for (const FacetRow& row : scene.facet_rows) {
-    result["facets"]["rows"].push_back({{"facets", row.facets},
+    result["facets"]["rows"].push_back({{"backend", row.backend},
+                                        {"facets", row.facets},
                                         {"query", to_string(row.query)},
                                         {"pairs", row.pairs},
                                         {"frame_ns", number(row.frame_ns)},
                                         {"error_m", number(row.error)},
                                         {"serves", row.serves}});
+  }
+  for (const QueryKind query : kQueryKinds) {
+    const FacetRow* cheapest = cheapest_row(scene, query);
+    result["facets"]["least_that_serves"][to_string(query)] =
+        cheapest ? Json{{"backend", cheapest->backend}, {"facets", cheapest->facets}} : Json(nullptr);
   }
   return result;
 }

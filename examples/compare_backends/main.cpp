@@ -6,8 +6,10 @@
 #include "contact_core/input_error.hpp"
 #include "examples/compare_backends/backends.hpp"
 #include "examples/compare_backends/comparison.hpp"
+#include "examples/compare_backends/html_report.hpp"
 #include "examples/compare_backends/json_writer.hpp"
 #include "examples/compare_backends/pair_families.hpp"
+#include "examples/compare_backends/replay.hpp"
 #include "examples/compare_backends/report_files.hpp"
 #include "examples/compare_backends/terminal.hpp"
 
@@ -21,36 +23,48 @@ constexpr int kInterrupted = 130;
 
 void on_signal(int) { ProgressLine::interrupted = true; }
 
-void print_list(const BackendRegistry& registry, const std::vector<Gap>& gaps) {
+void print_list(const Options& options, const Backends& backends) {
   fmt::print("backends\n");
-  for (const auto& entry : registry.narrowphases())
-    fmt::print("  {:18}  {}\n", entry.name, entry.description);
-  for (const Gap& gap : gaps) fmt::print("  {:18}  {}\n", gap.what, gap.why);
+  for (const auto& [name, description] : chosen_backends(options, backends)) {
+    fmt::print("  {:18}  {}\n", name, description);
+  }
+  for (const Gap& gap : backends.gaps) fmt::print("  {:18}  {}\n", gap.what, gap.why);
   fmt::print("broadphases\n");
-  for (const auto& entry : registry.broadphases()) fmt::print("  {:18}  {}\n", entry.name, entry.description);
+  for (const auto& entry : backends.registry.broadphases())
+    fmt::print("  {:18}  {}\n", entry.name, entry.description);
   fmt::print("families\n");
   for (const PairFamily& family : pair_families())
     fmt::print("  {:18}  {}\n", family.name, family.description);
 }
 
 std::vector<ReportFile> report_files(const Report& report) {
-  return {{"results.json", results_json(report)}, {"results.csv", results_csv(report)}};
+  std::vector<ReportFile> files = {{"results.json", results_json(report)},
+                                   {"results.csv", results_csv(report)}};
+  files.emplace_back("report.html", html_report(report));
+  for (ReportFile& figure : figure_files(report)) files.push_back(std::move(figure));
+  if (report.pair_file) {
+    files.emplace_back("answers.json", answers_json(*report.pair_file));
+    files.emplace_back("answers.csv", answers_csv(*report.pair_file));
+  }
+  return files;
 }
 
 int run(int argc, char** argv) {
   const std::optional<Options> options = parse_options(argc, argv);
   if (!options) return 0;
-  BackendRegistry registry;
-  std::vector<Gap> gaps;
-  register_backends(registry, gaps);
+  const Backends backends = build_backends(std::filesystem::canonical("/proc/self/exe"));
   if (options->list) {
-    print_list(registry, gaps);
+    print_list(*options, backends);
+    return 0;
+  }
+  const auto oracle = make_exact_oracle();
+  if (!options->case_id.empty()) {
+    fmt::print("{}", replay_case(*options, backends, oracle.get()));
     return 0;
   }
   check_report_folder(options->output);
-  const auto oracle = make_exact_oracle();
   ProgressLine progress;
-  const Report report = run_comparison(*options, registry, oracle.get(), gaps, progress);
+  const Report report = run_comparison(*options, backends, oracle.get(), progress);
   write_report_folder(options->output, report_files(report));
   fmt::print("{}\nreport: {}\n", terminal_report(report), options->output);
   return 0;

@@ -26,8 +26,6 @@ class Oracle {
  public:
   virtual ~Oracle() = default;
   virtual PairTruth truth(const WorldVertices& a, const WorldVertices& b) const = 0;
-  /// h(n): the separation of the two solids along n (unit), from A to B [m].
-  virtual double separation_along(const WorldVertices& a, const WorldVertices& b, const Vector3& n) const = 0;
   /// The distance of p to the solid's surface [m].
   virtual double surface_distance(const WorldVertices& solid, const Vector3& p) const = 0;
   /// The area of the clip of the two faces most (anti)parallel to n, projected along n [m2].

@@ -6,6 +6,7 @@
 #include "examples/compare_backends/broadphase_run.hpp"
 #include "examples/compare_backends/machine.hpp"
 #include "examples/compare_backends/options.hpp"
+#include "examples/compare_backends/pair_file_run.hpp"
 #include "examples/compare_backends/scene_run.hpp"
 #include "examples/compare_backends/verdict.hpp"
 
@@ -24,7 +25,8 @@ struct Report {
   std::vector<std::pair<std::string, std::string>> backends;  ///< name and description with version
   std::vector<Gap> gaps;
   bool has_truth = false;
-  std::vector<SetResult> sets;  ///< families, then the pair file
+  std::vector<SetResult> sets;              ///< families, then the pair file
+  std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`
   std::vector<BroadphaseResult> broadphases;
   std::vector<SceneResult> scenes;
   std::vector<Verdict> verdicts;  ///< one a query for --max-error

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,31 +17,65 @@ struct SceneBackend {
   std::size_t missed_frames = 0;        ///< frames in contact reported clear
   std::size_t phantom_frames = 0;       ///< clear frames reported in contact
   std::size_t undecided_frames = 0;  ///< neither: some pair undecided, failed or unsupported, none in contact
-  double worst_clearance_error = 0;  ///< largest |least separation - exact least separation| of a frame [m]
+  double worst_clearance_error =
+      0;  ///< largest |least separation - exact least separation| of a frame [m]; NaN: none
 };
 
-/// A facet count and a query kind: what it costs and how far its least separation is from the finest one's.
+/// A backend, a facet count and a query kind: what a frame costs, and how far its answers are from the exact
+/// clearance of the finest facets: distance and manifold by |least separation - d|; a frame whose contact is
+/// reported wrongly by |d|.
 struct FacetRow {
+  std::string backend;
   int facets = 0;
   QueryKind query = QueryKind::overlap;
   std::size_t pairs = 0;
-  double frame_ns = 0;  ///< the reference backend, median per frame
-  double error = 0;     ///< [m]
-  bool serves = false;
+  double frame_ns = 0;  ///< median
+  double error = 0;     ///< worst over the frames [m]; +inf where a figure is missing
+  bool serves = false;  ///< error <= budget
 };
 
 struct SceneResult {
   std::string name;
+  std::string description;
   std::string file;
   double rate = 0, duration = 0, gap = 0;
-  std::size_t frames = 0;
+  std::size_t frames = 0, pairs = 0;
   std::optional<double> exact_first_contact;
   SetResult set;  ///< every pair of every frame
   std::vector<SceneBackend> backends;
-  std::string facet_backend;   ///< whose cost the facet rows give
-  double facet_reference = 0;  ///< the finest count
-  double facet_budget = 0;     ///< --max-error or the scene's gap [m]
+  int finest_facets = 0;  ///< 0: the scene has no parameter `facets`
+  std::size_t facet_frames = 0;
+  double facet_budget = 0;  ///< --max-error or the scene's gap [m]
   std::vector<FacetRow> facet_rows;
 };
+
+/// The cheapest row of this query that serves; null when none does.
+const FacetRow* cheapest_row(const SceneResult& scene, QueryKind query);
+
+/// Every chosen backend's answers to a set, in this process or a worker.
+using AnswerSet = std::function<std::vector<BackendAnswers>(const PairSet&, const MeasureOptions&)>;
+
+/// The frames of a scene file at its rate; at most `most_frames`, evenly spread, when that is not 0. Ids are
+/// "stem:frame:pair".
+/// @throws InputError naming file, line and object; also in a build without the scene_files adapter.
+struct SceneFrames {
+  PairSet set;
+  std::vector<double> times;  ///< of the frames [s]
+  std::string description;
+  double rate = 0, duration = 0, gap = 0;
+  bool has_facets = false;
+};
+SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters = {},
+                              std::size_t most_frames = 0);
+
+struct SceneOptions {
+  MeasureOptions measure;
+  std::optional<double> max_error;  ///< [m]
+  std::vector<int> facets = {4, 8, 12, 16, 24, 32, 48, 64};
+  std::size_t facet_frames = 100;
+};
+
+SceneResult run_scene(const std::string& file, const SceneOptions& options, const Oracle* oracle,
+                      const AnswerSet& answer, const Progress& progress = {});
 
 }  // namespace touchstone::comparison

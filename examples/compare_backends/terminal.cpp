@@ -55,22 +55,19 @@ const Quantiles& error_of(const BackendResult& backend, Measure measure) {
 }
 
 std::string error_table(const SetResult& set) {
-  TextTable table({"wrong, errors/S", "missed", "phantom", "undec", "fail", "wr.over", "wr.dist", "wr.mani",
-                   "dist 99%", "worst", "depth 99%", "worst", "normal", "witness", "points", "area"});
+  TextTable table({"wrong; worst error/S", "missed", "phantom", "undec", "overlap", "distance", "manifold",
+                   "dist", "depth", "normal", "witness", "points"});
   for (const BackendResult& backend : set.backends) {
     if (!backend.judged) continue;
     const Wrongness& wrong = backend.judgement.wrongness[index_of(QueryKind::overlap)];
-    table.add({backend.name, format_count(wrong.missed), format_count(wrong.phantom),
-               format_count(wrong.undecided), format_count(wrong.failed),
-               wrong_of(backend, QueryKind::overlap), wrong_of(backend, QueryKind::distance),
-               wrong_of(backend, QueryKind::manifold), format_error(error_of(backend, Measure::distance).p99),
-               format_error(error_of(backend, Measure::distance).worst),
-               format_error(error_of(backend, Measure::depth).p99),
-               format_error(error_of(backend, Measure::depth).worst),
-               format_error(error_of(backend, Measure::normal).worst),
-               format_error(error_of(backend, Measure::witness).worst),
-               format_error(error_of(backend, Measure::point_witness).worst),
-               format_error(error_of(backend, Measure::patch_area).p99)});
+    std::vector<std::string> row = {backend.name, format_count(wrong.missed), format_count(wrong.phantom),
+                                    format_count(wrong.undecided)};
+    for (const QueryKind kind : kQueryKinds) row.push_back(wrong_of(backend, kind));
+    for (const Measure measure :
+         {Measure::distance, Measure::depth, Measure::normal, Measure::witness, Measure::point_witness}) {
+      row.push_back(format_error(error_of(backend, measure).worst));
+    }
+    table.add(std::move(row));
   }
   return table.str();
 }
@@ -106,6 +103,54 @@ std::string broadphase_section(const Report& report) {
   return "\nbroadphases: update and find_pairs of boxes that all move\n" + table.str();
 }
 
+std::string scene_section(const SceneResult& scene) {
+  std::string text =
+      fmt::format("\nscene {}: {} frames at {} Hz, {} pairs; first contact {}\n", scene.name,
+                  format_count(scene.frames), scene.rate, scene.pairs,
+                  scene.exact_first_contact ? fmt::format("at {:.4f} s", *scene.exact_first_contact)
+                                            : std::string("none or not measured"));
+  TextTable table({"ns a frame", "overlap", "distance", "manifold", "contact [s]", "missed", "phantom",
+                   "undec", "clearance error [m]"});
+  for (std::size_t b = 0; b < scene.backends.size(); ++b) {
+    const SceneBackend& backend = scene.backends[b];
+    const auto& frame = scene.set.backends[b].frame;
+    table.add({backend.name, format_ns(median(frame[0])), format_ns(median(frame[1])),
+               format_ns(median(frame[2])),
+               backend.first_contact ? fmt::format("{:.4f}", *backend.first_contact) : "-",
+               format_count(backend.missed_frames), format_count(backend.phantom_frames),
+               format_count(backend.undecided_frames), format_error(backend.worst_clearance_error)});
+  }
+  text += table.str();
+  if (scene.facet_rows.empty()) return text;
+  text += fmt::format(
+      "  facets: cost against error, {} frames against the exact clearance at {} facets; allowed {} m\n",
+      scene.facet_frames, scene.finest_facets, format_error(scene.facet_budget));
+  TextTable facets({"backend", "query", "facets", "pairs", "ns a frame", "error [m]", "serves"});
+  const std::string& shown = scene.facet_rows.front().backend;
+  for (const FacetRow& row : scene.facet_rows) {
+    if (row.backend != shown) continue;  // every backend's rows are in the files
+    facets.add({row.backend, std::string(to_string(row.query)), std::to_string(row.facets),
+                format_count(row.pairs), format_ns(row.frame_ns), format_error(row.error),
+                row.serves ? "yes" : "no"});
+  }
+  text += facets.str();
+  for (const QueryKind query : kQueryKinds) {
+    const FacetRow* least = cheapest_row(scene, query);
+    text += least ? fmt::format("  least that serves {}: {} with {} facets, {} ns a frame\n",
+                                to_string(query), least->backend, least->facets, format_ns(least->frame_ns))
+                  : fmt::format("  nothing serves {} within that\n", to_string(query));
+  }
+  return text;
+}
+
+std::string pair_file_section(const PairFileResult& result) {
+  std::string text = fmt::format("\n{}: {} cases\n", result.cases.file, result.cases.cases.size());
+  for (const PairFileCases::Case& each : result.cases.cases) {
+    if (!each.invalid.empty()) text += fmt::format("  {}: invalid: {}\n", each.id, each.invalid);
+  }
+  return text;
+}
+
 std::string verdict_section(const Verdict& verdict) {
   std::string text = "\n" + sentence(verdict) + "\n";
   TextTable table({"backend", "inside", "ns a pair", "worst [m]", "why", "case"});
@@ -126,6 +171,8 @@ std::string terminal_report(const Report& report) {
   for (const Gap& gap : report.gaps) text += fmt::format("  {:18}  {}\n", gap.what, gap.why);
   if (!report.has_truth) text += "  without `exact` no error is measured: times only\n";
   for (const SetResult& set : report.sets) text += set_section(set, report.has_truth);
+  if (report.pair_file) text += pair_file_section(*report.pair_file);
+  for (const SceneResult& scene : report.scenes) text += scene_section(scene);
   if (!report.broadphases.empty()) text += broadphase_section(report);
   for (const Verdict& verdict : report.verdicts) {
     if (verdict.query == report.options.query) text += verdict_section(verdict);

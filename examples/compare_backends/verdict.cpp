@@ -18,9 +18,8 @@ Candidate sum_up(std::span<const SetResult> sets, const std::string& backend, Qu
     const auto found = std::find_if(set.backends.begin(), set.backends.end(),
                                     [&](const BackendResult& result) { return result.name == backend; });
     const bool judged = found != set.backends.end() && found->judged;
-    const bool timed = found != set.backends.end() && found->rows[q].single.has_value();
-    candidate.nanoseconds +=
-        timed ? found->rows[q].single->median_ns : std::numeric_limits<double>::quiet_NaN();
+    candidate.nanoseconds += found != set.backends.end() ? verdict_speed(set, *found, query)
+                                                         : std::numeric_limits<double>::quiet_NaN();
     const WorstCase worst = judged ? found->judgement.worst[q]
                                    : WorstCase{std::numeric_limits<double>::infinity(), 0, "not measured"};
     if (candidate.worst_id.empty() || worst.cost > candidate.worst_cost) {
@@ -38,6 +37,13 @@ Candidate sum_up(std::span<const SetResult> sets, const std::string& backend, Qu
 
 std::string case_id(const SetResult& set, std::size_t index) {
   return set.ids.empty() ? set.name + ":" + std::to_string(index) : set.ids[index];
+}
+
+double verdict_speed(const SetResult& set, const BackendResult& backend, QueryKind query) {
+  const std::size_t q = index_of(query);
+  if (backend.rows[q].single) return backend.rows[q].single->median_ns;
+  if (backend.frame[q]) return backend.frame[q]->median_ns / static_cast<double>(set.pairs);
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 Verdict decide(std::span<const SetResult> sets, QueryKind query, double max_error) {

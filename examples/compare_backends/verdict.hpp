@@ -27,17 +27,22 @@ struct SetResult {
   std::string name;
   std::string description;
   std::size_t cases = 0, contacts = 0, touching = 0;
+  std::size_t pairs = 0;  ///< a frame
   std::vector<BackendResult> backends;
   std::vector<std::string> ids;  ///< as PairSet's
 };
 std::string case_id(const SetResult& set, std::size_t index);
 
+/// The speed that a verdict goes by [ns per pair]: one pair a call, or in a scene a frame a call; NaN if not
+/// measured.
+double verdict_speed(const SetResult& set, const BackendResult& backend, QueryKind query);
+
 /// How a backend stands over all sets for one query.
 struct Candidate {
   std::string backend;
-  double nanoseconds =
-      0;  ///< mean over the sets of the median per pair, one pair a call; NaN if not measured in all
-  double worst_cost = 0;  ///< [m]
+  double nanoseconds = 0;  ///< mean over the sets of the median per pair: one pair a call, in scenes a frame
+                           ///< a call; NaN if not measured in all
+  double worst_cost = 0;   ///< [m]
   std::string worst_id;
   std::string worst_reason;
   bool inside = false;  ///< worst_cost <= max_error, and the speed was measured

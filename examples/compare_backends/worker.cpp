@@ -53,7 +53,8 @@ void write_file(const fs::path& path, const std::string& bytes) {
 }
 
 // Runs the program to its end. Returns "" or how it failed.
-std::string run_program(const fs::path& program, std::vector<std::string> arguments, const Progress& progress) {
+std::string run_program(const fs::path& program, std::vector<std::string> arguments,
+                        const Progress& progress) {
   arguments.insert(arguments.begin(), program.string());
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
@@ -103,7 +104,8 @@ std::vector<BackendAnswers> all_failed(const Worker& worker, std::span<const std
 }  // namespace
 
 bool Worker::offers(std::string_view name) const {
-  return std::any_of(backends.begin(), backends.end(), [&](const auto& backend) { return backend.first == name; });
+  return std::any_of(backends.begin(), backends.end(),
+                     [&](const auto& backend) { return backend.first == name; });
 }
 
 Worker describe_worker(const fs::path& program) {
@@ -132,7 +134,8 @@ std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const 
   try {
     return decode_answers(read_file(answers));
   } catch (const std::exception&) {
-    return all_failed(worker, backends, set, worker.program.filename().string() + " wrote no readable answers");
+    return all_failed(worker, backends, set,
+                      worker.program.filename().string() + " wrote no readable answers");
   }
 }
 
@@ -143,7 +146,8 @@ int worker_main(int argc, char** argv, const std::function<void(BackendRegistry&
     add_backends(registry);
     if (arguments.size() == 2 && arguments[0] == "--describe") {
       std::ofstream stream(arguments[1]);
-      for (const auto& entry : registry.narrowphases()) stream << entry.name << "\n" << entry.description << "\n";
+      for (const auto& entry : registry.narrowphases())
+        stream << entry.name << "\n" << entry.description << "\n";
       return stream ? 0 : 1;
     }
     if (arguments.size() == 3 && arguments[0] == "--run") {

@@ -7,8 +7,9 @@
 
 #include "examples/compare_backends/backend_run.hpp"
 
-// Backends that cannot live in this process (one process holds one precision of Bullet) run in a worker process, on the
-// same pairs, with the same timing code. Job and answers travel as files of plain bytes: both ends are built together.
+// Backends that cannot live in this process (one process holds one precision of Bullet) run in a worker
+// process, on the same pairs, with the same timing code. Job and answers travel as files of plain bytes: both
+// ends are built together.
 
 namespace touchstone::comparison {
 
@@ -23,8 +24,9 @@ struct Worker {
 
 Worker describe_worker(const std::filesystem::path& program);
 
-/// As run_backends, in the worker. If it dies every case of these backends is `failed` and BackendAnswers::failure says
-/// how. `progress` is called (with 0) while it runs; what it throws ends the worker first.
+/// As run_backends, in the worker. If it dies every case of these backends is `failed` and
+/// BackendAnswers::failure says how. `progress` is called (with 0) while it runs; what it throws ends the
+/// worker first.
 std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const std::string> backends,
                                           const PairSet& set, const MeasureOptions& options,
                                           const Progress& progress = {});

@@ -93,7 +93,9 @@ std::vector<SolidPair> all_pairs(Broadphase& broadphase, std::size_t block_size)
 
 // Pairs truly within the margin, by the native distance (itself held to `exact` elsewhere).
 std::vector<SolidPair> pairs_within(const RandomScene& scene, double margin) {
-  const auto native = backends().make_narrowphase("native");
+  BackendRegistry core;
+  register_core(core);
+  const auto native = core.make_narrowphase("native");
   native->build(scene.solids);
   const auto workspace = native->make_workspace();
   std::vector<SolidPair> within;
@@ -124,7 +126,9 @@ void expect_sound(Broadphase& broadphase, const RandomScene& scene, double margi
   for (std::size_t i = 0; i < found.size(); ++i) {
     ASSERT_LT(found[i].a, found[i].b);
     ASSERT_NE(scene.object_of[found[i].a], scene.object_of[found[i].b]);
-    if (i > 0) ASSERT_LT(found[i - 1], found[i]);
+    if (i > 0) {
+      ASSERT_LT(found[i - 1], found[i]);
+    }
   }
   const std::vector<SolidPair> needed = pairs_within(scene, margin);
   ASSERT_FALSE(needed.empty());
@@ -191,7 +195,7 @@ TEST_P(BroadphaseSuite, OneObjectHasNoPairs) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllBackends, BroadphaseSuite, testing::ValuesIn(broadphase_names()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& test) { return test.param; });
 
 }  // namespace
 }  // namespace touchstone::suite

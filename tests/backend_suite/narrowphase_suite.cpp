@@ -77,14 +77,15 @@ TEST_P(NarrowphaseSuite, SignNormalAndWitnessConventions) {
       SCOPED_TRACE(std::string(pair.what) + " at " + std::to_string(pair.separation));
       const Answer answer = ask(*narrowphase, a, b, {.kind = QueryKind::distance});
       const PairGeometry& g = answer.geometry;
-      if (!gives_distance(capabilities(), pair.separation)) {
-        EXPECT_EQ(answer.status, PairStatus::unsupported);
+      if (!gives_distance(capabilities(), pair.separation) && answer.status == PairStatus::unsupported) {
         EXPECT_TRUE(std::isnan(g.separation));
         EXPECT_TRUE(std::isnan(g.n_AB_W.x()) && std::isnan(g.p_A_W.x()) && std::isnan(g.p_B_W.x()));
         continue;
       }
       ASSERT_EQ(answer.status, pair.separation > 0 ? PairStatus::separated : PairStatus::overlapping);
-      const double bound = resolution(a, b);
+      // The derived answer is for the ideal solids; their rounded world vertices are off by a few ulp of the
+      // coordinates.
+      const double bound = resolution(a, b) + 8 * std::numeric_limits<double>::epsilon() * scale_of(a, b);
       EXPECT_NEAR(g.separation, pair.separation, bound);
       // Along the normal returned the pair is at most `bound` deeper or nearer than along the right one.
       EXPECT_NEAR(norm(g.n_AB_W), 1.0, 8 * std::max(bound, 1e-15));
@@ -97,6 +98,8 @@ TEST_P(NarrowphaseSuite, SignNormalAndWitnessConventions) {
 TEST_P(NarrowphaseSuite, MovingBByMinusSeparationAlongTheNormalBringsThePairToTouch) {
   for (const KnownPair& pair : known_pairs()) {
     if (!gives_distance(capabilities(), pair.separation)) continue;
+    // A backend that may be off by as much as the solids are large claims nothing here.
+    if (resolution(pair.a, pair.b) > 0.01) continue;
     const Body a = moved(pair.a, tilted_pose());
     Body b = moved(pair.b, tilted_pose());
     const Answer before = ask(*narrowphase, a, b, {.kind = QueryKind::distance});
@@ -301,7 +304,7 @@ TEST_P(NarrowphaseSuite, AnEmptyBatchIsLegal) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllBackends, NarrowphaseSuite, testing::ValuesIn(narrowphase_names()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& test) { return test.param; });
 
 }  // namespace
 }  // namespace touchstone::suite

@@ -7,8 +7,8 @@
 
 #include "contact_core/geometry/hexahedron.hpp"
 
-// A slow signed distance in long double, from the definition: apart, the least distance between features; else the
-// least depth over face normals and edge cross products. Shares no code with what it checks.
+// A slow signed distance in long double, from the definition: apart, the least distance between features;
+// else the least depth over face normals and edge cross products. Shares no code with what it checks.
 
 namespace touchstone::test {
 
@@ -50,7 +50,8 @@ inline Real segment_distance(const Point& p, const Point& u, const Point& q, con
   const Real a = inner(u, u), b = inner(u, v), c = inner(v, v), d = inner(u, w), e = inner(v, w);
   const auto at = [&](Real s, Real t) { return length(w + s * u - t * v); };
   const auto unit = [](Real x) { return std::clamp<Real>(x, 0, 1); };
-  Real best = std::min({at(0, unit(e / c)), at(1, unit((e + b) / c)), at(unit(-d / a), 0), at(unit((b - d) / a), 1)});
+  Real best =
+      std::min({at(0, unit(e / c)), at(1, unit((e + b) / c)), at(unit(-d / a), 0), at(unit((b - d) / a), 1)});
   const Real determinant = a * c - b * b;
   if (determinant > 1e-18L * a * c) {
     const Real s = (b * e - c * d) / determinant, t = (a * e - b * d) / determinant;
@@ -90,7 +91,8 @@ inline Real signed_distance(const Corners& a, const Corners& b) {
   }
   if (widest <= 0) return widest;
   for (int f = 0; f < 6; ++f)
-    for (int i = 0; i < 8; ++i) nearest = std::min({nearest, face_distance(a, f, b[i]), face_distance(b, f, a[i])});
+    for (int i = 0; i < 8; ++i)
+      nearest = std::min({nearest, face_distance(a, f, b[i]), face_distance(b, f, a[i])});
   return nearest;
 }
 

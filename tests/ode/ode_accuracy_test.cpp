@@ -4,6 +4,8 @@
 #include <array>
 #include <chrono>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include "tests/ode/ode_scenes.hpp"
 
@@ -18,8 +20,8 @@ struct Figures {
          least_error = 0.0;
 };
 
-Figures measure(const char* what, bool shear, const Vector3& centre) {
-  const PairScene scene = random_pairs(20000, shear, centre, 11);
+Figures measure(const char* what, Family family, const Vector3& centre) {
+  const PairScene scene = random_pairs(20000, family, centre, 11);
   const auto narrowphase = registry().make_narrowphase("ode");
   narrowphase->build(scene.solids);
   const Answers overlap = ask(*narrowphase, scene.pairs, scene.poses, Query{});
@@ -67,11 +69,11 @@ void expect_box_figures(const Figures& figures) {
 }
 
 TEST(OdeAccuracy, BoxesAreClassifiedRightWithDepthsOffByUpTo56Millimetres) {
-  expect_box_figures(measure("boxes", false, Vector3::Zero()));
+  expect_box_figures(measure("boxes", Family::boxes, Vector3::Zero()));
 }
 
 TEST(OdeAccuracy, BoxesAMegametreOutAreClassifiedTheSame) {
-  expect_box_figures(measure("boxes at 1e6", false, {1e6, -1e6, 1e6}));
+  expect_box_figures(measure("boxes at 1e6", Family::boxes, {1e6, -1e6, 1e6}));
 }
 
 // MPR's depth is along a ray from inside the two bodies' Minkowski difference: one pair in a hundred is 0.4 m
@@ -87,11 +89,11 @@ void expect_sheared_figures(const Figures& figures) {
 }
 
 TEST(OdeAccuracy, ShearedHexahedraAreClassifiedRightWithDepthsOffByUpToAMetre) {
-  expect_sheared_figures(measure("sheared", true, Vector3::Zero()));
+  expect_sheared_figures(measure("sheared", Family::sheared, Vector3::Zero()));
 }
 
 TEST(OdeAccuracy, ShearedHexahedraAMegametreOutAreClassifiedTheSame) {
-  expect_sheared_figures(measure("sheared at 1e6", true, {1e6, -1e6, 1e6}));
+  expect_sheared_figures(measure("sheared at 1e6", Family::sheared, {1e6, -1e6, 1e6}));
 }
 
 struct GapFigures {
@@ -132,9 +134,121 @@ TEST(OdeAccuracy, RestingFacesByGap) {
   }
 }
 
+struct AlignedCase {
+  const char* name;
+  Vector3 size_a, size_b, p_AB;
+  double depth;  ///< least, by hand
+};
+
+constexpr double kThin = 1e-6;
+
+std::vector<AlignedCase> deep_cases() {
+  return {{"identical", {1, 1, 1}, {1, 1, 1}, {0, 0, 0}, 1.0},
+          {"contained", {1, 1, 1}, {0.2, 0.2, 0.2}, {0.1, 0, 0}, 0.5},
+          {"slab", {1, 1, kThin}, {1, 1, kThin}, {0.3, 0.2, 5e-7}, 5e-7},
+          {"needle", {1, kThin, kThin}, {kThin, 1, kThin}, {0.3, 0.2, 5e-7}, 5e-7},
+          {"tiny", {1e-8, 1e-8, 1e-8}, {1e-8, 1e-8, 1e-8}, {9e-9, 1e-9, 2e-9}, 1e-9},
+          {"huge", {1e8, 1e8, 1e8}, {1e8, 1e8, 1e8}, {9e7, 1e7, 2e7}, 1e7}};
+}
+
+Answers ask_aligned(const AlignedCase& at, bool convex, QueryKind kind) {
+  const auto narrowphase = registry().make_narrowphase("ode");
+  const Hexahedron a = Hexahedron::from_size(at.size_a), b = Hexahedron::from_size(at.size_b);
+  const std::array<Hexahedron, 2> solids = {convex ? Hexahedron::from_vertices(a.vertices()) : a,
+                                            convex ? Hexahedron::from_vertices(b.vertices()) : b};
+  narrowphase->build(solids);
+  const std::array<Pose, 2> poses = {Pose{}, Pose{Matrix3::Identity(), at.p_AB}};
+  const std::array<SolidPair, 1> pair = {{{0, 1}}};
+  return ask(*narrowphase, pair, poses, Query{.kind = kind});
+}
+
+double depth_error(const AlignedCase& at, bool convex) {
+  const Answers answers = ask_aligned(at, convex, QueryKind::distance);
+  EXPECT_EQ(answers.status[0], PairStatus::overlapping) << at.name;
+  return -answers.geometry[0].separation - at.depth;
+}
+
+TEST(OdeAccuracy, AlignedBoxesHaveTheirLeastDepth) {
+  for (const AlignedCase& at : deep_cases())
+    EXPECT_NEAR(depth_error(at, false) / at.depth, 0.0, 1e-9) << at.name;
+}
+
+// MPR's tolerance is an absolute 1e-6: needles 1e-6 thick come out 1e-7 too shallow, cubes of 1e-8 twelve
+// times too deep.
+TEST(OdeAccuracy, ConvexesAsSmallAsTheToleranceAreOff) {
+  for (const AlignedCase& at : deep_cases()) {
+    const double error = depth_error(at, true) / at.depth;
+    const std::string name = at.name;
+    if (name == "needle") {
+      EXPECT_NEAR(error, -0.2, 0.01);
+    } else if (name == "tiny") {
+      EXPECT_NEAR(error, 11.08, 0.1);
+    } else {
+      EXPECT_NEAR(error, 0.0, 1e-9) << name;
+    }
+  }
+}
+
+// Touching is contact. Boxes are seen to touch, but dBoxBox gives points for faces only; MPR misses all
+// three.
+TEST(OdeAccuracy, ExactTouch) {
+  const Vector3 size(1, 1, 1);
+  const AlignedCase face{"face", size, size, {1, 0, 0}, 0.0};
+  const AlignedCase edge{"edge", size, size, {1, 1, 0}, 0.0};
+  const AlignedCase vertex{"vertex", size, size, {1, 1, 1}, 0.0};
+  for (const AlignedCase& at : {face, edge, vertex}) {
+    EXPECT_EQ(ask_aligned(at, false, QueryKind::overlap).status[0], PairStatus::overlapping) << at.name;
+    EXPECT_EQ(ask_aligned(at, true, QueryKind::overlap).status[0], PairStatus::separated) << at.name;
+  }
+  EXPECT_EQ(ask_aligned(face, false, QueryKind::distance).status[0], PairStatus::overlapping);
+  EXPECT_EQ(ask_aligned(edge, false, QueryKind::distance).status[0], PairStatus::failed);
+  EXPECT_EQ(ask_aligned(vertex, false, QueryKind::distance).status[0], PairStatus::failed);
+}
+
+// Two sides of each solid between 1e-6 and 1. Convex depths come out up to 1e-6 too shallow and 0.83 m too
+// deep.
+TEST(OdeAccuracy, SlabsAndNeedlesAreClassifiedRight) {
+  const Figures boxes = measure("thin boxes", Family::thin_boxes, Vector3::Zero());
+  EXPECT_EQ(boxes.missed + boxes.phantom + boxes.failed + boxes.kinds_disagree, 0);
+  EXPECT_LT(boxes.worst_depth_error, 0.03);
+  const Figures convexes = measure("thin convexes", Family::thin_convexes, Vector3::Zero());
+  EXPECT_EQ(convexes.missed + convexes.phantom + convexes.failed + convexes.kinds_disagree, 0);
+  EXPECT_GT(convexes.worst_depth_error, 0.8);
+  EXPECT_LT(convexes.worst_depth_error, 0.9);
+  EXPECT_LT(convexes.least_error, -5e-7);
+  EXPECT_GT(convexes.least_error, -1e-6);
+}
+
+// Answers to (a, b) and (b, a): the class agrees, MPR's depth need not.
+TEST(OdeAccuracy, SwappedPairs) {
+  for (const Family family : {Family::boxes, Family::sheared}) {
+    PairScene scene = random_pairs(5000, family, Vector3::Zero(), 13);
+    const auto narrowphase = registry().make_narrowphase("ode");
+    narrowphase->build(scene.solids);
+    const Query query{.kind = QueryKind::distance};
+    const Answers forward = ask(*narrowphase, scene.pairs, scene.poses, query);
+    for (SolidPair& pair : scene.pairs) std::swap(pair.a, pair.b);
+    const Answers backward = ask(*narrowphase, scene.pairs, scene.poses, query);
+    int classes = 0, depths = 0;
+    double worst = 0.0;
+    for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
+      classes += forward.status[i] != backward.status[i];
+      if (forward.status[i] != PairStatus::overlapping) continue;
+      const double change = std::abs(forward.geometry[i].separation - backward.geometry[i].separation);
+      depths += change > 1e-9;
+      worst = std::max(worst, change);
+    }
+    const bool boxes = family == Family::boxes;
+    std::cout << (boxes ? "boxes" : "sheared") << " swapped: classes " << classes << " depths " << depths
+              << " of 5000, worst " << worst << "\n";
+    EXPECT_EQ(classes, 0);
+    EXPECT_LT(worst, boxes ? 0.06 : 1.1);
+  }
+}
+
 TEST(OdeAccuracy, RawTimes) {
   for (const bool shear : {false, true}) {
-    const PairScene scene = random_pairs(2000, shear, Vector3::Zero(), 12);
+    const PairScene scene = random_pairs(2000, shear ? Family::sheared : Family::boxes, Vector3::Zero(), 12);
     const auto raw = registry().narrowphase("ode").make_raw();
     raw->build(scene.solids);
     raw->set_poses(scene.poses);

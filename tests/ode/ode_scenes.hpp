@@ -77,16 +77,28 @@ struct PairScene {
   std::vector<SolidPair> pairs;
 };
 
-inline PairScene random_pairs(std::size_t count, bool shear, const Vector3& centre, std::uint64_t seed) {
+enum class Family { boxes, sheared, thin_boxes, thin_convexes };
+
+/// 1e-6 to 1, each power of ten as likely.
+inline double thin_side(std::mt19937_64& random) { return std::pow(10.0, uniform(random, -6, 0)); }
+
+inline PairScene random_pairs(std::size_t count, Family family, const Vector3& centre, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   PairScene scene;
   for (std::uint32_t i = 0; i < count; ++i) {
     for (int k = 0; k < 2; ++k) {
-      const Vector3 size = random_vector(random, 0.5, 1.5);
+      const bool thin = family == Family::thin_boxes || family == Family::thin_convexes;
+      const bool box = family == Family::boxes || family == Family::thin_boxes;
+      Vector3 size = random_vector(random, 0.5, 1.5);
+      if (thin) {
+        const double y = thin_side(random);
+        size = {1.0, y, thin_side(random)};
+      }
       const double a = uniform(random, -0.5, 0.5), b = uniform(random, -0.5, 0.5),
                    c = uniform(random, -0.5, 0.5);
-      scene.solids.push_back(shear ? sheared(size, a, b, c) : Hexahedron::from_size(size));
-      scene.poses.push_back(random_pose(random, centre, 0.6));
+      const double lean = thin ? 0.0 : 1.0;
+      scene.solids.push_back(box ? Hexahedron::from_size(size) : sheared(size, lean * a, lean * b, lean * c));
+      scene.poses.push_back(random_pose(random, centre, thin ? 0.05 : 0.6));
     }
     scene.pairs.push_back({2 * i, 2 * i + 1});
   }

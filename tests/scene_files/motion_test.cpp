@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "contact_core/input_error.hpp"
+#include "contact_core/scene/scene.hpp"
 
 namespace touchstone {
 namespace {
@@ -77,6 +78,17 @@ TEST(Motion, RefusesBadPaths) {
   Motion infinite;
   infinite.segments = {{0.0, 2.0, {std::nan(""), 0, 0}}};
   EXPECT_EQ(message(infinite), "object 'a': motion segment 0: the velocity is not finite");
+}
+
+TEST(Scene, CountsTheFrameAtTheEndDespiteRounding) {
+  Scene scene;
+  scene.frame_rate = 10;
+  scene.duration = 0.3;
+  EXPECT_EQ(scene.frame_count(), 4u);
+  scene.duration = 0.7;
+  EXPECT_EQ(scene.frame_count(), 8u);
+  scene.duration = 0.75;
+  EXPECT_EQ(scene.frame_count(), 8u);
 }
 
 }  // namespace

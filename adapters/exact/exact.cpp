@@ -1,0 +1,108 @@
+#include "adapters/exact/exact.hpp"
+
+#include <gmp.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "adapters/exact/contact_patch.hpp"
+#include "adapters/exact/signed_distance.hpp"
+#include "contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+PairGeometry no_geometry(double separation) {
+  const Vector3 nan(kNan, kNan, kNan);
+  return {separation, nan, nan, nan, 0};
+}
+
+bool same_vertices(const WorldVertices& a, const WorldVertices& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+class ExactNarrowphase final : public Narrowphase {
+ public:
+  ExactNarrowphase() {
+    capabilities_.distance = true;
+    capabilities_.penetration = true;
+    capabilities_.manifold = true;
+  }
+
+  std::string_view name() const noexcept override { return "exact"; }
+  const Capabilities& capabilities() const noexcept override { return capabilities_; }
+  void build(std::span<const Hexahedron> solids) override { solids_ = {solids.begin(), solids.end()}; }
+  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
+
+  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
+                Workspace&) const noexcept override {
+    const std::size_t max_points = static_cast<std::size_t>(input.query.max_points);
+    for (std::size_t i = 0; i < input.pairs.size(); ++i) {
+      const SolidPair pair = input.pairs[i];
+      WorldVertices a, b;
+      world_vertices(solids_[pair.a], input.poses[pair.a], a);
+      world_vertices(solids_[pair.b], input.poses[pair.b], b);
+      if (input.query.kind == QueryKind::overlap) {
+        output.status[i] = exact_overlap(a, b) ? PairStatus::overlapping : PairStatus::separated;
+        if (!output.geometry.empty()) output.geometry[i] = no_geometry(kNan);
+        continue;
+      }
+      const bool wants_points = input.query.kind == QueryKind::manifold;
+      const std::span<ContactPoint> points =
+          wants_points ? output.points.subspan(i * max_points, max_points) : std::span<ContactPoint>{};
+      evaluate_pair(pair, a, b, input.query, output.status[i], output.geometry[i], points);
+    }
+  }
+
+ private:
+  static void evaluate_pair(SolidPair pair, const WorldVertices& a, const WorldVertices& b,
+                            const Query& query, PairStatus& status, PairGeometry& geometry,
+                            std::span<ContactPoint> points) {
+    ExactResult result = exact_signed_distance(a, b);
+    status = result.classification == ExactClass::separated ? PairStatus::separated : PairStatus::overlapping;
+    if (status == PairStatus::separated && result.separation > query.max_separation) {
+      geometry = no_geometry(std::numeric_limits<double>::infinity());
+      return;
+    }
+    // Two solids with the very same vertices: only their indices tell (a,b) from (b,a).
+    if (pair.a > pair.b && same_vertices(a, b)) {
+      result.n_AB_W = -result.n_AB_W;
+      std::swap(result.p_A_W, result.p_B_W);
+    }
+    geometry = {result.separation, result.n_AB_W, result.p_A_W, result.p_B_W, 0};
+    if (!points.empty()) geometry.point_count = fill_points(a, b, result, points);
+  }
+
+  // The witness pair comes first where no corner of the patch is as deep as it: an edge or a corner touches,
+  // or the two faces do not lie over each other at all.
+  static std::int32_t fill_points(const WorldVertices& a, const WorldVertices& b, const ExactResult& result,
+                                  std::span<ContactPoint> points) {
+    const ContactPatch patch = find_contact_patch(a, b, result.n_AB_W);
+    const double rounding =
+        0x1p-47 * std::max(largest_coordinate(a), largest_coordinate(b));  // of the patch's heights
+    double deepest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < patch.vertex_count; ++k) deepest = std::min(deepest, patch.vertices[k].separation);
+    if (deepest <= result.separation + rounding) return select_contact_points(patch, result.n_AB_W, points);
+    points[0] = {result.p_A_W, result.p_B_W, result.separation, 0};
+    return 1 + select_contact_points(patch, result.n_AB_W, points.subspan(1));
+  }
+
+  std::vector<Hexahedron> solids_;
+  Capabilities capabilities_;
+};
+
+}  // namespace
+
+void register_exact(BackendRegistry& registry) {
+  registry.add(BackendRegistry::NarrowphaseEntry{
+      "exact",
+      std::string("decided in integers, the ground truth (GMP ") + gmp_version + ")",
+      [] { return std::make_unique<ExactNarrowphase>(); },
+      {}});
+}
+
+}  // namespace touchstone

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "contact_core/native/facet_axes.hpp"
+#include "contact_core/native/gjk.hpp"
+
+namespace touchstone::native {
+
+/// A pair as the distance routines see it.
+struct PosedPair {
+  HullPair hulls;
+  const SolidFeatures* a;
+  const SolidFeatures* b;
+  Matrix3 R_WA;
+  Matrix3 R_WB;
+  Vector3 start;  ///< from A's middle to B's: where searches begin
+};
+
+/// About the hulls' common origin.
+struct SignedDistance {
+  double separation;
+  Vector3 n;  ///< unit, A to B
+  Vector3 p_A;
+};
+
+/// Of hulls that are certainly apart. False when further apart than `limit`. The result is accepted when |v|
+/// and the projections' gap along v / |v| (an upper and a lower bound of the distance) agree to 16 u *
+/// extent; when v is short against the hulls, it is first computed anew from its simplex in double-double
+/// arithmetic, so that the normal does not drown in rounding. What is left (slivers, gaps of a few u) is
+/// searched exhaustively. May come out <= 0 when the true distance is below rounding.
+bool distance_apart(const PosedPair& pair, double limit, SignedDistance& result);
+
+/// Of hulls that meet: the minimal translation, see best_facet_axis(). At most 0.
+void penetration(const PosedPair& pair, SignedDistance& result);
+
+}  // namespace touchstone::native

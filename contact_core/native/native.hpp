@@ -1,0 +1,29 @@
+#pragma once
+
+#include <memory>
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+#include "contact_core/registry.hpp"
+
+namespace touchstone {
+
+/// The project's own check: complete for every pair of convex hexahedra, never `undecided`, `failed` or
+/// `unsupported`.
+///
+/// * Status: that of the hulls of the world vertices, exactly. Floating-point filters with derived bounds
+/// settle nearly all
+///   pairs (box_box_overlap.hpp, parallelepiped_overlap.hpp, gjk.hpp), exact predicates the rest. `separated`
+///   always comes with separation > 0 (the least double where the distance is below rounding), `overlapping`
+///   with separation <= 0.
+/// * Separation: within a few u (2^-53) of max(|world coordinate|, size), see distance.hpp and
+/// facet_axes.hpp.
+/// * (b, a) gives the same status and separation bits and the negated normal; pairs of identical solids in
+/// identical poses excepted,
+///   where nothing tells the two apart and both orders give one normal.
+/// * Any scale: results of pairs beyond ordinary magnitudes are found on an exactly scaled copy.
+/// * The pair cache is not used. evaluate() does not allocate; its workspace is empty.
+std::unique_ptr<Narrowphase> make_native();
+
+void register_native(BackendRegistry& registry);
+
+}  // namespace touchstone

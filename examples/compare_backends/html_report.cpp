@@ -1,0 +1,354 @@
+#include "examples/compare_backends/html_report.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "examples/compare_backends/svg_plot.hpp"
+#include "examples/compare_backends/text_table.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+// ---- pieces of a page
+
+class HtmlTable {
+ public:
+  explicit HtmlTable(const std::vector<std::string>& header) {
+    html_ = "<div class='scroll'><table><thead><tr>";
+    for (const std::string& cell : header) html_ += "<th>" + cell + "</th>";
+    html_ += "</tr></thead><tbody>\n";
+  }
+  /// The first cell is markup (a mark and a name), the others are text.
+  void add(const std::vector<std::string>& row) {
+    html_ += "<tr>";
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      html_ += i == 0 ? "<th>" + row[i] + "</th>" : "<td>" + xml_text(row[i]) + "</td>";
+    }
+    html_ += "</tr>\n";
+  }
+  std::string str() const { return html_ + "</tbody></table></div>\n"; }
+
+ private:
+  std::string html_;
+};
+
+std::string page_style() {
+  return R"(:root{color-scheme:light dark;--ink:#1b1f24;--soft:#5b6470;--line:#d5dae0;--paper:#fff;--tint:#f1f4f8;--bad:#a5370a}
+@media (prefers-color-scheme:dark){:root{--ink:#e8eaed;--soft:#a3abb5;--line:#3a414a;--paper:#14171a;--tint:#1d2126;--bad:#ff9a61}}
+@media print{:root{--ink:#000;--soft:#444;--line:#ccc;--paper:#fff;--tint:#fff}.plots>*{break-inside:avoid}}
+body{margin:0 auto;padding:28px 24px 60px;max-width:1240px;background:var(--paper);color:var(--ink);
+font:15px/1.5 system-ui,sans-serif}
+h1{font-size:26px;margin:0 0 4px}h2{font-size:19px;margin:38px 0 6px;border-top:1px solid var(--line);padding-top:18px}
+h3{font-size:15px;margin:22px 0 4px}p{margin:6px 0;max-width:78ch}.soft{color:var(--soft)}
+.verdict{background:var(--tint);border-left:4px solid #0072b2;padding:12px 16px;margin:16px 0}
+.verdict strong{font-size:17px}.plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(500px,1fr));gap:14px 20px}
+.plots svg{width:100%;height:auto}.key{vertical-align:-3px;margin-right:6px}
+.legend span{display:inline-block;margin:0 18px 4px 0}.scroll{overflow-x:auto}
+table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:13px;margin:6px 0 10px}
+td,th{padding:3px 9px;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap;font-weight:400}
+thead th{color:var(--soft)}th:first-child{text-align:left}code{background:var(--tint);padding:1px 4px;font-size:13px}
+.gap{color:var(--bad)}dl{display:grid;grid-template-columns:max-content 1fr;gap:3px 18px;margin:8px 0}dt{font-weight:600}dd{margin:0}
+)";
+}
+
+double median(const std::optional<Timing>& timing) {
+  return timing ? timing->median_ns : std::numeric_limits<double>::quiet_NaN();
+}
+
+class Page {
+ public:
+  explicit Page(const Report& report) : report_(report) {
+    for (const auto& backend : report.backends) names_.push_back(backend.first);
+  }
+
+  std::string str() const {
+    std::string html =
+        "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>Contact detection backends "
+        "compared</title>\n<meta name='viewport' content='width=device-width'><style>\n" +
+        page_style() + plot_style() + "</style></head><body>\n";
+    html += head() + verdicts() + figures() + sets() + scenes() + broadphases() + pair_file() + method();
+    return html + "</body></html>\n";
+  }
+
+ private:
+  std::string named(const std::string& backend) const {
+    return mark_svg(names_, backend) + xml_text(backend);
+  }
+
+  std::string head() const {
+    const Machine& machine = report_.machine;
+    std::string html = "<h1>Contact detection backends: speed against error</h1>\n";
+    html +=
+        fmt::format("<p class='soft'>{}, {}; {}, {}. Seed {}. <code>{}</code></p>\n", xml_text(machine.cpu),
+                    xml_text(machine.system), xml_text(machine.compiler), xml_text(machine.build_type),
+                    report_.options.seed, xml_text(report_.options.command_line));
+    html += "<p class='legend'>";
+    for (const auto& [name, description] : report_.backends) {
+      html += fmt::format("<span title='{}'>{}</span>", xml_text(description), named(name));
+    }
+    html += "</p>\n";
+    for (const Gap& gap : report_.gaps) {
+      html += fmt::format("<p class='gap'>Missing: {}. {}.</p>\n", xml_text(gap.what), xml_text(gap.why));
+    }
+    if (!report_.has_truth) {
+      html +=
+          "<p class='gap'>Without <code>exact</code> no error is measured: this report holds times "
+          "only.</p>\n";
+    }
+    return html;
+  }
+
+  std::string verdicts() const {
+    std::string html;
+    for (const Verdict& verdict : report_.verdicts) {
+      const bool asked = verdict.query == report_.options.query;
+      html += fmt::format("<div class='verdict'>{0}{1}{2}", asked ? "<strong>" : "",
+                          xml_text(sentence(verdict)), asked ? "</strong>" : "");
+      HtmlTable table({"backend", "inside", "ns a pair", "worst [m]", "why", "case"});
+      for (const Candidate& candidate : verdict.candidates) {
+        table.add({named(candidate.backend), candidate.inside ? "yes" : "no",
+                   format_ns(candidate.nanoseconds), format_error(candidate.worst_cost),
+                   candidate.worst_reason, candidate.worst_id});
+      }
+      html +=
+          (asked ? table.str() : "<details><summary>Why</summary>" + table.str() + "</details>") + "</div>\n";
+    }
+    return html;
+  }
+
+  std::string figures() const {
+    if (!report_.has_truth || report_.sets.empty()) return "";
+    const PlotAxes axes = axes_for(report_.sets);
+    std::string html =
+        "<h2>Speed against error</h2>\n<p>One mark a backend: its worst error over S, with a whisker to the "
+        "median, and its median time, one pair a call through the interface, with a whisker to the 99th "
+        "percentile. The column on the left is exactly 0. A backend with any wrong or missing answer gets no "
+        "speed mark: it stands hollow on the rail.</p>\n";
+    for (const QueryKind query : kQueryKinds) {
+      html += fmt::format("<h3>{}</h3><div class='plots'>\n", to_string(query));
+      for (const SetResult& set : report_.sets) html += speed_error_plot(set, query, axes, names_, false);
+      html += "</div>\n";
+    }
+    return html;
+  }
+
+  std::string sets() const {
+    std::string html = report_.sets.empty() ? "" : "<h2>Pair families</h2>\n";
+    for (const SetResult& set : report_.sets) html += one_set(set);
+    return html;
+  }
+
+  std::string one_set(const SetResult& set) const {
+    std::string html = fmt::format("<h3>{}</h3><p class='soft'>{}. {} pairs", xml_text(set.name),
+                                   xml_text(set.description), format_count(set.cases));
+    if (report_.has_truth) {
+      html += fmt::format(", {} in contact, {} of them exactly touching", format_count(set.contacts),
+                          format_count(set.touching));
+    }
+    html += ".</p>\n" + times(set);
+    return report_.has_truth ? html + wrongness(set) + errors(set) : html;
+  }
+
+  std::string times(const SetResult& set) const {
+    HtmlTable table({"median ns a pair", "overlap", "99%", "batch", "raw", "distance", "99%", "batch", "raw",
+                     "manifold", "99%", "batch", "raw", "allocations"});
+    for (const BackendResult& backend : set.backends) {
+      std::vector<std::string> row = {named(backend.name)};
+      std::optional<double> allocations;
+      for (const BackendResult::Rows& rows : backend.rows) {
+        row.push_back(format_ns(median(rows.single)));
+        row.push_back(rows.single ? format_ns(rows.single->p99_ns) : "-");
+        row.push_back(format_ns(median(rows.batch)));
+        row.push_back(format_ns(median(rows.raw)));
+        if (rows.allocations) allocations = std::max(allocations.value_or(0.0), *rows.allocations);
+      }
+      row.push_back(allocations ? fmt::format("{:.3g}", *allocations) : "-");
+      table.add(row);
+    }
+    return table.str();
+  }
+
+  std::string wrongness(const SetResult& set) const {
+    HtmlTable table({"wrong answers", "query", "missed", "phantom", "undecided", "failed", "unsupported",
+                     "no value", "worst cost [m]", "why", "case"});
+    for (const BackendResult& backend : set.backends) {
+      if (!backend.judged) continue;
+      for (const QueryKind kind : kQueryKinds) {
+        const Wrongness& wrong = backend.judgement.wrongness[index_of(kind)];
+        if (wrong.total() == 0) continue;
+        const WorstCase& worst = backend.judgement.worst[index_of(kind)];
+        table.add({named(backend.name), std::string(to_string(kind)), format_count(wrong.missed),
+                   format_count(wrong.phantom), format_count(wrong.undecided), format_count(wrong.failed),
+                   format_count(wrong.unsupported), format_count(wrong.missing), format_error(worst.cost),
+                   worst.reason, case_id(set, worst.index)});
+      }
+    }
+    return table.str();
+  }
+
+  std::string errors(const SetResult& set) const {
+    std::vector<std::string> header = {"errors over S: median / 99% / worst"};
+    for (std::size_t m = 0; m < kMeasures; ++m) header.emplace_back(to_string(static_cast<Measure>(m)));
+    HtmlTable table(header);
+    for (const BackendResult& backend : set.backends) {
+      if (!backend.judged) continue;
+      std::vector<std::string> row = {named(backend.name)};
+      for (const ErrorStats& stats : backend.judgement.errors) {
+        const Quantiles& each = stats.over_scale;
+        row.push_back(each.count == 0 ? "-"
+                                      : fmt::format("{} / {} / {}", format_error(each.median),
+                                                    format_error(each.p99), format_error(each.worst)));
+      }
+      table.add(row);
+    }
+    return table.str();
+  }
+
+  std::string scenes() const {
+    std::string html = report_.scenes.empty() ? "" : "<h2>Scenes</h2>\n";
+    for (const SceneResult& scene : report_.scenes) html += one_scene(scene);
+    return html;
+  }
+
+  std::string one_scene(const SceneResult& scene) const {
+    std::string html = fmt::format(
+        "<h3>{}</h3><p class='soft'>{} {} frames at {} Hz, {} pairs each; first contact of the commanded "
+        "motion: {}.</p>\n",
+        xml_text(scene.name), xml_text(scene.description), format_count(scene.frames), scene.rate,
+        scene.pairs,
+        scene.exact_first_contact ? fmt::format("{:.4f} s", *scene.exact_first_contact) : "none");
+    HtmlTable table({"backend", "overlap, ns a frame", "distance", "manifold", "first contact [s]",
+                     "missed frames", "phantom frames", "undecided frames", "worst clearance error [m]"});
+    for (std::size_t b = 0; b < scene.backends.size(); ++b) {
+      const SceneBackend& backend = scene.backends[b];
+      const auto& frame = scene.set.backends[b].frame;
+      table.add({named(backend.name), format_ns(median(frame[0])), format_ns(median(frame[1])),
+                 format_ns(median(frame[2])),
+                 backend.first_contact ? fmt::format("{:.4f}", *backend.first_contact) : "-",
+                 format_count(backend.missed_frames), format_count(backend.phantom_frames),
+                 format_count(backend.undecided_frames), format_error(backend.worst_clearance_error)});
+    }
+    return html + table.str() + facets(scene);
+  }
+
+  std::string facets(const SceneResult& scene) const {
+    if (scene.facet_rows.empty()) return "";
+    std::string html = fmt::format(
+        "<p>Cost against error by facet count, over {} frames, against the exact clearance at {} "
+        "facets; allowed: {} m.</p>\n",
+        scene.facet_frames, scene.finest_facets, format_error(scene.facet_budget));
+    for (const QueryKind query : kQueryKinds) {
+      const FacetRow* least = cheapest_row(scene, query);
+      html += least
+                  ? fmt::format(
+                        "<p>Least that serves {}: <strong>{} with {} facets, {} ns a frame</strong>.</p>\n",
+                        to_string(query), xml_text(least->backend), least->facets, format_ns(least->frame_ns))
+                  : fmt::format("<p class='gap'>Nothing serves {} within that.</p>\n", to_string(query));
+    }
+    HtmlTable table({"backend", "query", "facets", "pairs", "ns a frame", "error [m]", "serves"});
+    for (const FacetRow& row : scene.facet_rows) {
+      table.add({named(row.backend), std::string(to_string(row.query)), std::to_string(row.facets),
+                 format_count(row.pairs), format_ns(row.frame_ns), format_error(row.error),
+                 row.serves ? "yes" : "no"});
+    }
+    return html + "<details><summary>All rows</summary>" + table.str() + "</details>\n";
+  }
+
+  std::string broadphases() const {
+    if (report_.broadphases.empty()) return "";
+    HtmlTable table(
+        {"broadphase", "boxes", "ms a frame", "99%", "candidates", "allocations a frame", "missed"});
+    for (const BroadphaseResult& result : report_.broadphases) {
+      if (!result.gap.empty()) {
+        table.add({xml_text(result.name), format_count(result.boxes), result.gap});
+        continue;
+      }
+      table.add({xml_text(result.name), format_count(result.boxes),
+                 fmt::format("{:.3f}", result.frame.median_ns * 1e-6),
+                 fmt::format("{:.3f}", result.frame.p99_ns * 1e-6),
+                 format_count(static_cast<std::size_t>(result.candidates)),
+                 result.allocations ? fmt::format("{:.3g}", *result.allocations) : "-",
+                 result.missed ? fmt::format("{} of {}", *result.missed, format_count(result.true_pairs))
+                               : "not checked"});
+    }
+    return "<h2>Broadphases</h2>\n<p>update and find_pairs of boxes that all move and turn every "
+           "frame.</p>\n" +
+           table.str();
+  }
+
+  std::string pair_file() const {
+    if (!report_.pair_file) return "";
+    std::string html = fmt::format(
+        "<h2>Your pairs</h2>\n<p>{} cases of <code>{}</code>; every answer is in answers.json and "
+        "answers.csv.</p>\n",
+        report_.pair_file->cases.cases.size(), xml_text(report_.pair_file->cases.file));
+    for (const PairFileCases::Case& each : report_.pair_file->cases.cases) {
+      if (!each.invalid.empty()) {
+        html +=
+            fmt::format("<p class='gap'>{}: invalid. {}</p>\n", xml_text(each.id), xml_text(each.invalid));
+      }
+    }
+    return html;
+  }
+
+  std::string method() const {
+    std::string html =
+        "<h2>Method</h2>\n<p>S is the larger of the pair's size and its largest world coordinate. Every "
+        "error "
+        "is measured against <code>exact</code>, which decides in integers. Times: pairs in shuffled order, "
+        "streamed from memory; backends, queries and blocks shuffled in one run; figures are of block "
+        "averages.</p>\n<dl>";
+    for (std::size_t m = 0; m < kMeasures; ++m) {
+      const auto measure = static_cast<Measure>(m);
+      html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", to_string(measure),
+                          xml_text(std::string(definition(measure))));
+    }
+    html += "</dl>\n<h3>Backends</h3><dl>";
+    for (const auto& [name, description] : report_.backends) {
+      html += fmt::format("<dt>{}</dt><dd>{}{}</dd>\n", named(name), xml_text(description), declared(name));
+    }
+    html += fmt::format("</dl>\n<p class='soft'>Compiled with {}.</p>\n", xml_text(report_.machine.flags));
+    return html +
+           "<p>A case is replayed with <code>compare_backends --case ID</code>. The same figures: "
+           "results.json, "
+           "results.csv; each plot: figures/.</p>\n";
+  }
+
+  std::string declared(const std::string& backend) const {
+    for (const SetResult& set : report_.sets) {
+      for (const BackendResult& result : set.backends) {
+        if (result.name != backend) continue;
+        return fmt::format(" ({} bits; declares {} m + {} of the scale)", result.capabilities.scalar_bits,
+                           format_error(result.capabilities.resolution.absolute),
+                           format_error(result.capabilities.resolution.relative));
+      }
+    }
+    return "";
+  }
+
+  const Report& report_;
+  std::vector<std::string> names_;
+};
+
+}  // namespace
+
+std::string html_report(const Report& report) { return Page(report).str(); }
+
+std::vector<ReportFile> figure_files(const Report& report) {
+  std::vector<ReportFile> files;
+  if (!report.has_truth) return files;
+  std::vector<std::string> names;
+  for (const auto& backend : report.backends) names.push_back(backend.first);
+  const PlotAxes axes = axes_for(report.sets);
+  for (const SetResult& set : report.sets) {
+    for (const QueryKind query : kQueryKinds) {
+      files.emplace_back(fmt::format("figures/{}_{}.svg", set.name, to_string(query)),
+                         speed_error_plot(set, query, axes, names, true));
+    }
+  }
+  return files;
+}
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,55 @@
+#include <algorithm>
+#include <filesystem>
+
+#include "contact_core/input_error.hpp"
+#include "examples/compare_backends/scene_run.hpp"
+
+#ifdef TOUCHSTONE_HAS_SCENE_FILES
+#include "adapters/scene_files/scene_file.hpp"
+#include "contact_core/scene/scene_instance.hpp"
+#endif
+
+namespace touchstone::comparison {
+
+#ifdef TOUCHSTONE_HAS_SCENE_FILES
+
+SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters,
+                              std::size_t most_frames) {
+  const Scene scene = load_scene(file, parameters);
+  const SceneInstance instance(scene);
+  SceneFrames frames;
+  frames.description = scene.description;
+  frames.rate = scene.frame_rate;
+  frames.duration = scene.duration;
+  frames.gap = scene.contact_gap;
+  frames.has_facets = scene.parameters.count("facets") > 0;
+  PairSet& set = frames.set;
+  set.name = std::filesystem::path(file).stem().string();
+  set.description = scene.name;
+  set.solids.assign(instance.solids().begin(), instance.solids().end());
+  set.pairs = instance.checked_pairs();
+
+  const std::size_t all = scene.frame_count();
+  const std::size_t count = most_frames == 0 ? all : std::min(all, most_frames);
+  std::vector<Pose> poses(set.solids.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t frame = count > 1 ? i * (all - 1) / (count - 1) : 0;
+    frames.times.push_back(scene.frame_time(frame));
+    instance.poses_at(frames.times.back(), poses);
+    set.poses.insert(set.poses.end(), poses.begin(), poses.end());
+    for (std::size_t p = 0; p < set.pairs.size(); ++p) {
+      set.ids.push_back(set.name + ":" + std::to_string(frame) + ":" + std::to_string(p));
+    }
+  }
+  return frames;
+}
+
+#else
+
+SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>&, std::size_t) {
+  throw InputError(file + ": this build reads no scene files (adapter scene_files is off)");
+}
+
+#endif
+
+}  // namespace touchstone::comparison

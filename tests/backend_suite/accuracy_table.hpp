@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace touchstone::suite {
+
+/// What a backend may get wrong on the first kPairs pairs of a family with seed kSeed. Errors are over S, see
+/// examples/compare_backends/accuracy.hpp; kUnsupported: the backend answers `unsupported` for all such
+/// pairs.
+struct AccuracyRow {
+  std::string_view backend;
+  std::string_view family;
+  int wrong_class;  ///< missed and phantom contacts, overlap query
+  int undecided;    ///< overlap query
+  int no_answer;    ///< failed or missing, distance query
+  double distance;  ///< worst error of pairs apart
+  double depth;     ///< worst error of pairs in contact
+};
+inline constexpr int kPairs = 200;
+inline constexpr std::uint64_t kSeed = 1;
+inline constexpr double kUnsupported = -1.0;
+
+std::span<const AccuracyRow> accuracy_table();
+
+}  // namespace touchstone::suite

@@ -1,0 +1,234 @@
+#include "contact_core/broadphase/broadphase.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "contact_core/input_error.hpp"
+#include "contact_core/registry.hpp"
+#include "tests/broadphase/counting_allocator.hpp"
+#include "tests/geometry/random_poses.hpp"
+
+namespace touchstone {
+namespace {
+
+using Pairs = std::vector<SolidPair>;
+
+struct Scene {
+  std::vector<HexahedronTree> trees;
+  std::vector<Hexahedron> solids;
+  std::vector<Pose> poses;
+  std::vector<std::uint32_t> object_of;
+
+  std::vector<const HexahedronTree*> tree_pointers() const {
+    std::vector<const HexahedronTree*> pointers;
+    for (const HexahedronTree& tree : trees) pointers.push_back(&tree);
+    return pointers;
+  }
+
+  void add(std::vector<PlacedHexahedron> placed, const Pose& X_WO) {
+    for (const PlacedHexahedron& p : placed) {
+      solids.push_back(p.solid);
+      object_of.push_back(static_cast<std::uint32_t>(trees.size()));
+    }
+    trees.emplace_back(std::move(placed));
+    poses.resize(solids.size());
+    place(static_cast<std::uint32_t>(trees.size()) - 1, X_WO);
+  }
+
+  void place(std::uint32_t object, const Pose& X_WO) {
+    const auto first = std::lower_bound(object_of.begin(), object_of.end(), object) - object_of.begin();
+    const std::size_t count = trees[object].solids().size();
+    find_global_positions(trees[object], X_WO,
+                          std::span(poses).subspan(static_cast<std::size_t>(first), count));
+  }
+};
+
+// Objects of one to five boxes, sizes over two decades, about `offset` from the origin.
+Scene random_scene(int objects, double extent, double offset, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_int_distribution<int> parts(1, 5);
+  std::uniform_real_distribution<double> decade(-1.0, 1.0);
+  Scene scene;
+  for (int object = 0; object < objects; ++object) {
+    const double scale = std::pow(10.0, decade(random));
+    std::vector<PlacedHexahedron> placed;
+    for (int part = parts(random); part > 0; --part) {
+      const Vector3 size = Vector3::Constant(1.1) + random_vector(random, 1.0);
+      placed.push_back({"", Hexahedron::from_size(scale * size), random_pose(random, 2 * scale)});
+    }
+    Pose X_WO = random_pose(random, extent);
+    X_WO.p += Vector3(offset, -2 * offset, 0.5 * offset);
+    scene.add(std::move(placed), X_WO);
+  }
+  return scene;
+}
+
+std::unique_ptr<Broadphase> make(const std::string& name, const Scene& scene, double margin) {
+  BackendRegistry registry;
+  register_core(registry);
+  auto broadphase = registry.make_broadphase(name);
+  const auto trees = scene.tree_pointers();
+  broadphase->build({trees, margin});
+  broadphase->update(scene.poses, {});
+  return broadphase;
+}
+
+Pairs sweep(Broadphase& broadphase, std::size_t block_size) {
+  Pairs all;
+  Pairs block(block_size);
+  for (PairCursor cursor; !cursor.done;) {
+    const std::size_t count = broadphase.find_pairs(cursor, block);
+    all.insert(all.end(), block.begin(), block.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+  return all;
+}
+
+// Pairs that must come up: a vertex or a midpoint of two vertices of one solid is within margin of one of the
+// other's. These points lie in the hulls, so such hulls are within margin beyond doubt; long double keeps
+// rounding out.
+Pairs surely_close(const Scene& scene, double margin) {
+  using P = Eigen::Matrix<long double, 3, 1>;
+  std::vector<std::vector<P>> points(scene.solids.size());
+  for (std::size_t s = 0; s < scene.solids.size(); ++s) {
+    WorldVertices v;
+    world_vertices(scene.solids[s], scene.poses[s], v);
+    for (int i = 0; i < 8; ++i)
+      for (int j = i; j < 8; ++j)
+        points[s].push_back((v.vertex(i).cast<long double>() + v.vertex(j).cast<long double>()) / 2);
+  }
+  Pairs pairs;
+  const auto close = [&](std::size_t a, std::size_t b) {
+    for (const P& p : points[a])
+      for (const P& q : points[b])
+        if ((p - q).squaredNorm() <= static_cast<long double>(margin) * margin) return true;
+    return false;
+  };
+  for (SolidIndex a = 0; a < points.size(); ++a)
+    for (SolidIndex b = a + 1; b < points.size(); ++b)
+      if (scene.object_of[a] != scene.object_of[b] && close(a, b)) pairs.push_back({a, b});
+  return pairs;
+}
+
+class BroadphaseTest : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Core, BroadphaseTest, testing::Values("brute_force", "native"));
+
+TEST_P(BroadphaseTest, NeverMissesAPairWithinMargin) {
+  for (double offset : {0.0, 1e6, 1e12})
+    for (double margin : {0.3, 1.0}) {
+      const Scene scene = random_scene(60, 5, offset, 7);
+      const Pairs found = sweep(*make(GetParam(), scene, margin), 64);
+      const Pairs close = surely_close(scene, margin);
+      ASSERT_GT(close.size(), 50u);
+      EXPECT_TRUE(std::includes(found.begin(), found.end(), close.begin(), close.end())) << offset;
+      EXPECT_EQ(std::adjacent_find(found.begin(), found.end(), std::greater_equal<>()), found.end());
+      for (SolidPair pair : found) {
+        ASSERT_LT(pair.a, pair.b);
+        ASSERT_NE(scene.object_of[pair.a], scene.object_of[pair.b]);
+      }
+    }
+}
+
+TEST_P(BroadphaseTest, AnyBlockSizeGivesTheSameSequence) {
+  const Scene scene = random_scene(80, 15, 0, 8);
+  const auto broadphase = make(GetParam(), scene, 0.1);
+  const Pairs all = sweep(*broadphase, 100000);
+  ASSERT_GT(all.size(), 100u);
+  for (std::size_t block : {1, 2, 3, 7, 64}) EXPECT_EQ(sweep(*broadphase, block), all);
+  EXPECT_EQ(sweep(*broadphase, all.size()), all);
+}
+
+TEST_P(BroadphaseTest, CursorsOnTheSameSweepDoNotDisturbEachOther) {
+  const Scene scene = random_scene(40, 8, 0, 9);
+  const auto broadphase = make(GetParam(), scene, 0.1);
+  const Pairs all = sweep(*broadphase, 1000);
+  PairCursor one, other;
+  Pairs block(5);
+  ASSERT_EQ(broadphase->find_pairs(one, block), 5u);
+  broadphase->find_pairs(other, block);
+  broadphase->find_pairs(other, block);
+  ASSERT_EQ(broadphase->find_pairs(one, block), 5u);
+  EXPECT_TRUE(std::equal(block.begin(), block.end(), all.begin() + 5));
+}
+
+TEST_P(BroadphaseTest, BoxesThatTouchExactlyComeUpAtAnyScaleAndPlace) {
+  for (double size : {1e-300, 1e-160, 1e-8, 1.0, 1e8, 1e153})
+    for (double place : {0.0, 1e3, 1e15}) {
+      Scene scene;
+      const Hexahedron cube = Hexahedron::from_size(Vector3::Constant(size));
+      const Vector3 p = place * size * Vector3(1, 1, 1);
+      scene.add({{"", cube, {}}}, {Matrix3::Identity(), p});
+      scene.add({{"", cube, {}}}, {Matrix3::Identity(), p + Vector3(size, size, size)});
+      EXPECT_EQ(sweep(*make(GetParam(), scene, 0.0), 4), Pairs({{0, 1}})) << size << " at " << place;
+    }
+}
+
+TEST_P(BroadphaseTest, BoxesFarApartDoNotComeUp) {
+  Scene scene;
+  const Hexahedron cube = Hexahedron::from_size({1, 1, 1});
+  for (double x : {0.0, 3.0, 1e6}) scene.add({{"", cube, {}}}, {Matrix3::Identity(), {x, 0, 0}});
+  EXPECT_EQ(sweep(*make(GetParam(), scene, 0.0), 4), Pairs());
+  EXPECT_EQ(sweep(*make(GetParam(), scene, 1.3), 4), Pairs({{0, 1}}));
+}
+
+TEST_P(BroadphaseTest, UpdatesWithMovedObjectsMatchAFreshBuild) {
+  Scene scene = random_scene(120, 18, 0, 10);
+  const auto broadphase = make(GetParam(), scene, 0.1);
+  std::mt19937_64 random(11);
+  for (int frame = 0; frame < 30; ++frame) {
+    std::vector<std::uint32_t> moved;
+    for (std::uint32_t object = frame % 7; object < 120; object += 7) {
+      scene.place(object, random_pose(random, 18));
+      moved.push_back(object);
+    }
+    broadphase->update(scene.poses, moved);
+    ASSERT_EQ(sweep(*broadphase, 64), sweep(*make(GetParam(), scene, 0.1), 64)) << frame;
+  }
+}
+
+TEST_P(BroadphaseTest, FramesDoNotAllocate) {
+  Scene scene = random_scene(200, 20, 0, 12);
+  const auto broadphase = make(GetParam(), scene, 0.1);
+  std::vector<std::uint32_t> everything(200);
+  std::iota(everything.begin(), everything.end(), 0u);
+  Pairs block(64);
+  std::mt19937_64 random(13);
+  for (double extent : {20.0, 5.0, 0.1}) {  // in the end everything overlaps everything
+    for (std::uint32_t object = 0; object < 200; ++object) scene.place(object, random_pose(random, extent));
+    const std::size_t before = allocation_count();
+    broadphase->update(scene.poses, everything);
+    for (PairCursor cursor; !cursor.done;) broadphase->find_pairs(cursor, block);
+    EXPECT_EQ(allocation_count(), before);
+  }
+}
+
+TEST_P(BroadphaseTest, EmptyAndSingleObjectScenesHaveNoPairs) {
+  EXPECT_EQ(sweep(*make(GetParam(), {}, 0.0), 4), Pairs());
+  EXPECT_EQ(sweep(*make(GetParam(), random_scene(1, 1, 0, 14), 1.0), 4), Pairs());
+}
+
+TEST_P(BroadphaseTest, BadInputIsRefusedAndTheOldBuildStays) {
+  const Scene scene = random_scene(30, 5, 0, 15);
+  const auto broadphase = make(GetParam(), scene, 0.1);
+  const Pairs all = sweep(*broadphase, 64);
+  const auto trees = scene.tree_pointers();
+  const std::vector<const HexahedronTree*> none = {nullptr};
+  EXPECT_THROW(broadphase->build({none, 0.0}), InputError);
+  for (double margin : {-1.0, double(NAN), double(INFINITY)})
+    EXPECT_THROW(broadphase->build({trees, margin}), InputError);
+  EXPECT_EQ(sweep(*broadphase, 64), all);
+}
+
+// Both cull by the same spheres of solids in the end, so here they agree to the pair.
+TEST(NativeBroadphase, FindsWhatBruteForceFinds) {
+  for (int objects : {2, 3, 5, 9, 100, 700}) {
+    const Scene scene = random_scene(objects, 4 * std::cbrt(objects), 0, 16);
+    EXPECT_EQ(sweep(*make("native", scene, 0.05), 256), sweep(*make("brute_force", scene, 0.05), 256))
+        << objects;
+  }
+}
+
+}  // namespace
+}  // namespace touchstone

@@ -1,0 +1,98 @@
+#include <LinearMath/btAlignedAllocator.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "tests/bullet/backend_under_test.hpp"
+
+// Counts operator new, and what Bullet takes through its own allocator (malloc underneath).
+
+namespace {
+std::atomic<long> allocations{0};
+
+void* counted(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void* counted_for_bullet(size_t size) {
+  ++allocations;
+  return std::malloc(size);
+}
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size); }
+void* operator new[](std::size_t size) { return counted(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace touchstone::test {
+namespace {
+
+struct CountBulletToo {
+  CountBulletToo() { btAlignedAllocSetCustom(counted_for_bullet, std::free); }
+  ~CountBulletToo() { btAlignedAllocSetCustom(nullptr, nullptr); }
+};
+
+TEST(TOUCHSTONE_SUITE, EvaluateAllocatesNothing) {
+  const CountBulletToo guard;
+  std::mt19937_64 random(4);
+  std::vector<Hexahedron> solids;
+  std::vector<Pose> poses;
+  std::vector<SolidPair> pairs;
+  for (SolidIndex i = 0; i < 60; ++i) {
+    const Hexahedron box = Hexahedron::from_size(random_vector(random, 0.5, 1.5));
+    solids.push_back(i % 2 ? box : Hexahedron::from_vertices(box.vertices()));
+    poses.push_back({random_rotation(random), random_vector(random, -2, 2)});
+    for (SolidIndex j = 0; j < i; ++j) pairs.push_back({j, i});
+  }
+  std::vector<PairStatus> status(pairs.size());
+  std::vector<PairGeometry> geometry(pairs.size());
+  std::vector<ContactPoint> points(pairs.size() * kMaxManifoldPoints);
+  for (const std::string& backend : {kBackend, kGjk}) {
+    const auto narrowphase = make_registry().make_narrowphase(backend);
+    narrowphase->build(solids);
+    const auto workspace = narrowphase->make_workspace();
+    for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold}) {
+      const Query query{.kind = kind};
+      narrowphase->evaluate({pairs, poses, query}, {status, geometry, points}, *workspace);
+      const long before = allocations;
+      narrowphase->evaluate({pairs, poses, query}, {status, geometry, points}, *workspace);
+      EXPECT_EQ(allocations - before, 0) << backend << " " << to_string(kind);
+    }
+  }
+}
+
+TEST(TOUCHSTONE_SUITE, BroadphaseAllocatesNothingAfterTheFirstUpdate) {
+  const CountBulletToo guard;
+  std::mt19937_64 random(5);
+  std::vector<HexahedronTree> trees;
+  std::vector<std::uint32_t> moved;
+  std::vector<Pose> poses(200);
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    trees.emplace_back(std::vector<PlacedHexahedron>{{"box", Hexahedron::from_size({1, 1, 1}), Pose{}}});
+    moved.push_back(i);
+  }
+  std::vector<const HexahedronTree*> pointers;
+  for (const HexahedronTree& tree : trees) pointers.push_back(&tree);
+  {
+    const auto broadphase = make_registry().make_broadphase(kBackend);
+    broadphase->build({pointers, 0.1});
+    broadphase->update(poses, {});
+    std::vector<SolidPair> block(64);
+    const long before = allocations;
+    for (int step = 0; step < 10; ++step) {
+      for (Pose& X : poses) X = {random_rotation(random), random_vector(random, -10 + step, 10 - step)};
+      broadphase->update(poses, moved);
+      for (PairCursor cursor; !cursor.done;) broadphase->find_pairs(cursor, block);
+    }
+    EXPECT_EQ(allocations - before, 0);
+  }
+}
+
+}  // namespace
+}  // namespace touchstone::test

@@ -1,0 +1,259 @@
+#include "examples/compare_backends/accuracy.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+#include "contact_core/input_error.hpp"
+#include "examples/compare_backends/allocations.hpp"
+#include "examples/compare_backends/comparison.hpp"
+#include "examples/compare_backends/html_report.hpp"
+#include "examples/compare_backends/json_writer.hpp"
+#include "examples/compare_backends/svg_plot.hpp"
+#include "examples/compare_backends/terminal.hpp"
+#include "examples/compare_backends/text_table.hpp"
+#include "tests/compare_backends/fake_backends.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// 3 apart, 2 penetrating, 1 touching.
+const std::vector<double> kGaps = {0.5, 0.25, 0.125, -0.25, -0.5, 0.0};
+
+class Judged : public ::testing::Test {
+ protected:
+  Judged() : set_(testing::cubes(kGaps)) {
+    testing::register_fakes(backends_.registry);
+    MeasureOptions measure;
+    measure.repetitions = 2;
+    truth_ = compute_truth(set_, oracle_, 2);
+    result_ = sum_up(set_, truth_, &oracle_, answer_set({}, backends_, set_, measure), 2);
+  }
+
+  const Judgement& of(const std::string& name) const {
+    for (const BackendResult& backend : result_.backends) {
+      if (backend.name == name) return backend.judgement;
+    }
+    throw std::runtime_error("no " + name);
+  }
+  Wrongness wrong(const std::string& name, QueryKind kind = QueryKind::distance) const {
+    return of(name).wrongness[index_of(kind)];
+  }
+  const Quantiles& error(const std::string& name, Measure measure) const {
+    return of(name).errors[static_cast<std::size_t>(measure)].over_size;
+  }
+
+  Backends backends_;
+  testing::CubeOracle oracle_;
+  PairSet set_;
+  std::vector<PairTruth> truth_;
+  SetResult result_;
+  const double size_ = std::sqrt(3.0);
+};
+
+TEST_F(Judged, CountsClassesPerQuery) {
+  EXPECT_EQ(result_.contacts, 3u);
+  EXPECT_EQ(result_.touching, 1u);
+  for (const QueryKind kind : kQueryKinds) {
+    EXPECT_EQ(wrong("right", kind).total(), 0u);
+    EXPECT_EQ(wrong("missing_contacts", kind).missed, 3u);
+    EXPECT_EQ(wrong("missing_contacts", kind).total(), 3u);
+    EXPECT_EQ(wrong("seeing_phantoms", kind).phantom, 3u);
+    EXPECT_EQ(wrong("seeing_phantoms", kind).total(), 3u);
+    EXPECT_EQ(wrong("unsupported", kind).unsupported, 6u);
+    EXPECT_EQ(wrong("failing", kind).failed, 6u);
+    EXPECT_EQ(wrong("undecided", kind).undecided, 6u);
+  }
+  EXPECT_EQ(wrong("not_a_number", QueryKind::overlap).total(), 0u);
+  EXPECT_EQ(wrong("not_a_number", QueryKind::distance).missing, 6u);
+  EXPECT_EQ(wrong("not_a_number", QueryKind::manifold).missing, 3u)
+      << "a pair that is apart needs no manifold";
+}
+
+TEST_F(Judged, ErrorsAreWhatTheFakesDo) {
+  EXPECT_EQ(error("right", Measure::distance).worst, 0.0);
+  EXPECT_EQ(error("right", Measure::depth).worst, 0.0);
+  EXPECT_EQ(error("right", Measure::distance).count, 3u);
+  EXPECT_EQ(error("right", Measure::depth).count, 3u);
+  EXPECT_EQ(error("right", Measure::normal).worst, 0.0);
+  EXPECT_EQ(error("right", Measure::witness).worst, 0.0);
+  EXPECT_EQ(error("right", Measure::deepest).worst, 0.0);
+  EXPECT_EQ(error("right", Measure::patch_area).worst, 0.0);
+  EXPECT_NEAR(error("off_by_1e-3", Measure::distance).worst, 1e-3 / size_, 1e-15);
+  EXPECT_NEAR(error("off_by_1e-3", Measure::depth).worst, 1e-3 / size_, 1e-15);
+  EXPECT_NEAR(error("off_by_1e-3", Measure::deepest).worst, 1e-3 / size_, 1e-15);
+  EXPECT_NEAR(error("off_by_1e-3", Measure::witness).worst, 1e-3 / size_, 1e-15);
+  EXPECT_EQ(error("off_by_1e-3", Measure::normal).worst, 0.0);
+  EXPECT_EQ(error("not_a_number", Measure::distance).count, 0u);
+}
+
+TEST_F(Judged, CostsFollowTheRules) {
+  const auto worst = [&](const char* name, QueryKind kind) { return of(name).worst[index_of(kind)]; };
+  EXPECT_EQ(worst("right", QueryKind::distance).cost, 0.0);
+  EXPECT_EQ(worst("missing_contacts", QueryKind::overlap).cost, 0.5);
+  EXPECT_EQ(worst("missing_contacts", QueryKind::overlap).index, 4u);
+  EXPECT_STREQ(worst("missing_contacts", QueryKind::overlap).reason, "missed contact");
+  EXPECT_EQ(worst("seeing_phantoms", QueryKind::distance).cost, 0.5);
+  EXPECT_EQ(worst("seeing_phantoms", QueryKind::distance).index, 0u);
+  EXPECT_EQ(worst("unsupported", QueryKind::distance).cost, 0.5);
+  EXPECT_EQ(worst("undecided", QueryKind::distance).cost, 0.5);
+  EXPECT_EQ(worst("failing", QueryKind::manifold).cost, 0.5);
+  EXPECT_NEAR(worst("off_by_1e-3", QueryKind::distance).cost, 1e-3, 1e-15);
+  EXPECT_EQ(worst("off_by_1e-3", QueryKind::overlap).cost, 0.0);
+  EXPECT_TRUE(std::isinf(worst("not_a_number", QueryKind::distance).cost));
+}
+
+TEST_F(Judged, TheFakesAllocateNothingAndAreTimed) {
+  for (const BackendResult& backend : result_.backends) {
+    if (backend.name == "unsupported") continue;
+    ASSERT_TRUE(backend.rows[0].single);
+    EXPECT_GT(backend.rows[0].single->median_ns, 0.0);
+    EXPECT_LE(backend.rows[0].single->minimum_ns, backend.rows[0].single->median_ns);
+    EXPECT_LE(backend.rows[0].single->median_ns, backend.rows[0].single->p99_ns);
+    if (thread_allocations()) {
+      EXPECT_EQ(backend.rows[0].allocations, 0.0);
+    }
+  }
+}
+
+TEST(Allocations, AreCounted) {
+  if (!thread_allocations()) GTEST_SKIP() << "not countable in this build";
+  const auto before = thread_allocations();
+  const auto held = std::make_unique<std::vector<int>>(100);
+  EXPECT_EQ(*thread_allocations() - *before, 2u);
+  EXPECT_EQ(held->size(), 100u);
+}
+
+// ---- the verdict, on made-up results
+
+SetResult made_up(double fast_cost, double slow_cost) {
+  SetResult set;
+  set.name = "made_up";
+  set.cases = 10;
+  const auto add = [&](const char* name, double ns, double cost) {
+    BackendResult backend;
+    backend.name = name;
+    backend.judged = true;
+    for (std::size_t q = 0; q < 3; ++q) {
+      backend.rows[q].single = Timing{ns, ns, ns, 1};
+      backend.judgement.worst[q] = {cost, 7, "depth"};
+      backend.judgement.cost[q] = {cost, cost, cost, 7, 10};
+    }
+    set.backends.push_back(backend);
+  };
+  add("fast", 10, fast_cost);
+  add("slow", 100, slow_cost);
+  return set;
+}
+
+TEST(Verdict, NamesTheFastestThatStaysInside) {
+  const std::vector<SetResult> sets = {made_up(1e-3, 1e-9)};
+  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-2).fastest, "fast");
+  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-3).fastest, "fast") << "at the limit is inside";
+  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-4).fastest, "slow");
+  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-10).fastest, "");
+  const Verdict verdict = decide(sets, QueryKind::distance, 1e-4);
+  ASSERT_EQ(verdict.candidates.size(), 2u);
+  EXPECT_EQ(verdict.candidates[1].backend, "fast");
+  EXPECT_FALSE(verdict.candidates[1].inside);
+  EXPECT_EQ(verdict.candidates[1].worst_id, "made_up:7");
+}
+
+TEST(Verdict, OneBadFamilyIsEnoughToDropOut) {
+  const std::vector<SetResult> sets = {made_up(1e-9, 1e-9), made_up(1.0, 1e-9)};
+  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-6).fastest, "slow");
+}
+
+TEST(Verdict, AMissingValueOrTimeIsNeverInside) {
+  std::vector<SetResult> sets = {made_up(std::numeric_limits<double>::infinity(), 1e-9)};
+  EXPECT_EQ(decide(sets, QueryKind::distance, 1e300).fastest, "slow");
+  sets[0].backends[1].rows[1].single.reset();
+  EXPECT_EQ(decide(sets, QueryKind::distance, 1e300).fastest, "");
+}
+
+TEST_F(Judged, MaxErrorPicksAmongTheFakes) {
+  const std::vector<SetResult> sets = {result_};
+  const auto inside = [&](double budget) {
+    std::vector<std::string> names;
+    for (const Candidate& candidate : decide(sets, QueryKind::distance, budget).candidates) {
+      if (candidate.inside) names.push_back(candidate.backend);
+    }
+    return names;
+  };
+  EXPECT_THAT(inside(0.0), ::testing::ElementsAre("right"));
+  EXPECT_THAT(inside(2e-3), ::testing::UnorderedElementsAre("right", "off_by_1e-3"));
+  EXPECT_THAT(inside(0.5), ::testing::UnorderedElementsAre("right", "off_by_1e-3", "missing_contacts",
+                                                           "seeing_phantoms", "failing", "undecided"));
+}
+
+// ---- what is written
+
+TEST_F(Judged, TableCsvAndJsonShowTheSameNumbers) {
+  Report report;
+  report.has_truth = true;
+  report.sets = {result_};
+  for (const BackendResult& backend : result_.backends)
+    report.backends.emplace_back(backend.name, backend.description);
+  const auto json = nlohmann::json::parse(results_json(report));
+  const std::string table = terminal_report(report), html = html_report(report), csv = results_csv(report);
+  ASSERT_EQ(json["pair_sets"][0]["backends"].size(), 8u);
+  for (const auto& backend : json["pair_sets"][0]["backends"]) {
+    const auto& single = backend["queries"]["overlap"]["single"];
+    if (single.is_null()) continue;
+    const double ns = single["median_ns"];
+    EXPECT_THAT(table, HasSubstr(format_ns(ns)));
+    EXPECT_THAT(html, HasSubstr("<td>" + format_ns(ns) + "</td>"));
+    EXPECT_THAT(csv, HasSubstr("," + fmt::format("{}", ns) + ","));
+  }
+  const auto& phantom = json["pair_sets"][0]["backends"][2];
+  EXPECT_EQ(phantom["backend"], "seeing_phantoms");
+  EXPECT_EQ(phantom["queries"]["distance"]["wrong"]["phantom"], 3);
+  EXPECT_EQ(phantom["queries"]["distance"]["worst"]["case"], "cubes:0");
+  EXPECT_EQ(json["pair_sets"][0]["backends"][4]["queries"]["distance"]["worst"]["cost_m"], "inf");
+}
+
+TEST_F(Judged, ThePageMakesNoRequest) {
+  Report report;
+  report.has_truth = true;
+  report.sets = {result_};
+  for (const BackendResult& backend : result_.backends)
+    report.backends.emplace_back(backend.name, backend.description);
+  std::string html = html_report(report);
+  for (std::size_t at; (at = html.find("http://www.w3.org/2000/svg")) != std::string::npos;)
+    html.erase(at, 26);
+  for (const char* outside : {"http:", "https:", "url(", "@import", "<link", "src=", "<script"}) {
+    EXPECT_THAT(html, Not(HasSubstr(outside)));
+  }
+}
+
+TEST_F(Judged, AWrongBackendGetsNoSpeedMark) {
+  const std::vector<std::string> names = {"right", "missing_contacts"};
+  SetResult wrong_only = result_;
+  std::erase_if(wrong_only.backends, [](const BackendResult& b) { return b.name != "missing_contacts"; });
+  const std::string plot = speed_error_plot(wrong_only, QueryKind::overlap, {}, names, true);
+  EXPECT_THAT(plot, HasSubstr("hollow"));
+  EXPECT_THAT(plot, HasSubstr("3 missed"));
+  EXPECT_THAT(plot, Not(HasSubstr("class='whisker")));
+  EXPECT_THAT(plot, Not(HasSubstr("ns a pair")));
+  SetResult right_only = result_;
+  std::erase_if(right_only.backends, [](const BackendResult& b) { return b.name != "right"; });
+  EXPECT_THAT(speed_error_plot(right_only, QueryKind::overlap, {}, names, true), HasSubstr("ns a pair"));
+}
+
+TEST(Backends, UnknownAndRepeatedNamesAreRefused) {
+  Backends backends;
+  testing::register_fakes(backends.registry);
+  Options options;
+  options.backends = {"right", "wrong_name"};
+  EXPECT_THROW(chosen_backends(options, backends), InputError);
+  options.backends = {"right", "right"};
+  EXPECT_THROW(chosen_backends(options, backends), InputError);
+}
+
+}  // namespace
+}  // namespace touchstone::comparison

@@ -1,0 +1,14 @@
+#include <cstdlib>
+
+#include "examples/compare_backends/worker.hpp"
+#include "tests/compare_backends/fake_backends.hpp"
+
+// Offers the fakes; dies in `failing`'s place when it is asked for "dying".
+int main(int argc, char** argv) {
+  using namespace touchstone;
+  return comparison::worker_main(argc, argv, [](BackendRegistry& registry) {
+    comparison::testing::register_fakes(registry);
+    registry.add(BackendRegistry::NarrowphaseEntry{
+        "dying", "ends its process", []() -> std::unique_ptr<Narrowphase> { std::abort(); }, {}});
+  });
+}

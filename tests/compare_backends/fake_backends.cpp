@@ -1,0 +1,95 @@
+#include "tests/compare_backends/fake_backends.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace touchstone::comparison::testing {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+class FakeNarrowphase final : public Narrowphase {
+ public:
+  explicit FakeNarrowphase(std::string name) : name_(std::move(name)) {
+    capabilities_.distance = capabilities_.penetration = capabilities_.manifold = true;
+  }
+  std::string_view name() const noexcept override { return name_; }
+  const Capabilities& capabilities() const noexcept override { return capabilities_; }
+  void build(std::span<const Hexahedron>) override {}
+  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
+
+  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
+                Workspace&) const noexcept override {
+    for (std::size_t i = 0; i < input.pairs.size(); ++i) {
+      const Vector3& p_WA = input.poses[input.pairs[i].a].p;
+      const double gap = input.poses[input.pairs[i].b].p.x() - p_WA.x() - 1.0;
+      output.status[i] = status(gap);
+      if (input.query.kind == QueryKind::overlap) continue;
+      const bool told = output.status[i] != PairStatus::failed && output.status[i] != PairStatus::unsupported;
+      const double separation = !told || name_ == "not_a_number" ? kNaN
+                                : name_ == "off_by_1e-3"         ? gap + 1e-3
+                                                                 : gap;
+      const Vector3 n = Vector3::UnitX(), p_A = p_WA + n * 0.5;
+      output.geometry[i] = {separation, n, p_A, p_A + n * separation, 0};
+      if (input.query.kind != QueryKind::manifold || !told || gap > 0) continue;
+      for (int c = 0; c < 4; ++c) {
+        const Vector3 corner = p_A + Vector3(0, c & 1 ? 0.5 : -0.5, c & 2 ? 0.5 : -0.5);
+        output.points[i * static_cast<std::size_t>(input.query.max_points) + static_cast<std::size_t>(c)] = {
+            corner, corner + n * separation, separation, 0};
+      }
+      output.geometry[i].point_count = 4;
+    }
+  }
+
+ private:
+  PairStatus status(double gap) const {
+    if (name_ == "unsupported") return PairStatus::unsupported;
+    if (name_ == "failing") return PairStatus::failed;
+    if (name_ == "undecided") return PairStatus::undecided;
+    if (name_ == "missing_contacts") return PairStatus::separated;
+    if (name_ == "seeing_phantoms") return PairStatus::overlapping;
+    return gap > 0 ? PairStatus::separated : PairStatus::overlapping;
+  }
+
+  std::string name_;
+  Capabilities capabilities_;
+};
+
+}  // namespace
+
+PairSet cubes(const std::vector<double>& gaps) {
+  PairSet set;
+  set.name = "cubes";
+  set.description = "unit cubes side by side";
+  for (const double gap : gaps) {
+    const auto first = static_cast<SolidIndex>(set.solids.size());
+    for (int i = 0; i < 2; ++i) set.solids.push_back(Hexahedron::from_size({1, 1, 1}));
+    set.poses.push_back({});
+    set.poses.push_back({Matrix3::Identity(), {1.0 + gap, 0, 0}});
+    set.pairs.push_back({first, first + 1});
+  }
+  return set;
+}
+
+PairTruth CubeOracle::truth(const WorldVertices& a, const WorldVertices& b) const {
+  const double gap = b.x[0] - a.x[7];
+  const PairClass pair_class = gap > 0   ? PairClass::separated
+                               : gap < 0 ? PairClass::penetrating
+                                         : PairClass::touching;
+  return {pair_class, gap, Vector3::UnitX(), true};
+}
+
+double CubeOracle::surface_distance(const WorldVertices&, const Vector3&) const { return kNaN; }
+double CubeOracle::patch_area(const WorldVertices&, const WorldVertices&, const Vector3&) const {
+  return 1.0;
+}
+
+void register_fakes(BackendRegistry& registry) {
+  for (const char* name : {"right", "missing_contacts", "seeing_phantoms", "off_by_1e-3", "not_a_number",
+                           "unsupported", "failing", "undecided"}) {
+    registry.add(BackendRegistry::NarrowphaseEntry{
+        name, "a fake", [name] { return std::make_unique<FakeNarrowphase>(name); }, {}});
+  }
+}
+
+}  // namespace touchstone::comparison::testing

@@ -1,0 +1,89 @@
+#include "examples/compare_backends/worker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "examples/compare_backends/comparison.hpp"
+#include "examples/compare_backends/job_io.hpp"
+#include "examples/compare_backends/pair_families.hpp"
+#include "tests/compare_backends/fake_backends.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+MeasureOptions quick() {
+  MeasureOptions options;
+  options.repetitions = 1;
+  return options;
+}
+
+TEST(Worker, AnswersAsInThisProcess) {
+  const Worker worker = describe_worker(TEST_WORKER);
+  ASSERT_EQ(worker.failure, "");
+  ASSERT_TRUE(worker.offers("right"));
+  const PairSet set = testing::cubes({0.5, -0.25, 0.0, 1e-300});
+  const std::vector<std::string> names = {"right", "off_by_1e-3"};
+  const auto there = run_in_worker(worker, names, set, quick());
+  Backends backends;
+  testing::register_fakes(backends.registry);
+  Options options;
+  options.backends = names;
+  const auto here = answer_set(options, backends, set, quick());
+  ASSERT_EQ(there.size(), 2u);
+  for (std::size_t b = 0; b < 2; ++b) {
+    EXPECT_EQ(there[b].name, names[b]);
+    EXPECT_TRUE(there[b].queries[0].single);
+    for (std::size_t q = 0; q < 3; ++q) {
+      EXPECT_EQ(there[b].queries[q].status, here[b].queries[q].status);
+      for (std::size_t i = 0; i < here[b].queries[q].geometry.size(); ++i) {
+        EXPECT_EQ(there[b].queries[q].geometry[i].separation, here[b].queries[q].geometry[i].separation);
+      }
+    }
+  }
+}
+
+TEST(Worker, ADeadOneIsFailedAndTheRestGoesOn) {
+  Backends backends;
+  testing::register_fakes(backends.registry);
+  Worker worker = describe_worker(TEST_WORKER);
+  worker.backends = {{"dying", "ends its process"}};
+  backends.workers.push_back(worker);
+  Options options;
+  options.backends = {"right", "dying"};
+  const PairSet set = testing::cubes({0.5, -0.25});
+  const auto answers = answer_set(options, backends, set, quick());
+  ASSERT_EQ(answers.size(), 2u);
+  EXPECT_EQ(answers[0].failure, "");
+  EXPECT_EQ(answers[1].name, "dying");
+  EXPECT_NE(answers[1].failure.find("died"), std::string::npos) << answers[1].failure;
+  const testing::CubeOracle oracle;
+  const SetResult result = sum_up(set, compute_truth(set, oracle, 1), &oracle, answers, 1);
+  EXPECT_EQ(result.backends[1].judgement.wrongness[1].failed, 2u);
+}
+
+TEST(Worker, AProgramThatIsNotThereSaysSo) { EXPECT_NE(describe_worker("/no/such/program").failure, ""); }
+
+TEST(Job, CarriesEveryBitOfTheSolids) {
+  for (const PairFamily& family : pair_families()) {
+    const PairSet set = make_pair_family(family.name, 3, 20);
+    const Job copy = decode_job(encode_job({{"x"}, {}, set}));
+    ASSERT_EQ(copy.set.cases(), set.cases());
+    for (std::size_t i = 0; i < set.cases(); ++i) {
+      const PosedPair before = posed_pair(set, i), after = posed_pair(copy.set, i);
+      for (int v = 0; v < 8; ++v) {
+        EXPECT_EQ(before.a.vertex(v), after.a.vertex(v)) << case_id(set, i);
+        EXPECT_EQ(before.b.vertex(v), after.b.vertex(v)) << case_id(set, i);
+      }
+      EXPECT_EQ(set.solids[2 * i].is_box(), copy.set.solids[2 * i].is_box());
+    }
+  }
+}
+
+TEST(Job, TruncatedAnswersAreRefused) {
+  const std::string bytes = encode_answers(std::vector<BackendAnswers>(1));
+  EXPECT_THROW(decode_answers(bytes.substr(0, bytes.size() - 4)), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace touchstone::comparison
