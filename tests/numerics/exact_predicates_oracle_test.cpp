@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 
+#include "contact_core/geometry/pose.hpp"
 #include "contact_core/numerics/exact_predicates.hpp"
 #include "tests/numerics/hull_oracle.hpp"
 #include "tests/numerics/pair_generators.hpp"
@@ -94,6 +95,46 @@ TEST(HullsIntersectOracle, SmallGridsOfAllRanks) {
 TEST(HullsIntersectOracle, MappedGrids) {
   for (int bits : {2, 8, 20})
     check_family(600, 0.05, [&](Random& random) { return mapped_grid_pair(random, 3, bits); });
+}
+
+TEST(HullsIntersectOracle, PolygonsInOnePlane) {
+  // Touching rectangles under a rotation in their plane: ties of full mantissas in the plane's own
+  // arithmetic.
+  check_family(1500, 0.05, [&](Random& random) {
+    HullPair pair = aligned_box_pair(random, 0.1);
+    const Pose flat{
+        rotation_from_quaternion(random_real(random, -1, 1), 0.0, 0.0, random_real(random, -1, 1)),
+        Vector3(random_real(random, -9, 9), random_real(random, -9, 9), 0.0)};
+    const int axis = random_int(random, 0, 2);
+    for (WorldVertices* hull : {&pair.a, &pair.b}) {
+      for (int i = 0; i < 8; ++i) {
+        const Vector3 p = transform(flat, Vector3(hull->x[i], hull->y[i], 0.0));
+        std::array<double, 3> out;
+        out[axis] = 0.1, out[(axis + 1) % 3] = p.x(), out[(axis + 2) % 3] = p.y();
+        hull->x[i] = out[0], hull->y[i] = out[1], hull->z[i] = out[2];
+      }
+    }
+    return pair;
+  });
+}
+
+TEST(HullsIntersectOracle, PolygonsByUlps) {
+  // A triangle whose side from about (1/2, 1/2) to (24, 24) passes (12, 12), where a segment ends, by a few
+  // ulps: the points for which plain doubles often give the wrong orientation (Kettner et al., Classroom
+  // Examples of Robustness Problems in Geometric Computations, 2008).
+  check_family(1500, 0.05, [](Random& random) {
+    const Vector3 corner(0.5 + random_int(random, 0, 255) * 0x1p-53,
+                         0.5 + random_int(random, 0, 255) * 0x1p-53, 0.0);
+    const std::array<Vector3, 3> triangle = {corner, Vector3(24, 24, 0), Vector3(24, 0, 0)};
+    const std::array<Vector3, 2> segment = {Vector3(12, 12, 0), Vector3(0, 24, 0)};
+    HullPair pair;
+    for (int i = 0; i < 8; ++i) {
+      const Vector3 &p = triangle[i % 3], &q = segment[i % 2];
+      pair.a.x[i] = p.x(), pair.a.y[i] = p.y(), pair.a.z[i] = p.z();
+      pair.b.x[i] = q.x(), pair.b.y[i] = q.y(), pair.b.z[i] = q.z();
+    }
+    return pair;
+  });
 }
 
 TEST(HullsIntersectOracle, AlignedBoxes) {
