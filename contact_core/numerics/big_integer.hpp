@@ -4,12 +4,12 @@
 #include <array>
 #include <cstdint>
 
+#include "contact_core/numerics/fixed_integer.hpp"
+
 // Signed integers of a fixed capacity, on the stack: what decides a sign when a floating-point filter cannot.
 // Only the limbs in use are touched, so ordinary inputs (a few limbs) stay cheap whatever the capacity.
 
 namespace touchstone::numerics {
-
-__extension__ typedef unsigned __int128 Uint128;
 
 template <int Capacity>
 struct BigInteger {

@@ -1,17 +1,38 @@
 #include "contact_core/numerics/difference_determinant.hpp"
 
+#include <algorithm>
 #include <bit>
-#include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "contact_core/numerics/big_integer.hpp"
 
+// How a sign is decided, cheapest first:
+//  1. doubles with an error bound (below);
+//  2. the same with exponents kept apart, where the first over- or underflowed;
+//  3. integers: multiplying an axis by a power of two leaves the sign alone, so the coordinates of each axis
+//  are made
+//     integers on that axis's own lowest bit. When highest and lowest bit of every axis are at most 125 bits
+//     apart, the determinant is formed in 192 bits (differences below 2^61) or 384 bits; otherwise in
+//     BigInteger.
+// Floating-point expansions (Shewchuk 1997) would take the place of 3 for ordinary exponents, but not for all
+// doubles; the integers do, and need no second path.
+//
+// Error bound of 1. Let u = 2^-53. A difference of doubles is exact times (1 + d), |d| <= u, whatever its
+// magnitude (sums do not underflow). A term of the determinant is a product of three differences (3
+// roundings), two products (2) and at most three additions (3): 8 roundings, so the computed sum is within
+// ((1 + u)^8 - 1) * permanent of the exact one, permanent = the sum of the six terms' magnitudes, and the
+// computed permanent is low by at most the same factor. 9 u covers both, 16 u = 2^-49 is used, so the
+// rounding of the bound itself is covered too. Underflow adds at most 2^-1075 to a product: 2 * 2^-1075 to
+// each minor, that times |a_k| to a term, and 3 * 2^-1075 for the last products; the permanent may be low by
+// as much. 2^-1000 (1 + |a_x| + |a_y| + |a_z|) covers it amply (a normal number: denormal constants would be
+// slow). Overflow anywhere makes the permanent infinite or NaN: monotonicity of rounding keeps every
+// intermediate value of the determinant at most its counterpart in the permanent.
+
 namespace touchstone::numerics {
 namespace {
 
-// Widths. A finite double is an integer below 2^2098 times 2^-1074, so 2098 bits hold any coordinate on a
-// common exponent, 2099 a difference (33 limbs), 2 * 2099 + 1 a 2x2 minor (66 limbs), and 3 * 2099 + 3 bits =
+// Widths of 3. A finite double is an integer below 2^2098 times 2^-1074, so 2098 bits hold any coordinate on
+// an axis's unit, 2099 a difference (33 limbs), 2 * 2099 + 1 a 2x2 minor (66 limbs), and 3 * 2099 + 3 bits =
 // 6300 a determinant (99 limbs). product() may touch one limb more than the value needs.
 constexpr int kDifferenceLimbs = 34;
 constexpr int kMinorLimbs = 69;
@@ -19,11 +40,16 @@ constexpr int kDeterminantLimbs = 104;
 using DifferenceInteger = BigInteger<kDifferenceLimbs>;
 using MinorInteger = BigInteger<kMinorLimbs>;
 using DeterminantInteger = BigInteger<kDeterminantLimbs>;
+using BigVector = std::array<DifferenceInteger, 3>;
+
+constexpr int kFittingBits = 125;
 
 struct Parts {
   int sign;
-  std::uint64_t mantissa;
-  int exponent;  // of the mantissa's least significant bit
+  std::uint64_t mantissa;  // odd, or 0
+  int exponent;            // of the mantissa's least significant bit
+
+  int top() const { return exponent + static_cast<int>(std::bit_width(mantissa)); }
 };
 
 Parts parts_of(double value) {
@@ -31,183 +57,164 @@ Parts parts_of(double value) {
   const int biased = static_cast<int>(bits >> 52 & 0x7ff);
   std::uint64_t mantissa = bits & 0xfffffffffffffULL;
   if (biased != 0) mantissa |= 1ULL << 52;
-  return {bits >> 63 ? -1 : 1, mantissa, biased != 0 ? biased - 1075 : -1074};
+  if (mantissa == 0) return {0, 0, 0};
+  const int zeros = std::countr_zero(mantissa);
+  return {bits >> 63 ? -1 : 1, mantissa >> zeros, (biased != 0 ? biased - 1075 : -1074) + zeros};
 }
 
-DifferenceInteger integer_of(double value, int lowest_exponent) {
+DifferenceInteger big_integer_of(double value, int unit_exponent) {
   const Parts parts = parts_of(value);
   DifferenceInteger out;
-  // Trailing zero bits may lie below the common exponent, which is that of the lowest bit set in any
-  // coordinate.
-  const int shift = parts.exponent - lowest_exponent;
-  if (parts.mantissa != 0 && shift < 0)
-    assign_shifted(out, parts.sign, parts.mantissa >> -shift, 0);
-  else
-    assign_shifted(out, parts.sign, parts.mantissa, parts.mantissa == 0 ? 0 : shift);
+  assign_shifted(out, parts.sign, parts.mantissa, parts.mantissa == 0 ? 0 : parts.exponent - unit_exponent);
   return out;
 }
-
-int sign_of(double value) { return value > 0.0 ? 1 : value < 0.0 ? -1 : 0; }
 
 MinorInteger minor(const DifferenceInteger& a, const DifferenceInteger& b, const DifferenceInteger& c,
                    const DifferenceInteger& d) {
   return difference(product<kMinorLimbs>(a, b), product<kMinorLimbs>(c, d));
 }
 
-}  // namespace
+/// A double whose exponent cannot overflow: fraction * 2^exponent, 1/2 <= |fraction| < 1 or zero.
+struct WideExponent {
+  double fraction;
+  int exponent;
+};
 
-// Filter. Let u = 2^-53. Every computed difference is exact times (1 + d), |d| <= u; a term of the
-// determinant is a product of three differences (3 roundings), two products (2) and at most three additions
-// (3): 8 roundings, so the computed sum is within ((1 + u)^8 - 1) * permanent of the exact one; the computed
-// permanent is low by at most the same factor. 16 u covers both. Underflow, in the products or in scaling
-// (coordinates are at most 1, so factors are at most 2), adds at most 2^-1074 per rounding, magnified by at
-// most 4: below 2^-1000 in all.
-double determinant_error(double permanent) { return 0x1p-49 * permanent + 0x1p-1000; }
-
-DifferenceDeterminant::DifferenceDeterminant(std::span<const Vector3> points)
-    : count_(static_cast<int>(points.size())) {
-  double largest = 0.0;
-  for (int i = 0; i < count_; ++i) {
-    points_[i] = points[i];
-    for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, std::abs(points[i](axis)));
-  }
-  // Powers of two. Ordinary magnitudes need none: squares and cubes of 2^+-64 are far from over- or
-  // underflow, and the error bound's 2^-1000 is far below any determinant the filter could certify there.
-  if (largest == 0.0 || (largest > 0x1p-64 && largest <= 1.0)) {
-    scaled_ = points_;
-    return;
-  }
-  const int exponent = -(std::ilogb(largest) + 1);
-  const double factor_low = std::scalbn(1.0, exponent / 2),
-               factor_high = std::scalbn(1.0, exponent - exponent / 2);
-  for (int i = 0; i < count_; ++i) scaled_[i] = points_[i] * factor_low * factor_high;
-}
-
-void DifferenceDeterminant::prepare_exponent() {
-  lowest_exponent_ = std::numeric_limits<int>::max();
-  for (int i = 0; i < count_; ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const Parts parts = parts_of(points_[i](axis));
-      if (parts.mantissa != 0)
-        lowest_exponent_ = std::min(lowest_exponent_, parts.exponent + std::countr_zero(parts.mantissa));
-    }
-  }
-  exponent_known_ = true;
-  prepare_short();
-}
-
-// Sixteen points about the world's origin mostly share 70 bits.
-void DifferenceDeterminant::prepare_short() {
-  constexpr int kShortBits = 125;
-  is_short_ = true;
-  for (int i = 0; i < count_; ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const Parts parts = parts_of(points_[i](axis));
-      const int shift = parts.mantissa == 0 ? 0 : parts.exponent - lowest_exponent_;
-      if (shift + std::bit_width(parts.mantissa) > kShortBits) {
-        is_short_ = false;
-        return;
-      }
-      // Bits below the common exponent are zero.
-      const Int128 magnitude = shift < 0 ? static_cast<Int128>(parts.mantissa >> -shift)
-                                         : static_cast<Int128>(parts.mantissa) << shift;
-      short_[i][axis] = parts.sign < 0 ? -magnitude : magnitude;
-    }
-  }
-}
-
-// Differences are below 2^126, minors below 2^253, the determinant below 2^381.
-int DifferenceDeterminant::short_sign(Difference u, Difference v, Difference w) const {
-  const auto component = [this](Difference d, int axis) {
-    return fixed(short_[d.q][axis] - short_[d.p][axis]);
-  };
-  FixedInteger<6> det;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
-    const FixedInteger<2> a = component(u, axis);
-    if (a.sign() == 0) continue;
-    const FixedInteger<4> minor_of = add(product(component(v, next), component(w, last)),
-                                         product(component(v, last), component(w, next)), true);
-    det = add(det, product(a, minor_of));
-  }
-  return det.sign();
-}
-
-int DifferenceDeterminant::sign(Difference u, Difference v, Difference w) {
-  const Vector3 a = scaled_[u.q] - scaled_[u.p], b = scaled_[v.q] - scaled_[v.p],
-                c = scaled_[w.q] - scaled_[w.p];
-  const double xp = b.y() * c.z(), xn = b.z() * c.y();
-  const double yp = b.z() * c.x(), yn = b.x() * c.z();
-  const double zp = b.x() * c.y(), zn = b.y() * c.x();
-  const double det = (a.x() * (xp - xn) + a.y() * (yp - yn)) + a.z() * (zp - zn);
-  const double permanent =
-      (std::abs(a.x()) * (std::abs(xp) + std::abs(xn)) + std::abs(a.y()) * (std::abs(yp) + std::abs(yn))) +
-      std::abs(a.z()) * (std::abs(zp) + std::abs(zn));
-  if (std::abs(det) > determinant_error(permanent)) return sign_of(det);
-  return exact_sign(u, v, w);
-}
-
-// The filter of sign() with w in front: det [u v w] = w . (u x v).
-DifferenceDeterminant::Sides DifferenceDeterminant::sides(Difference u, Difference v, int base, int first,
-                                                          unsigned wanted) {
-  const Vector3 a = scaled_[u.q] - scaled_[u.p], b = scaled_[v.q] - scaled_[v.p];
-  const Vector3 n = cross(a, b);
-  const Vector3 magnitude(std::abs(a.y() * b.z()) + std::abs(a.z() * b.y()),
-                          std::abs(a.z() * b.x()) + std::abs(a.x() * b.z()),
-                          std::abs(a.x() * b.y()) + std::abs(a.y() * b.x()));
-  Sides out;
-  for (int i = 0; i < 8; ++i) {
-    if (!(wanted >> i & 1u)) continue;
-    const Vector3 c = scaled_[first + i] - scaled_[base];
-    const double det = dot(n, c);
-    const double error = determinant_error(dot(magnitude, c.cwiseAbs()));
-    int side = sign_of(det);
-    if (!(std::abs(det) > error)) side = exact_sign(u, v, {base, first + i});
-    if (side > 0) out.above |= 1u << i;
-    if (side < 0) out.below |= 1u << i;
-  }
+/// q - p, rounded once. Halves are used where the difference overflows: what halving may round is below
+/// 2^-1074, beside a result above 2^1023.
+WideExponent wide_difference(double q, double p) {
+  WideExponent out{q - p, 0};
+  const bool overflows = !std::isfinite(out.fraction);
+  if (overflows) out.fraction = q / 2.0 - p / 2.0;
+  out.fraction = std::frexp(out.fraction, &out.exponent);
+  out.exponent += overflows;
   return out;
 }
 
-struct DifferenceDeterminant::Integers {
-  std::array<DifferenceInteger, 3> component;
+using WideVector = std::array<WideExponent, 3>;
 
-  Integers(const DifferenceDeterminant& of, Difference u) {
-    for (int axis = 0; axis < 3; ++axis)
-      component[axis] = difference(integer_of(of.points_[u.q](axis), of.lowest_exponent_),
-                                   integer_of(of.points_[u.p](axis), of.lowest_exponent_));
+/// Sign of det[a b c]: -1, 0 or +1 when certain, otherwise kUncertain. The six terms are scaled by the
+/// largest one's exponent: none overflows, what underflows is below 2^-1074 beside a permanent of at least
+/// 1/8. Roundings: 3 (differences), 2 (products), 5 (sums); 16 u of the permanent covers them as above.
+constexpr int kUncertain = 2;
+
+int wide_filtered_sign(const WideVector& a, const WideVector& b, const WideVector& c) {
+  std::array<WideExponent, 6> terms;
+  int largest = std::numeric_limits<int>::min();
+  for (int k = 0; k < 6; ++k) {
+    const int axis = k % 3, step = k < 3 ? 1 : 2;
+    const WideExponent &f = a[axis], &g = b[(axis + step) % 3], &h = c[(axis + 2 * step) % 3];
+    terms[k] = {(k < 3 ? 1.0 : -1.0) * f.fraction * g.fraction * h.fraction,
+                f.exponent + g.exponent + h.exponent};
+    if (terms[k].fraction != 0.0) largest = std::max(largest, terms[k].exponent);
   }
-};
+  double sum = 0.0, permanent = 0.0;
+  for (const WideExponent& term : terms) {
+    if (term.fraction == 0.0) continue;
+    const double value = std::scalbn(term.fraction, term.exponent - largest);
+    sum += value;
+    permanent += std::abs(value);
+  }
+  if (permanent == 0.0) return 0;  // every term has a factor that is exactly zero
+  return std::abs(sum) > 0x1p-49 * permanent ? (sum > 0.0 ? 1 : -1) : kUncertain;
+}
 
-int DifferenceDeterminant::exact_sign(Difference u, Difference v, Difference w) {
-  // A zero column needs no arithmetic: common where edges are parallel to an axis or vertices coincide.
+}  // namespace
+
+int DifferenceDeterminant::unfiltered_sign(Difference u, Difference v, Difference w,
+                                           const FilteredDeterminant& det) noexcept {
+  // Coincident points need no arithmetic.
   if (is_zero(u) || is_zero(v) || is_zero(w)) return 0;
-  if (!exponent_known_) prepare_exponent();
-  if (is_short_) return short_sign(u, v, w);
-  const Integers a(*this, u), b(*this, v), c(*this, w);
+  const bool ordinary = det.absolute_error < det.relative_error && det.relative_error < 0x1p1000;
+  if (!ordinary) {
+    const auto wide = [&](Difference d) {
+      const Vector3 &p = points_[d.p], &q = points_[d.q];
+      return WideVector{wide_difference(q.x(), p.x()), wide_difference(q.y(), p.y()),
+                        wide_difference(q.z(), p.z())};
+    };
+    const int sign = wide_filtered_sign(wide(u), wide(v), wide(w));
+    if (sign != kUncertain) return sign;
+  }
+  return exact_sign(u, v, w);
+}
+
+void DifferenceDeterminant::prepare_integers() noexcept {
+  integers_ready_ = integers_fit_ = true;
+  std::array<std::array<Parts, 3>, kMaxPoints> parts;
+  for (int axis = 0; axis < 3; ++axis) {
+    int lowest = std::numeric_limits<int>::max(), top = std::numeric_limits<int>::min();
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Parts& c = parts[i][axis] = parts_of(points_[i](axis));
+      if (c.mantissa == 0) continue;
+      lowest = std::min(lowest, c.exponent);
+      top = std::max(top, c.top());
+    }
+    const bool all_zero = top < lowest;
+    unit_exponent_[axis] = all_zero ? 0 : lowest;
+    integers_fit_ = integers_fit_ && (all_zero || top - lowest <= kFittingBits);
+  }
+  if (!integers_fit_) return;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Parts& c = parts[i][axis];
+      integers_[i][axis] =
+          c.mantissa == 0 ? 0
+                          : c.sign * (static_cast<Int128>(c.mantissa) << (c.exponent - unit_exponent_[axis]));
+    }
+  }
+}
+
+IntegerVector DifferenceDeterminant::integer_difference(Difference u) const {
+  const IntegerVector &p = integers_[u.p], &q = integers_[u.q];
+  return {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+}
+
+int DifferenceDeterminant::exact_sign(Difference u, Difference v, Difference w) noexcept {
+  if (!integers_ready_) prepare_integers();
+  if (!integers_fit_) return exact_sign_any_span(u, v, w);
+  const IntegerVector a = integer_difference(u), b = integer_difference(v), c = integer_difference(w);
+  return is_narrow(a) && is_narrow(b) && is_narrow(c) ? narrow_determinant_sign(a, b, c)
+                                                      : wide_determinant_sign(a, b, c);
+}
+
+int DifferenceDeterminant::exact_sign_any_span(Difference u, Difference v, Difference w) const noexcept {
+  const auto big = [&](Difference d) {
+    BigVector out;
+    for (int axis = 0; axis < 3; ++axis)
+      out[axis] = difference(big_integer_of(points_[d.q](axis), unit_exponent_[axis]),
+                             big_integer_of(points_[d.p](axis), unit_exponent_[axis]));
+    return out;
+  };
+  const BigVector a = big(u), b = big(v), c = big(w);
   DeterminantInteger det;
   for (int axis = 0; axis < 3; ++axis) {
     const int next = (axis + 1) % 3, last = (axis + 2) % 3;
-    if (a.component[axis].sign == 0) continue;
-    det =
-        sum(det, product<kDeterminantLimbs>(a.component[axis], minor(b.component[next], c.component[last],
-                                                                     b.component[last], c.component[next])));
+    if (a[axis].sign == 0) continue;
+    det = sum(det, product<kDeterminantLimbs>(a[axis], minor(b[next], c[last], b[last], c[next])));
   }
   return det.sign;
 }
 
-int DifferenceDeterminant::cross_sign(Difference u, Difference v, int axis) {
-  if (!exponent_known_) prepare_exponent();
-  const Integers a(*this, u), b(*this, v);
+int DifferenceDeterminant::cross_sign(Difference u, Difference v, int axis) noexcept {
   const int next = (axis + 1) % 3, last = (axis + 2) % 3;
-  return minor(a.component[next], b.component[last], a.component[last], b.component[next]).sign;
-}
+  const Vector3 f = rounded(u), g = rounded(v);
+  const double positive = f(next) * g(last), negative = f(last) * g(next);
+  // 4 roundings (two differences, a product, the subtraction): 8 u covers them as above; underflow 2 *
+  // 2^-1075.
+  const double error = 0x1p-50 * (std::abs(positive) + std::abs(negative)) + 0x1p-1000;
+  const double value = positive - negative;
+  if (std::abs(value) > error) return value > 0.0 ? 1 : -1;
 
-int DifferenceDeterminant::component_sign(Difference u, int axis) const {
-  const double p = points_[u.p](axis), q = points_[u.q](axis);
-  return q > p ? 1 : q < p ? -1 : 0;
+  if (!integers_ready_) prepare_integers();
+  if (integers_fit_) {
+    const IntegerVector a = integer_difference(u), b = integer_difference(v);
+    return sign_of<4>(wide_minor(a[next], a[last], b[next], b[last]));
+  }
+  const auto component = [&](Difference d, int k) {
+    return difference(big_integer_of(points_[d.q](k), unit_exponent_[k]),
+                      big_integer_of(points_[d.p](k), unit_exponent_[k]));
+  };
+  return minor(component(u, next), component(v, last), component(u, last), component(v, next)).sign;
 }
-
-bool DifferenceDeterminant::is_zero(Difference u) const { return points_[u.p] == points_[u.q]; }
 
 }  // namespace touchstone::numerics

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -9,9 +10,32 @@
 
 namespace touchstone::numerics {
 
-/// Signs of determinants of differences of up to 16 given points, exact for every finite double. A
-/// floating-point filter decides almost all; what it leaves goes to integers on a common exponent, made when
-/// first needed. No heap. Objects are for one thread.
+/// A determinant in doubles and what its magnitude must exceed for its sign to be certain; see the .cpp.
+/// Overflow leaves an infinite or NaN error, which nothing exceeds.
+struct FilteredDeterminant {
+  double value;
+  double relative_error;  ///< of the roundings, relative to the sum of all terms' magnitudes
+  double absolute_error;  ///< of underflow
+
+  bool is_certain() const { return std::abs(value) > relative_error + absolute_error; }
+  int sign() const { return value > 0.0 ? 1 : -1; }
+};
+
+/// det[a b c], where every component is a difference of two coordinates, rounded once.
+inline FilteredDeterminant filtered_determinant(const Vector3& a, const Vector3& b, const Vector3& c) {
+  const double xp = b.y() * c.z(), xn = b.z() * c.y();
+  const double yp = b.z() * c.x(), yn = b.x() * c.z();
+  const double zp = b.x() * c.y(), zn = b.y() * c.x();
+  const double ax = std::abs(a.x()), ay = std::abs(a.y()), az = std::abs(a.z());
+  const double permanent = (ax * (std::abs(xp) + std::abs(xn)) + ay * (std::abs(yp) + std::abs(yn))) +
+                           az * (std::abs(zp) + std::abs(zn));
+  return {(a.x() * (xp - xn) + a.y() * (yp - yn)) + a.z() * (zp - zn), 0x1p-49 * permanent,
+          0x1p-1000 * (((1.0 + ax) + ay) + az)};
+}
+
+/// Signs of determinants of differences of given points, exact for every finite double. A floating-point
+/// filter decides almost all; what it leaves goes to integers, made when first needed. No heap. An object is
+/// for one thread.
 class DifferenceDeterminant {
  public:
   static constexpr int kMaxPoints = 16;
@@ -20,48 +44,38 @@ class DifferenceDeterminant {
     int p, q;
   };
 
-  /// @pre at most kMaxPoints, all finite; they are copied.
-  explicit DifferenceDeterminant(std::span<const Vector3> points);
+  /// @pre at most kMaxPoints, all finite; they must outlive this object.
+  explicit DifferenceDeterminant(std::span<const Vector3> points) noexcept : points_(points) {}
 
   const Vector3& point(int i) const { return points_[i]; }
-  /// Points scaled by a power of two to at most 1 in magnitude. Coordinates below 2^-1022 of the largest are
-  /// rounded by up to 2^-1074 here; exact answers do not use them.
-  const Vector3& scaled(int i) const { return scaled_[i]; }
 
-  /// Sign of det [u v w].
-  int sign(Difference u, Difference v, Difference w);
-
-  /// Bit i: det [u v (point first + i) - (point base)] is certainly or exactly > 0 (< 0).
-  struct Sides {
-    unsigned above = 0;
-    unsigned below = 0;
-  };
-  /// Of those of the eight points from `first` on that `wanted` names.
-  Sides sides(Difference u, Difference v, int base, int first, unsigned wanted);
+  /// Sign of det[u v w].
+  int sign(Difference u, Difference v, Difference w) noexcept {
+    const FilteredDeterminant det = filtered_determinant(rounded(u), rounded(v), rounded(w));
+    return det.is_certain() ? det.sign() : unfiltered_sign(u, v, w, det);
+  }
   /// Sign of component `axis` of u x v.
-  int cross_sign(Difference u, Difference v, int axis);
+  int cross_sign(Difference u, Difference v, int axis) noexcept;
   /// Sign of component `axis` of u.
-  int component_sign(Difference u, int axis) const;
-  bool is_zero(Difference u) const;
+  int component_sign(Difference u, int axis) const noexcept {
+    const double p = points_[u.p](axis), q = points_[u.q](axis);
+    return q > p ? 1 : q < p ? -1 : 0;
+  }
+  bool is_zero(Difference u) const noexcept { return points_[u.p] == points_[u.q]; }
 
  private:
-  struct Integers;
-  int exact_sign(Difference u, Difference v, Difference w);
-  int short_sign(Difference u, Difference v, Difference w) const;
-  void prepare_exponent();
-  void prepare_short();
+  Vector3 rounded(Difference u) const { return points_[u.q] - points_[u.p]; }
+  int unfiltered_sign(Difference u, Difference v, Difference w, const FilteredDeterminant& det) noexcept;
+  int exact_sign(Difference u, Difference v, Difference w) noexcept;
+  int exact_sign_any_span(Difference u, Difference v, Difference w) const noexcept;
+  void prepare_integers() noexcept;
+  IntegerVector integer_difference(Difference u) const;
 
-  std::array<Vector3, kMaxPoints> points_;
-  std::array<Vector3, kMaxPoints> scaled_;
-  int count_;
-  int lowest_exponent_ = 0;  // of the least significant bit of any coordinate
-  bool exponent_known_ = false;
-  bool is_short_ = false;  // all coordinates are integers below 2^125 times 2^lowest_exponent_
-  std::array<std::array<Int128, 3>, kMaxPoints> short_;
+  std::span<const Vector3> points_;
+  bool integers_ready_ = false;
+  bool integers_fit_ = false;         // all coordinates on their axis's unit are below 2^125
+  std::array<int, 3> unit_exponent_;  // per axis: of the least significant bit of any coordinate
+  std::array<IntegerVector, kMaxPoints> integers_;  // coordinates in units of 2^unit_exponent_; if they fit
 };
-
-/// What |det| of computed differences of scaled points must exceed for its sign to be certain; `permanent` is
-/// the same sum of products with every term and difference taken in magnitude, see the .cpp.
-double determinant_error(double permanent);
 
 }  // namespace touchstone::numerics

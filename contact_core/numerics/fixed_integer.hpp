@@ -3,64 +3,113 @@
 #include <array>
 #include <cstdint>
 
-#include "contact_core/numerics/big_integer.hpp"
-
-// Signed integers of a fixed, small number of limbs: determinants of coordinates that span at most 125 bits,
-// where BigInteger's bookkeeping would cost several times the arithmetic.
+// Signs of 3x3 determinants of machine integers, without overflow: what decides most of the cases that a
+// floating-point filter cannot.
 
 namespace touchstone::numerics {
 
 __extension__ typedef __int128 Int128;
+__extension__ typedef unsigned __int128 Uint128;
 
-/// Two's complement, least significant limb first.
-template <int N>
-struct FixedInteger {
-  std::array<std::uint64_t, N> limb{};
+inline int sign_of(Int128 value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
-  bool is_negative() const { return limb[N - 1] >> 63 != 0; }
-  int sign() const {
-    if (is_negative()) return -1;
-    std::uint64_t any = 0;
-    for (std::uint64_t l : limb) any |= l;
-    return any != 0 ? 1 : 0;
+/// Columns of a determinant, or vectors, of integer components.
+using IntegerVector = std::array<Int128, 3>;
+
+/// True if |value| < 2^61.
+inline bool is_narrow(Int128 value) { return value >> 61 == 0 || value >> 61 == -1; }
+
+inline bool is_narrow(const IntegerVector& v) {
+  return is_narrow(v[0]) && is_narrow(v[1]) && is_narrow(v[2]);
+}
+
+/// Sign of det[a b c]. @pre is_narrow() all.
+/// A product is below 2^122, a minor m below 2^123. With m = high * 2^64 + low, 0 <= low < 2^64, the sum of a
+/// * low is below 3 * 2^125 and that of a * high below 3 * 2^120: both fit.
+inline int narrow_determinant_sign(const IntegerVector& a, const IntegerVector& b, const IntegerVector& c) {
+  Int128 high = 0, low = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = axis == 2 ? 0 : axis + 1, last = axis == 0 ? 2 : axis - 1;
+    const auto component = [](Int128 x) { return static_cast<std::int64_t>(x); };
+    const Int128 minor = static_cast<Int128>(component(b[next])) * component(c[last]) -
+                         static_cast<Int128>(component(b[last])) * component(c[next]);
+    high += static_cast<Int128>(component(a[axis])) * static_cast<std::int64_t>(minor >> 64);
+    low += static_cast<Int128>(component(a[axis])) * static_cast<std::uint64_t>(minor);
   }
-};
+  high += low >> 64;
+  return high != 0 ? sign_of(high) : static_cast<std::uint64_t>(low) != 0 ? 1 : 0;
+}
+
+/// A two's complement integer of N 64-bit limbs, least significant first.
+template <int N>
+using Limbs = std::array<std::uint64_t, N>;
 
 template <int N>
-FixedInteger<N> add(const FixedInteger<N>& a, const FixedInteger<N>& b, bool negate_b = false) {
-  FixedInteger<N> out;
-  const std::uint64_t flip = negate_b ? ~std::uint64_t{0} : 0;
-  Uint128 carry = negate_b ? 1 : 0;
+bool is_negative(const Limbs<N>& a) {
+  return a[N - 1] >> 63 != 0;
+}
+
+/// sum += a, or -= a.
+template <int N>
+void accumulate(Limbs<N>& sum, const Limbs<N>& a, bool subtract) {
+  const std::uint64_t flip = subtract ? ~std::uint64_t{0} : 0;
+  Uint128 carry = subtract ? 1 : 0;
   for (int i = 0; i < N; ++i) {
-    carry += a.limb[i];
-    carry += b.limb[i] ^ flip;
-    out.limb[i] = static_cast<std::uint64_t>(carry);
+    carry += static_cast<Uint128>(sum[i]) + (a[i] ^ flip);
+    sum[i] = static_cast<std::uint64_t>(carry);
     carry >>= 64;
+  }
+}
+
+template <int N, int M>
+Limbs<N + M> unsigned_product(const Limbs<N>& a, const Limbs<M>& b) {
+  Limbs<N + M> out{};
+  for (int i = 0; i < N; ++i) {
+    Uint128 carry = 0;
+    for (int j = 0; j < M; ++j) {
+      carry += static_cast<Uint128>(a[i]) * b[j] + out[i + j];
+      out[i + j] = static_cast<std::uint64_t>(carry);
+      carry >>= 64;
+    }
+    out[i + M] = static_cast<std::uint64_t>(carry);
   }
   return out;
 }
 
-inline FixedInteger<2> fixed(Int128 value) {
-  const auto bits = static_cast<Uint128>(value);
-  return {{static_cast<std::uint64_t>(bits), static_cast<std::uint64_t>(bits >> 64)}};
+inline Limbs<2> magnitude(Int128 value) {
+  const Uint128 m = value < 0 ? -static_cast<Uint128>(value) : static_cast<Uint128>(value);
+  return {static_cast<std::uint64_t>(m), static_cast<std::uint64_t>(m >> 64)};
 }
 
-/// Never overflows: |a| <= 2^(64 N - 1), |b| <= 2^(64 M - 1).
-template <int N, int M>
-FixedInteger<N + M> product(const FixedInteger<N>& a, const FixedInteger<M>& b) {
-  const FixedInteger<N> p = a.is_negative() ? add(FixedInteger<N>{}, a, true) : a;
-  const FixedInteger<M> q = b.is_negative() ? add(FixedInteger<M>{}, b, true) : b;
-  FixedInteger<N + M> out;
-  for (int i = 0; i < N; ++i) {
-    std::uint64_t carry = 0;
-    for (int j = 0; j < M; ++j) {
-      const Uint128 t = static_cast<Uint128>(p.limb[i]) * q.limb[j] + out.limb[i + j] + carry;
-      out.limb[i + j] = static_cast<std::uint64_t>(t);
-      carry = static_cast<std::uint64_t>(t >> 64);
-    }
-    out.limb[i + M] = carry;
+/// a d - b c. @pre magnitudes below 2^126: the result is below 2^253.
+inline Limbs<4> wide_minor(Int128 a, Int128 b, Int128 c, Int128 d) {
+  Limbs<4> out{};
+  accumulate<4>(out, unsigned_product<2, 2>(magnitude(a), magnitude(d)), (a < 0) != (d < 0));
+  accumulate<4>(out, unsigned_product<2, 2>(magnitude(b), magnitude(c)), (b < 0) == (c < 0));
+  return out;
+}
+
+template <int N>
+int sign_of(const Limbs<N>& value) {
+  if (is_negative<N>(value)) return -1;
+  for (const std::uint64_t limb : value)
+    if (limb != 0) return 1;
+  return 0;
+}
+
+/// Sign of det[a b c]. @pre magnitudes below 2^126: the determinant is below 3 * 2^379, and 384 bits hold it.
+inline int wide_determinant_sign(const IntegerVector& a, const IntegerVector& b, const IntegerVector& c) {
+  Limbs<6> det{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = axis == 2 ? 0 : axis + 1, last = axis == 0 ? 2 : axis - 1;
+    const Limbs<4> minor = wide_minor(b[next], b[last], c[next], c[last]);
+    const bool negative = is_negative<4>(minor);
+    Limbs<4> minor_magnitude{};
+    accumulate<4>(minor_magnitude, minor, negative);
+    accumulate<6>(det, unsigned_product<4, 2>(minor_magnitude, magnitude(a[axis])),
+                  negative != (a[axis] < 0));
   }
-  return a.is_negative() != b.is_negative() ? add(FixedInteger<N + M>{}, out, true) : out;
+  return sign_of<6>(det);
 }
 
 }  // namespace touchstone::numerics

@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 
+#include "contact_core/geometry/pose.hpp"
 #include "contact_core/numerics/exact_predicates.hpp"
 #include "tests/numerics/hull_oracle.hpp"
 #include "tests/numerics/pair_generators.hpp"
@@ -96,6 +97,46 @@ TEST(HullsIntersectOracle, MappedGrids) {
     check_family(600, 0.05, [&](Random& random) { return mapped_grid_pair(random, 3, bits); });
 }
 
+TEST(HullsIntersectOracle, PolygonsInOnePlane) {
+  // Touching rectangles under a rotation in their plane: ties of full mantissas in the plane's own
+  // arithmetic.
+  check_family(1500, 0.05, [&](Random& random) {
+    HullPair pair = aligned_box_pair(random, 0.1);
+    const Pose flat{
+        rotation_from_quaternion(random_real(random, -1, 1), 0.0, 0.0, random_real(random, -1, 1)),
+        Vector3(random_real(random, -9, 9), random_real(random, -9, 9), 0.0)};
+    const int axis = random_int(random, 0, 2);
+    for (WorldVertices* hull : {&pair.a, &pair.b}) {
+      for (int i = 0; i < 8; ++i) {
+        const Vector3 p = transform(flat, Vector3(hull->x[i], hull->y[i], 0.0));
+        std::array<double, 3> out;
+        out[axis] = 0.1, out[(axis + 1) % 3] = p.x(), out[(axis + 2) % 3] = p.y();
+        hull->x[i] = out[0], hull->y[i] = out[1], hull->z[i] = out[2];
+      }
+    }
+    return pair;
+  });
+}
+
+TEST(HullsIntersectOracle, PolygonsByUlps) {
+  // A triangle whose side from about (1/2, 1/2) to (24, 24) passes (12, 12), where a segment ends, by a few
+  // ulps: the points for which plain doubles often give the wrong orientation (Kettner et al., Classroom
+  // Examples of Robustness Problems in Geometric Computations, 2008).
+  check_family(1500, 0.05, [](Random& random) {
+    const Vector3 corner(0.5 + random_int(random, 0, 255) * 0x1p-53,
+                         0.5 + random_int(random, 0, 255) * 0x1p-53, 0.0);
+    const std::array<Vector3, 3> triangle = {corner, Vector3(24, 24, 0), Vector3(24, 0, 0)};
+    const std::array<Vector3, 2> segment = {Vector3(12, 12, 0), Vector3(0, 24, 0)};
+    HullPair pair;
+    for (int i = 0; i < 8; ++i) {
+      const Vector3 &p = triangle[i % 3], &q = segment[i % 2];
+      pair.a.x[i] = p.x(), pair.a.y[i] = p.y(), pair.a.z[i] = p.z();
+      pair.b.x[i] = q.x(), pair.b.y[i] = q.y(), pair.b.z[i] = q.z();
+    }
+    return pair;
+  });
+}
+
 TEST(HullsIntersectOracle, AlignedBoxes) {
   for (double unit : {1.0, 0.1, 1e-7})
     check_family(800, 0.05, [&](Random& random) { return aligned_box_pair(random, unit); });
@@ -156,15 +197,31 @@ TEST(HullsIntersectOracle, MixedScalesWithTies) {
   });
 }
 
+TEST(HullsIntersectOracle, TiesAcrossMoreThan125Bits) {
+  // Exact contacts of the grid, with some coordinates 2^-200 or 2^200 times the others on the same axis.
+  for (int exponent : {-200, 200}) {
+    check_family(400, 0.05, [&](Random& random) {
+      HullPair pair = mapped_grid_pair(random, 2, 3);
+      for (WorldVertices* hull : {&pair.a, &pair.b}) {
+        const int i = random_int(random, 0, 7);
+        hull->x[i] = std::scalbn(hull->x[i], exponent);
+        if (random_int(random, 0, 1) == 0) hull->y[i] = std::scalbn(hull->y[i], exponent);
+      }
+      return pair;
+    });
+  }
+}
+
 TEST(HullsIntersectOracle, ScatteredExponents) {
   for (const auto& [low, high] : {std::array{-1074, 1023}, std::array{-60, 60}, std::array{-20, 0}}) {
     check_family(300, 0.0, [&](Random& random) {
       HullPair pair = scattered_pair(random, low, high);
-      // One vertex in common, or one on an edge to rounding.
-      const int i = random_int(random, 0, 7), j = random_int(random, 0, 7);
-      const Vector3 p = pair.a.vertex(i), q = pair.a.vertex(j);
-      const Vector3 shared = random_int(random, 0, 1) == 0 ? p : Vector3(p / 2.0 + q / 2.0);
-      pair.b.x[0] = shared.x(), pair.b.y[0] = shared.y(), pair.b.z[0] = shared.z();
+      // One vertex of B is on a segment of A to rounding, or beside a vertex by an ulp or not at all.
+      const Vector3 p = pair.a.vertex(random_int(random, 0, 7)), q = pair.a.vertex(random_int(random, 0, 7));
+      const Vector3 near = random_int(random, 0, 1) == 0
+                               ? Vector3(p / 2.0 + q / 2.0)
+                               : Vector3(p * (1.0 - random_int(random, 0, 2) * 0x1p-53));
+      pair.b.x[0] = near.x(), pair.b.y[0] = near.y(), pair.b.z[0] = near.z();
       return pair;
     });
   }
