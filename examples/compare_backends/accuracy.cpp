@@ -134,6 +134,20 @@ double manifold_area(std::span<const ContactPoint> points, const Vector3& n) {
   return hull_area(std::move(flat));
 }
 
+// Twice the vector area of a face: outward, along its mean normal.
+Vector3 area_vector(const WorldVertices& solid, int face) {
+  const auto& loop = Hexahedron::kFaceVertices[static_cast<std::size_t>(face)];
+  return cross(solid.vertex(loop[2]) - solid.vertex(loop[0]), solid.vertex(loop[3]) - solid.vertex(loop[1]));
+}
+
+bool has_face_along(const WorldVertices& solid, const Vector3& n) {
+  for (int face = 0; face < 6; ++face) {
+    const Vector3 area = area_vector(solid, face);
+    if (dot(area, n) > 0.0 && norm(cross(area, n)) <= kFaceOnFaceAngle * norm(area)) return true;
+  }
+  return false;
+}
+
 std::span<const ContactPoint> manifold_points(const QueryAnswers& answers, std::size_t index) {
   const int count = std::clamp(answers.geometry[index].point_count, 0, kMaxManifoldPoints);
   return std::span(answers.points).subspan(index * kMaxManifoldPoints, static_cast<std::size_t>(count));
@@ -175,7 +189,10 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
   const double exact_area = oracle.patch_area(posed.a, posed.b, geometry.n_AB_W);
   if (!(exact_area > 0.0)) return;
   const double ratio = manifold_area(points, geometry.n_AB_W) / exact_area;
-  at(errors, Measure::patch_area) = std::abs(ratio - 1.0);
+  const bool face_on_face =
+      has_face_along(posed.a, geometry.n_AB_W) && has_face_along(posed.b, -geometry.n_AB_W);
+  at(errors, face_on_face ? Measure::patch_area : Measure::tilted_area) = std::abs(ratio - 1.0);
+  if (!face_on_face) return;
   const QueryAnswers& moved = answers.perturbed;
   if (moved.status.empty() || !carries_geometry(moved.status[index], moved.geometry[index])) return;
   const double moved_ratio =
@@ -221,8 +238,9 @@ void charge_query(const PairTruth& truth, const BackendAnswers& answers, std::si
 }  // namespace
 
 std::string_view to_string(Measure measure) {
-  constexpr std::array<std::string_view, kMeasures> kNames = {
-      "distance", "depth", "normal", "witness", "deepest", "point_witness", "patch_area", "stability"};
+  constexpr std::array<std::string_view, kMeasures> kNames = {"distance",   "depth",       "normal",
+                                                              "witness",    "deepest",     "point_witness",
+                                                              "patch_area", "tilted_area", "stability"};
   return kNames[static_cast<std::size_t>(measure)];
 }
 
@@ -230,13 +248,18 @@ std::string_view definition(Measure measure) {
   constexpr std::array<std::string_view, kMeasures> kDefinitions = {
       "|separation - d| of pairs that are apart, d the exact signed distance",
       "|separation - d| of pairs in contact",
-      "|h(n) - d|: h the exact separation along the returned unit normal n",
-      "largest of p_A's distance to A's surface, p_B's to B's, and |p_B - p_A - s n|",
+      "|h(n) - d|: h the separation along the returned unit normal n, computed with 64-bit mantissas (long "
+      "double)",
+      "largest of p_A's distance to A's surface, p_B's to B's, and |p_B - p_A - s n|; distances to surfaces "
+      "with "
+      "64-bit mantissas (long double, slivers in 113), good to 2^-60 of the largest coordinate",
       "manifold: |deepest point's separation - d|",
-      "manifold: the worst witness error of its points",
+      "manifold: the worst witness error of its points, computed as for witness",
       "manifold: |area of the points' hull / area of the exact clip of the two faces most (anti)parallel to "
-      "n, along n, - 1|",
-      "manifold: change of that area ratio when B moves by 1e-9 S"};
+      "n, along n, - 1|, of contacts face on face: both faces within 1e-6 rad of n",
+      "manifold: the same of all other contacts (an edge, a corner or a tilted face in contact): the clip is "
+      "larger than what touches, so a right answer, such as one point where two edges cross, may have 1 here",
+      "manifold: change of that area ratio when B moves by 1e-9 S, of contacts face on face"};
   return kDefinitions[static_cast<std::size_t>(measure)];
 }
 

@@ -256,6 +256,7 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
   }
   for (Row& row : rows) {
     slot_of(answers[row.backend].queries[index_of(row.kind)], row.mode) = summarise_blocks(row.averages);
+    slot_of(answers[row.backend].queries[index_of(row.kind)], row.mode)->block = row.block;
   }
 }
 
@@ -267,26 +268,35 @@ void time_frames(std::span<Timed> timed, const PairSet& set, const MeasureOption
     QueryKind kind;
   };
   std::vector<Item> items;
-  const std::size_t stride = std::max<std::size_t>(1, set.frames() / 200);
+  QueryAnswers scratch;
+  make_slots(scratch, QueryKind::manifold, set.pairs.size());
+  const auto time_frame = [&](std::size_t backend, std::size_t frame, QueryKind kind) {
+    const NarrowphaseInput input{set.pairs, set.frame_poses(frame), query_for(kind)};
+    const NarrowphaseOutput output = slots(scratch, 0, set.pairs.size());
+    const auto begin = Clock::now();
+    timed[backend].narrowphase->evaluate(input, output, *timed[backend].workspace);
+    return nanoseconds(begin, Clock::now());
+  };
+  // Slow rows take fewer frames, evenly spread: about slow_frame_seconds a repetition, judged by the middle
+  // one.
+  const auto stride_of = [&](std::size_t backend, QueryKind kind) {
+    const double each = time_frame(backend, set.frames() / 2, kind);
+    const double affordable = std::clamp(options.slow_frame_seconds * 1e9 / std::max(each, 1.0), 4.0, 200.0);
+    return std::max<std::size_t>(1, set.frames() / static_cast<std::size_t>(affordable));
+  };
   for (std::size_t b = 0; b < timed.size(); ++b) {
     for (const QueryKind kind : kQueryKinds) {
       if (timed[b].narrowphase == nullptr || !any_answer(answers[b].queries[index_of(kind)])) continue;
+      const std::size_t stride = stride_of(b, kind);
       for (std::size_t frame = 0; frame < set.frames(); frame += stride) items.push_back({b, frame, kind});
     }
   }
   std::vector<std::array<std::vector<double>, 3>> times(timed.size());
   Random random(mix_seed(options.seed, 0x6672616d, set.frames()));
-  QueryAnswers scratch;
-  make_slots(scratch, QueryKind::manifold, set.pairs.size());
   for (int repetition = 0; repetition < options.repetitions; ++repetition) {
     shuffle(items, random);
     for (const Item& item : items) {
-      Timed& each = timed[item.backend];
-      const NarrowphaseInput input{set.pairs, set.frame_poses(item.frame), query_for(item.kind)};
-      const NarrowphaseOutput output = slots(scratch, 0, set.pairs.size());
-      const auto begin = Clock::now();
-      each.narrowphase->evaluate(input, output, *each.workspace);
-      times[item.backend][index_of(item.kind)].push_back(nanoseconds(begin, Clock::now()));
+      times[item.backend][index_of(item.kind)].push_back(time_frame(item.backend, item.frame, item.kind));
     }
   }
   for (std::size_t b = 0; b < timed.size(); ++b) {

@@ -50,9 +50,10 @@ struct MeasureOptions {
   bool perturb = true;
   int threads = 1;  ///< for answers; timing always runs on one
   int repetitions = 5;
-  std::size_t block = 128;     ///< pairs a timed block
-  std::size_t batch = 1024;    ///< pairs a call of the batch row
-  double slow_seconds = 0.02;  ///< a repetition of one row is cut to about this, whole blocks
+  std::size_t block = 128;           ///< pairs a timed block
+  std::size_t batch = 1024;          ///< pairs a call of the batch row
+  double slow_frame_seconds = 0.05;  ///< the same for scenes, whole frames
+  double slow_seconds = 0.02;        ///< a repetition of one row is cut to about this, whole blocks
 };
 
 /// The set with every pair's B moved by 1e-9 S in a seeded direction. Solids are not shared between the pairs

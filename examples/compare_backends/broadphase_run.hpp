@@ -21,6 +21,7 @@ struct BroadphaseResult {
   std::optional<double> allocations;  ///< per frame, after the first
   std::optional<std::size_t> missed;  ///< of `true_pairs`, last frame; empty: not checked
   std::size_t true_pairs = 0;         ///< pairs whose solids are within the margin
+  bool from_candidates = false;       ///< true_pairs come from what all broadphases found, not from all pairs
   std::string gap;                    ///< why it was not run
 };
 
@@ -28,7 +29,7 @@ struct BroadphaseOptions {
   std::uint64_t seed = 1;
   double margin = 0.01;  ///< [m]
   std::vector<std::size_t> sizes = {1000, 10000, 100000};
-  std::size_t largest_checked = 10000;    ///< true pairs come from all pairs, so only up to here
+  std::size_t largest_checked = 10000;    ///< beyond, true pairs come from all candidates
   std::size_t largest_quadratic = 10000;  ///< brute_force is not run beyond
   int threads = 1;
 };

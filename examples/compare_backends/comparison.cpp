@@ -63,8 +63,11 @@ class Session {
     SceneOptions scene;
     scene.measure = measure_options(options_);
     scene.max_error = options_.max_error;
+    if (options_.quick) scene.facet_frames = 10;
+    if (options_.quick) scene.most_frames = 100;
     for (const std::string& file : options_.scenes) {
       progress_.step("scene " + file);
+      scene.parameters = parameters_for(file, options_.scene_settings);
       const AnswerSet answer = [&](const PairSet& set, const MeasureOptions& measure) {
         return answer_set(options_, backends_, set, measure, share_);
       };
@@ -200,7 +203,9 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   report.backends = chosen_backends(options, backends);
   Session session(options, backends, oracle, progress);
   for (const std::string& name : session.chosen_families()) make_pair_family(name, options.seed, 0);
-  for (const std::string& file : options.scenes) load_scene_frames(file, {}, 1);
+  for (const std::string& file : options.scenes)
+    load_scene_frames(file, parameters_for(file, options.scene_settings), 1);
+  check_settings(options.scenes, options.scene_settings);
   std::optional<PairFileCases> cases;
   if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
 
@@ -208,6 +213,11 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   if (cases) session.run_pair_file(report, std::move(*cases));
   session.run_scenes(report);
   if (!options.no_broadphase) session.run_broadphase_sizes(report);
+  if (report.has_truth) {
+    for (const QueryKind kind : kQueryKinds) {
+      if (!report.sets.empty()) report.rankings.push_back(rank(report.sets, kind));
+    }
+  }
   if (options.max_error && report.has_truth) {
     std::vector<SetResult> judged = report.sets;
     for (const SceneResult& scene : report.scenes) judged.push_back(scene.set);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "examples/compare_backends/method_text.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
 #include "examples/compare_backends/text_table.hpp"
 
@@ -15,8 +16,8 @@ namespace {
 
 class HtmlTable {
  public:
-  explicit HtmlTable(const std::vector<std::string>& header) {
-    html_ = "<div class='scroll'><table><thead><tr>";
+  explicit HtmlTable(const std::vector<std::string>& header, const char* style = "") {
+    html_ = std::string("<div class='scroll'><table class='") + style + "'><thead><tr>";
     for (const std::string& cell : header) html_ += "<th>" + cell + "</th>";
     html_ += "</tr></thead><tbody>\n";
   }
@@ -37,7 +38,7 @@ class HtmlTable {
 std::string page_style() {
   return R"(:root{color-scheme:light dark;--ink:#1b1f24;--soft:#5b6470;--line:#d5dae0;--paper:#fff;--tint:#f1f4f8;--bad:#a5370a}
 @media (prefers-color-scheme:dark){:root{--ink:#e8eaed;--soft:#a3abb5;--line:#3a414a;--paper:#14171a;--tint:#1d2126;--bad:#ff9a61}}
-@media print{:root{--ink:#000;--soft:#444;--line:#ccc;--paper:#fff;--tint:#fff}.plots>*{break-inside:avoid}}
+@media print{:root{--ink:#000;--soft:#444;--line:#ccc;--paper:#fff;--tint:#fff}}
 body{margin:0 auto;padding:28px 24px 60px;max-width:1240px;background:var(--paper);color:var(--ink);
 font:15px/1.5 system-ui,sans-serif}
 h1{font-size:26px;margin:0 0 4px}h2{font-size:19px;margin:38px 0 6px;border-top:1px solid var(--line);padding-top:18px}
@@ -49,7 +50,14 @@ h3{font-size:15px;margin:22px 0 4px}p{margin:6px 0;max-width:78ch}.soft{color:va
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:13px;margin:6px 0 10px}
 td,th{padding:3px 9px;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap;font-weight:400}
 thead th{color:var(--soft)}th:first-child{text-align:left}code{background:var(--tint);padding:1px 4px;font-size:13px}
+.ranks{display:grid;grid-template-columns:repeat(auto-fit,minmax(350px,1fr));gap:0 28px;align-items:start}.ranks table{width:100%}
+.wrong{color:var(--bad);white-space:normal}.ranks .wrong{font-size:12px;line-height:1.35}.n{white-space:nowrap}.right{color:var(--soft)}
+.matrix td,.matrix thead th{padding:3px 6px;font-size:11.5px;line-height:1.3;text-align:center;vertical-align:middle}
+.errors td{white-space:normal;min-width:62px}.matrix{width:100%}.matrix td{border-left:1px solid var(--line)}.matrix thead th:first-child{text-align:left}.w2{background:color-mix(in srgb,var(--bad) 9%,transparent)}.w3{background:color-mix(in srgb,var(--bad) 20%,transparent)}
 .gap{color:var(--bad)}dl{display:grid;grid-template-columns:max-content 1fr;gap:3px 18px;margin:8px 0}dt{font-weight:600}dd{margin:0}
+@page{size:A4 landscape;margin:11mm}
+@media print{.plots>*,.ranks>*,tr{break-inside:avoid}.scroll{overflow:visible}
+body{padding:0;max-width:none;font-size:11px}td,th{padding:2px 4px;font-size:8.5px;white-space:normal}h2,h3{break-after:avoid}.plots{grid-template-columns:1fr 1fr}details>summary{display:none}}
 )";
 }
 
@@ -68,7 +76,8 @@ class Page {
         "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>Contact detection backends "
         "compared</title>\n<meta name='viewport' content='width=device-width'><style>\n" +
         page_style() + plot_style() + "</style></head><body>\n";
-    html += head() + verdicts() + figures() + sets() + scenes() + broadphases() + pair_file() + method();
+    html += head() + verdicts() + rankings() + figures() + matrices() + sets() + scenes() + broadphases() +
+            pair_file() + method();
     return html + "</body></html>\n";
   }
 
@@ -118,6 +127,89 @@ class Page {
     return html;
   }
 
+  std::string rankings() const {
+    if (report_.rankings.empty()) return "";
+    std::string html = fmt::format(
+        "<h2>In short</h2>\n<p>Over {} pair {}: the mean of the medians, one pair a call through the "
+        "interface, and the worst error over S. A backend with any wrong or missing answer has no place; its "
+        "row "
+        "says what it got wrong.</p>\n<div class='ranks'>\n",
+        report_.sets.size(), report_.sets.size() == 1 ? "set" : "sets");
+    for (const Ranking& ranking : report_.rankings) {
+      html += fmt::format(
+          "<div><h3>{}</h3><table><thead><tr><th>backend</th><th>ns a pair</th><th>worst "
+          "error</th></tr></thead><tbody>\n",
+          to_string(ranking.query));
+      for (const Standing& standing : ranking.standings) {
+        html += "<tr><th>" + named(standing.backend) + "</th>";
+        html +=
+            standing.wrongness.total() == 0
+                ? fmt::format("<td>{}</td><td>{}</td></tr>\n", format_ns(standing.nanoseconds),
+                              format_error(standing.worst_error))
+                : "<td class='wrong' colspan='2'>" + wrong_lines(standing.wrongness, ", ") + "</td></tr>\n";
+      }
+      html += "</tbody></table></div>\n";
+    }
+    return html + "</div>\n";
+  }
+
+  static std::string wrong_lines(const Wrongness& wrong, const char* between) {
+    std::string text;
+    const auto add = [&](std::size_t count, const char* what) {
+      if (count > 0)
+        text += fmt::format("{}<span class='n'>{} {}</span>", text.empty() ? "" : between,
+                            format_count(count), what);
+    };
+    add(wrong.missed, "missed");
+    add(wrong.phantom, "phantom");
+    add(wrong.undecided, "undecided");
+    add(wrong.failed, "failed");
+    add(wrong.unsupported, "unsupported");
+    add(wrong.missing, "no value");
+    return text;
+  }
+
+  // Backend by family: how many answers were wrong or missing, and in which way.
+  std::string matrices() const {
+    if (!report_.has_truth || report_.sets.empty()) return "";
+    std::string html = fmt::format(
+        "<h2>Wrong answers</h2>\n<p>Of the pairs in each set. <em>Missed</em>: reported apart, yet in "
+        "contact. "
+        "<em>Phantom</em>: reported in contact, yet apart. <em>No value</em>: the class is right, a figure "
+        "that was "
+        "asked for is missing. A dot: none.</p>\n");
+    for (const QueryKind query : kQueryKinds) html += matrix(query);
+    return html;
+  }
+
+  std::string matrix(QueryKind query) const {
+    std::string html =
+        fmt::format("<table class='matrix'><thead><tr><th>{}</th><th>pairs</th>", to_string(query));
+    for (const std::string& name : names_) html += "<th>" + named(name) + "</th>";
+    html += "</tr></thead><tbody>\n";
+    for (const SetResult& set : report_.sets) {
+      html += fmt::format("<tr><th>{}</th><td>{}</td>", xml_text(set.name), format_count(set.cases));
+      for (const std::string& name : names_) html += matrix_cell(set, name, query);
+      html += "</tr>\n";
+    }
+    return html + "</tbody></table>\n";
+  }
+
+  static std::string matrix_cell(const SetResult& set, const std::string& name, QueryKind query) {
+    for (const BackendResult& backend : set.backends) {
+      if (backend.name != name || !backend.judged) continue;
+      const Wrongness& wrong = backend.judgement.wrongness[index_of(query)];
+      if (wrong.total() == 0) return "<td class='right'>·</td>";
+      const double share = static_cast<double>(wrong.total()) / static_cast<double>(wrong.cases);
+      return fmt::format("<td class='wrong w{}'>{}</td>",
+                         share < 0.01  ? 1
+                         : share < 0.2 ? 2
+                                       : 3,
+                         wrong_lines(wrong, "<br>"));
+    }
+    return "<td>-</td>";
+  }
+
   std::string figures() const {
     if (!report_.has_truth || report_.sets.empty()) return "";
     const PlotAxes axes = axes_for(report_.sets);
@@ -125,7 +217,9 @@ class Page {
         "<h2>Speed against error</h2>\n<p>One mark a backend: its worst error over S, with a whisker to the "
         "median, and its median time, one pair a call through the interface, with a whisker to the 99th "
         "percentile. The column on the left is exactly 0. A backend with any wrong or missing answer gets no "
-        "speed mark: it stands hollow on the rail.</p>\n";
+        "speed mark: it stands hollow on the rail. The dashed line joins the backends that none beats in "
+        "both: "
+        "above it and right of it something is faster and more exact.</p>\n";
     for (const QueryKind query : kQueryKinds) {
       html += fmt::format("<h3>{}</h3><div class='plots'>\n", to_string(query));
       for (const SetResult& set : report_.sets) html += speed_error_plot(set, query, axes, names_, false);
@@ -191,7 +285,7 @@ class Page {
   std::string errors(const SetResult& set) const {
     std::vector<std::string> header = {"errors over S: median / 99% / worst"};
     for (std::size_t m = 0; m < kMeasures; ++m) header.emplace_back(to_string(static_cast<Measure>(m)));
-    HtmlTable table(header);
+    HtmlTable table(header, "errors");
     for (const BackendResult& backend : set.backends) {
       if (!backend.judged) continue;
       std::vector<std::string> row = {named(backend.name)};
@@ -214,11 +308,13 @@ class Page {
 
   std::string one_scene(const SceneResult& scene) const {
     std::string html = fmt::format(
-        "<h3>{}</h3><p class='soft'>{} {} frames at {} Hz, {} pairs each; first contact of the commanded "
-        "motion: {}.</p>\n",
-        xml_text(scene.name), xml_text(scene.description), format_count(scene.frames), scene.rate,
-        scene.pairs,
-        scene.exact_first_contact ? fmt::format("{:.4f} s", *scene.exact_first_contact) : "none");
+        "<h3>{}</h3><p class='soft'>{} {} of {} frames at {} Hz, {} pairs each; first contact of the "
+        "commanded "
+        "motion: {}.{}</p>\n",
+        xml_text(scene.name), xml_text(scene.description), format_count(scene.frames),
+        format_count(scene.all_frames), scene.rate, scene.pairs,
+        scene.exact_first_contact ? fmt::format("{:.4f} s", *scene.exact_first_contact) : "none",
+        parameters(scene));
     HtmlTable table({"backend", "overlap, ns a frame", "distance", "manifold", "first contact [s]",
                      "missed frames", "phantom frames", "undecided frames", "worst clearance error [m]"});
     for (std::size_t b = 0; b < scene.backends.size(); ++b) {
@@ -233,8 +329,20 @@ class Page {
     return html + table.str() + facets(scene);
   }
 
+  static std::string parameters(const SceneResult& scene) {
+    std::string text;
+    for (const auto& [name, value] : scene.parameters)
+      text += fmt::format("{}{} = {}", text.empty() ? " Parameters: " : ", ", xml_text(name), value);
+    return text.empty() ? "" : text + ".";
+  }
+
   std::string facets(const SceneResult& scene) const {
-    if (scene.facet_rows.empty()) return "";
+    if (scene.facet_rows.empty()) {
+      return scene.parameters.count("facets") > 0
+                 ? ""
+                 : "<p class='soft'>No parameter <code>facets</code>: nothing round, no facet count to "
+                   "choose.</p>\n";
+    }
     std::string html = fmt::format(
         "<p>Cost against error by facet count, over {} frames, against the exact clearance at {} "
         "facets; allowed: {} m.</p>\n",
@@ -274,7 +382,10 @@ class Page {
                                : "not checked"});
     }
     return "<h2>Broadphases</h2>\n<p>update and find_pairs of boxes that all move and turn every "
-           "frame.</p>\n" +
+           "frame. Missed: of the pairs whose boxes are within the margin in the last frame, taken from all "
+           "pairs "
+           "up to 10 000 boxes, beyond that from the candidates of all broadphases, confirmed by "
+           "<code>exact</code>.</p>\n" +
            table.str();
   }
 
@@ -297,23 +408,38 @@ class Page {
     std::string html =
         "<h2>Method</h2>\n<p>S is the larger of the pair's size and its largest world coordinate. Every "
         "error "
-        "is measured against <code>exact</code>, which decides in integers. Times: pairs in shuffled order, "
-        "streamed from memory; backends, queries and blocks shuffled in one run; figures are of block "
-        "averages.</p>\n<dl>";
+        "is measured against <code>exact</code>, which decides in integers.</p>\n<h3>Errors</h3><dl>";
     for (std::size_t m = 0; m < kMeasures; ++m) {
       const auto measure = static_cast<Measure>(m);
       html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", to_string(measure),
                           xml_text(std::string(definition(measure))));
     }
+    const MeasureOptions measure;
+    html += fmt::format(
+        "</dl>\n<h3>Times</h3><p>{} pairs a family, {} repetitions, blocks of {} pairs, batches of "
+        "{}.</p><dl>",
+        format_count(report_.options.pair_count()), report_.options.repetitions, measure.block,
+        format_count(measure.batch));
+    for (const auto& [name, text] : kTimingMethod) {
+      html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", name, xml_text(std::string(text)));
+    }
     html += "</dl>\n<h3>Backends</h3><dl>";
     for (const auto& [name, description] : report_.backends) {
       html += fmt::format("<dt>{}</dt><dd>{}{}</dd>\n", named(name), xml_text(description), declared(name));
     }
-    html += fmt::format("</dl>\n<p class='soft'>Compiled with {}.</p>\n", xml_text(report_.machine.flags));
+    html += fmt::format("</dl>\n<p class='soft'>Touchstone {}, compiled with {}.{}</p>\n",
+                        xml_text(report_.machine.version), xml_text(report_.machine.flags), libraries());
     return html +
            "<p>A case is replayed with <code>compare_backends --case ID</code>. The same figures: "
            "results.json, "
            "results.csv; each plot: figures/.</p>\n";
+  }
+
+  std::string libraries() const {
+    std::string text;
+    for (const auto& [name, version] : report_.machine.libraries)
+      text += fmt::format(" {}: {}.", xml_text(name), xml_text(version));
+    return text;
   }
 
   std::string declared(const std::string& backend) const {

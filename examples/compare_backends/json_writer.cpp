@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "examples/compare_backends/method_text.hpp"
+
 namespace touchstone::comparison {
 namespace {
 
@@ -19,7 +21,8 @@ Json json(const std::optional<Timing>& timing) {
   return {{"median_ns", number(timing->median_ns)},
           {"p99_ns", number(timing->p99_ns)},
           {"minimum_ns", number(timing->minimum_ns)},
-          {"blocks", timing->blocks}};
+          {"blocks", timing->blocks},
+          {"pairs_a_block", timing->block == 0 ? Json(nullptr) : Json(timing->block)}};
 }
 
 Json json(const Quantiles& quantiles, const SetResult& set) {
@@ -91,6 +94,7 @@ Json json(const SetResult& set) {
   Json result = {{"name", set.name},         {"description", set.description}, {"cases", set.cases},
                  {"contacts", set.contacts}, {"touching", set.touching},       {"backends", Json::array()}};
   for (const BackendResult& backend : set.backends) result["backends"].push_back(json(set, backend));
+  for (const QueryKind kind : kQueryKinds) result["pareto_front"][to_string(kind)] = pareto_front(set, kind);
   return result;
 }
 
@@ -108,6 +112,9 @@ Json json(const BroadphaseResult& result) {
   json["allocations_per_frame"] = result.allocations ? number(*result.allocations) : Json(nullptr);
   json["missed"] = result.missed ? Json(*result.missed) : Json(nullptr);
   json["true_pairs"] = result.missed ? Json(result.true_pairs) : Json(nullptr);
+  json["true_pairs_from"] = result.missed
+                                ? Json(result.from_candidates ? "all broadphases' candidates" : "all pairs")
+                                : Json(nullptr);
   return json;
 }
 
@@ -119,7 +126,9 @@ Json json(const SceneResult& scene) {
                  {"rate_hz", number(scene.rate)},
                  {"duration_s", number(scene.duration)},
                  {"gap_m", number(scene.gap)},
+                 {"parameters", scene.parameters},
                  {"frames", scene.frames},
+                 {"frames_of_the_scene", scene.all_frames},
                  {"pairs", scene.pairs},
                  {"exact_first_contact_s", optional_number(scene.exact_first_contact)},
                  {"backends", Json::array()},
@@ -171,6 +180,17 @@ Json json(const Verdict& verdict) {
   return result;
 }
 
+Json json(const Ranking& ranking) {
+  Json result = {{"query", to_string(ranking.query)}, {"standings", Json::array()}};
+  for (const Standing& standing : ranking.standings) {
+    result["standings"].push_back({{"backend", standing.backend},
+                                   {"mean_ns", number(standing.nanoseconds)},
+                                   {"worst_cost_over_S", number(standing.worst_error)},
+                                   {"wrong", json(standing.wrongness)}});
+  }
+  return result;
+}
+
 template <typename Range>
 Json json_list(const Range& items) {
   Json list = Json::array();
@@ -185,12 +205,21 @@ std::string results_json(const Report& report) {
   root["schema"] = "touchstone.compare_backends/" + std::to_string(kResultsSchema);
   root["command"] = report.options.command_line;
   root["seed"] = report.options.seed;
+  root["version"] = report.machine.version;
   root["machine"] = {{"cpu", report.machine.cpu},
                      {"hardware_threads", report.machine.hardware_threads},
                      {"system", report.machine.system},
                      {"compiler", report.machine.compiler},
                      {"build_type", report.machine.build_type},
                      {"flags", report.machine.flags}};
+  for (const auto& [name, version] : report.machine.libraries) root["libraries"][name] = version;
+  const MeasureOptions measure;
+  root["timing"] = {{"pairs_a_family", report.options.pair_count()},
+                    {"pairs_a_block", measure.block},
+                    {"pairs_a_batch", measure.batch},
+                    {"repetitions", report.options.repetitions},
+                    {"seconds_a_row_and_repetition_at_most", measure.slow_seconds}};
+  for (const auto& [name, text] : kTimingMethod) root["timing"]["definitions"][std::string(name)] = text;
   root["backends"] = Json::array();
   for (const auto& [name, description] : report.backends) {
     root["backends"].push_back({{"name", name}, {"description", description}});
@@ -204,6 +233,7 @@ std::string results_json(const Report& report) {
   root["pair_sets"] = json_list(report.sets);
   root["broadphases"] = json_list(report.broadphases);
   root["scenes"] = json_list(report.scenes);
+  root["rankings"] = json_list(report.rankings);
   root["verdicts"] = json_list(report.verdicts);
   return root.dump(1) + "\n";
 }

@@ -1,7 +1,10 @@
 #include "examples/compare_backends/machine.hpp"
 
+#include <fmt/core.h>
+#include <gnu/libc-version.h>
 #include <sys/utsname.h>
 
+#include <Eigen/Core>
 #include <fstream>
 #include <thread>
 
@@ -37,6 +40,14 @@ Machine describe_machine() {
   machine.compiler = compiler();
   machine.build_type = TOUCHSTONE_BUILD_TYPE;
   machine.flags = TOUCHSTONE_BUILD_FLAGS;
+  machine.version = TOUCHSTONE_VERSION;
+  machine.libraries = {
+      {"Eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
+      {"C library", std::string("glibc ") + gnu_get_libc_version()},
+#ifdef __GLIBCXX__
+      {"C++ library", fmt::format("libstdc++ {}", _GLIBCXX_RELEASE)},
+#endif
+  };
   return machine;
 }
 

@@ -13,6 +13,8 @@ struct Machine {
   std::string compiler;
   std::string build_type;
   std::string flags;
+  std::string version;                                         ///< of this project
+  std::vector<std::pair<std::string, std::string>> libraries;  ///< name and version, besides the engines
 };
 Machine describe_machine();
 

@@ -1,7 +1,9 @@
 #include "examples/compare_backends/options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <map>
 
@@ -21,11 +23,29 @@ std::string one_line(std::string text) {
   return text;
 }
 
+SceneSetting parse_setting(const std::string& text) {
+  const std::size_t equals = text.find('='), colon = text.find(':');
+  const bool qualified = colon < equals;
+  SceneSetting setting;
+  if (qualified) setting.scene = text.substr(0, colon);
+  const std::size_t begin = qualified ? colon + 1 : 0;
+  if (equals == std::string::npos || equals == begin || (qualified && colon == 0))
+    throw InputError("--set '" + text + "': expected NAME=VALUE or SCENE:NAME=VALUE");
+  setting.name = text.substr(begin, equals - begin);
+  const char* first = text.data() + equals + 1;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(first, last, setting.value);
+  if (error != std::errc() || end != last || !std::isfinite(setting.value))
+    throw InputError("--set '" + text + "': the value is no finite number");
+  return setting;
+}
+
 }  // namespace
 
 std::optional<Options> parse_options(int argc, const char* const* argv) {
   Options options;
-  for (int i = 0; i < argc; ++i) options.command_line += (i ? " " : "") + std::string(argv[i]);
+  options.command_line = std::filesystem::path(argv[0]).filename().string();
+  for (int i = 1; i < argc; ++i) options.command_line += " " + std::string(argv[i]);
   std::string query = "distance";
   double max_error = 0;
   std::size_t count = 0;
@@ -37,6 +57,10 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
                            ->check(CLI::Range(1, 10000000));
   app.add_option("--seed", options.seed, "Seed of the pair families")->capture_default_str();
   app.add_option("--scene", options.scenes, "Scene files (YAML)");
+  std::vector<std::string> settings;
+  app.add_option("--set", settings,
+                 "Scene parameters: NAME=VALUE (every scene that has it) or SCENE:NAME=VALUE, SCENE the "
+                 "file's name without .yaml");
   app.add_option("--pairs", options.pairs_file, "Your own cases (JSON)");
   auto* error_option = app.add_option("--max-error", max_error,
                                       "Name the fastest backend whose worst case stays inside this [m]");
@@ -53,7 +77,8 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   app.add_flag("--no-broadphase", options.no_broadphase, "Leave the broadphases out");
-  app.add_flag("--quick", options.quick, "Few pairs, two repetitions, 1k boxes in the broadphases");
+  app.add_flag("--quick", options.quick,
+               "Few pairs, two repetitions, 100 frames a scene, 1k boxes in the broadphases");
   app.add_flag("--list", options.list, "List backends, broadphases and families");
   try {
     app.parse(argc, argv);
@@ -69,6 +94,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
       throw InputError("--max-error: must be finite and not negative");
     options.max_error = max_error;
   }
+  for (const std::string& setting : settings) options.scene_settings.push_back(parse_setting(setting));
+  if (!settings.empty() && options.scenes.empty())
+    throw InputError("--set: there is no --scene to set it in");
   options.query = kQueries.at(query);
   options.no_families = options.families == std::vector<std::string>{"none"};
   if (options.no_families) options.families.clear();

@@ -9,10 +9,18 @@
 
 namespace touchstone::comparison {
 
+/// --set [SCENE:]NAME=VALUE: a parameter of one scene (by its file's stem), or of every scene that has it.
+struct SceneSetting {
+  std::string scene;  ///< empty: every scene
+  std::string name;
+  double value = 0;  ///< in the file's units
+};
+
 struct Options {
   std::vector<std::string> backends;  ///< empty: all
   std::vector<std::string> families;  ///< empty: all
   std::vector<std::string> scenes;
+  std::vector<SceneSetting> scene_settings;
   std::string pairs_file;
   std::optional<std::size_t> count;  ///< pairs a family
   std::uint64_t seed = 1;

@@ -29,6 +29,7 @@ struct Timing {
   double p99_ns = 0;
   double minimum_ns = 0;
   std::size_t blocks = 0;
+  std::size_t block = 0;  ///< pairs a block; 0: a frame
 };
 
 /// Reorders the sample of block averages [ns]. An empty sample gives zeros.

@@ -108,7 +108,7 @@ PairSet find_case(const Options& options, const std::string& id) {
     }
   }
   for (const std::string& scene : options.scenes) {
-    const PairSet set = load_scene_frames(scene).set;
+    const PairSet set = load_scene_frames(scene, parameters_for(scene, options.scene_settings)).set;
     const auto found = std::find(set.ids.begin(), set.ids.end(), id);
     if (found != set.ids.end()) return single_case(set, static_cast<std::size_t>(found - set.ids.begin()));
   }

@@ -29,6 +29,7 @@ struct Report {
   std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`
   std::vector<BroadphaseResult> broadphases;
   std::vector<SceneResult> scenes;
+  std::vector<Ranking> rankings;  ///< one a query, over `sets`; empty without truth
   std::vector<Verdict> verdicts;  ///< one a query for --max-error
 };
 

@@ -23,6 +23,7 @@ SceneFrames load_scene_frames(const std::string& file, const std::map<std::strin
   frames.duration = scene.duration;
   frames.gap = scene.contact_gap;
   frames.has_facets = scene.parameters.count("facets") > 0;
+  frames.parameters = scene.parameters;
   PairSet& set = frames.set;
   set.name = std::filesystem::path(file).stem().string();
   set.description = scene.name;
@@ -30,6 +31,7 @@ SceneFrames load_scene_frames(const std::string& file, const std::map<std::strin
   set.pairs = instance.checked_pairs();
 
   const std::size_t all = scene.frame_count();
+  frames.all_frames = all;
   const std::size_t count = most_frames == 0 ? all : std::min(all, most_frames);
   std::vector<Pose> poses(set.solids.size());
   for (std::size_t i = 0; i < count; ++i) {
@@ -51,5 +53,36 @@ SceneFrames load_scene_frames(const std::string& file, const std::map<std::strin
 }
 
 #endif
+
+std::map<std::string, double> parameters_for(const std::string& file,
+                                             std::span<const SceneSetting> settings) {
+  std::map<std::string, double> chosen;
+  if (settings.empty()) return chosen;
+  const SceneFrames scene = load_scene_frames(file, {}, 1);
+  for (const SceneSetting& setting : settings) {
+    const bool named = setting.scene == scene.set.name;
+    const bool known = scene.parameters.count(setting.name) > 0;
+    if (named && !known) {
+      std::string list;
+      for (const auto& entry : scene.parameters) list += (list.empty() ? "" : ", ") + entry.first;
+      throw InputError(file + ": the scene has no parameter '" + setting.name +
+                       "'; known: " + (list.empty() ? "none" : list));
+    }
+    if (known && (named || setting.scene.empty())) chosen[setting.name] = setting.value;
+  }
+  return chosen;
+}
+
+void check_settings(std::span<const std::string> files, std::span<const SceneSetting> settings) {
+  for (const SceneSetting& setting : settings) {
+    const bool concerns = std::any_of(files.begin(), files.end(), [&](const std::string& file) {
+      return !parameters_for(file, {&setting, 1}).empty();
+    });
+    if (concerns) continue;
+    throw InputError(setting.scene.empty()
+                         ? "--set: no scene has the parameter '" + setting.name + "'"
+                         : "--set: there is no scene '" + setting.scene + "' among the --scene files");
+  }
+}
 
 }  // namespace touchstone::comparison

@@ -122,13 +122,16 @@ void run_facets(SceneResult& result, const SceneOptions& options, const Oracle& 
   measure.time_pairs = false;
   measure.time_frames = true;
   measure.perturb = false;
-  const SceneFrames finest =
-      load_scene_frames(result.file, {{"facets", result.finest_facets}}, options.facet_frames);
+  const auto frames_at = [&](int facets) {
+    std::map<std::string, double> parameters = options.parameters;
+    parameters["facets"] = facets;
+    return load_scene_frames(result.file, parameters, options.facet_frames);
+  };
+  const SceneFrames finest = frames_at(result.finest_facets);
   result.facet_frames = finest.times.size();
   const std::vector<double> exact = exact_clearance(finest.set, oracle, measure.threads);
   for (std::size_t i = 0; i < options.facets.size(); ++i) {
-    const SceneFrames frames =
-        load_scene_frames(result.file, {{"facets", options.facets[i]}}, options.facet_frames);
+    const SceneFrames frames = frames_at(options.facets[i]);
     for (const BackendAnswers& answers : answer(frames.set, measure)) {
       for (const QueryKind query : kQueryKinds) {
         const auto& timing = answers.frame_by_query[index_of(query)];
@@ -155,7 +158,7 @@ const FacetRow* cheapest_row(const SceneResult& scene, QueryKind query) {
 
 SceneResult run_scene(const std::string& file, const SceneOptions& options, const Oracle* oracle,
                       const AnswerSet& answer, const Progress& progress) {
-  const SceneFrames frames = load_scene_frames(file);
+  const SceneFrames frames = load_scene_frames(file, options.parameters, options.most_frames);
   SceneResult result;
   result.name = frames.set.name;
   result.description = frames.description;
@@ -163,7 +166,9 @@ SceneResult run_scene(const std::string& file, const SceneOptions& options, cons
   result.rate = frames.rate;
   result.duration = frames.duration;
   result.gap = frames.gap;
+  result.parameters = frames.parameters;
   result.frames = frames.times.size();
+  result.all_frames = frames.all_frames;
   result.pairs = frames.set.pairs.size();
 
   MeasureOptions measure = options.measure;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "examples/compare_backends/options.hpp"
 #include "examples/compare_backends/verdict.hpp"
 
 namespace touchstone::comparison {
@@ -39,7 +40,9 @@ struct SceneResult {
   std::string description;
   std::string file;
   double rate = 0, duration = 0, gap = 0;
+  std::map<std::string, double> parameters;  ///< in the file's units
   std::size_t frames = 0, pairs = 0;
+  std::size_t all_frames = 0;  ///< more than `frames` when only some were stepped
   std::optional<double> exact_first_contact;
   SetResult set;  ///< every pair of every frame
   std::vector<SceneBackend> backends;
@@ -64,15 +67,26 @@ struct SceneFrames {
   std::string description;
   double rate = 0, duration = 0, gap = 0;
   bool has_facets = false;
+  std::size_t all_frames = 0;                ///< that the scene has
+  std::map<std::string, double> parameters;  ///< in the file's units
 };
 SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters = {},
                               std::size_t most_frames = 0);
 
+/// The settings that concern this file.
+/// @throws InputError when one names this scene and a parameter that it does not have.
+std::map<std::string, double> parameters_for(const std::string& file, std::span<const SceneSetting> settings);
+
+/// @throws InputError when a setting concerns none of the files.
+void check_settings(std::span<const std::string> files, std::span<const SceneSetting> settings);
+
 struct SceneOptions {
+  std::map<std::string, double> parameters;
   MeasureOptions measure;
   std::optional<double> max_error;  ///< [m]
   std::vector<int> facets = {4, 8, 12, 16, 24, 32, 48, 64};
   std::size_t facet_frames = 100;
+  std::size_t most_frames = 0;  ///< of the scene itself, evenly spread; 0: all
 };
 
 SceneResult run_scene(const std::string& file, const SceneOptions& options, const Oracle* oracle,

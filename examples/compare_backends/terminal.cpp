@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -26,18 +27,25 @@ double reference(const SetResult& set, QueryKind kind) {
   return fastest;
 }
 
+// Fits fourteen columns into 120 characters; the files have every digit.
+std::string short_ns(double nanoseconds) {
+  if (!(nanoseconds >= 9995)) return format_ns(nanoseconds);
+  return nanoseconds < 99950 ? fmt::format("{:.1f}k", nanoseconds / 1000)
+                             : fmt::format("{:.0f}k", nanoseconds / 1000);
+}
+
 std::string timing_table(const SetResult& set) {
-  TextTable table({"ns a pair", "overlap", "ratio", "batch", "raw", "distance", "ratio", "batch", "raw",
-                   "manifold", "ratio", "batch", "raw", "allocs"});
+  TextTable table({"ns a pair", "overlap", "ratio", "batch", "raw", "dist", "ratio", "batch", "raw", "manif",
+                   "ratio", "batch", "raw", "allocs"});
   for (const BackendResult& backend : set.backends) {
     std::vector<std::string> row = {backend.name};
     std::optional<double> allocations;
     for (const QueryKind kind : kQueryKinds) {
       const BackendResult::Rows& rows = backend.rows[index_of(kind)];
-      row.push_back(format_ns(median(rows.single)));
+      row.push_back(short_ns(median(rows.single)));
       row.push_back(format_ratio(median(rows.single) / reference(set, kind)));
-      row.push_back(format_ns(median(rows.batch)));
-      row.push_back(format_ns(median(rows.raw)));
+      row.push_back(short_ns(median(rows.batch)));
+      row.push_back(short_ns(median(rows.raw)));
       if (rows.allocations) allocations = std::max(allocations.value_or(0), *rows.allocations);
     }
     row.push_back(allocations ? fmt::format("{:.3g}", *allocations) : "-");
@@ -55,8 +63,8 @@ const Quantiles& error_of(const BackendResult& backend, Measure measure) {
 }
 
 std::string error_table(const SetResult& set) {
-  TextTable table({"wrong; worst error/S", "missed", "phantom", "undec", "overlap", "distance", "manifold",
-                   "dist", "depth", "normal", "witness", "points"});
+  TextTable table({"wrong; error/S", "missed", "phantom", "undec", "overlap", "distance", "manifold", "dist",
+                   "depth", "normal", "witness", "points"});
   for (const BackendResult& backend : set.backends) {
     if (!backend.judged) continue;
     const Wrongness& wrong = backend.judgement.wrongness[index_of(QueryKind::overlap)];
@@ -88,7 +96,9 @@ std::string set_section(const SetResult& set, bool has_truth) {
 
 std::string broadphase_section(const Report& report) {
   TextTable table({"broadphase", "boxes", "ms a frame", "99%", "candidates", "allocs", "missed"});
+  bool from_candidates = false;
   for (const BroadphaseResult& result : report.broadphases) {
+    from_candidates |= result.from_candidates;
     if (!result.gap.empty()) {
       table.add({result.name, format_count(result.boxes), result.gap});
       continue;
@@ -100,15 +110,32 @@ std::string broadphase_section(const Report& report) {
                result.missed ? fmt::format("{} of {}", *result.missed, format_count(result.true_pairs))
                              : "not checked"});
   }
-  return "\nbroadphases: update and find_pairs of boxes that all move\n" + table.str();
+  return "\nbroadphases: update and find_pairs of boxes that all move\n" + table.str() +
+         (from_candidates ? "  above 10 000 boxes the true pairs are those that any of the broadphases "
+                            "found, confirmed by exact\n"
+                          : "");
+}
+
+std::string no_facets(const SceneResult& scene) {
+  return scene.parameters.count("facets") > 0
+             ? ""
+             : "  no parameter `facets`: nothing round, no facet count to choose\n";
+}
+
+std::string parameters_text(const SceneResult& scene) {
+  std::string text;
+  for (const auto& [name, value] : scene.parameters)
+    text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", name, value);
+  return text.empty() ? "" : "  parameters: " + text + "\n";
 }
 
 std::string scene_section(const SceneResult& scene) {
   std::string text =
-      fmt::format("\nscene {}: {} frames at {} Hz, {} pairs; first contact {}\n", scene.name,
-                  format_count(scene.frames), scene.rate, scene.pairs,
+      fmt::format("\nscene {}: {} of {} frames at {} Hz, {} pairs; first contact {}\n", scene.name,
+                  format_count(scene.frames), format_count(scene.all_frames), scene.rate, scene.pairs,
                   scene.exact_first_contact ? fmt::format("at {:.4f} s", *scene.exact_first_contact)
                                             : std::string("none or not measured"));
+  text += parameters_text(scene);
   TextTable table({"ns a frame", "overlap", "distance", "manifold", "contact [s]", "missed", "phantom",
                    "undec", "clearance error [m]"});
   for (std::size_t b = 0; b < scene.backends.size(); ++b) {
@@ -121,7 +148,7 @@ std::string scene_section(const SceneResult& scene) {
                format_count(backend.undecided_frames), format_error(backend.worst_clearance_error)});
   }
   text += table.str();
-  if (scene.facet_rows.empty()) return text;
+  if (scene.facet_rows.empty()) return text + no_facets(scene);
   text += fmt::format(
       "  facets: cost against error, {} frames against the exact clearance at {} facets; allowed {} m\n",
       scene.facet_frames, scene.finest_facets, format_error(scene.facet_budget));
@@ -151,6 +178,38 @@ std::string pair_file_section(const PairFileResult& result) {
   return text;
 }
 
+// The largest kind of wrong answer, and how many in all.
+std::string wrong_words(const Wrongness& wrong) {
+  const std::array<std::pair<std::size_t, const char*>, 6> kinds = {{{wrong.missed, "missed"},
+                                                                     {wrong.phantom, "phantom"},
+                                                                     {wrong.undecided, "undecided"},
+                                                                     {wrong.failed, "failed"},
+                                                                     {wrong.unsupported, "unsupported"},
+                                                                     {wrong.missing, "without a value"}}};
+  std::string text;
+  for (const auto& [count, name] : kinds) {
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", format_count(count), name);
+  }
+  return text;
+}
+
+std::string summary_section(const Report& report) {
+  if (report.rankings.empty()) return "";
+  std::string text = "\nsummary: mean of the medians over the pair families; worst error over S\n";
+  for (const Ranking& ranking : report.rankings) {
+    const std::size_t cases = ranking.standings.empty() ? 0 : ranking.standings.front().wrongness.cases;
+    text += fmt::format("  {}, {} pairs\n", to_string(ranking.query), format_count(cases));
+    for (const Standing& standing : ranking.standings) {
+      const bool right = standing.wrongness.total() == 0;
+      text +=
+          right ? fmt::format("    {:18} {:>9} ns a pair, worst error {}\n", standing.backend,
+                              format_ns(standing.nanoseconds), format_error(standing.worst_error))
+                : fmt::format("    {:18} no place: {}\n", standing.backend, wrong_words(standing.wrongness));
+    }
+  }
+  return text;
+}
+
 std::string verdict_section(const Verdict& verdict) {
   std::string text = "\n" + sentence(verdict) + "\n";
   TextTable table({"backend", "inside", "ns a pair", "worst [m]", "why", "case"});
@@ -167,13 +226,14 @@ std::string terminal_report(const Report& report) {
   std::string text = fmt::format("{}, {}\n{}, {}{}\n", report.machine.cpu, report.machine.system,
                                  report.machine.compiler, report.machine.build_type, report.machine.flags);
   for (const auto& [name, description] : report.backends)
-    text += fmt::format("  {:18}  {}\n", name, description);
+    text += fmt::format("  {:16} {}\n", name, description);
   for (const Gap& gap : report.gaps) text += fmt::format("  {:18}  {}\n", gap.what, gap.why);
   if (!report.has_truth) text += "  without `exact` no error is measured: times only\n";
   for (const SetResult& set : report.sets) text += set_section(set, report.has_truth);
   if (report.pair_file) text += pair_file_section(*report.pair_file);
   for (const SceneResult& scene : report.scenes) text += scene_section(scene);
   if (!report.broadphases.empty()) text += broadphase_section(report);
+  text += summary_section(report);
   for (const Verdict& verdict : report.verdicts) {
     if (verdict.query == report.options.query) text += verdict_section(verdict);
   }

@@ -57,6 +57,26 @@ struct Verdict {
 
 Verdict decide(std::span<const SetResult> sets, QueryKind query, double max_error);
 
+/// How a backend did over all sets, in one query.
+struct Standing {
+  std::string backend;
+  double nanoseconds =
+      0;  ///< mean over the sets of the median per pair, one pair a call; NaN: not timed in all
+  double worst_error = 0;  ///< largest cost over S; +inf for a missing figure
+  Wrongness wrongness;     ///< summed over the sets
+};
+
+/// The backends without a wrong or missing answer by speed, then the others by how many they gave.
+struct Ranking {
+  QueryKind query = QueryKind::distance;
+  std::vector<Standing> standings;
+};
+Ranking rank(std::span<const SetResult> sets, QueryKind query);
+
+/// The backends without a wrong or missing answer that no other such beats in both worst error and median
+/// time, from the most exact to the fastest.
+std::vector<std::string> pareto_front(const SetResult& set, QueryKind query);
+
 /// "fastest inside 1e-06 m for distance: native, 41 ns" or that none is.
 std::string sentence(const Verdict& verdict);
 

@@ -183,6 +183,52 @@ TEST_F(Judged, MaxErrorPicksAmongTheFakes) {
                                                            "seeing_phantoms", "failing", "undecided"));
 }
 
+TEST(Ranking, OrdersTheRightOnesBySpeedAndGivesTheWrongOnesNoPlace) {
+  std::vector<SetResult> sets = {made_up(1e-3, 1e-9), made_up(1e-2, 1e-9)};
+  Ranking ranking = rank(sets, QueryKind::distance);
+  ASSERT_EQ(ranking.standings.size(), 2u);
+  EXPECT_EQ(ranking.standings[0].backend, "fast");
+  EXPECT_EQ(ranking.standings[0].nanoseconds, 10.0);
+  EXPECT_EQ(ranking.standings[0].worst_error, 1e-2);
+  sets[1].backends[0].judgement.wrongness[index_of(QueryKind::distance)].missed = 1;
+  ranking = rank(sets, QueryKind::distance);
+  EXPECT_EQ(ranking.standings[0].backend, "slow");
+  EXPECT_EQ(ranking.standings[1].wrongness.missed, 1u);
+}
+
+TEST(ParetoFront, HoldsWhatNoneBeatsInBoth) {
+  using ::testing::ElementsAre;
+  EXPECT_THAT(pareto_front(made_up(1e-3, 1e-9), QueryKind::distance), ElementsAre("slow", "fast"));
+  EXPECT_THAT(pareto_front(made_up(1e-9, 1e-3), QueryKind::distance), ElementsAre("fast"));
+  EXPECT_THAT(pareto_front(made_up(1e-9, 1e-9), QueryKind::distance), ElementsAre("fast"));
+  SetResult set = made_up(1e-3, 1e-9);
+  set.backends[0].judgement.wrongness[index_of(QueryKind::distance)].undecided = 1;
+  EXPECT_THAT(pareto_front(set, QueryKind::distance), ElementsAre("slow"));
+}
+
+// A cube on its edge upon another: one line touches, the clip of the faces nearest to n is as wide as the
+// cube.
+TEST_F(Judged, AnEdgeOnAFaceIsNoAreaError) {
+  const PairSet tilted = [] {
+    PairSet set = testing::cubes({-0.01});
+    set.poses[1].R = rotation_from_quaternion(1.0, 0.0, 0.0, 0.3);
+    return set;
+  }();
+  const std::vector<PairTruth> truth = {{PairClass::penetrating, -0.01, Vector3::UnitX(), true}};
+  Options options;
+  options.backends = {"right"};
+  MeasureOptions measure;
+  measure.time_pairs = false;
+  const auto answers = answer_set(options, backends_, tilted, measure);
+  const SetResult result = sum_up(tilted, truth, &oracle_, answers, 1);
+  const auto errors = result.backends[0].judgement.errors;
+  EXPECT_EQ(errors[static_cast<std::size_t>(Measure::patch_area)].over_scale.count, 0u);
+  EXPECT_EQ(errors[static_cast<std::size_t>(Measure::stability)].over_scale.count, 0u);
+  EXPECT_EQ(errors[static_cast<std::size_t>(Measure::tilted_area)].over_scale.count, 1u);
+  EXPECT_EQ(error("right", Measure::tilted_area).count, 0u);
+  EXPECT_EQ(error("right", Measure::patch_area).count, 3u);
+}
+
 // ---- what is written
 
 TEST_F(Judged, TableCsvAndJsonShowTheSameNumbers) {
