@@ -37,13 +37,17 @@ Parts parts_of(double value) {
 DifferenceInteger integer_of(double value, int lowest_exponent) {
   const Parts parts = parts_of(value);
   DifferenceInteger out;
+  if (parts.mantissa == 0) {  // has no lowest bit: nor has a set of nothing but zeros
+    assign_shifted(out, parts.sign, 0, 0);
+    return out;
+  }
   // Trailing zero bits may lie below the common exponent, which is that of the lowest bit set in any
   // coordinate.
   const int shift = parts.exponent - lowest_exponent;
-  if (parts.mantissa != 0 && shift < 0)
+  if (shift < 0)
     assign_shifted(out, parts.sign, parts.mantissa >> -shift, 0);
   else
-    assign_shifted(out, parts.sign, parts.mantissa, parts.mantissa == 0 ? 0 : shift);
+    assign_shifted(out, parts.sign, parts.mantissa, shift);
   return out;
 }
 

@@ -158,7 +158,7 @@ TEST(HullsIntersectOracle, MixedScalesWithTies) {
 
 TEST(HullsIntersectOracle, ScatteredExponents) {
   for (const auto& [low, high] : {std::array{-1074, 1023}, std::array{-60, 60}, std::array{-20, 0}}) {
-    check_family(300, 0.0, [&](Random& random) {
+    check_family(300, 0.0, [low = low, high = high](Random& random) {
       HullPair pair = scattered_pair(random, low, high);
       // One vertex in common, or one on an edge to rounding.
       const int i = random_int(random, 0, 7), j = random_int(random, 0, 7);

@@ -1,7 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstring>
+#include <bit>
+#include <cstdint>
 #include <thread>
 
 #include "tests/ode/ode_scenes.hpp"
@@ -105,7 +106,8 @@ bool same_bits(const Answers& u, const Answers& v) {
   if (u.status != v.status) return false;
   for (std::size_t i = 0; i < u.status.size(); ++i) {
     if (u.status[i] == PairStatus::overlapping &&
-        (std::memcmp(&u.geometry[i].separation, &v.geometry[i].separation, sizeof(double)) != 0 ||
+        (std::bit_cast<std::uint64_t>(u.geometry[i].separation) !=
+             std::bit_cast<std::uint64_t>(v.geometry[i].separation) ||
          u.geometry[i].n_AB_W != v.geometry[i].n_AB_W || u.geometry[i].p_A_W != v.geometry[i].p_A_W ||
          u.geometry[i].point_count != v.geometry[i].point_count)) {
       return false;
