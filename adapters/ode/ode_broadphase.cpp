@@ -125,6 +125,7 @@ class OdeBroadphase final : public Broadphase {
     world.first_solid.push_back(static_cast<std::uint32_t>(world.bodies.size()));
     for (const PlacedHexahedron& placed : tree.solids()) {
       const dGeomID geom = dCreateBox(world.space.get(), 1, 1, 1);
+      // ODE's user data is a pointer; ours is an index. NOLINTNEXTLINE(performance-no-int-to-ptr)
       dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::uintptr_t>(world.bodies.size())));
       world.bodies.push_back({placed.solid, static_cast<std::uint32_t>(object), geom});
     }

@@ -26,8 +26,8 @@ struct YamlSource {
 /// A node that knows where it is: every error reads `file:line: object 'x': hexahedron 'y': reason`.
 class YamlReader {
  public:
-  YamlReader(YAML::Node node, const YamlSource& source, std::string where = {})
-      : node_(std::move(node)), source_(&source), where_(std::move(where)) {}
+  YamlReader(const YAML::Node& node, const YamlSource& source, std::string where = {})
+      : node_(node), source_(&source), where_(std::move(where)) {}
 
   /// The same node, its errors prefixed by `what` as well.
   YamlReader within(const std::string& what) const { return {node_, *source_, where_ + what + ": "}; }

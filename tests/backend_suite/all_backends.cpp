@@ -3,7 +3,10 @@
 
 namespace touchstone::suite {
 
-// Those of this process: the single-precision Bullet answers from a program of its own, and has a suite of its own.
-void register_suite_backends(BackendRegistry& registry) { registry = comparison::build_backends({}).registry; }
+// Those of this process: the single-precision Bullet answers from a program of its own, and has a suite of
+// its own.
+void register_suite_backends(BackendRegistry& registry) {
+  registry = comparison::build_backends({}).registry;
+}
 
 }  // namespace touchstone::suite

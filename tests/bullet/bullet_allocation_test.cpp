@@ -3,32 +3,22 @@
 
 #include <atomic>
 #include <cstdlib>
-#include <new>
 
 #include "tests/bullet/backend_under_test.hpp"
+#include "tests/support/counting_allocator.hpp"
 
 // Counts operator new, and what Bullet takes through its own allocator (malloc underneath).
 
 namespace {
-std::atomic<long> allocations{0};
+std::atomic<std::size_t> bullet_allocations{0};
 
-void* counted(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
 void* counted_for_bullet(size_t size) {
-  ++allocations;
+  ++bullet_allocations;
   return std::malloc(size);
 }
-}  // namespace
 
-void* operator new(std::size_t size) { return counted(size); }
-void* operator new[](std::size_t size) { return counted(size); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+std::size_t allocations() { return touchstone::allocation_count() + bullet_allocations; }
+}  // namespace
 
 namespace touchstone::test {
 namespace {
@@ -60,9 +50,9 @@ TEST(TOUCHSTONE_SUITE, EvaluateAllocatesNothing) {
     for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold}) {
       const Query query{.kind = kind};
       narrowphase->evaluate({pairs, poses, query}, {status, geometry, points}, *workspace);
-      const long before = allocations;
+      const std::size_t before = allocations();
       narrowphase->evaluate({pairs, poses, query}, {status, geometry, points}, *workspace);
-      EXPECT_EQ(allocations - before, 0) << backend << " " << to_string(kind);
+      EXPECT_EQ(allocations() - before, 0u) << backend << " " << to_string(kind);
     }
   }
 }
@@ -84,13 +74,13 @@ TEST(TOUCHSTONE_SUITE, BroadphaseAllocatesNothingAfterTheFirstUpdate) {
     broadphase->build({pointers, 0.1});
     broadphase->update(poses, {});
     std::vector<SolidPair> block(64);
-    const long before = allocations;
+    const std::size_t before = allocations();
     for (int step = 0; step < 10; ++step) {
       for (Pose& X : poses) X = {random_rotation(random), random_vector(random, -10 + step, 10 - step)};
       broadphase->update(poses, moved);
       for (PairCursor cursor; !cursor.done;) broadphase->find_pairs(cursor, block);
     }
-    EXPECT_EQ(allocations - before, 0);
+    EXPECT_EQ(allocations() - before, 0u);
   }
 }
 

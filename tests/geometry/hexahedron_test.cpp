@@ -115,7 +115,8 @@ TEST(EdgeLines, RunFromLowerToHigherVertexAlongTheirAxis) {
   const Hexahedron solid = Hexahedron::from_size({1, 2, 3});
   for (int e = 0; e < 12; ++e) {
     Vector3 along = Vector3::Zero();
-    along(e / 4) = 1 + e / 4;
+    const int axis = e / 4;
+    along(axis) = 1 + axis;
     EXPECT_EQ(solid.edge_line(e).direction, along);
     EXPECT_EQ(solid.edge_line(e).origin, solid.vertices()[Hexahedron::kEdgeVertices[e][0]]);
   }

@@ -1,22 +1,7 @@
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "native_fixture.hpp"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#include "tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {
@@ -38,9 +23,9 @@ TEST(Native, EvaluateNeverAllocates) {
   std::vector<PairGeometry> geometry(pairs.size());
   std::vector<ContactPoint> points(8 * pairs.size());
   for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold}) {
-    const long before = allocations;
+    const std::size_t before = allocation_count();
     native->evaluate({pairs, poses, Query{kind}}, {status, geometry, points}, *workspace);
-    EXPECT_EQ(allocations, before) << to_string(kind);
+    EXPECT_EQ(allocation_count(), before) << to_string(kind);
   }
 }
 

@@ -214,7 +214,7 @@ TEST(HullsIntersectOracle, TiesAcrossMoreThan125Bits) {
 
 TEST(HullsIntersectOracle, ScatteredExponents) {
   for (const auto& [low, high] : {std::array{-1074, 1023}, std::array{-60, 60}, std::array{-20, 0}}) {
-    check_family(300, 0.0, [&](Random& random) {
+    check_family(300, 0.0, [low = low, high = high](Random& random) {
       HullPair pair = scattered_pair(random, low, high);
       // One vertex of B is on a segment of A to rounding, or beside a vertex by an ulp or not at all.
       const Vector3 p = pair.a.vertex(random_int(random, 0, 7)), q = pair.a.vertex(random_int(random, 0, 7));

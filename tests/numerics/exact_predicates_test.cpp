@@ -2,28 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 
 #include "tests/numerics/pair_generators.hpp"
-
-namespace {
-
-std::atomic<std::size_t> allocation_count{0};
-
-void* counted(std::size_t size) {
-  ++allocation_count;
-  if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
-  throw std::bad_alloc();
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/counting_allocator.hpp"
 
 namespace touchstone::numerics {
 namespace {
@@ -137,10 +119,10 @@ TEST(HullsIntersect, AllocatesNothing) {
     const HullPair pair = i % 3 == 0   ? grid_pair(random, 2)
                           : i % 3 == 1 ? rotated_box_pair(random)
                                        : scattered_pair(random, -1074, 1023);
-    const std::size_t before = allocation_count;
+    const std::size_t before = allocation_count();
     const bool answer = hulls_intersect(pair.a, pair.b);
     const int sign = orient3d_sign(pair.a.vertex(0), pair.a.vertex(1), pair.a.vertex(2), pair.b.vertex(3));
-    EXPECT_EQ(allocation_count, before);
+    EXPECT_EQ(allocation_count(), before);
     EXPECT_TRUE((answer || true) && sign * sign <= 1);
   }
 }

@@ -6,7 +6,6 @@ namespace {
 std::atomic<std::size_t> calls{0};
 }
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
@@ -25,14 +24,6 @@ void* realloc(void* old, std::size_t size) {
   return __libc_realloc(old, size);
 }
 }
-namespace touchstone::ode_test {
-bool counts_heap_calls() { return true; }
-}  // namespace touchstone::ode_test
-#else
-namespace touchstone::ode_test {
-bool counts_heap_calls() { return false; }
-}  // namespace touchstone::ode_test
-#endif
 
 namespace touchstone::ode_test {
 std::size_t heap_calls() { return calls.load(std::memory_order_relaxed); }
