@@ -1,16 +1,15 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/geometry/pose.hpp"
+#include "contact_core/narrowphase/pair_class.hpp"
 
 // Pairs of solids that users bring as JSON, and our own hard cases in the same format
 // (adapters/scene_files/README.md).
@@ -22,9 +21,6 @@ struct PosedPair {
   std::array<Hexahedron, 2> solids;
   std::array<Pose, 2> X_WS;
 };
-
-enum class PairClass : std::uint8_t { separated, touching, penetrating };
-std::string_view to_string(PairClass pair_class);
 
 /// The exact answer that a case carries: for the hulls of the world vertices as doubles.
 struct ExactAnswer {
