@@ -38,11 +38,11 @@ struct PairCase {
   std::string expected_error;  ///< bad inputs of our own: a part of invalid_reason; else empty
 };
 
-/// Reads a list of cases, or an object with `cases`. A case that is no pair of hexahedra in valid poses comes
-/// out invalid, with the reason; unknown fields are ignored. Warped solids are accepted (and is_warped()).
+/// Reads a list of cases, or an object with `cases`. A case that is no pair of hexahedra in valid poses
+/// comes out invalid, with the reason; unknown fields are ignored. Warped solids are accepted (and
+/// is_warped()).
 /// @throws InputError naming file, and line and column where known: unreadable file, malformed JSON, no list
-/// of cases, an id
-///         given twice.
+/// of cases, an id given twice.
 std::vector<PairCase> load_pairs(const std::filesystem::path& path);
 
 /// Writes a file that load_pairs reads back bit for bit: shapes, poses (as matrices), exact answers. The file
