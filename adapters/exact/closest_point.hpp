@@ -29,10 +29,9 @@ template <class S>
 struct ClosestSimplex {
   int size = 0;
   std::array<VertexPair, 4> vertices;
-  std::array<S, 4>
-      weights;          ///< of the closest point, not normalised; not set when contains_origin with size 4
-  Vector<S> direction;  ///< along the closest point; zero when contains_origin
-  S height;             ///< direction . m, the same for all vertices of the simplex
+  std::array<S, 4> weights;  ///< of the closest point, not normalised; not set when 4 contain the origin
+  Vector<S> direction;       ///< along the closest point; zero when contains_origin
+  S height;                  ///< direction . m, the same for all vertices of the simplex
   bool contains_origin = false;
 };
 
@@ -80,8 +79,8 @@ bool reduce_simplex(std::span<const Vector<S>> a, std::span<const Vector<S>> b, 
   const int n = simplex.size;
   std::array<Vector<S>, 4> points;
   for (int k = 0; k < n; ++k) points[k] = b[simplex.vertices[k].b] - a[simplex.vertices[k].a];
-  for (unsigned mask = (1U << n) - 1U; mask > 0;
-       --mask) {  // the whole simplex first: a good start needs no other
+  // The whole simplex first: a good start needs no other.
+  for (unsigned mask = (1U << n) - 1U; mask > 0; --mask) {
     std::array<Vector<S>, 4> chosen;
     ClosestSimplex<S> trial;
     for (int k = 0; k < n; ++k) {

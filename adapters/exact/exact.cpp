@@ -63,7 +63,7 @@ class ExactNarrowphase final : public Narrowphase {
                             const Query& query, PairStatus& status, PairGeometry& geometry,
                             std::span<ContactPoint> points) {
     ExactResult result = exact_signed_distance(a, b);
-    status = result.classification == ExactClass::separated ? PairStatus::separated : PairStatus::overlapping;
+    status = result.pair_class == PairClass::separated ? PairStatus::separated : PairStatus::overlapping;
     if (status == PairStatus::separated && result.separation > query.max_separation) {
       geometry = no_geometry(std::numeric_limits<double>::infinity());
       return;

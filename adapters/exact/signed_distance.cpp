@@ -126,9 +126,8 @@ ExactDistance decide(const IntegerPair& pair, const WorldVertices& a, const Worl
   return {std::move(deepest.direction), std::move(deepest.height), deepest.tied};
 }
 
-ExactClass class_of(const ExactDistance& d) {
-  return d.height > 0 ? ExactClass::separated
-                      : (d.height == 0 ? ExactClass::touching : ExactClass::penetrating);
+PairClass class_of(const ExactDistance& d) {
+  return d.height > 0 ? PairClass::separated : (d.height == 0 ? PairClass::touching : PairClass::penetrating);
 }
 
 ExactResult in_order(const WorldVertices& a, const WorldVertices& b) {
@@ -168,18 +167,6 @@ Integer power(unsigned long base, long exponent) {
 
 }  // namespace
 
-std::string_view to_string(ExactClass value) {
-  switch (value) {
-    case ExactClass::separated:
-      return "separated";
-    case ExactClass::touching:
-      return "touching";
-    case ExactClass::penetrating:
-      return "penetrating";
-  }
-  return "unknown";
-}
-
 ExactResult exact_signed_distance(const WorldVertices& a, const WorldVertices& b) {
   if (!comes_after(a, b)) return in_order(a, b);
   ExactResult result = in_order(b, a);
@@ -188,7 +175,7 @@ ExactResult exact_signed_distance(const WorldVertices& a, const WorldVertices& b
   return result;
 }
 
-ExactClass exact_classification(const WorldVertices& a, const WorldVertices& b) {
+PairClass exact_pair_class(const WorldVertices& a, const WorldVertices& b) {
   long exponent = 0;
   return class_of(signed_distance(a, b, exponent));
 }

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "contact_core/geometry/hexahedron.hpp"
+#include "contact_core/narrowphase/pair_class.hpp"
 
 // The signed distance of two convex hulls of eight vertices, decided in integers: the ground truth. Hulls may
 // have any rank (rounding far from the origin flattens solids to polygons, segments, points). Coordinates may
@@ -13,15 +12,8 @@
 
 namespace touchstone {
 
-enum class ExactClass : std::uint8_t {
-  separated,
-  touching,  ///< common points, but the interiors (of the difference of the two) do not reach: distance 0
-  penetrating,
-};
-std::string_view to_string(ExactClass value);
-
 struct ExactResult {
-  ExactClass classification;
+  PairClass pair_class;
   /// The exact signed distance rounded to the nearest double [m]: below 0 the minimal translation distance.
   double separation;
   /// Unit, from A to B, each component rounded to nearest from the exact direction; a separating direction
@@ -43,7 +35,7 @@ struct ExactResult {
 ExactResult exact_signed_distance(const WorldVertices& a, const WorldVertices& b);
 
 /// The class alone: cheaper.
-ExactClass exact_classification(const WorldVertices& a, const WorldVertices& b);
+PairClass exact_pair_class(const WorldVertices& a, const WorldVertices& b);
 bool exact_overlap(const WorldVertices& a, const WorldVertices& b);
 
 /// The signed distance as a decimal d.ddde[+-]x with `digits` significant digits, rounded to nearest; "0"

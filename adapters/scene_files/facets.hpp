@@ -13,9 +13,8 @@ struct RingSize {
   double outer_radius;
   double inner_radius;
   double height;
-  int facets;  ///< >= 3
-  bool
-      inscribed;  ///< corners on both circles; otherwise the facets touch them (their inradius is the radius)
+  int facets;      ///< >= 3
+  bool inscribed;  ///< corners on both circles; otherwise the facets touch them (inradius = radius)
 };
 
 /// Names `name.0`, `name.1`, ... @throws InputError naming the figure.

@@ -259,18 +259,6 @@ Json to_json(const PairCase& item) {
 
 }  // namespace
 
-std::string_view to_string(PairClass pair_class) {
-  switch (pair_class) {
-    case PairClass::separated:
-      return "separated";
-    case PairClass::touching:
-      return "touching";
-    case PairClass::penetrating:
-      return "penetrating";
-  }
-  return "?";
-}
-
 std::vector<PairCase> load_pairs(const std::filesystem::path& path) {
   const Json root = parse_text(path, read_text_file(path), false);
   const Json* list = root.is_object() && root.contains("cases") ? &root["cases"] : &root;

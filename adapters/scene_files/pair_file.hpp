@@ -1,16 +1,15 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/geometry/pose.hpp"
+#include "contact_core/narrowphase/pair_class.hpp"
 
 // Pairs of solids that users bring as JSON, and our own hard cases in the same format
 // (adapters/scene_files/README.md).
@@ -22,9 +21,6 @@ struct PosedPair {
   std::array<Hexahedron, 2> solids;
   std::array<Pose, 2> X_WS;
 };
-
-enum class PairClass : std::uint8_t { separated, touching, penetrating };
-std::string_view to_string(PairClass pair_class);
 
 /// The exact answer that a case carries: for the hulls of the world vertices as doubles.
 struct ExactAnswer {
@@ -42,11 +38,11 @@ struct PairCase {
   std::string expected_error;  ///< bad inputs of our own: a part of invalid_reason; else empty
 };
 
-/// Reads a list of cases, or an object with `cases`. A case that is no pair of hexahedra in valid poses comes
-/// out invalid, with the reason; unknown fields are ignored. Warped solids are accepted (and is_warped()).
+/// Reads a list of cases, or an object with `cases`. A case that is no pair of hexahedra in valid poses
+/// comes out invalid, with the reason; unknown fields are ignored. Warped solids are accepted (and
+/// is_warped()).
 /// @throws InputError naming file, and line and column where known: unreadable file, malformed JSON, no list
-/// of cases, an id
-///         given twice.
+/// of cases, an id given twice.
 std::vector<PairCase> load_pairs(const std::filesystem::path& path);
 
 /// Writes a file that load_pairs reads back bit for bit: shapes, poses (as matrices), exact answers. The file

@@ -14,9 +14,8 @@ using SceneParameters = std::map<std::string, double>;
 /// Reads a scene file (YAML; the format is described in adapters/scene_files/README.md). Figures come out in
 /// SI units.
 /// @throws InputError, one line `file:line: object 'x': hexahedron 'y': reason`: unreadable or malformed
-/// file, unknown or
-///         repeated key, repeated name, wrong type, a figure that is not finite, an unknown parameter or
-///         reference, and whatever Hexahedron, HexahedronTree and validate(Scene) refuse.
+/// file, unknown or repeated key, repeated name, wrong type, a figure that is not finite, an unknown
+/// parameter or reference, and whatever Hexahedron, HexahedronTree and validate(Scene) refuse.
 Scene load_scene(const std::filesystem::path& path, const SceneParameters& parameters = {});
 
 }  // namespace touchstone

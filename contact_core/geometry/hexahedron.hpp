@@ -63,14 +63,13 @@ class Hexahedron {
   /// @throws InputError naming `name` and the figure.
   static Hexahedron from_size(const Vector3& size, std::string_view name = "box");
 
-  /// A convex hexahedron. The vertices may come in the order above, mirrored, or in any order at all when the
-  /// solid is a strictly convex planar-faced hexahedron (its faces are then found from the hull). Coincident
-  /// vertices (collapsed edges or faces, e.g. a pyramid) are legal in the order above while the volume is
-  /// positive. Faces more than 32 eps * size out of plane make the solid `warped`: accepted only on
-  /// WarpPolicy::accept.
+  /// A convex hexahedron. The vertices may come in the order above, mirrored, or in any order at all when
+  /// the solid is a strictly convex planar-faced hexahedron (its faces are then found from the hull).
+  /// Coincident vertices (collapsed edges or faces, e.g. a pyramid) are legal in the order above while the
+  /// volume is positive. Faces more than 32 eps * size out of plane make the solid `warped`: accepted only
+  /// on WarpPolicy::accept.
   /// @throws InputError naming `name`, the face or vertex and the figure: not 8 vertices, not finite, zero
-  /// volume, a
-  ///         vertex inside the hull (not convex), warped though refused, no hexahedron in any order.
+  /// volume, a vertex inside the hull (not convex), warped though refused, no hexahedron in any order.
   static Hexahedron from_vertices(std::span<const Vector3> vertices, WarpPolicy warp = WarpPolicy::refuse,
                                   std::string_view name = "hexahedron");
 

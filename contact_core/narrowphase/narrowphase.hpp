@@ -12,7 +12,7 @@
 // The fine check, behind one interface. Conventions for every backend:
 //  * SI units, doubles. Solids are closed sets: touching is contact (`overlapping`, separation 0).
 //  * n_AB_W: unit, from A to B, in world. separation > 0 apart, < 0 overlapping (minimal translation
-//  distance).
+//    distance).
 //  * p_B_W = p_A_W + separation * n_AB_W; moving B by -separation * n_AB_W brings the pair to touch.
 //  * Results come in the order of the pairs; result i depends on pair i alone.
 
@@ -63,8 +63,8 @@ struct PairGeometry {
   Vector3 n_AB_W;     ///< unit, from A to B
   Vector3 p_A_W;      ///< witness on A's surface [m]
   Vector3 p_B_W;      ///< witness on B's surface: p_A_W + separation * n_AB_W
-  std::int32_t
-      point_count;  ///< slots used in the pair's part of NarrowphaseOutput::points; 0 unless manifold
+  /// Slots used in the pair's part of NarrowphaseOutput::points; 0 unless manifold.
+  std::int32_t point_count;
 };
 
 struct ContactPoint {
@@ -80,8 +80,7 @@ struct ContactPoint {
 struct Resolution {
   double absolute = 0.0;  ///< [m]
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size)
-  double of_depth =
-      0.0;  ///< further, of penetrating pairs: per metre of depth (an engine that prefers faces)
+  double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth (engines that prefer faces)
 
   double at(double scale) const { return absolute + relative * scale; }
 };
@@ -90,8 +89,8 @@ struct Capabilities {
   bool distance = false;     ///< separation, normal and witness points of pairs that are apart
   bool penetration = false;  ///< the same for pairs that overlap
   bool manifold = false;
-  bool overlap_complete =
-      true;              ///< false: the method has blind spots (missed contacts are expected, see its page)
+  /// False: the method has blind spots, stated in its header; missed contacts are expected.
+  bool overlap_complete = true;
   int scalar_bits = 64;  ///< of the engine's own arithmetic
   bool deterministic = true;
   bool thread_safe = true;  ///< evaluate() on several threads, each with its own Workspace

@@ -27,16 +27,15 @@ struct KeyedPose {
 
 /// The prescribed path of one object: segments or keys, not both; neither means at rest.
 struct Motion {
-  std::vector<MotionSegment>
-      segments;  ///< in order of time, not overlapping; the pose is held between and after them
+  /// In order of time, not overlapping; the pose is held between and after them.
+  std::vector<MotionSegment> segments;
   /// In order of time; positions are interpolated linearly, rotations by slerp. Before the first key the path
   /// starts from the initial pose at time 0; after the last it is held.
   std::vector<KeyedPose> keys;
 };
 
 /// @throws InputError naming `name` and the segment or key: times out of order or overlapping, figures that
-/// are not finite,
-///         an axis that is not unit, both segments and keys.
+/// are not finite, an axis that is not unit, both segments and keys.
 void validate_motion(const Motion& motion, std::string_view name);
 
 /// The commanded pose at `time` [s]; the initial pose for time <= 0. Uses sin and cos: the same bits only on

@@ -46,7 +46,7 @@ std::string_view to_string(ContactPolicy policy) {
     case ContactPolicy::slide:
       return "slide";
   }
-  return "?";
+  return "invalid ContactPolicy";
 }
 
 std::uint64_t Scene::frame_count() const {

@@ -69,8 +69,8 @@ struct Scene {
 };
 
 /// @throws InputError naming the object and the figure: no name, no object, duplicate or ambiguous names, a
-/// rate, gap or
-///         duration that is not positive and finite, a bad pose or motion, an exemption that names nothing.
+/// rate, gap or duration that is not positive and finite, a bad pose or motion, an exemption that names
+/// nothing.
 void validate(const Scene& scene);
 
 }  // namespace touchstone

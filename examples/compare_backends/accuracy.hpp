@@ -17,8 +17,8 @@ struct Wrongness {
   std::size_t undecided = 0;
   std::size_t failed = 0;
   std::size_t unsupported = 0;
-  std::size_t missing =
-      0;  ///< the class is right but a figure that was asked for is not finite, or there are no points
+  /// The class is right but a figure that was asked for is not finite, or there are no points.
+  std::size_t missing = 0;
 
   std::size_t total() const { return missed + phantom + undecided + failed + unsupported + missing; }
 };

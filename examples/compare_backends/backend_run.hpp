@@ -38,8 +38,8 @@ struct BackendAnswers {
   Capabilities capabilities;
   std::array<QueryAnswers, 3> queries;  ///< by QueryKind
   QueryAnswers perturbed;               ///< manifolds with B moved by 1e-9 S, see perturbed_set
-  std::array<std::optional<Timing>, 3>
-      frame_by_query;   ///< scenes: every pair of a frame in one call [ns per frame]
+  /// Scenes: every pair of a frame in one call [ns per frame].
+  std::array<std::optional<Timing>, 3> frame_by_query;
   std::string failure;  ///< why there are no answers; empty otherwise
 };
 
@@ -52,8 +52,8 @@ struct MeasureOptions {
   int repetitions = 5;
   std::size_t block = 128;           ///< pairs a timed block
   std::size_t batch = 1024;          ///< pairs a call of the batch row
-  double slow_frame_seconds = 0.05;  ///< the same for scenes, whole frames
   double slow_seconds = 0.02;        ///< a repetition of one row is cut to about this, whole blocks
+  double slow_frame_seconds = 0.05;  ///< the same for scenes, whole frames
 };
 
 /// The set with every pair's B moved by 1e-9 S in a seeded direction. Solids are not shared between the pairs

@@ -15,10 +15,7 @@ class ExactOracle final : public Oracle {
  public:
   PairTruth truth(const WorldVertices& a, const WorldVertices& b) const override {
     const ExactResult result = exact_signed_distance(a, b);
-    const PairClass pair_class = result.classification == ExactClass::separated  ? PairClass::separated
-                                 : result.classification == ExactClass::touching ? PairClass::touching
-                                                                                 : PairClass::penetrating;
-    return {pair_class, result.separation, result.n_AB_W, result.normal_unique};
+    return {result.pair_class, result.separation, result.n_AB_W, result.normal_unique};
   }
   double surface_distance(const WorldVertices& solid, const Vector3& p) const override {
     return exact_surface_distance(solid, p);

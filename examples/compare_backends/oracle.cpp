@@ -4,18 +4,6 @@
 
 namespace touchstone::comparison {
 
-std::string_view to_string(PairClass pair_class) {
-  switch (pair_class) {
-    case PairClass::separated:
-      return "separated";
-    case PairClass::touching:
-      return "touching";
-    case PairClass::penetrating:
-      return "penetrating";
-  }
-  return "?";
-}
-
 std::vector<PairTruth> compute_truth(const PairSet& set, const Oracle& oracle, int threads,
                                      const Progress& progress) {
   std::vector<PairTruth> truth(set.cases());

@@ -4,12 +4,10 @@
 #include <memory>
 #include <vector>
 
+#include "contact_core/narrowphase/pair_class.hpp"
 #include "examples/compare_backends/pair_set.hpp"
 
 namespace touchstone::comparison {
-
-enum class PairClass : std::uint8_t { separated, touching, penetrating };
-std::string_view to_string(PairClass pair_class);
 
 /// The right answer for one case.
 struct PairTruth {

@@ -18,8 +18,8 @@ struct SceneBackend {
   std::size_t missed_frames = 0;        ///< frames in contact reported clear
   std::size_t phantom_frames = 0;       ///< clear frames reported in contact
   std::size_t undecided_frames = 0;  ///< neither: some pair undecided, failed or unsupported, none in contact
-  double worst_clearance_error =
-      0;  ///< largest |least separation - exact least separation| of a frame [m]; NaN: none
+  /// Largest |least separation - exact least separation| of a frame [m]; NaN: none.
+  double worst_clearance_error = 0;
 };
 
 /// A backend, a facet count and a query kind: what a frame costs, and how far its answers are from the exact
@@ -58,9 +58,7 @@ const FacetRow* cheapest_row(const SceneResult& scene, QueryKind query);
 /// Every chosen backend's answers to a set, in this process or a worker.
 using AnswerSet = std::function<std::vector<BackendAnswers>(const PairSet&, const MeasureOptions&)>;
 
-/// The frames of a scene file at its rate; at most `most_frames`, evenly spread, when that is not 0. Ids are
-/// "stem:frame:pair".
-/// @throws InputError naming file, line and object; also in a build without the scene_files adapter.
+/// A scene file stepped through time, as a pair set. Ids are "stem:frame:pair".
 struct SceneFrames {
   PairSet set;
   std::vector<double> times;  ///< of the frames [s]
@@ -70,6 +68,8 @@ struct SceneFrames {
   std::size_t all_frames = 0;                ///< that the scene has
   std::map<std::string, double> parameters;  ///< in the file's units
 };
+/// The frames of a scene file at its rate; at most `most_frames`, evenly spread, when that is not 0.
+/// @throws InputError naming file, line and object; also in a build without the scene_files adapter.
 SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters = {},
                               std::size_t most_frames = 0);
 

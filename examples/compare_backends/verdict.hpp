@@ -40,9 +40,10 @@ double verdict_speed(const SetResult& set, const BackendResult& backend, QueryKi
 /// How a backend stands over all sets for one query.
 struct Candidate {
   std::string backend;
-  double nanoseconds = 0;  ///< mean over the sets of the median per pair: one pair a call, in scenes a frame
-                           ///< a call; NaN if not measured in all
-  double worst_cost = 0;   ///< [m]
+  /// Mean over the sets of the median per pair: one pair a call, in scenes a frame a call; NaN if not
+  /// measured in all.
+  double nanoseconds = 0;
+  double worst_cost = 0;  ///< [m]
   std::string worst_id;
   std::string worst_reason;
   bool inside = false;  ///< worst_cost <= max_error, and the speed was measured
@@ -60,8 +61,8 @@ Verdict decide(std::span<const SetResult> sets, QueryKind query, double max_erro
 /// How a backend did over all sets, in one query.
 struct Standing {
   std::string backend;
-  double nanoseconds =
-      0;  ///< mean over the sets of the median per pair, one pair a call; NaN: not timed in all
+  /// Mean over the sets of the median per pair, one pair a call; NaN if not measured in all.
+  double nanoseconds = 0;
   double worst_error = 0;  ///< largest cost over S; +inf for a missing figure
   Wrongness wrongness;     ///< summed over the sets
 };

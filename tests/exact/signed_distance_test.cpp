@@ -34,7 +34,7 @@ WorldVertices scaled(WorldVertices v, double s) {
 
 void expect_symmetric(const WorldVertices& a, const WorldVertices& b) {
   const ExactResult ab = exact_signed_distance(a, b), ba = exact_signed_distance(b, a);
-  EXPECT_EQ(ab.classification, ba.classification);
+  EXPECT_EQ(ab.pair_class, ba.pair_class);
   EXPECT_EQ(ab.separation, ba.separation);
   EXPECT_EQ(ab.n_AB_W, Vector3(-ba.n_AB_W));
   EXPECT_EQ(ab.p_A_W, ba.p_B_W);
@@ -51,15 +51,15 @@ TEST(ExactSignedDistance, CubesApartByFaceEdgeAndVertex) {
 
 TEST(ExactSignedDistance, CubesTouchingByFaceEdgeAndVertex) {
   const ExactResult face = exact_signed_distance(unit_cube(0, 0, 0), unit_cube(1, 0.25, 0));
-  EXPECT_EQ(face.classification, ExactClass::touching);
+  EXPECT_EQ(face.pair_class, PairClass::touching);
   EXPECT_EQ(face.separation, 0.0);
   EXPECT_EQ(face.n_AB_W, Vector3(1, 0, 0));
   EXPECT_TRUE(face.normal_unique);
   const ExactResult edge = exact_signed_distance(unit_cube(0, 0, 0), unit_cube(1, 1, 0));
-  EXPECT_EQ(edge.classification, ExactClass::touching);
+  EXPECT_EQ(edge.pair_class, PairClass::touching);
   EXPECT_EQ(edge.tied_normals, 2);
   const ExactResult vertex = exact_signed_distance(unit_cube(0, 0, 0), unit_cube(1, 1, 1));
-  EXPECT_EQ(vertex.classification, ExactClass::touching);
+  EXPECT_EQ(vertex.pair_class, PairClass::touching);
   EXPECT_EQ(vertex.tied_normals, 3);
 }
 
@@ -70,12 +70,12 @@ TEST(ExactSignedDistance, OneUlpDecides) {
     if (x == 0.5) x = std::nextafter(0.5, 1.0);
   }
   EXPECT_EQ(exact_signed_distance(a, b).separation, 0x1p-53);
-  EXPECT_EQ(exact_classification(a, b), ExactClass::separated);
+  EXPECT_EQ(exact_pair_class(a, b), PairClass::separated);
   for (double& x : b.x) {
     if (x < 1.0) x = std::nextafter(0.5, 0.0);
   }
   EXPECT_EQ(exact_signed_distance(a, b).separation, -0x1p-54);
-  EXPECT_EQ(exact_classification(a, b), ExactClass::penetrating);
+  EXPECT_EQ(exact_pair_class(a, b), PairClass::penetrating);
 }
 
 TEST(ExactSignedDistance, ContainedCubeLeavesThroughTheNearestFace) {
@@ -137,7 +137,7 @@ TEST(ExactSignedDistance, FullRangeOfDoubles) {
 TEST(ExactSignedDistance, CollapsedFarAway) {
   const WorldVertices point = unit_cube(1e17, 1e17, 1e17);
   ASSERT_EQ(point.x[0], point.x[7]);
-  EXPECT_EQ(exact_classification(point, point), ExactClass::touching);
+  EXPECT_EQ(exact_pair_class(point, point), PairClass::touching);
   EXPECT_EQ(exact_signed_distance(point, unit_cube(1e17, 1e17, 1e17 + 64)).separation, 64.0);
   const WorldVertices segment = box({1e17, 1e17, 1e17}, {64, 0.5, 0.5}),
                       far = box({1e17 + 64, 1e17, 1e17}, {64, 0.5, 0.5});
@@ -212,8 +212,8 @@ WorldVertices random_grid_points(Random& random, int steps) {
 void expect_right(const WorldVertices& a, const WorldVertices& b) {
   const ExactResult r = exact_signed_distance(a, b);
   EXPECT_TRUE(exact_test::is_signed_distance(a, b, r.separation)) << r.separation;
-  EXPECT_EQ(exact_overlap(a, b), r.classification != ExactClass::separated);
-  EXPECT_EQ(exact_classification(a, b), r.classification);
+  EXPECT_EQ(exact_overlap(a, b), r.pair_class != PairClass::separated);
+  EXPECT_EQ(exact_pair_class(a, b), r.pair_class);
   const double scale = std::max(largest_coordinate(a), largest_coordinate(b));
   EXPECT_NEAR(exact_separation_along(a, b, r.n_AB_W), r.separation, 0x1p-50 * scale);
   EXPECT_LE(exact_surface_distance(a, r.p_A_W), 0x1p-51 * scale);  // the points are rounded

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace touchstone {
+
+/// What is true of a pair, known without error: what ground truths, cases and oracles carry. A backend's
+/// answer is a PairStatus, which does not tell touching from penetrating and may be no answer at all.
+enum class PairClass : std::uint8_t {
+  separated,
+  touching,     ///< in contact, signed distance 0
+  penetrating,  ///< signed distance < 0
+};
+std::string_view to_string(PairClass pair_class);
+
+}  // namespace touchstone
