@@ -172,8 +172,22 @@ void reduce(const Candidates& c, int deepest, int max_points, Manifold& manifold
   if (extra) manifold.points[manifold.count++] = c.points[deepest];
 }
 
+/// Rounding far from the origin flattens faces to segments and points: those bound nothing to clip against.
+bool has_area(const Polygon& polygon, double extent) {
+  double area = 0.0, perimeter = 0.0;
+  for (int i = 0; i < polygon.count; ++i) {
+    const Corner& origin = polygon.corners[0];
+    const Corner& c = polygon.corners[i];
+    const Corner& d = polygon.corners[(i + 1) % polygon.count];
+    area += (c.x - origin.x) * (d.y - origin.y) - (c.y - origin.y) * (d.x - origin.x);
+    perimeter += std::sqrt((d.x - c.x) * (d.x - c.x) + (d.y - c.y) * (d.y - c.y));
+  }
+  return area > kOnEdge * kRoundoff * extent * perimeter;
+}
+
 Polygon clip_of(const ProjectedFace& a, const ProjectedFace& b, double extent) {
   if (a.lean < kEdgeOn || b.lean < kEdgeOn) return {};
+  if (!has_area(a.outline, extent) || !has_area(b.outline, extent)) return {};
   Polygon clip = a.outline;
   for (int i = 0; i < b.outline.count; ++i)
     clip = clipped(clip, b.outline.corners[i], b.outline.corners[(i + 1) % b.outline.count],

@@ -41,6 +41,16 @@ TEST(NativeManifold, FaceOnFaceHasFourPointsAndTheWholeArea) {
   }
 }
 
+// 1e15 m out an ulp is 0.125 m: all vertices of the small cube round to one point, which clips nothing.
+TEST(NativeManifold, SolidFlattenedToAPointMeetsInThatPoint) {
+  const Answer answer = ask(Hexahedron::from_size({1e-3, 1e-3, 1e-3}), at(1e15, 1e15, 1e15),
+                            Hexahedron::from_size({64, 64, 64}), at(1e15, 1e15, 1e15 - 40));
+  ASSERT_EQ(answer.geometry.point_count, 1);
+  EXPECT_EQ(answer.points[0].p_A_W, Vector3(1e15, 1e15, 1e15));
+  EXPECT_EQ(answer.points[0].p_B_W, Vector3(1e15, 1e15, 1e15 - 8));
+  EXPECT_EQ(answer.points[0].separation, 8.0);
+}
+
 TEST(NativeManifold, FlushSidesKeepTheWholeArea) {
   const Answer answer = ask(kCube, at(0, 0, 0), kCube, at(0, 0, 1));
   ASSERT_EQ(answer.geometry.point_count, 4);
