@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <numeric>
 
 #include "contact_core/input_error.hpp"
@@ -228,6 +229,75 @@ TEST(NativeBroadphase, FindsWhatBruteForceFinds) {
     EXPECT_EQ(sweep(*make("native", scene, 0.05), 256), sweep(*make("brute_force", scene, 0.05), 256))
         << objects;
   }
+}
+
+// Centres of a crowd of unit boxes.
+struct Crowd {
+  const char* name;
+  int objects;
+  Vector3 (*centre)(int i);
+};
+
+Vector3 grid_point(int i, int side) { return 4.0 * Vector3(i % side, i / side % side, i / side / side); }
+
+const Crowd kCrowds[] = {
+    {"one place", 150, [](int) -> Vector3 { return Vector3(3, 4, 5); }},
+    {"line", 600, [](int i) -> Vector3 { return Vector3(0.5 * i, 0, 0); }},
+    {"plane", 600, [](int i) -> Vector3 { return Vector3(0.9 * (i % 24), 0.9 * (i / 24), 7); }},
+    {"stray", 600,
+     [](int i) -> Vector3 { return i == 0 ? Vector3(1e15, -1e15, 1e15) : Vector3(0.3 * grid_point(i, 9)); }},
+    {"two far crowds", 600,
+     [](int i) -> Vector3 { return (i % 2) * Vector3(1e8, 0, 0) + 0.3 * grid_point(i, 9); }},
+    {"each twice as far", 600, [](int i) -> Vector3 { return Vector3(std::scalbn(1.0, i - 300), 0, 0); }},
+};
+
+Scene crowd_scene(const Crowd& crowd, int objects) {
+  Scene scene;
+  const Hexahedron cube = Hexahedron::from_size({1, 1, 1});
+  for (int i = 0; i < objects; ++i) scene.add({{"", cube, {}}}, {Matrix3::Identity(), crowd.centre(i)});
+  return scene;
+}
+
+TEST(NativeBroadphase, FindsWhatBruteForceFindsInDegenerateCrowds) {
+  for (const Crowd& crowd : kCrowds) {
+    const Scene scene = crowd_scene(crowd, crowd.objects);
+    const Pairs found = sweep(*make("native", scene, 0.0), 256);
+    EXPECT_GT(found.size(), 100u) << crowd.name;
+    EXPECT_EQ(found, sweep(*make("brute_force", scene, 0.0), 256)) << crowd.name;
+  }
+}
+
+TEST(NativeBroadphase, FindsWhatBruteForceFindsAmongGiants) {
+  std::mt19937_64 random(17);
+  Scene scene;
+  for (int i = 0; i < 500; ++i) {
+    const double size = std::pow(10.0, -(i % 10));
+    scene.add({{"", Hexahedron::from_size(Vector3::Constant(size)), {}}}, random_pose(random, 3));
+  }
+  EXPECT_EQ(sweep(*make("native", scene, 0.0), 256), sweep(*make("brute_force", scene, 0.0), 256));
+}
+
+double sweep_seconds(const Scene& scene) {
+  const auto broadphase = make("native", scene, 0.0);
+  double least = INFINITY;
+  for (int run = 0; run < 3; ++run) {
+    broadphase->update(scene.poses, std::vector<std::uint32_t>{0});
+    const std::clock_t start = std::clock();
+    sweep(*broadphase, 256);
+    least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+  }
+  return least;
+}
+
+// A tree that cannot tell the crowd apart tests all 2e8 pairs: a hundred times the work.
+TEST(NativeBroadphase, AStrayObjectDoesNotMakeTheSweepQuadratic) {
+  constexpr int kObjects = 20000;
+  Scene scene = crowd_scene(
+      {"", kObjects, [](int i) -> Vector3 { return grid_point(i * 7919 % kObjects, 28); }}, kObjects);
+  const double without = sweep_seconds(scene);
+  scene.place(0, {Matrix3::Identity(), {1e15, 1e15, 1e15}});
+  scene.place(1, {Matrix3::Identity(), {-1e15, -1e15, -1e15}});
+  EXPECT_LT(sweep_seconds(scene), 10 * without);
 }
 
 }  // namespace
