@@ -216,9 +216,18 @@ std::string with_overflows_marked(const std::string& text) {
                    ": malformed JSON: " + reason);
 }
 
+// A case needs five levels. The library and our texts of wrong values recurse, so depth is bounded before
+// either.
+constexpr int kMaxDepth = 64;
+
 Json parse_text(const std::filesystem::path& path, const std::string& text, bool marked) {
+  const auto refuse_depth = [&](int depth, Json::parse_event_t, Json&) {
+    if (depth > kMaxDepth)
+      throw InputError(path.string() + ": nested deeper than " + std::to_string(kMaxDepth) + " levels");
+    return true;
+  };
   try {
-    return Json::parse(text);
+    return Json::parse(text, refuse_depth);
   } catch (const Json::parse_error& error) {
     malformed(path, text, marked, error);
   } catch (const Json::out_of_range&) {

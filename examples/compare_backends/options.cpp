@@ -55,7 +55,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   app.add_option("--families", options.families, "Pair families (default: all; 'none' for no families)");
   auto* count_option = app.add_option("--count", count, "Pairs a family (default 20000, 500 with --quick)")
                            ->check(CLI::Range(1, 10000000));
-  app.add_option("--seed", options.seed, "Seed of the pair families")->capture_default_str();
+  app.add_option("--seed", options.seed, "Seed of the pair families")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--scene", options.scenes, "Scene files (YAML)");
   std::vector<std::string> settings;
   app.add_option("--set", settings,
@@ -97,9 +99,14 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   for (const std::string& setting : settings) options.scene_settings.push_back(parse_setting(setting));
   if (!settings.empty() && options.scenes.empty())
     throw InputError("--set: there is no --scene to set it in");
+  if (app.count("--case") > 0 && options.case_id.empty()) throw InputError("--case: names no case");
+  if (options.output.empty()) throw InputError("--output: names no folder");
   options.query = kQueries.at(query);
   options.no_families = options.families == std::vector<std::string>{"none"};
   if (options.no_families) options.families.clear();
+  if (options.no_families && options.scenes.empty() && options.pairs_file.empty() && options.no_broadphase)
+    throw InputError(
+        "--families none: and no --scene, no --pairs and no broadphases: there is nothing to compare");
   if (options.quick && app.count("--repetitions") == 0) options.repetitions = 2;
   return options;
 }

@@ -116,13 +116,6 @@ bool same_bits(const Answers& u, const Answers& v) {
   return true;
 }
 
-PairScene mixed_scene(std::size_t count) {
-  PairScene scene = random_pairs(count, Family::sheared, Vector3::Zero(), 5);
-  const PairScene boxes = random_pairs(count, Family::boxes, Vector3::Zero(), 6);
-  for (std::uint32_t i = 0; i + 1 < scene.solids.size(); i += 3) scene.solids[i] = boxes.solids[i];
-  return scene;
-}
-
 TEST(OdeNarrowphase, EightThreadsGiveTheBitsOfOne) {
   const PairScene scene = mixed_scene(300);
   const auto narrowphase = registry().make_narrowphase("ode");

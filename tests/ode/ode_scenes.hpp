@@ -137,4 +137,12 @@ inline double reference_depth(const Hexahedron& a, const Pose& X_WA, const Hexah
   return least;
 }
 
+// Sheared hexahedra with a third of them boxes.
+inline PairScene mixed_scene(std::size_t count) {
+  PairScene scene = random_pairs(count, Family::sheared, Vector3::Zero(), 5);
+  const PairScene boxes = random_pairs(count, Family::boxes, Vector3::Zero(), 6);
+  for (std::uint32_t i = 0; i + 1 < scene.solids.size(); i += 3) scene.solids[i] = boxes.solids[i];
+  return scene;
+}
+
 }  // namespace touchstone::ode_test
