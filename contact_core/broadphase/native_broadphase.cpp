@@ -464,8 +464,8 @@ class Native final : public Broadphase {
   // hold them are asked object by object: there the answer is most of the work.
   static constexpr std::size_t kListedPairsPerObject = 16;
   enum class ListState { due, complete, full } list_state_ = ListState::due;
-  std::vector<SolidPair> listed_;       // in tree order; of objects here
-  std::vector<std::uint32_t> list_;     // the higher objects, by the lower
+  std::vector<SolidPair> listed_;        // in tree order; of objects here
+  std::vector<std::uint32_t> list_;      // the higher objects, by the lower
   std::vector<std::uint32_t> list_end_;  // of each object's part of list_
 
   // What find_pairs gathered last, kept for the next block.
