@@ -64,8 +64,7 @@ struct MovingBoxes {
   void step() {
     const double sign = frame++ / 16 % 2 == 0 ? 1.0 : -1.0;
     for (std::uint32_t object : moved)
-      for (int part = 0; part < solids; ++part)
-        poses[object * solids + part].p += sign * velocities[object];
+      for (int part = 0; part < solids; ++part) poses[object * solids + part].p += sign * velocities[object];
   }
 };
 
@@ -93,7 +92,7 @@ void run_frames(benchmark::State& state, const std::string& name, const Mix& mix
   double least_update = INFINITY, least_find = INFINITY;
   broadphase->update(boxes.poses, boxes.moved);  // the first frame sets up and is not counted
   for (PairCursor cursor; !cursor.done;) broadphase->find_pairs(cursor, block);
-  for (auto _ : state) {
+  while (state.KeepRunning()) {
     boxes.step();
     const double start = cpu_seconds();
     broadphase->update(boxes.poses, boxes.moved);

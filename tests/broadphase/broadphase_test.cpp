@@ -237,12 +237,20 @@ struct Crowd {
   Vector3 (*centre)(int i);
 };
 
-Vector3 grid_point(int i, int side) { return 4.0 * Vector3(i % side, i / side % side, i / side / side); }
+Vector3 grid_point(int i, int side) {
+  const int column = i % side, row = i / side % side, layer = i / side / side;
+  return 4.0 * Vector3(column, row, layer);
+}
+
+Vector3 plane_point(int i) {
+  const int column = i % 24, row = i / 24;
+  return {0.9 * column, 0.9 * row, 7};
+}
 
 const Crowd kCrowds[] = {
     {"one place", 150, [](int) -> Vector3 { return Vector3(3, 4, 5); }},
     {"line", 600, [](int i) -> Vector3 { return Vector3(0.5 * i, 0, 0); }},
-    {"plane", 600, [](int i) -> Vector3 { return Vector3(0.9 * (i % 24), 0.9 * (i / 24), 7); }},
+    {"plane", 600, plane_point},
     {"stray", 600,
      [](int i) -> Vector3 { return i == 0 ? Vector3(1e15, -1e15, 1e15) : Vector3(0.3 * grid_point(i, 9)); }},
     {"two far crowds", 600,
