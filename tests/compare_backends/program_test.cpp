@@ -103,28 +103,28 @@ constexpr const char* kSmall = "--count 30 --repetitions 1 --no-broadphase --fam
 TEST_F(Program, BadInputIsOneLineExitCode2AndNoReport) {
   const std::string broken_json = write("broken.json", "[{\"id\": ").string();
   const std::string broken_yaml = write("broken.yaml", "name: x\nobjects: [").string();
-  for (const std::string& arguments :
-       std::vector<std::string>{"--backend nothing",
-                                "--families nothing",
-                                "--max-error -1",
-                                "--max-error nan",
-                                "--count 0",
-                                "--query depth",
-                                "--bogus",
-                                "--scene /no/such.yaml",
-                                "--pairs /no/such.json",
-                                "--case nothing:1",
-                                "--case random:x",
-                                "--pairs " + broken_json,
-                                "--scene " + broken_yaml,
-                                "--backend native native",
-                                "--set offset=1",
-                                "--set offset --scene " SCENES "/oru_insertion.yaml",
-                                "--set =1 --scene " SCENES "/oru_insertion.yaml",
-                                "--set offset=nan --scene " SCENES "/oru_insertion.yaml",
-                                "--set no_such=1 --scene " SCENES "/oru_insertion.yaml",
-                                "--set oru_insertion:no_such=1 --scene " SCENES "/oru_insertion.yaml",
-                                "--set other:offset=1 --scene " SCENES "/oru_insertion.yaml"}) {
+  const std::string insertion = " --scene " SCENES "/oru_insertion.yaml";
+  for (const std::string& arguments : std::vector<std::string>{"--backend nothing",
+                                                               "--families nothing",
+                                                               "--max-error -1",
+                                                               "--max-error nan",
+                                                               "--count 0",
+                                                               "--query depth",
+                                                               "--bogus",
+                                                               "--scene /no/such.yaml",
+                                                               "--pairs /no/such.json",
+                                                               "--case nothing:1",
+                                                               "--case random:x",
+                                                               "--pairs " + broken_json,
+                                                               "--scene " + broken_yaml,
+                                                               "--backend native native",
+                                                               "--set offset=1",
+                                                               "--set offset" + insertion,
+                                                               "--set =1" + insertion,
+                                                               "--set offset=nan" + insertion,
+                                                               "--set no_such=1" + insertion,
+                                                               "--set oru_insertion:no_such=1" + insertion,
+                                                               "--set other:offset=1" + insertion}) {
     const Outcome outcome = run(arguments + report() + kSmall);
     EXPECT_EQ(outcome.code, 2) << arguments;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1)
