@@ -1,16 +1,13 @@
 #pragma once
 
-#include <cstdint>
-
 #include "contact_core/geometry/pose.hpp"
+#include "contact_core/native/certified.hpp"
 
 // Overlap of two boxes from their half-extents: the separating-axis test (Gottschalk, Lin, Manocha 1996) on
 // 15 axes, as a filter for what the solids are by definition, the hulls of their rounded world vertices. The
 // bounds are derived in the source.
 
 namespace touchstone::native {
-
-enum class Certified : std::uint8_t { separated, overlapping, unknown };
 
 /// @pre half-extents and |position| within [2^-120, 2^120] (see native.cpp); valid poses.
 Certified certify_boxes(const Vector3& half_a, const Pose& X_WA, const Vector3& half_b, const Pose& X_WB);

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+#include "contact_core/native/distance.hpp"
+#include "contact_core/native/solid_set.hpp"
+
+namespace touchstone::native {
+
+/// Whether neither sizes nor positions need scaling.
+bool is_ordinary(const SolidSet& set, SolidIndex a, const Pose& X_WA, SolidIndex b, const Pose& X_WB);
+
+/// A total order of posed solids by content, so that (a, b) and (b, a) take the same road.
+bool comes_first(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB);
+
+/// A pair in the world, and about a common origin for the checks: there on a copy scaled by 2^exponent when
+/// its magnitudes ask for it.
+struct PlacedPair {
+  WorldVertices a_W, b_W;
+  PosedPair pair;
+  Vector3 origin_W;  ///< unscaled
+  int exponent = 0;
+
+  /// From the checks' frame to the world.
+  Vector3 to_world(const Vector3& p) const;
+  double to_world(double length) const;
+};
+
+void place(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB, bool ordinary,
+           PlacedPair& out);
+
+}  // namespace touchstone::native

@@ -1,0 +1,165 @@
+#pragma once
+
+#include "contact_core/native/simd/pair_blocks.hpp"
+
+// The coarse pass of certify_boxes: notation and bounds stand in box_box_overlap.cpp. Valid poses have delta
+// <= 1e-6 < 2^-19.9, and 20 * 2^-19.9 + 24 u < 2^-15.
+
+namespace touchstone::native::TOUCHSTONE_ISA {
+
+constexpr double kCoarse = 0x1p-15;
+constexpr double kPositionRoundoffs = 4.0;
+/// Sizes and positions beyond are left to the scalar road, which scales them (ordinary.hpp; records of solids
+/// too small have an infinite size).
+constexpr double kOrdinaryHigh = 0x1p120;
+
+// ---- One pair: lanes are A's axes.
+
+TOUCHSTONE_INLINE Double4 next(Double4 p) { return __builtin_shufflevector(p, p, 1, 2, 0, 3); }
+TOUCHSTONE_INLINE Double4 after_next(Double4 p) { return __builtin_shufflevector(p, p, 2, 0, 1, 3); }
+
+/// R's rows, the last lane zero: products with it are as good as the box having no fourth axis.
+struct Rows {
+  Double4 x, y, z;
+};
+
+TOUCHSTONE_INLINE Rows rows_of(const PoseRecord& X) {
+  const double* R = X.R;
+  return {Double4{R[0], R[3], R[6], 0.0}, Double4{R[1], R[4], R[7], 0.0}, Double4{R[2], R[5], R[8], 0.0}};
+}
+
+TOUCHSTONE_INLINE Double4 times(const Rows& R, double x, double y, double z) {
+  return (R.x * all<Double4>(x) + R.y * all<Double4>(y)) + R.z * all<Double4>(z);
+}
+
+TOUCHSTONE_INLINE double largest_of(const double (&p)[3]) {
+  const double x = __builtin_fabs(p[0]), y = __builtin_fabs(p[1]), z = __builtin_fabs(p[2]);
+  const double xy = x > y ? x : y;
+  return xy > z ? xy : z;
+}
+
+TOUCHSTONE_INLINE Certified certify_box_pair_inline(const PoseRecord& X_WA, const BoxRecord& a,
+                                                    const PoseRecord& X_WB, const BoxRecord& b) {
+  constexpr unsigned kThree = 7;
+  const double tx = X_WB.p[0] - X_WA.p[0], ty = X_WB.p[1] - X_WA.p[1], tz = X_WB.p[2] - X_WA.p[2];
+  const double size = (a.reach + b.reach) + ((__builtin_fabs(tx) + __builtin_fabs(ty)) + __builtin_fabs(tz));
+  const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
+  if (!(size + position < kOrdinaryHigh)) return Certified::unknown;
+  const Double4 margin = all<Double4>(kCoarse * size + kPositionRoundoffs * kU * position);
+
+  const Rows A = rows_of(X_WA), B = rows_of(X_WB);
+  const Double4 half_a = {a.half_extents[0], a.half_extents[1], a.half_extents[2], 0.0};
+  const Double4 half_b = {b.half_extents[0], b.half_extents[1], b.half_extents[2], 0.0};
+  Double4 C[3], abs_C[3];  // column j of R_A^T R_B
+  for (int j = 0; j < 3; ++j) {
+    C[j] = times(A, X_WB.R[3 * j], X_WB.R[3 * j + 1], X_WB.R[3 * j + 2]);
+    abs_C[j] = magnitude(C[j]);
+  }
+  const Double4 T_A = times(A, tx, ty, tz), T_B = times(B, tx, ty, tz);
+
+  const Double4 reach_b =
+      (all<Double4>(b.half_extents[0]) * abs_C[0] + all<Double4>(b.half_extents[1]) * abs_C[1]) +
+      all<Double4>(b.half_extents[2]) * abs_C[2];
+  const Double4 face_a = (half_a + reach_b) - magnitude(T_A);
+
+  // C by rows, for B's faces.
+  const Double4 low = __builtin_shufflevector(abs_C[0], abs_C[1], 0, 4, 1, 5);
+  const Double4 row_0 = __builtin_shufflevector(low, abs_C[2], 0, 1, 4, 7);
+  const Double4 row_1 = __builtin_shufflevector(low, abs_C[2], 2, 3, 5, 7);
+  const Double4 high = __builtin_shufflevector(abs_C[0], abs_C[1], 2, 6, 3, 7);
+  const Double4 row_2 = __builtin_shufflevector(high, abs_C[2], 0, 1, 6, 7);
+  const Double4 reach_a =
+      (all<Double4>(a.half_extents[0]) * row_0 + all<Double4>(a.half_extents[1]) * row_1) +
+      all<Double4>(a.half_extents[2]) * row_2;
+  const Double4 face_b = (half_b + reach_a) - magnitude(T_B);
+  const Double4 face = least(face_a, face_b);
+  if (bits(face < -margin) & kThree) return Certified::separated;
+
+  const Double4 a1 = next(half_a), a2 = after_next(half_a), T1 = next(T_A), T2 = after_next(T_A);
+  Double4 slack = face;
+  for (int j = 0; j < 3; ++j) {
+    const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+    const Double4 C1 = next(C[j]), C2 = after_next(C[j]);
+    const Double4 radius_a = a1 * magnitude(C2) + a2 * magnitude(C1);
+    const Double4 radius_b =
+        all<Double4>(b.half_extents[j1]) * abs_C[j2] + all<Double4>(b.half_extents[j2]) * abs_C[j1];
+    slack = least(slack, (radius_a + radius_b) - magnitude(T2 * C1 - T1 * C2));
+  }
+  if (bits(slack < -margin) & kThree) return Certified::separated;
+  return (bits(slack > margin) & kThree) == kThree ? Certified::overlapping : Certified::unknown;
+}
+
+// ---- Many pairs: lanes are pairs.
+
+template <class Pack>
+struct BoxLanes {
+  Vector3Of<Pack> axis[3];
+  Vector3Of<Pack> p;
+  Pack half[3];
+  Pack reach;
+};
+
+template <class Pack>
+TOUCHSTONE_INLINE void gather_boxes(const double* const (&poses)[Traits<Pack>::lanes],
+                                    const double* const (&shapes)[Traits<Pack>::lanes], BoxLanes<Pack>& out) {
+  Pack pose[12], shape[4];
+  gather(poses, pose);
+  gather(shapes, shape);
+  for (int i = 0; i < 3; ++i) out.axis[i] = {pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]};
+  out.p = {pose[9], pose[10], pose[11]};
+  for (int i = 0; i < 3; ++i) out.half[i] = shape[i];
+  out.reach = shape[3];
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B) {
+  const Vector3Of<Pack> T = B.p - A.p;
+  const Pack size = (A.reach + B.reach) + sum(T);
+  const Pack position = largest(A.p) + largest(B.p);
+  const Pack margin = all<Pack>(kCoarse) * size + all<Pack>(kPositionRoundoffs * kU) * position;
+  const MaskOf<Pack> ordinary = size + position < all<Pack>(kOrdinaryHigh);
+  Pack C[3][3], abs_C[3][3], T_A[3], T_B[3];
+  for (int i = 0; i < 3; ++i) {
+    T_A[i] = dot(A.axis[i], T);
+    T_B[i] = dot(B.axis[i], T);
+    for (int j = 0; j < 3; ++j) {
+      C[i][j] = dot(A.axis[i], B.axis[j]);
+      abs_C[i][j] = magnitude(C[i][j]);
+    }
+  }
+  Pack slack = all<Pack>(__builtin_inf());
+  for (int i = 0; i < 3; ++i) {
+    const Pack face_a =
+        (A.half[i] + ((B.half[0] * abs_C[i][0] + B.half[1] * abs_C[i][1]) + B.half[2] * abs_C[i][2])) -
+        magnitude(T_A[i]);
+    const Pack face_b =
+        (B.half[i] + ((A.half[0] * abs_C[0][i] + A.half[1] * abs_C[1][i]) + A.half[2] * abs_C[2][i])) -
+        magnitude(T_B[i]);
+    slack = least(slack, least(face_a, face_b));
+  }
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+    for (int j = 0; j < 3; ++j) {
+      const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      const Pack radius_a = A.half[i1] * abs_C[i2][j] + A.half[i2] * abs_C[i1][j];
+      const Pack radius_b = B.half[j1] * abs_C[i][j2] + B.half[j2] * abs_C[i][j1];
+      slack = least(slack, (radius_a + radius_b) - magnitude(T_A[i2] * C[i1][j] - T_A[i1] * C[i2][j]));
+    }
+  }
+  return {(slack < -margin) & ordinary, (slack > margin) & ordinary};
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE void certify_boxes_inline(const PoseRecord* poses, const BoxRecord* shapes,
+                                            const PairIndices* pairs, std::size_t count, Certified* out) {
+  for_each_block<Pack>(
+      poses, shapes, pairs, count, out,
+      [](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
+        BoxLanes<Pack> A, B;
+        gather_boxes<Pack>(poses_a, shapes_a, A);
+        gather_boxes<Pack>(poses_b, shapes_b, B);
+        return certify_box_lanes(A, B);
+      });
+}
+
+}  // namespace touchstone::native::TOUCHSTONE_ISA

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "contact_core/native/simd/box_kernels.hpp"
+#include "contact_core/native/simd/parallelepiped_kernels.hpp"
+
+// The table of one instruction set: included by kernels_<isa>.cpp only.
+
+namespace touchstone::native::TOUCHSTONE_ISA {
+
+template <class Pack>
+struct Table {
+  static Certified certify_box_pair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
+                                    const BoxRecord& b) {
+    return certify_box_pair_inline(X_WA, a, X_WB, b);
+  }
+
+  static void certify_boxes(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                            std::size_t count, Certified* out) {
+    certify_boxes_inline<Pack>(poses, shapes, pairs, count, out);
+  }
+
+  static void certify_parallelepipeds(const PoseRecord* poses, const ParallelepipedRecord* shapes,
+                                      const PairIndices* pairs, std::size_t count, Certified* out) {
+    certify_parallelepipeds_inline<Pack>(poses, shapes, pairs, count, out);
+  }
+
+  static constexpr Kernels named(const char* isa) {
+    return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds};
+  }
+};
+
+}  // namespace touchstone::native::TOUCHSTONE_ISA

@@ -1,0 +1,54 @@
+#pragma once
+
+#include "contact_core/native/simd/kernels.hpp"
+#include "contact_core/native/simd/pack.hpp"
+
+// Pairs in lanes: the loop over a batch.
+
+namespace touchstone::native::TOUCHSTONE_ISA {
+
+TOUCHSTONE_INLINE Certified verdict(bool separated, bool overlapping) {
+  return separated ? Certified::separated : overlapping ? Certified::overlapping : Certified::unknown;
+}
+
+template <class Pack>
+struct LaneVerdicts {
+  MaskOf<Pack> separated;
+  MaskOf<Pack> overlapping;
+};
+
+template <class Shape>
+TOUCHSTONE_INLINE void prefetch(const PoseRecord* poses, const Shape* shapes, std::uint32_t i) {
+  __builtin_prefetch(&poses[i].R[0]);
+  __builtin_prefetch(&poses[i].p[2]);
+  __builtin_prefetch(&shapes[i]);
+  if constexpr (sizeof(Shape) > 64) __builtin_prefetch((const char*)&shapes[i] + 64);
+}
+
+/// Runs `check` on as many pairs at a time as there are lanes; the last block repeats its last pair to fill
+/// up.
+template <class Pack, class Shape, class Check>
+TOUCHSTONE_INLINE void for_each_block(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
+                                      std::size_t count, Certified* out, const Check& check) {
+  constexpr int kLanes = Traits<Pack>::lanes;
+  constexpr std::size_t kAhead = 2 * kLanes;
+  for (std::size_t first = 0; first < count; first += kLanes) {
+    const std::size_t here = count - first < kLanes ? count - first : kLanes;
+    const double *poses_a[kLanes], *poses_b[kLanes], *shapes_a[kLanes], *shapes_b[kLanes];
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const PairIndices pair = pairs[first + (l < here ? l : here - 1)];
+      poses_a[l] = poses[pair.a].R, poses_b[l] = poses[pair.b].R;
+      shapes_a[l] = (const double*)&shapes[pair.a], shapes_b[l] = (const double*)&shapes[pair.b];
+    }
+    for (std::size_t l = 0; l < kLanes && first + kAhead + l < count; ++l) {
+      prefetch(poses, shapes, pairs[first + kAhead + l].a);
+      prefetch(poses, shapes, pairs[first + kAhead + l].b);
+    }
+    const LaneVerdicts<Pack> verdicts = check(poses_a, shapes_a, poses_b, shapes_b);
+    const unsigned separated = bits(verdicts.separated), overlapping = bits(verdicts.overlapping);
+    for (std::size_t l = 0; l < here; ++l)
+      out[first + l] = verdict(separated >> l & 1u, overlapping >> l & 1u);
+  }
+}
+
+}  // namespace touchstone::native::TOUCHSTONE_ISA

@@ -1,0 +1,61 @@
+#include "contact_core/native/solid_set.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "contact_core/native/hull_pair.hpp"
+
+namespace touchstone::native {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
+
+bool is_ordinary(const Hexahedron& solid) {
+  return solid.size() >= kOrdinaryLow && largest(solid.bounding_sphere().centre) <= kOrdinaryHigh &&
+         solid.size() <= kOrdinaryHigh;
+}
+
+BoxRecord box_record(const Hexahedron& solid, bool ordinary) {
+  const Vector3& half = solid.half_extents();
+  return {{half.x(), half.y(), half.z()}, ordinary ? (half.x() + half.y()) + half.z() : kInfinity};
+}
+
+ParallelepipedRecord form_record(const Parallelepiped& form, bool ordinary) {
+  ParallelepipedRecord out{};
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) out.half_edges[i][k] = form.half_edges[i](k);
+  for (int k = 0; k < 3; ++k) out.centre[k] = ordinary ? form.centre(k) : kInfinity;
+  out.deviation = form.deviation;
+  return out;
+}
+
+}  // namespace
+
+SolidSet make_solid_set(std::span<const Hexahedron> solids) {
+  SolidSet out;
+  out.kinds.reserve(solids.size());
+  out.ordinary.reserve(solids.size());
+  out.boxes.reserve(solids.size());
+  out.forms.reserve(solids.size());
+  out.parallelepipeds.reserve(solids.size());
+  out.solids.reserve(solids.size());
+  for (const Hexahedron& solid : solids) {
+    const bool ordinary = is_ordinary(solid);
+    const std::optional<Parallelepiped> form = as_parallelepiped(solid);
+    out.kinds.push_back(solid.is_box() ? SolidKind::box
+                        : form         ? SolidKind::parallelepiped
+                                       : SolidKind::general);
+    out.ordinary.push_back(ordinary);
+    out.boxes.push_back(box_record(solid, ordinary));
+    out.parallelepipeds.push_back(form.value_or(Parallelepiped{}));
+    out.forms.push_back(form_record(out.parallelepipeds.back(), ordinary));
+    out.solids.push_back({solid, in_columns(solid), find_features(solid)});
+  }
+  return out;
+}
+
+}  // namespace touchstone::native

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "contact_core/geometry/hexahedron.hpp"
+#include "contact_core/native/parallelepiped_overlap.hpp"
+#include "contact_core/native/simd/kernels.hpp"
+#include "contact_core/native/solid_features.hpp"
+
+namespace touchstone::native {
+
+enum class SolidKind : std::uint8_t {
+  box,
+  parallelepiped,
+  general,
+};
+
+struct SolidData {
+  Hexahedron shape;
+  WorldVertices vertices_S;
+  SolidFeatures features;
+};
+
+/// What build() keeps, laid out by who reads it: the quick checks' records stand densely, apart from the
+/// rest.
+struct SolidSet {
+  std::vector<SolidKind> kinds;
+  std::vector<std::uint8_t> ordinary;           ///< by size and place within its frame, see below
+  std::vector<BoxRecord> boxes;                 ///< of boxes; infinite where not ordinary
+  std::vector<ParallelepipedRecord> forms;      ///< of boxes and parallelepipeds; likewise
+  std::vector<Parallelepiped> parallelepipeds;  ///< the same for the scalar road
+  std::vector<SolidData> solids;
+};
+
+/// Within these magnitudes sixth powers of lengths, all that is ever formed, neither overflow nor underflow
+/// harmfully. Sizes and positions outside are scaled.
+inline constexpr double kOrdinaryLow = 0x1p-120;
+inline constexpr double kOrdinaryHigh = 0x1p120;
+
+SolidSet make_solid_set(std::span<const Hexahedron> solids);
+
+}  // namespace touchstone::native
