@@ -1,4 +1,4 @@
-#include "examples/compare_backends/pair_families.hpp"
+#include "examples/measures/pair_families.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <string>
 
 #include "contact_core/input_error.hpp"
-#include "examples/compare_backends/random.hpp"
+#include "examples/measures/random.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -55,7 +55,7 @@ Hexahedron tapered_box(Random& random) {
 
 // One side (slab) or two sides (needle) 1e-2 to 1e-6 of the others.
 Hexahedron thin_box(Random& random) {
-  Vector3 size(random.uniform(0.5, 2), random.uniform(0.5, 2), random.uniform(0.5, 2));
+  Vector3 size = uniform_vector(random, 0.5, 2);
   const std::uint32_t axis = random.below(3);
   const double thinness = random.binary_scale(-20, -7);
   if (random.below(2) == 0) {
@@ -234,7 +234,7 @@ Pair containment_pair(Random& random) {
   Hexahedron a = random_box(random);
   const Vector3 half = a.half_extents();
   const double room = std::min({half.x(), half.y(), half.z()});
-  const Vector3 shape(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
+  const Vector3 shape = uniform_vector(random, 0.2, 1);
   Hexahedron b = Hexahedron::from_size(shape * (room * random.uniform(0.1, 0.8) / norm(shape)));
   const double reach = b.bounding_sphere().radius;
   const Pose X_WA = random_pose(random);
@@ -287,7 +287,8 @@ Hexahedron diamond_prism(double r, double half_z) {
 // face or edge.
 Pair touching_pair(Random& random) {
   const Vector3 a = dyadic_half(random), b = dyadic_half(random);
-  const Vector3 origin(random.dyadic(-2, 2, 6), random.dyadic(-2, 2, 6), random.dyadic(-2, 2, 6));
+  const double z = random.dyadic(-2, 2, 6), y = random.dyadic(-2, 2, 6), x = random.dyadic(-2, 2, 6);
+  const Vector3 origin(x, y, z);
   const std::uint32_t kind = random.below(5);
   Vector3 offset;  // lateral offsets stay inside the faces
   for (int axis = 0; axis < 3; ++axis) offset[axis] = random.dyadic(-1, 1, 4) * a[axis];
