@@ -194,7 +194,13 @@ Pair near_touching(double relative_gap, Random& random) {
 
 // ---- families
 
-Pair random_pair(Random& random) { return place_nearby(random_box(random), random_box(random), random); }
+// Draws that are arguments of one call stand in statements of their own, last argument first: the order in
+// which the cases of older reports were drawn.
+
+Pair random_pair(Random& random) {
+  Hexahedron b = random_box(random), a = random_box(random);
+  return place_nearby(std::move(a), std::move(b), random);
+}
 
 Pair near_1e3_pair(Random& random) { return near_touching(1e-3, random); }
 Pair near_1e7_pair(Random& random) { return near_touching(1e-7, random); }
@@ -227,8 +233,15 @@ Pair resting_pair(Random& random) {
   return {std::move(a), std::move(b), X_WA, X_WB};
 }
 
-Pair sheared_pair(Random& random) { return place_nearby(sheared_box(random), sheared_box(random), random); }
-Pair tapered_pair(Random& random) { return place_nearby(tapered_box(random), tapered_box(random), random); }
+Pair sheared_pair(Random& random) {
+  Hexahedron b = sheared_box(random), a = sheared_box(random);
+  return place_nearby(std::move(a), std::move(b), random);
+}
+
+Pair tapered_pair(Random& random) {
+  Hexahedron b = tapered_box(random), a = tapered_box(random);
+  return place_nearby(std::move(a), std::move(b), random);
+}
 
 Pair containment_pair(Random& random) {
   Hexahedron a = random_box(random);
@@ -249,14 +262,16 @@ Pair slabs_needles_pair(Random& random) {
   Hexahedron a = thin_box(random);
   Hexahedron b = random.below(2) == 0 ? thin_box(random) : random_box(random);
   if (random.below(2) == 0) return place_nearby(std::move(a), std::move(b), random);
-  const double gap = random.sign() * random.binary_scale(-30, -10);
+  const double sign = random.sign();
+  const double gap = sign * random.binary_scale(-30, -10);
   return place_against(std::move(a), std::move(b), gap, random);
 }
 
 Pair far_pair(Random& random) {
   constexpr std::array<double, 4> kDistances = {1e3, 1e4, 1e5, 1e6};
   Pair pair = random.below(2) == 0 ? random_pair(random) : near_touching(1e-3, random);
-  const Vector3 offset = random_direction(random) * kDistances[random.below(4)];
+  const double distance = kDistances[random.below(4)];
+  const Vector3 offset = random_direction(random) * distance;
   pair.X_WA.p += offset;
   pair.X_WB.p += offset;
   return pair;
@@ -266,7 +281,8 @@ Pair far_pair(Random& random) {
 Pair near_parallel_pair(Random& random) {
   Hexahedron a = random_box(random), b = random_box(random);
   constexpr std::array<double, 5> kGaps = {0.0, 1e-3, -1e-3, 1e-6, -1e-6};
-  const double half_tangent = std::ldexp(random.sign(), -5 - static_cast<int>(random.below(49)));
+  const int exponent = -5 - static_cast<int>(random.below(49));
+  const double half_tangent = std::ldexp(random.sign(), exponent);
   const Pose X_WA = random_pose(random);
   const Feature of_a = edge_feature(a, random), of_b = edge_feature(b, random);
   const Pose X_WB = pose_against(X_WA, of_a, of_b, kGaps[random.below(5)], half_tangent, random);
