@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <random>
 
 #include "tests/backend_suite/suite.hpp"
 #include "tests/support/random_poses.hpp"

@@ -1,6 +1,6 @@
 #include "tests/backend_suite/suite.hpp"
 
-#include <algorithm>
+#include "tests/support/scale_of.hpp"
 
 namespace touchstone::suite {
 
@@ -47,10 +47,7 @@ Body as_hexahedron(const Body& body) { return {Hexahedron::from_vertices(body.so
 Body moved(const Body& body, const Pose& X_VW) { return {body.solid, compose(X_VW, body.X_WS)}; }
 
 double scale_of(const Body& a, const Body& b) {
-  WorldVertices va, vb;
-  world_vertices(a.solid, a.X_WS, va);
-  world_vertices(b.solid, b.X_WS, vb);
-  return std::max({a.solid.size(), b.solid.size(), largest_coordinate(va), largest_coordinate(vb)});
+  return touchstone::scale_of(a.solid, a.X_WS, b.solid, b.X_WS);
 }
 
 bool gives_distance(const Capabilities& capabilities, double exact_separation) {

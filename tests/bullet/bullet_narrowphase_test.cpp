@@ -153,7 +153,8 @@ TEST(TOUCHSTONE_SUITE, RefusedInputLeavesThePreviousBuild) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("solid 1"));
   }
-  EXPECT_NEAR(ask(*narrowphase, {at(0, 0, 0), at(5, 0, 0)}, kDistance).geometry.separation, 3.0, kRounding);
+  EXPECT_NEAR(ask(*narrowphase, std::array{at(0, 0, 0), at(5, 0, 0)}, kDistance).geometry.separation, 3.0,
+              kRounding);
 }
 
 TEST(TOUCHSTONE_SUITE, PoseBeyondTheScalarFailsInsteadOfAnswering) {

@@ -10,6 +10,7 @@
 #include "examples/compare_backends/comparison.hpp"
 #include "examples/compare_backends/html_report.hpp"
 #include "examples/compare_backends/json_writer.hpp"
+#include "examples/compare_backends/pareto_front.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
 #include "examples/compare_backends/terminal.hpp"
 #include "examples/compare_backends/text_table.hpp"

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <random>
 #include <vector>
 
 #include "contact_core/input_error.hpp"
@@ -11,6 +10,7 @@
 #include "tests/support/all_pairs.hpp"
 #include "tests/support/ask.hpp"
 #include "tests/support/random_poses.hpp"
+#include "tests/support/scale_of.hpp"
 
 namespace touchstone {
 
@@ -25,14 +25,6 @@ inline Answer ask(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, co
 inline Answer ask(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB,
                   QueryKind kind = QueryKind::manifold) {
   return ask(a, X_WA, b, X_WB, Query{kind});
-}
-
-/// S of the error measures: the largest of size and |world coordinate|.
-inline double scale_of(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
-  WorldVertices va, vb;
-  world_vertices(a, X_WA, va);
-  world_vertices(b, X_WB, vb);
-  return std::max(std::max(a.size(), b.size()), std::max(largest_coordinate(va), largest_coordinate(vb)));
 }
 
 /// Seeded, and the same on every compiler and standard library (no std::*_distribution).

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <cmath>
-#include <random>
 #include <span>
 #include <vector>
 
 #include "adapters/ode/ode.hpp"
 #include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/geometry/pose.hpp"
 #include "tests/support/ask.hpp"
 #include "tests/support/random_poses.hpp"
 
