@@ -8,8 +8,7 @@
 
 namespace touchstone::scene_files {
 
-/// [bytes] Room for tens of thousands of pairs (a pair of general hexahedra takes some 2 kB); the parsers need
-/// several times that in memory.
+/// [bytes] Room for tens of thousands of pairs.
 inline constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20;
 
 /// The whole file.
