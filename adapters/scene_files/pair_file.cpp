@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "adapters/scene_files/text_file.hpp"
 #include "contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -167,14 +168,6 @@ PairCase read_case(const Json& item, std::size_t index) {
   return result;
 }
 
-std::string read_text_file(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(path)) throw InputError(path.string() + ": cannot be read");
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
 bool is_number_character(char c) {
   return (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E';
 }
@@ -269,7 +262,7 @@ Json to_json(const PairCase& item) {
 }  // namespace
 
 std::vector<PairCase> load_pairs(const std::filesystem::path& path) {
-  const Json root = parse_text(path, read_text_file(path), false);
+  const Json root = parse_text(path, scene_files::read_text_file(path), false);
   const Json* list = root.is_object() && root.contains("cases") ? &root["cases"] : &root;
   if (!list->is_array())
     throw InputError(path.string() + ": expected a list of cases, or an object with 'cases'");

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <set>
 #include <sstream>
 
 #include "adapters/scene_files/facets.hpp"
+#include "adapters/scene_files/text_file.hpp"
 #include "adapters/scene_files/yaml_reader.hpp"
 #include "contact_core/input_error.hpp"
 #include "contact_core/scene/scene_instance.hpp"
@@ -351,14 +351,11 @@ void require_one_document(const std::filesystem::path& path, const std::string& 
 }
 
 YAML::Node parse(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::ostringstream text;
-  if (!stream || std::filesystem::is_directory(path)) throw InputError(path.string() + ": cannot be read");
-  text << stream.rdbuf();
-  require_one_document(path, text.str());
+  const std::string text = scene_files::read_text_file(path);
+  require_one_document(path, text);
   try {
     // Not LoadAll: in yaml-cpp 0.7 it never returns on text such as a line that starts with a comma.
-    return YAML::Load(text.str());
+    return YAML::Load(text);
   } catch (const YAML::Exception& error) {
     std::string reason = error.msg;  // may quote a line end
     std::replace(reason.begin(), reason.end(), '\n', ' ');

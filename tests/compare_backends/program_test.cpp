@@ -112,6 +112,8 @@ TEST_F(Program, BadInputIsOneLineExitCode2AndNoReport) {
                                                                "--query depth",
                                                                "--bogus",
                                                                "--scene /no/such.yaml",
+                                                               "--scene /dev/zero",
+                                                               "--pairs /dev/zero",
                                                                "--pairs /no/such.json",
                                                                "--case nothing:1",
                                                                "--case random:x",

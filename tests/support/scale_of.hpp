@@ -1,0 +1,17 @@
+#pragma once
+
+#include <algorithm>
+
+#include "contact_core/geometry/hexahedron.hpp"
+
+namespace touchstone {
+
+/// S of the error measures: max(size of the pair, largest |world coordinate|) [m].
+inline double scale_of(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
+  WorldVertices va, vb;
+  world_vertices(a, X_WA, va);
+  world_vertices(b, X_WB, vb);
+  return std::max({a.size(), b.size(), largest_coordinate(va), largest_coordinate(vb)});
+}
+
+}  // namespace touchstone
