@@ -5,7 +5,7 @@
 #include <string>
 
 #include "contact_core/registry.hpp"
-#include "examples/compare_backends/pair_families.hpp"
+#include "examples/measures/pair_families.hpp"
 #ifdef TOUCHSTONE_BENCHMARK_BULLET
 #include "adapters/bullet/bullet.hpp"
 #endif
