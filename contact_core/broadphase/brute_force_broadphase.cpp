@@ -20,9 +20,8 @@ class BruteForce final : public Broadphase {
   }
 
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept override {
-    take(State::posed, moved, [&](std::uint32_t s) {
-      sphere_W_[s] = world_sphere(table_.sphere_S[s], poses[s]);
-    });
+    take(State::posed, moved,
+         [&](std::uint32_t s) { sphere_W_[s] = world_sphere(table_.sphere_S[s], poses[s]); });
   }
 
   bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept override {

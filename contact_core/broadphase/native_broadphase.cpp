@@ -111,7 +111,8 @@ class Scene {
     if (kind != kind_) {
       kind_ = kind;
       list_state_ = ListState::due;
-      place_all(table_.objects(), [](std::size_t i) { return static_cast<std::uint32_t>(i); }, place_object);
+      place_all(
+          table_.objects(), [](std::size_t i) { return static_cast<std::uint32_t>(i); }, place_object);
       for (Group& group : groups_) sort(group);
       for (Group& group : groups_) refit(group);
       return;
@@ -121,7 +122,8 @@ class Scene {
     // Each object must be placed by one thread.
     const bool ascending = std::is_sorted(moved.begin(), moved.end(), std::less_equal<>());
     if (ascending)
-      place_all(moved.size(), [&](std::size_t i) { return moved[i]; }, place_object);
+      place_all(
+          moved.size(), [&](std::size_t i) { return moved[i]; }, place_object);
     else
       for (std::uint32_t object : moved) place_object(object);
     refit_moved(moved);
@@ -349,7 +351,12 @@ class Scene {
   bool paths_may_touch(std::uint32_t object, std::uint32_t other) const noexcept {
     if (!overlap(node_box_[first_node_[object]], node_box_[first_node_[other]])) return false;
     if (!is_single(object) || !is_single(other)) return true;
-    return may_touch(swept_[table_.first_solid[object]], swept_[table_.first_solid[other]], margin_);
+    return swept_may_touch(table_.first_solid[object], table_.first_solid[other]);
+  }
+
+  // In one order, so that it does not matter who asks.
+  bool swept_may_touch(SolidIndex s, SolidIndex t) const noexcept {
+    return may_touch(swept_[std::min(s, t)], swept_[std::max(s, t)], margin_);
   }
 
   bool may_pair(std::uint32_t object, std::uint32_t other) const noexcept {
@@ -401,8 +408,8 @@ class Scene {
     const bool follows = next <= pairs.size() && (next == 0 || pairs[next - 1].a < object) &&
                          (next == pairs.size() || pairs[next].a >= object);
     if (!follows)
-      next = static_cast<std::size_t>(
-          std::lower_bound(pairs.begin(), pairs.end(), SolidPair{object, 0}) - pairs.begin());
+      next = static_cast<std::size_t>(std::lower_bound(pairs.begin(), pairs.end(), SolidPair{object, 0}) -
+                                      pairs.begin());
     for (; next < pairs.size() && pairs[next].a == object; ++next) partner_objects_.push_back(pairs[next].b);
     row_end_ = next;
   }
@@ -416,8 +423,7 @@ class Scene {
     const std::size_t copied = std::min(left, block.size() - count);
     std::copy_n(first, copied, block.begin() + static_cast<std::ptrdiff_t>(count));
     cursor.done = copied == left;
-    cursor.next =
-        cursor.done ? SolidPair{table_.solids(), 0} : first[static_cast<std::ptrdiff_t>(copied)];
+    cursor.next = cursor.done ? SolidPair{table_.solids(), 0} : first[static_cast<std::ptrdiff_t>(copied)];
     return count + copied;
   }
 
@@ -450,7 +456,7 @@ class Scene {
     const Box box = bounding_box(swept_[a], 0.5 * margin_);
     descend(root, [&](std::uint32_t node) {
       if (!overlap(node_box_[node], box)) return false;
-      return nodes_[node].solid < 0 || may_touch(swept_[a], swept_[nodes_[node].solid], margin_);
+      return nodes_[node].solid < 0 || swept_may_touch(a, static_cast<SolidIndex>(nodes_[node].solid));
     });
   }
 

@@ -16,18 +16,20 @@ double largest_magnitude(const Vector3& v) {
 // From near the closest point of segment a to near that of b (Ericson, Real-Time Collision Detection, 5.1.9),
 // its largest component scaled to 1. Any direction will do for may_touch(): this one separates best.
 Vector3 between_closest_points(const SweptSphere& a, const SweptSphere& b) {
-  const Vector3 u = a.to_W - a.from_W;
-  const Vector3 v = b.to_W - b.from_W;
-  const Vector3 w = a.from_W - b.from_W;
+  Vector3 u = a.to_W - a.from_W;
+  Vector3 v = b.to_W - b.from_W;
+  Vector3 w = a.from_W - b.from_W;
+  const double scale = std::max({largest_magnitude(u), largest_magnitude(v), largest_magnitude(w)});
+  u /= scale, v /= scale, w /= scale;  // products of four would leave the range of doubles
   const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
   const double denominator = uu * vv - uv * uv;
   double s = denominator > 0.0 ? std::clamp((uv * vw - uw * vv) / denominator, 0.0, 1.0) : 0.0;
-  double t = vv > 0.0 ? (uv * s + vw) / vv : 0.0;
+  double t = vv > 0.0 ? (uv * s + vw) / vv : -1.0;  // a point: its only end
   if (!(t >= 0.0 && t <= 1.0)) {
     t = t > 1.0 ? 1.0 : 0.0;
     s = uu > 0.0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0.0;
   }
-  const Vector3 n = (b.from_W + t * v) - (a.from_W + s * u);
+  const Vector3 n = (t * v - s * u) - w;
   return n / largest_magnitude(n);
 }
 
@@ -44,8 +46,7 @@ SweptSphere swept_sphere(const Sphere& sphere_S, const Pose& X_WS_from, const Po
   const double reach = 2.0 * largest_magnitude(sphere_S.centre) + sphere_S.radius;
   const double farthest = std::max(largest_magnitude(X_WS_from.p), largest_magnitude(X_WS_to.p));
   const double slack = 24 * kEps * (reach + farthest + bulge);
-  return {from.centre, to.centre,
-          (std::max(from.radius, to.radius) + (bulge + slack)) * (1.0 + 4 * kEps)};
+  return {from.centre, to.centre, (std::max(from.radius, to.radius) + (bulge + slack)) * (1.0 + 4 * kEps)};
 }
 
 Box bounding_box(const SweptSphere& swept, double margin) {
@@ -84,8 +85,8 @@ double bulge_of_path_length(double length, const Vector3& from_W, const Vector3&
 
 // The pivot's part is on its segment. With half the turn h and u = 2s - 1, the rest of the way from the
 // point of the segment at the same s is d, d^2 = arm^2 ((cos uh - cos h)^2 + (sin uh - u sin h)^2). It falls
-// with |u|: its derivative has the sign of S(h)(S(h) - cos uh) - S(uh)(S(h) - cos h), S(x) = sin(x) / x, which
-// is <= 0 for |u| <= 1, h < pi, where S and cos fall. So d <= arm (1 - cos h), at s = 1/2.
+// with |u|: its derivative has the sign of S(h)(S(h) - cos uh) - S(uh)(S(h) - cos h), S(x) = sin(x) / x,
+// which is <= 0 for |u| <= 1, h < pi, where S and cos fall. So d <= arm (1 - cos h), at s = 1/2.
 double bulge_of_turn(double arm, double cos_half_turn) {
   return arm * (1.0 - std::clamp(cos_half_turn, -1.0, 1.0)) * (1.0 + 4 * kEps);
 }

@@ -20,7 +20,7 @@ SweptSphere swept_sphere(const Sphere& sphere_S, const Pose& X_WS_from, const Po
 Box bounding_box(const SweptSphere& swept, double margin);
 
 /// False only when no point of one path is within `margin` of any of the other, at whatever times. Not-finite
-/// ones may touch everything.
+/// ones may touch everything. Which of two that are apart by a rounding only may touch depends on the order.
 bool may_touch(const SweptSphere& a, const SweptSphere& b, double margin);
 
 // How far a point of a moving body strays from the straight segment between where it starts and where it

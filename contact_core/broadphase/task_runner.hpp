@@ -33,8 +33,9 @@ void run_tasks(TaskRunner* runner, std::size_t count, Body& body) noexcept {
     for (std::size_t i = 0; i < count; ++i) body(i);
     return;
   }
-  runner->run(count,
-              {[](void* context, std::size_t index) noexcept { (*static_cast<Body*>(context))(index); }, &body});
+  runner->run(
+      count,
+      {[](void* context, std::size_t index) noexcept { (*static_cast<Body*>(context))(index); }, &body});
 }
 
 }  // namespace touchstone

@@ -25,11 +25,13 @@ class TreeJoin {
     if (within_ && pair.a.index == pair.b.index)
       expand_same(pair.a, push);
     else if (pair.a.level > pair.b.level)
-      for_each_lane(lanes_near(a_.at(pair.a), b_.at(pair.b)),
-                    [&](std::uint32_t k) { push({child(pair.a, k), pair.b}); });
+      for_each_lane(lanes_near(a_.at(pair.a), b_.at(pair.b)), [&](std::uint32_t k) {
+        push({child(pair.a, k), pair.b});
+      });
     else if (pair.a.level < pair.b.level)
-      for_each_lane(lanes_near(b_.at(pair.b), a_.at(pair.a)),
-                    [&](std::uint32_t k) { push({pair.a, child(pair.b, k)}); });
+      for_each_lane(lanes_near(b_.at(pair.b), a_.at(pair.a)), [&](std::uint32_t k) {
+        push({pair.a, child(pair.b, k)});
+      });
     else
       for_each_lane(lane_pairs(a_.at(pair.a), b_.at(pair.b)), [&](std::uint32_t bit) {
         push({child(pair.a, bit / kWidth), child(pair.b, bit % kWidth)});
