@@ -5,7 +5,9 @@
 #include <cmath>
 #include <random>
 
+#include "contact_core/broadphase/first_contact.hpp"
 #include "contact_core/registry.hpp"
+#include "tests/support/thread_team.hpp"
 #ifdef TOUCHSTONE_BENCHMARK_BULLET
 #include "adapters/bullet/bullet.hpp"
 #endif
@@ -13,7 +15,8 @@
 #include "adapters/ode/ode.hpp"
 #endif
 
-// One frame of a broadphase: update() with every object moved, then all of find_pairs().
+// One frame of a broadphase: update(), with every object moved unless a row says else, then all of
+// find_pairs(). Counters hold the least time of a frame and of its parts [ms].
 
 namespace touchstone {
 namespace {
@@ -22,7 +25,11 @@ struct Mix {
   double spacing = 1.7;     // [m]; 1.7 gives a box about five candidate partners
   double decades = 0.0;     // sizes are scaled by 10^0 down to 10^-decades
   double stationary = 0.0;  // share of objects that never move
+  bool flagged = false;     // they are built as static
   int solids = 1;           // an object, side by side
+  int threads = 1;
+  bool swept = false;          // paths from each frame's poses to the next's
+  bool first_contact = false;  // the lowest contact only, by the native narrowphase
 };
 
 // Boxes with sides of 0.5 to 1.5 m.
@@ -32,6 +39,7 @@ struct MovingBoxes {
   std::vector<Pose> poses;
   std::vector<Vector3> velocities;  // one an object, like moved
   std::vector<std::uint32_t> moved;
+  std::vector<std::uint8_t> is_static;
   int solids;
   int frame = 0;
 
@@ -53,7 +61,9 @@ struct MovingBoxes {
       X.p = extent * Vector3(place(random), place(random), place(random));
       poses.resize(poses.size() + mix.solids);
       find_global_positions(trees.back(), X, std::span(poses).last(mix.solids));
-      if (place(random) + 0.5 >= mix.stationary) moved.push_back(static_cast<std::uint32_t>(i));
+      const bool moves = place(random) + 0.5 >= mix.stationary;
+      if (moves) moved.push_back(static_cast<std::uint32_t>(i));
+      if (mix.flagged) is_static.push_back(moves ? 0 : 1);
       velocities.push_back(0.02 * Vector3(place(random), place(random), place(random)));
     }
     solids = mix.solids;
@@ -68,44 +78,124 @@ struct MovingBoxes {
   }
 };
 
-// This thread's, so that other work on the machine counts little.
-double cpu_seconds() {
+// This thread's, so that other work on the machine counts little; of several threads, the wall's.
+double seconds(const Mix& mix) {
   timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  clock_gettime(mix.threads > 1 ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-void run_frames(benchmark::State& state, const std::string& name, const Mix& mix) {
-  MovingBoxes boxes(static_cast<int>(state.range(0)), mix);
-  BackendRegistry registry;
-  register_core(registry);
+// The caller's side of a frame.
+struct Frame {
+  MovingBoxes boxes;
+  Mix mix;
+  ThreadTeam team;
+  std::unique_ptr<Broadphase> broadphase;
+  std::unique_ptr<Narrowphase> narrowphase;
+  std::unique_ptr<Narrowphase::Workspace> workspace;
+  std::vector<Pose> before;
+  std::array<SolidPair, 4096> block;
+  std::array<PairStatus, 4096> status;
+  std::size_t pairs = 0;
+
+  Frame(const std::string& name, int count, const Mix& wanted)
+      : boxes(count, wanted), mix(wanted), team(static_cast<std::size_t>(wanted.threads)) {
+    BackendRegistry registry;
+    register_core(registry);
 #ifdef TOUCHSTONE_BENCHMARK_BULLET
-  register_bullet(registry);
+    register_bullet(registry);
 #endif
 #ifdef TOUCHSTONE_BENCHMARK_ODE
-  register_ode(registry);
+    register_ode(registry);
 #endif
-  const auto broadphase = registry.make_broadphase(name);
-  broadphase->build({boxes.pointers, 0.0});
-  std::array<SolidPair, 4096> block;
-  std::size_t pairs = 0;
-  double least_update = INFINITY, least_find = INFINITY;
-  broadphase->update(boxes.poses, boxes.moved);  // the first frame sets up and is not counted
-  for (PairCursor cursor; !cursor.done;) broadphase->find_pairs(cursor, block);
-  while (state.KeepRunning()) {
-    boxes.step();
-    const double start = cpu_seconds();
-    broadphase->update(boxes.poses, boxes.moved);
-    const double middle = cpu_seconds();
-    pairs = 0;
-    for (PairCursor cursor; !cursor.done;) pairs += broadphase->find_pairs(cursor, block);
-    least_update = std::min(least_update, middle - start);
-    least_find = std::min(least_find, cpu_seconds() - middle);
-    benchmark::DoNotOptimize(pairs);
+    broadphase = registry.make_broadphase(name);
+    broadphase->build({boxes.pointers, 0.0, boxes.is_static, mix.threads > 1 ? &team : nullptr});
+    narrowphase = registry.make_narrowphase("native");
+    if (!mix.first_contact) return;
+    std::vector<Hexahedron> solids;
+    for (const HexahedronTree& tree : boxes.trees)
+      for (const PlacedHexahedron& placed : tree.solids()) solids.push_back(placed.solid);
+    narrowphase->build(solids);
+    workspace = narrowphase->make_workspace();
   }
+
+  void step() {
+    if (mix.swept) before = boxes.poses;
+    boxes.step();
+  }
+
+  void update() {
+    if (mix.swept)
+      broadphase->update_paths({before, boxes.poses}, boxes.moved);
+    else
+      broadphase->update(boxes.poses, boxes.moved);
+  }
+
+  void find() {
+    pairs = 0;
+    if (mix.first_contact)
+      pairs = find_first_contact(*broadphase, *narrowphase, boxes.poses, *workspace, block, status) ? 1 : 0;
+    else
+      for (PairCursor cursor; !cursor.done;) pairs += broadphase->find_pairs(cursor, block);
+  }
+};
+
+void run_frames(benchmark::State& state, const std::string& name, const Mix& mix) {
+  Frame frame(name, static_cast<int>(state.range(0)), mix);
+  double least = INFINITY, least_update = INFINITY, least_find = INFINITY;
+  frame.step(), frame.update(), frame.find();  // the first frame sets up and is not counted
+  while (state.KeepRunning()) {
+    frame.step();
+    const double start = seconds(mix);
+    frame.update();
+    const double middle = seconds(mix);
+    frame.find();
+    const double end = seconds(mix);
+    least = std::min(least, end - start);
+    least_update = std::min(least_update, middle - start);
+    least_find = std::min(least_find, end - middle);
+    benchmark::DoNotOptimize(frame.pairs);
+  }
+  state.counters["min_ms"] = 1e3 * least;
   state.counters["update_min_ms"] = 1e3 * least_update;
   state.counters["find_min_ms"] = 1e3 * least_find;
-  state.counters["partners"] = 2.0 * static_cast<double>(pairs) / static_cast<double>(boxes.poses.size());
+  state.counters["partners"] =
+      2.0 * static_cast<double>(frame.pairs) / static_cast<double>(frame.boxes.poses.size());
+}
+
+void register_run(const std::string& name, const std::string& backend, const Mix& mix, std::int64_t count) {
+  benchmark::RegisterBenchmark(name.c_str(),
+                               [backend, mix](benchmark::State& state) { run_frames(state, backend, mix); })
+      ->Arg(count)
+      ->Unit(benchmark::kMillisecond);
+}
+
+// What only `native` has, and how its cost grows: rows to plot.
+void register_native_runs() {
+  for (std::int64_t count : {1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000, 500000, 1000000})
+    register_run("growth/objects", "native", {}, count);
+  for (int solids : {1, 2, 4, 8, 16, 32, 64})  // as far apart as the objects are long
+    register_run("growth/solids/" + std::to_string(solids), "native",
+                 {.spacing = 1.7 * std::cbrt(solids), .solids = solids}, 2000);
+  for (std::int64_t count : {1000, 10000, 100000}) {
+    for (double still : {0.0, 0.9, 0.99, 0.999}) {
+      const std::string share = std::to_string(still).substr(0, 5);
+      register_run("still/" + share, "native", {.stationary = still}, count);
+      register_run("static/" + share, "native", {.stationary = still, .flagged = true}, count);
+    }
+    for (int threads : {1, 2})
+      for (double spacing : {1.1, 1.7, 3.4})
+        register_run(
+            "threads/" + std::to_string(threads) + "/spacing_" + std::to_string(spacing).substr(0, 3),
+            "native", {.spacing = spacing, .threads = threads}, count);
+    register_run("swept", "native", {.swept = true}, count);
+    for (double spacing : {1.7, 3.4, 20.0, 200.0})
+      for (bool first_contact : {false, true})
+        register_run((first_contact ? "first_contact/" : "full_list/") + std::to_string(spacing).substr(0, 5),
+                     "native", {.spacing = spacing, .first_contact = first_contact}, count);
+    for (double spacing : {1.1, 0.9, 0.8, 0.7, 0.6, 0.5})
+      register_run("crowded/" + std::to_string(spacing).substr(0, 3), "native", {.spacing = spacing}, count);
+  }
 }
 
 void register_runs(const std::string& backend, std::int64_t largest) {
@@ -117,11 +207,7 @@ void register_runs(const std::string& backend, std::int64_t largest) {
                                                {"four_solids", {.spacing = 3.4, .solids = 4}}};
   for (const auto& [label, mix] : mixes)
     for (std::int64_t count = 1000; count <= largest; count *= 10)
-      benchmark::RegisterBenchmark(
-          (backend + "/" + label).c_str(),
-          [backend, mix = mix](benchmark::State& state) { run_frames(state, backend, mix); })
-          ->Arg(count)
-          ->Unit(benchmark::kMillisecond);
+      register_run(backend + "/" + label, backend, mix, count);
 }
 
 }  // namespace
@@ -129,6 +215,7 @@ void register_runs(const std::string& backend, std::int64_t largest) {
 
 int main(int argc, char** argv) {
   touchstone::register_runs("native", 1000000);
+  touchstone::register_native_runs();
 #ifdef TOUCHSTONE_BENCHMARK_BULLET
   touchstone::register_runs("bullet", 1000000);
 #endif

@@ -1,0 +1,108 @@
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "tests/broadphase/random_scene.hpp"
+#include "tests/support/counting_allocator.hpp"
+
+// Static objects, and frames in which only some objects move.
+
+namespace touchstone {
+namespace {
+
+using namespace broadphase_tests;
+
+std::vector<std::uint8_t> every(std::size_t nth, std::size_t objects) {
+  std::vector<std::uint8_t> flags(objects);
+  for (std::size_t i = 0; i < objects; i += nth) flags[i] = 1;
+  return flags;
+}
+
+class IncrementalTest : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Core, IncrementalTest, testing::Values("brute_force", "native"));
+
+TEST_P(IncrementalTest, StaticObjectsPairWithMovingOnesOnly) {
+  const Scene scene = random_scene(120, 12, 0, 31);
+  const std::vector<std::uint8_t> is_static = every(2, 120);
+  Pairs expected = sweep(*make(GetParam(), scene, 0.1), 64);
+  const std::size_t all = expected.size();
+  std::erase_if(expected, [&](const SolidPair& pair) {
+    return is_static[scene.object_of[pair.a]] && is_static[scene.object_of[pair.b]];
+  });
+  ASSERT_LT(expected.size(), all);
+  EXPECT_EQ(sweep(*make(GetParam(), scene, 0.1, is_static), 64), expected);
+  EXPECT_EQ(sweep(*make(GetParam(), scene, 0.1, std::vector<std::uint8_t>(120, 1)), 64), Pairs());
+  EXPECT_THROW(build(GetParam(), scene, 0.1, every(2, 119)), std::exception);
+}
+
+// Frames of every kind in turn: none, one, few, many, all moved; several updates before pairs are asked for;
+// pairs asked for in part.
+TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
+  constexpr std::uint32_t kObjects = 900;
+  Scene scene = random_scene(kObjects, 55, 0, 32);
+  const std::vector<std::uint8_t> is_static = every(5, kObjects);
+  const auto broadphase = make(GetParam(), scene, 0.1, is_static);
+  std::mt19937_64 random(33);
+  Pairs some(7);
+  for (int frame = 0; frame < 120; ++frame) {
+    const std::uint64_t one_in[] = {kObjects * 10, kObjects, 100, 20, 3, 1};
+    std::vector<std::uint32_t> moved;
+    for (std::uint32_t object = 0; object < kObjects; ++object)
+      if (random() % one_in[random() % 2 == 0 ? frame % 6 : 1] == 0) {
+        const bool stays = is_static[object] != 0 && random() % 8 != 0;
+        if (stays) continue;
+        scene.place(object, random_pose(random, 55));
+        moved.push_back(object);
+      }
+    if (frame % 4 == 3) std::reverse(moved.begin(), moved.end());
+    if (frame % 8 == 6) moved.insert(moved.end(), moved.begin(), moved.end());  // named twice
+    broadphase->update(scene.poses, moved);
+    if (frame % 5 == 1) continue;
+    PairCursor cursor;
+    broadphase->find_pairs(cursor, some);
+    if (frame % 5 == 2) continue;
+    ASSERT_EQ(sweep(*broadphase, 64), sweep(*make("native", scene, 0.1, is_static), 4096)) << frame;
+    if (frame % 20 == 0) {
+      ASSERT_EQ(sweep(*broadphase, 64), sweep(*make("brute_force", scene, 0.1, is_static), 4096)) << frame;
+    }
+  }
+}
+
+// More partners than the list holds, and back.
+TEST_P(IncrementalTest, CrowdsThatThickenAndThinGiveThePairsOfAFreshBuild) {
+  constexpr std::uint32_t kObjects = 400;
+  Scene scene = random_scene(kObjects, 30, 0, 34);
+  const auto broadphase = make(GetParam(), scene, 0.0);
+  std::mt19937_64 random(35);
+  for (int frame = 0; frame < 60; ++frame) {
+    const double extent = frame % 30 < 15 ? 0.1 : 60.0;
+    std::vector<std::uint32_t> moved;
+    for (std::uint32_t object = static_cast<std::uint32_t>(frame) % 23; object < kObjects; object += 23)
+      scene.place(object, random_pose(random, extent)), moved.push_back(object);
+    broadphase->update(scene.poses, moved);
+    ASSERT_EQ(sweep(*broadphase, 256), sweep(*make("brute_force", scene, 0.0), 4096)) << frame;
+  }
+}
+
+TEST_P(IncrementalTest, FramesDoNotAllocateWhateverMoves) {
+  constexpr std::uint32_t kObjects = 1000;
+  Scene scene = random_scene(kObjects, 60, 0, 36);
+  const auto broadphase = make(GetParam(), scene, 0.1, every(3, kObjects));
+  std::vector<std::uint32_t> everything(kObjects);
+  std::iota(everything.begin(), everything.end(), 0u);
+  Pairs block(64);
+  std::mt19937_64 random(37);
+  for (std::size_t count :
+       {std::size_t{1}, std::size_t{10}, std::size_t{60}, std::size_t{500}, everything.size()})
+    for (double extent : {60.0, 1.0, 60.0}) {
+      const std::span<const std::uint32_t> moved = std::span(everything).first(count);
+      for (std::uint32_t object : moved) scene.place(object, random_pose(random, extent));
+      const std::size_t before = allocation_count();
+      broadphase->update(scene.poses, moved);
+      for (PairCursor cursor; !cursor.done;) broadphase->find_pairs(cursor, block);
+      EXPECT_EQ(allocation_count(), before) << count;
+    }
+}
+
+}  // namespace
+}  // namespace touchstone

@@ -1,0 +1,81 @@
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "tests/broadphase/random_scene.hpp"
+#include "tests/support/counting_allocator.hpp"
+#include "tests/support/thread_team.hpp"
+
+namespace touchstone {
+namespace {
+
+using namespace broadphase_tests;
+
+constexpr std::uint32_t kObjects = 2500;
+constexpr double kExtent = 130;
+
+struct Frames {
+  Scene scene = random_scene(static_cast<int>(kObjects), kExtent, 0, 41);
+  std::vector<std::uint8_t> is_static = std::vector<std::uint8_t>(kObjects);
+  std::mt19937_64 random{42};
+
+  Frames() {
+    for (std::size_t i = 0; i < kObjects; i += 6) is_static[i] = 1;
+  }
+
+  std::vector<std::uint32_t> step(std::uint32_t nth) {
+    std::vector<std::uint32_t> moved;
+    for (std::uint32_t object = 1; object < kObjects; object += nth)
+      scene.place(object, random_pose(random, kExtent)), moved.push_back(object);
+    return moved;
+  }
+};
+
+TEST(NativeBroadphaseThreads, AnyNumberOfThreadsGivesThePairsOfOne) {
+  for (std::size_t count : {2, 3, 8}) {
+    ThreadTeam team(count);
+    Frames frames;
+    const auto alone = make("native", frames.scene, 0.1, frames.is_static);
+    const auto together = make("native", frames.scene, 0.1, frames.is_static, &team);
+    for (std::uint32_t nth : {1u, 1u, 2u, 500u, 40u, 1u}) {
+      const std::vector<std::uint32_t> moved = frames.step(nth);
+      alone->update(frames.scene.poses, moved), together->update(frames.scene.poses, moved);
+      const Pairs pairs = sweep(*alone, 256);
+      ASSERT_GT(pairs.size(), 1000u);
+      ASSERT_EQ(sweep(*together, 256), pairs) << count << " threads, one in " << nth << " moved";
+    }
+    for (std::uint32_t nth : {1u, 700u, 1u}) {
+      const std::vector<std::uint32_t> moved = frames.step(nth);
+      std::vector<Pose> to = frames.scene.poses;
+      for (Pose& X_WS : to) X_WS.p.x() += 3.0;
+      const SolidPaths paths{frames.scene.poses, to};
+      alone->update_paths(paths, moved), together->update_paths(paths, moved);
+      ASSERT_EQ(sweep(*together, 4096), sweep(*alone, 4096)) << count << " threads, paths";
+    }
+  }
+}
+
+TEST(NativeBroadphaseThreads, CrowdsBeyondTheListGiveThePairsOfOneThread) {
+  ThreadTeam team(4);
+  Scene scene = random_scene(1000, 3, 0, 43);
+  const Pairs pairs = sweep(*make("native", scene, 0.1), 4096);
+  ASSERT_GT(pairs.size(), 100000u);
+  EXPECT_EQ(sweep(*make("native", scene, 0.1, {}, &team), 4096), pairs);
+}
+
+TEST(NativeBroadphaseThreads, FramesDoNotAllocate) {
+  ThreadTeam team(2);
+  Frames frames;
+  const auto broadphase = make("native", frames.scene, 0.1, frames.is_static, &team);
+  Pairs block(256);
+  for (std::uint32_t nth : {1u, 1u, 100u}) {
+    const std::vector<std::uint32_t> moved = frames.step(nth);
+    const std::size_t before = allocation_count();
+    broadphase->update(frames.scene.poses, moved);
+    for (PairCursor cursor; !cursor.done;) broadphase->find_pairs(cursor, block);
+    EXPECT_EQ(allocation_count(), before);
+  }
+}
+
+}  // namespace
+}  // namespace touchstone
