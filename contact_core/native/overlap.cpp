@@ -18,6 +18,8 @@ static_assert(sizeof(Pose) == sizeof(PoseRecord) && std::is_standard_layout_v<Po
 static_assert(!Matrix3::IsRowMajor);
 
 constexpr std::size_t kBlock = 256;
+/// Of 4096 random frusta two need more than 6; whoever does is near touching.
+constexpr int kPortalSteps = 8;
 
 const PoseRecord* records(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());
@@ -52,7 +54,7 @@ struct Batch {
 };
 
 struct Block {
-  Batch boxes, forms;
+  Batch boxes, forms, others;
   std::array<Certified, kBlock> certified;
 };
 
@@ -82,7 +84,7 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
         block.forms.add(pairs[i], i);
         break;
       case SolidKind::general:
-        status[i] = to_status(meet(set, pairs[i], poses));
+        block.others.add(pairs[i], i);
         break;
     }
   }
@@ -95,6 +97,11 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
     kernels.certify_parallelepipeds(records(poses), set.forms.data(), block.forms.pairs.data(),
                                     block.forms.count, block.certified.data());
     settle(set, block.forms, block.certified, poses, status);
+  }
+  if (block.others.count > 0) {
+    kernels.certify_by_portal(records(poses), set.vertices.data(), block.others.pairs.data(),
+                              block.others.count, kPortalSteps, block.certified.data());
+    settle(set, block.others, block.certified, poses, status);
   }
 }
 

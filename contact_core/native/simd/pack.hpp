@@ -82,7 +82,7 @@ TOUCHSTONE_INLINE Pack greatest(Pack p, Pack q) {
 
 template <class Pack>
 TOUCHSTONE_INLINE Pack select(MaskOf<Pack> where, Pack then, Pack otherwise) {
-  return (Pack)((where & (MaskOf<Pack>)then) | (~where & (MaskOf<Pack>)otherwise));
+  return where ? then : otherwise;
 }
 
 /// Bit i: lane i is set.
