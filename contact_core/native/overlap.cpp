@@ -9,6 +9,7 @@
 #include "contact_core/native/parallelepiped_overlap.hpp"
 #include "contact_core/native/portal.hpp"
 #include "contact_core/numerics/exact_predicates.hpp"
+#include "contact_core/numerics/portal_predicate.hpp"
 
 namespace touchstone::native {
 namespace {
@@ -23,6 +24,10 @@ constexpr int kPortalSteps = 8;
 
 const PoseRecord* records(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());
+}
+
+Vector3 half_extents(const BoxRecord& box) {
+  return {box.half_extents[0], box.half_extents[1], box.half_extents[2]};
 }
 
 PairStatus to_status(bool meet) { return meet ? PairStatus::overlapping : PairStatus::separated; }
@@ -122,20 +127,23 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
   const SolidKind kind = kind_of(set, pair);
   const Pose& X_WA = poses[pair.a];
   const Pose& X_WB = poses[pair.b];
-  if (kind == SolidKind::box) {
-    const Certified certified = certify_boxes(set.solids[pair.a].shape.half_extents(), X_WA,
-                                              set.solids[pair.b].shape.half_extents(), X_WB);
-    if (certified != Certified::unknown) return certified;
-  }
+  if (kind == SolidKind::box)
+    return certify_boxes(half_extents(set.boxes[pair.a]), X_WA, half_extents(set.boxes[pair.b]), X_WB);
   if (kind == SolidKind::general) return Certified::unknown;
   return certify_parallelepipeds(set.parallelepipeds[pair.a], X_WA, set.parallelepipeds[pair.b], X_WB);
 }
 
 bool hulls_meet(const PlacedPair& placed) {
-  Certified certified = certify_by_portal(placed.pair.hulls);
-  if (certified == Certified::unknown) certified = certify_hulls(placed.pair.hulls, placed.pair.start);
-  if (certified == Certified::unknown) return numerics::hulls_intersect(placed.a_W, placed.b_W);
-  return certified == Certified::overlapping;
+  Portal portal;
+  Certified certified = certify_by_portal(placed.pair.hulls, portal);
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  if (portal.found) {
+    const numerics::Settled settled = numerics::settle_near(placed.a_W, placed.b_W, {portal.a, portal.b});
+    if (settled != numerics::Settled::open) return settled == numerics::Settled::intersecting;
+  }
+  certified = certify_hulls(placed.pair.hulls, placed.pair.start);
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  return numerics::hulls_intersect(placed.a_W, placed.b_W);
 }
 
 void overlap(const SolidSet& set, const Kernels& kernels, std::span<const SolidPair> pairs,
