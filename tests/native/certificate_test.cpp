@@ -3,6 +3,11 @@
 #include <gmpxx.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
+#ifdef TOUCHSTONE_HARD_CASES
+#include "adapters/scene_files/pair_file.hpp"
+#endif
 #include "examples/compare_backends/pair_families.hpp"
 #include "native_fixture.hpp"
 
@@ -107,6 +112,24 @@ TEST(NativeCertificate, OfEveryFamilyIsConfirmed) {
   EXPECT_GT(kinds[static_cast<std::size_t>(Kind::common_point)], 100);
   EXPECT_EQ(kinds[static_cast<std::size_t>(Kind::none)], 0);
 }
+
+#ifdef TOUCHSTONE_HARD_CASES
+TEST(NativeCertificate, OfEveryHardCaseIsConfirmed) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(TOUCHSTONE_HARD_CASES)) {
+    if (entry.path().extension() != ".json") continue;
+    for (const PairCase& item : load_pairs(entry.path())) {
+      if (!item.pair) continue;  // what a reader must refuse
+      SCOPED_TRACE(item.id);
+      const auto& [solids, X_W] = *item.pair;
+      const Kind kind = expect_certified(solids[0], X_W[0], solids[1], X_W[1]);
+      EXPECT_EQ(kind == Kind::common_point, item.exact->pair_class != PairClass::separated);
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 80);
+}
+#endif
 
 TEST(NativeCertificate, OfSolidsOfAllKindsWithinAnUlpOfTouchingIsConfirmed) {
   Random random(31);
