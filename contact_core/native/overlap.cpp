@@ -9,6 +9,7 @@
 #include "contact_core/native/parallelepiped_overlap.hpp"
 #include "contact_core/native/portal.hpp"
 #include "contact_core/numerics/exact_predicates.hpp"
+#include "contact_core/numerics/portal_predicate.hpp"
 
 namespace touchstone::native {
 namespace {
@@ -18,9 +19,15 @@ static_assert(sizeof(Pose) == sizeof(PoseRecord) && std::is_standard_layout_v<Po
 static_assert(!Matrix3::IsRowMajor);
 
 constexpr std::size_t kBlock = 256;
+/// Of 4096 random frusta two need more than 6; whoever does is near touching.
+constexpr int kPortalSteps = 8;
 
 const PoseRecord* records(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());
+}
+
+Vector3 half_extents(const BoxRecord& box) {
+  return {box.half_extents[0], box.half_extents[1], box.half_extents[2]};
 }
 
 PairStatus to_status(bool meet) { return meet ? PairStatus::overlapping : PairStatus::separated; }
@@ -52,7 +59,7 @@ struct Batch {
 };
 
 struct Block {
-  Batch boxes, forms;
+  Batch boxes, forms, others;
   std::array<Certified, kBlock> certified;
 };
 
@@ -82,7 +89,7 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
         block.forms.add(pairs[i], i);
         break;
       case SolidKind::general:
-        status[i] = to_status(meet(set, pairs[i], poses));
+        block.others.add(pairs[i], i);
         break;
     }
   }
@@ -95,6 +102,11 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
     kernels.certify_parallelepipeds(records(poses), set.forms.data(), block.forms.pairs.data(),
                                     block.forms.count, block.certified.data());
     settle(set, block.forms, block.certified, poses, status);
+  }
+  if (block.others.count > 0) {
+    kernels.certify_by_portal(records(poses), set.vertices.data(), block.others.pairs.data(),
+                              block.others.count, kPortalSteps, block.certified.data());
+    settle(set, block.others, block.certified, poses, status);
   }
 }
 
@@ -115,20 +127,23 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
   const SolidKind kind = kind_of(set, pair);
   const Pose& X_WA = poses[pair.a];
   const Pose& X_WB = poses[pair.b];
-  if (kind == SolidKind::box) {
-    const Certified certified = certify_boxes(set.solids[pair.a].shape.half_extents(), X_WA,
-                                              set.solids[pair.b].shape.half_extents(), X_WB);
-    if (certified != Certified::unknown) return certified;
-  }
+  if (kind == SolidKind::box)
+    return certify_boxes(half_extents(set.boxes[pair.a]), X_WA, half_extents(set.boxes[pair.b]), X_WB);
   if (kind == SolidKind::general) return Certified::unknown;
   return certify_parallelepipeds(set.parallelepipeds[pair.a], X_WA, set.parallelepipeds[pair.b], X_WB);
 }
 
 bool hulls_meet(const PlacedPair& placed) {
-  Certified certified = certify_by_portal(placed.pair.hulls);
-  if (certified == Certified::unknown) certified = certify_hulls(placed.pair.hulls, placed.pair.start);
-  if (certified == Certified::unknown) return numerics::hulls_intersect(placed.a_W, placed.b_W);
-  return certified == Certified::overlapping;
+  Portal portal;
+  Certified certified = certify_by_portal(placed.pair.hulls, portal);
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  if (portal.found) {
+    const numerics::Settled settled = numerics::settle_near(placed.a_W, placed.b_W, {portal.a, portal.b});
+    if (settled != numerics::Settled::open) return settled == numerics::Settled::intersecting;
+  }
+  certified = certify_hulls(placed.pair.hulls, placed.pair.start);
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  return numerics::hulls_intersect(placed.a_W, placed.b_W);
 }
 
 void overlap(const SolidSet& set, const Kernels& kernels, std::span<const SolidPair> pairs,

@@ -11,6 +11,10 @@ namespace {
 
 /// Random pairs take 0 to 4; whoever needs more is near touching, where closest points lead on faster.
 constexpr int kMaxSteps = 12;
+/// Covers underflow where an axis is next to nothing; of ordinary pairs nothing else comes near it.
+constexpr double kUnderflow = 0x1p-1000;
+
+std::uint8_t index(int i) { return static_cast<std::uint8_t>(i); }
 
 double sum_of(const std::array<double, 8>& v) {
   return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
@@ -21,8 +25,10 @@ Vector3 difference_of_means(const HullPair& pair) {
           0.125 * (sum_of(pair.b.z) - sum_of(pair.a.z))};
 }
 
+/// A vertex b - a of W.
 struct Extreme {
   Vector3 w;
+  int a, b;
   double value;  // axis . w, the greatest
 };
 
@@ -30,7 +36,15 @@ Extreme extreme_along(const HullPair& pair, const Vector3& axis) {
   const Lanes on_a = dots(pair.a, axis), on_b = dots(pair.b, axis);
   const double low = low_of(on_a), high = high_of(on_b);
   const int i = first_equal(on_a, low), j = first_equal(on_b, high);
-  return {{pair.b.x[j] - pair.a.x[i], pair.b.y[j] - pair.a.y[i], pair.b.z[j] - pair.a.z[i]}, high - low};
+  return {
+      {pair.b.x[j] - pair.a.x[i], pair.b.y[j] - pair.a.y[i], pair.b.z[j] - pair.a.z[i]}, i, j, high - low};
+}
+
+/// Some vector across v.
+Vector3 perpendicular(const Vector3& v) {
+  const double x = std::abs(v.x()), y = std::abs(v.y()), z = std::abs(v.z());
+  if (x <= y && x <= z) return {0.0, -v.z(), v.y()};
+  return y <= z ? Vector3(v.z(), 0.0, -v.x()) : Vector3(-v.y(), v.x(), 0.0);
 }
 
 double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
@@ -52,59 +66,59 @@ bool certainly_holds_origin(const Vector3& v0, const Vector3& v1, const Vector3&
 
 }  // namespace
 
-Certified certify_by_portal(const HullPair& pair) {
+Certified certify_by_portal(const HullPair& pair, Portal& portal) {
+  portal.found = false;
   const auto beyond = [&pair](const Extreme& extreme, const Vector3& axis) {
-    return extreme.value < -projection_error(axis, pair.extent);
+    return extreme.value < -(projection_error(axis, pair.extent) + kUnderflow);
   };
   const Vector3 v0 = difference_of_means(pair);
   Vector3 axis = -v0;
-  Extreme found = extreme_along(pair, axis);
-  if (beyond(found, axis)) return Certified::separated;
-  Vector3 v1 = found.w;
-  axis = cross(v1, v0);
-  if (!(dot(axis, axis) > 0.0)) return Certified::unknown;
-  found = extreme_along(pair, axis);
-  if (beyond(found, axis)) return Certified::separated;
-  Vector3 v2 = found.w;
-  axis = cross(v1 - v0, v2 - v0);
+  Extreme v1 = extreme_along(pair, axis);
+  if (beyond(v1, axis)) return Certified::separated;
+  axis = cross(v1.w, v0);
+  if (!(dot(axis, axis) > 0.0)) axis = perpendicular(v0);  // the ray passes through v1
+  Extreme v2 = extreme_along(pair, axis);
+  if (beyond(v2, axis)) return Certified::separated;
+  axis = cross(v1.w - v0, v2.w - v0);
   if (dot(axis, v0) > 0.0) {
     std::swap(v1, v2);
     axis = -axis;
   }
 
   int step = 0;
-  Vector3 v3;
+  Extreme v3;
   for (;; ++step) {
     if (step == kMaxSteps) return Certified::unknown;
-    found = extreme_along(pair, axis);
-    if (beyond(found, axis)) return Certified::separated;
-    v3 = found.w;
-    const Vector3 v30 = cross(v3, v0);  // (v1 x v3) . v0 = v1 . (v3 x v0)
-    if (dot(v1, v30) < 0.0) {
+    v3 = extreme_along(pair, axis);
+    if (beyond(v3, axis)) return Certified::separated;
+    const Vector3 v30 = cross(v3.w, v0);  // (v1 x v3) . v0 = v1 . (v3 x v0)
+    if (dot(v1.w, v30) < 0.0) {
       v2 = v3;
-    } else if (dot(v2, v30) > 0.0) {
+    } else if (dot(v2.w, v30) > 0.0) {
       v1 = v3;
     } else {
       break;
     }
-    axis = cross(v1 - v0, v2 - v0);
+    axis = cross(v1.w - v0, v2.w - v0);
   }
 
   for (;; ++step) {
-    axis = cross(v2 - v1, v3 - v1);
-    if (dot(axis, v1) >= 0.0)
-      return certainly_holds_origin(v0, v1, v2, v3, pair.extent) ? Certified::overlapping
-                                                                 : Certified::unknown;
-    if (step >= kMaxSteps) return Certified::unknown;
-    found = extreme_along(pair, axis);
-    if (beyond(found, axis)) return Certified::separated;
-    const Vector3& v4 = found.w;
-    if (v4 == v1 || v4 == v2 || v4 == v3) return Certified::unknown;
-    const Vector3 v40 = cross(v4, v0);
-    if (dot(v1, v40) >= 0.0) {
-      (dot(v2, v40) >= 0.0 ? v1 : v3) = v4;
+    axis = cross(v2.w - v1.w, v3.w - v1.w);
+    const double height = dot(axis, v1.w);
+    if (height >= 0.0 && certainly_holds_origin(v0, v1.w, v2.w, v3.w, pair.extent))
+      return Certified::overlapping;
+    const Extreme v4 = extreme_along(pair, axis);
+    if (beyond(v4, axis)) return Certified::separated;
+    const bool at_boundary = v4.value - height <= 2 * projection_error(axis, pair.extent);
+    if (at_boundary || step >= kMaxSteps) {
+      portal = {{index(v1.a), index(v2.a), index(v3.a)}, {index(v1.b), index(v2.b), index(v3.b)}, true};
+      return Certified::unknown;
+    }
+    const Vector3 v40 = cross(v4.w, v0);
+    if (dot(v1.w, v40) >= 0.0) {
+      (dot(v2.w, v40) >= 0.0 ? v1 : v3) = v4;
     } else {
-      (dot(v3, v40) >= 0.0 ? v2 : v1) = v4;
+      (dot(v3.w, v40) >= 0.0 ? v2 : v1) = v4;
     }
   }
 }

@@ -11,6 +11,7 @@ namespace touchstone::native {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
 
@@ -33,6 +34,15 @@ ParallelepipedRecord form_record(const Parallelepiped& form, bool ordinary) {
   return out;
 }
 
+VertexRecord vertex_record(const Hexahedron& solid, bool ordinary) {
+  VertexRecord out;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3 v = ordinary ? solid.vertices()[i] : Vector3::Constant(kNaN);
+    out.x[i] = v.x(), out.y[i] = v.y(), out.z[i] = v.z();
+  }
+  return out;
+}
+
 }  // namespace
 
 SolidSet make_solid_set(std::span<const Hexahedron> solids) {
@@ -41,6 +51,7 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
   out.ordinary.reserve(solids.size());
   out.boxes.reserve(solids.size());
   out.forms.reserve(solids.size());
+  out.vertices.reserve(solids.size());
   out.parallelepipeds.reserve(solids.size());
   out.solids.reserve(solids.size());
   for (const Hexahedron& solid : solids) {
@@ -53,6 +64,7 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
     out.boxes.push_back(box_record(solid, ordinary));
     out.parallelepipeds.push_back(form.value_or(Parallelepiped{}));
     out.forms.push_back(form_record(out.parallelepipeds.back(), ordinary));
+    out.vertices.push_back(vertex_record(solid, ordinary));
     out.solids.push_back({solid, in_columns(solid), find_features(solid)});
   }
   return out;

@@ -2,6 +2,7 @@
 
 #include "contact_core/native/simd/box_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
+#include "contact_core/native/simd/portal_kernels.hpp"
 
 // The table of one instruction set: included by kernels_<isa>.cpp only.
 
@@ -24,8 +25,14 @@ struct Table {
     certify_parallelepipeds_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
+  static void certify_by_portal(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                                std::size_t count, int max_steps, Certified* out) {
+    certify_by_portal_inline<Pack>(poses, shapes, pairs, count, max_steps, out);
+  }
+
   static constexpr Kernels named(const char* isa) {
-    return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds};
+    return {isa,           Traits<Pack>::lanes,     certify_box_pair,
+            certify_boxes, certify_parallelepipeds, certify_by_portal};
   }
 };
 

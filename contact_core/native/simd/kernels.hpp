@@ -38,6 +38,12 @@ struct alignas(64) ParallelepipedRecord {
   double padding[3];
 };
 
+/// The vertices in the solid's frame. Not a number where the solid's magnitudes are not ordinary: nothing
+/// then is certified.
+struct alignas(64) VertexRecord {
+  double x[8], y[8], z[8];
+};
+
 struct Kernels {
   const char* isa;
   int lanes;  ///< pairs at a time
@@ -50,6 +56,9 @@ struct Kernels {
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).
   void (*certify_parallelepipeds)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
                                   const PairIndices* pairs, std::size_t count, Certified* out);
+  /// As certify_by_portal (portal.hpp), of any two solids; gives up after `max_steps`.
+  void (*certify_by_portal)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                            std::size_t count, int max_steps, Certified* out);
 };
 
 /// Those this machine can run, the plainest first.

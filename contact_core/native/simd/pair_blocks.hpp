@@ -22,7 +22,8 @@ TOUCHSTONE_INLINE void prefetch(const PoseRecord* poses, const Shape* shapes, st
   __builtin_prefetch(&poses[i].R[0]);
   __builtin_prefetch(&poses[i].p[2]);
   __builtin_prefetch(&shapes[i]);
-  if constexpr (sizeof(Shape) > 64) __builtin_prefetch((const char*)&shapes[i] + 64);
+  for (std::size_t line = 64; line < sizeof(Shape); line += 64)
+    __builtin_prefetch((const char*)&shapes[i] + line);
 }
 
 /// Runs `check` on as many pairs at a time as there are lanes; the last block repeats its last pair to fill

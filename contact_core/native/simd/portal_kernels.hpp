@@ -1,0 +1,213 @@
+#pragma once
+
+#include "contact_core/native/simd/parallelepiped_kernels.hpp"
+
+// Pairs in lanes: Minkowski portal refinement (see portal.hpp) for any two hexahedra. Every lane takes the
+// same steps; what a lane does once it has its certificate does not count.
+//
+// Notation. u = 2^-53, P = |p_A|_inf + |p_B|_inf. All coordinates are about p_A: A's vertices are rotated
+// only, a = R_A v; B's are b = R_B v + T with T = p_B - p_A. E is the largest of their magnitudes. The solids
+// are the hulls of the rounded world vertices, where R v has the same bits: so a coordinate of a is off by
+// the rounding of R v + p_A, at most u (P + E). For b the same is at most u (2 P + E), as |R v| <= E + |T|,
+// and rounding T and the sum adds u (P + E). A difference w = b - a rounds by 2 u E. Hence w is off by u (4 P
+// + 5 E) a coordinate.
+//
+// Separated: (greatest L . b) - (least L . a) is off by u |L|_1 (4 P + 3 E) for the vertices, twice 3 u |L|_1
+// E for the dot products, and u |L|_1 2 E for the difference. 12 u |L|_1 (P + E) covers that and the second
+// order.
+//
+// Overlapping: the origin is strictly inside the tetrahedron of v0, ... v3. v0, the difference of the means,
+// is off by u (4 P + 3 E) for the vertices, twice 3 u E for the sums, and 2 u E: u (4 P + 11 E). A
+// determinant has 6 products of three factors of at most 2 E: a factor's error counts 4 E^2 times, in all 4
+// E^2 u (12 P + 21 E), and evaluation is off by 8 u of a product, 64 u E^3. 6 (48 P + 148 E) u E^2 <= 960 u
+// E^2 (P + E), the second order included.
+
+namespace touchstone::native::TOUCHSTONE_ISA {
+
+constexpr double kProjectionRoundoffs = 12.0;
+constexpr double kDeterminantRoundoffs = 960.0;
+constexpr double kUnderflow = 0x1p-1000;
+
+template <class Pack>
+struct VertexLanes {
+  Pack x[8], y[8], z[8];
+};
+
+template <class Pack>
+struct PortalLanes {
+  VertexLanes<Pack> a, b;
+  Pack extent;    // E
+  Pack position;  // P
+};
+
+template <class Pack>
+struct PoseLanes {
+  Vector3Of<Pack> column[3];
+  Vector3Of<Pack> p;
+};
+
+template <class Pack>
+TOUCHSTONE_INLINE PoseLanes<Pack> gather_poses(const double* const (&poses)[Traits<Pack>::lanes]) {
+  Pack pose[12];
+  gather(poses, pose);
+  PoseLanes<Pack> out;
+  for (int i = 0; i < 3; ++i) out.column[i] = {pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]};
+  out.p = {pose[9], pose[10], pose[11]};
+  return out;
+}
+
+/// R v + t; the largest magnitude joins `extent`.
+template <class Pack>
+TOUCHSTONE_INLINE void place_vertices(const double* const (&shapes)[Traits<Pack>::lanes],
+                                      const PoseLanes<Pack>& pose, const Vector3Of<Pack>* t, Pack& extent,
+                                      VertexLanes<Pack>& out) {
+  Pack local[24];  // x of all vertices, y, z
+  gather(shapes, local);
+  for (int i = 0; i < 8; ++i) {
+    Vector3Of<Pack> v = rotate(pose.column, Vector3Of<Pack>{local[i], local[8 + i], local[16 + i]});
+    if (t) v = v + *t;
+    out.x[i] = v.x, out.y[i] = v.y, out.z[i] = v.z;
+    extent = greatest(extent, largest(v));
+  }
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Pack sum_of(const Pack (&v)[8]) {
+  return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> difference_of_means(const PortalLanes<Pack>& pair) {
+  const Pack eighth = all<Pack>(0.125);
+  return {eighth * (sum_of(pair.b.x) - sum_of(pair.a.x)), eighth * (sum_of(pair.b.y) - sum_of(pair.a.y)),
+          eighth * (sum_of(pair.b.z) - sum_of(pair.a.z))};
+}
+
+/// The vertex of the greatest axis . v, which also is `value`.
+template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> highest(const VertexLanes<Pack>& v, const Vector3Of<Pack>& axis,
+                                          Pack& value) {
+  Vector3Of<Pack> best = {v.x[0], v.y[0], v.z[0]};
+  value = dot(axis, best);
+  for (int i = 1; i < 8; ++i) {
+    const Pack along = (axis.x * v.x[i] + axis.y * v.y[i]) + axis.z * v.z[i];
+    const MaskOf<Pack> further = along > value;
+    best = select(further, Vector3Of<Pack>{v.x[i], v.y[i], v.z[i]}, best);
+    value = select(further, along, value);
+  }
+  return best;
+}
+
+template <class Pack>
+struct ExtremeLanes {
+  Vector3Of<Pack> w;
+  MaskOf<Pack> short_of_origin;  // W ends before the origin along the axis: a certificate
+};
+
+template <class Pack>
+TOUCHSTONE_INLINE ExtremeLanes<Pack> extreme_along(const PortalLanes<Pack>& pair,
+                                                   const Vector3Of<Pack>& axis) {
+  Pack on_a, on_b;
+  const Vector3Of<Pack> back = {-axis.x, -axis.y, -axis.z};
+  const Vector3Of<Pack> b = highest(pair.b, axis, on_b);
+  const Vector3Of<Pack> a = highest(pair.a, back, on_a);
+  const Pack error = (all<Pack>(kProjectionRoundoffs * kU) * (pair.extent + pair.position)) * sum(axis);
+  return {b - a, on_b + on_a < -(error + all<Pack>(kUnderflow))};
+}
+
+template <class Pack>
+struct Portal {
+  Vector3Of<Pack> v0, v1, v2, v3;
+};
+
+template <class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> certainly_holds_origin(const Portal<Pack>& p, const PortalLanes<Pack>& pair) {
+  const Vector3Of<Pack> v23 = cross(p.v2, p.v3), v01 = cross(p.v0, p.v1);
+  const Pack d0 = dot(p.v1, v23), d1 = -dot(p.v0, v23), d2 = dot(p.v3, v01), d3 = -dot(p.v2, v01);
+  const Pack error =
+      ((all<Pack>(kDeterminantRoundoffs * kU) * pair.extent) * pair.extent) * (pair.extent + pair.position);
+  return (least(least(d0, d1), least(d2, d3)) > error) |
+         (greatest(greatest(d0, d1), greatest(d2, d3)) < -error);
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack>& pair, int max_steps) {
+  using Mask = MaskOf<Pack>;
+  const Pack zero{};
+  LaneVerdicts<Pack> verdicts{};
+  Mask open = (pair.extent + pair.position) < all<Pack>(kOrdinaryHigh);
+  const auto end_lanes = [&](Mask separated) {
+    verdicts.separated |= separated & open;
+    open &= ~separated;
+  };
+
+  Portal<Pack> p;
+  p.v0 = difference_of_means(pair);
+  ExtremeLanes<Pack> found = extreme_along(pair, {-p.v0.x, -p.v0.y, -p.v0.z});
+  end_lanes(found.short_of_origin);
+  if (!bits(open)) return verdicts;
+  p.v1 = found.w;
+  found = extreme_along(pair, cross(p.v1, p.v0));
+  end_lanes(found.short_of_origin);
+  if (!bits(open)) return verdicts;
+  p.v2 = found.w;
+  Vector3Of<Pack> axis = cross(p.v1 - p.v0, p.v2 - p.v0);
+  const Mask turned = dot(axis, p.v0) > zero;
+  const Vector3Of<Pack> v1 = p.v1;
+  p.v1 = select(turned, p.v2, p.v1);
+  p.v2 = select(turned, v1, p.v2);
+  axis = select(turned, Vector3Of<Pack>{-axis.x, -axis.y, -axis.z}, axis);
+  p.v3 = p.v0;
+
+  Mask refining{};  // the portal is found: v1, v2, v3
+  for (int step = 0; step < max_steps; ++step) {
+    found = extreme_along(pair, axis);
+    end_lanes(found.short_of_origin);
+    if (!bits(open)) break;
+    const Vector3Of<Pack>& v = found.w;
+    const Vector3Of<Pack> v_v0 = cross(v, p.v0);
+    const Pack side_1 = dot(p.v1, v_v0), side_2 = dot(p.v2, v_v0), side_3 = dot(p.v3, v_v0);
+    // Searching: v takes the place of v2 or v1 while the ray passes outside, else it is v3.
+    const Mask out_1 = ~refining & (side_1 < zero);
+    const Mask out_2 = ~refining & ~out_1 & (side_2 > zero);
+    const Mask closes = ~refining & ~out_1 & ~out_2;
+    // Refining: v splits the portal; the part the ray passes through stays.
+    const Mask left = refining & (side_1 >= zero), right = refining & ~left;
+    const Mask new_1 = out_2 | (left & (side_2 >= zero)) | (right & ~(side_3 >= zero));
+    const Mask new_2 = out_1 | (right & (side_3 >= zero));
+    const Mask new_3 = closes | (left & ~(side_2 >= zero));
+    p.v1 = select(new_1, v, p.v1);
+    p.v2 = select(new_2, v, p.v2);
+    p.v3 = select(new_3, v, p.v3);
+    refining |= closes;
+    const Vector3Of<Pack> from = select(refining, p.v1, p.v0);
+    axis = cross(select(refining, p.v2, p.v1) - from, select(refining, p.v3, p.v2) - from);
+    const Mask inside = refining & open & (dot(axis, p.v1) >= zero);
+    if (bits(inside)) {
+      verdicts.overlapping |= inside & certainly_holds_origin(p, pair);
+      open &= ~inside;
+      if (!bits(open)) break;
+    }
+  }
+  return verdicts;
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE void certify_by_portal_inline(const PoseRecord* poses, const VertexRecord* shapes,
+                                                const PairIndices* pairs, std::size_t count, int max_steps,
+                                                Certified* out) {
+  for_each_block<Pack>(
+      poses, shapes, pairs, count, out,
+      [max_steps](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
+        PortalLanes<Pack> pair;
+        const PoseLanes<Pack> X_WA = gather_poses<Pack>(poses_a), X_WB = gather_poses<Pack>(poses_b);
+        const Vector3Of<Pack> T = X_WB.p - X_WA.p;
+        pair.position = largest(X_WA.p) + largest(X_WB.p);
+        pair.extent = Pack{};
+        place_vertices<Pack>(shapes_a, X_WA, nullptr, pair.extent, pair.a);
+        place_vertices<Pack>(shapes_b, X_WB, &T, pair.extent, pair.b);
+        return certify_portal_lanes(pair, max_steps);
+      });
+}
+
+}  // namespace touchstone::native::TOUCHSTONE_ISA

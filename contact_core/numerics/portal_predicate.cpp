@@ -1,0 +1,190 @@
+#include "contact_core/numerics/portal_predicate.hpp"
+
+#include <bit>
+#include <optional>
+#include <utility>
+
+#include "contact_core/numerics/difference_determinant.hpp"
+
+namespace touchstone::numerics {
+namespace {
+
+using Difference = DifferenceDeterminant::Difference;
+
+// Points 0-7 are A's, 8-15 B's.
+constexpr int kFirstOfB = 8;
+
+/// Sign of det[u v w], its integers made of the six points alone: one determinant is all that is asked here.
+int sign_alone(const DifferenceDeterminant& of, Difference u, Difference v, Difference w) {
+  const std::array points = {of.point(u.p), of.point(u.q), of.point(v.p),
+                             of.point(v.q), of.point(w.p), of.point(w.q)};
+  return DifferenceDeterminant(points).sign({0, 1}, {2, 3}, {4, 5});
+}
+
+/// For any four vectors d0 w0 + d1 w1 + d2 w2 + d3 w3 = 0 with d0 = det[w1 w2 w3], d1 = -det[w0 w2 w3], d2 =
+/// det[w0 w1 w3], d3 = -det[w0 w1 w2] (Cramer). Where all d have one sign or are zero, and some are not, the
+/// origin is a convex combination of the w: with w = b - a, one point is a combination of vertices of A and
+/// of B.
+bool holds_origin(const DifferenceDeterminant& determinant, const std::array<Difference, 4>& w) {
+  const int d0 = sign_alone(determinant, w[1], w[2], w[3]);
+  const int d1 = -sign_alone(determinant, w[0], w[2], w[3]);
+  if (d0 * d1 < 0) return false;
+  const int d2 = sign_alone(determinant, w[0], w[1], w[3]);
+  if (d0 * d2 < 0 || d1 * d2 < 0) return false;
+  const int d3 = -sign_alone(determinant, w[0], w[1], w[2]);
+  if (d0 * d3 < 0 || d1 * d3 < 0 || d2 * d3 < 0) return false;
+  return d0 != 0 || d1 != 0 || d2 != 0 || d3 != 0;
+}
+
+/// u x v is perpendicular to a facet of one solid, whose plane passes through `on`, or to an edge of each, on
+/// the plane through A's.
+struct CandidatePlane {
+  Difference u, v;
+  int on;
+};
+
+/// The first three different of one solid's indices, if there are three.
+std::optional<CandidatePlane> facet_plane(const std::array<std::uint8_t, 3>& of, int first) {
+  if (of[0] == of[1] || of[1] == of[2] || of[0] == of[2]) return std::nullopt;
+  const int i = first + of[0], j = first + of[1], k = first + of[2];
+  return CandidatePlane{{i, j}, {i, k}, i};
+}
+
+/// Lines between different points of one solid's three, each once.
+struct Lines {
+  std::array<Difference, 3> of;
+  int count = 0;
+};
+
+Lines lines_between(const std::array<std::uint8_t, 3>& of, int first) {
+  Lines out;
+  for (int k = 0; k < 3; ++k) {
+    const int p = of[k], q = of[(k + 1) % 3];
+    const bool known = out.count == 1 && (q == of[0] || q == of[1]) && (p == of[0] || p == of[1]);
+    if (p != q && !known) out.of[out.count++] = {first + p, first + q};
+  }
+  return out;
+}
+
+/// Which of eight points are on the plane and beside it, as bits of all sixteen.
+struct Sides {
+  unsigned above = 0, below = 0, on = 0;
+};
+
+Sides sides_of(DifferenceDeterminant& determinant, const CandidatePlane& plane, int first) {
+  const unsigned known = 1u << plane.on | 1u << plane.u.q | (plane.v.p == plane.on ? 1u << plane.v.q : 0u);
+  Sides out;
+  for (int i = first; i < first + 8; ++i) {
+    const unsigned bit = 1u << i;
+    const int side = (known & bit) != 0 ? 0 : determinant.sign(plane.u, plane.v, {plane.on, i});
+    (side > 0 ? out.above : side < 0 ? out.below : out.on) |= bit;
+  }
+  return out;
+}
+
+/// A and B touch a common plane from its two sides: their faces there decide. u and v, not parallel, are
+/// among their edges, so the polygon {b - a} has an inside, and polygons without a common point lie strictly
+/// on two sides of a line along an edge of one of them; any two vertices' line will do.
+bool polygons_separate(DifferenceDeterminant& determinant, unsigned a, unsigned b, int axis) {
+  const auto separates = [&](Difference line) {
+    int side = 0;
+    for (unsigned rest_a = a; rest_a != 0; rest_a &= rest_a - 1) {
+      for (unsigned rest_b = b; rest_b != 0; rest_b &= rest_b - 1) {
+        const Difference w{std::countr_zero(rest_a), std::countr_zero(rest_b)};
+        const int s = determinant.cross_sign(line, w, axis);
+        if (s == 0 || s == -side) return false;
+        side = s;
+      }
+    }
+    return true;
+  };
+  for (const unsigned polygon : {a, b}) {
+    for (unsigned p = polygon; p != 0; p &= p - 1)
+      for (unsigned q = p & (p - 1); q != 0; q &= q - 1)
+        if (separates({std::countr_zero(p), std::countr_zero(q)})) return true;
+  }
+  return false;
+}
+
+/// A component of u x v that is not zero, so that dropping it maps the plane one to one; the largest first.
+std::optional<int> injective_axis(DifferenceDeterminant& determinant, const CandidatePlane& plane) {
+  const auto d = [&](Difference w) { return Vector3(determinant.point(w.q) - determinant.point(w.p)); };
+  const Vector3 n = cross(d(plane.u), d(plane.v));
+  int largest = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::abs(n(k)) > std::abs(n(largest))) largest = k;
+  for (const int axis : {largest, (largest + 1) % 3, (largest + 2) % 3})
+    if (determinant.cross_sign(plane.u, plane.v, axis) != 0) return axis;
+  return std::nullopt;
+}
+
+Settled settle_on(DifferenceDeterminant& determinant, const CandidatePlane& plane) {
+  Sides a = sides_of(determinant, plane, 0);
+  if (a.above != 0 && a.below != 0) return Settled::open;
+  Sides b = sides_of(determinant, plane, kFirstOfB);
+  if (b.above != 0 && b.below != 0) return Settled::open;
+  if (b.on == 0 || a.on == 0) {
+    // All of one side: apart when the other solid is on the other, or in the plane.
+    const bool same_side = (a.above != 0 && b.above != 0) || (a.below != 0 && b.below != 0);
+    return same_side ? Settled::open : Settled::separated;
+  }
+  if ((a.above != 0 && b.above != 0) || (a.below != 0 && b.below != 0)) return Settled::open;
+  const unsigned edges = 1u << plane.u.q | 1u << plane.v.p | 1u << plane.v.q;
+  if ((edges & ~(a.on | b.on)) != 0) return Settled::open;
+  const std::optional<int> axis = injective_axis(determinant, plane);
+  if (!axis) return Settled::open;
+  return polygons_separate(determinant, a.on, b.on, *axis) ? Settled::separated : Settled::intersecting;
+}
+
+/// The vertex of W furthest inwards from the triangle, to rounding.
+Difference furthest_inwards(const DifferenceDeterminant& determinant, const std::array<Difference, 3>& w) {
+  const auto d = [&](Difference x) { return Vector3(determinant.point(x.q) - determinant.point(x.p)); };
+  const Vector3 w0 = d(w[0]);
+  const Vector3 n = cross(d(w[1]) - w0, d(w[2]) - w0);
+  Difference high{0, kFirstOfB}, low{0, kFirstOfB};
+  for (int i = 1; i < kFirstOfB; ++i) {
+    const double on_a = dot(n, determinant.point(i)), on_b = dot(n, determinant.point(kFirstOfB + i));
+    if (on_a < dot(n, determinant.point(high.p))) high.p = i;
+    if (on_a > dot(n, determinant.point(low.p))) low.p = i;
+    if (on_b > dot(n, determinant.point(high.q))) high.q = kFirstOfB + i;
+    if (on_b < dot(n, determinant.point(low.q))) low.q = kFirstOfB + i;
+  }
+  return std::abs(dot(n, d(high) - w0)) > std::abs(dot(n, d(low) - w0)) ? high : low;
+}
+
+/// The origin is at an edge of the triangle: with some vertex of W across that edge, it is held.
+bool holds_origin_with_any(const DifferenceDeterminant& determinant, const std::array<Difference, 3>& w) {
+  for (int i = 0; i < kFirstOfB; ++i)
+    for (int j = kFirstOfB; j < 16; ++j)
+      if (holds_origin(determinant, {w[0], w[1], w[2], {i, j}})) return true;
+  return false;
+}
+
+}  // namespace
+
+Settled settle_near(const WorldVertices& a, const WorldVertices& b, const MinkowskiTriangle& guess) noexcept {
+  std::array<Vector3, 16> points;
+  for (int i = 0; i < 8; ++i) points[i] = a.vertex(i), points[kFirstOfB + i] = b.vertex(i);
+  DifferenceDeterminant determinant(points);
+  std::array<Difference, 3> w;
+  for (int k = 0; k < 3; ++k) {
+    w[k] = {guess.a[k], kFirstOfB + guess.b[k]};
+    if (determinant.is_zero(w[k])) return Settled::intersecting;
+  }
+  if (holds_origin(determinant, {w[0], w[1], w[2], furthest_inwards(determinant, w)}))
+    return Settled::intersecting;
+  for (const auto& plane : {facet_plane(guess.a, 0), facet_plane(guess.b, kFirstOfB)}) {
+    const Settled settled = plane ? settle_on(determinant, *plane) : Settled::open;
+    if (settled != Settled::open) return settled;
+  }
+  const Lines of_a = lines_between(guess.a, 0), of_b = lines_between(guess.b, kFirstOfB);
+  for (int i = 0; i < of_a.count; ++i) {
+    for (int j = 0; j < of_b.count; ++j) {
+      const Settled settled = settle_on(determinant, {of_a.of[i], of_b.of[j], of_a.of[i].p});
+      if (settled != Settled::open) return settled;
+    }
+  }
+  return holds_origin_with_any(determinant, w) ? Settled::intersecting : Settled::open;
+}
+
+}  // namespace touchstone::numerics
