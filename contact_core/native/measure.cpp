@@ -1,6 +1,7 @@
 #include "contact_core/native/measure.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,6 +13,16 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kBlock = 256;
+constexpr DepthRecord kNothingKnown{0.0, {}, {}, Certified::unknown, false, false};
+
+const PoseRecord* records_of(std::span<const Pose> poses) {
+  return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
+}
+
+SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
+  return std::max(set.kinds[pair.a], set.kinds[pair.b]);
+}
 
 void write_beyond(PairGeometry& out) {
   out.separation = kInfinity;
@@ -19,18 +30,56 @@ void write_beyond(PairGeometry& out) {
   out.point_count = 0;
 }
 
-PairStatus measure_one(const SolidSet& set, const SolidPair& given, const NarrowphaseInput& input,
-                       PairGeometry& geometry, ContactPoint* points) {
-  const bool swapped =
-      !comes_first(set.solids[given.a], input.poses[given.a], set.solids[given.b], input.poses[given.b]);
-  const SolidPair pair = swapped ? SolidPair{given.b, given.a} : given;
+/// A pair in the order of its content, so that (a, b) and (b, a) take the same road.
+struct OrderedPair {
+  SolidPair pair;
+  bool swapped;
+};
+
+OrderedPair ordered(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
+  const Pose& X_WA = poses[pair.a];
+  const Pose& X_WB = poses[pair.b];
+  const double a = X_WA.p.x(), b = X_WB.p.x();
+  const bool swapped = a == b ? !comes_first(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB) : a > b;
+  return {{swapped ? pair.b : pair.a, swapped ? pair.a : pair.b}, swapped};
+}
+
+void write(const OrderedPair& ordered, double separation, const Vector3& n, const Vector3& p_A,
+           PairGeometry& geometry) {
+  const Vector3 p_B = p_A + separation * n;
+  geometry.separation = separation;
+  geometry.n_AB_W = ordered.swapped ? Vector3(-n) : n;
+  geometry.p_A_W = ordered.swapped ? p_B : p_A;
+  geometry.p_B_W = ordered.swapped ? p_A : p_B;
+  geometry.point_count = 0;
+}
+
+Vector3 vector_of(const double (&p)[3]) { return {p[0], p[1], p[2]}; }
+
+/// Depth, normal and p_A of a pair that the kernels certified overlapping.
+void finish_depth(const DepthRecord& record, const PlacedPair& placed, SignedDistance& distance) {
+  if (!record.has_axis) return penetration(placed.pair, distance);
+  distance = {record.separation, vector_of(record.n), vector_of(record.p_A) - placed.origin_W};
+  if (!record.has_witness) penetration_along(placed.pair, distance);
+}
+
+PairStatus measure_one(const SolidSet& set, const OrderedPair& given, const DepthRecord& record,
+                       const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points) {
+  const bool swapped = given.swapped;
+  const SolidPair& pair = given.pair;
+  const bool known = record.certified == Certified::overlapping && record.has_axis && record.has_witness;
+  if (known) {
+    write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
+    if (points == nullptr) return PairStatus::overlapping;
+  }
   const Pose& X_WA = input.poses[pair.a];
   const Pose& X_WB = input.poses[pair.b];
   const bool ordinary = is_ordinary(set, pair.a, X_WA, pair.b, X_WB);
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
 
-  Certified certified = ordinary ? certify_kinds(set, pair, input.poses) : Certified::unknown;
+  Certified certified = record.certified;
+  if (certified == Certified::unknown && ordinary) certified = certify_kinds(set, pair, input.poses);
   if (certified == Certified::unknown)
     certified = hulls_meet(placed) ? Certified::overlapping : Certified::separated;
   const bool meet = certified == Certified::overlapping;
@@ -40,24 +89,21 @@ PairStatus measure_one(const SolidSet& set, const SolidPair& given, const Narrow
   const double limit = std::scalbn(max_separation, placed.exponent);
   SignedDistance distance;
   if (meet) {
-    penetration(placed.pair, distance);
+    finish_depth(record, placed, distance);
   } else if (!distance_apart(placed.pair, limit, distance)) {
     write_beyond(geometry);
     return status;
   }
 
-  geometry.separation = placed.to_world(distance.separation);
-  if (!meet) geometry.separation = std::max(geometry.separation, std::numeric_limits<double>::denorm_min());
+  if (!known) {
+    double separation = placed.to_world(distance.separation);
+    if (!meet) separation = std::max(separation, std::numeric_limits<double>::denorm_min());
+    write(given, separation, distance.n, placed.to_world(distance.p_A), geometry);
+  }
   if (geometry.separation > max_separation) {
     write_beyond(geometry);
     return status;
   }
-  const Vector3 p_A = placed.to_world(distance.p_A);
-  const Vector3 p_B = p_A + geometry.separation * distance.n;
-  geometry.n_AB_W = swapped ? Vector3(-distance.n) : distance.n;
-  geometry.p_A_W = swapped ? p_B : p_A;
-  geometry.p_B_W = swapped ? p_A : p_B;
-  geometry.point_count = 0;
   if (points == nullptr) return status;
 
   Manifold manifold;
@@ -76,15 +122,80 @@ PairStatus measure_one(const SolidSet& set, const SolidPair& given, const Narrow
   return status;
 }
 
+/// Pairs of a block that go to one kernel.
+struct Batch {
+  std::array<PairIndices, kBlock> pairs;
+  std::array<std::uint16_t, kBlock> slots;
+  std::size_t count = 0;
+
+  void add(const SolidPair& pair, std::size_t slot) {
+    pairs[count] = {pair.a, pair.b};
+    slots[count++] = static_cast<std::uint16_t>(slot);
+  }
+};
+
+template <class Finish>
+void finish_all(const Batch& batch, const std::array<DepthRecord, kBlock>& records, const Finish& finish) {
+  for (std::size_t i = 0; i < batch.count; ++i) finish(batch.slots[i], records[i]);
+}
+
+/// At most kBlock pairs.
+void measure_block(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                   std::span<PairStatus> status, std::span<PairGeometry> geometry, ContactPoint* points,
+                   std::size_t slots) {
+  const auto finish = [&](std::size_t i, const DepthRecord& record, const OrderedPair& pair) {
+    status[i] = measure_one(set, pair, record, input, geometry[i], points ? points + i * slots : nullptr);
+  };
+  Batch boxes, forms;
+  std::array<OrderedPair, kBlock> pairs;
+  for (std::size_t i = 0; i < input.pairs.size(); ++i) {
+    pairs[i] = ordered(set, input.pairs[i], input.poses);
+    const SolidKind kind = kind_of(set, pairs[i].pair);
+    if (kind == SolidKind::general)
+      finish(i, kNothingKnown, pairs[i]);
+    else
+      (kind == SolidKind::box ? boxes : forms).add(pairs[i].pair, i);
+  }
+  std::array<DepthRecord, kBlock> records;
+  if (boxes.count > 0)
+    kernels.measure_box_depths(records_of(input.poses), set.boxes.data(), boxes.pairs.data(), boxes.count,
+                               records.data());
+  finish_all(boxes, records, [&](std::size_t i, const DepthRecord& r) { finish(i, r, pairs[i]); });
+  if (forms.count > 0)
+    kernels.measure_form_depths(records_of(input.poses), set.edge_forms.data(), forms.pairs.data(),
+                                forms.count, records.data());
+  finish_all(forms, records, [&](std::size_t i, const DepthRecord& r) { finish(i, r, pairs[i]); });
+}
+
+PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                         PairGeometry& geometry, ContactPoint* points) {
+  const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
+  const PairIndices indices{pair.pair.a, pair.pair.b};
+  DepthRecord record = kNothingKnown;
+  const SolidKind kind = kind_of(set, pair.pair);
+  if (kind == SolidKind::box)
+    kernels.measure_box_depths(records_of(input.poses), set.boxes.data(), &indices, 1, &record);
+  else if (kind == SolidKind::parallelepiped)
+    kernels.measure_form_depths(records_of(input.poses), set.edge_forms.data(), &indices, 1, &record);
+  return measure_one(set, pair, record, input, geometry, points);
+}
+
 }  // namespace
 
-void measure(const SolidSet& set, const Kernels&, const NarrowphaseInput& input, std::span<PairStatus> status,
-             std::span<PairGeometry> geometry, std::span<ContactPoint> points) {
+void measure(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+             std::span<PairStatus> status, std::span<PairGeometry> geometry, std::span<ContactPoint> points) {
   const std::size_t slots =
-      static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
-  for (std::size_t i = 0; i < input.pairs.size(); ++i) {
-    ContactPoint* pair_points = points.empty() ? nullptr : &points[i * slots];
-    status[i] = measure_one(set, input.pairs[i], input, geometry[i], pair_points);
+      points.empty() ? 0 : static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
+  ContactPoint* const first_point = points.empty() ? nullptr : points.data();
+  if (input.pairs.size() == 1) {
+    status[0] = measure_alone(set, kernels, input, geometry[0], first_point);
+    return;
+  }
+  for (std::size_t first = 0; first < input.pairs.size(); first += kBlock) {
+    NarrowphaseInput block = input;
+    block.pairs = input.pairs.subspan(first, std::min(kBlock, input.pairs.size() - first));
+    measure_block(set, kernels, block, status.subspan(first), geometry.subspan(first),
+                  first_point ? first_point + first * slots : nullptr, slots);
   }
 }
 

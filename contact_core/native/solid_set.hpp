@@ -29,6 +29,7 @@ struct SolidSet {
   std::vector<std::uint8_t> ordinary;           ///< by size and place within its frame, see below
   std::vector<BoxRecord> boxes;                 ///< of boxes; infinite where not ordinary
   std::vector<ParallelepipedRecord> forms;      ///< of boxes and parallelepipeds; likewise
+  std::vector<FormRecord> edge_forms;           ///< of parallelepipeds; likewise
   std::vector<Parallelepiped> parallelepipeds;  ///< the same for the scalar road
   std::vector<SolidData> solids;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact_core/native/simd/box_kernels.hpp"
+#include "contact_core/native/simd/depth_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 
 // The table of one instruction set: included by kernels_<isa>.cpp only.
@@ -24,8 +25,25 @@ struct Table {
     certify_parallelepipeds_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
+  static void measure_box_depths(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                                 std::size_t count, DepthRecord* out) {
+    if (count == 1)
+      measure_depths_inline<Double2, BoxSolid>(poses, shapes, pairs, count, out);
+    else
+      measure_depths_inline<Pack, BoxSolid>(poses, shapes, pairs, count, out);
+  }
+
+  static void measure_form_depths(const PoseRecord* poses, const FormRecord* shapes, const PairIndices* pairs,
+                                  std::size_t count, DepthRecord* out) {
+    if (count == 1)
+      measure_depths_inline<Double2, FormSolid>(poses, shapes, pairs, count, out);
+    else
+      measure_depths_inline<Pack, FormSolid>(poses, shapes, pairs, count, out);
+  }
+
   static constexpr Kernels named(const char* isa) {
-    return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds};
+    return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds,
+            measure_box_depths, measure_form_depths};
   }
 };
 

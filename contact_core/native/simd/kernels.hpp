@@ -38,6 +38,25 @@ struct alignas(64) ParallelepipedRecord {
   double padding[3];
 };
 
+/// A parallelepiped for measure_depths: its edges as unit directions and half lengths, and its vertices.
+struct alignas(64) FormRecord {
+  double directions[3][3];
+  double half_lengths[3];
+  double centre[3];
+  double deviation;  ///< no coordinate of a vertex is further than this from the form's [m]
+  double x[8], y[8], z[8];
+};
+
+/// Of a pair that overlaps; see depth_kernels.hpp.
+struct alignas(64) DepthRecord {
+  double separation;
+  double n[3];
+  double p_A[3];  ///< in the world
+  Certified certified;
+  bool has_axis;  ///< separation and n hold
+  bool has_witness;  ///< p_A holds too
+};
+
 struct Kernels {
   const char* isa;
   int lanes;  ///< pairs at a time
@@ -50,6 +69,13 @@ struct Kernels {
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).
   void (*certify_parallelepipeds)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
                                   const PairIndices* pairs, std::size_t count, Certified* out);
+
+  /// Depth, normal and witness of pairs that overlap; what the kernel does not settle is left unset and
+  /// flagged. Pairs go in the order of comes_first(). With the same bits one pair at a time.
+  void (*measure_box_depths)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                             std::size_t count, DepthRecord* out);
+  void (*measure_form_depths)(const PoseRecord* poses, const FormRecord* shapes, const PairIndices* pairs,
+                              std::size_t count, DepthRecord* out);
 };
 
 /// Those this machine can run, the plainest first.
