@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact_core/native/apart_pass.hpp"
 #include "contact_core/native/manifold.hpp"
 #include "contact_core/native/overlap.hpp"
 
@@ -15,6 +16,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kBlock = 256;
 constexpr DepthRecord kNothingKnown{0.0, {}, {}, Certified::unknown, false, false};
+constexpr ApartRecord kNoDistance{0.0, {}, {}, false};
 
 const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
@@ -63,34 +65,53 @@ void finish_depth(const DepthRecord& record, const PlacedPair& placed, SignedDis
   if (!record.has_witness) penetration_along(placed.pair, distance);
 }
 
-PairStatus measure_one(const SolidSet& set, const OrderedPair& given, const DepthRecord& record,
+/// Distance, normal and p_A of a pair that is apart. False when it is further apart than `limit`.
+bool finish_distance(const ApartRecord& record, const Pose& X_WA, double limit, const PlacedPair& placed,
+                     SignedDistance& distance) {
+  if (!record.found) return distance_apart(placed.pair, limit, distance);
+  distance = {placed.from_world(record.separation), vector_of(record.n),
+              placed.from_world(Vector3(X_WA.p + vector_of(record.from_A)))};
+  return true;
+}
+
+PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const OrderedPair& given,
+                       const DepthRecord& record, const ApartRecord& given_apart,
                        const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points) {
   const bool swapped = given.swapped;
   const SolidPair& pair = given.pair;
-  const bool known = record.certified == Certified::overlapping && record.has_axis && record.has_witness;
-  if (known) {
-    write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
-    if (points == nullptr) return PairStatus::overlapping;
-  }
   const Pose& X_WA = input.poses[pair.a];
   const Pose& X_WB = input.poses[pair.b];
+  const double max_separation = input.query.max_separation;
+  ApartRecord apart = given_apart;
+  if (!apart.found) measure_apart_scaled(set, kernels, pair, input.poses, apart);
+  const bool overlaps = record.certified == Certified::overlapping && record.has_axis && record.has_witness;
+  const bool known = overlaps || apart.found;
+  if (overlaps) {
+    write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
+    if (points == nullptr) return PairStatus::overlapping;
+  } else if (apart.found) {
+    if (apart.separation > max_separation)
+      write_beyond(geometry);
+    else
+      write(given, apart.separation, vector_of(apart.n), X_WA.p + vector_of(apart.from_A), geometry);
+    if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
+  }
   const bool ordinary = is_ordinary(set, pair.a, X_WA, pair.b, X_WB);
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
 
-  Certified certified = record.certified;
+  Certified certified = apart.found ? Certified::separated : record.certified;
   if (certified == Certified::unknown && ordinary) certified = certify_kinds(set, pair, input.poses);
   if (certified == Certified::unknown)
     certified = hulls_meet(placed) ? Certified::overlapping : Certified::separated;
   const bool meet = certified == Certified::overlapping;
   const PairStatus status = meet ? PairStatus::overlapping : PairStatus::separated;
 
-  const double max_separation = input.query.max_separation;
   const double limit = std::scalbn(max_separation, placed.exponent);
   SignedDistance distance;
   if (meet) {
     finish_depth(record, placed, distance);
-  } else if (!distance_apart(placed.pair, limit, distance)) {
+  } else if (!finish_distance(apart, X_WA, limit, placed, distance)) {
     write_beyond(geometry);
     return status;
   }
@@ -134,37 +155,58 @@ struct Batch {
   }
 };
 
-template <class Finish>
-void finish_all(const Batch& batch, const std::array<DepthRecord, kBlock>& records, const Finish& finish) {
-  for (std::size_t i = 0; i < batch.count; ++i) finish(batch.slots[i], records[i]);
+struct Records {
+  std::array<DepthRecord, kBlock> depth;
+  std::array<ApartRecord, kBlock> apart;
+};
+
+/// Depths of one kind's pairs, then the distances of those that this certified to be apart.
+void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
+                 const Batch& batch, Records& records) {
+  const PoseRecord* X_W = records_of(poses);
+  if (kind == SolidKind::box)
+    kernels.measure_box_depths(X_W, set.boxes.data(), batch.pairs.data(), batch.count, records.depth.data());
+  else
+    kernels.measure_form_depths(X_W, set.edge_forms.data(), batch.pairs.data(), batch.count,
+                                records.depth.data());
+  Batch separated;
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    records.apart[i].found = false;
+    if (records.depth[i].certified == Certified::separated)
+      separated.add({batch.pairs[i].a, batch.pairs[i].b}, i);
+  }
+  if (separated.count == 0) return;
+  std::array<ApartRecord, kBlock> found;
+  measure_apart(set, kernels, kind, poses, std::span(separated.pairs).first(separated.count), found.data());
+  for (std::size_t i = 0; i < separated.count; ++i) records.apart[separated.slots[i]] = found[i];
 }
 
 /// At most kBlock pairs.
 void measure_block(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                    std::span<PairStatus> status, std::span<PairGeometry> geometry, ContactPoint* points,
                    std::size_t slots) {
-  const auto finish = [&](std::size_t i, const DepthRecord& record, const OrderedPair& pair) {
-    status[i] = measure_one(set, pair, record, input, geometry[i], points ? points + i * slots : nullptr);
+  std::array<OrderedPair, kBlock> pairs;
+  const auto finish = [&](std::size_t i, const DepthRecord& depth, const ApartRecord& apart) {
+    status[i] = measure_one(set, kernels, pairs[i], depth, apart, input, geometry[i],
+                            points ? points + i * slots : nullptr);
   };
   Batch boxes, forms;
-  std::array<OrderedPair, kBlock> pairs;
   for (std::size_t i = 0; i < input.pairs.size(); ++i) {
     pairs[i] = ordered(set, input.pairs[i], input.poses);
     const SolidKind kind = kind_of(set, pairs[i].pair);
     if (kind == SolidKind::general)
-      finish(i, kNothingKnown, pairs[i]);
+      finish(i, kNothingKnown, kNoDistance);
     else
       (kind == SolidKind::box ? boxes : forms).add(pairs[i].pair, i);
   }
-  std::array<DepthRecord, kBlock> records;
-  if (boxes.count > 0)
-    kernels.measure_box_depths(records_of(input.poses), set.boxes.data(), boxes.pairs.data(), boxes.count,
-                               records.data());
-  finish_all(boxes, records, [&](std::size_t i, const DepthRecord& r) { finish(i, r, pairs[i]); });
-  if (forms.count > 0)
-    kernels.measure_form_depths(records_of(input.poses), set.edge_forms.data(), forms.pairs.data(),
-                                forms.count, records.data());
-  finish_all(forms, records, [&](std::size_t i, const DepthRecord& r) { finish(i, r, pairs[i]); });
+  Records records;
+  for (const auto& [kind, batch] : {std::pair<SolidKind, const Batch&>{SolidKind::box, boxes},
+                                    {SolidKind::parallelepiped, forms}}) {
+    if (batch.count == 0) continue;
+    run_kernels(set, kernels, kind, input.poses, batch, records);
+    for (std::size_t i = 0; i < batch.count; ++i)
+      finish(batch.slots[i], records.depth[i], records.apart[i]);
+  }
 }
 
 PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
@@ -172,12 +214,15 @@ PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const Narr
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
   const PairIndices indices{pair.pair.a, pair.pair.b};
   DepthRecord record = kNothingKnown;
+  ApartRecord apart = kNoDistance;
   const SolidKind kind = kind_of(set, pair.pair);
   if (kind == SolidKind::box)
     kernels.measure_box_depths(records_of(input.poses), set.boxes.data(), &indices, 1, &record);
   else if (kind == SolidKind::parallelepiped)
     kernels.measure_form_depths(records_of(input.poses), set.edge_forms.data(), &indices, 1, &record);
-  return measure_one(set, pair, record, input, geometry, points);
+  if (record.certified == Certified::separated)
+    measure_apart(set, kernels, kind, input.poses, {&indices, 1}, &apart);
+  return measure_one(set, kernels, pair, record, apart, input, geometry, points);
 }
 
 }  // namespace

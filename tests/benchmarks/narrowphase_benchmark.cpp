@@ -37,11 +37,12 @@ BackendRegistry& registry() {
   return *all;
 }
 
-/// A family's name with this ending stands for those of its pairs that overlap.
+/// A family's name with one of these endings stands for those of its pairs that overlap, or are apart.
 constexpr std::string_view kOverlapping = ":overlapping";
+constexpr std::string_view kApart = ":apart";
 
 /// The first kPairs, or as many as there are.
-std::vector<SolidPair> overlapping_pairs(const comparison::PairSet& set) {
+std::vector<SolidPair> pairs_with(PairStatus wanted, const comparison::PairSet& set) {
   const auto native = registry().narrowphase("native").make();
   native->build(set.solids);
   std::vector<PairStatus> status(set.pairs.size());
@@ -49,7 +50,7 @@ std::vector<SolidPair> overlapping_pairs(const comparison::PairSet& set) {
   native->evaluate({set.pairs, set.poses, Query{QueryKind::overlap}}, {status, {}, {}}, *workspace);
   std::vector<SolidPair> out;
   for (std::size_t i = 0; i < set.pairs.size() && out.size() < kPairs; ++i)
-    if (status[i] == PairStatus::overlapping) out.push_back(set.pairs[i]);
+    if (status[i] == wanted) out.push_back(set.pairs[i]);
   return out;
 }
 
@@ -61,10 +62,13 @@ struct Workload {
   std::vector<ContactPoint> points;
 
   explicit Workload(std::string_view family) {
-    const bool overlapping = family.ends_with(kOverlapping);
+    const bool overlapping = family.ends_with(kOverlapping), apart = family.ends_with(kApart);
     if (overlapping) family.remove_suffix(kOverlapping.size());
-    set = comparison::make_pair_family(family, 1, overlapping ? 4 * kPairs : kPairs);
-    pairs = overlapping ? overlapping_pairs(set) : set.pairs;
+    if (apart) family.remove_suffix(kApart.size());
+    set = comparison::make_pair_family(family, 1, overlapping || apart ? 4 * kPairs : kPairs);
+    pairs = set.pairs;
+    if (overlapping) pairs = pairs_with(PairStatus::overlapping, set);
+    if (apart) pairs = pairs_with(PairStatus::separated, set);
     std::mt19937_64 random(1);
     for (std::size_t i = pairs.size() - 1; i > 0; --i) std::swap(pairs[i], pairs[random() % (i + 1)]);
     status.resize(pairs.size());
@@ -115,7 +119,11 @@ void add_rows() {
         {QueryKind::distance, "near_parallel"}, {QueryKind::distance, "random:overlapping"},
         {QueryKind::distance, "containment:overlapping"}, {QueryKind::distance, "slabs_needles:overlapping"},
         {QueryKind::distance, "resting:overlapping"}, {QueryKind::distance, "sheared:overlapping"},
-        {QueryKind::distance, "tapered:overlapping"}, {QueryKind::distance, "near_parallel:overlapping"}, {QueryKind::manifold, "random"}, {QueryKind::manifold, "resting"},
+        {QueryKind::distance, "tapered:overlapping"}, {QueryKind::distance, "near_parallel:overlapping"},
+        {QueryKind::distance, "random:apart"}, {QueryKind::distance, "near_1e-3:apart"},
+        {QueryKind::distance, "near_1e-7:apart"}, {QueryKind::distance, "slabs_needles:apart"},
+        {QueryKind::distance, "far:apart"}, {QueryKind::distance, "sheared:apart"},
+        {QueryKind::distance, "tapered:apart"}, {QueryKind::distance, "near_parallel:apart"}, {QueryKind::manifold, "random"}, {QueryKind::manifold, "resting"},
         {QueryKind::manifold, "tapered"}}) {
     const std::string name = std::string(to_string(kind)) + "/" + family + "/";
     const std::string family_name = family;

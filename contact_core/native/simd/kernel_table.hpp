@@ -2,6 +2,7 @@
 
 #include "contact_core/native/simd/box_kernels.hpp"
 #include "contact_core/native/simd/depth_kernels.hpp"
+#include "contact_core/native/simd/distance_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 
 // The table of one instruction set: included by kernels_<isa>.cpp only.
@@ -41,9 +42,25 @@ struct Table {
       measure_depths_inline<Pack, FormSolid>(poses, shapes, pairs, count, out);
   }
 
+  static void measure_boxes_apart(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                                  std::size_t count, ApartRecord* out) {
+    if (count == 1)
+      measure_apart_inline<Double2, BoxesApart>(poses, shapes, pairs, count, out);
+    else
+      measure_apart_inline<Pack, BoxesApart>(poses, shapes, pairs, count, out);
+  }
+
+  static void measure_parallelepipeds_apart(const PoseRecord* poses, const ParallelepipedRecord* shapes,
+                                            const PairIndices* pairs, std::size_t count, ApartRecord* out) {
+    if (count == 1)
+      measure_apart_inline<Double2, FormsApart>(poses, shapes, pairs, count, out);
+    else
+      measure_apart_inline<Pack, FormsApart>(poses, shapes, pairs, count, out);
+  }
+
   static constexpr Kernels named(const char* isa) {
     return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds,
-            measure_box_depths, measure_form_depths};
+            measure_box_depths, measure_form_depths, measure_boxes_apart, measure_parallelepipeds_apart};
   }
 };
 

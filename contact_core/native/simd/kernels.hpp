@@ -57,6 +57,14 @@ struct alignas(64) DepthRecord {
   bool has_witness;  ///< p_A holds too
 };
 
+/// Of a pair that is apart; see distance_kernels.hpp.
+struct ApartRecord {
+  double separation;
+  double n[3];       ///< unit, A to B
+  double from_A[3];  ///< from A's origin to its witness point, in world axes
+  bool found;        ///< the rest holds
+};
+
 struct Kernels {
   const char* isa;
   int lanes;  ///< pairs at a time
@@ -76,6 +84,13 @@ struct Kernels {
                              std::size_t count, DepthRecord* out);
   void (*measure_form_depths)(const PoseRecord* poses, const FormRecord* shapes, const PairIndices* pairs,
                               std::size_t count, DepthRecord* out);
+
+  /// Distance of pairs that are apart by more than rounding; others, and what the kernel does not settle, are
+  /// not `found`. The bits do not depend on which pairs come together.
+  void (*measure_boxes_apart)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                              std::size_t count, ApartRecord* out);
+  void (*measure_parallelepipeds_apart)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
+                                        const PairIndices* pairs, std::size_t count, ApartRecord* out);
 };
 
 /// Those this machine can run, the plainest first.

@@ -46,9 +46,10 @@ struct Traits<Double8> {
 template <class Pack>
 using MaskOf = typename Traits<Pack>::Mask;
 
+/// x - 0 is x, the zero's sign included (0 + x is not, for -0), and compilers know it.
 template <class Pack>
 TOUCHSTONE_INLINE Pack all(double value) {
-  return Pack{} + value;
+  return value - Pack{};
 }
 
 template <class Pack>
