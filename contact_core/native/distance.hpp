@@ -31,5 +31,7 @@ bool distance_apart(const PosedPair& pair, double limit, SignedDistance& result)
 
 /// Of hulls that meet: the minimal translation, see best_facet_axis(). At most 0.
 void penetration(const PosedPair& pair, SignedDistance& result);
+/// The same where separation and n are known: finds p_A.
+void penetration_along(const PosedPair& pair, SignedDistance& result);
 
 }  // namespace touchstone::native

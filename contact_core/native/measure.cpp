@@ -1,9 +1,11 @@
 #include "contact_core/native/measure.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "contact_core/native/apart_pass.hpp"
 #include "contact_core/native/manifold.hpp"
 #include "contact_core/native/overlap.hpp"
 
@@ -12,6 +14,17 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kBlock = 256;
+constexpr DepthRecord kNothingKnown{0.0, {}, {}, Certified::unknown, false, false};
+constexpr ApartRecord kNoDistance{0.0, {}, {}, false};
+
+const PoseRecord* records_of(std::span<const Pose> poses) {
+  return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
+}
+
+SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
+  return std::max(set.kinds[pair.a], set.kinds[pair.b]);
+}
 
 void write_beyond(PairGeometry& out) {
   out.separation = kInfinity;
@@ -19,45 +32,99 @@ void write_beyond(PairGeometry& out) {
   out.point_count = 0;
 }
 
-PairStatus measure_one(const SolidSet& set, const SolidPair& given, const NarrowphaseInput& input,
-                       PairGeometry& geometry, ContactPoint* points) {
-  const bool swapped =
-      !comes_first(set.solids[given.a], input.poses[given.a], set.solids[given.b], input.poses[given.b]);
-  const SolidPair pair = swapped ? SolidPair{given.b, given.a} : given;
+/// A pair in the order of its content, so that (a, b) and (b, a) take the same road.
+struct OrderedPair {
+  SolidPair pair;
+  bool swapped;
+};
+
+OrderedPair ordered(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
+  const Pose& X_WA = poses[pair.a];
+  const Pose& X_WB = poses[pair.b];
+  const double a = X_WA.p.x(), b = X_WB.p.x();
+  const bool swapped = a == b ? !comes_first(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB) : a > b;
+  return {{swapped ? pair.b : pair.a, swapped ? pair.a : pair.b}, swapped};
+}
+
+void write(const OrderedPair& ordered, double separation, const Vector3& n, const Vector3& p_A,
+           PairGeometry& geometry) {
+  const Vector3 p_B = p_A + separation * n;
+  geometry.separation = separation;
+  geometry.n_AB_W = ordered.swapped ? Vector3(-n) : n;
+  geometry.p_A_W = ordered.swapped ? p_B : p_A;
+  geometry.p_B_W = ordered.swapped ? p_A : p_B;
+  geometry.point_count = 0;
+}
+
+Vector3 vector_of(const double (&p)[3]) { return {p[0], p[1], p[2]}; }
+
+/// Depth, normal and p_A of a pair that the kernels certified overlapping.
+void finish_depth(const DepthRecord& record, const PlacedPair& placed, SignedDistance& distance) {
+  if (!record.has_axis) return penetration(placed.pair, distance);
+  distance = {record.separation, vector_of(record.n), vector_of(record.p_A) - placed.origin_W};
+  if (!record.has_witness) penetration_along(placed.pair, distance);
+}
+
+/// Distance, normal and p_A of a pair that is apart. False when it is further apart than `limit`.
+bool finish_distance(const ApartRecord& record, const Pose& X_WA, double limit, const PlacedPair& placed,
+                     SignedDistance& distance) {
+  if (!record.found) return distance_apart(placed.pair, limit, distance);
+  distance = {placed.from_world(record.separation), vector_of(record.n),
+              placed.from_world(Vector3(X_WA.p + vector_of(record.from_A)))};
+  return true;
+}
+
+PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const OrderedPair& given,
+                       const DepthRecord& record, const ApartRecord& given_apart,
+                       const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points) {
+  const bool swapped = given.swapped;
+  const SolidPair& pair = given.pair;
   const Pose& X_WA = input.poses[pair.a];
   const Pose& X_WB = input.poses[pair.b];
+  const double max_separation = input.query.max_separation;
+  ApartRecord apart = given_apart;
+  if (!apart.found) measure_apart_scaled(set, kernels, pair, input.poses, apart);
+  const bool overlaps = record.certified == Certified::overlapping && record.has_axis && record.has_witness;
+  const bool known = overlaps || apart.found;
+  if (overlaps) {
+    write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
+    if (points == nullptr) return PairStatus::overlapping;
+  } else if (apart.found) {
+    if (apart.separation > max_separation)
+      write_beyond(geometry);
+    else
+      write(given, apart.separation, vector_of(apart.n), X_WA.p + vector_of(apart.from_A), geometry);
+    if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
+  }
   const bool ordinary = is_ordinary(set, pair.a, X_WA, pair.b, X_WB);
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
 
-  Certified certified = ordinary ? certify_kinds(set, pair, input.poses) : Certified::unknown;
+  Certified certified = apart.found ? Certified::separated : record.certified;
+  if (certified == Certified::unknown && ordinary) certified = certify_kinds(set, pair, input.poses);
   if (certified == Certified::unknown)
     certified = hulls_meet(placed) ? Certified::overlapping : Certified::separated;
   const bool meet = certified == Certified::overlapping;
   const PairStatus status = meet ? PairStatus::overlapping : PairStatus::separated;
 
-  const double max_separation = input.query.max_separation;
   const double limit = std::scalbn(max_separation, placed.exponent);
   SignedDistance distance;
   if (meet) {
-    penetration(placed.pair, distance);
-  } else if (!distance_apart(placed.pair, limit, distance)) {
+    finish_depth(record, placed, distance);
+  } else if (!finish_distance(apart, X_WA, limit, placed, distance)) {
     write_beyond(geometry);
     return status;
   }
 
-  geometry.separation = placed.to_world(distance.separation);
-  if (!meet) geometry.separation = std::max(geometry.separation, std::numeric_limits<double>::denorm_min());
+  if (!known) {
+    double separation = placed.to_world(distance.separation);
+    if (!meet) separation = std::max(separation, std::numeric_limits<double>::denorm_min());
+    write(given, separation, distance.n, placed.to_world(distance.p_A), geometry);
+  }
   if (geometry.separation > max_separation) {
     write_beyond(geometry);
     return status;
   }
-  const Vector3 p_A = placed.to_world(distance.p_A);
-  const Vector3 p_B = p_A + geometry.separation * distance.n;
-  geometry.n_AB_W = swapped ? Vector3(-distance.n) : distance.n;
-  geometry.p_A_W = swapped ? p_B : p_A;
-  geometry.p_B_W = swapped ? p_A : p_B;
-  geometry.point_count = 0;
   if (points == nullptr) return status;
 
   Manifold manifold;
@@ -76,15 +143,104 @@ PairStatus measure_one(const SolidSet& set, const SolidPair& given, const Narrow
   return status;
 }
 
+/// Pairs of a block that go to one kernel.
+struct Batch {
+  std::array<PairIndices, kBlock> pairs;
+  std::array<std::uint16_t, kBlock> slots;
+  std::size_t count = 0;
+
+  void add(const SolidPair& pair, std::size_t slot) {
+    pairs[count] = {pair.a, pair.b};
+    slots[count++] = static_cast<std::uint16_t>(slot);
+  }
+};
+
+struct Records {
+  std::array<DepthRecord, kBlock> depth;
+  std::array<ApartRecord, kBlock> apart;
+};
+
+/// Depths of one kind's pairs, then the distances of those that this certified to be apart.
+void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
+                 const Batch& batch, Records& records) {
+  const PoseRecord* X_W = records_of(poses);
+  if (kind == SolidKind::box)
+    kernels.measure_box_depths(X_W, set.boxes.data(), batch.pairs.data(), batch.count, records.depth.data());
+  else
+    kernels.measure_form_depths(X_W, set.edge_forms.data(), batch.pairs.data(), batch.count,
+                                records.depth.data());
+  Batch separated;
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    records.apart[i].found = false;
+    if (records.depth[i].certified == Certified::separated)
+      separated.add({batch.pairs[i].a, batch.pairs[i].b}, i);
+  }
+  if (separated.count == 0) return;
+  std::array<ApartRecord, kBlock> found;
+  measure_apart(set, kernels, kind, poses, std::span(separated.pairs).first(separated.count), found.data());
+  for (std::size_t i = 0; i < separated.count; ++i) records.apart[separated.slots[i]] = found[i];
+}
+
+/// At most kBlock pairs.
+void measure_block(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                   std::span<PairStatus> status, std::span<PairGeometry> geometry, ContactPoint* points,
+                   std::size_t slots) {
+  std::array<OrderedPair, kBlock> pairs;
+  const auto finish = [&](std::size_t i, const DepthRecord& depth, const ApartRecord& apart) {
+    status[i] = measure_one(set, kernels, pairs[i], depth, apart, input, geometry[i],
+                            points ? points + i * slots : nullptr);
+  };
+  Batch boxes, forms;
+  for (std::size_t i = 0; i < input.pairs.size(); ++i) {
+    pairs[i] = ordered(set, input.pairs[i], input.poses);
+    const SolidKind kind = kind_of(set, pairs[i].pair);
+    if (kind == SolidKind::general)
+      finish(i, kNothingKnown, kNoDistance);
+    else
+      (kind == SolidKind::box ? boxes : forms).add(pairs[i].pair, i);
+  }
+  Records records;
+  for (const auto& [kind, batch] : {std::pair<SolidKind, const Batch&>{SolidKind::box, boxes},
+                                    {SolidKind::parallelepiped, forms}}) {
+    if (batch.count == 0) continue;
+    run_kernels(set, kernels, kind, input.poses, batch, records);
+    for (std::size_t i = 0; i < batch.count; ++i)
+      finish(batch.slots[i], records.depth[i], records.apart[i]);
+  }
+}
+
+PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                         PairGeometry& geometry, ContactPoint* points) {
+  const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
+  const PairIndices indices{pair.pair.a, pair.pair.b};
+  DepthRecord record = kNothingKnown;
+  ApartRecord apart = kNoDistance;
+  const SolidKind kind = kind_of(set, pair.pair);
+  if (kind == SolidKind::box)
+    kernels.measure_box_depths(records_of(input.poses), set.boxes.data(), &indices, 1, &record);
+  else if (kind == SolidKind::parallelepiped)
+    kernels.measure_form_depths(records_of(input.poses), set.edge_forms.data(), &indices, 1, &record);
+  if (record.certified == Certified::separated)
+    measure_apart(set, kernels, kind, input.poses, {&indices, 1}, &apart);
+  return measure_one(set, kernels, pair, record, apart, input, geometry, points);
+}
+
 }  // namespace
 
-void measure(const SolidSet& set, const Kernels&, const NarrowphaseInput& input, std::span<PairStatus> status,
-             std::span<PairGeometry> geometry, std::span<ContactPoint> points) {
+void measure(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+             std::span<PairStatus> status, std::span<PairGeometry> geometry, std::span<ContactPoint> points) {
   const std::size_t slots =
-      static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
-  for (std::size_t i = 0; i < input.pairs.size(); ++i) {
-    ContactPoint* pair_points = points.empty() ? nullptr : &points[i * slots];
-    status[i] = measure_one(set, input.pairs[i], input, geometry[i], pair_points);
+      points.empty() ? 0 : static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
+  ContactPoint* const first_point = points.empty() ? nullptr : points.data();
+  if (input.pairs.size() == 1) {
+    status[0] = measure_alone(set, kernels, input, geometry[0], first_point);
+    return;
+  }
+  for (std::size_t first = 0; first < input.pairs.size(); first += kBlock) {
+    NarrowphaseInput block = input;
+    block.pairs = input.pairs.subspan(first, std::min(kBlock, input.pairs.size() - first));
+    measure_block(set, kernels, block, status.subspan(first), geometry.subspan(first),
+                  first_point ? first_point + first * slots : nullptr, slots);
   }
 }
 

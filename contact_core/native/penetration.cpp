@@ -32,4 +32,6 @@ void penetration(const PosedPair& pair, SignedDistance& result) {
   settle_near_ties(pair, result);
 }
 
+void penetration_along(const PosedPair& pair, SignedDistance& result) { settle_near_ties(pair, result); }
+
 }  // namespace touchstone::native

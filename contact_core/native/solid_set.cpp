@@ -43,6 +43,26 @@ VertexRecord vertex_record(const Hexahedron& solid, bool ordinary) {
   return out;
 }
 
+FormRecord edge_form_record(const Hexahedron& solid, const Parallelepiped& form, bool ordinary) {
+  FormRecord out{};
+  double reach = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double length = ordinary ? norm(form.half_edges[i]) : 0.0;
+    for (int k = 0; k < 3; ++k)
+      out.directions[i][k] = length > 0.0 ? form.half_edges[i](k) / length : form.half_edges[i](k);
+    out.half_lengths[i] = ordinary ? length : kInfinity;
+    out.centre[i] = form.centre(i);
+    reach += length;
+  }
+  // Length and division round by 4 u.
+  out.deviation = form.deviation + 4 * kRoundoff * reach;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3& v = solid.vertices()[i];
+    out.x[i] = v.x(), out.y[i] = v.y(), out.z[i] = v.z();
+  }
+  return out;
+}
+
 }  // namespace
 
 SolidSet make_solid_set(std::span<const Hexahedron> solids) {
@@ -52,6 +72,7 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
   out.boxes.reserve(solids.size());
   out.forms.reserve(solids.size());
   out.vertices.reserve(solids.size());
+  out.edge_forms.reserve(solids.size());
   out.parallelepipeds.reserve(solids.size());
   out.solids.reserve(solids.size());
   for (const Hexahedron& solid : solids) {
@@ -65,6 +86,7 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
     out.parallelepipeds.push_back(form.value_or(Parallelepiped{}));
     out.forms.push_back(form_record(out.parallelepipeds.back(), ordinary));
     out.vertices.push_back(vertex_record(solid, ordinary));
+    out.edge_forms.push_back(edge_form_record(solid, out.parallelepipeds.back(), ordinary && form));
     out.solids.push_back({solid, in_columns(solid), find_features(solid)});
   }
   return out;

@@ -30,6 +30,7 @@ struct SolidSet {
   std::vector<BoxRecord> boxes;                 ///< of boxes; infinite where not ordinary
   std::vector<ParallelepipedRecord> forms;      ///< of boxes and parallelepipeds; likewise
   std::vector<VertexRecord> vertices;           ///< not a number where not ordinary
+  std::vector<FormRecord> edge_forms;           ///< of parallelepipeds; likewise
   std::vector<Parallelepiped> parallelepipeds;  ///< the same for the scalar road
   std::vector<SolidData> solids;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <random>
 #include <string>
+#include <string_view>
 
 #include "contact_core/registry.hpp"
 #include "examples/measures/pair_families.hpp"
@@ -21,23 +22,6 @@ namespace {
 
 constexpr std::size_t kPairs = 4096;
 
-struct Workload {
-  comparison::PairSet set;
-  std::vector<SolidPair> pairs;
-  std::vector<PairStatus> status;
-  std::vector<PairGeometry> geometry;
-  std::vector<ContactPoint> points;
-
-  explicit Workload(const std::string& family) : set(comparison::make_pair_family(family, 1, kPairs)) {
-    pairs = set.pairs;
-    std::mt19937_64 random(1);
-    for (std::size_t i = pairs.size() - 1; i > 0; --i) std::swap(pairs[i], pairs[random() % (i + 1)]);
-    status.resize(pairs.size());
-    geometry.resize(pairs.size());
-    points.resize(pairs.size() * kMaxManifoldPoints);
-  }
-};
-
 BackendRegistry& registry() {
   static BackendRegistry* all = [] {
     auto* out = new BackendRegistry;
@@ -53,8 +37,48 @@ BackendRegistry& registry() {
   return *all;
 }
 
-void per_pair(benchmark::State& state) {
-  state.counters["pair"] = benchmark::Counter(static_cast<double>(kPairs),
+/// A family's name with one of these endings stands for those of its pairs that overlap, or are apart.
+constexpr std::string_view kOverlapping = ":overlapping";
+constexpr std::string_view kApart = ":apart";
+
+/// The first kPairs, or as many as there are.
+std::vector<SolidPair> pairs_with(PairStatus wanted, const comparison::PairSet& set) {
+  const auto native = registry().narrowphase("native").make();
+  native->build(set.solids);
+  std::vector<PairStatus> status(set.pairs.size());
+  const auto workspace = native->make_workspace();
+  native->evaluate({set.pairs, set.poses, Query{QueryKind::overlap}}, {status, {}, {}}, *workspace);
+  std::vector<SolidPair> out;
+  for (std::size_t i = 0; i < set.pairs.size() && out.size() < kPairs; ++i)
+    if (status[i] == wanted) out.push_back(set.pairs[i]);
+  return out;
+}
+
+struct Workload {
+  comparison::PairSet set;
+  std::vector<SolidPair> pairs;
+  std::vector<PairStatus> status;
+  std::vector<PairGeometry> geometry;
+  std::vector<ContactPoint> points;
+
+  explicit Workload(std::string_view family) {
+    const bool overlapping = family.ends_with(kOverlapping), apart = family.ends_with(kApart);
+    if (overlapping) family.remove_suffix(kOverlapping.size());
+    if (apart) family.remove_suffix(kApart.size());
+    set = comparison::make_pair_family(family, 1, overlapping || apart ? 4 * kPairs : kPairs);
+    pairs = set.pairs;
+    if (overlapping) pairs = pairs_with(PairStatus::overlapping, set);
+    if (apart) pairs = pairs_with(PairStatus::separated, set);
+    std::mt19937_64 random(1);
+    for (std::size_t i = pairs.size() - 1; i > 0; --i) std::swap(pairs[i], pairs[random() % (i + 1)]);
+    status.resize(pairs.size());
+    geometry.resize(pairs.size());
+    points.resize(pairs.size() * kMaxManifoldPoints);
+  }
+};
+
+void per_pair(benchmark::State& state, const Workload& work) {
+  state.counters["pair"] = benchmark::Counter(static_cast<double>(work.pairs.size()),
                                               benchmark::Counter::kIsIterationInvariantRate |
                                                   benchmark::Counter::kInvert);
 }
@@ -75,7 +99,7 @@ void run_query(benchmark::State& state, const std::string& backend, const std::s
       benchmark::ClobberMemory();
     }
   }
-  per_pair(state);
+  per_pair(state, work);
 }
 
 void run_raw(benchmark::State& state, const std::string& backend, const std::string& family, QueryKind kind) {
@@ -85,14 +109,21 @@ void run_raw(benchmark::State& state, const std::string& backend, const std::str
   raw->set_poses(work.set.poses);
   if (!raw->supports(kind)) return state.SkipWithError("unsupported");
   for (auto _ : state) benchmark::DoNotOptimize(raw->run(work.pairs, kind));
-  per_pair(state);
+  per_pair(state, work);
 }
 
 void add_rows() {
   for (const auto& [kind, family] :
        {std::pair{QueryKind::overlap, "random"}, {QueryKind::overlap, "sheared"}, {QueryKind::overlap, "tapered"},
         {QueryKind::distance, "random"}, {QueryKind::distance, "sheared"}, {QueryKind::distance, "tapered"},
-        {QueryKind::distance, "near_parallel"}, {QueryKind::manifold, "random"}, {QueryKind::manifold, "resting"},
+        {QueryKind::distance, "near_parallel"}, {QueryKind::distance, "random:overlapping"},
+        {QueryKind::distance, "containment:overlapping"}, {QueryKind::distance, "slabs_needles:overlapping"},
+        {QueryKind::distance, "resting:overlapping"}, {QueryKind::distance, "sheared:overlapping"},
+        {QueryKind::distance, "tapered:overlapping"}, {QueryKind::distance, "near_parallel:overlapping"},
+        {QueryKind::distance, "random:apart"}, {QueryKind::distance, "near_1e-3:apart"},
+        {QueryKind::distance, "near_1e-7:apart"}, {QueryKind::distance, "slabs_needles:apart"},
+        {QueryKind::distance, "far:apart"}, {QueryKind::distance, "sheared:apart"},
+        {QueryKind::distance, "tapered:apart"}, {QueryKind::distance, "near_parallel:apart"}, {QueryKind::manifold, "random"}, {QueryKind::manifold, "resting"},
         {QueryKind::manifold, "tapered"}}) {
     const std::string name = std::string(to_string(kind)) + "/" + family + "/";
     const std::string family_name = family;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "contact_core/native/simd/box_kernels.hpp"
+#include "contact_core/native/simd/depth_kernels.hpp"
+#include "contact_core/native/simd/distance_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 #include "contact_core/native/simd/portal_kernels.hpp"
 
@@ -30,9 +32,41 @@ struct Table {
     certify_by_portal_inline<Pack>(poses, shapes, pairs, count, max_steps, out);
   }
 
+  static void measure_box_depths(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                                 std::size_t count, DepthRecord* out) {
+    if (count == 1)
+      measure_depths_inline<Double2, BoxSolid>(poses, shapes, pairs, count, out);
+    else
+      measure_depths_inline<Pack, BoxSolid>(poses, shapes, pairs, count, out);
+  }
+
+  static void measure_form_depths(const PoseRecord* poses, const FormRecord* shapes, const PairIndices* pairs,
+                                  std::size_t count, DepthRecord* out) {
+    if (count == 1)
+      measure_depths_inline<Double2, FormSolid>(poses, shapes, pairs, count, out);
+    else
+      measure_depths_inline<Pack, FormSolid>(poses, shapes, pairs, count, out);
+  }
+
+  static void measure_boxes_apart(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                                  std::size_t count, ApartRecord* out) {
+    if (count == 1)
+      measure_apart_inline<Double2, BoxesApart>(poses, shapes, pairs, count, out);
+    else
+      measure_apart_inline<Pack, BoxesApart>(poses, shapes, pairs, count, out);
+  }
+
+  static void measure_parallelepipeds_apart(const PoseRecord* poses, const ParallelepipedRecord* shapes,
+                                            const PairIndices* pairs, std::size_t count, ApartRecord* out) {
+    if (count == 1)
+      measure_apart_inline<Double2, FormsApart>(poses, shapes, pairs, count, out);
+    else
+      measure_apart_inline<Pack, FormsApart>(poses, shapes, pairs, count, out);
+  }
+
   static constexpr Kernels named(const char* isa) {
-    return {isa,           Traits<Pack>::lanes,     certify_box_pair,
-            certify_boxes, certify_parallelepipeds, certify_by_portal};
+    return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds, certify_by_portal,
+            measure_box_depths, measure_form_depths, measure_boxes_apart, measure_parallelepipeds_apart};
   }
 };
 

@@ -44,6 +44,33 @@ struct alignas(64) VertexRecord {
   double x[8], y[8], z[8];
 };
 
+/// A parallelepiped for measure_depths: its edges as unit directions and half lengths, and its vertices.
+struct alignas(64) FormRecord {
+  double directions[3][3];
+  double half_lengths[3];
+  double centre[3];
+  double deviation;  ///< no coordinate of a vertex is further than this from the form's [m]
+  double x[8], y[8], z[8];
+};
+
+/// Of a pair that overlaps; see depth_kernels.hpp.
+struct alignas(64) DepthRecord {
+  double separation;
+  double n[3];
+  double p_A[3];  ///< in the world
+  Certified certified;
+  bool has_axis;  ///< separation and n hold
+  bool has_witness;  ///< p_A holds too
+};
+
+/// Of a pair that is apart; see distance_kernels.hpp.
+struct ApartRecord {
+  double separation;
+  double n[3];       ///< unit, A to B
+  double from_A[3];  ///< from A's origin to its witness point, in world axes
+  bool found;        ///< the rest holds
+};
+
 struct Kernels {
   const char* isa;
   int lanes;  ///< pairs at a time
@@ -59,6 +86,20 @@ struct Kernels {
   /// As certify_by_portal (portal.hpp), of any two solids; gives up after `max_steps`.
   void (*certify_by_portal)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
                             std::size_t count, int max_steps, Certified* out);
+
+  /// Depth, normal and witness of pairs that overlap; what the kernel does not settle is left unset and
+  /// flagged. Pairs go in the order of comes_first(). With the same bits one pair at a time.
+  void (*measure_box_depths)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                             std::size_t count, DepthRecord* out);
+  void (*measure_form_depths)(const PoseRecord* poses, const FormRecord* shapes, const PairIndices* pairs,
+                              std::size_t count, DepthRecord* out);
+
+  /// Distance of pairs that are apart by more than rounding; others, and what the kernel does not settle, are
+  /// not `found`. The bits do not depend on which pairs come together.
+  void (*measure_boxes_apart)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                              std::size_t count, ApartRecord* out);
+  void (*measure_parallelepipeds_apart)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
+                                        const PairIndices* pairs, std::size_t count, ApartRecord* out);
 };
 
 /// Those this machine can run, the plainest first.

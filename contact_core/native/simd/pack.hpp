@@ -67,7 +67,7 @@ TOUCHSTONE_INLINE void store(const Pack& from, double* to) {
 template <class Pack>
 TOUCHSTONE_INLINE Pack magnitude(Pack p) {
   using Mask = MaskOf<Pack>;
-  return (Pack)((Mask)p & ~(Mask)(all<Pack>(-0.0)));
+  return (Pack)((Mask)p & (Mask{} + 0x7fff'ffff'ffff'ffffLL));  // all(-0.0) is +0.0
 }
 
 /// The second where they are equal or one is no number, as the machine's minimum and maximum have it.
@@ -134,7 +134,7 @@ TOUCHSTONE_INLINE Double4 square_root(Double4 p) {
 
 TOUCHSTONE_INLINE Double8 square_root(Double8 p) {
 #if defined(__AVX512F__)
-  return (Double8)_mm512_sqrt_pd((__m512d)p);
+  return (Double8)_mm512_maskz_sqrt_pd(0xff, (__m512d)p);  // the plain form warns in g++ 12
 #else
   const Double4 low = square_root(__builtin_shufflevector(p, p, 0, 1, 2, 3));
   const Double4 high = square_root(__builtin_shufflevector(p, p, 4, 5, 6, 7));

@@ -26,11 +26,10 @@ TOUCHSTONE_INLINE void prefetch(const PoseRecord* poses, const Shape* shapes, st
     __builtin_prefetch((const char*)&shapes[i] + line);
 }
 
-/// Runs `check` on as many pairs at a time as there are lanes; the last block repeats its last pair to fill
-/// up.
-template <class Pack, class Shape, class Check>
-TOUCHSTONE_INLINE void for_each_block(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
-                                      std::size_t count, Certified* out, const Check& check) {
+/// Runs `body` on as many pairs at a time as there are lanes; the last block repeats its last pair to fill up.
+template <class Pack, class Shape, class Body>
+TOUCHSTONE_INLINE void for_each_lanes(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
+                                      std::size_t count, const Body& body) {
   constexpr int kLanes = Traits<Pack>::lanes;
   constexpr std::size_t kAhead = 2 * kLanes;
   for (std::size_t first = 0; first < count; first += kLanes) {
@@ -45,11 +44,22 @@ TOUCHSTONE_INLINE void for_each_block(const PoseRecord* poses, const Shape* shap
       prefetch(poses, shapes, pairs[first + kAhead + l].a);
       prefetch(poses, shapes, pairs[first + kAhead + l].b);
     }
-    const LaneVerdicts<Pack> verdicts = check(poses_a, shapes_a, poses_b, shapes_b);
-    const unsigned separated = bits(verdicts.separated), overlapping = bits(verdicts.overlapping);
-    for (std::size_t l = 0; l < here; ++l)
-      out[first + l] = verdict(separated >> l & 1u, overlapping >> l & 1u);
+    body(first, here, poses_a, shapes_a, poses_b, shapes_b);
   }
+}
+
+template <class Pack, class Shape, class Check>
+TOUCHSTONE_INLINE void for_each_block(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
+                                      std::size_t count, Certified* out, const Check& check) {
+  for_each_lanes<Pack>(poses, shapes, pairs, count,
+                       [&](std::size_t first, std::size_t here, const auto& poses_a, const auto& shapes_a,
+                           const auto& poses_b, const auto& shapes_b) {
+                         const LaneVerdicts<Pack> verdicts = check(poses_a, shapes_a, poses_b, shapes_b);
+                         const unsigned separated = bits(verdicts.separated);
+                         const unsigned overlapping = bits(verdicts.overlapping);
+                         for (std::size_t l = 0; l < here; ++l)
+                           out[first + l] = verdict(separated >> l & 1u, overlapping >> l & 1u);
+                       });
 }
 
 }  // namespace touchstone::native::TOUCHSTONE_ISA

@@ -1,0 +1,305 @@
+#pragma once
+
+#include "contact_core/native/simd/parallelepiped_kernels.hpp"
+
+// The distance of two boxes or parallelepipeds that are apart, in closed form, pairs in lanes.
+//
+// W = B - A is a zonotope: T + sum of s_m g_m, |s_m| <= 1, T from A's centre to B's, the generators g_m the
+// six half edges. Each of its facets is a parallelogram spanned by two generators (two of A or two of B: a
+// face against a vertex; one of each: edge against edge), and the point of W nearest the origin lies on the
+// facet whose plane has the origin furthest outside, or on that facet's rim, but for rare pairs. So: find
+// that facet (the separating-axis test on 15 axes), and on it the nearest point.
+//
+// That this is the nearest point of W is not taken on trust. Any n gives a lower bound, n . T - sum |n . g_m|
+// for |n| = 1, and any point of W an upper one. Inside the facet n is its normal, and the point must lie at
+// height * n; on its rim n is the point's own direction, and both bounds must agree, each time to 16 u *
+// extent (the largest coordinate W can have). Pairs that fail (facets that a tiny turn exchanges, edges at
+// less than 2^-10, distances so short that rounding drowns their direction) are left to the road over the
+// hulls' vertices.
+//
+// Error. With e as in parallelepiped_overlap.cpp, 32 u (h + t) + 4 u P + 2 D, for what separates the hulls of
+// the rounded world vertices from the zonotope: separation is within e + 16 u * extent of the hulls' distance
+// (typically a few u). The same bound, with the lower bound's own rounding, 32 u (h + t), certifies that the
+// hulls are apart.
+
+namespace touchstone::native::TOUCHSTONE_ISA {
+
+constexpr double kDistanceGap = 16 * kU;
+/// Below this share of the extent u * extent / |v| costs the direction of v more than 2^6 u.
+constexpr double kShortShare = 0x1p-6;
+/// Generators within 8 u of the facet's plane are taken to lie in it.
+constexpr double kInPlaneSquare = 0x1p-100;
+/// The facet of two generators at a sine below 2^-10 is not looked at: its normal may be anything.
+constexpr double kThinSquare = 0x1p-20;
+/// Tenth powers of lengths are formed.
+constexpr double kDistanceLow = 0x1p-64;
+constexpr double kDistanceHigh = 0x1p64;
+
+template <class Pack>
+struct Zonotope {
+  Vector3Of<Pack> generator[6];  // A's half edges, B's
+  Vector3Of<Pack> T;
+  Vector3Of<Pack> centre_A;  // from A's origin, in world axes
+  Pack error;                // e + 32 u (h + t)
+  MaskOf<Pack> ordinary;
+};
+
+template <class Pack>
+TOUCHSTONE_INLINE Pack within_one(Pack p) {
+  return greatest(least(p, all<Pack>(1.0)), all<Pack>(-1.0));
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Pack with_sign_of(Pack magnitude_of, Pack sign) {
+  using Mask = MaskOf<Pack>;
+  const Mask bit = (Mask)all<Pack>(-0.0);
+  return (Pack)((bit & (Mask)sign) | (~bit & (Mask)magnitude_of));
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Pack where(MaskOf<Pack> mask, Pack p) {
+  return (Pack)(mask & (MaskOf<Pack>)p);
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE void add_where(MaskOf<Pack> mask, const Vector3Of<Pack>& p, Vector3Of<Pack>& to) {
+  using Mask = MaskOf<Pack>;
+  to.x = (Pack)((Mask)to.x | (mask & (Mask)p.x));
+  to.y = (Pack)((Mask)to.y | (mask & (Mask)p.y));
+  to.z = (Pack)((Mask)to.z | (mask & (Mask)p.z));
+}
+
+/// Of the facets the one whose plane has the origin furthest outside, as the indices of its generators;
+/// `outside`: some plane has.
+template <class Pack>
+struct FacetChoice {
+  Pack first, second;
+  MaskOf<Pack> outside;
+};
+
+template <class Pack>
+TOUCHSTONE_INLINE FacetChoice<Pack> choose_facet(const Zonotope<Pack>& W) {
+  const Vector3Of<Pack>(&g)[6] = W.generator;
+  Pack square[6];
+  for (int k = 0; k < 6; ++k) square[k] = dot(g[k], g[k]);
+  Pack along_T[6][6], width[6][6];  // of g_k x g_l, k < l: its product with T, the sum of those with the others
+  for (int k = 0; k < 6; ++k)
+    for (int l = k + 1; l < 6; ++l) width[k][l] = Pack{};
+  for (int k = 0; k < 6; ++k) {
+    for (int l = k + 1; l < 6; ++l) {
+      const Vector3Of<Pack> n = cross(g[k], g[l]);
+      along_T[k][l] = magnitude(dot(n, W.T));
+      for (int m = l + 1; m < 6; ++m) {
+        const Pack triple = magnitude(dot(n, g[m]));
+        width[k][l] += triple;
+        width[k][m] += triple;
+        width[l][m] += triple;
+      }
+    }
+  }
+  // Heights are compared as signed squares: h / |n| > h' / |n'|.
+  FacetChoice<Pack> best{Pack{}, all<Pack>(1.0), MaskOf<Pack>{}};
+  Pack best_height = all<Pack>(-__builtin_inf()), best_square = all<Pack>(1.0);
+  for (int k = 0; k < 6; ++k) {
+    for (int l = k + 1; l < 6; ++l) {
+      const Pack height = along_T[k][l] - width[k][l];
+      const Pack signed_square = height * magnitude(height);
+      const Pack product = square[k] * square[l], cosine = dot(g[k], g[l]);
+      const Pack n_square = product - cosine * cosine;
+      const MaskOf<Pack> better = (signed_square * best_square > best_height * n_square) &
+                                  (n_square > all<Pack>(kThinSquare) * product);
+      best_height = select(better, signed_square, best_height);
+      best_square = select(better, n_square, best_square);
+      best.first = select(better, all<Pack>(k), best.first);
+      best.second = select(better, all<Pack>(l), best.second);
+    }
+  }
+  best.outside = best_height > Pack{};
+  return best;
+}
+
+template <class Pack>
+struct LaneDistances {
+  MaskOf<Pack> found;
+  Pack separation;
+  Vector3Of<Pack> n;
+  Vector3Of<Pack> from_A;  // A's witness, from A's origin, in world axes
+};
+
+/// c + s g1 + t g2, s and t in [-1, 1], nearest the origin: the free minimum, improved once; outside, clamped
+/// as for two segments (Ericson 2005, section 5.1.9).
+template <class Pack>
+TOUCHSTONE_INLINE void nearest_on_parallelogram(const Vector3Of<Pack>& c, const Vector3Of<Pack>& g1,
+                                                const Vector3Of<Pack>& g2, Pack determinant, Pack& s,
+                                                Pack& t) {
+  const Pack g11 = dot(g1, g1), g22 = dot(g2, g2), g12 = dot(g1, g2);
+  const Pack inverse = all<Pack>(1.0) / determinant;
+  const Pack c1 = dot(g1, c), c2 = dot(g2, c);
+  s = (g12 * c2 - g22 * c1) * inverse;
+  t = (g12 * c1 - g11 * c2) * inverse;
+  const Vector3Of<Pack> rest = (c + s * g1) + t * g2;
+  const Pack r1 = dot(g1, rest), r2 = dot(g2, rest);
+  s = s + (g12 * r2 - g22 * r1) * inverse;
+  t = t + (g12 * r1 - g11 * r2) * inverse;
+  const Pack one = all<Pack>(1.0);
+  const MaskOf<Pack> inside = (magnitude(s) <= one) & (magnitude(t) <= one);
+  const Pack s_rim = within_one(s);
+  const Pack t_rim = within_one(-(c2 + g12 * s_rim) / g22);
+  s = select(inside, s, within_one(-(c1 + g12 * t_rim) / g11));
+  t = select(inside, t, t_rim);
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& W) {
+  using Mask = MaskOf<Pack>;
+  const Vector3Of<Pack>(&g)[6] = W.generator;
+  LaneDistances<Pack> out{};
+  const FacetChoice<Pack> facet = choose_facet(W);
+  out.found = facet.outside & W.ordinary;
+  if (bits(out.found) == 0) return out;
+
+  Mask free[6];
+  Vector3Of<Pack> g1{}, g2{};
+  for (int m = 0; m < 6; ++m) {
+    const Mask is_first = facet.first == all<Pack>(m), is_second = facet.second == all<Pack>(m);
+    add_where(is_first, g[m], g1);
+    add_where(is_second, g[m], g2);
+    free[m] = is_first | is_second;
+  }
+  Vector3Of<Pack> n = cross(g1, g2);
+  const Pack n_square = dot(n, n);
+  const Pack ahead = dot(n, W.T);
+  const Pack orientation = with_sign_of(all<Pack>(1.0), ahead);
+  n = orientation * n;
+
+  // The facet's centre, least along n; generators that lie in the plane wait.
+  Pack s[6];
+  Mask in_plane[6], any_in_plane = Mask{};
+  Vector3Of<Pack> c = W.T;
+  for (int m = 0; m < 6; ++m) {
+    const Pack height = dot(n, g[m]);
+    in_plane[m] = (height * height <= all<Pack>(kInPlaneSquare) * (n_square * dot(g[m], g[m]))) & ~free[m];
+    any_in_plane |= in_plane[m];
+    s[m] = where(~(free[m] | in_plane[m]), -with_sign_of(all<Pack>(1.0), height));
+    c = c + s[m] * g[m];
+  }
+  // Faces flat on one another: W's facet has more than two generators. One after another brings the point as
+  // near as it can.
+  if (bits(any_in_plane & out.found) != 0) {
+    for (int m = 0; m < 6; ++m) {
+      const Pack part = where(in_plane[m], within_one(-dot(g[m], c) / dot(g[m], g[m])));
+      s[m] = s[m] + part;
+      c = c + part * g[m];
+    }
+  }
+  Pack s1, s2;
+  nearest_on_parallelogram(c, g1, g2, n_square, s1, s2);
+  const Vector3Of<Pack> v = (c + s1 * g1) + s2 * g2;
+
+  Vector3Of<Pack> reach = {magnitude(W.T.x), magnitude(W.T.y), magnitude(W.T.z)};
+  for (int m = 0; m < 6; ++m)
+    reach = reach + Vector3Of<Pack>{magnitude(g[m].x), magnitude(g[m].y), magnitude(g[m].z)};
+  const Pack extent = largest(reach);
+  const Pack tolerance = all<Pack>(kDistanceGap) * extent;
+
+  const Pack v_length = square_root(dot(v, v));
+  const Vector3Of<Pack> n_facet = (all<Pack>(1.0) / square_root(n_square)) * n;
+  const Pack height = dot(n_facet, c);
+  const Mask on_facet = sum(v - height * n_facet) <= tolerance;
+  out.n = select(on_facet, n_facet, (all<Pack>(1.0) / v_length) * v);
+  const Pack upper = select(on_facet, height, v_length);
+  Pack lower = dot(out.n, W.T);
+  Pack width = magnitude(dot(out.n, g[0]));
+  for (int m = 1; m < 6; ++m) width = width + magnitude(dot(out.n, g[m]));
+  lower = lower - width;
+  out.found &= (on_facet | (v_length > all<Pack>(kShortShare) * extent)) & (upper - lower <= tolerance) &
+               (lower > W.error);
+  out.separation = upper;
+
+  out.from_A = W.centre_A;
+  const Pack none = Pack{};
+  for (int m = 0; m < 3; ++m) {
+    const Pack x = select(facet.first == all<Pack>(m), s1, select(facet.second == all<Pack>(m), s2, s[m]));
+    out.from_A = out.from_A + (none - x) * g[m];
+  }
+  return out;
+}
+
+/// The parts of a Zonotope that both kinds share. `size`: h, `deviation`: D.
+template <class Pack>
+TOUCHSTONE_INLINE void finish_zonotope(Pack size, Pack position, Pack deviation, Zonotope<Pack>& W) {
+  const Pack whole = size + sum(W.T);
+  W.error = (all<Pack>(kFormRoundoffs * kU) * whole + all<Pack>(kPositionRoundoffs * kU) * position) +
+            all<Pack>(2.0) * deviation;
+  W.ordinary = (whole + position < all<Pack>(kDistanceHigh)) & (size > all<Pack>(kDistanceLow));
+}
+
+template <class Pack>
+struct BoxesApart {
+  TOUCHSTONE_INLINE static void gather_zonotope(const double* const (&poses_a)[Traits<Pack>::lanes],
+                                                const double* const (&shapes_a)[Traits<Pack>::lanes],
+                                                const double* const (&poses_b)[Traits<Pack>::lanes],
+                                                const double* const (&shapes_b)[Traits<Pack>::lanes],
+                                                Zonotope<Pack>& W) {
+    BoxLanes<Pack> A, B;
+    gather_boxes<Pack>(poses_a, shapes_a, A);
+    gather_boxes<Pack>(poses_b, shapes_b, B);
+    for (int i = 0; i < 3; ++i) {
+      W.generator[i] = A.half[i] * A.axis[i];
+      W.generator[3 + i] = B.half[i] * B.axis[i];
+    }
+    W.T = B.p - A.p;
+    W.centre_A = {Pack{}, Pack{}, Pack{}};
+    // |g|_1 <= sqrt(3) * half
+    finish_zonotope(all<Pack>(2.0) * (A.reach + B.reach), largest(A.p) + largest(B.p), Pack{}, W);
+  }
+};
+
+template <class Pack>
+struct FormsApart {
+  TOUCHSTONE_INLINE static void gather_zonotope(const double* const (&poses_a)[Traits<Pack>::lanes],
+                                                const double* const (&shapes_a)[Traits<Pack>::lanes],
+                                                const double* const (&poses_b)[Traits<Pack>::lanes],
+                                                const double* const (&shapes_b)[Traits<Pack>::lanes],
+                                                Zonotope<Pack>& W) {
+    FormLanes<Pack> A, B;
+    gather_forms<Pack>(poses_a, shapes_a, A);
+    gather_forms<Pack>(poses_b, shapes_b, B);
+    for (int i = 0; i < 3; ++i) {
+      W.generator[i] = A.edge[i];
+      W.generator[3 + i] = B.edge[i];
+    }
+    W.T = (B.p - A.p) + (B.centre_W - A.centre_W);
+    W.centre_A = A.centre_W;
+    finish_zonotope((A.size + B.size) + (A.centre_sum + B.centre_sum), largest(A.p) + largest(B.p),
+                    A.deviation + B.deviation, W);
+  }
+};
+
+template <class Pack, template <class> class Kind, class Shape>
+TOUCHSTONE_INLINE void measure_apart_inline(const PoseRecord* poses, const Shape* shapes,
+                                            const PairIndices* pairs, std::size_t count, ApartRecord* out) {
+  constexpr int kLanes = Traits<Pack>::lanes;
+  for_each_lanes<Pack>(poses, shapes, pairs, count,
+                       [&](std::size_t first, std::size_t here, const auto& poses_a, const auto& shapes_a,
+                           const auto& poses_b, const auto& shapes_b) {
+                         Zonotope<Pack> W;
+                         Kind<Pack>::gather_zonotope(poses_a, shapes_a, poses_b, shapes_b, W);
+                         const LaneDistances<Pack> distances = measure_apart_lanes(W);
+                         const Pack columns[7] = {distances.separation, distances.n.x,      distances.n.y,
+                                                  distances.n.z,        distances.from_A.x, distances.from_A.y,
+                                                  distances.from_A.z};
+                         double rows[7][kLanes];
+                         for (int k = 0; k < 7; ++k) store(columns[k], rows[k]);
+                         const unsigned found = bits(distances.found);
+                         for (std::size_t l = 0; l < here; ++l) {
+                           ApartRecord& record = out[first + l];
+                           record.found = found >> l & 1u;
+                           record.separation = rows[0][l];
+                           for (int k = 0; k < 3; ++k) record.n[k] = rows[1 + k][l];
+                           for (int k = 0; k < 3; ++k) record.from_A[k] = rows[4 + k][l];
+                         }
+                       });
+}
+
+}  // namespace touchstone::native::TOUCHSTONE_ISA
