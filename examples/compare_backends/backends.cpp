@@ -1,35 +1,20 @@
 #include "examples/compare_backends/backends.hpp"
 
-#ifdef TOUCHSTONE_HAS_EXACT
-#include "adapters/exact/exact.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_BULLET
-#include "adapters/bullet/bullet.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_ODE
-#include "adapters/ode/ode.hpp"
-#endif
+#include "examples/measures/all_backends.hpp"
 
 namespace touchstone::comparison {
 
 Backends build_backends(const std::filesystem::path& program) {
   Backends backends;
-  BackendRegistry& registry = backends.registry;
+  register_all_backends(backends.registry);
   std::vector<Gap>& gaps = backends.gaps;
-  register_core(registry);
-#ifdef TOUCHSTONE_HAS_BULLET
-  register_bullet(registry);
-#else
+#ifndef TOUCHSTONE_HAS_BULLET
   gaps.push_back({"bullet, bullet_gjk", "not in this build: no double-precision Bullet was found"});
 #endif
-#ifdef TOUCHSTONE_HAS_ODE
-  register_ode(registry);
-#else
+#ifndef TOUCHSTONE_HAS_ODE
   gaps.push_back({"ode", "not in this build: ODE was not found"});
 #endif
-#ifdef TOUCHSTONE_HAS_EXACT
-  register_exact(registry);
-#else
+#ifndef TOUCHSTONE_HAS_EXACT
   gaps.push_back({"exact", "not in this build: errors cannot be measured without it"});
 #endif
 #ifdef TOUCHSTONE_HAS_BULLET_SINGLE

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "contact_core/input_error.hpp"
-#include "examples/compare_backends/pair_families.hpp"
+#include "examples/measures/pair_families.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "examples/compare_backends/method_text.hpp"
+#include "examples/compare_backends/pareto_front.hpp"
 
 namespace touchstone::comparison {
 namespace {

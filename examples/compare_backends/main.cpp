@@ -8,10 +8,10 @@
 #include "examples/compare_backends/comparison.hpp"
 #include "examples/compare_backends/html_report.hpp"
 #include "examples/compare_backends/json_writer.hpp"
-#include "examples/compare_backends/pair_families.hpp"
 #include "examples/compare_backends/replay.hpp"
 #include "examples/compare_backends/report_files.hpp"
 #include "examples/compare_backends/terminal.hpp"
+#include "examples/measures/pair_families.hpp"
 
 namespace {
 

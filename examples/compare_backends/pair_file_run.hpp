@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/backend_run.hpp"
+#include "examples/measures/backend_run.hpp"
 
 namespace touchstone::comparison {
 

@@ -3,12 +3,14 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/broadphase_run.hpp"
 #include "examples/compare_backends/machine.hpp"
 #include "examples/compare_backends/options.hpp"
 #include "examples/compare_backends/pair_file_run.hpp"
+#include "examples/compare_backends/ranking.hpp"
 #include "examples/compare_backends/scene_run.hpp"
+#include "examples/compare_backends/set_result.hpp"
 #include "examples/compare_backends/verdict.hpp"
+#include "examples/measures/broadphase_run.hpp"
 
 namespace touchstone::comparison {
 

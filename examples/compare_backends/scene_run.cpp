@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "examples/compare_backends/comparison.hpp"
-#include "examples/compare_backends/parallel.hpp"
+#include "examples/measures/parallel.hpp"
 
 namespace touchstone::comparison {
 namespace {

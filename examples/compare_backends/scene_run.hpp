@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "examples/compare_backends/options.hpp"
-#include "examples/compare_backends/verdict.hpp"
+#include "examples/compare_backends/set_result.hpp"
 
 namespace touchstone::comparison {
 

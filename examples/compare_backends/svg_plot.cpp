@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "examples/compare_backends/pareto_front.hpp"
 #include "examples/compare_backends/text_table.hpp"
 
 namespace touchstone::comparison {

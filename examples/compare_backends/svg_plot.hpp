@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/verdict.hpp"
+#include "examples/compare_backends/set_result.hpp"
 
 namespace touchstone::comparison {
 

@@ -7,7 +7,7 @@
 namespace touchstone::suite {
 
 /// What a backend may get wrong on the first kPairs pairs of a family with seed kSeed. Errors are over S, see
-/// examples/compare_backends/accuracy.hpp; kUnsupported: the backend answers `unsupported` for all such
+/// examples/measures/accuracy.hpp; kUnsupported: the backend answers `unsupported` for all such
 /// pairs.
 struct AccuracyRow {
   std::string_view backend;

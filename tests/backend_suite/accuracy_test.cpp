@@ -1,10 +1,10 @@
-#include <fmt/format.h>
-
 #include <cmath>
+#include <iomanip>
 #include <map>
+#include <sstream>
 
-#include "examples/compare_backends/accuracy.hpp"
-#include "examples/compare_backends/pair_families.hpp"
+#include "examples/measures/accuracy.hpp"
+#include "examples/measures/pair_families.hpp"
 #include "tests/backend_suite/accuracy_table.hpp"
 #include "tests/backend_suite/suite.hpp"
 
@@ -60,11 +60,17 @@ AccuracyRow measured_row(const std::string& backend, const std::string& family_n
 }
 
 std::string printed(const AccuracyRow& row) {
-  const auto figure = [](double value) {
-    return value == kUnsupported ? "kUnsupported" : fmt::format("{:.1e}", value);
-  };
-  return fmt::format("{{\"{}\", \"{}\", {}, {}, {}, {}, {}}},", row.backend, row.family, row.wrong_class,
-                     row.undecided, row.no_answer, figure(row.distance), figure(row.depth));
+  std::ostringstream text;
+  text << std::scientific << std::setprecision(1) << "{\"" << row.backend << "\", \"" << row.family << "\", "
+       << row.wrong_class << ", " << row.undecided << ", " << row.no_answer;
+  for (const double error : {row.distance, row.depth}) {
+    if (error == kUnsupported)
+      text << ", kUnsupported";
+    else
+      text << ", " << error;
+  }
+  text << "},";
+  return text.str();
 }
 
 class AccuracyTable : public testing::TestWithParam<std::string> {};

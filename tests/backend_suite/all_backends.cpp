@@ -1,12 +1,10 @@
-#include "examples/compare_backends/backends.hpp"
+#include "examples/measures/all_backends.hpp"
+
 #include "tests/backend_suite/suite.hpp"
 
 namespace touchstone::suite {
 
-// Those of this process: the single-precision Bullet answers from a program of its own, and has a suite of
-// its own.
-void register_suite_backends(BackendRegistry& registry) {
-  registry = comparison::build_backends({}).registry;
-}
+// Those of this process: the single-precision Bullet has a suite of its own.
+void register_suite_backends(BackendRegistry& registry) { comparison::register_all_backends(registry); }
 
 }  // namespace touchstone::suite

@@ -2,25 +2,13 @@
 #include <random>
 
 #include "tests/backend_suite/suite.hpp"
+#include "tests/support/random_poses.hpp"
 
 // What holds for every broadphase: sorted, the same for every block size, and no pair within the margin
 // missed.
 
 namespace touchstone::suite {
 namespace {
-
-double uniform(std::mt19937_64& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
-}
-
-Pose random_pose(std::mt19937_64& random, const Vector3& centre, double extent) {
-  Pose X;
-  X.R = rotation_from_quaternion(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1),
-                                 uniform(random, -1, 1));
-  X.p = centre + Vector3(uniform(random, -extent, extent), uniform(random, -extent, extent),
-                         uniform(random, -extent, extent));
-  return X;
-}
 
 // Objects of one to five hexahedra, sizes over three decades, some touching by construction.
 struct RandomScene {
@@ -43,7 +31,7 @@ struct RandomScene {
         placed.push_back(
             {"part" + std::to_string(i),
              Hexahedron::from_size({size * uniform(random, 0.1, 1), size * uniform(random, 0.1, 1), size}),
-             random_pose(random, {0, 0, 0}, size)});
+             random_pose(random, size)});
       for (const PlacedHexahedron& part : placed) {
         solids.push_back(part.solid);
         object_of.push_back(static_cast<std::uint32_t>(k));

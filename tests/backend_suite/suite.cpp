@@ -28,29 +28,13 @@ std::vector<std::string> broadphase_names() {
 
 Answer ask(Narrowphase& narrowphase, const Body& a, const Body& b, const Query& query) {
   const std::array solids = {a.solid, b.solid};
-  const std::array poses = {a.X_WS, b.X_WS};
-  const std::array pairs = {SolidPair{0, 1}};
   narrowphase.build(solids);
-  const auto workspace = narrowphase.make_workspace();
-  std::array<PairStatus, 1> status{};
-  std::array<PairGeometry, 1> geometry{};
-  std::vector<ContactPoint> points(query.kind == QueryKind::manifold ? query.max_points : 0);
-  narrowphase.evaluate({.pairs = pairs, .poses = poses, .query = query},
-                       {.status = status, .geometry = geometry, .points = points}, *workspace);
-  Answer answer{status[0], geometry[0], {}};
-  if (query.kind == QueryKind::manifold)
-    answer.points.assign(points.begin(),
-                         points.begin() + std::clamp(geometry[0].point_count, 0, query.max_points));
-  return answer;
+  return touchstone::ask(narrowphase, std::array{a.X_WS, b.X_WS}, query);
 }
 
 Body box(const Vector3& size, const Pose& X_WS) { return {Hexahedron::from_size(size), X_WS}; }
 
-Body box_at(const Vector3& size, const Vector3& p) {
-  Pose X_WS;
-  X_WS.p = p;
-  return box(size, X_WS);
-}
+Body box_at(const Vector3& size, const Vector3& p) { return box(size, at(p.x(), p.y(), p.z())); }
 
 Body sheared_cube(double shear, const Pose& X_WS) {
   std::array<Vector3, 8> vertices = Hexahedron::from_size({2.0, 2.0, 2.0}).vertices();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact_core/registry.hpp"
+#include "tests/support/ask.hpp"
 
 // The shared backend suite: the same tests for every registered backend. A program links suite sources and
 // one definition of register_suite_backends(); one process holds one precision of Bullet, so there are two
@@ -27,12 +28,6 @@ std::vector<std::string> broadphase_names();
 struct Body {
   Hexahedron solid;
   Pose X_WS;
-};
-
-struct Answer {
-  PairStatus status = PairStatus::failed;
-  PairGeometry geometry{};
-  std::vector<ContactPoint> points;
 };
 
 /// One pair through a fresh build of `narrowphase`, `a` before `b`.

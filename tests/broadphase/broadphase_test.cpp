@@ -8,8 +8,8 @@
 
 #include "contact_core/input_error.hpp"
 #include "contact_core/registry.hpp"
-#include "tests/geometry/random_poses.hpp"
 #include "tests/support/counting_allocator.hpp"
+#include "tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

@@ -31,27 +31,21 @@ struct CountBulletToo {
 TEST(TOUCHSTONE_SUITE, EvaluateAllocatesNothing) {
   const CountBulletToo guard;
   std::mt19937_64 random(4);
-  std::vector<Hexahedron> solids;
-  std::vector<Pose> poses;
-  std::vector<SolidPair> pairs;
-  for (SolidIndex i = 0; i < 60; ++i) {
+  const auto make_solid = [&](SolidIndex i) {
     const Hexahedron box = Hexahedron::from_size(random_vector(random, 0.5, 1.5));
-    solids.push_back(i % 2 ? box : Hexahedron::from_vertices(box.vertices()));
-    poses.push_back({random_rotation(random), random_vector(random, -2, 2)});
-    for (SolidIndex j = 0; j < i; ++j) pairs.push_back({j, i});
-  }
-  std::vector<PairStatus> status(pairs.size());
-  std::vector<PairGeometry> geometry(pairs.size());
-  std::vector<ContactPoint> points(pairs.size() * kMaxManifoldPoints);
+    return i % 2 ? box : Hexahedron::from_vertices(box.vertices());
+  };
+  const AllPairs scene = all_pairs(60, make_solid, [&] { return random_pose(random, 2); });
+  Answers answers;
   for (const std::string& backend : {kBackend, kGjk}) {
     const auto narrowphase = make_registry().make_narrowphase(backend);
-    narrowphase->build(solids);
+    narrowphase->build(scene.solids);
     const auto workspace = narrowphase->make_workspace();
     for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold}) {
       const Query query{.kind = kind};
-      narrowphase->evaluate({pairs, poses, query}, {status, geometry, points}, *workspace);
+      evaluate(*narrowphase, scene.pairs, scene.poses, query, *workspace, answers);
       const std::size_t before = allocations();
-      narrowphase->evaluate({pairs, poses, query}, {status, geometry, points}, *workspace);
+      evaluate(*narrowphase, scene.pairs, scene.poses, query, *workspace, answers);
       EXPECT_EQ(allocations() - before, 0u) << backend << " " << to_string(kind);
     }
   }

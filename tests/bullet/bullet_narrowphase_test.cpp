@@ -302,34 +302,24 @@ TEST(TOUCHSTONE_SUITE, FactGjkEpaGoesWrongOnRareRandomBoxes) {
 
 TEST(TOUCHSTONE_SUITE, ThreadsWithTheirOwnWorkspacesGetTheSameBits) {
   std::mt19937_64 random(6);
-  std::vector<Hexahedron> solids;
-  std::vector<Pose> poses;
-  std::vector<SolidPair> pairs;
-  for (SolidIndex i = 0; i < 80; ++i) {
-    solids.push_back(random_solid(random, i % 2 == 0));
-    poses.push_back({random_rotation(random), random_vector(random, -2, 2)});
-    for (SolidIndex j = 0; j < i; ++j) pairs.push_back({j, i});
-  }
+  const AllPairs scene = all_pairs(
+      80, [&](SolidIndex i) { return random_solid(random, i % 2 == 0); },
+      [&] { return random_pose(random, 2); });
   for (const std::string& backend : {kBackend, kGjk}) {
     const auto narrowphase = make_registry().make_narrowphase(backend);
-    narrowphase->build(solids);
-    std::array<std::vector<PairStatus>, 3> status;
-    std::array<std::vector<PairGeometry>, 3> geometry;
+    narrowphase->build(scene.solids);
+    std::array<Answers, 3> answers;
     const auto run = [&](std::size_t slot) {
-      status[slot].resize(pairs.size());
-      geometry[slot].resize(pairs.size());
-      const auto workspace = narrowphase->make_workspace();
-      narrowphase->evaluate({pairs, poses, {.kind = QueryKind::distance}}, {status[slot], geometry[slot], {}},
-                            *workspace);
+      answers[slot] = ask(*narrowphase, scene.pairs, scene.poses, kDistance);
     };
     run(0);
     std::thread first(run, 1), second(run, 2);
     first.join(), second.join();
     for (std::size_t slot : {1, 2}) {
-      EXPECT_EQ(status[slot], status[0]);
-      for (std::size_t i = 0; i < pairs.size(); ++i)
-        EXPECT_EQ(std::bit_cast<std::uint64_t>(geometry[slot][i].separation),
-                  std::bit_cast<std::uint64_t>(geometry[0][i].separation));
+      EXPECT_EQ(answers[slot].status, answers[0].status);
+      for (std::size_t i = 0; i < scene.pairs.size(); ++i)
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(answers[slot].geometry[i].separation),
+                  std::bit_cast<std::uint64_t>(answers[0].geometry[i].separation));
     }
   }
 }
@@ -337,28 +327,21 @@ TEST(TOUCHSTONE_SUITE, ThreadsWithTheirOwnWorkspacesGetTheSameBits) {
 TEST(TOUCHSTONE_SUITE, RawCheckCountsTheContactsThatTheInterfaceReports) {
   for (const std::string& backend : {kBackend, kGjk}) {
     std::mt19937_64 random(3);
-    std::vector<Hexahedron> solids;
-    std::vector<Pose> poses;
-    std::vector<SolidPair> pairs;
-    for (SolidIndex i = 0; i < 200; ++i) {
-      solids.push_back(random_solid(random, i % 3 == 0));
-      poses.push_back({random_rotation(random), random_vector(random, -3, 3)});
-      for (SolidIndex j = 0; j < i; ++j) pairs.push_back({j, i});
-    }
+    const AllPairs scene = all_pairs(
+        200, [&](SolidIndex i) { return random_solid(random, i % 3 == 0); },
+        [&] { return random_pose(random, 3); });
     const BackendRegistry registry = make_registry();
     const auto narrowphase = registry.make_narrowphase(backend);
-    narrowphase->build(solids);
-    std::vector<PairStatus> status(pairs.size());
-    const auto workspace = narrowphase->make_workspace();
-    narrowphase->evaluate({pairs, poses, kOverlap}, {status, {}, {}}, *workspace);
+    narrowphase->build(scene.solids);
+    const std::vector<PairStatus> status = ask(*narrowphase, scene.pairs, scene.poses, kOverlap).status;
     const auto overlapping =
         static_cast<std::size_t>(std::count(status.begin(), status.end(), PairStatus::overlapping));
     const auto undecided =
         static_cast<std::size_t>(std::count(status.begin(), status.end(), PairStatus::undecided));
     const auto raw = registry.narrowphase(backend).make_raw();
-    raw->build(solids);
-    raw->set_poses(poses);
-    const std::size_t counted = raw->run(pairs, QueryKind::overlap);
+    raw->build(scene.solids);
+    raw->set_poses(scene.poses);
+    const std::size_t counted = raw->run(scene.pairs, QueryKind::overlap);
     EXPECT_GT(overlapping, 100u);
     EXPECT_GE(counted, overlapping);
     EXPECT_LE(counted, overlapping + undecided);

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/accuracy.hpp"
+#include "examples/measures/accuracy.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -7,14 +7,14 @@
 #include <cmath>
 
 #include "contact_core/input_error.hpp"
-#include "examples/compare_backends/allocations.hpp"
 #include "examples/compare_backends/comparison.hpp"
 #include "examples/compare_backends/html_report.hpp"
 #include "examples/compare_backends/json_writer.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
 #include "examples/compare_backends/terminal.hpp"
 #include "examples/compare_backends/text_table.hpp"
-#include "tests/compare_backends/fake_backends.hpp"
+#include "examples/measures/allocations.hpp"
+#include "tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "examples/compare_backends/comparison.hpp"
 #include "examples/compare_backends/job_io.hpp"
-#include "examples/compare_backends/pair_families.hpp"
-#include "tests/compare_backends/fake_backends.hpp"
+#include "examples/measures/pair_families.hpp"
+#include "tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {
 namespace {

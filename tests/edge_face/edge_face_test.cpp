@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/geometry/random_poses.hpp"
+#include "tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

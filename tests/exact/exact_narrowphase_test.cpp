@@ -6,16 +6,10 @@
 #include <vector>
 
 #include "adapters/exact/exact.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "tests/support/ask.hpp"
 
 namespace touchstone {
 namespace {
-
-struct Answer {
-  PairStatus status;
-  PairGeometry geometry;
-  std::array<ContactPoint, kMaxManifoldPoints> points;
-};
 
 Answer ask(const Vector3& p_b, Query query, SolidPair pair = {0, 1}) {
   BackendRegistry registry;
@@ -25,11 +19,7 @@ Answer ask(const Vector3& p_b, Query query, SolidPair pair = {0, 1}) {
   backend->build(solids);
   std::array<Pose, 2> poses;
   poses[1].p = p_b;
-  Answer answer;
-  const auto workspace = backend->make_workspace();
-  backend->evaluate({{&pair, 1}, poses, query, {}},
-                    {{&answer.status, 1}, {&answer.geometry, 1}, answer.points}, *workspace);
-  return answer;
+  return ask(*backend, poses, query, pair);
 }
 
 TEST(ExactNarrowphase, RestingFaceHasFourPoints) {

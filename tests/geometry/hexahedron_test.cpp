@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "contact_core/input_error.hpp"
-#include "tests/geometry/random_poses.hpp"
+#include "tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

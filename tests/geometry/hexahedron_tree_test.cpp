@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "contact_core/input_error.hpp"
-#include "tests/geometry/random_poses.hpp"
+#include "tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "contact_core/input_error.hpp"
-#include "tests/geometry/random_poses.hpp"
+#include "tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

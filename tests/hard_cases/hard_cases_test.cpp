@@ -1,8 +1,9 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iomanip>
+#include <limits>
+#include <sstream>
 
 #include "adapters/scene_files/pair_file.hpp"
 #include "contact_core/input_error.hpp"
@@ -122,7 +123,7 @@ constexpr Record kRecords[] = {
     {"ode", 8, 0, 0, 0, 10, 0},
 };
 
-void add_to(Record& measured, std::string& details, Narrowphase& narrowphase, const PairCase& hard) {
+void add_to(Record& measured, std::ostringstream& details, Narrowphase& narrowphase, const PairCase& hard) {
   const Posed pair = posed(hard);
   const PairStatus status = ask(narrowphase, pair.a, pair.b, {}).status;
   const bool missed = status == PairStatus::separated && pair.contact;
@@ -136,8 +137,8 @@ void add_to(Record& measured, std::string& details, Narrowphase& narrowphase, co
   const bool far_off = error > 1e-6 * scale_of(pair.a, pair.b);  // false for NaN: nothing given
   measured.far_off += far_off;
   if (missed || phantom || far_off)
-    details += fmt::format("\n  {}: {}, {} for {}", hard.id, to_string(status), answer.geometry.separation,
-                           pair.expected);
+    details << "\n  " << hard.id << ": " << to_string(status) << ", " << answer.geometry.separation << " for "
+            << pair.expected;
 }
 
 class HardCaseRecord : public testing::TestWithParam<std::string> {};
@@ -145,7 +146,8 @@ class HardCaseRecord : public testing::TestWithParam<std::string> {};
 TEST_P(HardCaseRecord, IsAsMeasured) {
   const auto narrowphase = backends().make_narrowphase(GetParam());
   Record measured{GetParam(), 0, 0, 0, 0, 0, 0};
-  std::string details;
+  std::ostringstream details;
+  details << std::setprecision(std::numeric_limits<double>::max_digits10);
   for (const PairCase& hard : hard_cases()) {
     try {
       add_to(measured, details, *narrowphase, hard);
@@ -159,7 +161,8 @@ TEST_P(HardCaseRecord, IsAsMeasured) {
   const auto figures = [](const Record& r) {
     return std::array{r.missed, r.phantom, r.undecided, r.failed, r.far_off, r.refused};
   };
-  EXPECT_EQ(figures(measured), figures(expected)) << "of " << hard_cases().size() << " cases:" << details;
+  EXPECT_EQ(figures(measured), figures(expected))
+      << "of " << hard_cases().size() << " cases:" << details.str();
 }
 
 INSTANTIATE_TEST_SUITE_P(AllBackends, HardCaseRecord, testing::ValuesIn(narrowphase_names()),

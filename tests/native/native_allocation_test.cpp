@@ -8,23 +8,17 @@ namespace {
 
 TEST(Native, EvaluateNeverAllocates) {
   Random random(21);
-  std::vector<Hexahedron> solids;
-  std::vector<Pose> poses;
-  std::vector<SolidPair> pairs;
-  for (SolidIndex i = 0; i < 40; ++i) {
-    solids.push_back(random.any());
-    poses.push_back(random.pose(1.0));
-    for (SolidIndex j = 0; j < i; ++j) pairs.push_back({j, i});
-  }
+  const AllPairs scene = random.crowd(40);
   const auto native = make_native();
-  native->build(solids);
+  native->build(scene.solids);
   const auto workspace = native->make_workspace();
-  std::vector<PairStatus> status(pairs.size());
-  std::vector<PairGeometry> geometry(pairs.size());
-  std::vector<ContactPoint> points(8 * pairs.size());
+  Answers answers;  // sized before, so that the first call counts
+  answers.status.resize(scene.pairs.size());
+  answers.geometry.resize(scene.pairs.size());
+  answers.points.resize(kMaxManifoldPoints * scene.pairs.size());
   for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold}) {
     const std::size_t before = allocation_count();
-    native->evaluate({pairs, poses, Query{kind}}, {status, geometry, points}, *workspace);
+    evaluate(*native, scene.pairs, scene.poses, Query{kind}, *workspace, answers);
     EXPECT_EQ(allocation_count(), before) << to_string(kind);
   }
 }

@@ -2,46 +2,29 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <vector>
 
 #include "contact_core/input_error.hpp"
 #include "contact_core/native/native.hpp"
+#include "tests/support/all_pairs.hpp"
+#include "tests/support/ask.hpp"
+#include "tests/support/random_poses.hpp"
 
 namespace touchstone {
 
-struct Answer {
-  PairStatus status;
-  PairGeometry geometry;
-  std::array<ContactPoint, kMaxManifoldPoints> points;
-  PairStatus overlap_status;
-};
-
-/// Asks `native` about one pair: the query, and overlap alone.
-inline Answer ask(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB, Query query) {
+/// Asks `native` about one pair.
+inline Answer ask(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB,
+                  const Query& query) {
   const std::unique_ptr<Narrowphase> native = make_native();
-  const std::array<Hexahedron, 2> solids{a, b};
-  const std::array<Pose, 2> poses{X_WA, X_WB};
-  const std::array<SolidPair, 1> pairs{SolidPair{0, 1}};
-  native->build(solids);
-  const auto workspace = native->make_workspace();
-  Answer answer{};
-  native->evaluate({pairs, poses, query}, {{&answer.status, 1}, {&answer.geometry, 1}, answer.points},
-                   *workspace);
-  native->evaluate({pairs, poses, Query{QueryKind::overlap}}, {{&answer.overlap_status, 1}, {}, {}},
-                   *workspace);
-  return answer;
+  native->build(std::array{a, b});
+  return ask(*native, std::array{X_WA, X_WB}, query);
 }
 
 inline Answer ask(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB,
                   QueryKind kind = QueryKind::manifold) {
   return ask(a, X_WA, b, X_WB, Query{kind});
-}
-
-inline Pose at(double x, double y, double z) {
-  Pose X;
-  X.p = {x, y, z};
-  return X;
 }
 
 /// S of the error measures: the largest of size and |world coordinate|.
@@ -52,18 +35,15 @@ inline double scale_of(const Hexahedron& a, const Pose& X_WA, const Hexahedron& 
   return std::max(std::max(a.size(), b.size()), std::max(largest_coordinate(va), largest_coordinate(vb)));
 }
 
-/// Seeded, and the same on every standard library (no std::*_distribution).
+/// Seeded, and the same on every compiler and standard library (no std::*_distribution).
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
 
-  double uniform(double low, double high) {
-    return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
-  }
+  double uniform(double low, double high) { return touchstone::uniform(engine_, low, high); }
   int below(int n) { return static_cast<int>(engine_() % static_cast<std::uint64_t>(n)); }
-  Vector3 vector(double reach) {
-    return {uniform(-reach, reach), uniform(-reach, reach), uniform(-reach, reach)};
-  }
+  Vector3 vector(double low, double high) { return random_vector(engine_, low, high); }
+  Vector3 vector(double reach) { return vector(-reach, reach); }
   Pose pose(double reach) {
     Pose X;
     const Vector3 axis = vector(1.0);
@@ -72,23 +52,23 @@ class Random {
     return X;
   }
 
-  Hexahedron box() { return Hexahedron::from_size({uniform(0.2, 2), uniform(0.2, 2), uniform(0.2, 2)}); }
+  Hexahedron box() { return Hexahedron::from_size(vector(0.2, 2)); }
   Hexahedron slab_or_needle() {
-    Vector3 size(uniform(0.5, 2), uniform(0.5, 2), uniform(0.5, 2));
+    Vector3 size = vector(0.5, 2);
     const double thin = std::ldexp(1.0, -2 - below(25));
     size(below(3)) = thin;
     size(below(3)) = thin;
     return Hexahedron::from_size(size);
   }
   Hexahedron sheared() {
-    const Vector3 x(uniform(0.3, 2), uniform(-0.5, 0.5), uniform(-0.5, 0.5));
-    const Vector3 y(uniform(-0.5, 0.5), uniform(0.8, 2), uniform(-0.5, 0.5));
-    const Vector3 z(uniform(-0.2, 0.2), uniform(-0.5, 0.5), uniform(0.8, 2));
+    const Vector3 x{uniform(0.3, 2), uniform(-0.5, 0.5), uniform(-0.5, 0.5)};
+    const Vector3 y{uniform(-0.5, 0.5), uniform(0.8, 2), uniform(-0.5, 0.5)};
+    const Vector3 z{uniform(-0.2, 0.2), uniform(-0.5, 0.5), uniform(0.8, 2)};
     return from([&](double i, double j, double k) { return Vector3(i * x + j * y + k * z); },
                 WarpPolicy::refuse);
   }
   Hexahedron tapered() {
-    const Vector3 half(uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1));
+    const Vector3 half = vector(0.2, 1);
     const double top = uniform(0.0, 1.0);
     const double lean = uniform(-0.4, 0.4);
     return from(
@@ -99,8 +79,8 @@ class Random {
         WarpPolicy::refuse);
   }
   Hexahedron pyramid() {
-    const Vector3 apex(uniform(-0.3, 0.3), uniform(-0.3, 0.3), uniform(0.3, 1));
-    const Vector3 half(uniform(0.3, 1), uniform(0.3, 1), uniform(0.3, 1));
+    const Vector3 apex{uniform(-0.3, 0.3), uniform(-0.3, 0.3), uniform(0.3, 1)};
+    const Vector3 half = vector(0.3, 1);
     return from(
         [&](double i, double j, double k) {
           return k > 0 ? apex : Vector3(2 * i * half.x(), 2 * j * half.y(), -half.z());
@@ -133,6 +113,12 @@ class Random {
       default:
         return warped();
     }
+  }
+
+  /// `count` solids of any kind about the origin.
+  AllPairs crowd(SolidIndex count) {
+    return all_pairs(
+        count, [&](SolidIndex) { return any(); }, [&] { return pose(1.0); });
   }
 
  private:

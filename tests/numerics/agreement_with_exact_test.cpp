@@ -7,6 +7,7 @@
 #include <random>
 
 #include "adapters/exact/signed_distance.hpp"
+#include "tests/support/random_poses.hpp"
 
 // hulls_intersect against the exact backend, an independent algorithm in arbitrary-precision integers: on
 // grids of small integers, where every degeneracy occurs, and on boxes brought to touch, at all magnitudes a
@@ -17,10 +18,6 @@ namespace {
 
 using numerics::hulls_intersect;
 using Generator = std::mt19937_64;
-
-double uniform(Generator& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
-}
 
 WorldVertices scaled(const WorldVertices& v, int exponent) {
   WorldVertices out;
@@ -50,7 +47,7 @@ WorldVertices grid_points(Generator& random, int rank, int reach) {
   const auto small = [&] {
     return static_cast<double>(static_cast<int>(random() % (2 * reach + 1)) - reach);
   };
-  const Vector3 origin(small(), small(), small());
+  const Vector3 origin{small(), small(), small()};
   std::array<Vector3, 3> axes;
   for (Vector3& axis : axes) axis = {small(), small(), small()};
   WorldVertices out;
@@ -81,8 +78,10 @@ TEST(HullsIntersectAgreesWithExact, OnGridsOfAllRanks) {
   for (int reach : {1, 2, 3})
     for (int rank_a = 0; rank_a <= 3; ++rank_a)
       for (int rank_b = 0; rank_b <= 3; ++rank_b)
-        for (int repeat = 0; repeat < 60; ++repeat)
-          expect_agreement(grid_points(random, rank_a, reach), grid_points(random, rank_b, reach), tally);
+        for (int repeat = 0; repeat < 60; ++repeat) {
+          const WorldVertices a = grid_points(random, rank_a, reach), b = grid_points(random, rank_b, reach);
+          expect_agreement(a, b, tally);
+        }
   EXPECT_GT(tally.contacts, tally.total / 10);
   EXPECT_LT(tally.contacts, tally.total * 9 / 10);
 }
@@ -110,17 +109,16 @@ TEST(HullsIntersectAgreesWithExact, OnBoxesBroughtToTouchAtEveryMagnitude) {
   for (int repeat = 0; repeat < 400; ++repeat) {
     Pose X_A, X_B;
     if (repeat % 2 == 0) {
-      X_A.R = rotation_from_quaternion(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1),
-                                       1.0);
-      X_B.R = repeat % 4 == 0
-                  ? X_A.R
-                  : rotation_from_quaternion(1.0, uniform(random, -1, 1), uniform(random, -1, 1), 0.3);
+      const Vector3 q = random_vector(random, 1);
+      X_A.R = rotation_from_quaternion(q.x(), q.y(), q.z(), 1.0);
+      const double x = uniform(random, -1, 1), y = uniform(random, -1, 1);
+      X_B.R = repeat % 4 == 0 ? X_A.R : rotation_from_quaternion(1.0, x, y, 0.3);
     }
-    const Vector3 half_a(uniform(random, 0.1, 1), uniform(random, 0.1, 1), uniform(random, 0.1, 1));
-    const Vector3 half_b(uniform(random, 0.1, 1), uniform(random, 0.1, 1), uniform(random, 0.1, 1));
+    const Vector3 half_a = random_vector(random, 0.1, 1);
+    const Vector3 half_b = random_vector(random, 0.1, 1);
     const WorldVertices a = box(half_a, X_A), b = box(half_b, X_B);
     // Touch by the exact distance along x, then step by ulps around it.
-    const Vector3 far(5.0, uniform(random, -0.3, 0.3), uniform(random, -0.3, 0.3));
+    const Vector3 far{5.0, uniform(random, -0.3, 0.3), uniform(random, -0.3, 0.3)};
     double high_a = -1e9, low_b = 1e9;
     for (int i = 0; i < 8; ++i) high_a = std::max(high_a, a.x[i]), low_b = std::min(low_b, b.x[i] + far.x());
     const double touch = high_a - low_b + 5.0;

@@ -102,9 +102,9 @@ TEST(HullsIntersectOracle, PolygonsInOnePlane) {
   // arithmetic.
   check_family(1500, 0.05, [&](Random& random) {
     HullPair pair = aligned_box_pair(random, 0.1);
-    const Pose flat{
-        rotation_from_quaternion(random_real(random, -1, 1), 0.0, 0.0, random_real(random, -1, 1)),
-        Vector3(random_real(random, -9, 9), random_real(random, -9, 9), 0.0)};
+    const double w = uniform(random, -1, 1), z = uniform(random, -1, 1);
+    const Pose flat{rotation_from_quaternion(w, 0.0, 0.0, z),
+                    {uniform(random, -9, 9), uniform(random, -9, 9), 0.0}};
     const int axis = random_int(random, 0, 2);
     for (WorldVertices* hull : {&pair.a, &pair.b}) {
       for (int i = 0; i < 8; ++i) {
@@ -123,8 +123,8 @@ TEST(HullsIntersectOracle, PolygonsByUlps) {
   // ulps: the points for which plain doubles often give the wrong orientation (Kettner et al., Classroom
   // Examples of Robustness Problems in Geometric Computations, 2008).
   check_family(1500, 0.05, [](Random& random) {
-    const Vector3 corner(0.5 + random_int(random, 0, 255) * 0x1p-53,
-                         0.5 + random_int(random, 0, 255) * 0x1p-53, 0.0);
+    const Vector3 corner{0.5 + random_int(random, 0, 255) * 0x1p-53,
+                         0.5 + random_int(random, 0, 255) * 0x1p-53, 0.0};
     const std::array<Vector3, 3> triangle = {corner, Vector3(24, 24, 0), Vector3(24, 0, 0)};
     const std::array<Vector3, 2> segment = {Vector3(12, 12, 0), Vector3(0, 24, 0)};
     HullPair pair;
@@ -154,7 +154,7 @@ TEST(HullsIntersectOracle, NearTouchingFarFromOrigin) {
 TEST(HullsIntersectOracle, FarFromOriginRoundedToFewPoints) {
   const Vector3 offset(1e15, -2e15, 4e15);
   check_family(1500, 0.05, [&](Random& random) {
-    const Vector3 by(random_real(random, -1, 1), random_real(random, -1, 1), random_real(random, -1, 1));
+    const Vector3 by = random_vector(random, 1);
     return HullPair{translated(random_hexahedron(random), offset),
                     translated(random_hexahedron(random), offset + 2.0 * by)};
   });
@@ -242,8 +242,7 @@ TEST(Orient3dOracle, NearlyCoplanarPoints) {
   for (int i = 0; i < 20000; ++i) {
     const double extent = std::scalbn(1.0, random_int(random, -30, 30));
     const auto point = [&] {
-      return Vector3(random_real(random, -1, 1), random_real(random, -1, 1),
-                     random_real(random, -extent, extent));
+      return Vector3{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -extent, extent)};
     };
     const Vector3 a = point(), b = point(), c = point();
     const double s = random_int(random, -8, 8) / 4.0, t = random_int(random, -8, 8) / 4.0;
@@ -279,7 +278,8 @@ TEST(Orient3dOracle, SmallGrid) {
   const double greatest = std::numeric_limits<double>::max();
   for (int i = 0; i < 20000; ++i) {
     const auto point = [&] {
-      return Vector3(random_int(random, -1, 1), random_int(random, -1, 1), random_int(random, -1, 1));
+      const int x = random_int(random, -1, 1), y = random_int(random, -1, 1), z = random_int(random, -1, 1);
+      return Vector3(x, y, z);
     };
     const Vector3 a = point(), b = point(), c = point(), d = point();
     const int expected = orient3d_sign_in_integers(a, b, c, d);

@@ -34,7 +34,7 @@ Vector3 lattice_direction(Random& random) {
 
 WorldVertices grid_hull(Random& random, int range) {
   const auto coordinate = [&] { return double(random_int(random, 0, range)); };
-  const Vector3 origin(coordinate(), coordinate(), coordinate());
+  const Vector3 origin{coordinate(), coordinate(), coordinate()};
   const int rank = random_int(random, 0, 7);
   const Vector3 u = lattice_direction(random), v = lattice_direction(random);
   WorldVertices hull;
@@ -71,20 +71,12 @@ int random_int(Random& random, int low, int high) {
   return low + static_cast<int>(random() % static_cast<unsigned>(high - low + 1));
 }
 
-double random_real(Random& random, double low, double high) {
-  return low + (high - low) * (static_cast<double>(random() >> 11) * 0x1p-53);
-}
-
-Matrix3 random_rotation(Random& random) {
-  const auto component = [&] { return random_real(random, -1.0, 1.0); };
-  return rotation_from_quaternion(component(), component(), component(), component());
-}
-
 HullPair grid_pair(Random& random, int range) {
   HullPair pair{grid_hull(random, range), grid_hull(random, range)};
   if (random_int(random, 0, 3) == 0) return pair;
   // Half of the rest is pushed apart, so that touching is as common as overlap.
-  const Vector3 by = random_int(random, 1, range) * lattice_direction(random);
+  const int steps = random_int(random, 1, range);
+  const Vector3 by = steps * lattice_direction(random);
   pair.b = translated(pair.b, by);
   return pair;
 }
@@ -94,7 +86,7 @@ HullPair mapped_grid_pair(Random& random, int range, int bits) {
   Matrix3 m;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column) m(row, column) = random_int(random, -(1 << bits), 1 << bits);
-  const Pose map{m, Vector3(random_int(random, -1000, 1000), random_int(random, -1000, 1000), 7)};
+  const Pose map{m, {double(random_int(random, -1000, 1000)), double(random_int(random, -1000, 1000)), 7}};
   return mapped(pair, [&](const Vector3& p) { return transform(map, p); });
 }
 
@@ -105,27 +97,26 @@ HullPair aligned_box_pair(Random& random, double unit) {
 
 HullPair rotated_box_pair(Random& random) {
   const HullPair pair = aligned_box_pair(random, 0.1);
-  const Pose pose{random_rotation(random),
-                  Vector3(random_real(random, -9, 9), random_real(random, -9, 9), 0)};
+  const Pose pose{random_rotation(random), {uniform(random, -9, 9), uniform(random, -9, 9), 0}};
   return mapped(pair, [&](const Vector3& p) { return transform(pose, p); });
 }
 
 WorldVertices random_hexahedron(Random& random) {
-  const Vector3 half(random_real(random, 0.1, 1), random_real(random, 0.1, 1), random_real(random, 0.1, 1));
+  const Vector3 half = random_vector(random, 0.1, 1);
   WorldVertices hull = box(-half, half);
   const int kind = random_int(random, 0, 3);
   Matrix3 m = random_rotation(random);
   if (kind == 1) {
     Matrix3 shear = Matrix3::Identity();
-    shear(0, 1) = random_real(random, -1, 1), shear(0, 2) = random_real(random, -1, 1);
+    shear(0, 1) = uniform(random, -1, 1), shear(0, 2) = uniform(random, -1, 1);
     m = m * shear;
   }
-  const double taper = kind == 2 ? random_real(random, 0.0, 0.9) : 0.0;
+  const double taper = kind == 2 ? uniform(random, 0.0, 0.9) : 0.0;
   const double warp = kind == 3 ? 0.05 : 0.0;
   const Pose pose{m, Vector3::Zero()};
   return mapped(hull, [&](const Vector3& p) {
     const double s = p.z() > 0.0 ? 1.0 - taper : 1.0;
-    const Vector3 bend(warp * random_real(random, -1, 1), warp * random_real(random, -1, 1), 0.0);
+    const Vector3 bend{warp * uniform(random, -1, 1), warp * uniform(random, -1, 1), 0.0};
     return transform(pose, Vector3(p.x() * s, p.y() * s, p.z()) + bend);
   });
 }
@@ -152,7 +143,8 @@ WorldVertices permuted(const WorldVertices& hull, Random& random) {
 HullPair scattered_pair(Random& random, int low, int high) {
   const auto coordinate = [&] {
     if (random_int(random, 0, 7) == 0) return 0.0;
-    return std::scalbn(random_real(random, -1, 1), random_int(random, low, high));
+    const double fraction = uniform(random, -1, 1);
+    return std::scalbn(fraction, random_int(random, low, high));
   };
   HullPair pair;
   for (WorldVertices* hull : {&pair.a, &pair.b})

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "contact_core/geometry/hexahedron.hpp"
+#include "tests/support/random_poses.hpp"
 
 // Pairs of vertex sets at and around touching: what a floating-point filter leaves undecided.
 
@@ -15,8 +16,6 @@ struct HullPair {
 };
 
 int random_int(Random& random, int low, int high);
-double random_real(Random& random, double low, double high);
-Matrix3 random_rotation(Random& random);
 
 /// Eight points of {0 .. range}^3 each, in a random subspace: points, segments, polygons and solids, many
 /// coincident, collinear and coplanar.

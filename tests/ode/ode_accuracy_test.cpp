@@ -112,7 +112,7 @@ GapFigures near_touching(bool convex, double gap) {
   GapFigures figures;
   for (int i = 0; i < 1000; ++i) {
     const Pose X_WA = random_pose(random, Vector3::Zero(), 1.0);
-    const Vector3 p_AB(1.0 + gap, uniform(random, -0.5, 0.5), uniform(random, -0.5, 0.5));
+    const Vector3 p_AB{1.0 + gap, uniform(random, -0.5, 0.5), uniform(random, -0.5, 0.5)};
     const std::array<Pose, 2> poses = {X_WA, Pose{X_WA.R, transform(X_WA, p_AB)}};
     const bool seen = ask(*narrowphase, pair, poses, Query{}).status[0] == PairStatus::overlapping;
     figures.missed += gap < 0.0 && !seen;

@@ -8,51 +8,15 @@
 #include "adapters/ode/ode.hpp"
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/geometry/pose.hpp"
+#include "tests/support/ask.hpp"
+#include "tests/support/random_poses.hpp"
 
 namespace touchstone::ode_test {
-
-struct Answers {
-  std::vector<PairStatus> status;
-  std::vector<PairGeometry> geometry;
-  std::vector<ContactPoint> points;
-};
 
 inline BackendRegistry registry() {
   BackendRegistry backends;
   register_ode(backends);
   return backends;
-}
-
-inline void evaluate(const Narrowphase& narrowphase, std::span<const SolidPair> pairs,
-                     std::span<const Pose> poses, const Query& query, Narrowphase::Workspace& workspace,
-                     Answers& out) {
-  out.status.resize(pairs.size());
-  out.geometry.resize(pairs.size());
-  out.points.resize(pairs.size() * static_cast<std::size_t>(query.max_points));
-  narrowphase.evaluate({pairs, poses, query, {}}, {out.status, out.geometry, out.points}, workspace);
-}
-
-inline Answers ask(const Narrowphase& narrowphase, std::span<const SolidPair> pairs,
-                   std::span<const Pose> poses, const Query& query) {
-  Answers out;
-  const auto workspace = narrowphase.make_workspace();
-  evaluate(narrowphase, pairs, poses, query, *workspace, out);
-  return out;
-}
-
-inline double uniform(std::mt19937_64& random, double from, double to) {
-  return from + (to - from) * (static_cast<double>(random() >> 11) * 0x1p-53);
-}
-
-inline Vector3 random_vector(std::mt19937_64& random, double from, double to) {
-  const double x = uniform(random, from, to), y = uniform(random, from, to), z = uniform(random, from, to);
-  return {x, y, z};
-}
-
-inline Pose random_pose(std::mt19937_64& random, const Vector3& centre, double spread) {
-  const double w = uniform(random, -1, 1), x = uniform(random, -1, 1), y = uniform(random, -1, 1);
-  return {rotation_from_quaternion(w, x, y, uniform(random, 0.01, 1)),
-          centre + random_vector(random, -spread, spread)};
 }
 
 inline Hexahedron sheared(const Vector3& size, double xy, double xz, double yz) {

@@ -57,6 +57,17 @@ class Bytes {
 
 double power(int exponent) { return std::ldexp(1.0, exponent); }
 
+}  // namespace
+
+// Dekker's split. The casts to float and back would say the same, but g++ 12 leaves them out of some loops at
+// -O3.
+double in_single_precision(double x) {
+  const double shifted = x * (0x1p29 + 1.0);
+  return shifted - (shifted - x);
+}
+
+namespace {
+
 // ---- solids
 
 Vertices corners(const Vector3& half) {
@@ -204,7 +215,7 @@ Matrix3 any_rotation(Bytes& bytes) {
     R = rotation(w, bytes.vector());
   }
   if (kind == 3 || kind == 6) {  // written with single precision
-    for (double& entry : R.reshaped()) entry = static_cast<double>(static_cast<float>(entry));
+    for (double& entry : R.reshaped()) entry = in_single_precision(entry);
   }
   if (kind == 7) {  // as far from orthonormal as is allowed
     for (double& entry : R.reshaped()) entry += (bytes.byte() - 128) * 0x1p-30;

@@ -18,4 +18,7 @@ inline constexpr std::size_t kDecodedBytes = 256;
 /// are no pair of valid solids in valid poses.
 std::optional<PosedSolids> decode_pair(std::span<const std::uint8_t> bytes);
 
+/// x to 24 bits.
+double in_single_precision(double x);
+
 }  // namespace touchstone::proof

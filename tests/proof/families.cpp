@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "contact_core/input_error.hpp"
-#include "examples/compare_backends/pair_families.hpp"
-#include "examples/compare_backends/random.hpp"
+#include "examples/measures/pair_families.hpp"
+#include "examples/measures/random.hpp"
 #include "tests/proof/byte_decoder.hpp"
 
 namespace touchstone::proof {
@@ -44,8 +44,8 @@ PosedSolids scaled_pair(Random& random, std::uint64_t seed, std::uint64_t index)
 Pose in_single_precision(const Pose& X) {
   Pose out;
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) out.R(i, j) = static_cast<double>(static_cast<float>(X.R(i, j)));
-    out.p(i) = static_cast<double>(static_cast<float>(X.p(i)));
+    for (int j = 0; j < 3; ++j) out.R(i, j) = in_single_precision(X.R(i, j));
+    out.p(i) = in_single_precision(X.p(i));
   }
   return out;
 }
@@ -59,7 +59,7 @@ PosedSolids single_precision_pair(Random& random, std::uint64_t seed, std::uint6
 // Corners of a box moved by up to 2^-3 to 2^-50 of its sides, drawn again until convex.
 Hexahedron warped_solid(Random& random) {
   for (;;) {
-    const Vector3 half(random.uniform(0.1, 1), random.uniform(0.1, 1), random.uniform(0.1, 1));
+    const Vector3 half = comparison::uniform_vector(random, 0.1, 1);
     const double reach = std::ldexp(1.0, -3 - static_cast<int>(random.below(48)));
     std::array<Vector3, 8> vertices;
     for (int i = 0; i < 8; ++i) {

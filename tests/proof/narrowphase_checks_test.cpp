@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "examples/compare_backends/random.hpp"
+#include "examples/measures/random.hpp"
 #include "tests/proof/byte_decoder.hpp"
 #include "tests/proof/lying_narrowphase.hpp"
 #include "tests/proof/pair_text.hpp"
@@ -71,7 +71,8 @@ TEST(ByteDecoder, GivesAllKindsOfPairs) {
     PairStatus status{};
     const std::array pairs = {SolidPair{0, 1}};
     const std::array poses = {solids->X_WA, solids->X_WB};
-    native->evaluate({.pairs = pairs, .poses = poses, .query = {}}, {.status = {&status, 1}}, *native->make_workspace());
+    native->evaluate({.pairs = pairs, .poses = poses, .query = {}}, {.status = {&status, 1}},
+                     *native->make_workspace());
     overlapping += status == PairStatus::overlapping;
   }
   EXPECT_GT(decoded, 1000);

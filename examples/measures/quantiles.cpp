@@ -1,4 +1,4 @@
-#include "examples/compare_backends/quantiles.hpp"
+#include "examples/measures/quantiles.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/backend_run.hpp"
+#include "examples/measures/backend_run.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -7,9 +7,9 @@
 #include <numeric>
 
 #include "contact_core/input_error.hpp"
-#include "examples/compare_backends/allocations.hpp"
-#include "examples/compare_backends/parallel.hpp"
-#include "examples/compare_backends/random.hpp"
+#include "examples/measures/allocations.hpp"
+#include "examples/measures/parallel.hpp"
+#include "examples/measures/random.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "contact_core/narrowphase/pair_class.hpp"
-#include "examples/compare_backends/pair_set.hpp"
+#include "examples/measures/pair_set.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,6 +1,6 @@
-#include "examples/compare_backends/oracle.hpp"
+#include "examples/measures/oracle.hpp"
 
-#include "examples/compare_backends/parallel.hpp"
+#include "examples/measures/parallel.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/surface_measure.hpp"
+#include "examples/measures/surface_measure.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "contact_core/registry.hpp"
-#include "examples/compare_backends/oracle.hpp"
-#include "examples/compare_backends/quantiles.hpp"
+#include "examples/measures/oracle.hpp"
+#include "examples/measures/quantiles.hpp"
 
 namespace touchstone::comparison {
 

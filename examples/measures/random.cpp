@@ -1,4 +1,4 @@
-#include "examples/compare_backends/random.hpp"
+#include "examples/measures/random.hpp"
 
 #include <bit>
 #include <cmath>
@@ -48,9 +48,15 @@ std::uint64_t mix_seed(std::uint64_t seed, std::uint64_t stream, std::uint64_t i
   return splitmix(state);
 }
 
+// From z to x: the order in which the cases of older reports were drawn.
+Vector3 uniform_vector(Random& random, double low, double high) {
+  const double z = random.uniform(low, high), y = random.uniform(low, high), x = random.uniform(low, high);
+  return {x, y, z};
+}
+
 Vector3 random_direction(Random& random) {
   for (;;) {
-    const Vector3 v(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    const Vector3 v = uniform_vector(random, -1, 1);
     const double square = dot(v, v);
     if (square <= 1.0 && square > 0.01) return v / std::sqrt(square);
   }

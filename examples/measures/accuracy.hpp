@@ -3,9 +3,9 @@
 #include <array>
 #include <string_view>
 
-#include "examples/compare_backends/backend_run.hpp"
-#include "examples/compare_backends/oracle.hpp"
-#include "examples/compare_backends/quantiles.hpp"
+#include "examples/measures/backend_run.hpp"
+#include "examples/measures/oracle.hpp"
+#include "examples/measures/quantiles.hpp"
 
 namespace touchstone::comparison {
 

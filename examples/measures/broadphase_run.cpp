@@ -1,4 +1,4 @@
-#include "examples/compare_backends/broadphase_run.hpp"
+#include "examples/measures/broadphase_run.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -6,9 +6,9 @@
 #include <mutex>
 #include <numeric>
 
-#include "examples/compare_backends/allocations.hpp"
-#include "examples/compare_backends/parallel.hpp"
-#include "examples/compare_backends/random.hpp"
+#include "examples/measures/allocations.hpp"
+#include "examples/measures/parallel.hpp"
+#include "examples/measures/random.hpp"
 
 namespace touchstone::comparison {
 namespace {

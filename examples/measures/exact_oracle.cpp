@@ -1,4 +1,4 @@
-#include "examples/compare_backends/oracle.hpp"
+#include "examples/measures/oracle.hpp"
 
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "adapters/exact/contact_patch.hpp"

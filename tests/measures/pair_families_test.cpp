@@ -1,4 +1,4 @@
-#include "examples/compare_backends/pair_families.hpp"
+#include "examples/measures/pair_families.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "contact_core/input_error.hpp"
-#include "examples/compare_backends/oracle.hpp"
-#include "examples/compare_backends/surface_measure.hpp"
+#include "examples/measures/oracle.hpp"
+#include "examples/measures/surface_measure.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "adapters/exact/signed_distance.hpp"
 #endif

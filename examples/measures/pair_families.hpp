@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "examples/compare_backends/pair_set.hpp"
+#include "examples/measures/pair_set.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "contact_core/registry.hpp"
-#include "examples/compare_backends/oracle.hpp"
+#include "examples/measures/oracle.hpp"
 
 // Unit cubes side by side along x: everything about a pair follows from its gap.
 

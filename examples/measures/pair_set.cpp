@@ -1,4 +1,4 @@
-#include "examples/compare_backends/pair_set.hpp"
+#include "examples/measures/pair_set.hpp"
 
 #include <algorithm>
 

@@ -33,6 +33,8 @@ class Random {
 /// One stream for each (seed, stream, index), so that any pair can be made again alone.
 std::uint64_t mix_seed(std::uint64_t seed, std::uint64_t stream, std::uint64_t index);
 
+/// Every coordinate in [low, high).
+Vector3 uniform_vector(Random& random, double low, double high);
 Vector3 random_direction(Random& random);
 Matrix3 random_rotation(Random& random);
 

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/allocations.hpp"
+#include "examples/measures/allocations.hpp"
 
 #include <gtest/gtest.h>
 

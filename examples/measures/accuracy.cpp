@@ -1,11 +1,11 @@
-#include "examples/compare_backends/accuracy.hpp"
+#include "examples/measures/accuracy.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "examples/compare_backends/parallel.hpp"
-#include "examples/compare_backends/surface_measure.hpp"
+#include "examples/measures/parallel.hpp"
+#include "examples/measures/surface_measure.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/pair_families.hpp"
+#include "examples/measures/pair_families.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <string>
 
 #include "contact_core/input_error.hpp"
-#include "examples/compare_backends/random.hpp"
+#include "examples/measures/random.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -55,7 +55,7 @@ Hexahedron tapered_box(Random& random) {
 
 // One side (slab) or two sides (needle) 1e-2 to 1e-6 of the others.
 Hexahedron thin_box(Random& random) {
-  Vector3 size(random.uniform(0.5, 2), random.uniform(0.5, 2), random.uniform(0.5, 2));
+  Vector3 size = uniform_vector(random, 0.5, 2);
   const std::uint32_t axis = random.below(3);
   const double thinness = random.binary_scale(-20, -7);
   if (random.below(2) == 0) {
@@ -194,7 +194,13 @@ Pair near_touching(double relative_gap, Random& random) {
 
 // ---- families
 
-Pair random_pair(Random& random) { return place_nearby(random_box(random), random_box(random), random); }
+// Draws that are arguments of one call stand in statements of their own, last argument first: the order in
+// which the cases of older reports were drawn.
+
+Pair random_pair(Random& random) {
+  Hexahedron b = random_box(random), a = random_box(random);
+  return place_nearby(std::move(a), std::move(b), random);
+}
 
 Pair near_1e3_pair(Random& random) { return near_touching(1e-3, random); }
 Pair near_1e7_pair(Random& random) { return near_touching(1e-7, random); }
@@ -227,14 +233,21 @@ Pair resting_pair(Random& random) {
   return {std::move(a), std::move(b), X_WA, X_WB};
 }
 
-Pair sheared_pair(Random& random) { return place_nearby(sheared_box(random), sheared_box(random), random); }
-Pair tapered_pair(Random& random) { return place_nearby(tapered_box(random), tapered_box(random), random); }
+Pair sheared_pair(Random& random) {
+  Hexahedron b = sheared_box(random), a = sheared_box(random);
+  return place_nearby(std::move(a), std::move(b), random);
+}
+
+Pair tapered_pair(Random& random) {
+  Hexahedron b = tapered_box(random), a = tapered_box(random);
+  return place_nearby(std::move(a), std::move(b), random);
+}
 
 Pair containment_pair(Random& random) {
   Hexahedron a = random_box(random);
   const Vector3 half = a.half_extents();
   const double room = std::min({half.x(), half.y(), half.z()});
-  const Vector3 shape(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
+  const Vector3 shape = uniform_vector(random, 0.2, 1);
   Hexahedron b = Hexahedron::from_size(shape * (room * random.uniform(0.1, 0.8) / norm(shape)));
   const double reach = b.bounding_sphere().radius;
   const Pose X_WA = random_pose(random);
@@ -249,14 +262,16 @@ Pair slabs_needles_pair(Random& random) {
   Hexahedron a = thin_box(random);
   Hexahedron b = random.below(2) == 0 ? thin_box(random) : random_box(random);
   if (random.below(2) == 0) return place_nearby(std::move(a), std::move(b), random);
-  const double gap = random.sign() * random.binary_scale(-30, -10);
+  const double sign = random.sign();
+  const double gap = sign * random.binary_scale(-30, -10);
   return place_against(std::move(a), std::move(b), gap, random);
 }
 
 Pair far_pair(Random& random) {
   constexpr std::array<double, 4> kDistances = {1e3, 1e4, 1e5, 1e6};
   Pair pair = random.below(2) == 0 ? random_pair(random) : near_touching(1e-3, random);
-  const Vector3 offset = random_direction(random) * kDistances[random.below(4)];
+  const double distance = kDistances[random.below(4)];
+  const Vector3 offset = random_direction(random) * distance;
   pair.X_WA.p += offset;
   pair.X_WB.p += offset;
   return pair;
@@ -266,7 +281,8 @@ Pair far_pair(Random& random) {
 Pair near_parallel_pair(Random& random) {
   Hexahedron a = random_box(random), b = random_box(random);
   constexpr std::array<double, 5> kGaps = {0.0, 1e-3, -1e-3, 1e-6, -1e-6};
-  const double half_tangent = std::ldexp(random.sign(), -5 - static_cast<int>(random.below(49)));
+  const int exponent = -5 - static_cast<int>(random.below(49));
+  const double half_tangent = std::ldexp(random.sign(), exponent);
   const Pose X_WA = random_pose(random);
   const Feature of_a = edge_feature(a, random), of_b = edge_feature(b, random);
   const Pose X_WB = pose_against(X_WA, of_a, of_b, kGaps[random.below(5)], half_tangent, random);
@@ -287,7 +303,8 @@ Hexahedron diamond_prism(double r, double half_z) {
 // face or edge.
 Pair touching_pair(Random& random) {
   const Vector3 a = dyadic_half(random), b = dyadic_half(random);
-  const Vector3 origin(random.dyadic(-2, 2, 6), random.dyadic(-2, 2, 6), random.dyadic(-2, 2, 6));
+  const double z = random.dyadic(-2, 2, 6), y = random.dyadic(-2, 2, 6), x = random.dyadic(-2, 2, 6);
+  const Vector3 origin(x, y, z);
   const std::uint32_t kind = random.below(5);
   Vector3 offset;  // lateral offsets stay inside the faces
   for (int axis = 0; axis < 3; ++axis) offset[axis] = random.dyadic(-1, 1, 4) * a[axis];

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "contact_core/registry.hpp"
-#include "examples/compare_backends/oracle.hpp"
-#include "examples/compare_backends/pair_set.hpp"
-#include "examples/compare_backends/quantiles.hpp"
+#include "examples/measures/oracle.hpp"
+#include "examples/measures/pair_set.hpp"
+#include "examples/measures/quantiles.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,4 +1,4 @@
-#include "tests/compare_backends/fake_backends.hpp"
+#include "tests/measures/fake_backends.hpp"
 
 #include <cmath>
 #include <limits>

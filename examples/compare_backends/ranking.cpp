@@ -1,0 +1,50 @@
+#include "examples/compare_backends/ranking.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace touchstone::comparison {
+namespace {
+
+void add(Wrongness& sum, const Wrongness& more) {
+  sum.cases += more.cases;
+  sum.missed += more.missed;
+  sum.phantom += more.phantom;
+  sum.undecided += more.undecided;
+  sum.failed += more.failed;
+  sum.unsupported += more.unsupported;
+  sum.missing += more.missing;
+}
+
+Standing stand(std::span<const SetResult> sets, const std::string& backend, QueryKind query) {
+  Standing standing{backend, 0, 0, {}};
+  for (const SetResult& set : sets) {
+    for (const BackendResult& result : set.backends) {
+      if (result.name != backend) continue;
+      standing.nanoseconds += verdict_speed(set, result, query) / static_cast<double>(sets.size());
+      standing.worst_error = std::max(standing.worst_error, result.judgement.cost[index_of(query)].worst);
+      add(standing.wrongness, result.judgement.wrongness[index_of(query)]);
+    }
+  }
+  return standing;
+}
+
+}  // namespace
+
+Ranking rank(std::span<const SetResult> sets, QueryKind query) {
+  Ranking ranking{query, {}};
+  for (const SetResult& set : sets.first(sets.empty() ? 0 : 1)) {
+    for (const BackendResult& backend : set.backends)
+      ranking.standings.push_back(stand(sets, backend.name, query));
+  }
+  std::stable_sort(ranking.standings.begin(), ranking.standings.end(),
+                   [](const Standing& x, const Standing& y) {
+                     const std::size_t wrong_x = x.wrongness.total(), wrong_y = y.wrongness.total();
+                     if (wrong_x != wrong_y) return wrong_x < wrong_y;
+                     if (wrong_x != 0 || std::isnan(x.nanoseconds)) return false;
+                     return std::isnan(y.nanoseconds) || x.nanoseconds < y.nanoseconds;
+                   });
+  return ranking;
+}
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "examples/measures/accuracy.hpp"
+
+namespace touchstone::comparison {
+
+/// One backend on one pair set, answers summed up.
+struct BackendResult {
+  std::string name;
+  std::string description;
+  Capabilities capabilities;
+  struct Rows {
+    std::optional<Timing> single, batch, raw;
+    std::optional<double> allocations;
+  };
+  std::array<Rows, 3> rows;  ///< by QueryKind
+  std::array<std::optional<Timing>, 3> frame;
+  Judgement judgement;
+  bool judged = false;  ///< false in a build without `exact`
+  std::string failure;
+};
+
+struct SetResult {
+  std::string name;
+  std::string description;
+  std::size_t cases = 0, contacts = 0, touching = 0;
+  std::size_t pairs = 0;  ///< a frame
+  std::vector<BackendResult> backends;
+  std::vector<std::string> ids;  ///< as PairSet's
+};
+std::string case_id(const SetResult& set, std::size_t index);
+
+/// The speed that a verdict goes by [ns per pair]: one pair a call, or in a scene a frame a call; NaN if not
+/// measured.
+double verdict_speed(const SetResult& set, const BackendResult& backend, QueryKind query);
+
+}  // namespace touchstone::comparison

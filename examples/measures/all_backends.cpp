@@ -1,0 +1,28 @@
+#include "examples/measures/all_backends.hpp"
+
+#ifdef TOUCHSTONE_HAS_EXACT
+#include "adapters/exact/exact.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_BULLET
+#include "adapters/bullet/bullet.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_ODE
+#include "adapters/ode/ode.hpp"
+#endif
+
+namespace touchstone::comparison {
+
+void register_all_backends(BackendRegistry& registry) {
+  register_core(registry);
+#ifdef TOUCHSTONE_HAS_BULLET
+  register_bullet(registry);
+#endif
+#ifdef TOUCHSTONE_HAS_ODE
+  register_ode(registry);
+#endif
+#ifdef TOUCHSTONE_HAS_EXACT
+  register_exact(registry);
+#endif
+}
+
+}  // namespace touchstone::comparison
