@@ -41,7 +41,7 @@ PosedSolids scaled_pair(Random& random, std::uint64_t seed, std::uint64_t index)
   return pair;
 }
 
-Pose in_single_precision(const Pose& X) {
+Pose rounded_pose(const Pose& X) {
   Pose out;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) out.R(i, j) = in_single_precision(X.R(i, j));
@@ -52,7 +52,7 @@ Pose in_single_precision(const Pose& X) {
 
 PosedSolids single_precision_pair(Random& random, std::uint64_t seed, std::uint64_t index) {
   PosedSolids pair = any_compared_pair(random, seed, index);
-  pair.X_WA = in_single_precision(pair.X_WA), pair.X_WB = in_single_precision(pair.X_WB);
+  pair.X_WA = rounded_pose(pair.X_WA), pair.X_WB = rounded_pose(pair.X_WB);
   return pair;
 }
 
