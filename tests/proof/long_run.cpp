@@ -129,18 +129,20 @@ class Findings {
 /// Consecutive blocks of every family in turn, so that an early end has seen them all.
 class Blocks {
  public:
-  explicit Blocks(const LongRunOptions& options) {
-    const std::size_t count = families().size();
+  explicit Blocks(const LongRunOptions& options) : families_(options.families) {
+    if (families_.empty())
+      for (std::size_t i = 0; i < families().size(); ++i) families_.push_back(i);
+    const std::size_t count = families_.size();
     per_family_ = (options.count + count - 1) / count;
     const std::size_t distances = std::max<std::size_t>(1, (options.distances + count - 1) / count);
     stride_ = options.distances == 0 ? 0 : std::max<std::size_t>(1, per_family_ / distances);
   }
 
-  std::size_t count() const { return (per_family_ + kBlock - 1) / kBlock * families().size(); }
+  std::size_t count() const { return (per_family_ + kBlock - 1) / kBlock * families_.size(); }
 
   std::size_t run(std::size_t block, const LongRunOptions& options, Narrowphase& narrowphase,
                   Findings& findings) const {
-    const std::size_t family = block % families().size(), first = block / families().size() * kBlock;
+    const std::size_t family = families_[block % families_.size()], first = block / families_.size() * kBlock;
     const std::size_t size = std::min(kBlock, per_family_ - first);
     std::vector<PosedSolids> solids;
     for (std::size_t i = 0; i < size; ++i) solids.push_back(make_pair(family, options.seed, first + i));
@@ -156,6 +158,7 @@ class Blocks {
   }
 
  private:
+  std::vector<std::size_t> families_;
   std::size_t per_family_, stride_;
 };
 
