@@ -14,10 +14,10 @@ namespace {
 std::uint64_t hash(const HashOptions& options) { return total_hash(result_hashes(options, make_native)); }
 
 TEST(ResultHash, BatchSizesThreadsAndACacheDoNotShow) {
-  const HashOptions reference{.count = 150, .threads = 1, .batch = 1};
+  const HashOptions reference{.count = 100, .threads = 1, .batch = 1};
   const std::uint64_t expected = hash(reference);
-  for (const std::size_t batch : {2u, 7u, 8u, 33u, 4096u}) {
-    for (const int threads : {1, 2, 5}) {
+  for (const std::size_t batch : {2u, 7u, 33u, 4096u}) {
+    for (const int threads : {1, 3}) {
       for (const bool cache : {false, true}) {
         HashOptions options = reference;
         options.batch = batch, options.threads = threads, options.cache = cache;
