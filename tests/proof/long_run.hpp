@@ -18,9 +18,9 @@ namespace touchstone::proof {
 
 struct LongRunOptions {
   std::uint64_t seed = 1;
-  std::size_t count = 10'000'000;     ///< pairs, shared evenly by the families (rounded up)
-  std::size_t distances = 150'000;    ///< of these with their distance compared, shared evenly
-  std::vector<std::size_t> families;  ///< indices; empty: all
+  std::size_t count = 10'000'000;          ///< pairs, shared evenly by the families (rounded up)
+  std::size_t distances = 150'000;         ///< of these with their distance compared, shared evenly
+  std::vector<std::size_t> families = {};  ///< indices; empty: all
   int threads = 2;
   const std::atomic<bool>* stop = nullptr;  ///< set: end early, with what is done
 };
