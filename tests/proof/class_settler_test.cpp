@@ -60,7 +60,7 @@ TEST(ClassSettler, FilterIntegersAndExactAgree) {
   int unsettled = 0;
   for (std::size_t family = 0; family < families().size(); ++family) {
     const bool many = families()[family].name == "decoded";
-    for (std::uint64_t index = 0; index < (many ? 400u : 40u); ++index) {
+    for (std::uint64_t index = 0; index < (many ? 150u : 15u); ++index) {
       const PosedSolids solids = make_pair(family, 7, index);
       WorldVertices a, b;
       world_vertices(solids.a, solids.X_WA, a), world_vertices(solids.b, solids.X_WB, b);
