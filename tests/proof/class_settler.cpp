@@ -58,7 +58,7 @@ Coordinates place(const PosedSolids& solids) {
 
 // ---- the filter
 
-enum class Gap { apart, overlapping, unknown };
+enum class Gap { apart, overlapping, unknown, no_direction };
 
 /// Signs of gaps in doubles, each with a bound on its error.
 ///
@@ -118,10 +118,20 @@ class Filter {
     const double larger_gap = std::max(low_b - high_a, low_a - high_b);
     if (larger_gap > 3 * bound) return Gap::apart;
     if (larger_gap < -3 * bound) return Gap::overlapping;
-    return Gap::unknown;
+    return vanishes(e, f) ? Gap::no_direction : Gap::unknown;
   }
 
  private:
+  /// e x f is exactly zero because every product in it has a factor 0, and a difference is 0 only where it is
+  /// exactly.
+  static bool vanishes(const double* e, const double* f) {
+    for (int k = 0; k < 3; ++k) {
+      const int l = (k + 1) % 3, m = (k + 2) % 3;
+      if ((e[l] != 0.0 && f[m] != 0.0) || (e[m] != 0.0 && f[l] != 0.0)) return false;
+    }
+    return true;
+  }
+
   static constexpr double kRoundoff = 0x1p-53;
   static constexpr double kLeast = 0x1p-900;
   static constexpr double kUnderflow = 0x1p-1000;
@@ -244,11 +254,13 @@ SettledClass settle_class(const PosedSolids& solids) {
       case Gap::overlapping:
         full_rank = true;
         break;
+      case Gap::no_direction:
+        break;
       case Gap::unknown:
         open.push_back(direction);
     }
   }
-  if (open.empty()) return {PairClass::penetrating, 0};
+  if (open.empty() && full_rank) return {PairClass::penetrating, 0};
   return settle_in_integers(points, open, full_rank);
 }
 
