@@ -1,0 +1,14 @@
+#pragma once
+
+#include "contact_core/geometry/hexahedron.hpp"
+#include "contact_core/geometry/pose.hpp"
+
+namespace touchstone::proof {
+
+/// What is asked about: two solids in their poses.
+struct PosedSolids {
+  Hexahedron a, b;
+  Pose X_WA, X_WB;
+};
+
+}  // namespace touchstone::proof
