@@ -10,18 +10,9 @@
 namespace touchstone::native {
 namespace {
 
-/// Edges this close coincide, points this close to the deepest are as deep: so many u * extent.
-constexpr double kCoincide = 16;
+/// Points this close to the deepest are as deep: so many u * extent.
 constexpr double kAsDeep = 64;
 constexpr std::uint32_t kWitnessId = 0x10000;
-
-/// The corners of the clip that may become contact points.
-struct Candidates {
-  int count = 0;
-  int deepest = -1;  ///< the first of those as deep as the deepest
-  std::array<std::uint8_t, FlatPolygon::kMost> edge;
-  std::array<std::uint32_t, FlatPolygon::kMost> id;
-};
 
 template <int N>
 struct Patch {
@@ -31,84 +22,81 @@ struct Patch {
   std::uint32_t label(int edge) const { return edge < N ? a.label[edge] : b.label[edge - N]; }
 };
 
+/// Contact points in the clip's order.
+struct Points {
+  ContactPoint* points;
+  int count = 0;
+  int deepest = 0;  ///< the first of those as deep as the deepest
+};
+
+/// Writes the clip's corners as contact points, those further apart than `limit` left out.
 template <int N>
-void find_candidates(const Patch<N>& patch, double limit, double tie, Candidates& out) {
+Points write_corners(const Patch<N>& patch, const SignedDistance& distance, double limit, double tie,
+                     std::uint32_t faces, ContactPoint* points) {
   const Clip<N>& clip = patch.clip;
+  const Vector3 n = distance.n;
+  Points out{points};
   double least = limit;
+  std::array<double, 2 * N> separations;
   std::uint32_t before = clip.count > 0 ? patch.label(clip.edge[clip.count - 1]) : 0;
-  out.count = 0;
-  for (int i = 0; i < clip.count; ++i) {
-    const int edge = clip.edge[i];
+  for (int k = 0; k < clip.count; ++k) {
+    const int edge = clip.edge[k], i = edge % N;
+    const bool on_a = edge < N;
+    const Placed<N>& on = clip.on[on_a ? 0 : 1];
+    const double s = on.separation[i];
+    // No pair of points lies deeper than the pair; what rounding puts below is as deep.
+    const double separation = s > distance.separation ? s : distance.separation;
+    ContactPoint& point = points[out.count];
+    Vector3 &own = on_a ? point.p_A_W : point.p_B_W, &other = on_a ? point.p_B_W : point.p_A_W;
+    const double across = on_a ? separation : -separation;
+    const double x = on.p_x[i], y = on.p_y[i], z = on.p_z[i];
+    own = {x, y, z};
+    other = {x + across * n.x(), y + across * n.y(), z + across * n.z()};
+    point.separation = separation;
     const std::uint32_t label = patch.label(edge);
-    const double separation = clip.separation[edge];
-    out.edge[out.count] = static_cast<std::uint8_t>(edge);
-    out.id[out.count] = 1 + before + 16 * label;
+    point.feature_id = (1 + before + 16 * label) + faces;
+    before = label;
+    separations[out.count] = separation;
     out.count += separation <= limit;
     least = separation < least ? separation : least;
-    before = label;
   }
-  out.deepest = -1;
-  for (int i = out.count - 1; i >= 0; --i)
-    out.deepest = clip.separation[out.edge[i]] <= least + tie ? i : out.deepest;
+  for (int k = out.count - 1; k >= 0; --k) out.deepest = separations[k] <= least + tie ? k : out.deepest;
+  return out;
 }
 
-/// Which of the candidates stay, when there are more than `room`.
-template <int N>
-int reduce(const Patch<N>& patch, const Candidates& candidates, const TangentFrame& frame, int room, int must,
-           Choice& chosen) {
+/// Keeps `room` of the points, `must` among them unless it is negative.
+void reduce(const Vector3& n, int room, int must, Points& points) {
+  const TangentFrame frame = tangent_frame(n);
   FlatPolygon polygon;
-  polygon.count = candidates.count;
-  for (int i = 0; i < candidates.count; ++i) {
-    const int edge = candidates.edge[i];
-    const Vector3 p(patch.clip.p_x[edge], patch.clip.p_y[edge], patch.clip.p_z[edge]);
+  polygon.count = points.count;
+  for (int i = 0; i < points.count; ++i) {
+    const Vector3& p = points.points[i].p_A_W;
     polygon.x[i] = dot(p, frame.x), polygon.y[i] = dot(p, frame.y);
   }
+  Choice chosen;
   if (room > 0) choose_largest(polygon, room, must, chosen);
-  return room;
+  for (int i = 0; i < room; ++i) points.points[i] = points.points[chosen[i]];
+  points.count = room;
 }
 
-template <int N>
-void write_points(const Patch<N>& patch, const TangentFrame& frame, std::uint32_t faces,
-                  const SignedDistance& distance, double max_separation, int max_points, double extent,
-                  Manifold& manifold) {
-  const double limit = std::max(max_separation, distance.separation);
-  const double tie = kAsDeep * kRoundoff * extent;
-  Candidates candidates;
-  find_candidates(patch, limit, tie, candidates);
-  const bool reached =
-      candidates.deepest >= 0 &&
-      std::abs(patch.clip.separation[candidates.edge[candidates.deepest]] - distance.separation) <= tie;
-  const int deepest = reached ? candidates.deepest : -1;
-  const int room = reached ? max_points : max_points - 1;
-
-  Choice chosen;
-  int count = candidates.count;
-  if (count > room) {
-    count = reduce(patch, candidates, frame, room, deepest, chosen);
-  } else {
-    for (int i = 0; i < count; ++i) chosen[i] = i;
-  }
-  for (int k = 0; k < count; ++k) {
-    const int i = chosen[k], edge = candidates.edge[i];
-    ContactPoint& point = manifold.points[k];
-    const Vector3 p(patch.clip.p_x[edge], patch.clip.p_y[edge], patch.clip.p_z[edge]);
-    // No pair of points lies deeper than the pair; what rounding puts below is as deep.
-    const double s = patch.clip.separation[edge];
-    const double separation = i == deepest || !(s > distance.separation) ? distance.separation : s;
-    const bool on_a = edge < N;
-    point.p_A_W = p + (on_a ? 0.0 : -separation) * frame.n;
-    point.p_B_W = p + (on_a ? separation : 0.0) * frame.n;
-    point.separation = separation;
-    point.feature_id = candidates.id[i] + faces;
-  }
-  if (!reached) {
-    ContactPoint& point = manifold.points[count++];
-    point.p_A_W = distance.p_A;
-    point.p_B_W = distance.p_A + distance.separation * distance.n;
+/// Sees to it that the deepest point is there with the pair's own separation, and to the number of points.
+int finish(const SignedDistance& distance, double tie, int max_points, Points& points) {
+  const auto set = [&distance](const Vector3& p_A, ContactPoint& point) {
+    point.p_A_W = p_A;
+    point.p_B_W = p_A + distance.separation * distance.n;
     point.separation = distance.separation;
-    point.feature_id = kWitnessId;
+  };
+  ContactPoint& deepest = points.points[points.deepest];
+  if (points.count > 0 && deepest.separation - distance.separation <= tie) {
+    set(deepest.p_A_W, deepest);
+    if (points.count > max_points) reduce(distance.n, max_points, points.deepest, points);
+    return points.count;
   }
-  manifold.count = count;
+  if (points.count >= max_points) reduce(distance.n, max_points - 1, -1, points);
+  ContactPoint& witness = points.points[points.count++];
+  set(distance.p_A, witness);
+  witness.feature_id = kWitnessId;
+  return points.count;
 }
 
 }  // namespace
@@ -116,23 +104,27 @@ void write_points(const Patch<N>& patch, const TangentFrame& frame, std::uint32_
 void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_separation,
                    int max_points, Manifold& manifold) {
   const TangentFrame frame = tangent_frame(distance.n);
-  const double extent = pair.hulls.extent;
-  Facing a = facing(*pair.a, pair.R_WA, pair.hulls.a, frame.n, 1.0);
-  Facing b = facing(*pair.b, pair.R_WB, pair.hulls.b, frame.n, -1.0);
+  const double extent = pair.hulls.extent, tie = kAsDeep * kRoundoff * extent;
+  const double limit = std::max(max_separation, distance.separation);
+  Facing a, b;
+  find_facings(pair, frame.n, a, b);
   const auto faces = static_cast<std::uint32_t>(256 * a.face + 4096 * b.face);
-  const double tolerance = kCoincide * kRoundoff * extent, shortest = kSameCorner * extent;
 
   Patch<4> plain;
   if (plain_outlines(pair, frame, a, b, plain.a, plain.b)) {
-    clip(plain.a, plain.b, frame.n, a, b, tolerance, shortest, plain.clip);
-    write_points(plain, frame, faces, distance, max_separation, max_points, extent, manifold);
+    clip(plain.a, plain.b, a, b, extent, plain.clip);
+    Points points = write_corners(plain, distance, limit, tie, faces, manifold.points.data());
+    manifold.count = finish(distance, tie, max_points, points);
     return;
   }
   Patch<kMostCorners> patch;
   if (careful_outline(pair.a->faces[a.face], pair.hulls.a, extent, frame, 1.0, a, patch.a) &&
       careful_outline(pair.b->faces[b.face], pair.hulls.b, extent, frame, -1.0, b, patch.b))
-    clip(patch.a, patch.b, frame.n, a, b, tolerance, shortest, patch.clip);
-  write_points(patch, frame, faces, distance, max_separation, max_points, extent, manifold);
+    clip(patch.a, patch.b, a, b, extent, patch.clip);
+  std::array<ContactPoint, FlatPolygon::kMost + 1> corners;
+  Points points = write_corners(patch, distance, limit, tie, faces, corners.data());
+  manifold.count = finish(distance, tie, max_points, points);
+  std::copy(corners.begin(), corners.begin() + manifold.count, manifold.points.begin());
 }
 
 }  // namespace touchstone::native

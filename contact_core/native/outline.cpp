@@ -21,6 +21,15 @@ struct Corners {
   const Corner& next(int i) const { return corners[i + 1 < count ? i + 1 : 0]; }
 };
 
+template <class Mask>
+bool all_of(Mask mask) {
+#ifdef __SSE2__
+  return __builtin_ia32_movmskpd((Double2)mask) == 3;
+#else
+  return mask[0] != 0 && mask[1] != 0;
+#endif
+}
+
 double square(double x) { return x * x; }
 
 /// Vertex k of the face in an order that is counter-clockwise seen against n.
@@ -61,14 +70,13 @@ bool project_plain(const TangentFrame& frame, int first_label, Outline<4>& out) 
     out.length2.d[i] = ex * ex + ey * ey;
   }
   const Row<4> fx = next(out.edge_x), fy = next(out.edge_y), length2 = next(out.length2);
-  unsigned blunt = 0;
+  bool all_blunt = true;
   for (int i = 0; i < 2; ++i) {
     const Double2 turn = out.edge_x.d[i] * fy.d[i] - out.edge_y.d[i] * fx.d[i];
-    const auto sine_is_large = turn * turn > (kSharp * kSharp) * (out.length2.d[i] * length2.d[i]);
-    const auto is_blunt = sine_is_large & (turn > 0.0);
-    blunt += (is_blunt[0] != 0) + (is_blunt[1] != 0);
+    const Double2 least2 = (kSharp * kSharp) * (out.length2.d[i] * length2.d[i]);
+    all_blunt &= all_of((turn > 0.0) & (turn * turn > least2));
   }
-  return blunt == 4;
+  return all_blunt;
 }
 
 /// Into the tangent frame, without corners that repeat their predecessor.
@@ -145,27 +153,48 @@ bool keep_edge(const TangentFrame& frame, double sign, Corners& polygon, Facing&
 
 }  // namespace
 
-Facing facing(const SolidFeatures& features, const Matrix3& R, const WorldVertices& vertices, const Vector3& n,
-              double sign) {
-  const Vector3 x = cross(R.col(1), R.col(2)), y = cross(R.col(2), R.col(0)), z = cross(R.col(0), R.col(1));
-  const Vector3 n_S = sign * Vector3(dot(x, n), dot(y, n), dot(z, n));
-  int best = 0;
-  double best_lean = dot(features.faces[0].normal, n_S);
-  for (int f = 1; f < features.face_count; ++f) {
-    const double lean = dot(features.faces[f].normal, n_S);
-    const bool better = lean > best_lean + kSameLean;
-    best = better ? f : best;
+void find_facings(const PosedPair& pair, const Vector3& n, Facing& a, Facing& b) {
+  // Lane 0 is A, lane 1 is B. n_S: n in the solid's frame, times what makes dot(n_S, local normal) equal
+  // dot(n, cofactor(R) * local normal).
+  const Matrix3 &R_WA = pair.R_WA, &R_WB = pair.R_WB;
+  std::array<std::array<Double2, 3>, 3> R, N;  // [column][row]
+  for (int c = 0; c < 3; ++c)
+    for (int i = 0; i < 3; ++i) R[c][i] = Double2{R_WA(i, c), R_WB(i, c)};
+  std::array<Double2, 3> n_S;
+  const Double2 sign = {1.0, -1.0};
+  for (int c = 0; c < 3; ++c) {
+    const auto &u = R[(c + 1) % 3], &v = R[(c + 2) % 3];
+    for (int i = 0; i < 3; ++i) N[c][i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+    n_S[c] = ((N[c][0] * n.x() + N[c][1] * n.y()) + N[c][2] * n.z()) * sign;
+  }
+  const auto normals = [&](int f) {
+    const Vector3 &p = pair.a->faces[f].normal, &q = pair.b->faces[f].normal;
+    return std::array<Double2, 3>{Double2{p.x(), q.x()}, Double2{p.y(), q.y()}, Double2{p.z(), q.z()}};
+  };
+  // Faces beyond a solid's count have normal zero and lean 0, less than the best.
+  const int faces = std::max(pair.a->face_count, pair.b->face_count);
+  Double2 best_lean = {-1.0, -1.0}, best = {0.0, 0.0};
+  for (int f = 0; f < faces; ++f) {
+    const auto normal = normals(f);
+    const Double2 lean = (normal[0] * n_S[0] + normal[1] * n_S[1]) + normal[2] * n_S[2];
+    const auto better = lean > best_lean + kSameLean;
+    const double index = f;
+    best = better ? Double2{index, index} : best;
     best_lean = better ? lean : best_lean;
   }
-  const HullFace& face = features.faces[best];
-  Facing out;
-  out.face = best;
-  for (int i = 0; i < 3; ++i)
-    out.normal(i) = (x(i) * face.normal.x() + y(i) * face.normal.y()) + z(i) * face.normal.z();
-  out.anchor = vertices.vertex(face.vertices[0]);
-  out.inverse = 1.0 / dot(out.normal, n);
-  out.is_steep = !(best_lean >= kSteep);
-  return out;
+  const Double2 inverse = sign / best_lean;
+  const std::array<Facing*, 2> out = {&a, &b};
+  for (int k = 0; k < 2; ++k) {
+    const int index = static_cast<int>(best[k]);
+    const HullFace& face = (k == 0 ? pair.a : pair.b)->faces[index];
+    out[k]->face = index;
+    for (int i = 0; i < 3; ++i)
+      out[k]->normal(i) =
+          (N[0][i][k] * face.normal.x() + N[1][i][k] * face.normal.y()) + N[2][i][k] * face.normal.z();
+    out[k]->anchor = (k == 0 ? pair.hulls.a : pair.hulls.b).vertex(face.vertices[0]);
+    out[k]->inverse = inverse[k];
+    out[k]->is_steep = !(best_lean[k] >= kSteep);
+  }
 }
 
 bool plain_outlines(const PosedPair& pair, const TangentFrame& frame, const Facing& a, const Facing& b,

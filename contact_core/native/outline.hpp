@@ -56,9 +56,9 @@ inline constexpr double kSteep = 0x1p-3;
 /// Sine of a corner's angle below which it is sharp.
 inline constexpr double kSharp = 0x1p-2;
 
-/// The face whose normal is most along sign * n, the first of those equal to rounding.
-Facing facing(const SolidFeatures& features, const Matrix3& R, const WorldVertices& vertices, const Vector3& n,
-              double sign);
+/// Of each solid the face whose normal is most along n (A) or against it (B), the first of those equal to
+/// rounding.
+void find_facings(const PosedPair& pair, const Vector3& n, Facing& a, Facing& b);
 
 /// Both outlines when the faces are quadrangles without sharp corners, neither steep; else false.
 bool plain_outlines(const PosedPair& pair, const TangentFrame& frame, const Facing& a, const Facing& b,

@@ -6,47 +6,63 @@
 
 namespace touchstone::native {
 
-/// The corners of the region common to two outlines, counter-clockwise, unsorted: each is the point where the
-/// region's boundary turns onto an edge. Edges 0 to N - 1 are A's, N to 2 N - 1 are B's.
+/// On each edge of an outline, where the common region's boundary turns onto it, and how far the other solid's
+/// plane is from there along n, negative inside.
+template <int N>
+struct Placed {
+  Row<N> p_x, p_y, p_z, separation;
+};
+
+/// The corners of the region common to two outlines, counter-clockwise. Each lies on the edge that the boundary
+/// turns onto there: 0 to N - 1 are A's edges, N to 2 N - 1 B's.
 template <int N>
 struct Clip {
   int count = 0;
-  std::array<std::uint8_t, 2 * N> edge;  ///< of the corners, in order
-  /// By edge: the corner, on that edge of its solid, and how far the other solid's plane is from there along
-  /// n, negative inside.
-  alignas(16) std::array<double, 2 * N> p_x, p_y, p_z, separation;
+  std::array<std::uint8_t, 2 * N> edge;  ///< of each corner
+  std::array<Placed<N>, 2> on;           ///< A's edges, B's edges
 };
 
 /// Clips each edge of either outline against the lines of all edges of the other (Cyrus, Beck 1978), which
 /// needs no branches; what is left of the edges, in the order of their directions, is the common region's
 /// boundary. Where edges coincide to `tolerance` A's counts. Edges left with no more than `shortest` are
-/// dropped.
-///
-/// Each half's own error does not add up: a corner lies on its own edge by construction and within tolerance
-/// and rounding of the lines that cut it.
+/// dropped. A corner lies on its own edge by construction, and within rounding of the lines that cut it.
+/// @param extent at least every |coordinate|
 template <int N>
-void clip(const Outline<N>& a, const Outline<N>& b, const Vector3& n, const Facing& plane_a,
-          const Facing& plane_b, double tolerance, double shortest, Clip<N>& out);
+void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const Facing& plane_b, double extent,
+          Clip<N>& out);
 
 // ---- implementation
 
 namespace clip_detail {
 
+/// Parallel edges no further apart than this many u * extent coincide.
+constexpr double kCoincide = 16;
 /// Edges are parallel to rounding when moving one across by the tolerance moves their crossing by more than this
 /// part of the other.
 constexpr double kParallel = 0x1p-20;
 
 inline Double2 splat(double x) { return Double2{x, x}; }
 
-/// Bit i: p[i] < 0; p holds no -0.
+/// Of the result of a comparison.
+template <class Mask>
+unsigned bits(Mask mask) {
+#ifdef __SSE2__
+  return static_cast<unsigned>(__builtin_ia32_movmskpd((Double2)mask));
+#else
+  return (mask[0] != 0 ? 1u : 0u) | (mask[1] != 0 ? 2u : 0u);
+#endif
+}
+
+template <class Mask>
+bool any_of(Mask mask) {
+  return bits(mask) != 0;
+}
+
+/// Bit i: p[i] < 0.
 template <int N>
 unsigned negative(const Row<N>& p) {
   unsigned mask = 0;
-#ifdef __SSE2__
-  for (int i = 0; i < N / 2; ++i) mask |= static_cast<unsigned>(__builtin_ia32_movmskpd(p.d[i])) << (2 * i);
-#else
-  for (int i = 0; i < N; ++i) mask |= static_cast<unsigned>(p[i] < 0.0) << i;
-#endif
+  for (int i = 0; i < N / 2; ++i) mask |= bits(p.d[i] < 0.0) << (2 * i);
   return mask;
 }
 
@@ -71,32 +87,45 @@ struct Parts {
 /// Bit i: edge i has more than `shortest` left.
 template <int N>
 unsigned longer(const Parts<N>& parts, const Row<N>& length2, double shortest) {
-  Row<N> missing;
+  const Double2 least2 = splat(shortest * shortest);
+  unsigned mask = 0;
   for (int i = 0; i < N / 2; ++i) {
     const Double2 part = parts.to.d[i] - parts.from.d[i];
-    const auto is_left = (part > 0.0) & (part * part * length2.d[i] > shortest * shortest);
-    missing.d[i] = is_left ? splat(-1.0) : splat(1.0);
+    mask |= bits((part > 0.0) & (part * part * length2.d[i] > least2)) << (2 * i);
   }
-  return negative(missing);
+  return mask;
 }
 
-/// The other outline's lines cut `edges`: line k by the rows lines.x[k] and so on; r[k] = 1 / cross(edge of A,
-/// edge of B). Sign is +1 for A's edges, -1 for B's. An edge parallel to a line (r infinite, or NaN times 0)
-/// is left whole when its start is inside.
-template <int N, bool kOfA>
+/// Whether some edge of A is parallel to one of B to rounding, or nearly so. `reach` bounds the edges' lengths.
+template <int N>
+bool any_parallel(const std::array<Row<N>, N>& r, double tolerance, double reach) {
+  Double2 low = splat(0.0), high = splat(0.0);
+  for (int j = 0; j < N; ++j)
+    for (int i = 0; i < N / 2; ++i) low = least(r[j].d[i], low), high = greatest(r[j].d[i], high);
+  const Double2 bound = splat(kParallel / (tolerance * reach));
+  return any_of((high > bound) | (low < -bound));
+}
+
+/// The other outline's lines cut `edges`. r[k] = 1 / cross(edge of A, edge of B) for the other's edge k. A's
+/// edges (kOfA) that are parallel to a line to rounding are kept when no more than `tolerance` outside, B's
+/// only when more than that inside. (Where r is infinite, t is infinite or NaN, and from and to stay or cross.)
+template <int N, bool kOfA, bool kAnyParallel>
 Parts<N> cut(const Outline<N>& edges, const Outline<N>& lines, const std::array<Row<N>, N>& r,
              double tolerance) {
   Parts<N> out;
   for (int i = 0; i < N / 2; ++i) out.from.d[i] = splat(0.0), out.to.d[i] = splat(1.0);
   for (int k = 0; k < N; ++k) {
     const double ex = lines.edge_x[k], ey = lines.edge_y[k];
-    const Double2 lx = splat(ex), ly = splat(ey), x = splat(lines.x[k]), y = splat(lines.y[k]);
-    const Double2 slack = splat((kOfA ? tolerance : -tolerance) * (std::abs(ex) + std::abs(ey)));
+    const Double2 lx = splat(kOfA ? ex : -ex), ly = splat(kOfA ? ey : -ey);
+    const Double2 x = splat(lines.x[k]), y = splat(lines.y[k]);
     for (int i = 0; i < N / 2; ++i) {
-      Double2 side = lx * (edges.y.d[i] - y) - ly * (edges.x.d[i] - x);
-      const Double2 part = slack * r[k].d[i];
-      side += part * part > kParallel * kParallel ? slack : splat(0.0);
-      const Double2 t = kOfA ? side * r[k].d[i] : -side * r[k].d[i];
+      Double2 side = lx * (edges.y.d[i] - y) - ly * (edges.x.d[i] - x);  // A: > 0 inside, B: < 0
+      if constexpr (kAnyParallel) {
+        const Double2 slack = splat(tolerance * (std::abs(ex) + std::abs(ey)));
+        const Double2 part = slack * r[k].d[i];
+        side += part * part > kParallel * kParallel ? slack : splat(0.0);
+      }
+      const Double2 t = side * r[k].d[i];
       const auto enters = kOfA ? r[k].d[i] < 0.0 : r[k].d[i] >= 0.0;
       const Double2 in = enters ? t : splat(0.0), leaving = enters ? splat(1.0) : t;
       out.from.d[i] = greatest(in, out.from.d[i]);
@@ -108,23 +137,18 @@ Parts<N> cut(const Outline<N>& edges, const Outline<N>& lines, const std::array<
 
 /// The corners on the edges, and how far the other solid's plane is from them.
 template <int N>
-void place(const Outline<N>& edges, const Row<N>& from, const Vector3& n, const Facing& plane, double sign,
-           int first, Clip<N>& out) {
+void place(const Outline<N>& edges, const Row<N>& from, const Facing& plane, double sign, Placed<N>& out) {
   const Double2 nx = splat(plane.normal.x()), ny = splat(plane.normal.y()), nz = splat(plane.normal.z());
   const Double2 qx = splat(plane.anchor.x()), qy = splat(plane.anchor.y()), qz = splat(plane.anchor.z());
   const Double2 scale = splat(sign * plane.inverse);
-  static_cast<void>(n);
   for (int i = 0; i < N / 2; ++i) {
     const int j = (i + 1) % (N / 2);
     const Double2 x = edges.p_x.d[i], y = edges.p_y.d[i], z = edges.p_z.d[i], t = from.d[i];
     const Double2 px = x + t * (__builtin_shufflevector(x, edges.p_x.d[j], 1, 2) - x);
     const Double2 py = y + t * (__builtin_shufflevector(y, edges.p_y.d[j], 1, 2) - y);
     const Double2 pz = z + t * (__builtin_shufflevector(z, edges.p_z.d[j], 1, 2) - z);
-    const Double2 s = ((nx * (qx - px) + ny * (qy - py)) + nz * (qz - pz)) * scale;
-    for (int k = 0; k < 2; ++k) {
-      const int to = first + 2 * i + k;
-      out.p_x[to] = px[k], out.p_y[to] = py[k], out.p_z[to] = pz[k], out.separation[to] = s[k];
-    }
+    out.p_x.d[i] = px, out.p_y.d[i] = py, out.p_z.d[i] = pz;
+    out.separation.d[i] = ((nx * (qx - px) + ny * (qy - py)) + nz * (qz - pz)) * scale;
   }
 }
 
@@ -139,7 +163,7 @@ struct Order {
   int first_b = 0;  ///< B's edge that comes first
   int count_b = N;
 
-  void add(int position) { words[position / 64] |= std::uint64_t{1} << (position % 64); }
+  void add(int position, std::uint64_t bit) { words[position / 64] |= bit << (position % 64); }
   int edge_at(int position) const {
     const int group = position / kGroup, place = position % kGroup;
     if (place == 0) return group;
@@ -155,17 +179,15 @@ Order<N> order(int count_b, const std::array<Row<N>, N>& r, unsigned left_a, uns
   std::array<int, N> group{};
   for (int j = 0; j < count_b; ++j) {
     const unsigned behind = negative(r[j]);  // A's edges whose direction is past B's edge j
-    const unsigned last = ~behind & (behind >> 1 | behind << (N - 1)) & ((1u << N) - 1);
+    const unsigned last = ~behind & (behind >> 1 | behind << (N - 1));
     group[j] = std::countr_zero(last | 1u << (N - 1));
   }
   for (int j = count_b - 1; j >= 0; --j)
-    if (group[j > 0 ? j - 1 : count_b - 1] > group[j]) out.first_b = j;
-  for (int i = 0; i < N; ++i)
-    out.words[i * Order<N>::kGroup / 64] |= std::uint64_t{left_a >> i & 1u} << (i * Order<N>::kGroup % 64);
+    out.first_b = group[j > 0 ? j - 1 : count_b - 1] > group[j] ? j : out.first_b;
+  for (int i = 0; i < N; ++i) out.add(i * Order<N>::kGroup, left_a >> i & 1u);
   for (int j = 0; j < count_b; ++j) {
     const int place = 1 + (j >= out.first_b ? j - out.first_b : j - out.first_b + count_b);
-    const int position = group[j] * Order<N>::kGroup + place;
-    out.words[position / 64] |= std::uint64_t{left_b >> j & 1u} << (position % 64);
+    out.add(group[j] * Order<N>::kGroup + place, left_b >> j & 1u);
   }
   return out;
 }
@@ -173,27 +195,34 @@ Order<N> order(int count_b, const std::array<Row<N>, N>& r, unsigned left_a, uns
 }  // namespace clip_detail
 
 template <int N>
-void clip(const Outline<N>& a, const Outline<N>& b, const Vector3& n, const Facing& plane_a,
-          const Facing& plane_b, double tolerance, double shortest, Clip<N>& out) {
+void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const Facing& plane_b, double extent,
+          Clip<N>& out) {
   using namespace clip_detail;
+  const double tolerance = kCoincide * kRoundoff * extent, shortest = kSameCorner * extent;
   std::array<Row<N>, N> r, r_transposed;
   for (int j = 0; j < N; ++j) {
     const Double2 ex = splat(b.edge_x[j]), ey = splat(b.edge_y[j]);
-    for (int i = 0; i < N / 2; ++i) {
-      // + 0 makes -0 a 0.
-      const Double2 across = (a.edge_x.d[i] * ey - a.edge_y.d[i] * ex) + 0.0;
-      r[j].d[i] = 1.0 / across;
-    }
+    for (int i = 0; i < N / 2; ++i)  // + 0 makes -0 a 0
+      r[j].d[i] = 1.0 / ((a.edge_x.d[i] * ey - a.edge_y.d[i] * ex) + 0.0);
   }
   transpose<N>(r, r_transposed);
-  const Parts<N> of_a = cut<N, true>(a, b, r, tolerance), of_b = cut<N, false>(b, a, r_transposed, tolerance);
-  place<N>(a, of_a.from, n, plane_b, 1.0, 0, out);
-  place<N>(b, of_b.from, n, plane_a, -1.0, N, out);
-  const Order<N> ordered = order<N>(b.count, r, longer(of_a, a.length2, shortest), longer(of_b, b.length2, shortest));
-  out.count = 0;
+  Parts<N> of_a, of_b;
+  if (any_parallel<N>(r, tolerance, 8 * extent)) {
+    of_a = cut<N, true, true>(a, b, r, tolerance);
+    of_b = cut<N, false, true>(b, a, r_transposed, tolerance);
+  } else {
+    of_a = cut<N, true, false>(a, b, r, tolerance);
+    of_b = cut<N, false, false>(b, a, r_transposed, tolerance);
+  }
+  place<N>(a, of_a.from, plane_b, 1.0, out.on[0]);
+  place<N>(b, of_b.from, plane_a, -1.0, out.on[1]);
+  const Order<N> ordered =
+      order<N>(b.count, r, longer(of_a, a.length2, shortest), longer(of_b, b.length2, shortest));
+  int count = 0;
   for (int w = 0; w < Order<N>::kWords; ++w)
     for (std::uint64_t word = ordered.words[w]; word != 0; word &= word - 1)
-      out.edge[out.count++] = static_cast<std::uint8_t>(ordered.edge_at(64 * w + std::countr_zero(word)));
+      out.edge[count++] = static_cast<std::uint8_t>(ordered.edge_at(64 * w + std::countr_zero(word)));
+  out.count = count;
 }
 
 }  // namespace touchstone::native
