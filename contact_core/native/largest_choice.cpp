@@ -37,7 +37,8 @@ void choose_pair(const FlatPolygon& p, int must, Choice& chosen) {
   }
 }
 
-/// The largest polygon of `wanted` corners that starts at `start` and goes on with the `rest` corners after it.
+/// The largest polygon of `wanted` corners that starts at `start` and goes on with the `rest` corners after
+/// it.
 class Chains {
  public:
   Chains(const FlatPolygon& polygon, int start, int rest, double same) : rest_(rest) {

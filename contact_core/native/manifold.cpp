@@ -1,7 +1,9 @@
 #include "contact_core/native/manifold.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 
 #include "contact_core/native/largest_choice.hpp"
 #include "contact_core/native/outline_clip.hpp"
@@ -14,14 +16,6 @@ namespace {
 constexpr double kAsDeep = 64;
 constexpr std::uint32_t kWitnessId = 0x10000;
 
-template <int N>
-struct Patch {
-  Outline<N> a, b;
-  Clip<N> clip;
-
-  std::uint32_t label(int edge) const { return edge < N ? a.label[edge] : b.label[edge - N]; }
-};
-
 /// Contact points in the clip's order.
 struct Points {
   ContactPoint* points;
@@ -31,36 +25,33 @@ struct Points {
 
 /// Writes the clip's corners as contact points, those further apart than `limit` left out.
 template <int N>
-Points write_corners(const Patch<N>& patch, const SignedDistance& distance, double limit, double tie,
+Points write_corners(const Clip<N>& clip, const SignedDistance& distance, double limit, double tie,
                      std::uint32_t faces, ContactPoint* points) {
-  const Clip<N>& clip = patch.clip;
   const Vector3 n = distance.n;
   Points out{points};
-  double least = limit;
   std::array<double, 2 * N> separations;
-  std::uint32_t before = clip.count > 0 ? patch.label(clip.edge[clip.count - 1]) : 0;
-  for (int k = 0; k < clip.count; ++k) {
-    const int edge = clip.edge[k], i = edge % N;
-    const bool on_a = edge < N;
-    const Placed<N>& on = clip.on[on_a ? 0 : 1];
-    const double s = on.separation[i];
+  separations.fill(std::numeric_limits<double>::infinity());
+  double least = limit;
+  std::uint32_t before = clip.label[last_corner(clip)];
+  visit_corners(clip, [&](int edge) {
     // No pair of points lies deeper than the pair; what rounding puts below is as deep.
-    const double separation = s > distance.separation ? s : distance.separation;
+    const double s = clip.separation[edge], separation = s > distance.separation ? s : distance.separation;
+    const double on_b = edge < N ? 0.0 : 1.0;
+    const double to_a = -on_b * separation, to_b = (1.0 - on_b) * separation;
+    const double x = clip.p_x[edge], y = clip.p_y[edge], z = clip.p_z[edge];
+    const std::uint32_t label = clip.label[edge];
     ContactPoint& point = points[out.count];
-    Vector3 &own = on_a ? point.p_A_W : point.p_B_W, &other = on_a ? point.p_B_W : point.p_A_W;
-    const double across = on_a ? separation : -separation;
-    const double x = on.p_x[i], y = on.p_y[i], z = on.p_z[i];
-    own = {x, y, z};
-    other = {x + across * n.x(), y + across * n.y(), z + across * n.z()};
-    point.separation = separation;
-    const std::uint32_t label = patch.label(edge);
+    point.p_A_W = {x + to_a * n.x(), y + to_a * n.y(), z + to_a * n.z()};
+    point.p_B_W = {x + to_b * n.x(), y + to_b * n.y(), z + to_b * n.z()};
+    point.separation = separations[out.count] = separation;
     point.feature_id = (1 + before + 16 * label) + faces;
     before = label;
-    separations[out.count] = separation;
-    out.count += separation <= limit;
+    out.count += separation <= limit ? 1 : 0;
     least = separation < least ? separation : least;
-  }
-  for (int k = out.count - 1; k >= 0; --k) out.deepest = separations[k] <= least + tie ? k : out.deepest;
+  });
+  unsigned deep = 0;
+  for (int k = 0; k < 2 * N; ++k) deep |= (separations[k] <= least + tie ? 1u : 0u) << k;
+  out.deepest = out.count > 0 ? std::countr_zero(deep) : 0;
   return out;
 }
 
@@ -110,19 +101,23 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
   find_facings(pair, frame.n, a, b);
   const auto faces = static_cast<std::uint32_t>(256 * a.face + 4096 * b.face);
 
-  Patch<4> plain;
-  if (plain_outlines(pair, frame, a, b, plain.a, plain.b)) {
-    clip(plain.a, plain.b, a, b, extent, plain.clip);
-    Points points = write_corners(plain, distance, limit, tie, faces, manifold.points.data());
+  Outline<4> plain_a, plain_b;
+  if (plain_outlines(pair, frame, a, b, plain_a, plain_b)) {
+    Clip<4> common;
+    clip(plain_a, plain_b, a, b, extent, common);
+    Points points = write_corners(common, distance, limit, tie, faces, manifold.points.data());
     manifold.count = finish(distance, tie, max_points, points);
     return;
   }
-  Patch<kMostCorners> patch;
-  if (careful_outline(pair.a->faces[a.face], pair.hulls.a, extent, frame, 1.0, a, patch.a) &&
-      careful_outline(pair.b->faces[b.face], pair.hulls.b, extent, frame, -1.0, b, patch.b))
-    clip(patch.a, patch.b, a, b, extent, patch.clip);
+  Outline<kMostCorners> outline_a, outline_b;
+  Clip<kMostCorners> common;
+  if (careful_outline(pair.a->faces[a.face], pair.hulls.a, extent, frame, 1.0, a, outline_a) &&
+      careful_outline(pair.b->faces[b.face], pair.hulls.b, extent, frame, -1.0, b, outline_b))
+    clip(outline_a, outline_b, a, b, extent, common);
+  else
+    common = {};
   std::array<ContactPoint, FlatPolygon::kMost + 1> corners;
-  Points points = write_corners(patch, distance, limit, tie, faces, corners.data());
+  Points points = write_corners(common, distance, limit, tie, faces, corners.data());
   manifold.count = finish(distance, tie, max_points, points);
   std::copy(corners.begin(), corners.begin() + manifold.count, manifold.points.begin());
 }

@@ -40,8 +40,7 @@ int vertex_of(const HullFace& face, double sign, int k) {
 template <int N>
 Row<N> next(const Row<N>& p) {
   Row<N> out;
-  for (int i = 0; i < N / 2; ++i)
-    out.d[i] = __builtin_shufflevector(p.d[i], p.d[(i + 1) % (N / 2)], 1, 2);
+  for (int i = 0; i < N / 2; ++i) out.d[i] = __builtin_shufflevector(p.d[i], p.d[(i + 1) % (N / 2)], 1, 2);
   return out;
 }
 

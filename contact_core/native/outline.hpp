@@ -29,10 +29,10 @@ struct Row {
 template <int N>
 struct Outline {
   int count;
-  Row<N> p_x, p_y, p_z;     ///< corners about the hulls' common origin
-  Row<N> x, y;              ///< corners in the tangent frame
-  Row<N> edge_x, edge_y;    ///< to the next corner in the tangent frame, or a bevel's direction
-  Row<N> length2;           ///< of the edge, squared; 0: bevel
+  Row<N> p_x, p_y, p_z;               ///< corners about the hulls' common origin
+  Row<N> x, y;                        ///< corners in the tangent frame
+  Row<N> edge_x, edge_y;              ///< to the next corner in the tangent frame, or a bevel's direction
+  Row<N> length2;                     ///< of the edge, squared; 0: bevel
   std::array<std::uint8_t, N> label;  ///< which of the face's edges
 };
 

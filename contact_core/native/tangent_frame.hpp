@@ -17,9 +17,8 @@ inline TangentFrame tangent_frame(const Vector3& n) {
   const double sign = std::copysign(1.0, n.z());
   const double a = -1.0 / (sign + n.z());
   const double b = n.x() * n.y() * a;
-  return {n,
-          {1.0 + sign * (n.x() * n.x() * a), sign * b, -sign * n.x()},
-          {b, sign + n.y() * n.y() * a, -n.y()}};
+  return {
+      n, {1.0 + sign * (n.x() * n.x() * a), sign * b, -sign * n.x()}, {b, sign + n.y() * n.y() * a, -n.y()}};
 }
 
 }  // namespace touchstone::native
