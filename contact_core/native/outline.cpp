@@ -5,6 +5,8 @@
 namespace touchstone::native {
 namespace {
 
+/// Corners closer than this many u * extent are one corner: the edge between has no direction.
+constexpr double kSameCorner = 32;
 /// Leans closer than this are equal.
 constexpr double kSameLean = 4 * kRoundoff;
 
@@ -216,7 +218,7 @@ bool careful_outline(const HullFace& face, const WorldVertices& vertices, double
                           static_cast<std::uint8_t>(sign > 0.0 ? k : 8 + k)};
   }
   if (facing.is_steep && !keep_edge(frame, sign, polygon, facing)) return false;
-  polygon = distinct_corners(polygon, kSameCorner * extent);
+  polygon = distinct_corners(polygon, kSameCorner * kRoundoff * extent);
   if (polygon.count < 2) return false;
   append_bevelled(polygon, outline);
   return true;

@@ -23,9 +23,9 @@ struct Row {
 };
 
 /// An outline has the corners 0 to count - 1, counter-clockwise seen against n, and edge i from corner i to
-/// the next; entries beyond repeat the last corner. An outline of four has no sharp corner. Of larger ones,
-/// each sharp corner comes twice, with a *bevel* between: an edge of no length that has a direction, so that
-/// the lines of all edges together keep near the outline at its tips too.
+/// the next; entries beyond are corner 0 without an edge. An outline of four has no sharp corner. Of larger
+/// ones, each sharp corner comes twice, with a *bevel* between: an edge of no length that has a direction, so
+/// that the lines of all edges together keep near the outline at its tips too.
 template <int N>
 struct Outline {
   int count;
@@ -38,9 +38,6 @@ struct Outline {
 
 /// A face has up to eight corners, two of which can be sharp.
 inline constexpr int kMostCorners = 10;
-
-/// Corners closer than this share of the extent are one corner.
-inline constexpr double kSameCorner = 0x1p-44;
 
 /// The face that a solid turns along +n (A) or -n (B).
 struct Facing {
@@ -65,7 +62,7 @@ bool plain_outlines(const PosedPair& pair, const TangentFrame& frame, const Faci
                     Outline<4>& outline_a, Outline<4>& outline_b);
 
 /// Any face's outline. A steep face becomes its edge furthest along sign * n, there and back, and `facing`'s
-/// plane the one through it across which n leans least. Corners within kSameCorner * extent are joined: false
+/// plane the one through it across which n leans least. Corners within 32 u * extent are joined: false
 /// when fewer than two are left, or when a steep face's edge is steep too.
 bool careful_outline(const HullFace& face, const WorldVertices& vertices, double extent,
                      const TangentFrame& frame, double sign, Facing& facing, Outline<kMostCorners>& outline);

@@ -55,8 +55,9 @@ int last_corner(const Clip<N>& clip) {
 
 /// Clips each edge of either outline against the lines of all edges of the other (Cyrus, Beck 1978), which
 /// needs no branches; what is left of the edges, in the order of their directions, is the common region's
-/// boundary. Where edges coincide to `tolerance` A's counts. Edges left with no more than `shortest` are
-/// dropped. A corner lies on its own edge by construction, and within rounding of the lines that cut it.
+/// boundary. Where edges coincide to kCoincide u * extent A's count. Edges left no longer than kShortest *
+/// extent are dropped. A corner lies on its own edge by construction, and within rounding of the lines that
+/// cut it.
 /// @param extent at least every |coordinate|
 template <int N>
 void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const Facing& plane_b,
@@ -66,6 +67,8 @@ void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const
 
 namespace clip_detail {
 
+/// Corners this share of the extent apart are one.
+constexpr double kShortest = 0x1p-44;
 /// Parallel edges no further apart than this many u * extent coincide.
 constexpr double kCoincide = 16;
 /// Edges are parallel to rounding when moving one across by the tolerance moves their crossing by more than
@@ -216,7 +219,7 @@ template <int N>
 void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const Facing& plane_b,
           double extent, Clip<N>& out) {
   using namespace clip_detail;
-  const double tolerance = kCoincide * kRoundoff * extent, shortest = kSameCorner * extent;
+  const double tolerance = kCoincide * kRoundoff * extent, shortest = kShortest * extent;
   std::array<Row<N>, N> r, r_transposed;
   for (int j = 0; j < N; ++j) {
     const Double2 ex = splat(b.edge_x[j]), ey = splat(b.edge_y[j]);
@@ -234,7 +237,7 @@ void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const
   }
   place<N>(a, of_a.from, plane_b, 1.0, 0, out);
   place<N>(b, of_b.from, plane_a, -1.0, N, out);
-  // A constant where it can be, so that the loop over B's edges is unrolled.
+  // Four where it is four by type, so that the loop over B's edges is unrolled.
   out.order =
       order<N>(N == 4 ? 4 : b.count, r, longer(of_a, a.length2, shortest), longer(of_b, b.length2, shortest));
 }

@@ -38,14 +38,17 @@ class Draw {
       if (square > 0.01 && square < 1.0) return rotation_from_quaternion(w, x, y, z);
     }
   }
-  Hexahedron box() { return Hexahedron::from_size({uniform(0.5, 1.5), uniform(0.5, 1.5), uniform(0.5, 1.5)}); }
+  Hexahedron box() {
+    return Hexahedron::from_size({uniform(0.5, 1.5), uniform(0.5, 1.5), uniform(0.5, 1.5)});
+  }
   Hexahedron tapered() {
     const Vector3 half(uniform(0.25, 0.75), uniform(0.25, 0.75), uniform(0.25, 0.75));
     const double top = uniform(0.3, 1.0), lean = uniform(-0.2, 0.2);
     std::vector<Vector3> corners;
     for (int i = 0; i < 8; ++i) {
       const double m = i & 1 ? top : 1.0, up = i & 1 ? 1.0 : -1.0;
-      corners.push_back({(i & 4 ? m : -m) * half.x() + up * lean, (i & 2 ? m : -m) * half.y(), up * half.z()});
+      corners.push_back(
+          {(i & 4 ? m : -m) * half.x() + up * lean, (i & 2 ? m : -m) * half.y(), up * half.z()});
     }
     return Hexahedron::from_vertices(corners, WarpPolicy::accept);
   }
@@ -105,11 +108,14 @@ Crowd make_crowd(const std::string& family) {
     if (family == "resting_boxes")
       add_resting(draw, draw.box(), draw.box(), crowd);
     else if (family == "overlapping_boxes")
-      add_overlapping(draw, [&] { return draw.box(); }, crowd);
+      add_overlapping(
+          draw, [&] { return draw.box(); }, crowd);
     else if (family == "tapered")
-      add_overlapping(draw, [&] { return draw.tapered(); }, crowd);
+      add_overlapping(
+          draw, [&] { return draw.tapered(); }, crowd);
     else
-      add_overlapping(draw, [&] { return draw.warped(); }, crowd);
+      add_overlapping(
+          draw, [&] { return draw.warped(); }, crowd);
   }
   return crowd;
 }
@@ -127,7 +133,8 @@ Prepared prepare(const Crowd& crowd) {
     const std::size_t a = 2 * i, b = a + 1;
     native::PosedPair pair;
     WorldVertices a_W, b_W;
-    world_vertices(crowd.solids[a], crowd.poses[a], a_W), world_vertices(crowd.solids[b], crowd.poses[b], b_W);
+    world_vertices(crowd.solids[a], crowd.poses[a], a_W),
+        world_vertices(crowd.solids[b], crowd.poses[b], b_W);
     native::shift_to_common_origin(a_W, b_W, pair.hulls);
     pair.a = &out.features[a], pair.b = &out.features[b];
     pair.R_WA = crowd.poses[a].R, pair.R_WB = crowd.poses[b].R;
@@ -153,8 +160,8 @@ void run_alone(benchmark::State& state, const std::string& family) {
     }
   }
   state.counters["points"] = points / kPairs;
-  state.counters["per_pair"] = benchmark::Counter(
-      kPairs, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  state.counters["per_pair"] =
+      benchmark::Counter(kPairs, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void run_query(benchmark::State& state, const std::string& family, QueryKind kind) {
@@ -173,8 +180,8 @@ void run_query(benchmark::State& state, const std::string& family, QueryKind kin
                           {.status = status, .geometry = geometry, .points = points}, *workspace);
     benchmark::DoNotOptimize(points.data());
   }
-  state.counters["per_pair"] = benchmark::Counter(
-      kPairs, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  state.counters["per_pair"] =
+      benchmark::Counter(kPairs, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void register_runs() {
@@ -184,12 +191,12 @@ void register_runs() {
                                  [name](benchmark::State& state) { run_alone(state, name); })
         ->Arg(8)
         ->Arg(4);
-    benchmark::RegisterBenchmark(
-        ("query_manifold/" + name).c_str(),
-        [name](benchmark::State& state) { run_query(state, name, QueryKind::manifold); });
-    benchmark::RegisterBenchmark(
-        ("query_distance/" + name).c_str(),
-        [name](benchmark::State& state) { run_query(state, name, QueryKind::distance); });
+    benchmark::RegisterBenchmark(("query_manifold/" + name).c_str(), [name](benchmark::State& state) {
+      run_query(state, name, QueryKind::manifold);
+    });
+    benchmark::RegisterBenchmark(("query_distance/" + name).c_str(), [name](benchmark::State& state) {
+      run_query(state, name, QueryKind::distance);
+    });
   }
 }
 
