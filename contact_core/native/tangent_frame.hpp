@@ -11,13 +11,14 @@ struct TangentFrame {
   Vector3 n, x, y;
 };
 
+/// Orthonormal to a few u for a unit n. Without branches and roots (Duff et al., Building an Orthonormal
+/// Basis, Revisited, JCGT 6(1), 2017).
 inline TangentFrame tangent_frame(const Vector3& n) {
-  int least = 0;
-  for (int i = 1; i < 3; ++i)
-    if (std::abs(n(i)) < std::abs(n(least))) least = i;
-  const Vector3 across = cross(Vector3::Unit(least), n);
-  const Vector3 x = across / norm(across);
-  return {n, x, cross(n, x)};
+  const double sign = std::copysign(1.0, n.z());
+  const double a = -1.0 / (sign + n.z());
+  const double b = n.x() * n.y() * a;
+  return {
+      n, {1.0 + sign * (n.x() * n.x() * a), sign * b, -sign * n.x()}, {b, sign + n.y() * n.y() * a, -n.y()}};
 }
 
 }  // namespace touchstone::native

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "contact_core/native/distance.hpp"
+#include "contact_core/native/lanes.hpp"
+#include "contact_core/native/tangent_frame.hpp"
+
+// The faces that two solids turn towards each other, seen along the contact normal n as plane convex
+// outlines.
+
+namespace touchstone::native {
+
+/// N numbers, two lanes at a time.
+template <int N>
+struct Row {
+  Double2 d[N / 2];
+
+  double operator[](int i) const { return d[i / 2][i % 2]; }
+  void set(int i, double value) { d[i / 2][i % 2] = value; }
+};
+
+/// An outline has the corners 0 to count - 1, counter-clockwise seen against n, and edge i from corner i to
+/// the next; entries beyond are corner 0 without an edge. An outline of four has no sharp corner. Of larger
+/// ones, each sharp corner comes twice, with a *bevel* between: an edge of no length that has a direction, so
+/// that the lines of all edges together keep near the outline at its tips too.
+template <int N>
+struct Outline {
+  int count;
+  Row<N> p_x, p_y, p_z;               ///< corners about the hulls' common origin
+  Row<N> x, y;                        ///< corners in the tangent frame
+  Row<N> edge_x, edge_y;              ///< to the next corner in the tangent frame, or a bevel's direction
+  Row<N> length2;                     ///< of the edge, squared; 0: bevel
+  std::array<std::uint8_t, N> label;  ///< which of the face's edges
+};
+
+/// A face has up to eight corners, two of which can be sharp.
+inline constexpr int kMostCorners = 10;
+
+/// The face that a solid turns along +n (A) or -n (B).
+struct Facing {
+  int face;        ///< index into SolidFeatures::faces
+  Vector3 normal;  ///< outward, in world, of about unit length
+  Vector3 anchor;  ///< a point of the face's plane
+  double inverse;  ///< 1 / normal . n
+  bool is_steep;   ///< see steep_facing()
+};
+
+/// Cosine between a face's normal and n below which the face counts as its edge furthest along n.
+inline constexpr double kSteep = 0x1p-3;
+/// Sine of a corner's angle below which it is sharp.
+inline constexpr double kSharp = 0x1p-2;
+
+/// Of each solid the face whose normal is most along n (A) or against it (B), the first of those equal to
+/// rounding.
+void find_facings(const PosedPair& pair, const Vector3& n, Facing& a, Facing& b);
+
+/// Both outlines when the faces are quadrangles without sharp corners, neither steep; else false.
+bool plain_outlines(const PosedPair& pair, const TangentFrame& frame, const Facing& a, const Facing& b,
+                    Outline<4>& outline_a, Outline<4>& outline_b);
+
+/// Any face's outline. A steep face becomes its edge furthest along sign * n, there and back, and `facing`'s
+/// plane the one through it across which n leans least. Corners within 32 u * extent are joined: false
+/// when fewer than two are left, or when a steep face's edge is steep too.
+bool careful_outline(const HullFace& face, const WorldVertices& vertices, double extent,
+                     const TangentFrame& frame, double sign, Facing& facing, Outline<kMostCorners>& outline);
+
+}  // namespace touchstone::native
