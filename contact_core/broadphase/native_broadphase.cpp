@@ -38,6 +38,7 @@ class Scene {
     for (std::uint32_t object = 0; object < objects; ++object)
       add_nodes(*input.trees[object], table_.first_solid[object]);
     solid_sphere_W_.resize(table_.solids()), object_sphere_W_.resize(objects);
+    if (table_.solids() != objects) object_box_.resize(objects);
     std::vector<std::uint32_t> members[2];
     for (std::uint32_t object = 0; object < objects; ++object)
       members[table_.is_static[object] != 0 ? 1 : 0].push_back(object);
@@ -150,7 +151,18 @@ class Scene {
         node.sphere_W = enclosing_sphere(nodes[node.left].sphere_W, nodes[node.right].sphere_W);
     }
     object_sphere_W_[object] = nodes[0].sphere_W;
+    if (!is_single(object)) object_box_[object] = box_around_solids(object);
   }
+
+  // Of a long object it is far smaller than its sphere's.
+  Box box_around_solids(std::uint32_t object) const noexcept {
+    Box box = solid_box(table_.first_solid[object]);
+    for (std::uint32_t s = table_.first_solid[object] + 1; s < table_.first_solid[object + 1]; ++s)
+      box = union_of(box, solid_box(s));
+    return box;
+  }
+
+  Box solid_box(SolidIndex s) const noexcept { return bounding_box(solid_sphere_W_[s], 0.5 * margin_); }
 
   // Paths are long and thin: boxes of all swept below, not spheres.
   void place_path(std::uint32_t object, const SolidPaths& paths) noexcept {
@@ -172,6 +184,7 @@ class Scene {
 
   Box object_box(std::uint32_t object) const noexcept {
     if (kind_ == Kind::paths) return node_box_[first_node_[object]];
+    if (!is_single(object)) return object_box_[object];
     return bounding_box(object_sphere_W_[object], 0.5 * margin_);
   }
 
@@ -434,14 +447,18 @@ class Scene {
     gathered_solid_ = a;
     partners_.clear();
     const std::uint32_t object = table_.object_of[a];
-    for (std::uint32_t other : partner_objects(object)) {
+    const std::span<const std::uint32_t> others = partner_objects(object);
+    if (others.empty()) return;
+    const Box box = kind_ == Kind::paths ? bounding_box(swept_[a], 0.5 * margin_) : solid_box(a);
+    for (std::uint32_t other : others) {
       if (is_single(object) && is_single(other)) {  // tested already
         partners_.push_back(table_.first_solid[other]);
         continue;
       }
+      if (!overlap(box, object_box(other))) continue;
       const auto first = static_cast<std::ptrdiff_t>(partners_.size());
       if (kind_ == Kind::paths)
-        gather_paths_below(first_node_[other], a);
+        gather_paths_below(first_node_[other], a, box);
       else
         gather_below(first_node_[other], solid_sphere_W_[a]);
       std::sort(partners_.begin() + first, partners_.end());
@@ -452,8 +469,7 @@ class Scene {
     descend(root, [&](std::uint32_t node) { return may_touch(nodes_[node].sphere_W, sphere, margin_); });
   }
 
-  void gather_paths_below(std::uint32_t root, SolidIndex a) noexcept {
-    const Box box = bounding_box(swept_[a], 0.5 * margin_);
+  void gather_paths_below(std::uint32_t root, SolidIndex a, const Box& box) noexcept {
     descend(root, [&](std::uint32_t node) {
       if (!overlap(node_box_[node], box)) return false;
       return nodes_[node].solid < 0 || swept_may_touch(a, static_cast<SolidIndex>(nodes_[node].solid));
@@ -484,6 +500,7 @@ class Scene {
   std::vector<SphereNode> nodes_;
   std::vector<std::uint32_t> first_node_, node_count_;
   std::vector<Sphere> solid_sphere_W_, object_sphere_W_;
+  std::vector<Box> object_box_;     // of those of several solids, if there are any
   std::vector<SweptSphere> swept_;  // of solids, and the boxes of nodes: of paths only
   std::vector<Box> node_box_;
 
@@ -497,7 +514,7 @@ class Scene {
   static constexpr std::uint32_t kRowsAskedFirst = 256;
   // Scenes so dense that the list does not hold their pairs are asked object by object: there the answer is
   // most of the work.
-  static constexpr std::size_t kListedPairsPerObject = 16;
+  static constexpr std::size_t kListedPairsPerObject = 64;
   static constexpr std::size_t kMostWork = 4096;
   ListState list_state_ = ListState::due;
   PairList list_;

@@ -28,7 +28,9 @@ void sort_row(SolidPair* first, SolidPair* last) {
 void PairList::resize(std::uint32_t objects, std::size_t capacity, std::size_t writers) {
   // The last few places of a block may stay unused.
   const std::size_t blocks = capacity / (kBlock - Writer::kRoom) + 1 + writers;
-  found_.resize(blocks * kBlock), pairs_.resize(blocks * kBlock);
+  capacity_ = blocks * kBlock;
+  found_ = std::make_unique_for_overwrite<SolidPair[]>(capacity_);
+  pairs_ = std::make_unique_for_overwrite<SolidPair[]>(capacity_);
   used_.resize(blocks);
   row_end_.resize(objects);
   count_ = 0;
@@ -94,7 +96,7 @@ void PairList::sort(TaskRunner* threads) noexcept {
     });
     auto row_first = static_cast<std::uint32_t>(first_pair[task]);
     for (std::uint32_t row = first; row < last; ++row) {
-      sort_row(pairs_.data() + row_first, pairs_.data() + row_end_[row]);
+      sort_row(pairs_.get() + row_first, pairs_.get() + row_end_[row]);
       row_first = row_end_[row];
     }
   };
@@ -102,16 +104,16 @@ void PairList::sort(TaskRunner* threads) noexcept {
 }
 
 bool PairList::replace(std::span<const std::uint8_t> changed, std::span<const SolidPair> fresh) noexcept {
-  if (count_ + fresh.size() > found_.size()) return false;
+  if (count_ + fresh.size() > capacity_) return false;
   auto next_fresh = fresh.begin();
-  SolidPair* out = found_.data();
+  SolidPair* out = found_.get();
   for (const SolidPair& old : pairs()) {
     if ((changed[old.a] | changed[old.b]) != 0) continue;
     while (next_fresh != fresh.end() && *next_fresh < old) *out++ = *next_fresh++;
     *out++ = old;
   }
   out = std::copy(next_fresh, fresh.end(), out);
-  count_ = static_cast<std::size_t>(out - found_.data());
+  count_ = static_cast<std::size_t>(out - found_.get());
   found_.swap(pairs_);
   return true;
 }

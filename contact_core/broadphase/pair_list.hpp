@@ -1,6 +1,8 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "contact_core/broadphase/task_runner.hpp"
@@ -9,7 +11,7 @@
 namespace touchstone {
 
 /// Pairs of objects, a < b, found in any order on any threads, then in ascending order. All memory is taken
-/// in resize().
+/// in resize(), and left untouched until pairs need it, so that an ample capacity costs address space only.
 class PairList {
  public:
   /// Cold. Holds `capacity` pairs of `objects` objects and what is left over in the blocks of `writers`
@@ -50,7 +52,7 @@ class PairList {
   /// of the others. False, and nothing changed, when there is no room.
   bool replace(std::span<const std::uint8_t> changed, std::span<const SolidPair> fresh) noexcept;
 
-  std::span<const SolidPair> pairs() const { return std::span(pairs_).first(count_); }
+  std::span<const SolidPair> pairs() const { return {pairs_.get(), count_}; }
 
  private:
   static constexpr std::size_t kBlock = 1024;
@@ -59,8 +61,9 @@ class PairList {
   void for_each_found(Visit visit) const noexcept;
   std::uint32_t first_row(std::size_t task, std::size_t tasks) const noexcept;
 
-  std::vector<SolidPair> found_, pairs_;
-  std::size_t count_ = 0;                ///< of pairs_
+  std::unique_ptr<SolidPair[]> found_, pairs_;
+  std::size_t capacity_ = 0;             ///< of each
+  std::size_t count_ = 0;                ///< in pairs_
   std::vector<std::uint32_t> used_;      ///< of each block of found_
   std::atomic<std::size_t> next_block_;  ///< and beyond the last when the list is full
   std::vector<std::uint32_t> row_end_;   ///< of the pairs of each lower object, in pairs_

@@ -147,6 +147,43 @@ TEST_P(BroadphaseSuite, NeverMissesAPair) {
   }
 }
 
+TEST_P(BroadphaseSuite, StaticObjectsPairWithMovingOnes) {
+  RandomScene scene(17, 60, {0, 0, 0}, 4.0);
+  const auto trees = scene.pointers();
+  std::vector<std::uint8_t> is_static(trees.size());
+  for (std::size_t k = 0; k < is_static.size(); k += 2) is_static[k] = 1;
+  broadphase->build({.trees = trees, .margin = 0.1, .is_static = is_static});
+  broadphase->update(scene.poses, {});
+  const std::vector<SolidPair> found = all_pairs(*broadphase, 64);
+  std::vector<SolidPair> needed = pairs_within(scene, 0.1);
+  std::erase_if(needed, [&](SolidPair pair) {
+    return is_static[scene.object_of[pair.a]] != 0 && is_static[scene.object_of[pair.b]] != 0;
+  });
+  ASSERT_FALSE(needed.empty());
+  EXPECT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end()));
+}
+
+// Straight paths, sampled; broadphases that know poses only say so.
+TEST_P(BroadphaseSuite, NoPairThatMeetsOnItsPathsIsMissed) {
+  RandomScene scene(19, 50, {10, -20, 5}, 4.0);
+  const auto trees = scene.pointers();
+  broadphase->build({.trees = trees, .margin = 0.01});
+  const std::vector<Pose> from = scene.poses;
+  std::mt19937_64 random(23);
+  for (Pose& X : scene.X_WO) X.p += random_pose(random, {0, 0, 0}, 6.0).p;
+  scene.place();
+  const std::vector<Pose> to = scene.poses;
+  if (!broadphase->update_paths({from, to}, {})) return;
+  const std::vector<SolidPair> found = all_pairs(*broadphase, 64);
+  for (int i = 0; i <= 8; ++i) {
+    for (std::size_t s = 0; s < from.size(); ++s)
+      scene.poses[s].p = from[s].p + (i / 8.0) * (to[s].p - from[s].p);
+    const std::vector<SolidPair> needed = pairs_within(scene, 0.01);
+    ASSERT_FALSE(needed.empty());
+    EXPECT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end())) << i;
+  }
+}
+
 TEST_P(BroadphaseSuite, BlockSizeDoesNotShow) {
   RandomScene scene(3, 50, {0, 0, 0}, 3.0);
   const auto trees = scene.pointers();

@@ -68,16 +68,20 @@ TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
   }
 }
 
-// More partners than the list holds, and back.
+// Every cube meets every other: 350 partners each are more than the list of `native` holds.
 TEST_P(IncrementalTest, CrowdsThatThickenAndThinGiveThePairsOfAFreshBuild) {
-  constexpr std::uint32_t kObjects = 400;
-  Scene scene = random_scene(kObjects, 30, 0, 34);
-  const auto broadphase = make(GetParam(), scene, 0.0);
+  constexpr std::uint32_t kObjects = 700;
+  Scene scene;
   std::mt19937_64 random(35);
-  for (int frame = 0; frame < 60; ++frame) {
-    const double extent = frame % 30 < 15 ? 0.1 : 60.0;
+  for (std::uint32_t i = 0; i < kObjects; ++i)
+    scene.add({{"", Hexahedron::from_size({1, 1, 1}), {}}}, random_pose(random, 0.3));
+  const auto broadphase = make(GetParam(), scene, 0.0);
+  ASSERT_EQ(sweep(*broadphase, 256).size(), kObjects * (kObjects - 1) / 2);
+  for (std::uint32_t frame = 0; frame < 40; ++frame) {
+    const double extent = frame % 20 < 10 ? 20.0 : 0.3;
+    const std::uint32_t nth = frame % 3 == 0 ? 41 : 5;
     std::vector<std::uint32_t> moved;
-    for (std::uint32_t object = static_cast<std::uint32_t>(frame) % 23; object < kObjects; object += 23)
+    for (std::uint32_t object = frame % nth; object < kObjects; object += nth)
       scene.place(object, random_pose(random, extent)), moved.push_back(object);
     broadphase->update(scene.poses, moved);
     ASSERT_EQ(sweep(*broadphase, 256), sweep(*make("brute_force", scene, 0.0), 4096)) << frame;
