@@ -23,7 +23,7 @@ class NativeNarrowphase final : public Narrowphase {
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace&) const noexcept override {
     if (input.query.kind == QueryKind::overlap)
-      native::overlap(set_, kernels_, input.pairs, input.poses, output.status);
+      native::overlap(set_, kernels_, input.pairs, input.poses, output.status, input.cache);
     else if (input.query.kind == QueryKind::distance)
       native::measure(set_, kernels_, input, output.status, output.geometry, {});
     else

@@ -8,7 +8,7 @@
 #ifdef TOUCHSTONE_HARD_CASES
 #include "adapters/scene_files/pair_file.hpp"
 #endif
-#include "examples/compare_backends/pair_families.hpp"
+#include "examples/measures/pair_families.hpp"
 #include "native_fixture.hpp"
 
 namespace touchstone {

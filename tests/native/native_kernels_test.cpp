@@ -69,7 +69,7 @@ TEST(NativeKernels, WhatThePortalCertifiesIsSoOnEveryInstructionSet) {
   const auto certify = [&](const native::Kernels& kernels, int steps) {
     std::vector<Certified> out(pairs.size());
     kernels.certify_by_portal(records(crowd), set.vertices.data(), pairs.data(), pairs.size(), steps,
-                              out.data());
+                              out.data(), nullptr);
     return out;
   };
   const native::KernelList& list = native::available_kernels();
@@ -104,6 +104,41 @@ TEST(NativeKernels, BatchesAndSinglePairsAreRightOnEveryInstructionSet) {
         ASSERT_EQ(batch[i], crowd.meet[i] ? PairStatus::overlapping : PairStatus::separated) << i;
     }
   }
+}
+
+/// A crowd on the move, asked pair by pair and as a batch, with a cache kept from frame to frame, with one of
+/// random bits, and with none.
+TEST(NativeCache, ChangesNoAnswerWhateverItHolds) {
+  Random random(42);
+  Crowd crowd = make_crowd(200);
+  const auto native = make_native();
+  native->build(crowd.solids);
+  const auto workspace = native->make_workspace();
+  const std::size_t count = crowd.pairs.size();
+  std::vector<PairStatus> plain(count), answer(count);
+  std::vector<PairCacheEntry> kept(count), alone(count), garbage(count);
+  std::size_t kept_axes = 0;
+  for (int frame = 0; frame < 40; ++frame) {
+    SCOPED_TRACE(frame);
+    for (Pose& X : crowd.poses) X.p += random.vector(0.02);
+    const Query query{QueryKind::overlap};
+    native->evaluate({crowd.pairs, crowd.poses, query}, {plain}, *workspace);
+    native->evaluate({crowd.pairs, crowd.poses, query, kept}, {answer}, *workspace);
+    ASSERT_EQ(answer, plain);
+    for (std::size_t i = 0; i < count; ++i) {
+      native->evaluate(
+          {std::span(crowd.pairs).subspan(i, 1), crowd.poses, query, std::span(alone).subspan(i, 1)},
+          {std::span(answer).subspan(i, 1)}, *workspace);
+      for (std::uint32_t& word : garbage[i].data)
+        word = static_cast<std::uint32_t>(random.below(1 << 30)) * 7u;
+      if (i % 2 == 0) garbage[i].data[3] = kept[i].data[3];  // random bits that pass for an axis
+    }
+    ASSERT_EQ(answer, plain);
+    native->evaluate({crowd.pairs, crowd.poses, query, garbage}, {answer}, *workspace);
+    ASSERT_EQ(answer, plain);
+  }
+  for (const PairCacheEntry& entry : kept) kept_axes += entry.data[3] != 0;
+  EXPECT_GT(kept_axes, count / 20);  // it is used
 }
 
 }  // namespace

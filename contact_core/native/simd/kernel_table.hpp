@@ -28,8 +28,16 @@ struct Table {
   }
 
   static void certify_by_portal(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
-                                std::size_t count, int max_steps, Certified* out) {
-    certify_by_portal_inline<Pack>(poses, shapes, pairs, count, max_steps, out);
+                                std::size_t count, int max_steps, Certified* out, PairAxis* axes) {
+    if (axes)
+      certify_by_portal_inline<Pack, true>(poses, shapes, pairs, count, max_steps, out, axes);
+    else
+      certify_by_portal_inline<Pack, false>(poses, shapes, pairs, count, max_steps, out, axes);
+  }
+
+  static void certify_by_axis(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                              std::size_t count, const PairAxis* axes, Certified* out) {
+    certify_by_axis_inline<Pack>(poses, shapes, pairs, count, axes, out);
   }
 
   static void measure_box_depths(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
@@ -65,8 +73,9 @@ struct Table {
   }
 
   static constexpr Kernels named(const char* isa) {
-    return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds, certify_by_portal,
-            measure_box_depths, measure_form_depths, measure_boxes_apart, measure_parallelepipeds_apart};
+    return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds,
+            certify_by_portal, certify_by_axis, measure_box_depths, measure_form_depths, measure_boxes_apart,
+            measure_parallelepipeds_apart};
   }
 };
 

@@ -71,6 +71,11 @@ struct ApartRecord {
   bool found;        ///< the rest holds
 };
 
+/// From A to B, any length.
+struct PairAxis {
+  double x, y, z, padding;
+};
+
 struct Kernels {
   const char* isa;
   int lanes;  ///< pairs at a time
@@ -84,8 +89,12 @@ struct Kernels {
   void (*certify_parallelepipeds)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
                                   const PairIndices* pairs, std::size_t count, Certified* out);
   /// As certify_by_portal (portal.hpp), of any two solids; gives up after `max_steps`.
+  /// @param axes null, or one a pair: set where the pair is found separated.
   void (*certify_by_portal)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
-                            std::size_t count, int max_steps, Certified* out);
+                            std::size_t count, int max_steps, Certified* out, PairAxis* axes);
+  /// Separated where B certainly lies beyond A along its axis, else unknown. Any axes, numbers or not.
+  void (*certify_by_axis)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                          std::size_t count, const PairAxis* axes, Certified* out);
 
   /// Depth, normal and witness of pairs that overlap; what the kernel does not settle is left unset and
   /// flagged. Pairs go in the order of comes_first(). With the same bits one pair at a time.

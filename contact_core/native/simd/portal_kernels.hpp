@@ -130,28 +130,33 @@ TOUCHSTONE_INLINE MaskOf<Pack> certainly_holds_origin(const Portal<Pack>& p, con
          (greatest(greatest(d0, d1), greatest(d2, d3)) < -error);
 }
 
-template <class Pack>
-TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack>& pair, int max_steps) {
+/// @param separating set in the lanes found separated, if kKeepAxes: W ends before the origin along it.
+template <class Pack, bool kKeepAxes>
+TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack>& pair, int max_steps,
+                                                          Vector3Of<Pack>& separating) {
   using Mask = MaskOf<Pack>;
   const Pack zero{};
   LaneVerdicts<Pack> verdicts{};
   Mask open = (pair.extent + pair.position) < all<Pack>(kOrdinaryHigh);
-  const auto end_lanes = [&](Mask separated) {
+  const auto end_lanes = [&](Mask separated, const Vector3Of<Pack>& along) {
     verdicts.separated |= separated & open;
+    if constexpr (kKeepAxes) separating = select(separated & open, along, separating);
     open &= ~separated;
   };
 
   Portal<Pack> p;
   p.v0 = difference_of_means(pair);
-  ExtremeLanes<Pack> found = extreme_along(pair, {-p.v0.x, -p.v0.y, -p.v0.z});
-  end_lanes(found.short_of_origin);
+  Vector3Of<Pack> axis = {-p.v0.x, -p.v0.y, -p.v0.z};
+  ExtremeLanes<Pack> found = extreme_along(pair, axis);
+  end_lanes(found.short_of_origin, axis);
   if (!bits(open)) return verdicts;
   p.v1 = found.w;
-  found = extreme_along(pair, cross(p.v1, p.v0));
-  end_lanes(found.short_of_origin);
+  axis = cross(p.v1, p.v0);
+  found = extreme_along(pair, axis);
+  end_lanes(found.short_of_origin, axis);
   if (!bits(open)) return verdicts;
   p.v2 = found.w;
-  Vector3Of<Pack> axis = cross(p.v1 - p.v0, p.v2 - p.v0);
+  axis = cross(p.v1 - p.v0, p.v2 - p.v0);
   const Mask turned = dot(axis, p.v0) > zero;
   const Vector3Of<Pack> v1 = p.v1;
   p.v1 = select(turned, p.v2, p.v1);
@@ -162,7 +167,7 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack
   Mask refining{};  // the portal is found: v1, v2, v3
   for (int step = 0; step < max_steps; ++step) {
     found = extreme_along(pair, axis);
-    end_lanes(found.short_of_origin);
+    end_lanes(found.short_of_origin, axis);
     if (!bits(open)) break;
     const Vector3Of<Pack>& v = found.w;
     const Vector3Of<Pack> v_v0 = cross(v, p.v0);
@@ -192,21 +197,81 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack
   return verdicts;
 }
 
+/// One axis a lane, from A to B.
 template <class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> apart_along(const PortalLanes<Pack>& pair, const Vector3Of<Pack>& axis) {
+  const auto along = [&axis](const VertexLanes<Pack>& v, int i) {
+    return (axis.x * v.x[i] + axis.y * v.y[i]) + axis.z * v.z[i];
+  };
+  Pack high = along(pair.a, 0), low = along(pair.b, 0);
+  for (int i = 1; i < 8; ++i) {
+    high = greatest(high, along(pair.a, i));
+    low = least(low, along(pair.b, i));
+  }
+  const Pack error = (all<Pack>(kProjectionRoundoffs * kU) * (pair.extent + pair.position)) * sum(axis);
+  return (low - high > error + all<Pack>(kUnderflow)) &
+         ((pair.extent + pair.position) < all<Pack>(kOrdinaryHigh));
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE void gather_pair(const double* const (&poses_a)[Traits<Pack>::lanes],
+                                   const double* const (&shapes_a)[Traits<Pack>::lanes],
+                                   const double* const (&poses_b)[Traits<Pack>::lanes],
+                                   const double* const (&shapes_b)[Traits<Pack>::lanes],
+                                   PortalLanes<Pack>& pair) {
+  const PoseLanes<Pack> X_WA = gather_poses<Pack>(poses_a), X_WB = gather_poses<Pack>(poses_b);
+  const Vector3Of<Pack> T = X_WB.p - X_WA.p;
+  pair.position = largest(X_WA.p) + largest(X_WB.p);
+  pair.extent = Pack{};
+  place_vertices<Pack>(shapes_a, X_WA, nullptr, pair.extent, pair.a);
+  place_vertices<Pack>(shapes_b, X_WB, &T, pair.extent, pair.b);
+}
+
+/// Lane l's axis to axes[l], turned to point from A to B.
+template <class Pack>
+TOUCHSTONE_INLINE void store_axes(const Vector3Of<Pack>& separating, std::size_t count, PairAxis* axes) {
+  constexpr int kLanes = Traits<Pack>::lanes;
+  double x[kLanes], y[kLanes], z[kLanes];
+  store(-separating.x, x), store(-separating.y, y), store(-separating.z, z);
+  for (std::size_t l = 0; l < kLanes && l < count; ++l) axes[l] = {x[l], y[l], z[l], 0.0};
+}
+
+template <class Pack, bool kKeepAxes>
 TOUCHSTONE_INLINE void certify_by_portal_inline(const PoseRecord* poses, const VertexRecord* shapes,
                                                 const PairIndices* pairs, std::size_t count, int max_steps,
-                                                Certified* out) {
+                                                Certified* out, PairAxis* axes) {
+  std::size_t done = 0;  // blocks come in order
   for_each_block<Pack>(
       poses, shapes, pairs, count, out,
-      [max_steps](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
+      [&](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
         PortalLanes<Pack> pair;
-        const PoseLanes<Pack> X_WA = gather_poses<Pack>(poses_a), X_WB = gather_poses<Pack>(poses_b);
-        const Vector3Of<Pack> T = X_WB.p - X_WA.p;
-        pair.position = largest(X_WA.p) + largest(X_WB.p);
-        pair.extent = Pack{};
-        place_vertices<Pack>(shapes_a, X_WA, nullptr, pair.extent, pair.a);
-        place_vertices<Pack>(shapes_b, X_WB, &T, pair.extent, pair.b);
-        return certify_portal_lanes(pair, max_steps);
+        gather_pair<Pack>(poses_a, shapes_a, poses_b, shapes_b, pair);
+        Vector3Of<Pack> separating{};
+        const LaneVerdicts<Pack> verdicts =
+            certify_portal_lanes<Pack, kKeepAxes>(pair, max_steps, separating);
+        if constexpr (kKeepAxes) store_axes(separating, count - done, axes + done);
+        done += Traits<Pack>::lanes;
+        return verdicts;
+      });
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE void certify_by_axis_inline(const PoseRecord* poses, const VertexRecord* shapes,
+                                              const PairIndices* pairs, std::size_t count,
+                                              const PairAxis* axes, Certified* out) {
+  constexpr int kLanes = Traits<Pack>::lanes;
+  std::size_t done = 0;  // blocks come in order; the last repeats its last pair
+  for_each_block<Pack>(
+      poses, shapes, pairs, count, out,
+      [&](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
+        PortalLanes<Pack> pair;
+        gather_pair<Pack>(poses_a, shapes_a, poses_b, shapes_b, pair);
+        const double* from[kLanes];
+        for (std::size_t l = 0; l < kLanes; ++l) from[l] = &axes[done + l < count ? done + l : count - 1].x;
+        Pack axis[4];
+        gather(from, axis);
+        done += kLanes;
+        return LaneVerdicts<Pack>{apart_along(pair, Vector3Of<Pack>{axis[0], axis[1], axis[2]}), {}};
       });
 }
 
