@@ -7,6 +7,7 @@
 
 #include "contact_core/native/manifold.hpp"
 #include "contact_core/native/overlap.hpp"
+#include "contact_core/native/pair_depth.hpp"
 
 namespace touchstone::native {
 namespace {
@@ -14,14 +15,9 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kBlock = 256;
-constexpr DepthRecord kNothingKnown{0.0, {}, {}, Certified::unknown, false, false};
 
 const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
-}
-
-SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
-  return std::max(set.kinds[pair.a], set.kinds[pair.b]);
 }
 
 void write_beyond(PairGeometry& out) {
@@ -56,25 +52,40 @@ void write(const OrderedPair& ordered, double separation, const Vector3& n, cons
 
 Vector3 vector_of(const double (&p)[3]) { return {p[0], p[1], p[2]}; }
 
-/// Depth, normal and p_A of a pair that the kernels certified overlapping.
+/// Depth, normal and p_A of a pair that overlaps.
 void finish_depth(const DepthRecord& record, const PlacedPair& placed, SignedDistance& distance) {
   if (!record.has_axis) return penetration(placed.pair, distance);
-  distance = {record.separation, vector_of(record.n), vector_of(record.p_A) - placed.origin_W};
-  if (!record.has_witness) penetration_along(placed.pair, distance);
+  distance.separation = std::scalbn(record.separation, placed.exponent);
+  distance.n = vector_of(record.n);
+  if (record.has_witness)
+    distance.p_A = placed.from_world(vector_of(record.p_A));
+  else
+    penetration_along(placed.pair, distance);
 }
 
-PairStatus measure_one(const SolidSet& set, const OrderedPair& given, const DepthRecord& record,
-                       const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points) {
+bool is_complete(const DepthRecord& record) {
+  return record.certified == Certified::overlapping && record.has_axis && record.has_witness;
+}
+
+PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const OrderedPair& given,
+                       DepthRecord record, const NarrowphaseInput& input, PairGeometry& geometry,
+                       ContactPoint* points) {
   const bool swapped = given.swapped;
   const SolidPair& pair = given.pair;
-  const bool known = record.certified == Certified::overlapping && record.has_axis && record.has_witness;
+  const double max_separation = input.query.max_separation;
+  const Pose& X_WA = input.poses[pair.a];
+  const Pose& X_WB = input.poses[pair.b];
+  bool known = is_complete(record) && record.separation <= max_separation;
+  bool ordinary = true;
+  if (!known) {
+    ordinary = is_ordinary(set, pair.a, X_WA, pair.b, X_WB);
+    if (!ordinary) record = scaled_pair_depth(set, kernels, pair, input.poses);
+    known = is_complete(record) && record.separation <= max_separation;
+  }
   if (known) {
     write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
     if (points == nullptr) return PairStatus::overlapping;
   }
-  const Pose& X_WA = input.poses[pair.a];
-  const Pose& X_WB = input.poses[pair.b];
-  const bool ordinary = is_ordinary(set, pair.a, X_WA, pair.b, X_WB);
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
 
@@ -85,7 +96,6 @@ PairStatus measure_one(const SolidSet& set, const OrderedPair& given, const Dept
   const bool meet = certified == Certified::overlapping;
   const PairStatus status = meet ? PairStatus::overlapping : PairStatus::separated;
 
-  const double max_separation = input.query.max_separation;
   const double limit = std::scalbn(max_separation, placed.exponent);
   SignedDistance distance;
   if (meet) {
@@ -144,7 +154,8 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
                    std::span<PairStatus> status, std::span<PairGeometry> geometry, ContactPoint* points,
                    std::size_t slots) {
   const auto finish = [&](std::size_t i, const DepthRecord& record, const OrderedPair& pair) {
-    status[i] = measure_one(set, pair, record, input, geometry[i], points ? points + i * slots : nullptr);
+    status[i] =
+        measure_one(set, kernels, pair, record, input, geometry[i], points ? points + i * slots : nullptr);
   };
   Batch boxes, forms;
   std::array<OrderedPair, kBlock> pairs;
@@ -170,14 +181,8 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
 PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                          PairGeometry& geometry, ContactPoint* points) {
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
-  const PairIndices indices{pair.pair.a, pair.pair.b};
-  DepthRecord record = kNothingKnown;
-  const SolidKind kind = kind_of(set, pair.pair);
-  if (kind == SolidKind::box)
-    kernels.measure_box_depths(records_of(input.poses), set.boxes.data(), &indices, 1, &record);
-  else if (kind == SolidKind::parallelepiped)
-    kernels.measure_form_depths(records_of(input.poses), set.edge_forms.data(), &indices, 1, &record);
-  return measure_one(set, pair, record, input, geometry, points);
+  const DepthRecord record = pair_depth(set, kernels, pair.pair, input.poses);
+  return measure_one(set, kernels, pair, record, input, geometry, points);
 }
 
 }  // namespace
@@ -185,7 +190,8 @@ PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const Narr
 void measure(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
              std::span<PairStatus> status, std::span<PairGeometry> geometry, std::span<ContactPoint> points) {
   const std::size_t slots =
-      points.empty() ? 0 : static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
+      points.empty() ? 0
+                     : static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
   ContactPoint* const first_point = points.empty() ? nullptr : points.data();
   if (input.pairs.size() == 1) {
     status[0] = measure_alone(set, kernels, input, geometry[0], first_point);

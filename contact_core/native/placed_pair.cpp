@@ -50,6 +50,11 @@ Vector3 PlacedPair::to_world(const Vector3& p) const { return origin_W + scaled(
 
 double PlacedPair::to_world(double length) const { return std::scalbn(length, -exponent); }
 
+/// Scaled first: the difference could overflow.
+Vector3 PlacedPair::from_world(const Vector3& p_W) const {
+  return scaled(p_W, exponent) - scaled(origin_W, exponent);
+}
+
 void place(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB, bool ordinary,
            PlacedPair& out) {
   native::world_vertices(a.vertices_S, X_WA, out.a_W);

@@ -23,6 +23,7 @@ struct PlacedPair {
   /// From the checks' frame to the world.
   Vector3 to_world(const Vector3& p) const;
   double to_world(double length) const;
+  Vector3 from_world(const Vector3& p_W) const;
 };
 
 void place(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB, bool ordinary,

@@ -42,8 +42,13 @@ struct Table {
   }
 
   static constexpr Kernels named(const char* isa) {
-    return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds,
-            measure_box_depths, measure_form_depths};
+    return {isa,
+            Traits<Pack>::lanes,
+            certify_box_pair,
+            certify_boxes,
+            certify_parallelepipeds,
+            measure_box_depths,
+            measure_form_depths};
   }
 };
 

@@ -53,7 +53,7 @@ struct alignas(64) DepthRecord {
   double n[3];
   double p_A[3];  ///< in the world
   Certified certified;
-  bool has_axis;  ///< separation and n hold
+  bool has_axis;     ///< separation and n hold
   bool has_witness;  ///< p_A holds too
 };
 
