@@ -22,7 +22,8 @@
 //
 // On the facet at c + s g_1 + t g_2, c its middle: s = n . (g_2 x c) / |n|^2 is off by u |c| / (sine |g_1|),
 // which slides the point along both edges; t then follows from s by projection on g_2, so that the point is
-// off the normal by sine * |g_1| times the error of s, u |c|.
+// off the normal by sine * |g_1| times the error of s, u |c|. On the rim the point is found with about 100
+// bits, so that its direction holds however short it is.
 //
 // Error. With e as in parallelepiped_overlap.cpp, 32 u (h + t) + 4 u P + 2 D, for what separates the hulls of
 // the rounded world vertices from the zonotope: separation is within e + 16 u * extent of the hulls' distance
@@ -51,6 +52,7 @@ template <class Pack>
 struct Zonotope {
   Vector3Of<Pack> generator[6];  // A's half edges, B's
   Vector3Of<Pack> T;
+  Vector3Of<Pack> T_low;     // what T's last subtraction lost
   Vector3Of<Pack> centre_A;  // from A's origin, in world axes
   Pack error;                // e + 32 u (h + t)
   MaskOf<Pack> ordinary;
@@ -81,14 +83,22 @@ TOUCHSTONE_INLINE void add_where(MaskOf<Pack> mask, const Vector3Of<Pack>& p, Ve
   to.z = (Pack)((Mask)to.z | (mask & (Mask)p.z));
 }
 
+/// high + low; see double_double.hpp, also for the steps below.
 template <class Pack>
-struct Product {
+struct Wide {
   Pack high, low;
 };
 
-/// x y exactly; see two_product in double_double.hpp.
 template <class Pack>
-TOUCHSTONE_INLINE Product<Pack> exact_product(Pack x, Pack y) {
+TOUCHSTONE_INLINE Wide<Pack> exact_sum(Pack x, Pack y) {
+  const Pack sum = x + y;
+  const Pack y_part = sum - x;
+  return {sum, (x - (sum - y_part)) + (y - y_part)};
+}
+
+/// x y exactly.
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> exact_product(Pack x, Pack y) {
   const Pack splitter = all<Pack>(0x1p27 + 1.0);
   const Pack tx = splitter * x, ty = splitter * y;
   const Pack xh = tx - (tx - x), yh = ty - (ty - y);
@@ -100,11 +110,42 @@ TOUCHSTONE_INLINE Product<Pack> exact_product(Pack x, Pack y) {
 /// p x - q y to about one rounding, however much cancels.
 template <class Pack>
 TOUCHSTONE_INLINE Pack difference_of_products(Pack p, Pack x, Pack q, Pack y) {
-  const Product<Pack> px = exact_product(p, x), qy = exact_product(q, y);
-  const Pack difference = px.high - qy.high;
-  const Pack part = difference - px.high;
-  const Pack error = (px.high - (difference - part)) + (-qy.high - part);
-  return difference + (error + (px.low - qy.low));
+  const Wide<Pack> px = exact_product(p, x), qy = exact_product(q, y);
+  const Wide<Pack> difference = exact_sum(px.high, -qy.high);
+  return difference.high + (difference.low + (px.low - qy.low));
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> operator+(const Wide<Pack>& x, const Wide<Pack>& y) {
+  const Wide<Pack> sum = exact_sum(x.high, y.high);
+  return exact_sum(sum.high, sum.low + (x.low + y.low));
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> operator*(const Wide<Pack>& x, Pack y) {
+  const Wide<Pack> product = exact_product(x.high, y);
+  return exact_sum(product.high, product.low + x.low * y);
+}
+
+/// c + part * g with about 100 bits, part = 1, -1 or any.
+template <class Pack>
+TOUCHSTONE_INLINE void add_wide(Pack part, const Vector3Of<Pack>& g, Wide<Pack> (&c)[3]) {
+  c[0] = c[0] + exact_product(part, g.x);
+  c[1] = c[1] + exact_product(part, g.y);
+  c[2] = c[2] + exact_product(part, g.z);
+}
+
+/// The part of c across g: of short c, which rounding would turn.
+template <class Pack>
+TOUCHSTONE_INLINE void move_across(const Vector3Of<Pack>& g, MaskOf<Pack> moves, Wide<Pack> (&c)[3]) {
+  const Wide<Pack> along = (c[0] * g.x + c[1] * g.y) + c[2] * g.z;
+  const Wide<Pack> square = (exact_product(g.x, g.x) + exact_product(g.y, g.y)) + exact_product(g.z, g.z);
+  // -along / square in two steps.
+  const Pack first = where<Pack>(moves, -along.high / square.high);
+  const Wide<Pack> rest = along + square * first;
+  const Pack second = where<Pack>(moves, -rest.high / square.high);
+  add_wide(first, g, c);
+  add_wide(second, g, c);
 }
 
 template <bool accurate, class Pack>
@@ -240,7 +281,7 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
   }
   Pack s1, s2;
   nearest_on_parallelogram<accurate>(c, g1, g2, n, n_square, orientation, s1, s2);
-  const Vector3Of<Pack> v = (c + s1 * g1) + s2 * g2;
+  Vector3Of<Pack> v = (c + s1 * g1) + s2 * g2;
 
   Vector3Of<Pack> reach = {magnitude(W.T.x), magnitude(W.T.y), magnitude(W.T.z)};
   for (int m = 0; m < 6; ++m)
@@ -248,17 +289,31 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
   const Pack extent = largest(reach);
   const Pack tolerance = all<Pack>(kDistanceGap) * extent;
 
-  const Pack v_length = square_root(dot(v, v));
   const Vector3Of<Pack> n_facet = (all<Pack>(1.0) / square_root(n_square)) * n;
   const Pack height = dot(n_facet, c);
   const Mask on_facet = sum(v - height * n_facet) <= tolerance;
+  MaskOf<Pack> exact_enough = Mask{};
+  if constexpr (accurate) {
+    // On the rim again, with about 100 bits: one of both generators is at its end, or both are.
+    Wide<Pack> wide[3] = {{W.T.x, W.T_low.x}, {W.T.y, W.T_low.y}, {W.T.z, W.T_low.z}};
+    for (int m = 0; m < 6; ++m) add_wide(s[m], g[m], wide);
+    const Pack one = all<Pack>(1.0);
+    const Mask end1 = magnitude(s1) == one, end2 = magnitude(s2) == one;
+    add_wide(where(end1, s1), g1, wide);
+    add_wide(where(end2, s2), g2, wide);
+    move_across(g1, ~end1, wide);
+    move_across(g2, end1 & ~end2, wide);
+    v = {wide[0].high, wide[1].high, wide[2].high};
+    exact_enough = end1 | end2;
+  }
+  const Pack v_length = square_root(dot(v, v));
   out.n = select(on_facet, n_facet, (all<Pack>(1.0) / v_length) * v);
   const Pack upper = select(on_facet, height, v_length);
   Pack lower = dot(out.n, W.T);
   Pack width = magnitude(dot(out.n, g[0]));
   for (int m = 1; m < 6; ++m) width = width + magnitude(dot(out.n, g[m]));
   lower = lower - width;
-  out.fits &= (on_facet | (v_length > all<Pack>(kShortShare) * extent)) & (upper - lower <= tolerance);
+  out.fits &= (on_facet | exact_enough | (v_length > all<Pack>(kShortShare) * extent)) & (upper - lower <= tolerance);
   out.certain = lower > W.error;
   out.separation = upper;
 
@@ -282,6 +337,11 @@ TOUCHSTONE_INLINE void finish_zonotope(Pack size, Pack position, Pack deviation,
 }
 
 template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> rounding_of_difference(const Vector3Of<Pack>& p, const Vector3Of<Pack>& q) {
+  return {exact_sum(p.x, -q.x).low, exact_sum(p.y, -q.y).low, exact_sum(p.z, -q.z).low};
+}
+
+template <class Pack>
 struct BoxesApart {
   TOUCHSTONE_INLINE static void gather_zonotope(const double* const (&poses_a)[Traits<Pack>::lanes],
                                                 const double* const (&shapes_a)[Traits<Pack>::lanes],
@@ -296,6 +356,7 @@ struct BoxesApart {
       W.generator[3 + i] = B.half[i] * B.axis[i];
     }
     W.T = B.p - A.p;
+    W.T_low = rounding_of_difference(B.p, A.p);
     W.centre_A = {Pack{}, Pack{}, Pack{}};
     // |g|_1 <= sqrt(3) * half
     finish_zonotope(all<Pack>(2.0) * (A.reach + B.reach), largest(A.p) + largest(B.p), Pack{}, W);
@@ -317,6 +378,7 @@ struct FormsApart {
       W.generator[3 + i] = B.edge[i];
     }
     W.T = (B.p - A.p) + (B.centre_W - A.centre_W);
+    W.T_low = {Pack{}, Pack{}, Pack{}};
     W.centre_A = A.centre_W;
     finish_zonotope((A.size + B.size) + (A.centre_sum + B.centre_sum), largest(A.p) + largest(B.p),
                     A.deviation + B.deviation, W);
