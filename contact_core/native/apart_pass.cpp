@@ -3,19 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_core/native/pair_depth.hpp"
+
 namespace touchstone::native {
 namespace {
 
 /// Beyond these magnitudes a pair is measured on an exactly scaled copy; well within what the kernels take.
 constexpr double kUnscaledLow = 0x1p-60;
 constexpr double kUnscaledHigh = 0x1p60;
+/// Below, world vertices round by more than u of the solid's size: the kernels' bounds do not hold there.
+constexpr double kLeastSize = 0x1p-1010;
 
 const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
-}
-
-SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
-  return std::max(set.kinds[pair.a], set.kinds[pair.b]);
 }
 
 double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
@@ -65,27 +65,33 @@ void measure_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind, 
     kernels.measure_parallelepipeds_apart(X_W, set.forms.data(), pairs.data(), pairs.size(), records);
 }
 
-bool measure_apart_scaled(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                          std::span<const Pose> poses, ApartRecord& record) {
-  if (kind_of(set, pair) == SolidKind::general || !needs_scaling(set, pair, poses)) return false;
+bool measure_apart_accurately(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                              std::span<const Pose> poses, ApartRecord& record) {
+  record.fits = record.found = false;
+  const SolidKind kind = kind_of(set, pair);
+  if (kind == SolidKind::general) return false;
   const Hexahedron& a = set.solids[pair.a].shape;
   const Hexahedron& b = set.solids[pair.b].shape;
+  if (!(std::min(a.size(), b.size()) >= kLeastSize)) return false;
+  const bool scaling = needs_scaling(set, pair, poses);
   const double high = std::max(magnitude_of(a, poses[pair.a]), magnitude_of(b, poses[pair.b]));
-  const int exponent = -std::ilogb(high);
+  const int exponent = scaling ? -std::ilogb(high) : 0;
   const PoseRecord X[2] = {scaled(records_of(poses)[pair.a], exponent),
                            scaled(records_of(poses)[pair.b], exponent)};
   const PairIndices indices{0, 1};
-  if (kind_of(set, pair) == SolidKind::box) {
+  if (kind == SolidKind::box) {
     const BoxRecord boxes[2] = {scaled_box(a, exponent), scaled_box(b, exponent)};
-    kernels.measure_boxes_apart(X, boxes, &indices, 1, &record);
+    if (scaling) kernels.measure_boxes_apart(X, boxes, &indices, 1, &record);
+    if (!record.found) kernels.measure_boxes_apart_accurately(X, boxes, indices, record);
   } else {
     const ParallelepipedRecord forms[2] = {scaled_form(set.parallelepipeds[pair.a], exponent),
                                            scaled_form(set.parallelepipeds[pair.b], exponent)};
-    kernels.measure_parallelepipeds_apart(X, forms, &indices, 1, &record);
+    if (scaling) kernels.measure_parallelepipeds_apart(X, forms, &indices, 1, &record);
+    if (!record.found) kernels.measure_parallelepipeds_apart_accurately(X, forms, indices, record);
   }
   record.separation = std::scalbn(record.separation, -exponent);
   for (double& p : record.from_A) p = std::scalbn(p, -exponent);
-  return true;
+  return record.found;
 }
 
 }  // namespace touchstone::native

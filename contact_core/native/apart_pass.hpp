@@ -11,9 +11,10 @@ namespace touchstone::native {
 void measure_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
                    std::span<const PairIndices> pairs, ApartRecord* records);
 
-/// For magnitudes that the kernels do not take: the same on an exactly scaled copy.
-/// @return false, and nothing done, when the kernels take them.
-bool measure_apart_scaled(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                          std::span<const Pose> poses, ApartRecord& record);
+/// A second try, with exact products, and on an exactly scaled copy when the pair's magnitudes ask for it.
+/// @return record.found. When only record.fits is set, the rest is right for a pair that something else proves
+/// to be apart.
+bool measure_apart_accurately(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                              std::span<const Pose> poses, ApartRecord& record);
 
 }  // namespace touchstone::native

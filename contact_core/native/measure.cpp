@@ -8,6 +8,7 @@
 #include "contact_core/native/apart_pass.hpp"
 #include "contact_core/native/manifold.hpp"
 #include "contact_core/native/overlap.hpp"
+#include "contact_core/native/pair_depth.hpp"
 
 namespace touchstone::native {
 namespace {
@@ -15,15 +16,10 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kBlock = 256;
-constexpr DepthRecord kNothingKnown{0.0, {}, {}, Certified::unknown, false, false};
-constexpr ApartRecord kNoDistance{0.0, {}, {}, false};
+constexpr ApartRecord kNoDistance{0.0, {}, {}, false, false};
 
 const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
-}
-
-SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
-  return std::max(set.kinds[pair.a], set.kinds[pair.b]);
 }
 
 void write_beyond(PairGeometry& out) {
@@ -58,45 +54,67 @@ void write(const OrderedPair& ordered, double separation, const Vector3& n, cons
 
 Vector3 vector_of(const double (&p)[3]) { return {p[0], p[1], p[2]}; }
 
-/// Depth, normal and p_A of a pair that the kernels certified overlapping.
+/// Depth, normal and p_A of a pair that overlaps.
 void finish_depth(const DepthRecord& record, const PlacedPair& placed, SignedDistance& distance) {
   if (!record.has_axis) return penetration(placed.pair, distance);
-  distance = {record.separation, vector_of(record.n), vector_of(record.p_A) - placed.origin_W};
-  if (!record.has_witness) penetration_along(placed.pair, distance);
+  distance.separation = std::scalbn(record.separation, placed.exponent);
+  distance.n = vector_of(record.n);
+  if (record.has_witness)
+    distance.p_A = placed.from_world(vector_of(record.p_A));
+  else
+    penetration_along(placed.pair, distance);
 }
 
 /// Distance, normal and p_A of a pair that is apart. False when it is further apart than `limit`.
 bool finish_distance(const ApartRecord& record, const Pose& X_WA, double limit, const PlacedPair& placed,
                      SignedDistance& distance) {
-  if (!record.found) return distance_apart(placed.pair, limit, distance);
-  distance = {placed.from_world(record.separation), vector_of(record.n),
+  if (!record.fits) return distance_apart(placed.pair, limit, distance);
+  distance = {std::scalbn(record.separation, placed.exponent), vector_of(record.n),
               placed.from_world(Vector3(X_WA.p + vector_of(record.from_A)))};
   return true;
 }
 
+bool is_complete(const DepthRecord& record) {
+  return record.certified == Certified::overlapping && record.has_axis && record.has_witness;
+}
+
+/// Geometry of a pair that is certainly apart.
+void write_apart(const OrderedPair& pair, const ApartRecord& apart, const NarrowphaseInput& input,
+                 PairGeometry& geometry) {
+  if (apart.separation > input.query.max_separation) return write_beyond(geometry);
+  const Vector3 p_A = input.poses[pair.pair.a].p + vector_of(apart.from_A);
+  write(pair, apart.separation, vector_of(apart.n), p_A, geometry);
+}
+
 PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const OrderedPair& given,
-                       const DepthRecord& record, const ApartRecord& given_apart,
-                       const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points) {
+                       DepthRecord record, ApartRecord apart, const NarrowphaseInput& input,
+                       PairGeometry& geometry, ContactPoint* points) {
   const bool swapped = given.swapped;
   const SolidPair& pair = given.pair;
+  const double max_separation = input.query.max_separation;
   const Pose& X_WA = input.poses[pair.a];
   const Pose& X_WB = input.poses[pair.b];
-  const double max_separation = input.query.max_separation;
-  ApartRecord apart = given_apart;
-  if (!apart.found) measure_apart_scaled(set, kernels, pair, input.poses, apart);
-  const bool overlaps = record.certified == Certified::overlapping && record.has_axis && record.has_witness;
-  const bool known = overlaps || apart.found;
-  if (overlaps) {
-    write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
-    if (points == nullptr) return PairStatus::overlapping;
-  } else if (apart.found) {
-    if (apart.separation > max_separation)
-      write_beyond(geometry);
-    else
-      write(given, apart.separation, vector_of(apart.n), X_WA.p + vector_of(apart.from_A), geometry);
+  if (apart.found) {
+    write_apart(given, apart, input, geometry);
     if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
   }
-  const bool ordinary = is_ordinary(set, pair.a, X_WA, pair.b, X_WB);
+  bool known = is_complete(record) && record.separation <= max_separation;
+  bool ordinary = true;
+  if (!known && !apart.found) {
+    ordinary = is_ordinary(set, pair.a, X_WA, pair.b, X_WB);
+    if (!ordinary) record = scaled_pair_depth(set, kernels, pair, input.poses);
+    known = is_complete(record) && record.separation <= max_separation;
+  }
+  if (known) {
+    write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
+    if (points == nullptr) return PairStatus::overlapping;
+  }
+  if (!apart.found && record.certified != Certified::overlapping &&
+      measure_apart_accurately(set, kernels, pair, input.poses, apart)) {
+    write_apart(given, apart, input, geometry);
+    if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
+  }
+  known = known || apart.found;
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
 
@@ -212,16 +230,12 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
 PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                          PairGeometry& geometry, ContactPoint* points) {
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
-  const PairIndices indices{pair.pair.a, pair.pair.b};
-  DepthRecord record = kNothingKnown;
+  const DepthRecord record = pair_depth(set, kernels, pair.pair, input.poses);
   ApartRecord apart = kNoDistance;
-  const SolidKind kind = kind_of(set, pair.pair);
-  if (kind == SolidKind::box)
-    kernels.measure_box_depths(records_of(input.poses), set.boxes.data(), &indices, 1, &record);
-  else if (kind == SolidKind::parallelepiped)
-    kernels.measure_form_depths(records_of(input.poses), set.edge_forms.data(), &indices, 1, &record);
-  if (record.certified == Certified::separated)
-    measure_apart(set, kernels, kind, input.poses, {&indices, 1}, &apart);
+  if (record.certified == Certified::separated) {
+    const PairIndices indices{pair.pair.a, pair.pair.b};
+    measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
+  }
   return measure_one(set, kernels, pair, record, apart, input, geometry, points);
 }
 
@@ -230,7 +244,8 @@ PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const Narr
 void measure(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
              std::span<PairStatus> status, std::span<PairGeometry> geometry, std::span<ContactPoint> points) {
   const std::size_t slots =
-      points.empty() ? 0 : static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
+      points.empty() ? 0
+                     : static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
   ContactPoint* const first_point = points.empty() ? nullptr : points.data();
   if (input.pairs.size() == 1) {
     status[0] = measure_alone(set, kernels, input, geometry[0], first_point);

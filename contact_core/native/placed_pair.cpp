@@ -50,6 +50,7 @@ Vector3 PlacedPair::to_world(const Vector3& p) const { return origin_W + scaled(
 
 double PlacedPair::to_world(double length) const { return std::scalbn(length, -exponent); }
 
+/// Scaled first: the difference could overflow.
 Vector3 PlacedPair::from_world(const Vector3& p_W) const {
   return scaled(p_W, exponent) - scaled(origin_W, exponent);
 }

@@ -13,9 +13,17 @@
 // That this is the nearest point of W is not taken on trust. Any n gives a lower bound, n . T - sum |n . g_m|
 // for |n| = 1, and any point of W an upper one. Inside the facet n is its normal, and the point must lie at
 // height * n; on its rim n is the point's own direction, and both bounds must agree, each time to 16 u *
-// extent (the largest coordinate W can have). Pairs that fail (facets that a tiny turn exchanges, edges at
-// less than 2^-10, distances so short that rounding drowns their direction) are left to the road over the
-// hulls' vertices.
+// extent (the largest coordinate W can have). What fits neither is left to the road over the hulls' vertices.
+//
+// Two passes. The quick one looks at no facet of two generators at a sine below 2^-10. What it leaves, the
+// accurate one tries again: it forms every facet's normal from exact products (Dekker 1971), so that edges at
+// any angle above 2^-50 have one, right to 2 u. Their rounding turns that facet by u / sine, but only about
+// the edges' common direction, in which it is only sine * |edge| wide: the height changes by u * |edge|.
+//
+// On the facet at c + s g_1 + t g_2, c its middle: s = n . (g_2 x c) / |n|^2 is off by u |c| / (sine |g_1|),
+// which slides the point along both edges; t then follows from s by projection on g_2, so that the point is
+// off the normal by sine * |g_1| times the error of s, u |c|. On the rim the point is found with about 100
+// bits, so that its direction holds however short it is.
 //
 // Error. With e as in parallelepiped_overlap.cpp, 32 u (h + t) + 4 u P + 2 D, for what separates the hulls of
 // the rounded world vertices from the zonotope: separation is within e + 16 u * extent of the hulls' distance
@@ -31,6 +39,11 @@ constexpr double kShortShare = 0x1p-6;
 constexpr double kInPlaneSquare = 0x1p-100;
 /// The facet of two generators at a sine below 2^-10 is not looked at: its normal may be anything.
 constexpr double kThinSquare = 0x1p-20;
+/// In the accurate pass 2^-50.
+constexpr double kThinnestSquare = 0x1p-100;
+/// Farther out than 2^12 of the pair's extent the vertices' rounding shows: the hulls are no parallelepipeds
+/// any more.
+constexpr double kFar = 0x1p12;
 /// Tenth powers of lengths are formed.
 constexpr double kDistanceLow = 0x1p-64;
 constexpr double kDistanceHigh = 0x1p64;
@@ -39,6 +52,7 @@ template <class Pack>
 struct Zonotope {
   Vector3Of<Pack> generator[6];  // A's half edges, B's
   Vector3Of<Pack> T;
+  Vector3Of<Pack> T_low;     // what T's last subtraction lost
   Vector3Of<Pack> centre_A;  // from A's origin, in world axes
   Pack error;                // e + 32 u (h + t)
   MaskOf<Pack> ordinary;
@@ -69,6 +83,80 @@ TOUCHSTONE_INLINE void add_where(MaskOf<Pack> mask, const Vector3Of<Pack>& p, Ve
   to.z = (Pack)((Mask)to.z | (mask & (Mask)p.z));
 }
 
+/// high + low; see double_double.hpp, also for the steps below.
+template <class Pack>
+struct Wide {
+  Pack high, low;
+};
+
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> exact_sum(Pack x, Pack y) {
+  const Pack sum = x + y;
+  const Pack y_part = sum - x;
+  return {sum, (x - (sum - y_part)) + (y - y_part)};
+}
+
+/// x y exactly.
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> exact_product(Pack x, Pack y) {
+  const Pack splitter = all<Pack>(0x1p27 + 1.0);
+  const Pack tx = splitter * x, ty = splitter * y;
+  const Pack xh = tx - (tx - x), yh = ty - (ty - y);
+  const Pack xl = x - xh, yl = y - yh;
+  const Pack product = x * y;
+  return {product, ((xh * yh - product) + xh * yl + xl * yh) + xl * yl};
+}
+
+/// p x - q y to about one rounding, however much cancels.
+template <class Pack>
+TOUCHSTONE_INLINE Pack difference_of_products(Pack p, Pack x, Pack q, Pack y) {
+  const Wide<Pack> px = exact_product(p, x), qy = exact_product(q, y);
+  const Wide<Pack> difference = exact_sum(px.high, -qy.high);
+  return difference.high + (difference.low + (px.low - qy.low));
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> operator+(const Wide<Pack>& x, const Wide<Pack>& y) {
+  const Wide<Pack> sum = exact_sum(x.high, y.high);
+  return exact_sum(sum.high, sum.low + (x.low + y.low));
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> operator*(const Wide<Pack>& x, Pack y) {
+  const Wide<Pack> product = exact_product(x.high, y);
+  return exact_sum(product.high, product.low + x.low * y);
+}
+
+/// c + part * g with about 100 bits, part = 1, -1 or any.
+template <class Pack>
+TOUCHSTONE_INLINE void add_wide(Pack part, const Vector3Of<Pack>& g, Wide<Pack> (&c)[3]) {
+  c[0] = c[0] + exact_product(part, g.x);
+  c[1] = c[1] + exact_product(part, g.y);
+  c[2] = c[2] + exact_product(part, g.z);
+}
+
+/// The part of c across g: of short c, which rounding would turn.
+template <class Pack>
+TOUCHSTONE_INLINE void move_across(const Vector3Of<Pack>& g, MaskOf<Pack> moves, Wide<Pack> (&c)[3]) {
+  const Wide<Pack> along = (c[0] * g.x + c[1] * g.y) + c[2] * g.z;
+  const Wide<Pack> square = (exact_product(g.x, g.x) + exact_product(g.y, g.y)) + exact_product(g.z, g.z);
+  // -along / square in two steps.
+  const Pack first = where<Pack>(moves, -along.high / square.high);
+  const Wide<Pack> rest = along + square * first;
+  const Pack second = where<Pack>(moves, -rest.high / square.high);
+  add_wide(first, g, c);
+  add_wide(second, g, c);
+}
+
+template <bool accurate, class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> normal_of(const Vector3Of<Pack>& p, const Vector3Of<Pack>& q) {
+  if constexpr (accurate)
+    return {difference_of_products(p.y, q.z, p.z, q.y), difference_of_products(p.z, q.x, p.x, q.z),
+            difference_of_products(p.x, q.y, p.y, q.x)};
+  else
+    return cross(p, q);
+}
+
 /// Of the facets the one whose plane has the origin furthest outside, as the indices of its generators;
 /// `outside`: some plane has.
 template <class Pack>
@@ -77,17 +165,24 @@ struct FacetChoice {
   MaskOf<Pack> outside;
 };
 
-template <class Pack>
+template <bool accurate, class Pack>
 TOUCHSTONE_INLINE FacetChoice<Pack> choose_facet(const Zonotope<Pack>& W) {
   const Vector3Of<Pack>(&g)[6] = W.generator;
   Pack square[6];
   for (int k = 0; k < 6; ++k) square[k] = dot(g[k], g[k]);
-  Pack along_T[6][6], width[6][6];  // of g_k x g_l, k < l: its product with T, the sum of those with the others
+  // Of n = g_k x g_l, k < l: |n . T|, the sum of |n . g_m| over the others, |n|^2.
+  Pack along_T[6][6], width[6][6], n_square[6][6];
   for (int k = 0; k < 6; ++k)
     for (int l = k + 1; l < 6; ++l) width[k][l] = Pack{};
   for (int k = 0; k < 6; ++k) {
     for (int l = k + 1; l < 6; ++l) {
-      const Vector3Of<Pack> n = cross(g[k], g[l]);
+      const Vector3Of<Pack> n = normal_of<accurate>(g[k], g[l]);
+      if constexpr (accurate) {
+        n_square[k][l] = dot(n, n);
+      } else {
+        const Pack cosine = dot(g[k], g[l]);
+        n_square[k][l] = square[k] * square[l] - cosine * cosine;
+      }
       along_T[k][l] = magnitude(dot(n, W.T));
       for (int m = l + 1; m < 6; ++m) {
         const Pack triple = magnitude(dot(n, g[m]));
@@ -104,12 +199,11 @@ TOUCHSTONE_INLINE FacetChoice<Pack> choose_facet(const Zonotope<Pack>& W) {
     for (int l = k + 1; l < 6; ++l) {
       const Pack height = along_T[k][l] - width[k][l];
       const Pack signed_square = height * magnitude(height);
-      const Pack product = square[k] * square[l], cosine = dot(g[k], g[l]);
-      const Pack n_square = product - cosine * cosine;
-      const MaskOf<Pack> better = (signed_square * best_square > best_height * n_square) &
-                                  (n_square > all<Pack>(kThinSquare) * product);
+      const MaskOf<Pack> better =
+          (signed_square * best_square > best_height * n_square[k][l]) &
+          (n_square[k][l] > all<Pack>(accurate ? kThinnestSquare : kThinSquare) * (square[k] * square[l]));
       best_height = select(better, signed_square, best_height);
-      best_square = select(better, n_square, best_square);
+      best_square = select(better, n_square[k][l], best_square);
       best.first = select(better, all<Pack>(k), best.first);
       best.second = select(better, all<Pack>(l), best.second);
     }
@@ -120,43 +214,36 @@ TOUCHSTONE_INLINE FacetChoice<Pack> choose_facet(const Zonotope<Pack>& W) {
 
 template <class Pack>
 struct LaneDistances {
-  MaskOf<Pack> found;
+  MaskOf<Pack> fits;     // the bounds agree
+  MaskOf<Pack> certain;  // the hulls are apart
   Pack separation;
   Vector3Of<Pack> n;
   Vector3Of<Pack> from_A;  // A's witness, from A's origin, in world axes
 };
 
-/// c + s g1 + t g2, s and t in [-1, 1], nearest the origin: the free minimum, improved once; outside, clamped
-/// as for two segments (Ericson 2005, section 5.1.9).
-template <class Pack>
+/// c + s g1 + t g2, s and t in [-1, 1], nearest the origin, n = g1 x g2 up to sign: the free minimum; outside,
+/// clamped as for two segments (Ericson 2005, section 5.1.9).
+template <bool accurate, class Pack>
 TOUCHSTONE_INLINE void nearest_on_parallelogram(const Vector3Of<Pack>& c, const Vector3Of<Pack>& g1,
-                                                const Vector3Of<Pack>& g2, Pack determinant, Pack& s,
-                                                Pack& t) {
-  const Pack g11 = dot(g1, g1), g22 = dot(g2, g2), g12 = dot(g1, g2);
-  const Pack inverse = all<Pack>(1.0) / determinant;
-  const Pack c1 = dot(g1, c), c2 = dot(g2, c);
-  s = (g12 * c2 - g22 * c1) * inverse;
-  t = (g12 * c1 - g11 * c2) * inverse;
-  const Vector3Of<Pack> rest = (c + s * g1) + t * g2;
-  const Pack r1 = dot(g1, rest), r2 = dot(g2, rest);
-  s = s + (g12 * r2 - g22 * r1) * inverse;
-  t = t + (g12 * r1 - g11 * r2) * inverse;
-  const Pack one = all<Pack>(1.0);
-  const MaskOf<Pack> inside = (magnitude(s) <= one) & (magnitude(t) <= one);
-  const Pack s_rim = within_one(s);
-  const Pack t_rim = within_one(-(c2 + g12 * s_rim) / g22);
-  s = select(inside, s, within_one(-(c1 + g12 * t_rim) / g11));
-  t = select(inside, t, t_rim);
+                                                const Vector3Of<Pack>& g2, const Vector3Of<Pack>& n,
+                                                Pack n_square, Pack orientation, Pack& s, Pack& t) {
+  const Pack g11 = dot(g1, g1), g22 = dot(g2, g2);
+  s = within_one(orientation * dot(normal_of<accurate>(g2, c), n) / n_square);
+  const Pack t_free = -dot(g2, c + s * g1) / g22;
+  t = within_one(t_free);
+  const Pack s_rim = within_one(-dot(g1, c + t * g2) / g11);
+  s = select(magnitude(t_free) <= all<Pack>(1.0), s, s_rim);
 }
 
-template <class Pack>
+template <bool accurate, class Pack>
 TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& W) {
   using Mask = MaskOf<Pack>;
   const Vector3Of<Pack>(&g)[6] = W.generator;
   LaneDistances<Pack> out{};
-  const FacetChoice<Pack> facet = choose_facet(W);
-  out.found = facet.outside & W.ordinary;
-  if (bits(out.found) == 0) return out;
+  const FacetChoice<Pack> facet = choose_facet<accurate>(W);
+  out.fits = W.ordinary;
+  if (!accurate) out.fits &= facet.outside;
+  if (bits(out.fits) == 0) return out;
 
   Mask free[6];
   Vector3Of<Pack> g1{}, g2{};
@@ -166,7 +253,7 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
     add_where(is_second, g[m], g2);
     free[m] = is_first | is_second;
   }
-  Vector3Of<Pack> n = cross(g1, g2);
+  Vector3Of<Pack> n = normal_of<accurate>(g1, g2);
   const Pack n_square = dot(n, n);
   const Pack ahead = dot(n, W.T);
   const Pack orientation = with_sign_of(all<Pack>(1.0), ahead);
@@ -185,7 +272,7 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
   }
   // Faces flat on one another: W's facet has more than two generators. One after another brings the point as
   // near as it can.
-  if (bits(any_in_plane & out.found) != 0) {
+  if (bits(any_in_plane & out.fits) != 0) {
     for (int m = 0; m < 6; ++m) {
       const Pack part = where(in_plane[m], within_one(-dot(g[m], c) / dot(g[m], g[m])));
       s[m] = s[m] + part;
@@ -193,8 +280,8 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
     }
   }
   Pack s1, s2;
-  nearest_on_parallelogram(c, g1, g2, n_square, s1, s2);
-  const Vector3Of<Pack> v = (c + s1 * g1) + s2 * g2;
+  nearest_on_parallelogram<accurate>(c, g1, g2, n, n_square, orientation, s1, s2);
+  Vector3Of<Pack> v = (c + s1 * g1) + s2 * g2;
 
   Vector3Of<Pack> reach = {magnitude(W.T.x), magnitude(W.T.y), magnitude(W.T.z)};
   for (int m = 0; m < 6; ++m)
@@ -202,18 +289,32 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
   const Pack extent = largest(reach);
   const Pack tolerance = all<Pack>(kDistanceGap) * extent;
 
-  const Pack v_length = square_root(dot(v, v));
   const Vector3Of<Pack> n_facet = (all<Pack>(1.0) / square_root(n_square)) * n;
   const Pack height = dot(n_facet, c);
   const Mask on_facet = sum(v - height * n_facet) <= tolerance;
+  MaskOf<Pack> exact_enough = Mask{};
+  if constexpr (accurate) {
+    // On the rim again, with about 100 bits: one of both generators is at its end, or both are.
+    Wide<Pack> wide[3] = {{W.T.x, W.T_low.x}, {W.T.y, W.T_low.y}, {W.T.z, W.T_low.z}};
+    for (int m = 0; m < 6; ++m) add_wide(s[m], g[m], wide);
+    const Pack one = all<Pack>(1.0);
+    const Mask end1 = magnitude(s1) == one, end2 = magnitude(s2) == one;
+    add_wide(where(end1, s1), g1, wide);
+    add_wide(where(end2, s2), g2, wide);
+    move_across(g1, ~end1, wide);
+    move_across(g2, end1 & ~end2, wide);
+    v = {wide[0].high, wide[1].high, wide[2].high};
+    exact_enough = end1 | end2;
+  }
+  const Pack v_length = square_root(dot(v, v));
   out.n = select(on_facet, n_facet, (all<Pack>(1.0) / v_length) * v);
   const Pack upper = select(on_facet, height, v_length);
   Pack lower = dot(out.n, W.T);
   Pack width = magnitude(dot(out.n, g[0]));
   for (int m = 1; m < 6; ++m) width = width + magnitude(dot(out.n, g[m]));
   lower = lower - width;
-  out.found &= (on_facet | (v_length > all<Pack>(kShortShare) * extent)) & (upper - lower <= tolerance) &
-               (lower > W.error);
+  out.fits &= (on_facet | exact_enough | (v_length > all<Pack>(kShortShare) * extent)) & (upper - lower <= tolerance);
+  out.certain = lower > W.error;
   out.separation = upper;
 
   out.from_A = W.centre_A;
@@ -231,7 +332,13 @@ TOUCHSTONE_INLINE void finish_zonotope(Pack size, Pack position, Pack deviation,
   const Pack whole = size + sum(W.T);
   W.error = (all<Pack>(kFormRoundoffs * kU) * whole + all<Pack>(kPositionRoundoffs * kU) * position) +
             all<Pack>(2.0) * deviation;
-  W.ordinary = (whole + position < all<Pack>(kDistanceHigh)) & (size > all<Pack>(kDistanceLow));
+  W.ordinary = (whole + position < all<Pack>(kDistanceHigh)) & (size > all<Pack>(kDistanceLow)) &
+               (position < all<Pack>(kFar) * whole);
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> rounding_of_difference(const Vector3Of<Pack>& p, const Vector3Of<Pack>& q) {
+  return {exact_sum(p.x, -q.x).low, exact_sum(p.y, -q.y).low, exact_sum(p.z, -q.z).low};
 }
 
 template <class Pack>
@@ -249,6 +356,7 @@ struct BoxesApart {
       W.generator[3 + i] = B.half[i] * B.axis[i];
     }
     W.T = B.p - A.p;
+    W.T_low = rounding_of_difference(B.p, A.p);
     W.centre_A = {Pack{}, Pack{}, Pack{}};
     // |g|_1 <= sqrt(3) * half
     finish_zonotope(all<Pack>(2.0) * (A.reach + B.reach), largest(A.p) + largest(B.p), Pack{}, W);
@@ -270,13 +378,14 @@ struct FormsApart {
       W.generator[3 + i] = B.edge[i];
     }
     W.T = (B.p - A.p) + (B.centre_W - A.centre_W);
+    W.T_low = {Pack{}, Pack{}, Pack{}};
     W.centre_A = A.centre_W;
     finish_zonotope((A.size + B.size) + (A.centre_sum + B.centre_sum), largest(A.p) + largest(B.p),
                     A.deviation + B.deviation, W);
   }
 };
 
-template <class Pack, template <class> class Kind, class Shape>
+template <bool accurate, class Pack, template <class> class Kind, class Shape>
 TOUCHSTONE_INLINE void measure_apart_inline(const PoseRecord* poses, const Shape* shapes,
                                             const PairIndices* pairs, std::size_t count, ApartRecord* out) {
   constexpr int kLanes = Traits<Pack>::lanes;
@@ -285,16 +394,17 @@ TOUCHSTONE_INLINE void measure_apart_inline(const PoseRecord* poses, const Shape
                            const auto& poses_b, const auto& shapes_b) {
                          Zonotope<Pack> W;
                          Kind<Pack>::gather_zonotope(poses_a, shapes_a, poses_b, shapes_b, W);
-                         const LaneDistances<Pack> distances = measure_apart_lanes(W);
+                         const LaneDistances<Pack> distances = measure_apart_lanes<accurate>(W);
                          const Pack columns[7] = {distances.separation, distances.n.x,      distances.n.y,
                                                   distances.n.z,        distances.from_A.x, distances.from_A.y,
                                                   distances.from_A.z};
                          double rows[7][kLanes];
                          for (int k = 0; k < 7; ++k) store(columns[k], rows[k]);
-                         const unsigned found = bits(distances.found);
+                         const unsigned fits = bits(distances.fits), certain = bits(distances.certain);
                          for (std::size_t l = 0; l < here; ++l) {
                            ApartRecord& record = out[first + l];
-                           record.found = found >> l & 1u;
+                           record.fits = fits >> l & 1u;
+                           record.found = fits & certain & 1u << l;
                            record.separation = rows[0][l];
                            for (int k = 0; k < 3; ++k) record.n[k] = rows[1 + k][l];
                            for (int k = 0; k < 3; ++k) record.from_A[k] = rows[4 + k][l];

@@ -56,26 +56,35 @@ struct Table {
       measure_depths_inline<Pack, FormSolid>(poses, shapes, pairs, count, out);
   }
 
-  static void measure_boxes_apart(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
-                                  std::size_t count, ApartRecord* out) {
+  template <template <class> class Kind, class Shape>
+  static void measure_apart(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
+                            std::size_t count, ApartRecord* out) {
     if (count == 1)
-      measure_apart_inline<Double2, BoxesApart>(poses, shapes, pairs, count, out);
+      measure_apart_inline<false, Double2, Kind>(poses, shapes, pairs, count, out);
     else
-      measure_apart_inline<Pack, BoxesApart>(poses, shapes, pairs, count, out);
+      measure_apart_inline<false, Pack, Kind>(poses, shapes, pairs, count, out);
   }
 
-  static void measure_parallelepipeds_apart(const PoseRecord* poses, const ParallelepipedRecord* shapes,
-                                            const PairIndices* pairs, std::size_t count, ApartRecord* out) {
-    if (count == 1)
-      measure_apart_inline<Double2, FormsApart>(poses, shapes, pairs, count, out);
-    else
-      measure_apart_inline<Pack, FormsApart>(poses, shapes, pairs, count, out);
+  template <template <class> class Kind, class Shape>
+  static void measure_apart_accurately(const PoseRecord* poses, const Shape* shapes, const PairIndices& pair,
+                                       ApartRecord& out) {
+    measure_apart_inline<true, Double2, Kind>(poses, shapes, &pair, 1, &out);
   }
 
   static constexpr Kernels named(const char* isa) {
-    return {isa, Traits<Pack>::lanes, certify_box_pair, certify_boxes, certify_parallelepipeds,
-            certify_by_portal, certify_by_axis, measure_box_depths, measure_form_depths, measure_boxes_apart,
-            measure_parallelepipeds_apart};
+    return {.isa = isa,
+            .lanes = Traits<Pack>::lanes,
+            .certify_box_pair = certify_box_pair,
+            .certify_boxes = certify_boxes,
+            .certify_parallelepipeds = certify_parallelepipeds,
+            .certify_by_portal = certify_by_portal,
+            .certify_by_axis = certify_by_axis,
+            .measure_box_depths = measure_box_depths,
+            .measure_form_depths = measure_form_depths,
+            .measure_boxes_apart = measure_apart<BoxesApart>,
+            .measure_parallelepipeds_apart = measure_apart<FormsApart>,
+            .measure_boxes_apart_accurately = measure_apart_accurately<BoxesApart>,
+            .measure_parallelepipeds_apart_accurately = measure_apart_accurately<FormsApart>};
   }
 };
 

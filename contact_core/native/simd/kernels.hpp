@@ -59,7 +59,7 @@ struct alignas(64) DepthRecord {
   double n[3];
   double p_A[3];  ///< in the world
   Certified certified;
-  bool has_axis;  ///< separation and n hold
+  bool has_axis;     ///< separation and n hold
   bool has_witness;  ///< p_A holds too
 };
 
@@ -68,7 +68,8 @@ struct ApartRecord {
   double separation;
   double n[3];       ///< unit, A to B
   double from_A[3];  ///< from A's origin to its witness point, in world axes
-  bool found;        ///< the rest holds
+  bool fits;         ///< the rest holds, if the pair is apart at all
+  bool found;        ///< and it certainly is
 };
 
 /// From A to B, any length.
@@ -109,6 +110,11 @@ struct Kernels {
                               std::size_t count, ApartRecord* out);
   void (*measure_parallelepipeds_apart)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
                                         const PairIndices* pairs, std::size_t count, ApartRecord* out);
+  /// The same with exact products, for edges at small angles: slower. Of pairs at any distance.
+  void (*measure_boxes_apart_accurately)(const PoseRecord* poses, const BoxRecord* shapes,
+                                         const PairIndices& pair, ApartRecord& out);
+  void (*measure_parallelepipeds_apart_accurately)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
+                                                   const PairIndices& pair, ApartRecord& out);
 };
 
 /// Those this machine can run, the plainest first.

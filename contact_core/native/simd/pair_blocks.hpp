@@ -26,7 +26,8 @@ TOUCHSTONE_INLINE void prefetch(const PoseRecord* poses, const Shape* shapes, st
     __builtin_prefetch((const char*)&shapes[i] + line);
 }
 
-/// Runs `body` on as many pairs at a time as there are lanes; the last block repeats its last pair to fill up.
+/// Runs `body` on as many pairs at a time as there are lanes; the last block repeats its last pair to fill
+/// up.
 template <class Pack, class Shape, class Body>
 TOUCHSTONE_INLINE void for_each_lanes(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
                                       std::size_t count, const Body& body) {

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+#include "contact_core/native/solid_set.hpp"
+
+// Depth records of single pairs, whatever their magnitudes.
+
+namespace touchstone::native {
+
+inline constexpr DepthRecord kNothingKnown{0.0, {}, {}, Certified::unknown, false, false};
+
+/// The kind whose kernels fit both.
+SolidKind kind_of(const SolidSet& set, const SolidPair& pair);
+
+/// What the kernels tell of one pair; nothing of general hexahedra. @pre comes_first(a, b).
+DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                       std::span<const Pose> poses);
+
+/// The same for a pair beyond ordinary magnitudes, found on a copy scaled by a power of two: the bits are
+/// those of the ordinary pair that it is a multiple of.
+DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                              std::span<const Pose> poses);
+
+}  // namespace touchstone::native
