@@ -2,6 +2,7 @@
 
 #include "contact_core/native/simd/box_kernels.hpp"
 #include "contact_core/native/simd/depth_kernels.hpp"
+#include "contact_core/native/simd/hull_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 
 // The table of one instruction set: included by kernels_<isa>.cpp only.
@@ -41,6 +42,11 @@ struct Table {
       measure_depths_inline<Pack, FormSolid>(poses, shapes, pairs, count, out);
   }
 
+  static void measure_hull_depth(const HullView& a, const HullView& b, double extent, double position,
+                                 DepthRecord* out) {
+    measure_hull_depth_inline<Pack>(a, b, extent, position, *out);
+  }
+
   static constexpr Kernels named(const char* isa) {
     return {isa,
             Traits<Pack>::lanes,
@@ -48,7 +54,8 @@ struct Table {
             certify_boxes,
             certify_parallelepipeds,
             measure_box_depths,
-            measure_form_depths};
+            measure_form_depths,
+            measure_hull_depth};
   }
 };
 
