@@ -54,13 +54,16 @@ void write(const OrderedPair& ordered, double separation, const Vector3& n, cons
 
 Vector3 vector_of(const double (&p)[3]) { return {p[0], p[1], p[2]}; }
 
-/// Depth, normal and p_A of a pair that overlaps.
-void finish_depth(const DepthRecord& record, const PlacedPair& placed, SignedDistance& distance) {
+/// Depth, normal and p_A of a pair that overlaps. @param about_origin whether the record's lengths and points
+/// are the placed pair's own, not the world's.
+void finish_depth(const DepthRecord& record, bool about_origin, const PlacedPair& placed,
+                  SignedDistance& distance) {
   if (!record.has_axis) return penetration(placed.pair, distance);
-  distance.separation = std::scalbn(record.separation, placed.exponent);
+  distance.separation = about_origin ? record.separation : std::scalbn(record.separation, placed.exponent);
   distance.n = vector_of(record.n);
+  const Vector3 p_A = vector_of(record.p_A);
   if (record.has_witness)
-    distance.p_A = placed.from_world(vector_of(record.p_A));
+    distance.p_A = about_origin ? p_A : placed.from_world(p_A);
   else
     penetration_along(placed.pair, distance);
 }
@@ -118,6 +121,11 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
 
+  const bool general = kind_of(set, pair) == SolidKind::general;
+  if (general) {
+    record = hull_depth(set, kernels, pair, placed);
+    if (!ordinary) record.certified = Certified::unknown;
+  }
   Certified certified = apart.found ? Certified::separated : record.certified;
   if (certified == Certified::unknown && ordinary) certified = certify_kinds(set, pair, input.poses);
   if (certified == Certified::unknown)
@@ -128,7 +136,7 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   const double limit = std::scalbn(max_separation, placed.exponent);
   SignedDistance distance;
   if (meet) {
-    finish_depth(record, placed, distance);
+    finish_depth(record, general, placed, distance);
   } else if (!finish_distance(apart, X_WA, limit, placed, distance)) {
     write_beyond(geometry);
     return status;

@@ -10,6 +10,9 @@ namespace {
 /// Below, world vertices round by more than u of the solid's size: the kernels' bounds do not hold there.
 constexpr double kLeastSize = 0x1p-1010;
 
+// The kernels read eight vertices as they lie in memory: x, y, z.
+static_assert(sizeof(WorldVertices) == 24 * sizeof(double));
+
 DepthRecord by_kernel(const Kernels& kernels, SolidKind kind, const PoseRecord* poses, const BoxRecord* boxes,
                       const FormRecord* forms, const PairIndices& pair) {
   DepthRecord record = kNothingKnown;
@@ -62,6 +65,16 @@ DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const
                 boxes.data(), nullptr, {0, 1});
   record.separation = std::scalbn(record.separation, -exponent);
   for (double& coordinate : record.p_A) coordinate = std::scalbn(coordinate, -exponent);
+  return record;
+}
+
+DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                       const PlacedPair& placed) {
+  const HullView a{&set.solids[pair.a].hull, placed.pair.hulls.a.x.data(), placed.pair.R_WA.data()};
+  const HullView b{&set.solids[pair.b].hull, placed.pair.hulls.b.x.data(), placed.pair.R_WB.data()};
+  DepthRecord record;
+  const double position = largest(placed.origin_W) + placed.pair.hulls.extent;
+  kernels.measure_hull_depth(a, b, placed.pair.hulls.extent, position, &record);
   return record;
 }
 

@@ -3,6 +3,7 @@
 #include <span>
 
 #include "contact_core/narrowphase/narrowphase.hpp"
+#include "contact_core/native/placed_pair.hpp"
 #include "contact_core/native/solid_set.hpp"
 
 // Depth records of single pairs, whatever their magnitudes.
@@ -22,5 +23,9 @@ DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidP
 /// those of the ordinary pair that it is a multiple of.
 DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                               std::span<const Pose> poses);
+
+/// Of a placed pair of any kind; its lengths and p_A are the placed pair's own.
+DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                       const PlacedPair& placed);
 
 }  // namespace touchstone::native

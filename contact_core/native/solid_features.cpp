@@ -191,4 +191,38 @@ SolidFeatures find_features(const Hexahedron& solid) {
   return out;
 }
 
+HullRecord hull_record(const Hexahedron& solid, const SolidFeatures& features) {
+  HullRecord out{};
+  const Vertices v = scaled_to_unit(solid.vertices());
+  out.face_count = static_cast<std::uint8_t>(features.face_count);
+  out.regular = features.face_count >= 4;
+  std::array<int, 18> sides{};
+  for (int f = 0; f < features.face_count; ++f) {
+    const HullFace& face = features.faces[f];
+    out.normal_x[f] = face.normal.x(), out.normal_y[f] = face.normal.y(), out.normal_z[f] = face.normal.z();
+    out.face_vertex[f] = face.vertices[0];
+    out.regular = out.regular && face.count >= 3;
+    for (int i = 0; i < face.count; ++i) {
+      const std::uint8_t from = face.vertices[i], to = face.vertices[(i + 1) % face.count];
+      int e = 0;
+      while (e < out.edge_count && !(out.edge_vertices[e][0] == to && out.edge_vertices[e][1] == from)) ++e;
+      if (e == out.edge_count) {
+        const Vector3 direction = unit(v[to] - v[from]);
+        if (e == 18 || direction == Vector3::Zero()) {
+          out.regular = false;
+          continue;
+        }
+        ++out.edge_count;
+        out.edge_vertices[e][0] = from, out.edge_vertices[e][1] = to;
+        out.edge_x[e] = direction.x(), out.edge_y[e] = direction.y(), out.edge_z[e] = direction.z();
+      }
+      out.edge_faces[e][sides[e] == 0 ? 0 : 1] = static_cast<std::uint8_t>(f);
+      ++sides[e];
+      out.face_edges[f] |= 1u << e;
+    }
+  }
+  for (int e = 0; e < out.edge_count; ++e) out.regular = out.regular && sides[e] == 2;
+  return out;
+}
+
 }  // namespace touchstone::native

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "contact_core/geometry/hexahedron.hpp"
+#include "contact_core/native/simd/kernels.hpp"
 
 // What the native check keeps of a solid: the faces and edges of the hull of its eight local vertices, found
 // once at build.
@@ -32,5 +33,8 @@ struct SolidFeatures {
 /// bent by rounding counts as one face. This moves the solid by no more than that, so depths found over these
 /// features are off by at most 4 eps * size.
 SolidFeatures find_features(const Hexahedron& solid);
+
+/// The same for the kernels.
+HullRecord hull_record(const Hexahedron& solid, const SolidFeatures& features);
 
 }  // namespace touchstone::native

@@ -87,7 +87,8 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
     out.forms.push_back(form_record(out.parallelepipeds.back(), ordinary));
     out.vertices.push_back(vertex_record(solid, ordinary));
     out.edge_forms.push_back(edge_form_record(solid, out.parallelepipeds.back(), ordinary && form));
-    out.solids.push_back({solid, in_columns(solid), find_features(solid)});
+    const SolidFeatures features = find_features(solid);
+    out.solids.push_back({solid, in_columns(solid), features, hull_record(solid, features)});
   }
   return out;
 }

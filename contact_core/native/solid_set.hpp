@@ -20,6 +20,7 @@ struct SolidData {
   Hexahedron shape;
   WorldVertices vertices_S;
   SolidFeatures features;
+  HullRecord hull;
 };
 
 /// What build() keeps, laid out by who reads it: the quick checks' records stand densely, apart from the

@@ -3,6 +3,7 @@
 #include "contact_core/native/simd/box_kernels.hpp"
 #include "contact_core/native/simd/depth_kernels.hpp"
 #include "contact_core/native/simd/distance_kernels.hpp"
+#include "contact_core/native/simd/hull_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 #include "contact_core/native/simd/portal_kernels.hpp"
 
@@ -56,6 +57,11 @@ struct Table {
       measure_depths_inline<Pack, FormSolid>(poses, shapes, pairs, count, out);
   }
 
+  static void measure_hull_depth(const HullView& a, const HullView& b, double extent, double position,
+                                 DepthRecord* out) {
+    measure_hull_depth_inline<Pack>(a, b, extent, position, *out);
+  }
+
   template <template <class> class Kind, class Shape>
   static void measure_apart(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
                             std::size_t count, ApartRecord* out) {
@@ -81,6 +87,7 @@ struct Table {
             .certify_by_axis = certify_by_axis,
             .measure_box_depths = measure_box_depths,
             .measure_form_depths = measure_form_depths,
+            .measure_hull_depth = measure_hull_depth,
             .measure_boxes_apart = measure_apart<BoxesApart>,
             .measure_parallelepipeds_apart = measure_apart<FormsApart>,
             .measure_boxes_apart_accurately = measure_apart_accurately<BoxesApart>,

@@ -53,6 +53,25 @@ struct alignas(64) FormRecord {
   double x[8], y[8], z[8];
 };
 
+/// The faces and edges of a solid's hull, by coordinate for the lanes; see SolidFeatures.
+struct alignas(64) HullRecord {
+  double normal_x[16], normal_y[16], normal_z[16];  ///< unit, outward
+  double edge_x[24], edge_y[24], edge_z[24];        ///< unit, along the first face's loop
+  std::uint32_t face_edges[12];                     ///< bit e: edge e bounds the face
+  std::uint8_t face_vertex[12];                     ///< one that lies on the face
+  std::uint8_t edge_vertices[18][2];
+  std::uint8_t edge_faces[18][2];
+  std::uint8_t face_count, edge_count;
+  bool regular;  ///< every edge has one face on either side
+};
+
+/// A posed solid for measure_hull_depth.
+struct HullView {
+  const HullRecord* hull;
+  const double* vertices;  ///< x of eight, y of eight, z of eight, about the pair's common origin
+  const double* R;         ///< R_WS by columns
+};
+
 /// Of a pair that overlaps; see depth_kernels.hpp.
 struct alignas(64) DepthRecord {
   double separation;
@@ -103,6 +122,10 @@ struct Kernels {
                              std::size_t count, DepthRecord* out);
   void (*measure_form_depths)(const PoseRecord* poses, const FormRecord* shapes, const PairIndices* pairs,
                               std::size_t count, DepthRecord* out);
+  /// The same of two solids of any kind; p_A about the common origin. @param extent see HullPair. @param
+  /// position at least every |world coordinate|. Certifies separated pairs too, without measuring them.
+  void (*measure_hull_depth)(const HullView& a, const HullView& b, double extent, double position,
+                             DepthRecord* out);
 
   /// Distance of pairs that are apart by more than rounding; others, and what the kernel does not settle, are
   /// not `found`. The bits do not depend on which pairs come together.
