@@ -9,57 +9,54 @@
 namespace touchstone::comparison {
 namespace {
 
-struct Wide {
-  long double x, y, z;
-};
-
-Wide wide(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
-Wide minus(const Wide& u, const Wide& v) { return {u.x - v.x, u.y - v.y, u.z - v.z}; }
-Wide along(const Wide& u, const Wide& v, long double t) {
-  return {u.x + v.x * t, u.y + v.y * t, u.z + v.z * t};
-}
-long double inner(const Wide& u, const Wide& v) { return u.x * v.x + u.y * v.y + u.z * v.z; }
-
-// The widest type there is: a sliver's normal loses as many bits as its sides' ratio has.
+// Slivers lose as many bits as their sides' ratio has: 64-bit mantissas tell nothing of sides of 1 and 1e-12.
 #if defined(__SIZEOF_FLOAT128__)
-__extension__ using Widest = __float128;
+__extension__ using Wide = __float128;
 #else
-using Widest = long double;
+using Wide = long double;
 #endif
 
-// Squared distance from the origin to the plane through a with the directions u and v.
-long double squared_height(const Wide& a, const Wide& u, const Wide& v) {
-  const Widest ux = u.x, uy = u.y, uz = u.z, vx = v.x, vy = v.y, vz = v.z;
-  const Widest nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-  const Widest height = (nx * a.x + ny * a.y) + nz * a.z;
-  return static_cast<long double>(height * height / ((nx * nx + ny * ny) + nz * nz));
+struct Wide3 {
+  Wide x, y, z;
+};
+
+Wide3 minus(const Vector3& p, const Vector3& q) {
+  return {static_cast<Wide>(p.x()) - q.x(), static_cast<Wide>(p.y()) - q.y(),
+          static_cast<Wide>(p.z()) - q.z()};
+}
+Wide inner(const Wide3& u, const Wide3& v) { return (u.x * v.x + u.y * v.y) + u.z * v.z; }
+Wide3 outer(const Wide3& u, const Wide3& v) {
+  return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
 }
 
-// Squared distance from the origin to the triangle a, b, c (Ericson, Real-Time Collision Detection, 5.1.5).
-long double squared_distance(const Wide& a, const Wide& b, const Wide& c) {
-  const Wide ab = minus(b, a), ac = minus(c, a);
-  const long double d1 = -inner(ab, a), d2 = -inner(ac, a);
-  if (d1 <= 0 && d2 <= 0) return inner(a, a);
-  const long double d3 = -inner(ab, b), d4 = -inner(ac, b);
-  if (d3 >= 0 && d4 <= d3) return inner(b, b);
-  const auto at = [](const Wide& p) { return inner(p, p); };
-  const long double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return at(along(a, ab, d1 / (d1 - d3)));
-  const long double d5 = -inner(ab, c), d6 = -inner(ac, c);
-  if (d6 >= 0 && d5 <= d6) return inner(c, c);
-  const long double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return at(along(a, ac, d2 / (d2 - d6)));
-  const long double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    return at(along(b, minus(c, b), (d4 - d3) / ((d4 - d3) + (d5 - d6))));
+Wide squared_distance_to_edge(const Vector3& a, const Vector3& b, const Vector3& p) {
+  const Wide3 d = minus(b, a), q = minus(p, a);
+  const Wide length2 = inner(d, d);
+  Wide t = length2 > 0 ? inner(q, d) / length2 : 0;
+  t = t < 0 ? 0 : (t > 1 ? 1 : t);
+  const Wide3 off = {q.x - t * d.x, q.y - t * d.y, q.z - t * d.z};
+  return inner(off, off);
+}
+
+/// The edges always count; the plane where p's foot lies inside all three.
+Wide squared_distance(const std::array<Vector3, 3>& triangle, const Vector3& p) {
+  const auto& [a, b, c] = triangle;
+  Wide least = std::min({squared_distance_to_edge(a, b, p), squared_distance_to_edge(b, c, p),
+                         squared_distance_to_edge(c, a, p)});
+  const Wide3 normal = outer(minus(b, a), minus(c, a));
+  const auto inside = [&](const Vector3& from, const Vector3& to) {
+    return inner(outer(normal, minus(to, from)), minus(p, from)) >= 0;
+  };
+  if (inside(a, b) && inside(b, c) && inside(c, a)) {
+    const Wide height = inner(normal, minus(p, a));
+    least = std::min(least, height * height / inner(normal, normal));
   }
-  return squared_height(a, ab, ac);
+  return least;
 }
 
 }  // namespace
 
-SurfaceMeasure::SurfaceMeasure(const WorldVertices& solid)
-    : resolution_(0x1p-60 * largest_coordinate(solid)) {
+SurfaceMeasure::SurfaceMeasure(const WorldVertices& solid) {
   for (int i = 0; i < 8; ++i) {
     for (int j = i + 1; j < 8; ++j) {
       for (int k = j + 1; k < 8; ++k) {
@@ -78,24 +75,20 @@ SurfaceMeasure::SurfaceMeasure(const WorldVertices& solid)
 }
 
 double SurfaceMeasure::distance(const Vector3& p) const {
-  long double least = std::numeric_limits<long double>::infinity();
-  const Wide origin = wide(p);
-  for (const auto& [a, b, c] : triangles_) {
-    least = std::min(
-        least, squared_distance(minus(wide(a), origin), minus(wide(b), origin), minus(wide(c), origin)));
-  }
-  const auto distance = static_cast<double>(std::sqrt(least));
-  return distance < resolution_ ? 0.0 : distance;
+  Wide least = std::numeric_limits<double>::infinity();
+  for (const auto& triangle : triangles_) least = std::min(least, squared_distance(triangle, p));
+  return static_cast<double>(std::sqrt(static_cast<long double>(least)));
 }
 
 double separation_along(const WorldVertices& a, const WorldVertices& b, const Vector3& n) {
-  const Wide direction = wide(n);
-  long double highest = -std::numeric_limits<long double>::infinity(), lowest = -highest;
+  const Wide3 direction = {n.x(), n.y(), n.z()};
+  Wide highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
   for (int i = 0; i < 8; ++i) {
-    highest = std::max(highest, inner(direction, wide(a.vertex(i))));
-    lowest = std::min(lowest, inner(direction, wide(b.vertex(i))));
+    highest = std::max(highest, inner(direction, minus(a.vertex(i), Vector3::Zero())));
+    lowest = std::min(lowest, inner(direction, minus(b.vertex(i), Vector3::Zero())));
   }
-  return static_cast<double>((lowest - highest) / std::sqrt(inner(direction, direction)));
+  const auto length = std::sqrt(static_cast<long double>(inner(direction, direction)));
+  return static_cast<double>(static_cast<long double>(lowest - highest) / length);
 }
 
 }  // namespace touchstone::comparison

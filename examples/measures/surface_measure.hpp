@@ -5,8 +5,8 @@
 
 #include "contact_core/geometry/hexahedron.hpp"
 
-// Error measures for many points: 64-bit mantissas where `exact` would use integers. Good to about 2^-60 of
-// the largest coordinate, 1/100 of a double's rounding there.
+// Error measures for many points: 113-bit mantissas where `exact` would use integers (64-bit ones where the machine
+// has no wider type: then slivers are measured too coarsely).
 
 namespace touchstone::comparison {
 
@@ -16,12 +16,11 @@ class SurfaceMeasure {
   explicit SurfaceMeasure(const WorldVertices& solid);
   /// True when the hull has no volume; distance() may not be used then.
   bool is_flat() const { return triangles_.empty(); }
-  /// From p to the surface, from inside too [m]. Below 2^-60 of the largest coordinate it is 0.
+  /// From p to the surface, from inside too [m].
   double distance(const Vector3& p) const;
 
  private:
   std::vector<std::array<Vector3, 3>> triangles_;
-  double resolution_;
 };
 
 /// h(n) = (min_j n.b_j - max_i n.a_i) / |n| [m].

@@ -94,7 +94,7 @@ Kind expect_certified(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b
   const OverlapCertificate certificate = certify_overlap(a, X_WA, b, X_WB);
   EXPECT_TRUE(is_right(certificate, exact_vertices(a, X_WA, b, X_WB))) << static_cast<int>(certificate.kind);
   EXPECT_EQ(certificate.kind == Kind::common_point,
-            ask(a, X_WA, b, X_WB, QueryKind::distance).overlap_status == PairStatus::overlapping);
+            ask(a, X_WA, b, X_WB, QueryKind::overlap).status == PairStatus::overlapping);
   return certificate.kind;
 }
 

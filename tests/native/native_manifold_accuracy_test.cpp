@@ -6,8 +6,8 @@
 #include <functional>
 #include <set>
 
+#include "examples/measures/surface_measure.hpp"
 #include "native_fixture.hpp"
-#include "wide_surface.hpp"
 
 // What manifold.hpp states of every contact point: on A, on B, straight across, over families that make it
 // hard.
@@ -75,7 +75,7 @@ PairOfSolids crossing(Random& random, const Hexahedron& a, const Hexahedron& b, 
 double worst_point(const PairOfSolids& pair, const Answer& answer) {
   WorldVertices va, vb;
   world_vertices(pair.a, pair.X_WA, va), world_vertices(pair.b, pair.X_WB, vb);
-  const WideSurface a(va), b(vb);
+  const comparison::SurfaceMeasure a(va), b(vb);
   if (a.is_flat() || b.is_flat()) return std::numeric_limits<double>::quiet_NaN();
   double worst = 0.0;
   for (int i = 0; i < answer.geometry.point_count; ++i) {

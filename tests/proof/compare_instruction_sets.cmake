@@ -1,8 +1,8 @@
 # cmake -D PROGRAM=result_hash -D SETS=generic;avx2 -P compare_instruction_sets.cmake: the same hashes under each.
 foreach(set IN LISTS SETS)
   set(ENV{TOUCHSTONE_ISA} ${set})
-  execute_process(COMMAND ${PROGRAM} --count 500 OUTPUT_VARIABLE hashes COMMAND_ERROR_IS_FATAL ANY)
-  message("${set}\n${hashes}")
+  execute_process(COMMAND ${PROGRAM} --count 500 OUTPUT_VARIABLE hashes ERROR_VARIABLE settings COMMAND_ERROR_IS_FATAL ANY)
+  message("${set}: ${settings}${hashes}")
   if(DEFINED expected AND NOT hashes STREQUAL expected)
     message(FATAL_ERROR "${set} gives other bits than ${first}")
   elseif(NOT DEFINED expected)

@@ -1,11 +1,11 @@
 #include <charconv>
 #include <cinttypes>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <string_view>
 
 #include "contact_core/native/native.hpp"
+#include "contact_core/native/simd/kernels.hpp"
 #include "tests/proof/result_hash.hpp"
 
 // Prints one hash of all answers of `native` a family and one of all: the same on every compiler, processor,
@@ -22,7 +22,7 @@ constexpr const char* kUsage =
     "  --count   pairs a family (default 2000)\n"
     "  --batch   pairs a call (default 256)\n"
     "  --cache   ask twice with one pair cache, hash the second answers\n"
-    "TOUCHSTONE_ISA in the environment narrows the instruction set, see contact_core.\n";
+    "TOUCHSTONE_ISA=generic|avx2|avx512 in the environment narrows the instruction set.\n";
 
 bool read_number(const char* text, std::uint64_t& value) {
   if (text == nullptr) return false;
@@ -62,9 +62,8 @@ int main(int argc, char** argv) {
     std::fputs(kUsage, stderr);
     return 2;
   }
-  const char* isa = std::getenv("TOUCHSTONE_ISA");
-  std::fprintf(stderr, "%zu pairs a family, seed %" PRIu64 ", TOUCHSTONE_ISA %s\n", options.count,
-               options.seed, isa ? isa : "not set");
+  std::fprintf(stderr, "%zu pairs a family, seed %" PRIu64 ", instruction set %s\n", options.count, options.seed,
+               native::kernels().isa);
   const auto hashes = result_hashes(options, make_native);
   for (const FamilyHash& each : hashes)
     std::printf("%016" PRIx64 "  %.*s\n", each.hash, static_cast<int>(each.family.size()),
