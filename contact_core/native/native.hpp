@@ -21,8 +21,8 @@ namespace touchstone {
 /// identical poses excepted,
 ///   where nothing tells the two apart and both orders give one normal.
 /// * Any scale: results of pairs beyond ordinary magnitudes are found on an exactly scaled copy.
-/// * The pair cache helps overlap queries of hexahedra that are no parallelepipeds: it keeps a separating
-/// axis.
+/// * The pair cache helps overlap queries, in batches, of hexahedra that are no parallelepipeds: it keeps a
+/// separating axis.
 ///   evaluate() does not allocate; its workspace is empty.
 std::unique_ptr<Narrowphase> make_native();
 

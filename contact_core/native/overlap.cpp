@@ -32,8 +32,6 @@ Vector3 half_extents(const BoxRecord& box) {
   return {box.half_extents[0], box.half_extents[1], box.half_extents[2]};
 }
 
-double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
-
 PairStatus to_status(bool meet) { return meet ? PairStatus::overlapping : PairStatus::separated; }
 
 void place_pair(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses, PlacedPair& out) {
@@ -41,19 +39,6 @@ void place_pair(const SolidSet& set, const SolidPair& pair, std::span<const Pose
   const Pose& X_WB = poses[pair.b];
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, is_ordinary(set, pair.a, X_WA, pair.b, X_WB),
         out);
-}
-
-/// See the public one. @param portal what the first search found.
-bool hulls_meet(const PlacedPair& placed, Portal& portal) {
-  Certified certified = certify_by_portal(placed.pair.hulls, portal);
-  if (certified != Certified::unknown) return certified == Certified::overlapping;
-  if (portal.found) {
-    const numerics::Settled settled = numerics::settle_near(placed.a_W, placed.b_W, {portal.a, portal.b});
-    if (settled != numerics::Settled::open) return settled == numerics::Settled::intersecting;
-  }
-  certified = certify_hulls(placed.pair.hulls, placed.pair.start);
-  if (certified != Certified::unknown) return certified == Certified::overlapping;
-  return numerics::hulls_intersect(placed.a_W, placed.b_W);
 }
 
 /// Without the kernels and the kinds' filters.
@@ -184,26 +169,6 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
   if (block.others.count > 0) settle_others(set, kernels, poses, status, cache, block);
 }
 
-/// One general pair, first by its cached axis.
-PairStatus overlap_one_cached(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                              std::span<const Pose> poses, PairCacheEntry& entry) {
-  if (entry.data[3] == kHoldsAxis) {
-    const PairIndices indices{pair.a, pair.b};
-    const PairAxis axis = recall(entry);
-    Certified certified;
-    kernels.certify_by_axis(records(poses), set.vertices.data(), &indices, 1, &axis, &certified);
-    if (certified == Certified::separated) return PairStatus::separated;
-  }
-  PlacedPair placed;
-  place_pair(set, pair, poses, placed);
-  Portal portal;
-  const bool meet = hulls_meet(placed, portal);
-  const Vector3& n = portal.beyond;
-  const bool known = !meet && largest(n) > 0.0;
-  entry = known ? remember({-n.x(), -n.y(), -n.z(), 0.0}) : PairCacheEntry{};
-  return to_status(meet);
-}
-
 PairStatus overlap_one(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                        std::span<const Pose> poses) {
   // In two lanes the scalar filter, which stops at the first face that separates, is faster.
@@ -230,15 +195,21 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
 
 bool hulls_meet(const PlacedPair& placed) {
   Portal portal;
-  return hulls_meet(placed, portal);
+  Certified certified = certify_by_portal(placed.pair.hulls, portal);
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  if (portal.found) {
+    const numerics::Settled settled = numerics::settle_near(placed.a_W, placed.b_W, {portal.a, portal.b});
+    if (settled != numerics::Settled::open) return settled == numerics::Settled::intersecting;
+  }
+  certified = certify_hulls(placed.pair.hulls, placed.pair.start);
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  return numerics::hulls_intersect(placed.a_W, placed.b_W);
 }
 
 void overlap(const SolidSet& set, const Kernels& kernels, std::span<const SolidPair> pairs,
              std::span<const Pose> poses, std::span<PairStatus> status, std::span<PairCacheEntry> cache) {
   if (pairs.size() == 1) {
-    const bool cached = !cache.empty() && kind_of(set, pairs[0]) == SolidKind::general;
-    status[0] = cached ? overlap_one_cached(set, kernels, pairs[0], poses, cache[0])
-                       : overlap_one(set, kernels, pairs[0], poses);
+    status[0] = overlap_one(set, kernels, pairs[0], poses);
     return;
   }
   for (std::size_t first = 0; first < pairs.size(); first += kBlock) {

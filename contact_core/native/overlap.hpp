@@ -15,8 +15,8 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
 /// Of a placed pair: portal, search for a separating plane, exact.
 bool hulls_meet(const PlacedPair& placed);
 
-/// @param cache empty, or one entry a pair: of general pairs (boxes and parallelepipeds are not faster for
-/// it) it keeps the last separating axis. Any contents are legal.
+/// @param cache empty, or one entry a pair. Of general pairs in batches it keeps the last separating axis;
+/// other kinds, and pairs asked one by one, are not faster for it. Any contents are legal.
 void overlap(const SolidSet& set, const Kernels& kernels, std::span<const SolidPair> pairs,
              std::span<const Pose> poses, std::span<PairStatus> status, std::span<PairCacheEntry> cache = {});
 

@@ -68,10 +68,8 @@ bool certainly_holds_origin(const Vector3& v0, const Vector3& v1, const Vector3&
 
 Certified certify_by_portal(const HullPair& pair, Portal& portal) {
   portal.found = false;
-  const auto beyond = [&](const Extreme& extreme, const Vector3& axis) {
-    const bool found = extreme.value < -(projection_error(axis, pair.extent) + kUnderflow);
-    if (found) portal.beyond = axis;
-    return found;
+  const auto beyond = [&pair](const Extreme& extreme, const Vector3& axis) {
+    return extreme.value < -(projection_error(axis, pair.extent) + kUnderflow);
   };
   const Vector3 v0 = difference_of_means(pair);
   Vector3 axis = -v0;

@@ -13,7 +13,6 @@ struct Portal {
   std::array<std::uint8_t, 3> a{};
   std::array<std::uint8_t, 3> b{};
   bool found = false;
-  Vector3 beyond = Vector3::Zero();  ///< instead, of hulls found separated: W ends before the origin along it
 };
 
 /// The quick first half of certify_hulls(), with the same two certificates: Minkowski portal refinement

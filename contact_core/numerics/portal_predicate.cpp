@@ -16,6 +16,9 @@ constexpr int kFirstOfB = 8;
 
 /// Sign of det[u v w], its integers made of the six points alone: one determinant is all that is asked here.
 int sign_alone(const DifferenceDeterminant& of, Difference u, Difference v, Difference w) {
+  const auto rounded = [&of](Difference d) { return Vector3(of.point(d.q) - of.point(d.p)); };
+  const FilteredDeterminant filtered = filtered_determinant(rounded(u), rounded(v), rounded(w));
+  if (filtered.is_certain()) return filtered.sign();
   const std::array points = {of.point(u.p), of.point(u.q), of.point(v.p),
                              of.point(v.q), of.point(w.p), of.point(w.q)};
   return DifferenceDeterminant(points).sign({0, 1}, {2, 3}, {4, 5});
@@ -141,13 +144,15 @@ Difference furthest_inwards(const DifferenceDeterminant& determinant, const std:
   const auto d = [&](Difference x) { return Vector3(determinant.point(x.q) - determinant.point(x.p)); };
   const Vector3 w0 = d(w[0]);
   const Vector3 n = cross(d(w[1]) - w0, d(w[2]) - w0);
+  std::array<double, 16> along;
+  for (int i = 0; i < 16; ++i) along[i] = dot(n, determinant.point(i));
   Difference high{0, kFirstOfB}, low{0, kFirstOfB};
   for (int i = 1; i < kFirstOfB; ++i) {
-    const double on_a = dot(n, determinant.point(i)), on_b = dot(n, determinant.point(kFirstOfB + i));
-    if (on_a < dot(n, determinant.point(high.p))) high.p = i;
-    if (on_a > dot(n, determinant.point(low.p))) low.p = i;
-    if (on_b > dot(n, determinant.point(high.q))) high.q = kFirstOfB + i;
-    if (on_b < dot(n, determinant.point(low.q))) low.q = kFirstOfB + i;
+    const int j = kFirstOfB + i;
+    if (along[i] < along[high.p]) high.p = i;
+    if (along[i] > along[low.p]) low.p = i;
+    if (along[j] > along[high.q]) high.q = j;
+    if (along[j] < along[low.q]) low.q = j;
   }
   return std::abs(dot(n, d(high) - w0)) > std::abs(dot(n, d(low) - w0)) ? high : low;
 }
