@@ -184,11 +184,17 @@ TOUCHSTONE_INLINE FacetChoice<Pack> choose_facet(const Zonotope<Pack>& W) {
         n_square[k][l] = square[k] * square[l] - cosine * cosine;
       }
       along_T[k][l] = magnitude(dot(n, W.T));
-      for (int m = l + 1; m < 6; ++m) {
-        const Pack triple = magnitude(dot(n, g[m]));
-        width[k][l] += triple;
-        width[k][m] += triple;
-        width[l][m] += triple;
+      if constexpr (accurate) {
+        // Each from its own normal: another's triple product would be off by u / sine.
+        for (int m = 0; m < 6; ++m)
+          if (m != k && m != l) width[k][l] += magnitude(dot(n, g[m]));
+      } else {
+        for (int m = l + 1; m < 6; ++m) {
+          const Pack triple = magnitude(dot(n, g[m]));
+          width[k][l] += triple;
+          width[k][m] += triple;
+          width[l][m] += triple;
+        }
       }
     }
   }
