@@ -12,8 +12,8 @@ void measure_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind, 
                    std::span<const PairIndices> pairs, ApartRecord* records);
 
 /// A second try, with exact products, and on an exactly scaled copy when the pair's magnitudes ask for it.
-/// @return record.found. When only record.fits is set, the rest is right for a pair that something else proves
-/// to be apart.
+/// @return record.found. When only record.fits is set, the rest is right for a pair that something else
+/// proves to be apart.
 bool measure_apart_accurately(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                               std::span<const Pose> poses, ApartRecord& record);
 

@@ -226,19 +226,32 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
       (kind == SolidKind::box ? boxes : forms).add(pairs[i].pair, i);
   }
   Records records;
-  for (const auto& [kind, batch] : {std::pair<SolidKind, const Batch&>{SolidKind::box, boxes},
-                                    {SolidKind::parallelepiped, forms}}) {
+  for (const auto& [kind, batch] :
+       {std::pair<SolidKind, const Batch&>{SolidKind::box, boxes}, {SolidKind::parallelepiped, forms}}) {
     if (batch.count == 0) continue;
     run_kernels(set, kernels, kind, input.poses, batch, records);
-    for (std::size_t i = 0; i < batch.count; ++i)
-      finish(batch.slots[i], records.depth[i], records.apart[i]);
+    for (std::size_t i = 0; i < batch.count; ++i) finish(batch.slots[i], records.depth[i], records.apart[i]);
   }
+}
+
+/// pair_depth(), but for boxes that a quicker kernel certifies to be apart no more than that; pair_depth()
+/// would certify them too, by a finer margin on the same axes.
+DepthRecord alone_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                        std::span<const Pose> poses) {
+  if (kind_of(set, pair) == SolidKind::box) {
+    const PoseRecord* X_W = records_of(poses);
+    DepthRecord record = kNothingKnown;
+    record.certified =
+        kernels.certify_box_pair(X_W[pair.a], set.boxes[pair.a], X_W[pair.b], set.boxes[pair.b]);
+    if (record.certified == Certified::separated) return record;
+  }
+  return pair_depth(set, kernels, pair, poses);
 }
 
 PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                          PairGeometry& geometry, ContactPoint* points) {
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
-  const DepthRecord record = pair_depth(set, kernels, pair.pair, input.poses);
+  const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
   ApartRecord apart = kNoDistance;
   if (record.certified == Certified::separated) {
     const PairIndices indices{pair.pair.a, pair.pair.b};

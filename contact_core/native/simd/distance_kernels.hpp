@@ -184,11 +184,17 @@ TOUCHSTONE_INLINE FacetChoice<Pack> choose_facet(const Zonotope<Pack>& W) {
         n_square[k][l] = square[k] * square[l] - cosine * cosine;
       }
       along_T[k][l] = magnitude(dot(n, W.T));
-      for (int m = l + 1; m < 6; ++m) {
-        const Pack triple = magnitude(dot(n, g[m]));
-        width[k][l] += triple;
-        width[k][m] += triple;
-        width[l][m] += triple;
+      if constexpr (accurate) {
+        // Each from its own normal: another's triple product would be off by u / sine.
+        for (int m = 0; m < 6; ++m)
+          if (m != k && m != l) width[k][l] += magnitude(dot(n, g[m]));
+      } else {
+        for (int m = l + 1; m < 6; ++m) {
+          const Pack triple = magnitude(dot(n, g[m]));
+          width[k][l] += triple;
+          width[k][m] += triple;
+          width[l][m] += triple;
+        }
       }
     }
   }
@@ -221,8 +227,8 @@ struct LaneDistances {
   Vector3Of<Pack> from_A;  // A's witness, from A's origin, in world axes
 };
 
-/// c + s g1 + t g2, s and t in [-1, 1], nearest the origin, n = g1 x g2 up to sign: the free minimum; outside,
-/// clamped as for two segments (Ericson 2005, section 5.1.9).
+/// c + s g1 + t g2, s and t in [-1, 1], nearest the origin, n = g1 x g2 up to sign: the free minimum;
+/// outside, clamped as for two segments (Ericson 2005, section 5.1.9).
 template <bool accurate, class Pack>
 TOUCHSTONE_INLINE void nearest_on_parallelogram(const Vector3Of<Pack>& c, const Vector3Of<Pack>& g1,
                                                 const Vector3Of<Pack>& g2, const Vector3Of<Pack>& n,
@@ -313,7 +319,8 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
   Pack width = magnitude(dot(out.n, g[0]));
   for (int m = 1; m < 6; ++m) width = width + magnitude(dot(out.n, g[m]));
   lower = lower - width;
-  out.fits &= (on_facet | exact_enough | (v_length > all<Pack>(kShortShare) * extent)) & (upper - lower <= tolerance);
+  out.fits &=
+      (on_facet | exact_enough | (v_length > all<Pack>(kShortShare) * extent)) & (upper - lower <= tolerance);
   out.certain = lower > W.error;
   out.separation = upper;
 
@@ -395,9 +402,9 @@ TOUCHSTONE_INLINE void measure_apart_inline(const PoseRecord* poses, const Shape
                          Zonotope<Pack> W;
                          Kind<Pack>::gather_zonotope(poses_a, shapes_a, poses_b, shapes_b, W);
                          const LaneDistances<Pack> distances = measure_apart_lanes<accurate>(W);
-                         const Pack columns[7] = {distances.separation, distances.n.x,      distances.n.y,
-                                                  distances.n.z,        distances.from_A.x, distances.from_A.y,
-                                                  distances.from_A.z};
+                         const Pack columns[7] = {
+                             distances.separation, distances.n.x,      distances.n.y,     distances.n.z,
+                             distances.from_A.x,   distances.from_A.y, distances.from_A.z};
                          double rows[7][kLanes];
                          for (int k = 0; k < 7; ++k) store(columns[k], rows[k]);
                          const unsigned fits = bits(distances.fits), certain = bits(distances.certain);

@@ -136,7 +136,8 @@ struct Kernels {
   /// The same with exact products, for edges at small angles: slower. Of pairs at any distance.
   void (*measure_boxes_apart_accurately)(const PoseRecord* poses, const BoxRecord* shapes,
                                          const PairIndices& pair, ApartRecord& out);
-  void (*measure_parallelepipeds_apart_accurately)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
+  void (*measure_parallelepipeds_apart_accurately)(const PoseRecord* poses,
+                                                   const ParallelepipedRecord* shapes,
                                                    const PairIndices& pair, ApartRecord& out);
 };
 
