@@ -63,7 +63,7 @@ struct Workload {
   explicit Workload(std::string_view family) {
     const bool overlapping = family.ends_with(kOverlapping);
     if (overlapping) family.remove_suffix(kOverlapping.size());
-    set = comparison::make_pair_family(family, 1, overlapping ? 4 * kPairs : kPairs);
+    set = comparison::make_pair_family(family, 1, overlapping ? 2 * kPairs : kPairs);
     pairs = overlapping ? overlapping_pairs(set) : set.pairs;
     std::mt19937_64 random(1);
     for (std::size_t i = pairs.size() - 1; i > 0; --i) std::swap(pairs[i], pairs[random() % (i + 1)]);
