@@ -169,6 +169,11 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   return status;
 }
 
+void prefetch_general(const SolidSet& set, const SolidPair& pair) {
+  if (kind_of(set, pair) != SolidKind::general) return;
+  prefetch_hull(set.solids[pair.a]), prefetch_hull(set.solids[pair.b]);
+}
+
 /// Pairs of a block that go to one kernel.
 struct Batch {
   std::array<PairIndices, kBlock> pairs;
@@ -220,6 +225,7 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
   for (std::size_t i = 0; i < input.pairs.size(); ++i) {
     pairs[i] = ordered(set, input.pairs[i], input.poses);
     const SolidKind kind = kind_of(set, pairs[i].pair);
+    if (i + 1 < input.pairs.size()) prefetch_general(set, input.pairs[i + 1]);
     if (kind == SolidKind::general)
       finish(i, kNothingKnown, kNoDistance);
     else
@@ -250,6 +256,7 @@ DepthRecord alone_depth(const SolidSet& set, const Kernels& kernels, const Solid
 
 PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                          PairGeometry& geometry, ContactPoint* points) {
+  prefetch_general(set, input.pairs[0]);
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
   const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
   ApartRecord apart = kNoDistance;

@@ -68,6 +68,12 @@ DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const
   return record;
 }
 
+void prefetch_hull(const SolidData& solid) {
+  const auto* first = reinterpret_cast<const char*>(&solid.vertices_S);
+  const auto* last = reinterpret_cast<const char*>(&solid.hull + 1);
+  for (const char* line = first; line < last; line += 64) __builtin_prefetch(line);
+}
+
 DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                        const PlacedPair& placed) {
   const HullView a{&set.solids[pair.a].hull, placed.pair.hulls.a.x.data(), placed.pair.R_WA.data()};

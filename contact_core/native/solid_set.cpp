@@ -88,7 +88,7 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
     out.vertices.push_back(vertex_record(solid, ordinary));
     out.edge_forms.push_back(edge_form_record(solid, out.parallelepipeds.back(), ordinary && form));
     const SolidFeatures features = find_features(solid);
-    out.solids.push_back({solid, in_columns(solid), features, hull_record(solid, features)});
+    out.solids.push_back({in_columns(solid), hull_record(solid, features), solid, features});
   }
   return out;
 }

@@ -17,10 +17,10 @@ enum class SolidKind : std::uint8_t {
 };
 
 struct SolidData {
-  Hexahedron shape;
   WorldVertices vertices_S;
-  SolidFeatures features;
   HullRecord hull;
+  Hexahedron shape;
+  SolidFeatures features;
 };
 
 /// What build() keeps, laid out by who reads it: the quick checks' records stand densely, apart from the

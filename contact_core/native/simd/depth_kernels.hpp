@@ -20,13 +20,13 @@
 // 2 * 2^-38 each and changes every other slack by at most 4 times that times size (box_box_overlap.cpp), so
 // the others must exceed m by 2^-35 size for each.
 //
-// Choice. Overlaps are compared by the squares of s / |L| without a division. An axis with |L| >= 2^-4 has an
-// overlap right to (E + e) / |L| at most, and rarely off by more than 2 u size; of axes closer than that any
-// is right to as much. Cross axes are taken when better than face axes by 4 u size, so that ties are decided
-// for faces. An axis with a shorter L is never taken: when its overlap less E could be the least, the pair is
-// left to the scalar road, which forms the axis from exact products. Shorter than 8 u an axis carries no
-// direction and is left out: its facet is no wider than 8 u times the shorter edge, so its neighbours are as
-// near to that.
+// Choice. Overlaps are compared by the squares of s / |L|, without a division. An axis with |L| >= 2^-4 has
+// an overlap right to (E + e) / |L| at most, and rarely off by more than 2 u size; of axes closer than that
+// any is right to as much. Cross axes are taken when better than face axes by 4 u size, so that ties are
+// decided for faces. An axis with a shorter L is never taken: when its overlap less E could be the least, the
+// pair is left to the scalar road, which forms the axis from exact products. Shorter than 8 u an axis carries
+// no direction and is left out: its facet is no wider than 8 u times the shorter edge, so its neighbours are
+// as near to that.
 //
 // Depth. n = +-L / |L|; the vertices that support it are found by the signs of n . A_i and n . B_j, formed as
 // world_vertices() does, and the separation is n . (v_B - v_A): that of the hulls along n to e.
@@ -145,30 +145,35 @@ struct AxisSearch {
   Pack slack_error, tie, margin;
   Pack least_slack = all<Pack>(__builtin_inf());
   Pack turn = Pack{};
-  // The best so far: (overlap |L|)^2, |L|^2, L, which.
-  Pack square = all<Pack>(__builtin_inf());
-  Pack length2 = all<Pack>(1.0);
-  Vector3Of<Pack> axis = {Pack{}, Pack{}, Pack{}};
-  Pack code = Pack{};
-  MaskOf<Pack> is_short = MaskOf<Pack>{};
   MaskOf<Pack> separated = MaskOf<Pack>{};
+  // Of the least overlap so far: (overlap |L|)^2 and |L|^2.
+  Pack best_square = all<Pack>(__builtin_inf());
+  Pack best_length2 = all<Pack>(1.0);
+  Pack code = Pack{};
 
   TOUCHSTONE_INLINE void add(const Vector3Of<Pack>& L, Pack slack, Pack handicap, double number) {
     const Pack L2 = dot(L, L);
-    separated |= slack < -margin;
-    const MaskOf<Pack> tiny = L2 < all<Pack>(kTinyAxis2), shorter = L2 < all<Pack>(kShortAxis2);
-    turn = turn + (tiny ? all<Pack>(kTinyTurn) : Pack{});
-    const Pack infinity = all<Pack>(__builtin_inf());
-    least_slack = least(least_slack, tiny ? infinity : slack);
-    Pack overlap = shorter ? greatest(slack - slack_error, Pack{}) : slack + handicap;
-    overlap = L2 <= all<Pack>(kNoAxis2) ? infinity : overlap;
-    const Pack new_square = overlap * overlap;
-    const MaskOf<Pack> better = new_square * length2 < square * L2;
-    square = better ? new_square : square;
-    length2 = better ? L2 : length2;
-    axis = pick<Pack>(better, L, axis);
+    Pack overlap = slack + handicap;
+    const MaskOf<Pack> is_short = L2 < all<Pack>(kShortAxis2);
+    if (__builtin_expect(bits(is_short) != 0, 0))
+      add_short(L2, is_short, slack, overlap);
+    else
+      least_slack = least(least_slack, slack);
+    const Pack square = overlap * overlap;
+    const MaskOf<Pack> better = square * best_length2 < best_square * L2;
+    best_square = better ? square : best_square;
+    best_length2 = better ? L2 : best_length2;
     code = better ? all<Pack>(number) : code;
-    is_short = (is_short & ~better) | (shorter & better);
+  }
+
+  TOUCHSTONE_INLINE void add_short(Pack L2, MaskOf<Pack> is_short, Pack slack, Pack& overlap) {
+    const Pack infinity = all<Pack>(__builtin_inf());
+    const MaskOf<Pack> tiny = L2 < all<Pack>(kTinyAxis2);
+    separated |= slack < -margin;
+    turn = turn + (tiny ? all<Pack>(kTinyTurn) : Pack{});
+    least_slack = least(least_slack, tiny ? infinity : slack);
+    overlap = is_short ? greatest(slack - slack_error, Pack{}) : overlap;
+    overlap = L2 <= all<Pack>(kNoAxis2) ? infinity : overlap;
   }
 };
 
@@ -216,6 +221,30 @@ TOUCHSTONE_INLINE void search_axes(const DepthSolid<Pack>& A, const Normals<Pack
       search.add(L, (radius_a + radius_b) - magnitude(dot(L, T)), search.tie, 6 + 3 * i + j);
     }
   }
+}
+
+/// Which edge of A, and of B, an edge code names.
+template <class Pack>
+TOUCHSTONE_INLINE OneOfThree<Pack> row_of(Pack code) {
+  return {code < all<Pack>(9), code < all<Pack>(12)};
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE OneOfThree<Pack> column_of(Pack code) {
+  return {(code == all<Pack>(6)) | (code == all<Pack>(9)) | (code == all<Pack>(12)),
+          (code == all<Pack>(7)) | (code == all<Pack>(10)) | (code == all<Pack>(13))};
+}
+
+/// The axis that a code names, as the search formed it.
+template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> axis_of(Pack code, const DepthSolid<Pack>& A, const Normals<Pack>& normal_a,
+                                          const DepthSolid<Pack>& B, const Normals<Pack>& normal_b) {
+  const OneOfThree<Pack> face_a = {code == Pack{}, code == all<Pack>(1)};
+  const OneOfThree<Pack> face_b = {code == all<Pack>(3), code == all<Pack>(4)};
+  const Vector3Of<Pack> edges = cross(row_of(code).of(A.direction), column_of(code).of(B.direction));
+  const Vector3Of<Pack> face =
+      pick<Pack>(code < all<Pack>(3), face_a.of(normal_a.of), face_b.of(normal_b.of));
+  return pick<Pack>(code < all<Pack>(6), face, edges);
 }
 
 // ---- Depth and witness points
@@ -286,17 +315,10 @@ TOUCHSTONE_INLINE MaskOf<Pack> face_witness(const DepthSolid<Pack>& A, const Nor
 }
 
 template <class Pack>
-TOUCHSTONE_INLINE OneOfThree<Pack> column_of(Pack code) {
-  return {(code == all<Pack>(6)) | (code == all<Pack>(9)) | (code == all<Pack>(12)),
-          (code == all<Pack>(7)) | (code == all<Pack>(10)) | (code == all<Pack>(13))};
-}
-
-template <class Pack>
 TOUCHSTONE_INLINE MaskOf<Pack> edge_witness(const DepthSolid<Pack>& A, const DepthSolid<Pack>& B,
                                             const Supports<Pack>& v, Pack code, const Vector3Of<Pack>& n,
                                             Pack tolerance, Vector3Of<Pack>& p_A) {
-  const OneOfThree<Pack> row = {code < all<Pack>(9), code < all<Pack>(12)};
-  const OneOfThree<Pack> column = column_of(code);
+  const OneOfThree<Pack> row = row_of(code), column = column_of(code);
   const Vector3Of<Pack> a = (-row.of(v.sign_a)) * row.of(A.direction);
   const Vector3Of<Pack> b = (-column.of(v.sign_b)) * column.of(B.direction);
   const Pack twice_a = all<Pack>(2.0) * row.of(A.half), twice_b = all<Pack>(2.0) * column.of(B.half);
@@ -326,13 +348,15 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
 
   DepthLanes<Pack> out;
   const MaskOf<Pack> ordinary = size + position < all<Pack>(kOrdinaryHigh);
-  out.separated = search.separated & ordinary;
+  out.separated = (search.separated | (search.least_slack < -search.margin)) & ordinary;
   out.overlapping = (search.least_slack > search.margin + search.turn * size) & ordinary;
-  out.has_axis = out.overlapping & ~search.is_short;
   out.code = search.code;
 
-  const Pack forward = dot(search.axis, T) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
-  out.n = (forward / square_root(search.length2)) * search.axis;
+  const Vector3Of<Pack> axis = axis_of<Pack>(out.code, A, normal_a, B, normal_b);
+  const Pack length2 = dot(axis, axis);
+  out.has_axis = out.overlapping & (length2 >= all<Pack>(kShortAxis2));
+  const Pack forward = dot(axis, T) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
+  out.n = (forward / square_root(length2)) * axis;
   Supports<Pack> v;
   support_signs<Pack>(A, out.n, v.sign_a, v.projection_a);
   support_signs<Pack>(B, out.n, v.sign_b, v.projection_b);
@@ -342,12 +366,17 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
   const Pack tolerance = all<Pack>(kWitnessRoundoffs) * (unit_size + unit_position) + deviation;
   const Pack level = all<Pack>(kLevelRoundoffs) * unit_size;
   const MaskOf<Pack> is_b = out.code >= all<Pack>(3), is_edge = out.code >= all<Pack>(6);
-  Vector3Of<Pack> on_face, on_edge;
-  const MaskOf<Pack> face_holds = face_witness<Pack>(A, normal_a, B, normal_b, v, is_b, level, tolerance,
-                                                     out.separation * out.n, on_face);
-  const MaskOf<Pack> edge_holds = edge_witness<Pack>(A, B, v, out.code, out.n, tolerance, on_edge);
-  out.p_A = pick<Pack>(is_edge, on_edge, on_face);
-  out.has_witness = (is_edge & edge_holds) | (~is_edge & face_holds);
+  out.p_A = {Pack{}, Pack{}, Pack{}};
+  out.has_witness = MaskOf<Pack>{};
+  if (bits(~is_edge) != 0)
+    out.has_witness = face_witness<Pack>(A, normal_a, B, normal_b, v, is_b, level, tolerance,
+                                         out.separation * out.n, out.p_A);
+  if (bits(is_edge) != 0) {
+    Vector3Of<Pack> on_edge;
+    const MaskOf<Pack> holds = edge_witness<Pack>(A, B, v, out.code, out.n, tolerance, on_edge);
+    out.p_A = pick<Pack>(is_edge, on_edge, out.p_A);
+    out.has_witness = (is_edge & holds) | (~is_edge & out.has_witness);
+  }
   return out;
 }
 
