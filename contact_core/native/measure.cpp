@@ -90,8 +90,10 @@ void write_apart(const OrderedPair& pair, const ApartRecord& apart, const Narrow
 }
 
 PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const OrderedPair& given,
-                       DepthRecord record, ApartRecord apart, const NarrowphaseInput& input,
-                       PairGeometry& geometry, ContactPoint* points) {
+                       const DepthRecord& given_depth, const ApartRecord& given_apart,
+                       const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points) {
+  DepthRecord record = given_depth;
+  ApartRecord apart = given_apart;
   const bool swapped = given.swapped;
   const SolidPair& pair = given.pair;
   const double max_separation = input.query.max_separation;

@@ -24,6 +24,7 @@ void scale(WorldVertices& v, int exponent) {
 }
 
 Vector3 scaled(const Vector3& p, int exponent) {
+  if (exponent == 0) return p;
   return {std::scalbn(p.x(), exponent), std::scalbn(p.y(), exponent), std::scalbn(p.z(), exponent)};
 }
 
