@@ -8,8 +8,9 @@
 // and pairs of edges whose arcs on the sphere of normals cross (Gregorius, GDC 2013). With e the edge's
 // direction along the loop of its first face, u1, u2 the outward normals beside it, and f, w1, w2 the same of
 // B, the arcs cross when f . u1, f . u2 and e . w1, e . w2 have the signs +, -, +, - or all of them turned;
-// the outward normal is then e x f or its negative. An edge whose two faces both leave B's middle deeper
-// below them than the least overlap known is passed over: on its arc no overlap is less.
+// the outward normal is then e x f or its negative. An edge of A whose two faces both leave B's middle
+// deeper below them than the least overlap known less the radius of a ball about the middle within B is
+// passed over: on its arc no overlap is less. So for B.
 //
 // A pair of edges whose signs are uncertain (closer to 0 than 2^-40) is kept. The separation of two edges'
 // own vertices along their common normal is never less than that of the hulls, so a kept pair is out of
@@ -43,13 +44,6 @@ TOUCHSTONE_INLINE Point operator*(double s, Point p) { return {s * p.x, s * p.y,
 TOUCHSTONE_INLINE double dot(Point p, Point q) { return (p.x * q.x + p.y * q.y) + p.z * q.z; }
 TOUCHSTONE_INLINE Point cross(Point p, Point q) {
   return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
-}
-
-template <class Pack>
-TOUCHSTONE_INLINE double lowest(const double (&p)[8]) {
-  double out = p[0];
-  for (int i = 1; i < 8; ++i) out = p[i] < out ? p[i] : out;
-  return out;
 }
 
 /// A solid's features in the world.
@@ -116,6 +110,20 @@ TOUCHSTONE_INLINE void face_separations(const PosedHull& own, const PosedHull& o
   }
 }
 
+/// A ball about the hull's middle that lies within it: its radius.
+template <class Pack>
+TOUCHSTONE_INLINE double inner_radius(const PosedHull& hull, Point middle) {
+  double depth[16];
+  for (int f = 0; f < hull.hull->face_count; f += Traits<Pack>::lanes)
+    store(load<Pack>(hull.height + f) -
+              dot(Vector3Of<Pack>{load<Pack>(hull.nx + f), load<Pack>(hull.ny + f), load<Pack>(hull.nz + f)},
+                  Vector3Of<Pack>{all<Pack>(middle.x), all<Pack>(middle.y), all<Pack>(middle.z)}),
+          depth + f);
+  double out = __builtin_inf();
+  for (int f = 0; f < hull.hull->face_count; ++f) out = depth[f] < out ? depth[f] : out;
+  return out;
+}
+
 struct SignMasks {
   unsigned may_rise[16], may_fall[16];  // a face's, bit e: edge e of the other along or against the normal
 };
@@ -136,12 +144,14 @@ TOUCHSTONE_INLINE void find_signs(const PosedHull& faces, const PosedHull& edges
   }
 }
 
-/// Bit e: some face beside edge e has the middle less deep than the best overlap.
-TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, const double (&below)[16],
-                                             double overlap) {
+/// Bit e: some face beside edge e has the other's middle no deeper below it than that.
+TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, const double (&below)[16], double depth) {
+  const double least = depth > 0.0 ? depth : 0.0;
   unsigned out = 0;
-  for (int f = 0; f < hull.hull->face_count; ++f)
-    if (!(below[f] > overlap)) out |= hull.hull->face_edges[f];
+  for (int f = 0; f < hull.hull->face_count; ++f) {
+    const unsigned near = below[f] > least ? 0u : ~0u;
+    out |= hull.hull->face_edges[f] & near;
+  }
   return out;
 }
 
@@ -305,8 +315,9 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
   PosedHull A, B;
   pose_hull<Pack>(a, A), pose_hull<Pack>(b, B);
   double separation_a[16], separation_b[16], below_a[16], below_b[16];
-  face_separations<Pack>(A, B, middle_of(B), separation_a, below_a);
-  face_separations<Pack>(B, A, middle_of(A), separation_b, below_b);
+  const Point middle_a = middle_of(A), middle_b = middle_of(B);
+  face_separations<Pack>(A, B, middle_b, separation_a, below_a);
+  face_separations<Pack>(B, A, middle_a, separation_b, below_b);
   HullAxis best{-__builtin_inf(), {}};
   for (int f = 0; f < A.hull->face_count; ++f)
     if (separation_a[f] > best.separation) best.separation = separation_a[f], best.face_a = f;
@@ -321,9 +332,8 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
     out.certified = Certified::separated;
     return;
   }
-  const double overlap = best.separation < 0.0 ? -best.separation : 0.0;
-  const unsigned edges_a = edges_in_question(A, below_a, overlap),
-                 edges_b = edges_in_question(B, below_b, overlap);
+  const unsigned edges_a = edges_in_question(A, below_a, -best.separation - inner_radius<Pack>(B, middle_b));
+  const unsigned edges_b = edges_in_question(B, below_b, -best.separation - inner_radius<Pack>(A, middle_a));
   if (search_edges<Pack>(A, edges_a, B, edges_b, extent, best) == EdgeSearch::too_parallel) return;
   if (best.separation > margin) {
     out.certified = Certified::separated;
