@@ -59,7 +59,7 @@ Vector3 vector_of(const double (&p)[3]) { return {p[0], p[1], p[2]}; }
 void finish_depth(const DepthRecord& record, bool about_origin, const PlacedPair& placed,
                   SignedDistance& distance) {
   if (!record.has_axis) return penetration(placed.pair, distance);
-  distance.separation = about_origin ? record.separation : std::scalbn(record.separation, placed.exponent);
+  distance.separation = about_origin ? record.separation : placed.from_world(record.separation);
   distance.n = vector_of(record.n);
   const Vector3 p_A = vector_of(record.p_A);
   if (record.has_witness)
@@ -72,7 +72,7 @@ void finish_depth(const DepthRecord& record, bool about_origin, const PlacedPair
 bool finish_distance(const ApartRecord& record, const Pose& X_WA, double limit, const PlacedPair& placed,
                      SignedDistance& distance) {
   if (!record.fits) return distance_apart(placed.pair, limit, distance);
-  distance = {std::scalbn(record.separation, placed.exponent), vector_of(record.n),
+  distance = {placed.from_world(record.separation), vector_of(record.n),
               placed.from_world(Vector3(X_WA.p + vector_of(record.from_A)))};
   return true;
 }
@@ -135,7 +135,7 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   const bool meet = certified == Certified::overlapping;
   const PairStatus status = meet ? PairStatus::overlapping : PairStatus::separated;
 
-  const double limit = std::scalbn(max_separation, placed.exponent);
+  const double limit = placed.from_world(max_separation);
   SignedDistance distance;
   if (meet) {
     finish_depth(record, general, placed, distance);
@@ -174,6 +174,15 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
 void prefetch_general(const SolidSet& set, const SolidPair& pair) {
   if (kind_of(set, pair) != SolidKind::general) return;
   prefetch_hull(set.solids[pair.a]), prefetch_hull(set.solids[pair.b]);
+}
+
+/// What a manifold reads beyond the kernels' records: the vertices and the faces.
+void prefetch_faces(const SolidData& solid) {
+  constexpr std::size_t kLine = 64;
+  const auto* const vertices = reinterpret_cast<const std::byte*>(&solid.vertices_S);
+  for (std::size_t at = 0; at < sizeof(solid.vertices_S); at += kLine) __builtin_prefetch(vertices + at);
+  const auto* const faces = reinterpret_cast<const std::byte*>(&solid.features.faces);
+  for (std::size_t at = 0; at < 6 * sizeof(HullFace); at += kLine) __builtin_prefetch(faces + at);
 }
 
 /// Pairs of a block that go to one kernel.
@@ -233,12 +242,19 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     else
       (kind == SolidKind::box ? boxes : forms).add(pairs[i].pair, i);
   }
+  constexpr std::size_t kAhead = 2;
   Records records;
   for (const auto& [kind, batch] :
        {std::pair<SolidKind, const Batch&>{SolidKind::box, boxes}, {SolidKind::parallelepiped, forms}}) {
     if (batch.count == 0) continue;
     run_kernels(set, kernels, kind, input.poses, batch, records);
-    for (std::size_t i = 0; i < batch.count; ++i) finish(batch.slots[i], records.depth[i], records.apart[i]);
+    for (std::size_t i = 0; i < batch.count; ++i) {
+      if (points && i + kAhead < batch.count) {
+        prefetch_faces(set.solids[batch.pairs[i + kAhead].a]);
+        prefetch_faces(set.solids[batch.pairs[i + kAhead].b]);
+      }
+      finish(batch.slots[i], records.depth[i], records.apart[i]);
+    }
   }
 }
 

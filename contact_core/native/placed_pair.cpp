@@ -23,6 +23,8 @@ void scale(WorldVertices& v, int exponent) {
   }
 }
 
+double scaled(double length, int exponent) { return exponent == 0 ? length : std::scalbn(length, exponent); }
+
 Vector3 scaled(const Vector3& p, int exponent) {
   if (exponent == 0) return p;
   return {std::scalbn(p.x(), exponent), std::scalbn(p.y(), exponent), std::scalbn(p.z(), exponent)};
@@ -49,14 +51,14 @@ bool comes_first(const SolidData& a, const Pose& X_WA, const SolidData& b, const
 
 Vector3 PlacedPair::to_world(const Vector3& p) const { return origin_W + scaled(p, -exponent); }
 
-double PlacedPair::to_world(double length) const { return std::scalbn(length, -exponent); }
+double PlacedPair::to_world(double length) const { return scaled(length, -exponent); }
 
 /// Scaled first: the difference could overflow.
 Vector3 PlacedPair::from_world(const Vector3& p_W) const {
   return scaled(p_W, exponent) - scaled(origin_W, exponent);
 }
 
-double PlacedPair::from_world(double length) const { return std::scalbn(length, exponent); }
+double PlacedPair::from_world(double length) const { return scaled(length, exponent); }
 
 void place(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB, bool ordinary,
            PlacedPair& out) {
