@@ -1,0 +1,59 @@
+#include "contact_core/motion/path.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "contact_core/scene/motion.hpp"
+
+namespace touchstone {
+
+RigidPath RigidPath::between(const Pose& from, const Pose& to) {
+  RigidPath path;
+  path.from_ = from;
+  path.to_ = to;
+  path.displacement_ = to.p - from.p;
+  // R_to = turn * R_from. The turn's axis and angle from its quaternion, taken with w >= 0.
+  const Matrix3 turn = to.R * from.R.transpose();
+  Eigen::Quaterniond q(turn);
+  q.normalize();
+  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+  const double sine = norm(q.vec());
+  if (sine > 0.0 && !(from.R == to.R)) {
+    path.axis_ = q.vec() / sine;
+    path.angle_ = 2.0 * std::atan2(sine, q.w());
+  }
+  return path;
+}
+
+RigidPath RigidPath::by(const Pose& from, const Vector3& displacement_W, const Vector3& turn_W) {
+  RigidPath path;
+  path.from_ = from;
+  path.displacement_ = displacement_W;
+  path.angle_ = norm(turn_W);
+  if (path.angle_ > 0.0) path.axis_ = turn_W / path.angle_;
+  path.to_.p = from.p + displacement_W;
+  path.to_.R = path.angle_ > 0.0 ? Matrix3(rotation_about(path.axis_, path.angle_) * from.R) : from.R;
+  return path;
+}
+
+Pose RigidPath::pose_at(double s) const noexcept {
+  if (s <= 0.0) return from_;
+  if (s >= 1.0) return to_;
+  Pose X;
+  X.p = from_.p + s * displacement_;
+  X.R = angle_ > 0.0 ? Matrix3(rotation_about(axis_, s * angle_) * from_.R) : from_.R;
+  return X;
+}
+
+BodyState RigidPath::at(std::uint32_t, double s) const noexcept {
+  return {pose_at(s), displacement_, angle_ * axis_};
+}
+
+double RigidPath::curvature_bound(std::uint32_t, const BodyState& state, const Vector3& offset_W,
+                                  const Vector3& n_W) const noexcept {
+  if (angle_ == 0.0) return 0.0;
+  // n . (w x (w x r)) = -(w x n) . (w x r), and |w x r| stays as the point goes round.
+  return norm(cross(state.angular_velocity_W, n_W)) * norm(cross(state.angular_velocity_W, offset_W));
+}
+
+}  // namespace touchstone

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+
+#include "contact_core/geometry/pose.hpp"
+
+// How things move within one frame: a path over s in [0, 1], from the pose at the frame's start to the
+// commanded one.
+
+namespace touchstone {
+
+/// Where a body is on its path, how fast it moves there, and how much that can change. Derivatives are taken
+/// with respect to s.
+struct BodyState {
+  Pose X_WO;
+  Vector3 velocity_W = Vector3::Zero();          ///< of O [m]
+  Vector3 angular_velocity_W = Vector3::Zero();  ///< [rad]
+};
+
+/// One mover's path: a rigid object, a latched chain or a mechanism. Const use from several threads is safe.
+class MotionPath {
+ public:
+  virtual ~MotionPath() = default;
+
+  /// @param body of a mover with several; 0 otherwise. @param s in [0, 1].
+  virtual BodyState at(std::uint32_t body, double s) const noexcept = 0;
+
+  /// A bound on |d^2/ds^2 (n . p)| over [s, 1] for a point p fixed in the body, of which `offset_W` is p - O
+  /// at s.
+  /// @param n unit, fixed in the world.
+  virtual double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& offset_W,
+                                 const Vector3& n_W) const noexcept = 0;
+};
+
+/// A free object's: its origin moves straight, it turns about a fixed axis at a constant rate (lerp and
+/// slerp). Turns of any size; sin and cos: the same bits only on the same C library.
+class RigidPath final : public MotionPath {
+ public:
+  /// At rest.
+  explicit RigidPath(const Pose& X_WO = {}) : from_(X_WO), to_(X_WO) {}
+  /// The shorter way round; for a half turn either.
+  static RigidPath between(const Pose& from, const Pose& to);
+  /// From rates held for a frame: `displacement_W` of the origin [m], `turn_W` axis times angle [rad].
+  static RigidPath by(const Pose& from, const Vector3& displacement_W, const Vector3& turn_W);
+
+  /// The ends are returned exactly.
+  Pose pose_at(double s) const noexcept;
+  const Pose& from() const { return from_; }
+  const Pose& to() const { return to_; }
+  bool at_rest() const { return displacement_ == Vector3::Zero() && angle_ == 0.0; }
+
+  BodyState at(std::uint32_t body, double s) const noexcept override;
+  /// omega^2 r with what lies along n: |omega| |omega x n| |omega x offset| / |omega|; constant along the
+  /// path.
+  double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& offset_W,
+                         const Vector3& n_W) const noexcept override;
+
+ private:
+  Pose from_;
+  Pose to_;
+  Vector3 displacement_ = Vector3::Zero();
+  Vector3 axis_ = Vector3::UnitZ();
+  double angle_ = 0.0;
+};
+
+}  // namespace touchstone
