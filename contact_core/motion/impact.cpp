@@ -34,9 +34,8 @@ Extent extent_along(const MovingSolid& moving, double s, const Vector3& n) {
     const Vector3 p = vertices.vertex(i);
     out.value[i] = dot(n, p);
     if (at_rest) continue;
-    const Vector3 offset = p - state.X_WO.p;
-    out.slope[i] = dot(n, state.velocity_W + cross(state.angular_velocity_W, offset));
-    out.curvature[i] = moving.path->curvature_bound(moving.body, state, offset, n);
+    out.slope[i] = dot(n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
+    out.curvature[i] = moving.path->curvature_bound(moving.body, state, p, n);
   }
   return out;
 }
@@ -52,6 +51,7 @@ double first_root(double c, double b, double q) {
 struct Stretch {
   double length;
   bool at_end;
+  double least_at_end;  ///< the projections are at least this far apart there; only if at_end
 };
 
 /// How far on from s the projections on n are sure to stay apart by `threshold`; at most `longest`.
@@ -68,7 +68,13 @@ Stretch clear_stretch(const MovingSolid& a, const MovingSolid& b, double s, cons
       stretch = std::min(stretch, first_root(c, slope, curvature));
     }
   }
-  return {stretch, stretch >= longest};
+  if (stretch < longest) return {stretch, false, 0.0};
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < Hexahedron::kVertices; ++i)
+    for (int j = 0; j < Hexahedron::kVertices; ++j)
+      least = std::min(least, (on_b.value[j] - on_a.value[i]) + (on_b.slope[j] - on_a.slope[i]) * longest -
+                                  0.5 * (on_b.curvature[j] + on_a.curvature[i]) * longest * longest);
+  return {stretch, true, least};
 }
 
 /// Where the next solid comes to rest, or the end: between such points both paths are smooth.
@@ -108,8 +114,8 @@ double GapRule::threshold(double start, double scale) const {
   return std::min(0.5 * gap, start) - room * kRounding * scale;
 }
 
-Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule,
-                   SeparationQuery& query) noexcept {
+Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
+                   double interest) noexcept {
   Impact impact;
   double threshold = 0.0;
   bool from_afar = false;
@@ -135,6 +141,11 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
     }
     const double end = next_break(a, b, s);
     const Stretch stretch = clear_stretch(a, b, s, impact.geometry.n_AB_W, threshold, end - s);
+    if (stretch.at_end && end == 1.0 && separation > interest && stretch.least_at_end > interest) {
+      impact.is_far = true;
+      impact.lo = 1.0;
+      return impact;
+    }
     const double next = stretch.at_end ? end : s + stretch.length;
     const bool stopped = from_afar || stretch.length < kStalled * (end - s);
     if (separation <= rule.gap && !stretch.at_end && stopped) {

@@ -46,9 +46,10 @@ enum class ImpactStatus : std::uint8_t {
 
 struct Impact {
   ImpactStatus status = ImpactStatus::clear;
-  double lo = 1.0;        ///< the path is clear on [0, lo]: never late
-  double hi = 1.0;        ///< beyond this s the pair is below the threshold, as far as is known; lo <= hi
-  PairGeometry geometry;  ///< at lo
+  double lo = 1.0;          ///< the path is clear on [0, lo]: never late
+  double hi = 1.0;          ///< beyond this s the pair is below the threshold, as far as is known; lo <= hi
+  bool is_far = false;      ///< from the last query on it stays further away than asked about
+  PairGeometry geometry{};  ///< at lo; where is_far, at the last query
   double start_separation = 0;                                        ///< at s = 0
   double least_separation = std::numeric_limits<double>::infinity();  ///< queried on [0, lo]
   int queries = 0;
@@ -65,8 +66,9 @@ inline constexpr int kImpactIterations = 256;
 
 /// A pair that starts at or below the gap, or overlapping, is stopped only by what would bring it below
 /// rule.threshold(): moving away and along is free, and no depth grows.
+/// @param interest a pair that is sure to stay further apart than this to the end is not queried there [m].
 /// @pre rule.gap > 0.
-Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule,
-                   SeparationQuery& query) noexcept;
+Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
+                   double interest = std::numeric_limits<double>::infinity()) noexcept;
 
 }  // namespace touchstone

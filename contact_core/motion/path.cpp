@@ -46,14 +46,28 @@ Pose RigidPath::pose_at(double s) const noexcept {
 }
 
 BodyState RigidPath::at(std::uint32_t, double s) const noexcept {
-  return {pose_at(s), displacement_, angle_ * axis_};
+  const Pose X_WO = pose_at(s);
+  return {X_WO, X_WO.p, displacement_, angle_ * axis_};
 }
 
-double RigidPath::curvature_bound(std::uint32_t, const BodyState& state, const Vector3& offset_W,
+double RigidPath::curvature_bound(std::uint32_t, const BodyState& state, const Vector3& p_W,
                                   const Vector3& n_W) const noexcept {
   if (angle_ == 0.0) return 0.0;
   // n . (w x (w x r)) = -(w x n) . (w x r), and |w x r| stays as the point goes round.
-  return norm(cross(state.angular_velocity_W, n_W)) * norm(cross(state.angular_velocity_W, offset_W));
+  const Vector3& turn = state.angular_velocity_W;
+  return norm(cross(turn, n_W)) * norm(cross(turn, p_W - state.centre_W));
+}
+
+BodyState CarriedPath::at(std::uint32_t body, double s) const noexcept {
+  BodyState state = carrier_.at(0, s);
+  const Pose& X_CO = X_CO_[body];
+  if (X_CO.p != Vector3::Zero() || X_CO.R != Matrix3::Identity()) state.X_WO = compose(state.X_WO, X_CO);
+  return state;
+}
+
+double CarriedPath::curvature_bound(std::uint32_t, const BodyState& state, const Vector3& p_W,
+                                    const Vector3& n_W) const noexcept {
+  return carrier_.curvature_bound(0, state, p_W, n_W);
 }
 
 }  // namespace touchstone

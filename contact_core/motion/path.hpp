@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "contact_core/geometry/pose.hpp"
 
@@ -9,11 +10,11 @@
 
 namespace touchstone {
 
-/// Where a body is on its path, how fast it moves there, and how much that can change. Derivatives are taken
-/// with respect to s.
+/// Where a body is on its path and how it moves there; rates are with respect to s.
 struct BodyState {
   Pose X_WO;
-  Vector3 velocity_W = Vector3::Zero();          ///< of O [m]
+  Vector3 centre_W = Vector3::Zero();            ///< the point it turns about [m]
+  Vector3 velocity_W = Vector3::Zero();          ///< of that point [m]
   Vector3 angular_velocity_W = Vector3::Zero();  ///< [rad]
 };
 
@@ -50,9 +51,8 @@ class RigidPath final : public MotionPath {
   bool at_rest() const { return displacement_ == Vector3::Zero() && angle_ == 0.0; }
 
   BodyState at(std::uint32_t body, double s) const noexcept override;
-  /// omega^2 r with what lies along n: |omega| |omega x n| |omega x offset| / |omega|; constant along the
-  /// path.
-  double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& offset_W,
+  /// |omega x n| |omega x (p - O)|, constant along the path.
+  double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
                          const Vector3& n_W) const noexcept override;
 
  private:
@@ -61,6 +61,23 @@ class RigidPath final : public MotionPath {
   Vector3 displacement_ = Vector3::Zero();
   Vector3 axis_ = Vector3::UnitZ();
   double angle_ = 0.0;
+};
+
+/// Several bodies that move as one: each is fixed to a carrier on a RigidPath.
+class CarriedPath final : public MotionPath {
+ public:
+  /// @param X_CO of each body in the carrier; must outlive the path. Bodies whose entry is the identity get
+  /// the carrier's poses bit by bit.
+  CarriedPath(const RigidPath& carrier, std::span<const Pose> X_CO) : carrier_(carrier), X_CO_(X_CO) {}
+
+  const RigidPath& carrier() const { return carrier_; }
+  BodyState at(std::uint32_t body, double s) const noexcept override;
+  double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
+                         const Vector3& n_W) const noexcept override;
+
+ private:
+  RigidPath carrier_;
+  std::span<const Pose> X_CO_;
 };
 
 }  // namespace touchstone

@@ -60,8 +60,7 @@ TEST(RigidPath, StateIsTheDerivativeAndTheCurvatureIsBounded) {
     const double slope = dot(n, state.velocity_W + cross(state.angular_velocity_W, offset));
     EXPECT_NEAR(slope, (height(s + h) - height(s - h)) / (2 * h), 1e-6);
     const double curvature = (height(s + h) - 2 * height(s) + height(s - h)) / (h * h);
-    EXPECT_LE(std::abs(curvature),
-              path.curvature_bound(0, path.at(0, 0.05), rotate(path.at(0, 0.05).X_WO.R, p_O), n) + 1e-5);
+    EXPECT_LE(std::abs(curvature), path.curvature_bound(0, state, transform(state.X_WO, p_O), n) + 1e-5);
   }
 }
 
