@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "contact_core/broadphase/task_runner.hpp"
 #include "contact_core/geometry/hexahedron_tree.hpp"
 #include "contact_core/narrowphase/narrowphase.hpp"
 
@@ -18,6 +19,23 @@ struct BroadphaseInput {
   std::span<const HexahedronTree* const> trees;
   /// Pairs come up when their bounding volumes are within this [m]. Finite, >= 0.
   double margin = 0.0;
+  /// One flag an object, or empty: none is static. Pairs of two static objects need not come up (those of
+  /// `native` and `brute_force` never do), and static objects cost next to nothing while they stay. They may
+  /// be moved all the same: name them in `moved`.
+  std::span<const std::uint8_t> is_static = {};
+  /// Threads that update() and find_pairs() may use besides the caller's; the pairs are the same with any.
+  /// Borrowed until the next build(). Null: none.
+  TaskRunner* threads = nullptr;
+};
+
+/// Where every solid goes in a frame: from one pose to another, on a path that may bend and turn in between.
+struct SolidPaths {
+  std::span<const Pose> from;  ///< X_WS of every solid at the start
+  std::span<const Pose> to;    ///< and at the end
+  /// One a solid, or empty: all 0. At any time the centre of the solid's bounding_sphere() is within this [m]
+  /// of the straight segment between where it is at the start and at the end. Finite, >= 0. A solid that
+  /// turns about its centre needs none, however far it turns. See swept_sphere.hpp for bounds.
+  std::span<const double> bulge = {};
 };
 
 /// Where find_pairs goes on. A default-made cursor starts from the lowest pair.
@@ -34,18 +52,30 @@ class Broadphase {
 
   /// Cold path; copies what it needs. Solid indices count through the trees in order: tree 0's solids, then
   /// tree 1's, ...
-  /// @throws InputError on a null tree or a bad margin.
+  /// @throws InputError on a null tree, a bad margin or a wrong number of static flags.
   virtual void build(const BroadphaseInput& input) = 0;
 
   /// @param poses X_WS of every solid. @param moved indices of *objects* (trees) whose solids' poses changed
-  /// since the last update; the first update after build() takes every pose whatever `moved` says. No
-  /// allocation after warm-up.
+  /// since the last update; the first update after build() or update_paths() takes every pose whatever
+  /// `moved` says. No allocation after warm-up.
   virtual void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept = 0;
+
+  /// Whole paths instead of poses: find_pairs() then never misses a pair that could come within `margin` with
+  /// either solid anywhere on its path, at the same time or not, so that a pair stays covered when one of
+  /// them is stopped early. @param moved objects whose paths changed since the last update_paths(), those
+  /// that came to rest among them (from = to); the first one after build() or update() takes every path.
+  /// No allocation after warm-up: the first call. Returns false, and changes nothing, where a broadphase
+  /// knows poses only.
+  virtual bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept {
+    static_cast<void>(paths), static_cast<void>(moved);
+    return false;
+  }
 
   /// Writes the next candidate pairs, a < b, strictly ascending through the whole sweep, into `block` and
   /// advances the cursor. Returns how many were written; cursor.done is set when none are left. Never misses
-  /// a pair whose solids are within `margin`; block size does not change the sequence. No allocation after
-  /// warm-up. Not concurrent with update().
+  /// a pair whose solids are within `margin`; block size does not change the sequence. Who stops at the first
+  /// contact takes small blocks: pairs are looked for as they are asked for where that pays. No allocation
+  /// after warm-up. Not concurrent with update() or itself.
   virtual std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept = 0;
 };
 

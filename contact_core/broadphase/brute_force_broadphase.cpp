@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "contact_core/broadphase/register_broadphases.hpp"
-#include "contact_core/broadphase/world_spheres.hpp"
+#include "contact_core/broadphase/swept_sphere.hpp"
 
 namespace touchstone {
 namespace {
@@ -16,15 +16,23 @@ class BruteForce final : public Broadphase {
     table_ = std::move(table);
     sphere_W_ = std::move(spheres);
     margin_ = input.margin;
-    is_first_update_ = true;
+    state_ = State::built;
   }
 
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept override {
-    if (is_first_update_)
-      for (std::uint32_t object = 0; object < table_.objects(); ++object) place(object, poses);
-    else
-      for (std::uint32_t object : moved) place(object, poses);
-    is_first_update_ = false;
+    take(State::posed, moved, [&](std::uint32_t s) {
+      sphere_W_[s] = world_sphere(table_.sphere_S[s], poses[s]);
+    });
+  }
+
+  bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept override {
+    swept_.resize(table_.solids()), box_.resize(table_.solids());
+    take(State::swept, moved, [&](std::uint32_t s) {
+      const double bulge = paths.bulge.empty() ? 0.0 : paths.bulge[s];
+      swept_[s] = swept_sphere(table_.sphere_S[s], paths.from[s], paths.to[s], bulge);
+      box_[s] = bounding_box(swept_[s], 0.5 * margin_);
+    });
+    return true;
   }
 
   std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept override {
@@ -33,7 +41,7 @@ class BruteForce final : public Broadphase {
       const SolidIndex others = table_.first_solid[table_.object_of[a] + 1];
       const SolidIndex start = a == cursor.next.a ? std::max(others, cursor.next.b) : others;
       for (SolidIndex b = start; b < table_.solids(); ++b) {
-        if (!may_touch(sphere_W_[a], sphere_W_[b], margin_)) continue;
+        if (!may_pair(a, b)) continue;
         if (count == block.size()) {
           cursor.next = {a, b};
           return count;
@@ -47,15 +55,30 @@ class BruteForce final : public Broadphase {
   }
 
  private:
-  void place(std::uint32_t object, std::span<const Pose> poses) noexcept {
-    for (std::uint32_t s = table_.first_solid[object]; s < table_.first_solid[object + 1]; ++s)
-      sphere_W_[s] = world_sphere(table_.sphere_S[s], poses[s]);
+  enum class State { built, posed, swept };
+
+  template <class Place>
+  void take(State kind, std::span<const std::uint32_t> moved, Place place) noexcept {
+    if (state_ != kind)
+      for (std::uint32_t s = 0; s < table_.solids(); ++s) place(s);
+    else
+      for (std::uint32_t object : moved)
+        for (std::uint32_t s = table_.first_solid[object]; s < table_.first_solid[object + 1]; ++s) place(s);
+    state_ = kind;
   }
 
-  SolidTable table_{{}, {0}, {}};
+  bool may_pair(SolidIndex a, SolidIndex b) const noexcept {
+    if (table_.is_static[table_.object_of[a]] && table_.is_static[table_.object_of[b]]) return false;
+    if (state_ != State::swept) return may_touch(sphere_W_[a], sphere_W_[b], margin_);
+    return overlap(box_[a], box_[b]) && may_touch(swept_[a], swept_[b], margin_);
+  }
+
+  SolidTable table_{{}, {0}, {}, {}};
   std::vector<Sphere> sphere_W_;
+  std::vector<SweptSphere> swept_;  // and their boxes, of paths
+  std::vector<Box> box_;
   double margin_ = 0.0;
-  bool is_first_update_ = true;
+  State state_ = State::built;
 };
 
 }  // namespace

@@ -20,6 +20,9 @@ double largest_magnitude(const Vector3& v) {
 SolidTable make_solid_table(const BroadphaseInput& input) {
   if (!(input.margin >= 0.0) || !std::isfinite(input.margin))
     throw InputError("broadphase: margin is " + std::to_string(input.margin) + ", must be finite and >= 0");
+  if (!input.is_static.empty() && input.is_static.size() != input.trees.size())
+    throw InputError("broadphase: " + std::to_string(input.is_static.size()) + " static flags for " +
+                     std::to_string(input.trees.size()) + " objects");
   SolidTable table;
   for (std::size_t object = 0; object < input.trees.size(); ++object) {
     if (input.trees[object] == nullptr)
@@ -31,6 +34,8 @@ SolidTable make_solid_table(const BroadphaseInput& input) {
     }
   }
   table.first_solid.push_back(static_cast<std::uint32_t>(table.sphere_S.size()));
+  table.is_static.assign(input.is_static.begin(), input.is_static.end());
+  table.is_static.resize(input.trees.size());
   return table;
 }
 
@@ -43,6 +48,21 @@ Sphere world_sphere(const Sphere& sphere_S, const Pose& X_WS) {
   const double reach = 2.0 * largest_magnitude(sphere_S.centre) + sphere_S.radius;
   const double slack = 8 * kEps * (reach + largest_magnitude(X_WS.p)) + std::numeric_limits<double>::min();
   return {transform(X_WS, sphere_S.centre), sphere_S.radius * (1.0 + 2.0 * kRotationTolerance) + slack};
+}
+
+// 8 eps of slack against 4 roundings: the sphere test alone decides.
+Box bounding_box(const Sphere& sphere, double margin) {
+  Box box;
+  for (int i = 0; i < 3; ++i) {
+    const double reach = sphere.radius + margin;
+    const double slack = 16 * kEps * (reach + std::abs(sphere.centre(i)));
+    // may_touch() lets distances up to sqrt(DBL_MIN) pass where squares underflow.
+    const double half = reach + slack + 0x1p-510;
+    const bool finite = std::isfinite(sphere.centre(i)) && std::isfinite(half);
+    box.low[i] = finite ? sphere.centre(i) - half : -std::numeric_limits<double>::infinity();
+    box.high[i] = finite ? sphere.centre(i) + half : std::numeric_limits<double>::infinity();
+  }
+  return box;
 }
 
 // Centre on the line between the centres; the radius is then measured, so the centre's rounding does not

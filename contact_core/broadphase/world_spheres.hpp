@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -12,12 +14,14 @@ struct SolidTable {
   std::vector<Sphere> sphere_S;            ///< one a solid, in the solid's frame
   std::vector<std::uint32_t> first_solid;  ///< one an object, and the number of solids at the end
   std::vector<std::uint32_t> object_of;    ///< one a solid
+  std::vector<std::uint8_t> is_static;     ///< one an object
 
   std::uint32_t objects() const { return static_cast<std::uint32_t>(first_solid.size()) - 1; }
   std::uint32_t solids() const { return first_solid.back(); }
 };
 
-/// @throws InputError on a null tree or a margin that is negative or not finite.
+/// @throws InputError on a null tree, a margin that is negative or not finite, or a number of flags that is
+/// neither 0 nor the number of trees.
 SolidTable make_solid_table(const BroadphaseInput& input);
 
 /// A sphere that encloses the solid's world vertices, as rounded by world_vertices(), for every valid pose.
@@ -25,6 +29,28 @@ Sphere world_sphere(const Sphere& sphere_S, const Pose& X_WS);
 
 /// A sphere around two spheres, rounding covered. Not finite when either is not.
 Sphere enclosing_sphere(const Sphere& a, const Sphere& b);
+
+/// Axis-aligned, in world [m].
+struct Box {
+  std::array<double, 3> low, high;
+};
+
+/// Contains the sphere grown by `margin`; infinite when the sphere is not finite. Generous enough that boxes
+/// grown by half of may_touch()'s margin overlap wherever it says true.
+Box bounding_box(const Sphere& sphere, double margin);
+
+inline Box union_of(const Box& a, const Box& b) {
+  Box box;
+  for (std::size_t i = 0; i < 3; ++i)
+    box.low[i] = std::min(a.low[i], b.low[i]), box.high[i] = std::max(a.high[i], b.high[i]);
+  return box;
+}
+
+inline bool overlap(const Box& a, const Box& b) {
+  bool all = true;
+  for (std::size_t i = 0; i < 3; ++i) all = all && a.low[i] <= b.high[i] && b.low[i] <= a.high[i];
+  return all;
+}
 
 /// False only when the spheres are more than `margin` apart. Not-finite spheres may touch everything.
 inline bool may_touch(const Sphere& a, const Sphere& b, double margin) {

@@ -1,0 +1,140 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <vector>
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#include "contact_core/broadphase/task_runner.hpp"
+#include "contact_core/broadphase/world_spheres.hpp"
+
+namespace touchstone {
+
+// GCC's and Clang's vector types: one register of four lanes, on any instruction set.
+using Floats = float __attribute__((vector_size(16)));
+using Ints = std::int32_t __attribute__((vector_size(16)));
+
+/// Bit k: lane k is set (all ones, as comparisons leave it).
+inline std::uint32_t lane_mask(Ints hit) {
+#ifdef __SSE2__
+  return static_cast<std::uint32_t>(_mm_movemask_ps(reinterpret_cast<__m128>(hit)));
+#else
+  return (hit[0] & 1u) | (hit[1] & 2u) | (hit[2] & 4u) | (hit[3] & 8u);
+#endif
+}
+
+/// The coordinates that the trees' boxes are in: floats, (x - origin) * scale. Each of these roundings is
+/// monotone, so boxes that overlap in double overlap in any frame: a bad one costs time, never a pair.
+struct FloatFrame {
+  Vector3 origin = Vector3::Zero();
+  Vector3 scale = Vector3::Ones();
+
+  float to_float(double x, int axis) const noexcept {
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    return static_cast<float>(std::clamp((x - origin(axis)) * scale(axis), -kLargest, kLargest));
+  }
+};
+
+/// A packed tree over some objects in Morton order: every node holds the boxes of four children, level by
+/// level; level 0's children are objects. Its shape decides how fast pairs are found, never which.
+class ObjectTree {
+ public:
+  static constexpr std::uint32_t kWidth = 4;
+
+  struct alignas(16) Node {
+    Floats low[3], high[3];  // low > high where there is no child
+    Ints highest_object;     // -1: no child
+  };
+
+  /// Cold. Keeps `objects`; all else waits for sort() and refit().
+  void resize(std::vector<std::uint32_t> objects);
+
+  std::uint32_t size() const { return static_cast<std::uint32_t>(objects_.size()); }
+  std::uint32_t object_at(std::uint32_t slot) const { return order_[slot]; }
+
+  /// Puts the objects in Morton order of the spheres' centres, both indexed by object, and writes each
+  /// object's slot. Returns the frame that suits them.
+  FloatFrame sort(std::span<const Sphere> spheres, std::span<std::uint32_t> slot_of) noexcept;
+
+  /// Takes box_of(slot, object), a Box, for every object; called once each, on any of the threads.
+  template <class BoxOf>
+  void refit(const FloatFrame& frame, const BoxOf& box_of, TaskRunner* threads) noexcept {
+    frame_ = frame;
+    const std::uint32_t leaves = level_start_[1];
+    const std::uint32_t tasks = (leaves + kLeavesPerTask - 1) / kLeavesPerTask;
+    auto refit_leaves = [&](std::size_t task) {
+      const auto first = static_cast<std::uint32_t>(task) * kLeavesPerTask;
+      const std::uint32_t last = std::min(leaves, first + kLeavesPerTask);
+      for (std::uint32_t slot = kWidth * first; slot < std::min(kWidth * last, size()); ++slot)
+        set_lane(slot, box_of(slot, order_[slot]));
+    };
+    run_tasks(threads, tasks, refit_leaves);
+    for (std::size_t level = 1; level + 1 < level_start_.size(); ++level) refit_level(level);
+  }
+
+  /// Takes the new box of one object and refits what is above it.
+  void refit_one(std::uint32_t slot, const Box& box) noexcept;
+
+  /// Calls visit(b) for every object b >= first whose box overlaps `box`.
+  template <class Visit>
+  void for_each_from(std::uint32_t first, const Box& box, Visit visit) const noexcept {
+    float low[3], high[3];
+    for (int i = 0; i < 3; ++i)
+      low[i] = frame_.to_float(box.low[i], i), high[i] = frame_.to_float(box.high[i], i);
+    const auto least = static_cast<std::int32_t>(first);
+    std::array<Entry, 64> stack;  // at most 16 levels for 2^32 objects, three siblings kept a level
+    std::size_t top = 0;
+    stack[top++] = root();
+    while (top > 0) {
+      const Entry entry = stack[--top];
+      const Node& node = at(entry);
+      Ints hit = node.highest_object >= least;
+      for (int i = 0; i < 3; ++i) hit &= (node.low[i] <= high[i]) & (node.high[i] >= low[i]);
+      for (std::uint32_t lanes = lane_mask(hit); lanes != 0; lanes &= lanes - 1) {
+        const auto k = static_cast<std::uint32_t>(std::countr_zero(lanes));
+        if (entry.level == 0)
+          visit(static_cast<std::uint32_t>(node.highest_object[k]));
+        else
+          stack[top++] = {entry.level - 1, entry.index * kWidth + k};
+      }
+    }
+  }
+
+  struct Entry {
+    std::uint32_t level, index;  // index within the level
+  };
+  Entry root() const { return {static_cast<std::uint32_t>(level_start_.size()) - 2, 0}; }
+  const Node& at(const Entry& entry) const { return nodes_[level_start_[entry.level] + entry.index]; }
+  bool exists(const Entry& entry) const {
+    return entry.index < level_start_[entry.level + 1] - level_start_[entry.level];
+  }
+
+ private:
+  static constexpr std::uint32_t kLeavesPerTask = 512;
+
+  void sort_range(std::span<const Sphere> spheres, std::uint32_t first, std::uint32_t last,
+                  FloatFrame* frame) noexcept;
+  void sort_by_key(std::uint32_t first, std::uint32_t last) noexcept;
+  void refit_level(std::size_t level) noexcept;
+  bool refit_lane(std::size_t level, std::uint32_t child) noexcept;
+
+  void set_lane(std::uint32_t slot, const Box& box) noexcept {
+    Node& node = nodes_[slot / kWidth];
+    const std::uint32_t lane = slot % kWidth;
+    node.highest_object[lane] = static_cast<std::int32_t>(order_[slot]);
+    for (int i = 0; i < 3; ++i) {
+      node.low[i][lane] = frame_.to_float(box.low[i], i);
+      node.high[i][lane] = frame_.to_float(box.high[i], i);
+    }
+  }
+
+  FloatFrame frame_;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> level_start_;  // and the number of nodes at the end
+  std::vector<std::uint32_t> objects_, order_, order_scratch_, keys_, keys_scratch_;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <atomic>
+#include <vector>
+
+#include "contact_core/broadphase/task_runner.hpp"
+#include "contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone {
+
+/// Pairs of objects, a < b, found in any order on any threads, then in ascending order. All memory is taken
+/// in resize().
+class PairList {
+ public:
+  /// Cold. Holds `capacity` pairs of `objects` objects and what is left over in the blocks of `writers`
+  /// writers.
+  void resize(std::uint32_t objects, std::size_t capacity, std::size_t writers);
+
+  /// Forgets all pairs.
+  void start() noexcept { next_block_ = 0; }
+
+  /// One thread's way in. Pairs count from the next room() or close() on.
+  class Writer {
+   public:
+    explicit Writer(PairList& list) : list_(list) {}
+
+    static constexpr std::size_t kRoom = 16;
+    /// Makes room for kRoom pairs; false when the list is full.
+    bool room() noexcept { return static_cast<std::size_t>(end_ - next_) >= kRoom || open_block(); }
+    /// Writes a pair, which stays if `keep`: no branch, which none could predict.
+    void add(std::uint32_t a, std::uint32_t b, bool keep) noexcept {
+      *next_ = a < b ? SolidPair{a, b} : SolidPair{b, a};
+      next_ += keep ? 1 : 0;
+    }
+    void close() noexcept;
+
+   private:
+    bool open_block() noexcept;
+
+    PairList& list_;
+    std::size_t block_ = 0;
+    SolidPair* next_ = nullptr;
+    SolidPair* end_ = nullptr;
+  };
+
+  /// Puts what the writers left in ascending order.
+  void sort(TaskRunner* threads) noexcept;
+
+  /// Drops the pairs of every object with `changed` set and adds `fresh`, which is ascending and holds none
+  /// of the others. False, and nothing changed, when there is no room.
+  bool replace(std::span<const std::uint8_t> changed, std::span<const SolidPair> fresh) noexcept;
+
+  std::span<const SolidPair> pairs() const { return std::span(pairs_).first(count_); }
+
+ private:
+  static constexpr std::size_t kBlock = 1024;
+
+  template <class Visit>
+  void for_each_found(Visit visit) const noexcept;
+  std::uint32_t first_row(std::size_t task, std::size_t tasks) const noexcept;
+
+  std::vector<SolidPair> found_, pairs_;
+  std::size_t count_ = 0;                ///< of pairs_
+  std::vector<std::uint32_t> used_;      ///< of each block of found_
+  std::atomic<std::size_t> next_block_;  ///< and beyond the last when the list is full
+  std::vector<std::uint32_t> row_end_;   ///< of the pairs of each lower object, in pairs_
+};
+
+}  // namespace touchstone
