@@ -188,6 +188,8 @@ void ContactWorld::prepare() {
   s.queue.reserve(1024), s.changes.reserve(1024);
   for (SolidIndex i = 0; i < solids; ++i)
     s.from[i] = s.to[i] = compose(s.objects[s.layout.slot_of[i]].X_WO, s.layout.X_OS[i]);
+  if (!s.broadphase->update_paths({s.from, s.to, s.bulges}, {}))
+    throw InputError("contact world: broadphase '" + std::string(s.broadphase->name()) + "' knows poses, no paths");
   s.needs_layout = false;
 }
 
