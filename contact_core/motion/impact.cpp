@@ -77,6 +77,34 @@ Stretch clear_stretch(const MovingSolid& a, const MovingSolid& b, double s, cons
   return {stretch, true, least};
 }
 
+/// Separation of the two along n, as extents at one s have it.
+double separation_along(const Extent& a, const Extent& b) {
+  return *std::min_element(b.value.begin(), b.value.end()) -
+         *std::max_element(a.value.begin(), a.value.end());
+}
+
+/// Closest points of two solids that pass each other at the gap's height point across their corners, and
+/// would stop a motion along abutting faces at every seam. Any other plane that keeps half the gap will do:
+/// of the faces' own, the one that lets most of the motion through.
+Stretch widest_stretch(const MovingSolid& a, const MovingSolid& b, double s, const GapRule& rule,
+                       double scale, double longest, const Stretch& so_far) {
+  Stretch widest = so_far;
+  const Matrix3 R_WA = a.pose_at(s).R, R_WB = b.pose_at(s).R;
+  for (int f = 0; f < 12 && !widest.at_end; ++f) {
+    const Vector3 outward = f < 6 ? rotate(R_WA, a.solid->face_plane(f).normal)
+                                  : Vector3(-rotate(R_WB, b.solid->face_plane(f - 6).normal));
+    const double length = norm(outward);
+    if (!(length > 0.5)) continue;  // a collapsed face
+    const Vector3 n = outward / length;
+    const double apart = separation_along(extent_along(a, s, n), extent_along(b, s, n));
+    if (apart < 0.5 * rule.gap - kRounding * scale) continue;
+    const Stretch other =
+        clear_stretch(a, b, s, n, rule.threshold(std::min(apart, rule.gap), scale), longest);
+    if (other.length > widest.length) widest = other;
+  }
+  return widest;
+}
+
 /// Where the next solid comes to rest, or the end: between such points both paths are smooth.
 double next_break(const MovingSolid& a, const MovingSolid& b, double s) {
   double end = 1.0;
@@ -140,14 +168,16 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
       return impact;
     }
     const double end = next_break(a, b, s);
-    const Stretch stretch = clear_stretch(a, b, s, impact.geometry.n_AB_W, threshold, end - s);
+    Stretch stretch = clear_stretch(a, b, s, impact.geometry.n_AB_W, threshold, end - s);
+    if (separation <= rule.gap && separation > 0.0 && !stretch.at_end)
+      stretch = widest_stretch(a, b, s, rule, scale_of(a, X_WA, b, X_WB), end - s, stretch);
     if (stretch.at_end && end == 1.0 && separation > interest && stretch.least_at_end > interest) {
       impact.is_far = true;
       impact.lo = 1.0;
       return impact;
     }
     const double next = stretch.at_end ? end : s + stretch.length;
-    const bool stopped = from_afar || stretch.length < kStalled * (end - s);
+    const bool stopped = stretch.length < kStalled * (end - s);
     if (separation <= rule.gap && !stretch.at_end && stopped) {
       impact.status = ImpactStatus::blocked;
       impact.hi = next;

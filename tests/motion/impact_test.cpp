@@ -93,6 +93,17 @@ TEST(Impact, SlidingAlongAFaceAtTwiceTheGapTakesFewQueries) {
   EXPECT_LE(impact.queries, 2);
 }
 
+// A cube at less than the gap above a row of abutting cubes: the next one's corner must not stop it.
+TEST(Impact, SeamsDoNotStopAMotionAlongThem) {
+  for (const double height : {0.5, 0.6, 0.75, 0.9, 1.0, 1.5}) {
+    Pair pair({1, 1, 1}, {1, 1, 1});
+    const RigidPath path = RigidPath::by(at(-1.2, 0, 1 + height * kGap), {2.4, 0.1, 0}, {0, 0, 0});
+    const Impact impact = pair.find(path, RigidPath());
+    EXPECT_EQ(impact.status, ImpactStatus::clear) << "height " << height;
+    EXPECT_LE(impact.queries, 16);
+  }
+}
+
 TEST(Impact, SpinningOnAFaceIsFree) {
   Pair pair({1, 1, 1}, {4, 4, 1});
   const Impact impact = pair.find(RigidPath::by(at(0, 0, 1 + 0.6 * kGap), {0, 0, 0}, {0, 0, 360 * kDegree}),
