@@ -17,6 +17,18 @@ constexpr double kStalled = 1.0 / kImpactIterations;
 /// declared resolution): a motion along a face must not be stopped by it.
 constexpr double kRounding = 32 * 0x1p-53;
 
+/// A direction on which two solids are projected, and how it turns from s on. What turns with a body is the
+/// plane of one of its faces; two edges that slide over each other span one that turns with both.
+struct Direction {
+  Vector3 n;
+  Vector3 turn = Vector3::Zero();      ///< angular velocity; zero: fixed in the world
+  Vector3 centre = Vector3::Zero();    ///< heights are over this point
+  Vector3 velocity = Vector3::Zero();  ///< its own
+  double longest = 0.0;                ///< how far on curvatures hold
+
+  bool is_fixed() const { return turn == Vector3::Zero(); }
+};
+
 /// A vertex's path along n from s on: value + slope t -+ curvature t^2 / 2.
 struct Extent {
   std::array<double, Hexahedron::kVertices> value, slope, curvature;
@@ -24,18 +36,41 @@ struct Extent {
 
 bool is_at_rest(const MovingSolid& moving, double s) { return s >= moving.stop; }
 
-Extent extent_along(const MovingSolid& moving, double s, const Vector3& n) {
+/// Of a point that a steady body carries, seen from a direction that turns. With D from the direction's
+/// centre to the body's, r from there to the point, w the body's and o the direction's angular velocity:
+///   (n . (D + r))'' = (o x (o x n)) . D + 2 (o x n) . D' + n . (d x (d x r) + (d x o) x r),  d = w - o,
+/// where |o x n|, |r| and |D'| stay as they are and D changes by at most `longest` |D'|. A body that does not
+/// turn has its centre in the point.
+double turning_curvature(const Direction& along, const BodyState& state, const Vector3& p) {
+  const bool turns = state.angular_velocity_W != Vector3::Zero();
+  const Vector3 D = (turns ? state.centre_W : p) - along.centre;
+  const Vector3 rate = state.velocity_W - along.velocity;
+  const double tilt = norm(cross(along.turn, along.n));
+  const double reach = norm(cross(along.turn, D)) + along.longest * norm(cross(along.turn, rate));
+  double bound = tilt * (reach + 2.0 * norm(rate));
+  const double relative = norm(state.angular_velocity_W - along.turn);
+  if (turns && relative > 0.0) bound += relative * (relative + norm(along.turn)) * norm(p - state.centre_W);
+  return bound;
+}
+
+Extent extent_along(const MovingSolid& moving, double s, const Direction& along) {
   Extent out{};
-  const BodyState state = moving.path->at(moving.body, std::min(s, moving.stop));
+  BodyState state = moving.path->at(moving.body, std::min(s, moving.stop));
   WorldVertices vertices;
   world_vertices(*moving.solid, compose(state.X_WO, moving.X_OS), vertices);
   const bool at_rest = is_at_rest(moving, s);
+  if (at_rest) state.velocity_W = state.angular_velocity_W = Vector3::Zero();
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
     const Vector3 p = vertices.vertex(i);
-    out.value[i] = dot(n, p);
-    if (at_rest) continue;
-    out.slope[i] = dot(n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
-    out.curvature[i] = moving.path->curvature_bound(moving.body, state, p, n);
+    out.value[i] = dot(along.n, p);
+    if (at_rest && along.is_fixed()) continue;
+    out.slope[i] = dot(along.n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
+    if (along.is_fixed()) {
+      out.curvature[i] = moving.path->curvature_bound(moving.body, state, p, along.n);
+      continue;
+    }
+    out.slope[i] += dot(cross(along.turn, along.n), p - along.centre) - dot(along.n, along.velocity);
+    out.curvature[i] = turning_curvature(along, state, p);
   }
   return out;
 }
@@ -55,9 +90,9 @@ struct Stretch {
 };
 
 /// How far on from s the projections on n are sure to stay apart by `threshold`; at most `longest`.
-Stretch clear_stretch(const MovingSolid& a, const MovingSolid& b, double s, const Vector3& n,
+Stretch clear_stretch(const MovingSolid& a, const MovingSolid& b, double s, const Direction& along,
                       double threshold, double longest) {
-  const Extent on_a = extent_along(a, s, n), on_b = extent_along(b, s, n);
+  const Extent on_a = extent_along(a, s, along), on_b = extent_along(b, s, along);
   double stretch = longest;
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
     for (int j = 0; j < Hexahedron::kVertices; ++j) {
@@ -83,27 +118,97 @@ double separation_along(const Extent& a, const Extent& b) {
          *std::max_element(a.value.begin(), a.value.end());
 }
 
-/// Closest points of two solids that pass each other at the gap's height point across their corners, and
-/// would stop a motion along abutting faces at every seam. Any other plane that keeps half the gap will do:
-/// of the faces' own, the one that lets most of the motion through.
-Stretch widest_stretch(const MovingSolid& a, const MovingSolid& b, double s, const GapRule& rule,
-                       double scale, double longest, const Stretch& so_far) {
-  Stretch widest = so_far;
-  const Matrix3 R_WA = a.pose_at(s).R, R_WB = b.pose_at(s).R;
-  for (int f = 0; f < 12 && !widest.at_end; ++f) {
-    const Vector3 outward = f < 6 ? rotate(R_WA, a.solid->face_plane(f).normal)
-                                  : Vector3(-rotate(R_WB, b.solid->face_plane(f - 6).normal));
-    const double length = norm(outward);
-    if (!(length > 0.5)) continue;  // a collapsed face
-    const Vector3 n = outward / length;
-    const double apart = separation_along(extent_along(a, s, n), extent_along(b, s, n));
-    if (apart < 0.5 * rule.gap - kRounding * scale) continue;
-    const Stretch other =
-        clear_stretch(a, b, s, n, rule.threshold(std::min(apart, rule.gap), scale), longest);
-    if (other.length > widest.length) widest = other;
-  }
-  return widest;
+/// Steady on its way, or at rest.
+bool is_steady(const MovingSolid& moving, double s) {
+  return is_at_rest(moving, s) || moving.path->is_steady();
 }
+
+BodyState state_of(const MovingSolid& moving, double s) {
+  BodyState state = moving.path->at(moving.body, std::min(s, moving.stop));
+  if (is_at_rest(moving, s)) state.velocity_W = state.angular_velocity_W = Vector3::Zero();
+  return state;
+}
+
+/// The edge that is a solid's extreme along n, to `tolerance`: its direction. Zero if a vertex or a face is.
+Vector3 extreme_edge(const MovingSolid& moving, double s, const Vector3& n, double tolerance) {
+  WorldVertices vertices;
+  world_vertices(*moving.solid, moving.pose_at(s), vertices);
+  std::array<double, Hexahedron::kVertices> height{};
+  for (int i = 0; i < Hexahedron::kVertices; ++i) height[i] = dot(n, vertices.vertex(i));
+  const double highest = *std::max_element(height.begin(), height.end());
+  int count = 0;
+  std::array<int, Hexahedron::kVertices> extreme{};
+  for (int i = 0; i < Hexahedron::kVertices; ++i)
+    if (height[i] >= highest - tolerance) extreme[count++] = i;
+  return count == 2 ? Vector3(vertices.vertex(extreme[1]) - vertices.vertex(extreme[0])) : Vector3::Zero();
+}
+
+/// Of the plane that two edges in contact span, both going their ways: n = e x f / |e x f|, and so is n'.
+Direction edge_direction(const MovingSolid& a, const MovingSolid& b, double s, const PairGeometry& geometry,
+                         double tolerance) {
+  Direction along{geometry.n_AB_W};
+  const Vector3& n = geometry.n_AB_W;
+  const Vector3 e = extreme_edge(a, s, n, tolerance), f = extreme_edge(b, s, -n, tolerance);
+  const double across = dot(n, cross(e, f));
+  if (!(std::abs(across) > 1e-3 * norm(e) * norm(f))) return along;
+  const BodyState on_a = state_of(a, s), on_b = state_of(b, s);
+  const Vector3 rate =
+      (cross(cross(on_a.angular_velocity_W, e), f) + cross(e, cross(on_b.angular_velocity_W, f))) / across;
+  along.turn = cross(n, rate);
+  along.centre = geometry.p_A_W;
+  along.velocity = on_a.velocity_W + cross(on_a.angular_velocity_W, geometry.p_A_W - on_a.centre_W);
+  return along;
+}
+
+/// Closest points of two solids that pass each other at the gap's height point across their corners, and
+/// would stop a motion along abutting faces at every seam; a plane fixed in the world is left by a body that
+/// turns on a contact. Any other plane that keeps half the gap will do: of the faces' own, fixed or turning
+/// with their bodies, and of the edges in contact, the one that lets most of the motion through.
+class WidestStretch {
+ public:
+  WidestStretch(const MovingSolid& a, const MovingSolid& b, double s, const GapRule& rule, double scale,
+                double longest, const Stretch& so_far)
+      : a_(a), b_(b), s_(s), rule_(rule), scale_(scale), longest_(longest), widest_(so_far) {}
+
+  Stretch find(const PairGeometry& geometry) {
+    const bool steady = is_steady(a_, s_) && is_steady(b_, s_);
+    if (steady) try_direction(edge_direction(a_, b_, s_, geometry, 2.0 * kRounding * scale_), false);
+    const Matrix3 R_WA = a_.pose_at(s_).R, R_WB = b_.pose_at(s_).R;
+    const BodyState on_a = state_of(a_, s_), on_b = state_of(b_, s_);
+    for (int f = 0; f < 12 && !widest_.at_end; ++f) {
+      const Vector3 outward = f < 6 ? rotate(R_WA, a_.solid->face_plane(f).normal)
+                                    : Vector3(-rotate(R_WB, b_.solid->face_plane(f - 6).normal));
+      const double length = norm(outward);
+      if (!(length > 0.5)) continue;  // a collapsed face
+      const Vector3 n = outward / length;
+      const BodyState& own = f < 6 ? on_a : on_b;
+      if (!try_direction({n}, true)) continue;
+      if (steady) try_direction({n, own.angular_velocity_W, own.centre_W, own.velocity_W}, false);
+    }
+    return widest_;
+  }
+
+ private:
+  /// False: the pair is not apart along it.
+  bool try_direction(Direction along, bool may_be_fixed) {
+    if (widest_.at_end) return true;
+    if (!may_be_fixed && along.is_fixed()) return true;
+    along.longest = longest_;
+    const double apart = separation_along(extent_along(a_, s_, along), extent_along(b_, s_, along));
+    if (apart < 0.5 * rule_.gap - kRounding * scale_) return false;
+    const double threshold = rule_.threshold(std::min(apart, rule_.gap), scale_);
+    const Stretch other = clear_stretch(a_, b_, s_, along, threshold, longest_);
+    if (other.length > widest_.length) widest_ = other;
+    return true;
+  }
+
+  const MovingSolid& a_;
+  const MovingSolid& b_;
+  double s_;
+  const GapRule& rule_;
+  double scale_, longest_;
+  Stretch widest_;
+};
 
 /// Where the next solid comes to rest, or the end: between such points both paths are smooth.
 double next_break(const MovingSolid& a, const MovingSolid& b, double s) {
@@ -168,9 +273,10 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
       return impact;
     }
     const double end = next_break(a, b, s);
-    Stretch stretch = clear_stretch(a, b, s, impact.geometry.n_AB_W, threshold, end - s);
+    Stretch stretch = clear_stretch(a, b, s, {impact.geometry.n_AB_W}, threshold, end - s);
     if (separation <= rule.gap && separation > 0.0 && !stretch.at_end)
-      stretch = widest_stretch(a, b, s, rule, scale_of(a, X_WA, b, X_WB), end - s, stretch);
+      stretch =
+          WidestStretch(a, b, s, rule, scale_of(a, X_WA, b, X_WB), end - s, stretch).find(impact.geometry);
     if (stretch.at_end && end == 1.0 && separation > interest && stretch.least_at_end > interest) {
       impact.is_far = true;
       impact.lo = 1.0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "contact_core/motion/impact.hpp"
@@ -26,6 +27,26 @@ class NarrowphaseQuery final : public SeparationQuery {
     query.kind = QueryKind::distance;
     narrowphase_->evaluate({{&pair_, 1}, poses_, query}, {{&status, 1}, {&out, 1}, {}}, *workspace_);
     ++calls_;
+    return status;
+  }
+
+  /// The pair's contact points too, where the narrowphase has them; else the witness points as one.
+  /// @param max_separation pairs further apart get a separation of +inf and no points [m].
+  PairStatus manifold(const Pose& X_WA, const Pose& X_WB, double max_separation, PairGeometry& out,
+                      std::span<ContactPoint, kMaxManifoldPoints> points) noexcept {
+    poses_[pair_.a] = X_WA;
+    poses_[pair_.b] = X_WB;
+    PairStatus status = PairStatus::failed;
+    const bool has_points = narrowphase_->capabilities().manifold;
+    Query query;
+    query.kind = has_points ? QueryKind::manifold : QueryKind::distance;
+    query.max_separation = max_separation;
+    narrowphase_->evaluate({{&pair_, 1}, poses_, query}, {{&status, 1}, {&out, 1}, points}, *workspace_);
+    ++calls_;
+    if (!has_points) {
+      out.point_count = out.separation <= max_separation ? 1 : 0;
+      points[0] = {out.p_A_W, out.p_B_W, out.separation, 0};
+    }
     return status;
   }
 

@@ -26,6 +26,10 @@ class MotionPath {
   /// @param body of a mover with several; 0 otherwise. @param s in [0, 1].
   virtual BodyState at(std::uint32_t body, double s) const noexcept = 0;
 
+  /// True where the state's centre moves straight at a constant rate and the body turns at a constant rate
+  /// about a fixed direction: contacts may then be followed by planes that turn with the body.
+  virtual bool is_steady() const noexcept { return false; }
+
   /// A bound on |d^2/ds^2 (n . p)| over [s, 1] for a point p fixed in the body, of which `offset_W` is p - O
   /// at s.
   /// @param n unit, fixed in the world.
@@ -56,6 +60,7 @@ class RigidPath final : public MotionPath {
   bool at_rest() const { return displacement_ == Vector3::Zero() && angle_ == 0.0; }
 
   BodyState at(std::uint32_t body, double s) const noexcept override;
+  bool is_steady() const noexcept override { return true; }
   /// |omega x n| |omega x (p - centre)|, constant along the path.
   double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
                          const Vector3& n_W) const noexcept override;
@@ -80,6 +85,7 @@ class CarriedPath final : public MotionPath {
 
   const RigidPath& carrier() const { return carrier_; }
   BodyState at(std::uint32_t body, double s) const noexcept override;
+  bool is_steady() const noexcept override { return true; }
   double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
                          const Vector3& n_W) const noexcept override;
 

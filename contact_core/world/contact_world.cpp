@@ -6,10 +6,7 @@
 #include <limits>
 
 #include "contact_core/input_error.hpp"
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/world/frame_pairs.hpp"
-#include "contact_core/world/object_table.hpp"
-#include "contact_core/world/pair_rules.hpp"
+#include "contact_core/world/world_state.hpp"
 
 namespace touchstone {
 namespace {
@@ -42,53 +39,6 @@ std::string_view to_string(EventKind kind) {
       "near", "began", "persists", "ended", "penetrating_at_start", "blocked", "refused"};
   return kNames[static_cast<std::size_t>(kind)];
 }
-
-struct ContactWorld::State {
-  std::unique_ptr<Narrowphase> narrowphase;
-  std::unique_ptr<Broadphase> broadphase;
-  double gap;
-
-  ObjectTable objects;
-  PairRules rules;
-  SelectionQueue queue;
-  Selection selection;
-  bool needs_layout = true;
-
-  // Taken up by prepare().
-  Layout layout;
-  std::unique_ptr<NarrowphaseQuery> query;
-
-  // One frame.
-  std::uint64_t frame = 0;
-  std::vector<SelectionChange> changes;
-  std::vector<SelectionRecord> record;
-  std::vector<CarriedPath> paths;                  // by slot; a root's
-  std::vector<double> stops;                       // by slot; a root's
-  std::vector<std::uint8_t> in_motion;             // by slot; a root's
-  std::vector<Pose> from, to;                      // by solid
-  std::vector<double> bulges;                      // by solid
-  std::vector<std::uint32_t> moved, moved_before;  // objects by layout index
-  std::vector<FramePair> pairs;
-  std::vector<ContactState> contacts, contacts_before;
-  std::vector<ContactEvent> events;
-
-  void take_selection();
-  void accept(std::span<const MotionCommand> commands);
-  void lay_paths();
-  void find_pairs(FrameReport& report);
-  void examine(const SolidPair& pair, FrameReport& report);
-  MovingSolid moving_solid(SolidIndex solid) const;
-  Impact impact_of(const FramePair& pair);
-  void resolve_stops();
-  void stop_movers(const FramePair& pair);
-  void recheck(std::uint32_t root);
-  void execute();
-  void report_pairs(FrameReport& report);
-  void report_pair(const FramePair& pair, bool was_in_contact);
-  void add_event(EventKind kind, const SolidPair& pair, double s, const PairGeometry& geometry);
-  double gap_of(const SolidPair& pair) const;
-  std::uint32_t root_of(SolidIndex solid) const { return objects[layout.slot_of[solid]].root; }
-};
 
 ContactWorld::ContactWorld(std::unique_ptr<Narrowphase> narrowphase, std::unique_ptr<Broadphase> broadphase,
                            double gap)
@@ -191,6 +141,7 @@ void ContactWorld::prepare() {
   if (!s.broadphase->update_paths({s.from, s.to, s.bulges}, {}))
     throw InputError("contact world: broadphase '" + std::string(s.broadphase->name()) +
                      "' knows poses, no paths");
+  s.prepare_slides();
   s.needs_layout = false;
 }
 
@@ -224,9 +175,12 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands) {
   s.accept(commands);
   s.lay_paths();
   s.find_pairs(report);
-  s.resolve_stops();
+  s.resolve_stops(s.pairs);
+  for (const std::uint32_t slot : s.layout.slots)
+    if (s.in_motion[slot] && s.stops[slot] < 1.0) ++report.blocked_movers;
   s.execute();
-  s.report_pairs(report);
+  s.slide(report);
+  s.report_pairs();
   report.queries = s.query->calls() - calls;
   report.events = s.events;
   ++s.frame;
@@ -243,7 +197,7 @@ void ContactWorld::State::take_selection() {
 
 void ContactWorld::State::accept(std::span<const MotionCommand> commands) {
   for (std::uint32_t slot = 0; slot < objects.size(); ++slot) {
-    in_motion[slot] = 0;
+    in_motion[slot] = slides.may_slide[slot] = slides.translation_only[slot] = 0;
     stops[slot] = 1.0;
     if (objects[slot].alive && objects[slot].is_root(slot))
       paths[slot] = CarriedPath(RigidPath(objects[slot].X_WO), objects.poses_in_root());
@@ -315,60 +269,73 @@ void ContactWorld::State::find_pairs(FrameReport& report) {
   }
 }
 
-void ContactWorld::State::examine(const SolidPair& pair, FrameReport& report) {
+bool ContactWorld::State::is_checked(const SolidPair& pair) const {
   const std::uint32_t a = layout.slot_of[pair.a], b = layout.slot_of[pair.b];
-  if (objects[a].root == objects[b].root || (objects[a].is_static() && objects[b].is_static())) return;
-  if (!selection.is_on(objects, a, b) || layout.is_exempt(pair)) return;
-  ++report.candidate_pairs;
+  if (objects[a].root == objects[b].root || (objects[a].is_static() && objects[b].is_static())) return false;
+  return selection.is_on(objects, a, b) && !layout.is_exempt(pair);
+}
+
+FramePair ContactWorld::State::frame_pair(const SolidPair& pair) const {
   FramePair entry;
   entry.solids = pair;
-  entry.rule = rules.find(objects, a, b);
+  entry.rule = rules.find(objects, layout.slot_of[pair.a], layout.slot_of[pair.b]);
   entry.gap = gap_of(pair);
   entry.interest = std::max(2.0 * entry.gap, entry.rule.warn_distance);
+  return entry;
+}
+
+void ContactWorld::State::examine(const SolidPair& pair, FrameReport& report) {
+  if (!is_checked(pair)) return;
+  ++report.candidate_pairs;
+  FramePair entry = frame_pair(pair);
   entry.impact = impact_of(entry);
   if (entry.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
   // With both in motion, one may be stopped before the other: such a pair is looked at again.
-  const bool both = in_motion[objects[a].root] && in_motion[objects[b].root];
+  const bool both = in_motion[root_of(pair.a)] && in_motion[root_of(pair.b)];
   if (both || !entry.impact.is_far) pairs.push_back(entry);
 }
 
-void ContactWorld::State::stop_movers(const FramePair& pair) {
+void ContactWorld::State::stop_movers(const FramePair& pair, std::vector<FramePair>& among) {
   const double target = pair.rule.policy == ContactPolicy::hold ? 0.0 : pair.impact.lo;
   for (const SolidIndex solid : {pair.solids.a, pair.solids.b}) {
     const std::uint32_t root = root_of(solid);
-    if (!in_motion[root] || stops[root] <= target) continue;
+    if (!in_motion[root] || stops[root] < target) continue;
+    slides.note_stop(root, pair.rule, stops[root] == target && stops[root] < 1.0);
+    if (stops[root] == target) continue;
     stops[root] = target;
-    recheck(root);
+    recheck(root, among);
   }
 }
 
-void ContactWorld::State::recheck(std::uint32_t root) {
-  for (FramePair& pair : pairs) {
+void ContactWorld::State::recheck(std::uint32_t root, std::vector<FramePair>& among) {
+  for (FramePair& pair : among) {
     const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
     if (a != root && b != root) continue;
     const std::uint32_t other = a == root ? b : a;
-    if (in_motion[other])
+    if (in_motion[other]) {
       pair.impact = impact_of(pair);
-    else if (pair.impact.lo >= stops[root])
+      pair.is_settled = false;
+    } else if (pair.impact.lo >= stops[root]) {
       pair.impact.status = ImpactStatus::clear;  // the path now ends before
+    }
   }
 }
 
-void ContactWorld::State::resolve_stops() {
+void ContactWorld::State::resolve_stops(std::vector<FramePair>& among) {
   // Each round stops a mover or stops it earlier. The cap is a safeguard: then nothing moves, which is
   // allowed.
   const std::size_t most = 16 + 8 * layout.slots.size();
   for (std::size_t round = 0; round < most; ++round) {
     FramePair* first = nullptr;
-    for (FramePair& pair : pairs) {
+    for (FramePair& pair : among) {
       if (!pair.stops_movers() || pair.is_settled) continue;
       if (first == nullptr || pair.impact.lo < first->impact.lo) first = &pair;
     }
     if (first == nullptr) return;
     first->is_settled = true;
+    if (!first->has_blocked) first->blocked_at = first->impact.lo;
     first->has_blocked = true;
-    first->blocked_at = first->impact.lo;
-    stop_movers(*first);
+    stop_movers(*first, among);
   }
   std::fill(stops.begin(), stops.end(), 0.0);
 }
@@ -414,7 +381,7 @@ void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact
   }
 }
 
-void ContactWorld::State::report_pairs(FrameReport& report) {
+void ContactWorld::State::report_pairs() {
   contacts_before.swap(contacts);
   contacts.clear();
   auto before = contacts_before.begin();
@@ -429,8 +396,6 @@ void ContactWorld::State::report_pairs(FrameReport& report) {
     if (!pair.impact.is_far || was_in_contact || pair.has_blocked) report_pair(pair, was_in_contact);
   }
   end_those_before({std::numeric_limits<SolidIndex>::max(), 0});
-  for (const std::uint32_t slot : layout.slots)
-    if (objects[slot].root == slot && in_motion[slot] && stops[slot] < 1.0) ++report.blocked_movers;
 }
 
 const Pose& ContactWorld::actual_pose(ObjectHandle object) const {
@@ -448,5 +413,19 @@ std::span<const Pose> ContactWorld::solid_poses(ObjectHandle object) const {
 }
 
 double ContactWorld::gap() const { return state_->gap; }
+
+std::size_t ContactWorld::executed_parts() const { return state_->slides.part_count; }
+
+Pose ContactWorld::executed_pose(ObjectHandle object, std::size_t part, double s) const {
+  const std::uint32_t slot = state_->objects.slot_of(object), root = state_->objects[slot].root;
+  const ExecutedPart* last = nullptr;
+  for (const ExecutedPart& entry : state_->slides.parts) {
+    if (entry.root != root) continue;
+    if (entry.part > part) break;
+    last = &entry;
+  }
+  if (last == nullptr) return state_->objects[slot].X_WO;
+  return last->path.at(slot, last->part == part ? std::min(s, last->stop) : last->stop).X_WO;
+}
 
 }  // namespace touchstone

@@ -42,7 +42,8 @@ struct ObjectDescription {
 /// given, the last one first, then from the world's own.
 struct PairRule {
   ContactPolicy policy = ContactPolicy::hold;
-  double warn_distance = 0.0;  ///< `near` is reported within this [m]
+  double warn_distance = 0.0;     ///< `near` is reported within this [m]
+  bool translation_only = false;  ///< slide: whom this pair stops goes on without turning
 };
 
 /// Where one object is told to go in a frame.
@@ -78,7 +79,10 @@ struct FrameReport {
   std::uint32_t candidate_pairs = 0;
   std::uint64_t queries = 0;           ///< narrowphase calls
   std::uint32_t iteration_limits = 0;  ///< pairs stopped early for want of iterations
+  std::uint32_t slide_steps = 0;       ///< sub-steps of slides; at most kMostSlideSteps
 };
+
+inline constexpr std::uint32_t kMostSlideSteps = 16;
 
 class ContactWorld {
  public:
@@ -143,6 +147,11 @@ class ContactWorld {
   /// X_WS of the object's solids.
   std::span<const Pose> solid_poses(ObjectHandle object) const;
   double gap() const;
+
+  /// What the last frame executed: part 0 is the commanded paths up to where they were stopped, then come the
+  /// sub-steps of slides, each with an s of its own from 0 to 1.
+  std::size_t executed_parts() const;
+  Pose executed_pose(ObjectHandle object, std::size_t part, double s) const;
 
  private:
   struct State;
