@@ -8,8 +8,9 @@ namespace {
 
 /// A normal this close to a face's is the face's [rad].
 constexpr double kSameNormal = 1e-6;
-/// A plane that lets all but this share of a motion through lets it through: rounding of rows that hold.
-constexpr double kAll = 1.0 - 1e-6;
+/// A plane that a motion passes by less than this share of the gap lets it through: rounding of rows that
+/// hold.
+constexpr double kPassed = 1e-6;
 
 struct FacePlane {
   bool exists = false;
@@ -110,12 +111,12 @@ int rows_of_plane(const NearPair& pair, int plane, Rows& rows) {
 }
 
 /// What share of a twist the rows let through, to first order.
-double share_let_through(const Rows& rows, int count, const Twist& twist) {
+double share_let_through(const Rows& rows, int count, const Twist& twist, double gap) {
   double share = 1.0;
   for (int i = 0; i < count; ++i) {
     const double rate = dot(rows[i].n, twist.v + cross(twist.w, rows[i].r));
     const double slack = std::max(rows[i].slack, 0.0);
-    if (slack + rate < 0.0) share = std::min(share, slack / -rate);
+    if (slack + rate < -kPassed * gap) share = std::min(share, slack / -rate);
   }
   return share;
 }
@@ -135,11 +136,11 @@ bool choose_plane(NearPair& pair, const Twist& twist) {
   const int before = pair.plane;
   Rows rows;
   pair.plane = -1;
-  double most = share_let_through(rows, rows_of_points(pair, rows), twist);
-  for (int plane = 0; plane < 12 && most < kAll; ++plane) {
+  double most = share_let_through(rows, rows_of_points(pair, rows), twist, pair.gap);
+  for (int plane = 0; plane < 12 && most < 1.0; ++plane) {
     const int count = rows_of_plane(pair, plane, rows);
     if (count == 0) continue;
-    const double share = share_let_through(rows, count, twist);
+    const double share = share_let_through(rows, count, twist, pair.gap);
     if (share > most) most = share, pair.plane = plane;
   }
   return pair.plane != before;
