@@ -13,6 +13,8 @@ constexpr double kStopShare = 0.75;
 /// A pair in contact whose next step clears less than this share of what is left could not finish within
 /// kImpactIterations: it is blocked.
 constexpr double kStalled = 1.0 / kImpactIterations;
+/// Not in contact, other planes are looked for where the closest points' clears less than this share.
+constexpr double kShort = 4.0 * kStalled;
 /// Rounding of a separation and of the projections here, per metre of the largest coordinate (native's
 /// declared resolution): a motion along a face must not be stopped by it.
 constexpr double kRounding = 32 * 0x1p-53;
@@ -166,9 +168,17 @@ Direction edge_direction(const MovingSolid& a, const MovingSolid& b, double s, c
 /// with their bodies, and of the edges in contact, the one that lets most of the motion through.
 class WidestStretch {
  public:
+  /// @param from_afar the threshold of a pair that is not in contact; 0: it is.
   WidestStretch(const MovingSolid& a, const MovingSolid& b, double s, const GapRule& rule, double scale,
-                double longest, const Stretch& so_far)
-      : a_(a), b_(b), s_(s), rule_(rule), scale_(scale), longest_(longest), widest_(so_far) {}
+                double from_afar, double longest, const Stretch& so_far)
+      : a_(a),
+        b_(b),
+        s_(s),
+        rule_(rule),
+        scale_(scale),
+        from_afar_(from_afar),
+        longest_(longest),
+        widest_(so_far) {}
 
   Stretch find(const PairGeometry& geometry) {
     const bool steady = is_steady(a_, s_) && is_steady(b_, s_);
@@ -195,8 +205,9 @@ class WidestStretch {
     if (!may_be_fixed && along.is_fixed()) return true;
     along.longest = longest_;
     const double apart = separation_along(extent_along(a_, s_, along), extent_along(b_, s_, along));
-    if (apart < 0.5 * rule_.gap - kRounding * scale_) return false;
-    const double threshold = rule_.threshold(std::min(apart, rule_.gap), scale_);
+    if (apart < std::max(from_afar_, 0.5 * rule_.gap - kRounding * scale_)) return false;
+    const double threshold =
+        from_afar_ > 0.0 ? from_afar_ : rule_.threshold(std::min(apart, rule_.gap), scale_);
     const Stretch other = clear_stretch(a_, b_, s_, along, threshold, longest_);
     if (other.length > widest_.length) widest_ = other;
     return true;
@@ -206,7 +217,7 @@ class WidestStretch {
   const MovingSolid& b_;
   double s_;
   const GapRule& rule_;
-  double scale_, longest_;
+  double scale_, from_afar_, longest_;
   Stretch widest_;
 };
 
@@ -274,9 +285,12 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
     }
     const double end = next_break(a, b, s);
     Stretch stretch = clear_stretch(a, b, s, {impact.geometry.n_AB_W}, threshold, end - s);
-    if (separation <= rule.gap && separation > 0.0 && !stretch.at_end)
-      stretch =
-          WidestStretch(a, b, s, rule, scale_of(a, X_WA, b, X_WB), end - s, stretch).find(impact.geometry);
+    const bool in_contact = separation <= rule.gap;
+    if (separation > 0.0 && !stretch.at_end && (in_contact || stretch.length < kShort * (end - s))) {
+      const double scale = scale_of(a, X_WA, b, X_WB);
+      stretch = WidestStretch(a, b, s, rule, scale, in_contact ? 0.0 : threshold, end - s, stretch)
+                    .find(impact.geometry);
+    }
     if (stretch.at_end && end == 1.0 && separation > interest && stretch.least_at_end > interest) {
       impact.is_far = true;
       impact.lo = 1.0;
@@ -284,7 +298,7 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
     }
     const double next = stretch.at_end ? end : s + stretch.length;
     const bool stopped = stretch.length < kStalled * (end - s);
-    if (separation <= rule.gap && !stretch.at_end && stopped) {
+    if (in_contact && !stretch.at_end && stopped) {
       impact.status = ImpactStatus::blocked;
       impact.hi = next;
       return impact;

@@ -12,10 +12,18 @@
 namespace touchstone {
 namespace {
 
-/// A sub-step that brings no slider closer to its goal by this share of its distance is the last.
-constexpr double kLeastGain = 0x1p-20;
+/// A sub-step that brings no slider closer to its goal by this share of its distance at first is the last.
+constexpr double kLeastGain = 0x1p-10;
+/// What is planned is executed where it gains this share.
+constexpr double kWorthwhile = 0x1p-30;
+/// Of the room between two sliders neither gets less than this share, whatever they are told to do.
+constexpr double kLeastShare = 0.125;
 constexpr int kPlaneRounds = 3;
-constexpr int kHalvings = 8;
+/// The square of the distance along a twist is a parabola but for terms of third order in its turn: it falls
+/// throughout where it still falls from here to the end.
+constexpr double kNearEnd = 0.875;
+constexpr int kShortenings = 16;
+constexpr double kShorter = 0.75;
 /// Rounding of distances and of poses.
 constexpr double kUp = 1.0 + 0x1p-20;
 
@@ -32,6 +40,19 @@ double distance_to_goal(const Pose& X_WR, const Slider& slider) {
 
 /// No turn of the slider is longer than this for each metre of distance in the metric [rad/m].
 double turn_rate(const Slider& slider) { return 1.0 / std::sqrt(least_inertia(slider.metric.J)); }
+
+/// How fast a slider would come along n if it went straight to its goal.
+double rate_along(const Vector3& n, const Vector3& p_W, const Pose& X_WR, const Slider& slider) {
+  const Twist way = twist_to(X_WR, slider);
+  return dot(n, way.v + cross(way.w, p_W - transform(X_WR, slider.metric.centre)));
+}
+
+/// What a slider gets of the room between it and another one: by how fast each would come.
+double share_of(double own_rate, double other_rate) {
+  const double own = std::max(own_rate, 0.0), other = std::max(other_rate, 0.0);
+  if (own == other) return 0.5;
+  return std::clamp(own / (own + other), kLeastShare, 1.0 - kLeastShare);
+}
 
 bool turns_too_far(const CarriedPath& path, double stop) {
   return (1.0 - stop) * norm(path.carrier().at(0, 0.0).angular_velocity_W) > std::numbers::pi;
@@ -72,7 +93,7 @@ void ContactWorld::State::slide(FrameReport& report) {
   if (!begin_slides()) return;
   find_slide_pairs();
   for (std::uint32_t step = 1; step <= kMostSlideSteps; ++step) {
-    if (!plan_slides()) break;
+    if (!plan_slides(report)) break;
     resolve_stops(slides.pairs);
     execute();
     record_parts(step);
@@ -166,13 +187,10 @@ void ContactWorld::State::add_near_pair(const Slider& slider, const FramePair& p
   NearPair near;
   near.centre_W = transform(objects[slider.root].X_WO, slider.metric.centre);
   near.reach = reach_of(slider, mover);
-  near.share = 1.0;
-  double both = near.reach;
-  for (const Slider& other : slides.sliders) {
-    if (other.root != root_of(obstacle) || other.done) continue;
-    near.share = 0.5;
-    both += reach_of(other, obstacle);
-  }
+  const Slider* other = nullptr;
+  for (const Slider& candidate : slides.sliders)
+    if (candidate.root == root_of(obstacle) && !candidate.done) other = &candidate;
+  const double both = near.reach + (other != nullptr ? reach_of(*other, obstacle) : 0.0);
   query->set_pair(pair.solids);
   PairGeometry geometry{};
   const PairStatus status =
@@ -189,6 +207,10 @@ void ContactWorld::State::add_near_pair(const Slider& slider, const FramePair& p
   near.point_count = geometry.point_count;
   if (!is_b)
     for (int i = 0; i < near.point_count; ++i) std::swap(near.points[i].p_A_W, near.points[i].p_B_W);
+  near.share = 1.0;
+  if (other != nullptr)
+    near.share = share_of(-rate_along(near.n, near.points[0].p_B_W, objects[slider.root].X_WO, slider),
+                          rate_along(near.n, near.points[0].p_A_W, objects[other->root].X_WO, *other));
   classify(near);
   slides.near.push_back(near);
 }
@@ -228,15 +250,16 @@ RigidPath ContactWorld::State::plan_of(Slider& slider) {
     pair.has_blocked = true;
   }
   Twist step = plan.twist;
-  for (int i = 0; i < kHalvings; ++i, step = 0.5 * step) {
+  for (int i = 0; i < kShortenings; ++i, step = kShorter * step) {
     const RigidPath path = RigidPath::by(X_WR, step.v, step.w, slider.metric.centre);
-    const double gain = slider.distance - distance_to_goal(path.to(), slider);
-    if (gain >= kLeastGain * slider.start_distance && gain > 0.0) return path;
+    const double end = distance_to_goal(path.to(), slider), gain = slider.distance - end;
+    if (!(gain >= kWorthwhile * slider.start_distance && gain > 0.0)) continue;
+    if (end <= distance_to_goal(path.pose_at(kNearEnd), slider)) return path;
   }
   return RigidPath(X_WR);
 }
 
-bool ContactWorld::State::plan_slides() {
+bool ContactWorld::State::plan_slides(FrameReport& report) {
   for (Slider& slider : slides.sliders) {
     if (slider.done) continue;
     paths[slider.root] = CarriedPath(plan_of(slider), objects.poses_in_root());
@@ -251,7 +274,9 @@ bool ContactWorld::State::plan_slides() {
   for (FramePair& pair : slides.pairs) {
     pair.is_settled = false;
     pair.impact.status = ImpactStatus::clear;
-    if (in_motion[root_of(pair.solids.a)] || in_motion[root_of(pair.solids.b)]) pair.impact = impact_of(pair);
+    if (!in_motion[root_of(pair.solids.a)] && !in_motion[root_of(pair.solids.b)]) continue;
+    pair.impact = impact_of(pair);
+    if (pair.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
   }
   return true;
 }

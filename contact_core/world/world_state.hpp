@@ -69,7 +69,7 @@ struct ContactWorld::State {
   bool begin_slides();
   MassMetric metric_of_mover(std::uint32_t root) const;
   void find_slide_pairs();
-  bool plan_slides();
+  bool plan_slides(FrameReport& report);
   RigidPath plan_of(Slider& slider);
   void add_near_pair(const Slider& slider, const FramePair& pair, std::uint32_t source);
   bool finish_step();

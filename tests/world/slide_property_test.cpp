@@ -1,0 +1,160 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iostream>
+#include <random>
+
+#include "contact_core/motion/mass_metric.hpp"
+#include "contact_core/native/native.hpp"
+#include "world_fixture.hpp"
+#ifdef TOUCHSTONE_HAS_EXACT
+#include "adapters/exact/exact.hpp"
+#endif
+
+namespace touchstone {
+namespace {
+
+#ifdef TOUCHSTONE_HAS_EXACT
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  double uniform(double low, double high) {
+    return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
+  }
+  Vector3 vector(double size) {
+    const double x = uniform(-size, size), y = uniform(-size, size), z = uniform(-size, size);
+    return {x, y, z};
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+/// A box whose upper corners are drawn in: a frustum, or a wedge.
+Hexahedron random_solid(Random& random, double thin) {
+  const Vector3 half(random.uniform(0.2, 0.7), random.uniform(0.2, 0.7), random.uniform(0.2, 0.7) * thin);
+  const double x = random.uniform(0, 1) < 0.5 ? 1.0 : random.uniform(0.2, 1.0);
+  const double y = random.uniform(0, 1) < 0.5 ? 1.0 : random.uniform(0.2, 1.0);
+  if (x == 1.0 && y == 1.0) return Hexahedron::from_size(2.0 * half);
+  std::array<Vector3, 8> v;
+  for (int i = 0; i < 8; ++i) {
+    const bool up = i & 1;
+    v[i] = {(i & 4 ? 1 : -1) * half.x() * (up ? x : 1.0), (i & 2 ? 1 : -1) * half.y() * (up ? y : 1.0),
+            (up ? 1 : -1) * half.z()};
+  }
+  return Hexahedron::from_vertices(v, WarpPolicy::accept);
+}
+
+/// Five solids in a trough of three slabs, told to crowd together and turn.
+struct Crowd {
+  static constexpr int kMovers = 5, kSolids = 8;
+  std::unique_ptr<ContactWorld> world = make_world();
+  std::vector<Hexahedron> solids;
+  std::vector<ObjectHandle> objects;
+  std::vector<MassMetric> metrics;
+  std::unique_ptr<Narrowphase> exact;
+  std::unique_ptr<Narrowphase::Workspace> workspace;
+
+  Crowd(Random& random, double thin, ContactPolicy policy) {
+    BackendRegistry registry;
+    register_exact(registry);
+    exact = registry.make_narrowphase("exact");
+    world->set_default_rule(rule(policy));
+    for (int i = 0; i < kMovers; ++i)
+      add(random_solid(random, thin), at(2.6 * (i - 2), random.uniform(-0.3, 0.3), 0.3), false);
+    add(Hexahedron::from_size({30, 30, 1}), at(0, 0, -2), true);
+    add(Hexahedron::from_size({30, 1, 6}), at(0, 2, 0), true);
+    add(Hexahedron::from_size({30, 1, 6}), at(0, -2, 0), true);
+    exact->build(solids);
+    workspace = exact->make_workspace();
+  }
+  void add(const Hexahedron& solid, const Pose& X, bool is_static) {
+    const std::string name = "solid " + std::to_string(solids.size());
+    objects.push_back(world->add(
+        {std::make_shared<HexahedronTree>(std::vector<PlacedHexahedron>{{"solid", solid, Pose{}}}, name), X,
+         is_static}));
+    solids.push_back(solid);
+    metrics.push_back(mass_metric(mass_moments(solid)));
+  }
+  /// Asks `exact` about all pairs whose spheres meet; the least separation, or nothing where two overlap.
+  double least_separation(const std::array<Pose, kSolids>& poses, QueryKind kind) {
+    double least = 1.0;
+    for (SolidIndex a = 0; a < kMovers; ++a) {
+      for (SolidIndex b = a + 1; b < kSolids; ++b) {
+        const Sphere &of_a = solids[a].bounding_sphere(), &of_b = solids[b].bounding_sphere();
+        if (norm(transform(poses[a], of_a.centre) - transform(poses[b], of_b.centre)) >
+            of_a.radius + of_b.radius)
+          continue;
+        const SolidPair pair{a, b};
+        PairStatus status{};
+        PairGeometry geometry{};
+        Query query;
+        query.kind = kind;
+        exact->evaluate({{&pair, 1}, poses, query}, {{&status, 1}, {&geometry, 1}, {}}, *workspace);
+        if (status != PairStatus::separated) return -1.0;
+        if (kind != QueryKind::overlap) least = std::min(least, geometry.separation);
+      }
+    }
+    return least;
+  }
+  double distance(int i, const Pose& X, const Pose& goal) const {
+    const Twist left{transform(goal, metrics[i].centre) - transform(X, metrics[i].centre),
+                     RigidPath::between(X, goal).at(0, 0).angular_velocity_W};
+    return std::sqrt(inner_product(rotated(X.R, metrics[i].J), left, left));
+  }
+};
+
+TEST(SlideProperty, NothingExecutedOverlapsAndNoDistanceGrows) {
+  Random random(11);
+  std::vector<std::uint32_t> steps;
+  std::uint32_t limits = 0;
+  double least = 1.0, growth = 0.0;
+  for (int run = 0; run < 20; ++run) {
+    Crowd crowd(random, run % 3 == 0 ? 0.05 : 1.0, ContactPolicy::slide);
+    const double pace = run % 2 ? 0.5 : 0.05;
+    for (int frame = 0; frame < 30; ++frame) {
+      std::vector<MotionCommand> commands;
+      for (int i = 0; i < Crowd::kMovers; ++i) {
+        const Vector3 home = -crowd.world->actual_pose(crowd.objects[i]).p;
+        const Vector3 by = 0.4 * pace * (home + Vector3(0, 0, -1)) + random.vector(pace);
+        commands.push_back(crowd.world->move_by(crowd.objects[i], by, random.vector(1.5 * pace)));
+      }
+      const FrameReport report = crowd.world->frame(commands);
+      if (report.slide_steps > 0) steps.push_back(report.slide_steps);
+      limits += report.iteration_limits;
+      std::array<double, Crowd::kMovers> before;
+      before.fill(std::numeric_limits<double>::infinity());
+      for (std::size_t part = 0; part < crowd.world->executed_parts(); ++part) {
+        for (int k = 0; k <= 6; ++k) {
+          std::array<Pose, Crowd::kSolids> poses;
+          for (int i = 0; i < Crowd::kSolids; ++i)
+            poses[i] = crowd.world->executed_pose(crowd.objects[i], part, k / 6.0);
+          const bool last = k == 6;
+          const double now = crowd.least_separation(poses, last ? QueryKind::distance : QueryKind::overlap);
+          ASSERT_GT(now, 0.0) << "run " << run << " frame " << frame << " part " << part << " sample " << k;
+          if (last) least = std::min(least, now);
+          for (int i = 0; i < Crowd::kMovers && part > 0; ++i) {
+            const double distance = crowd.distance(i, poses[i], commands[i].path.to());
+            growth = std::max(growth, distance - before[i]);
+            before[i] = distance;
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GE(least, 0.5 * kGap * (1 - 1e-4));
+  EXPECT_LE(growth, 1e-14);
+  std::sort(steps.begin(), steps.end());
+  std::cout << steps.size() << " frames slid, sub-steps: median " << steps[steps.size() / 2] << ", 90 % "
+            << steps[steps.size() * 9 / 10] << ", worst " << steps.back() << "; " << limits
+            << " iteration limits; least separation " << least / kGap << " g; growth " << growth << " m\n";
+  EXPECT_GT(steps.size(), 300u);
+}
+
+#endif
+
+}  // namespace
+}  // namespace touchstone
