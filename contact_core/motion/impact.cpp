@@ -13,8 +13,10 @@ constexpr double kStopShare = 0.75;
 /// A pair in contact whose next step clears less than this share of what is left could not finish within
 /// kImpactIterations: it is blocked.
 constexpr double kStalled = 1.0 / kImpactIterations;
-/// Not in contact, other planes are looked for where the closest points' clears less than this share.
+/// Not in contact, other planes are looked for where the closest points' clears less than this share, or
+/// after so many queries.
 constexpr double kShort = 4.0 * kStalled;
+constexpr int kManyQueries = 12;
 /// Rounding of a separation and of the projections here, per metre of the largest coordinate (native's
 /// declared resolution): a motion along a face must not be stopped by it.
 constexpr double kRounding = 32 * 0x1p-53;
@@ -286,7 +288,8 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
     const double end = next_break(a, b, s);
     Stretch stretch = clear_stretch(a, b, s, {impact.geometry.n_AB_W}, threshold, end - s);
     const bool in_contact = separation <= rule.gap;
-    if (separation > 0.0 && !stretch.at_end && (in_contact || stretch.length < kShort * (end - s))) {
+    const bool is_slow = stretch.length < kShort * (end - s) || impact.queries > kManyQueries;
+    if (separation > 0.0 && !stretch.at_end && (in_contact || is_slow)) {
       const double scale = scale_of(a, X_WA, b, X_WB);
       stretch = WidestStretch(a, b, s, rule, scale, in_contact ? 0.0 : threshold, end - s, stretch)
                     .find(impact.geometry);

@@ -11,8 +11,10 @@ using Row6 = std::array<double, kTwistSize>;
 
 /// Rows closer than this to the span of others [rad] count as in it.
 constexpr double kDependent = 0x1p-30;
-/// A row is fulfilled to so many times the length of the twist.
+/// A row is fulfilled to so many times the length of the goal twist; one that contradicts those that hold by
+/// less than the second does so by their rounding, where they are nearly dependent.
 constexpr double kFulfilled = 0x1p-50;
+constexpr double kNearlyFulfilled = 0x1p-36;
 constexpr int kIterations = 256;
 /// Longer turns are taken in several sub-steps [rad].
 constexpr double kLongestTurn = 0.25;
@@ -80,6 +82,7 @@ struct Rows {
   int count = 0;
   std::array<Row6, kMostSlideRows> g;
   std::array<double, kMostSlideRows> slack;
+  std::array<bool, kMostSlideRows> is_left_out{};
 };
 
 /// The active rows' span as an orthonormal basis Q with g = Q R (Gram, Schmidt, each row twice).
@@ -110,6 +113,16 @@ struct Span {
     for (int i = 0; i < kTwistSize; ++i) q[rank][i] = rest[i] / length;
     ++rank;
   }
+  /// R^T y = left: the coefficients on Q of the step that changes what the rows have left by so much.
+  std::array<double, kTwistSize> solve_transposed(const std::array<double, kTwistSize>& left) const {
+    std::array<double, kTwistSize> y{};
+    for (int j = 0; j < rank; ++j) {
+      double rest = left[j];
+      for (int k = 0; k < j; ++k) rest -= R[k][j] * y[k];
+      y[j] = rest / R[j][j];
+    }
+    return y;
+  }
   /// R y = coefficient.
   std::array<double, kTwistSize> solve(const std::array<double, kTwistSize>& coefficient) const {
     std::array<double, kTwistSize> y{};
@@ -136,10 +149,25 @@ struct DualState {
   }
 };
 
+/// Takes the rounding of many steps out: what active rows have left becomes 0 again.
+void settle(const Rows& rows, DualState& s) {
+  Span span;
+  std::array<double, kTwistSize> left{};
+  for (int k = 0; k < s.active.count; ++k) {
+    const Row6& g = rows.g[s.active.row[k]];
+    span.add(g);
+    left[k] = dot6(g, s.x) + rows.slack[s.active.row[k]];
+  }
+  const auto step = span.solve_transposed(left);
+  for (int k = 0; k < span.rank; ++k)
+    for (int i = 0; i < kTwistSize; ++i) s.x[i] -= step[k] * span.q[k][i];
+}
+
 int most_violated(const Rows& rows, const Row6& x, double tolerance) {
   int worst = -1;
   double least = -tolerance;
   for (int i = 0; i < rows.count; ++i) {
+    if (rows.is_left_out[i]) continue;
     const double left = dot6(rows.g[i], x) + rows.slack[i];
     if (left < least) least = left, worst = i;
   }
@@ -172,6 +200,7 @@ bool take_in(const Rows& rows, int p, DualState& s, int& iterations) {
     if (whole <= longest) {
       s.active.row[s.active.count] = p;
       s.multiplier[s.active.count++] = own;
+      settle(rows, s);
       return true;
     }
     s.drop(blocking);
@@ -179,12 +208,14 @@ bool take_in(const Rows& rows, int p, DualState& s, int& iterations) {
   return false;
 }
 
-bool closest_point(const Rows& rows, DualState& s) {
-  const double tolerance = kFulfilled * std::sqrt(dot6(s.x, s.x));
+bool closest_point(Rows& rows, DualState& s) {
+  const double length = std::sqrt(dot6(s.x, s.x));
   for (int iterations = 0; iterations < kIterations; ++iterations) {
-    const int p = most_violated(rows, s.x, tolerance);
+    const int p = most_violated(rows, s.x, kFulfilled * length);
     if (p < 0) return true;
-    if (!take_in(rows, p, s, iterations)) return false;
+    if (take_in(rows, p, s, iterations)) continue;
+    if (dot6(rows.g[p], s.x) + rows.slack[p] < -kNearlyFulfilled * length) return false;
+    rows.is_left_out[p] = true;
   }
   return false;
 }

@@ -64,10 +64,10 @@ struct Crowd {
     exact = registry.make_narrowphase("exact");
     world->set_default_rule(rule(policy));
     for (int i = 0; i < kMovers; ++i)
-      add(random_solid(random, thin), at(2.6 * (i - 2), random.uniform(-0.3, 0.3), 0.3), false);
-    add(Hexahedron::from_size({30, 30, 1}), at(0, 0, -2), true);
-    add(Hexahedron::from_size({30, 1, 6}), at(0, 2, 0), true);
-    add(Hexahedron::from_size({30, 1, 6}), at(0, -2, 0), true);
+      add(random_solid(random, thin), at(1.45 * (i - 2), random.uniform(-0.3, 0.3), 0.05), false);
+    add(Hexahedron::from_size({30, 30, 1}), at(0, 0, -1.2), true);
+    add(Hexahedron::from_size({30, 1, 6}), at(0, 1.6, 0), true);
+    add(Hexahedron::from_size({30, 1, 6}), at(0, -1.6, 0), true);
     exact->build(solids);
     workspace = exact->make_workspace();
   }
@@ -107,52 +107,74 @@ struct Crowd {
   }
 };
 
-TEST(SlideProperty, NothingExecutedOverlapsAndNoDistanceGrows) {
-  Random random(11);
+struct Figures {
   std::vector<std::uint32_t> steps;
   std::uint32_t limits = 0;
+  std::uint64_t queries = 0;
   double least = 1.0, growth = 0.0;
-  for (int run = 0; run < 20; ++run) {
-    Crowd crowd(random, run % 3 == 0 ? 0.05 : 1.0, ContactPolicy::slide);
-    const double pace = run % 2 ? 0.5 : 0.05;
-    for (int frame = 0; frame < 30; ++frame) {
-      std::vector<MotionCommand> commands;
-      for (int i = 0; i < Crowd::kMovers; ++i) {
-        const Vector3 home = -crowd.world->actual_pose(crowd.objects[i]).p;
-        const Vector3 by = 0.4 * pace * (home + Vector3(0, 0, -1)) + random.vector(pace);
-        commands.push_back(crowd.world->move_by(crowd.objects[i], by, random.vector(1.5 * pace)));
-      }
-      const FrameReport report = crowd.world->frame(commands);
-      if (report.slide_steps > 0) steps.push_back(report.slide_steps);
-      limits += report.iteration_limits;
-      std::array<double, Crowd::kMovers> before;
-      before.fill(std::numeric_limits<double>::infinity());
-      for (std::size_t part = 0; part < crowd.world->executed_parts(); ++part) {
-        for (int k = 0; k <= 6; ++k) {
-          std::array<Pose, Crowd::kSolids> poses;
-          for (int i = 0; i < Crowd::kSolids; ++i)
-            poses[i] = crowd.world->executed_pose(crowd.objects[i], part, k / 6.0);
-          const bool last = k == 6;
-          const double now = crowd.least_separation(poses, last ? QueryKind::distance : QueryKind::overlap);
-          ASSERT_GT(now, 0.0) << "run " << run << " frame " << frame << " part " << part << " sample " << k;
-          if (last) least = std::min(least, now);
-          for (int i = 0; i < Crowd::kMovers && part > 0; ++i) {
-            const double distance = crowd.distance(i, poses[i], commands[i].path.to());
-            growth = std::max(growth, distance - before[i]);
-            before[i] = distance;
-          }
-        }
+};
+
+/// All movers are told to go to the middle and down, and any way else, by about `pace` [m, rad].
+void crowd_together(Crowd& crowd, Random& random, double pace, Figures& figures) {
+  std::vector<MotionCommand> commands;
+  for (int i = 0; i < Crowd::kMovers; ++i) {
+    const Vector3 home = -crowd.world->actual_pose(crowd.objects[i]).p;
+    const Vector3 by = 0.4 * pace * (home + Vector3(0, 0, -1)) + random.vector(pace);
+    commands.push_back(crowd.world->move_by(crowd.objects[i], by, random.vector(1.5 * pace)));
+  }
+  const FrameReport report = crowd.world->frame(commands);
+  if (report.slide_steps > 0) figures.steps.push_back(report.slide_steps);
+  figures.limits += report.iteration_limits;
+  figures.queries = std::max(figures.queries, report.queries);
+  std::array<double, Crowd::kMovers> before;
+  before.fill(std::numeric_limits<double>::infinity());
+  for (std::size_t part = 0; part < crowd.world->executed_parts(); ++part) {
+    for (int k = 0; k <= 4; ++k) {
+      std::array<Pose, Crowd::kSolids> poses;
+      for (int i = 0; i < Crowd::kSolids; ++i)
+        poses[i] = crowd.world->executed_pose(crowd.objects[i], part, k / 4.0);
+      const bool last = k == 4;
+      const double now = crowd.least_separation(poses, last ? QueryKind::distance : QueryKind::overlap);
+      ASSERT_GT(now, 0.0) << "part " << part << " sample " << k;
+      if (last) figures.least = std::min(figures.least, now);
+      // The commanded path, part 0, moves the origin, which is not the centre of mass.
+      for (int i = 0; i < Crowd::kMovers && part > 0; ++i) {
+        const double distance = crowd.distance(i, poses[i], commands[i].path.to());
+        figures.growth = std::max(figures.growth, distance - before[i]);
+        before[i] = distance;
       }
     }
   }
-  EXPECT_GE(least, 0.5 * kGap * (1 - 1e-4));
-  EXPECT_LE(growth, 1e-14);
-  std::sort(steps.begin(), steps.end());
-  std::cout << steps.size() << " frames slid, sub-steps: median " << steps[steps.size() / 2] << ", 90 % "
-            << steps[steps.size() * 9 / 10] << ", worst " << steps.back() << "; " << limits
-            << " iteration limits; least separation " << least / kGap << " g; growth " << growth << " m\n";
-  EXPECT_GT(steps.size(), 300u);
 }
+
+class SlideProperty : public ::testing::TestWithParam<double> {};
+
+TEST_P(SlideProperty, NothingExecutedOverlapsAndNoDistanceGrows) {
+  Random random(11);
+  const double pace = GetParam();
+  Figures figures;
+  for (int run = 0; run < 6; ++run) {
+    Crowd crowd(random, run % 3 == 0 ? 0.05 : 1.0, ContactPolicy::slide);
+    for (int frame = 0; frame < 40; ++frame) {
+      crowd_together(crowd, random, pace, figures);
+      ASSERT_FALSE(HasFatalFailure()) << "run " << run << " frame " << frame;
+    }
+  }
+  // To the rounding that find_impact leaves: 32 u of the largest coordinate or size, here 45 m.
+  EXPECT_GE(figures.least, 0.5 * kGap - 32 * 0x1p-53 * 45);
+  EXPECT_LE(figures.growth, 1e-15);
+  EXPECT_EQ(figures.limits, 0u);
+  std::vector<std::uint32_t>& steps = figures.steps;
+  std::sort(steps.begin(), steps.end());
+  EXPECT_GT(steps.size(), 30u);
+  std::cout << "pace " << pace << ": " << steps.size() << " frames slid, sub-steps: median "
+            << steps[steps.size() / 2] << ", 90 % " << steps[steps.size() * 9 / 10] << ", worst "
+            << steps.back() << "; queries, worst " << figures.queries << "; " << figures.limits
+            << " iteration limits; least separation " << figures.least / kGap << " g; growth "
+            << figures.growth << " m\n";
+}
+
+INSTANTIATE_TEST_SUITE_P(Paces, SlideProperty, ::testing::Values(0.01, 0.05, 0.5));
 
 #endif
 

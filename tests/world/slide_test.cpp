@@ -204,6 +204,88 @@ TEST(Slide, InASlot) {
   steps.print("slot");
 }
 
+// Between two walls that leave no more than gaps: room for nothing but to go along.
+TEST(Slide, InASlotOfTwoGaps) {
+  for (const double each : {0.55, 0.7, 0.9, 1.2}) {
+    const auto world = make_world();
+    world->set_default_rule(slide_rule());
+    world->add({box_tree("left", {4, 0.125, 1}), at(0, 0.25 + 0.0625 + each * kGap, 0), true});
+    world->add({box_tree("right", {4, 0.125, 1}), at(0, -0.25 - 0.0625 - each * kGap, 0), true});
+    const ObjectHandle box = world->add({box_tree("box", {0.5, 0.5, 0.25}), at(-1, 0, 0)});
+    Steps steps;
+    for (int i = 0; i < 100; ++i)
+      steps.add(world->frame(std::array{world->move_by(box, {0.02, 0.01, 0.001}, {0.003, 0.002, 0.01})}));
+    const Pose X = world->actual_pose(box);
+    EXPECT_NEAR(X.p.x(), 1.0, 1e-6) << each;
+    EXPECT_NEAR(X.p.z(), 0.1, 1e-6) << each;
+    EXPECT_LE(std::abs(X.p.y()), (each - 0.5) * kGap + 1e-15);
+    EXPECT_GT(std::asin(X.R(0, 2)), 0.15) << "the turn about the walls' normal is free";
+    steps.print("slot of gaps");
+  }
+}
+
+// A row of boxes pressed together and on the floor, all told to go: the one in front holds the others, none
+// pushes another.
+TEST(Slide, MoversDoNotPushEachOther) {
+  const auto world = make_world();
+  world->set_default_rule(slide_rule());
+  world->add({box_tree("floor", {20, 20, 1}), at(0, 0, -0.5), true});
+  const ObjectHandle slow = world->add({box_tree("slow", {1, 1, 1}), at(1.2, 0, 0.6)});
+  const ObjectHandle fast = world->add({box_tree("fast", {1, 1, 1}), at(0, 0, 0.6)});
+  for (int i = 0; i < 50; ++i) {
+    const Pose before = world->actual_pose(slow);
+    world->frame(std::array{world->move_by(fast, {0.05, 0, -0.02}, {0, 0, 0}),
+                            world->move_by(slow, {0.01, 0.002, -0.02}, {0, 0, 0})});
+    ASSERT_NEAR(world->actual_pose(slow).p.x() - before.p.x(), 0.01, 1e-9) << i;
+  }
+  EXPECT_NEAR(world->actual_pose(fast).p.x(), world->actual_pose(slow).p.x() - 1, 1e-3);
+}
+
+// What is carried slides for its carrier: the metric is that of the two together.
+TEST(Slide, LatchedObjectSlidesForItsCarrier) {
+  CornerRoom room;
+  const ObjectHandle arm = room.world->add({box_tree("arm", {0.1, 0.1, 1}), at(0.3, -0.2, 1.8)});
+  room.world->latch(arm, room.box);
+  for (int i = 0; i < 150; ++i)
+    room.world->frame(std::array{room.world->move_by(arm, {0.03, 0.02, -0.02}, {0, 0, 0})});
+  const Vector3 p = room.world->actual_pose(room.box).p;
+  EXPECT_NEAR(p.x(), 2 - 0.3, 2 * kGap);
+  EXPECT_NEAR(p.y(), 2 - 0.25, 2 * kGap);
+  EXPECT_NEAR(p.z(), 0.2, 2 * kGap);
+}
+
+// A pair that only advances ends a slide, one that holds keeps its sub-step from being executed.
+TEST(Slide, OtherPoliciesEndIt) {
+  for (const ContactPolicy policy : {ContactPolicy::advance, ContactPolicy::hold, ContactPolicy::cue}) {
+    CornerRoom room;
+    room.world->set_pair_rule(room.box, room.world->find("east"), rule(policy));
+    // Down on the floor, then against the wall in one step.
+    room.world->frame(std::array{room.world->move_by(room.box, {0, 0, -1}, {0, 0, 0})});
+    room.world->frame(std::array{room.world->move_by(room.box, {2.5, 0.5, -0.1}, {0, 0, 0})});
+    const Vector3 p = room.world->actual_pose(room.box).p;
+    if (policy == ContactPolicy::advance) {
+      EXPECT_NEAR(p.x(), 2 - 0.3, 2 * kGap);
+      EXPECT_NEAR(p.y(), -0.2 + 0.5 * 1.4 / 2.5, 1e-8);
+    } else {
+      EXPECT_NEAR(p.x(), policy == ContactPolicy::hold ? 0.3 : 2.8, 1e-8);
+    }
+    EXPECT_NEAR(p.z(), 0.2, 2 * kGap);
+  }
+}
+
+TEST(Slide, ReportsWhatStopsItAndWhatItComesTo) {
+  CornerRoom room;
+  room.world->frame(std::array{room.world->move_by(room.box, {0, 0, -1}, {0, 0, 0})});
+  const FrameReport report =
+      room.world->frame(std::array{room.world->move_by(room.box, {2.5, 0.1, -0.1}, {0, 0, 0})});
+  std::vector<std::string> seen;
+  for (const ContactEvent& event : report.events)
+    seen.push_back(std::string(to_string(event.kind)) + " " + std::string(room.world->name_of(event.a)));
+  EXPECT_THAT(
+      seen, ::testing::UnorderedElementsAre("blocked floor", "persists floor", "blocked east", "began east"));
+  EXPECT_EQ(report.blocked_movers, 1u);
+}
+
 // A box lying on the floor, turned about a horizontal axis: it rolls over its edge, pivoting as it goes.
 TEST(Slide, RollsOnItsEdge) {
   for (const double turn : {1e-3, 1e-2}) {
