@@ -159,8 +159,12 @@ Direction edge_direction(const MovingSolid& a, const MovingSolid& b, double s, c
   const Vector3 rate =
       (cross(cross(on_a.angular_velocity_W, e), f) + cross(e, cross(on_b.angular_velocity_W, f))) / across;
   along.turn = cross(n, rate);
-  along.centre = geometry.p_A_W;
-  along.velocity = on_a.velocity_W + cross(on_a.angular_velocity_W, geometry.p_A_W - on_a.centre_W);
+  // Midway, so that (b, a) gives the same.
+  along.centre = 0.5 * (geometry.p_A_W + geometry.p_B_W);
+  const auto velocity_on = [&](const BodyState& state) {
+    return Vector3(state.velocity_W + cross(state.angular_velocity_W, along.centre - state.centre_W));
+  };
+  along.velocity = 0.5 * (velocity_on(on_a) + velocity_on(on_b));
   return along;
 }
 
