@@ -129,6 +129,7 @@ void ContactWorld::prepare() {
   s.paths.assign(slots, CarriedPath(RigidPath(), s.objects.poses_in_root()));
   s.stops.assign(slots, 1.0);
   s.in_motion.assign(slots, 0);
+  s.is_restopped.assign(slots, 0);
   s.from.resize(solids), s.to.resize(solids), s.bulges.assign(solids, 0.0);
   s.moved.reserve(slots), s.moved_before.reserve(slots);
   s.pairs.reserve(64 + 16 * solids);
@@ -295,7 +296,7 @@ void ContactWorld::State::examine(const SolidPair& pair, FrameReport& report) {
   if (both || !entry.impact.is_far) pairs.push_back(entry);
 }
 
-void ContactWorld::State::stop_movers(const FramePair& pair, std::vector<FramePair>& among) {
+void ContactWorld::State::stop_movers(const FramePair& pair) {
   const double target = pair.rule.policy == ContactPolicy::hold ? 0.0 : pair.impact.lo;
   for (const SolidIndex solid : {pair.solids.a, pair.solids.b}) {
     const std::uint32_t root = root_of(solid);
@@ -303,7 +304,7 @@ void ContactWorld::State::stop_movers(const FramePair& pair, std::vector<FramePa
     slides.note_stop(root, pair.rule, stops[root] == target && stops[root] < 1.0);
     if (stops[root] == target) continue;
     stops[root] = target;
-    recheck(root, among);
+    is_restopped[root] = 1;
   }
 }
 
@@ -322,20 +323,27 @@ void ContactWorld::State::recheck(std::uint32_t root, std::vector<FramePair>& am
 }
 
 void ContactWorld::State::resolve_stops(std::vector<FramePair>& among) {
-  // Each round stops a mover or stops it earlier. The cap is a safeguard: then nothing moves, which is
-  // allowed.
+  // Each round takes the pairs with the least s, all of them (those already in contact at 0, say), stops
+  // their movers, and only then looks again at what these could meet: no order of pairs shows. The cap is a
+  // safeguard: then nothing moves, which is allowed.
   const std::size_t most = 16 + 8 * layout.slots.size();
   for (std::size_t round = 0; round < most; ++round) {
-    FramePair* first = nullptr;
+    const auto is_open = [](const FramePair& pair) { return pair.stops_movers() && !pair.is_settled; };
+    double least = std::numeric_limits<double>::infinity();
+    for (const FramePair& pair : among)
+      if (is_open(pair)) least = std::min(least, pair.impact.lo);
+    if (least == std::numeric_limits<double>::infinity()) return;
     for (FramePair& pair : among) {
-      if (!pair.stops_movers() || pair.is_settled) continue;
-      if (first == nullptr || pair.impact.lo < first->impact.lo) first = &pair;
+      if (!is_open(pair) || pair.impact.lo != least) continue;
+      pair.is_settled = true;
+      if (!pair.has_blocked) pair.blocked_at = least;
+      pair.has_blocked = true;
+      stop_movers(pair);
     }
-    if (first == nullptr) return;
-    first->is_settled = true;
-    if (!first->has_blocked) first->blocked_at = first->impact.lo;
-    first->has_blocked = true;
-    stop_movers(*first, among);
+    for (const std::uint32_t slot : layout.slots) {
+      if (is_restopped[slot]) recheck(slot, among);
+      is_restopped[slot] = 0;
+    }
   }
   std::fill(stops.begin(), stops.end(), 0.0);
 }

