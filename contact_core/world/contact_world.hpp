@@ -38,7 +38,13 @@ struct ObjectDescription {
   std::vector<std::string> groups = {};
 };
 
-/// A pair's rule. What is not set is inherited: from the rules of groups in the order in which they were
+/// A pair's rule. Policies are ContactPolicy's. A mover that a `slide` pair stopped goes on along it towards
+/// its commanded pose, in sub-steps of at most kMostSlideSteps, never further from that pose in its mass
+/// metric (motion/mass_metric.hpp) than it was; where more than half a turn is left of its path it stays, as
+/// with `advance`. Of two movers neither pushes the other away from its own goal. A slide ends at a pair that
+/// only advances; the sub-step that would meet one that holds is not executed.
+///
+/// What is not set is inherited: from the rules of groups in the order in which they were
 /// given, the last one first, then from the world's own.
 struct PairRule {
   ContactPolicy policy = ContactPolicy::hold;

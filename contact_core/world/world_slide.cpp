@@ -68,6 +68,8 @@ void ContactWorld::State::prepare_slides() {
   for (SolidIndex i = 0; i < solids; ++i)
     slides.moments.push_back(transform(layout.X_OS[i], mass_moments(layout.solids[i])));
   slides.sliders.reserve(slots);
+  slides.sliders.clear();
+  slides.slider_of.assign(slots, SlideState::kNone);
   slides.pairs.reserve(64 + 16 * solids);
   slides.by_root.reserve(128 + 32 * solids);
   slides.near.reserve(64 + 16 * solids);
@@ -104,52 +106,53 @@ void ContactWorld::State::slide(FrameReport& report) {
 }
 
 bool ContactWorld::State::begin_slides() {
+  for (const Slider& slider : slides.sliders) slides.slider_of[slider.root] = SlideState::kNone;
   slides.sliders.clear();
   for (const std::uint32_t slot : layout.slots) {
     if (objects[slot].root != slot || !in_motion[slot]) continue;
     const double stop = stops[slot];
     if (stop < 1.0 && slides.may_slide[slot] && !turns_too_far(paths[slot], stop)) {
-      Slider slider{slot, stop, paths[slot].carrier().to(), metric_of_mover(slot), 0.0, 0.0};
-      slider.start_distance = slider.distance = distance_to_goal(objects[slot].X_WO, slider);
-      slides.sliders.push_back(slider);
+      slides.slider_of[slot] = static_cast<std::uint32_t>(slides.sliders.size());
+      slides.sliders.push_back({slot, stop, paths[slot].carrier().to(), {}, {}, 0.0, 0.0});
     }
     rest(slot);
   }
-  return !slides.sliders.empty();
+  if (slides.sliders.empty()) return false;
+  weigh_sliders();
+  return true;
 }
 
-MassMetric ContactWorld::State::metric_of_mover(std::uint32_t root) const {
-  MassMoments sum;
+void ContactWorld::State::weigh_sliders() {
   for (std::uint32_t i = 0; i < layout.slots.size(); ++i) {
-    if (objects[layout.slots[i]].root != root) continue;
+    Slider* slider = slides.find(objects[layout.slots[i]].root);
+    if (slider == nullptr) continue;
     MassMoments own;
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
       own += slides.moments[solid];
-    sum += layout.slots[i] == root ? own : transform(objects.poses_in_root()[layout.slots[i]], own);
+    slider->moments +=
+        layout.slots[i] == slider->root ? own : transform(objects.poses_in_root()[layout.slots[i]], own);
   }
-  return mass_metric(sum);
+  for (Slider& slider : slides.sliders) {
+    slider.metric = mass_metric(slider.moments);
+    slider.start_distance = slider.distance = distance_to_goal(objects[slider.root].X_WO, slider);
+  }
 }
 
 void ContactWorld::State::find_slide_pairs() {
   // As the distance to the goal never grows, a slider stays within what it is now around its goal.
-  const auto for_solids = [&](auto&& act) {
-    for (const Slider& slider : slides.sliders)
-      for (std::uint32_t i = 0; i < layout.slots.size(); ++i)
-        if (objects[layout.slots[i]].root == slider.root)
-          for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
-            act(slider, layout.slots[i], solid);
-  };
-  for (const std::uint32_t i : moved)
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+  for (const std::uint32_t i : moved) {
+    const std::uint32_t slot = layout.slots[i];
+    const Slider* slider = slides.find(objects[slot].root);
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
       bulges[solid] = 0.0;
-  for_solids([&](const Slider& slider, std::uint32_t slot, SolidIndex solid) {
-    const Pose X_WO = compose(slider.goal, objects.poses_in_root()[slot]);
-    to[solid] = compose(X_WO, layout.X_OS[solid]);
-    const Vector3 centre_W = transform(to[solid], layout.solids[solid].bounding_sphere().centre);
-    const double radius = norm(centre_W - transform(slider.goal, slider.metric.centre));
-    const double turn = std::min(2.0, slider.distance * turn_rate(slider));
-    bulges[solid] = kUp * (slider.distance + turn * radius);
-  });
+      if (slider == nullptr) continue;
+      to[solid] = compose(compose(slider->goal, objects.poses_in_root()[slot]), layout.X_OS[solid]);
+      const Vector3 centre_W = transform(to[solid], layout.solids[solid].bounding_sphere().centre);
+      const double radius = norm(centre_W - transform(slider->goal, slider->metric.centre));
+      const double turn = std::min(2.0, slider->distance * turn_rate(*slider));
+      bulges[solid] = kUp * (slider->distance + turn * radius);
+    }
+  }
   broadphase->update_paths({to, to, bulges}, moved);
   slides.pairs.clear();
   slides.by_root.clear();
@@ -162,8 +165,7 @@ void ContactWorld::State::find_slide_pairs() {
       const auto index = static_cast<std::uint32_t>(slides.pairs.size());
       bool met = false;
       for (const SolidIndex solid : {block[i].a, block[i].b}) {
-        const auto is_it = [&](const Slider& slider) { return slider.root == root_of(solid); };
-        if (std::none_of(slides.sliders.begin(), slides.sliders.end(), is_it)) continue;
+        if (slides.find(root_of(solid)) == nullptr) continue;
         slides.by_root.emplace_back(root_of(solid), index);
         met = true;
       }
@@ -171,7 +173,9 @@ void ContactWorld::State::find_slide_pairs() {
     }
   }
   std::sort(slides.by_root.begin(), slides.by_root.end());
-  for_solids([&](const Slider&, std::uint32_t, SolidIndex solid) { to[solid] = from[solid]; });
+  for (const std::uint32_t i : moved)
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+      to[solid] = from[solid];
 }
 
 void ContactWorld::State::add_near_pair(const Slider& slider, const FramePair& pair, std::uint32_t source) {
@@ -187,9 +191,8 @@ void ContactWorld::State::add_near_pair(const Slider& slider, const FramePair& p
   NearPair near;
   near.centre_W = transform(objects[slider.root].X_WO, slider.metric.centre);
   near.reach = reach_of(slider, mover);
-  const Slider* other = nullptr;
-  for (const Slider& candidate : slides.sliders)
-    if (candidate.root == root_of(obstacle) && !candidate.done) other = &candidate;
+  const Slider* other = slides.find(root_of(obstacle));
+  if (other != nullptr && other->done) other = nullptr;
   const double both = near.reach + (other != nullptr ? reach_of(*other, obstacle) : 0.0);
   query->set_pair(pair.solids);
   PairGeometry geometry{};
@@ -301,9 +304,8 @@ void ContactWorld::State::merge_slide_pairs() {
     const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
     const auto place = std::lower_bound(pairs.begin(), end, met, by_solids);
     double stop = 1.0;
-    for (const Slider& slider : slides.sliders)
-      if (slider.root == root_of(met.solids.a) || slider.root == root_of(met.solids.b))
-        stop = std::min(stop, slider.stop);
+    for (const SolidIndex solid : {met.solids.a, met.solids.b})
+      if (const Slider* slider = slides.find(root_of(solid))) stop = std::min(stop, slider->stop);
     if (place != end && place->solids == met.solids) {
       place->impact.is_far = false;
       place->impact.lo = std::min(place->impact.lo, stop);

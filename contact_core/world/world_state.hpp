@@ -68,7 +68,7 @@ struct ContactWorld::State {
   void slide(FrameReport& report);
   void record_parts(std::uint32_t part);
   bool begin_slides();
-  MassMetric metric_of_mover(std::uint32_t root) const;
+  void weigh_sliders();
   void find_slide_pairs();
   bool plan_slides(FrameReport& report);
   RigidPath plan_of(Slider& slider);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "contact_core/motion/narrowphase_query.hpp"
 #include "contact_core/native/native.hpp"
@@ -166,6 +167,62 @@ TEST(Impact, FullTurnOfANeedleIsCaught) {
   expect_stop_in_gap(impact);
   EXPECT_LT(impact.lo, 0.25);
   EXPECT_LE(impact.queries, 40);
+}
+
+// A bar tips over the edge of a post, its face on the edge: the plane of contact is the bar's own and turns
+// with it; no plane fixed in the world holds for more than 1e-7 rad.
+TEST(Impact, TippingOverAnEdgeIsFollowed) {
+  Pair pair({2, 0.2, 0.1}, {0.2, 3, 1});
+  const double turn = 1e-3, above = 0.75 * kGap;
+  // About the post's edge, and up by the bend: 1 - cos, times the distance of the axis from the face.
+  const RigidPath tip =
+      RigidPath::by(at(0.1, 0, 0.5 + 0.05 + above), {0, 0, 0.06 * turn * turn}, {0, turn, 0});
+  const Impact impact = pair.find(tip, RigidPath());
+  EXPECT_EQ(impact.status, ImpactStatus::clear);
+  EXPECT_LE(impact.queries, 8);
+}
+
+// Whatever plane was used: nothing on the way is below half the gap. Two boxes that start close, edge over
+// edge or face over face, both sliding and turning.
+TEST(Impact, NothingOnTheWayIsBelowHalfTheGap) {
+  std::mt19937_64 engine(17);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(engine() >> 11) * 0x1p-53);
+  };
+  const auto vector = [&](double size) {
+    const double x = uniform(-size, size), y = uniform(-size, size);
+    return Vector3(x, y, uniform(-size, size));
+  };
+  int moved = 0;
+  for (int run = 0; run < 1500; ++run) {
+    Pair pair({uniform(0.2, 1), uniform(0.2, 1), uniform(0.02, 1)},
+              {uniform(0.2, 1), uniform(0.2, 1), uniform(0.02, 1)});
+    NarrowphaseQuery query(*pair.native, 2);
+    const Pose X_WB;
+    Vector3 towards = vector(1);
+    if (run % 3 == 0) towards = Vector3(0.1, 0.1, 1);
+    const Pose far = RigidPath::by(Pose{}, 3.0 * towards / norm(towards),
+                                   run % 3 == 0 ? Vector3(0, 0, uniform(0, 3)) : vector(2))
+                         .to();
+    // Up to contact first.
+    const RigidPath approach = RigidPath::by(far, -2 * far.p, {0, 0, 0});
+    const RigidPath rest(X_WB);
+    const Impact first = pair.find(approach, rest);
+    if (first.status != ImpactStatus::blocked) continue;
+    const double size = std::pow(10.0, uniform(-7, -1));
+    const Vector3 lift = -first.geometry.n_AB_W * uniform(0, 0.1) * size;
+    const RigidPath a = RigidPath::by(approach.pose_at(first.lo), vector(size) + lift, vector(size));
+    const RigidPath b = run % 2 ? RigidPath::by(X_WB, vector(size), vector(size)) : rest;
+    const Impact impact = pair.find(a, b);
+    ASSERT_NE(impact.status, ImpactStatus::failed);
+    moved += impact.lo > 0.01;
+    for (int k = 0; k <= 64; ++k) {
+      PairGeometry geometry{};
+      query.separation(a.pose_at(impact.lo * k / 64), b.pose_at(impact.lo * k / 64), geometry);
+      ASSERT_GE(geometry.separation, 0.5 * kGap - 32 * 0x1p-53 * 5) << "run " << run << " sample " << k;
+    }
+  }
+  EXPECT_GT(moved, 300);
 }
 
 }  // namespace
