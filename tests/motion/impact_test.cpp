@@ -182,8 +182,21 @@ TEST(Impact, TippingOverAnEdgeIsFollowed) {
   EXPECT_LE(impact.queries, 8);
 }
 
+// Two crossed edges, one above the other and turning along it: their plane turns with both.
+TEST(Impact, EdgeTurningOnAnEdgeIsFollowed) {
+  Pair pair({1, 0.2, 0.2}, {0.2, 1, 0.2});
+  const double turn = 1e-3, height = 0.1 * std::sqrt(2.0), above = 0.75 * kGap;
+  Pose upper = at(0, 0, 2 * height + above), lower;
+  upper.R = rotation_about(Vector3::UnitX(), 45 * kDegree);
+  lower.R = rotation_about(Vector3::UnitY(), 45 * kDegree);
+  const RigidPath turning = RigidPath::by(upper, {0, 0, height * turn * turn}, {0, turn, 0});
+  const Impact impact = pair.find(turning, RigidPath(lower));
+  EXPECT_EQ(impact.status, ImpactStatus::clear);
+  EXPECT_LE(impact.queries, 8);
+}
+
 // Whatever plane was used: nothing on the way is below half the gap. Two boxes that start close, edge over
-// edge or face over face, both sliding and turning.
+// edge or face over face, one or both sliding and turning.
 TEST(Impact, NothingOnTheWayIsBelowHalfTheGap) {
   std::mt19937_64 engine(17);
   const auto uniform = [&](double low, double high) {
@@ -209,10 +222,17 @@ TEST(Impact, NothingOnTheWayIsBelowHalfTheGap) {
     const RigidPath rest(X_WB);
     const Impact first = pair.find(approach, rest);
     if (first.status != ImpactStatus::blocked) continue;
+    // Along the contact to first order, then a bit away: what bends decides.
     const double size = std::pow(10.0, uniform(-7, -1));
-    const Vector3 lift = -first.geometry.n_AB_W * uniform(0, 0.1) * size;
-    const RigidPath a = RigidPath::by(approach.pose_at(first.lo), vector(size) + lift, vector(size));
-    const RigidPath b = run % 2 ? RigidPath::by(X_WB, vector(size), vector(size)) : rest;
+    const Pose X_WA = approach.pose_at(first.lo);
+    const Vector3 turn_a = vector(size), turn_b = run % 2 ? vector(size) : Vector3(0, 0, 0);
+    const Vector3 v_b = run % 2 ? vector(size) : Vector3(0, 0, 0), v_a = vector(size);
+    const Vector3& n = first.geometry.n_AB_W;
+    const Vector3 meeting = (v_a + cross(turn_a, first.geometry.p_A_W - X_WA.p)) -
+                            (v_b + cross(turn_b, first.geometry.p_A_W - X_WB.p));
+    const double away = uniform(0, 0.5) * size * size;
+    const RigidPath a = RigidPath::by(X_WA, v_a - (dot(n, meeting) + away) * n, turn_a);
+    const RigidPath b = RigidPath::by(X_WB, v_b, turn_b);
     const Impact impact = pair.find(a, b);
     ASSERT_NE(impact.status, ImpactStatus::failed);
     moved += impact.lo > 0.01;
