@@ -51,7 +51,9 @@ TEST(LongRun, CountsWrongSignsAndDistances) {
   const FamilyTally negated = run_on([](const NarrowphaseInput&, const NarrowphaseOutput& output) {
                                 for (PairGeometry& g : output.geometry) g.separation = -g.separation;
                               }).total();
-  EXPECT_EQ(negated.wrong_sign, negated.separated + negated.penetrating);
+  // Of a touching pair the separation may be 0 or, by rounding, just below: only then a change of sign shows.
+  EXPECT_GE(negated.wrong_sign, negated.separated + negated.penetrating);
+  EXPECT_LE(negated.wrong_sign, negated.separated + negated.penetrating + negated.touching);
   EXPECT_EQ(negated.beyond_bound + negated.ulps[0] + negated.touching >= negated.pairs / 2, true);
   const FamilyTally stretched = run_on([](const NarrowphaseInput&, const NarrowphaseOutput& output) {
                                   for (PairGeometry& g : output.geometry) g.separation *= 1.0 + 1e-9;

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "contact_core/geometry/hexahedron.hpp"
+#include "contact_core/motion/path.hpp"
+#include "contact_core/narrowphase/narrowphase.hpp"
+
+// When two moving solids meet: conservative advancement (Mirtich 1996) with the motion projected on the
+// separating axis (Zhang, Lee, Kim 2006). At s the pair's separation and normal n are queried; along that
+// fixed n every vertex's path is enclosed by its value, its slope and a bound on its curvature, so the
+// projections' distance, which the separation never falls below, is known to stay above a threshold up to
+// some s': there it is queried again. Motion along a face takes one step, however close.
+
+namespace touchstone {
+
+/// One solid on its way.
+struct MovingSolid {
+  const Hexahedron* solid;
+  Pose X_OS;  ///< of the solid in its body
+  const MotionPath* path;
+  std::uint32_t body = 0;
+  double stop = 1.0;  ///< the body goes no further than this s and rests there
+
+  Pose pose_at(double s) const noexcept;
+};
+
+/// Where motion stops (DESIGN: contact gap). All [m].
+struct GapRule {
+  double gap;  ///< g: a pair stops with separation in [g/2, g]; > 0
+
+  /// A pair that starts a frame with separation `start` is held above this: 3 g/4 from afar; min(g/2, start)
+  /// in contact, less the rounding of a separation, 32 u * `scale`, so that motion along a contact is not
+  /// stopped by it. Below g/2 that room shrinks, and at g/4 there is none.
+  /// @param scale largest |world coordinate| or size of the pair [m].
+  double threshold(double start, double scale) const;
+};
+
+enum class ImpactStatus : std::uint8_t {
+  clear,            ///< the whole path
+  blocked,          ///< at lo
+  iteration_limit,  ///< stopped early at lo, which is clear; nothing is known beyond
+  failed,           ///< the backend gave no separation at lo
+};
+
+struct Impact {
+  ImpactStatus status = ImpactStatus::clear;
+  double lo = 1.0;          ///< the path is clear on [0, lo]: never late
+  double hi = 1.0;          ///< beyond this s the pair is below the threshold, as far as is known; lo <= hi
+  bool is_far = false;      ///< from the last query on it stays further away than asked about
+  PairGeometry geometry{};  ///< at lo; where is_far, at the last query
+  double start_separation = 0;                                        ///< at s = 0
+  double least_separation = std::numeric_limits<double>::infinity();  ///< queried on [0, lo]
+  int queries = 0;
+};
+
+/// Asks one narrowphase about two solids at trial poses. Holds scratch; one a thread.
+class SeparationQuery {
+ public:
+  virtual ~SeparationQuery() = default;
+  virtual PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept = 0;
+};
+
+inline constexpr int kImpactIterations = 256;
+
+/// A pair that starts at or below the gap, or overlapping, is stopped only by what would bring it below
+/// rule.threshold(): moving away and along is free, and no depth grows.
+/// @param interest a pair that is sure to stay further apart than this to the end is not queried there [m].
+/// @pre rule.gap > 0.
+Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
+                   double interest = std::numeric_limits<double>::infinity()) noexcept;
+
+}  // namespace touchstone

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "contact_core/geometry/hexahedron.hpp"
+
+// How far a rigid body is from where it is to be: by its mass metric at uniform density, over its mass. For a
+// displacement dc of its centre of mass and a turn w (axis times angle) that is |dc|^2 + w . J w [m^2].
+
+namespace touchstone {
+
+/// Integrals over a solid, or several. Sums of moments in one frame are the moments of the whole.
+struct MassMoments {
+  double volume = 0.0;               ///< [m3]
+  Vector3 first = Vector3::Zero();   ///< of x [m4]
+  Matrix3 second = Matrix3::Zero();  ///< of x x^T [m5]
+
+  MassMoments& operator+=(const MassMoments& other);
+};
+
+/// In the solid's frame; its faces split along a diagonal, which matters to warped ones only.
+MassMoments mass_moments(const Hexahedron& solid);
+/// In frame A of what is known in frame B.
+MassMoments transform(const Pose& X_AB, const MassMoments& moments_B);
+
+struct MassMetric {
+  Vector3 centre = Vector3::Zero();  ///< of mass, in the frame of the moments
+  Matrix3 J = Matrix3::Identity();   ///< inertia about the centre over mass, positive definite [m2]
+};
+
+/// @pre moments.volume > 0.
+MassMetric mass_metric(const MassMoments& moments);
+
+/// J about the axes of a frame that the metric's frame has the rotation R in: R J R^T.
+Matrix3 rotated(const Matrix3& R, const Matrix3& J);
+
+/// Velocity of a body's centre of mass and its angular velocity, or a displacement and a turn [m, rad].
+struct Twist {
+  Vector3 v = Vector3::Zero();
+  Vector3 w = Vector3::Zero();
+};
+
+inline Twist operator*(double factor, const Twist& twist) { return {factor * twist.v, factor * twist.w}; }
+
+/// @param J_W in the frame that the twists are in.
+double inner_product(const Matrix3& J_W, const Twist& a, const Twist& b);
+
+/// No turn is longer than `distance` / sqrt of this [m2]: a lower bound of J's eigenvalues, at least 4/9 of
+/// the least of three equal ones.
+double least_inertia(const Matrix3& J);
+
+}  // namespace touchstone

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "contact_core/geometry/pose.hpp"
+
+// How things move within one frame: a path over s in [0, 1], from the pose at the frame's start to the
+// commanded one.
+
+namespace touchstone {
+
+/// Where a body is on its path and how it moves there; rates are with respect to s.
+struct BodyState {
+  Pose X_WO;
+  Vector3 centre_W = Vector3::Zero();            ///< the point it turns about [m]
+  Vector3 velocity_W = Vector3::Zero();          ///< of that point [m]
+  Vector3 angular_velocity_W = Vector3::Zero();  ///< [rad]
+};
+
+/// One mover's path: a rigid object, a latched chain or a mechanism. Const use from several threads is safe.
+class MotionPath {
+ public:
+  virtual ~MotionPath() = default;
+
+  /// @param body of a mover with several; 0 otherwise. @param s in [0, 1].
+  virtual BodyState at(std::uint32_t body, double s) const noexcept = 0;
+
+  /// True where the state's centre moves straight at a constant rate and the body turns at a constant rate
+  /// about a fixed direction: contacts may then be followed by planes that turn with the body.
+  virtual bool is_steady() const noexcept { return false; }
+
+  /// A bound on |d^2/ds^2 (n . p)| over [s, 1] for a point p fixed in the body, of which `offset_W` is p - O
+  /// at s.
+  /// @param n unit, fixed in the world.
+  virtual double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& offset_W,
+                                 const Vector3& n_W) const noexcept = 0;
+};
+
+/// A free object's: its origin moves straight, it turns about a fixed axis at a constant rate (lerp and
+/// slerp). Turns of any size; sin and cos: the same bits only on the same C library.
+class RigidPath final : public MotionPath {
+ public:
+  /// At rest.
+  explicit RigidPath(const Pose& X_WO = {}) : from_(X_WO), to_(X_WO) {}
+  /// The shorter way round; for a half turn either.
+  static RigidPath between(const Pose& from, const Pose& to);
+  /// From rates held for a frame: `displacement_W` of `centre_O` [m], `turn_W` about it, axis times angle
+  /// [rad].
+  static RigidPath by(const Pose& from, const Vector3& displacement_W, const Vector3& turn_W,
+                      const Vector3& centre_O = Vector3::Zero());
+  /// The same path with the last bits of its end as given.
+  /// @pre `to` is the path's end to rounding.
+  RigidPath ending_at(const Pose& to) const;
+
+  /// The ends are returned exactly.
+  Pose pose_at(double s) const noexcept;
+  const Pose& from() const { return from_; }
+  const Pose& to() const { return to_; }
+  bool at_rest() const { return displacement_ == Vector3::Zero() && angle_ == 0.0; }
+
+  BodyState at(std::uint32_t body, double s) const noexcept override;
+  bool is_steady() const noexcept override { return true; }
+  /// |omega x n| |omega x (p - centre)|, constant along the path.
+  double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
+                         const Vector3& n_W) const noexcept override;
+
+ private:
+  Pose along(double s) const noexcept;
+
+  Pose from_;
+  Pose to_;
+  Vector3 centre_O_ = Vector3::Zero();
+  Vector3 displacement_ = Vector3::Zero();
+  Vector3 axis_ = Vector3::UnitZ();
+  double angle_ = 0.0;
+};
+
+/// Several bodies that move as one: each is fixed to a carrier on a RigidPath.
+class CarriedPath final : public MotionPath {
+ public:
+  /// @param X_CO of each body in the carrier; must outlive the path. Bodies whose entry is the identity get
+  /// the carrier's poses bit by bit.
+  CarriedPath(const RigidPath& carrier, std::span<const Pose> X_CO) : carrier_(carrier), X_CO_(X_CO) {}
+
+  const RigidPath& carrier() const { return carrier_; }
+  BodyState at(std::uint32_t body, double s) const noexcept override;
+  bool is_steady() const noexcept override { return true; }
+  double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
+                         const Vector3& n_W) const noexcept override;
+
+ private:
+  RigidPath carrier_;
+  std::span<const Pose> X_CO_;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "contact_core/motion/mass_metric.hpp"
+
+// How a body that is stopped by contacts goes on along them: a god-object with six degrees of freedom
+// (Ortega, Redon, Coquillart 2007). Of all twists that the contacts allow, it takes the one closest to the
+// twist that leads to its goal, in its mass metric (Gauss' principle of least constraint).
+
+namespace touchstone {
+
+/// A contact, or one near enough to become one: the mover's point at r may come nearer to the obstacle's
+/// plane by `slack`, n . (v + w x r) >= -slack.
+struct SlideRow {
+  Vector3 n = Vector3::Zero();  ///< unit, from the obstacle to the mover
+  Vector3 r = Vector3::Zero();  ///< from the mover's centre of mass [m]
+  double slack = 0.0;           ///< [m]; < 0: it is to move away by so much
+  double room = 0.0;            ///< what remains below that for paths that bend [m]; >= 0
+  bool turns = false;           ///< the plane is the mover's own and turns with it
+  std::uint32_t source = 0;     ///< whose contact it is; not read
+
+  /// Signs and places alone decide, so that rows in this order do not depend on where they came from.
+  friend bool operator<(const SlideRow& a, const SlideRow& b);
+};
+
+inline constexpr int kMostSlideRows = 96;
+inline constexpr int kTwistSize = 6;
+
+/// The rows that hold a projection: at most as many as a twist has components.
+struct ActiveRows {
+  int count = 0;
+  std::array<int, kTwistSize> row{};
+};
+
+/// The twist closest to `goal` that fulfils every row: min |u - goal|_J. Dual active set (Goldfarb, Idnani
+/// 1983); ties fall to the first row.
+/// @param lift one a row: added to what the row asks for [m]. @param translation_only u.w = 0.
+/// @returns false where no twist fulfils the rows (to rounding), or none was found; `out` is then zero.
+/// @pre at most kMostSlideRows.
+bool project(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> rows,
+             std::span<const double> lift, bool translation_only, Twist& out, ActiveRows& active);
+
+struct SlidePlan {
+  Twist twist;        ///< zero: nothing is to be gained
+  ActiveRows active;  ///< what holds it back
+};
+
+/// The motion of one sub-step. A straight twist (the centre of mass moves straight, the turn is steady) that
+/// keeps contact to first order leaves it to second order: the rows ask for so much more as the path could
+/// bend below their room, so that it is clear from end to end. Along the twist the distance to the goal
+/// shrinks throughout; where it would grow again the twist ends.
+/// @param goal from where the body is to where it is to be.
+SlidePlan plan_slide(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> rows,
+                     bool translation_only);
+
+/// Bounds |d^2/dt^2| of the row's distance along a twist of unit duration [m].
+double bend_of(const SlideRow& row, const Twist& twist);
+
+}  // namespace touchstone

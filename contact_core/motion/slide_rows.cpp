@@ -1,0 +1,161 @@
+#include "contact_core/motion/slide_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace touchstone {
+namespace {
+
+/// A normal this close to a face's is the face's [rad].
+constexpr double kSameNormal = 1e-6;
+/// A plane that a motion passes by less than this share of the gap lets it through: rounding of rows that
+/// hold.
+constexpr double kPassed = 1e-6;
+
+struct FacePlane {
+  bool exists = false;
+  Vector3 n;  ///< from the obstacle to the mover
+  bool turns = false;
+};
+
+FacePlane face_plane(const NearPair& pair, int plane) {
+  FacePlane out;
+  out.turns = plane < 6;
+  const Vector3 n = out.turns ? Vector3(-rotate(pair.X_WM.R, pair.mover->face_plane(plane).normal))
+                              : rotate(pair.X_WB.R, pair.obstacle->face_plane(plane - 6).normal);
+  const double length = norm(n);
+  out.exists = length > 0.5;  // else a collapsed face
+  if (out.exists) out.n = n / length;
+  return out;
+}
+
+/// The plane of the closest points turns with the mover where it is the plane of one of its faces and of
+/// none of the obstacle's.
+bool own_plane_turns(const NearPair& pair) {
+  bool is_movers = false;
+  for (int plane = 0; plane < 12; ++plane) {
+    const FacePlane face = face_plane(pair, plane);
+    if (!face.exists || !(norm(cross(face.n, pair.n)) < kSameNormal) || dot(face.n, pair.n) < 0.0) continue;
+    if (plane >= 6) return false;
+    is_movers = true;
+  }
+  return is_movers;
+}
+
+/// How near the pair may come, and what lies between that and where find_impact stops it.
+struct Keep {
+  double separation, room;
+};
+
+Keep keep_of(double separation, double gap) {
+  if (separation > gap) return {0.875 * gap, 0.125 * gap};
+  if (separation >= 0.25 * gap) return {0.75 * gap, 0.25 * gap};
+  return {separation, 0.0};
+}
+
+struct Heights {
+  double highest_obstacle, lowest_mover;
+  WorldVertices obstacle, mover;
+};
+
+Heights heights_along(const NearPair& pair, const Vector3& n) {
+  Heights out;
+  world_vertices(*pair.obstacle, pair.X_WB, out.obstacle);
+  world_vertices(*pair.mover, pair.X_WM, out.mover);
+  out.highest_obstacle = dot(n, out.obstacle.vertex(0));
+  out.lowest_mover = dot(n, out.mover.vertex(0));
+  for (int i = 1; i < Hexahedron::kVertices; ++i) {
+    out.highest_obstacle = std::max(out.highest_obstacle, dot(n, out.obstacle.vertex(i)));
+    out.lowest_mover = std::min(out.lowest_mover, dot(n, out.mover.vertex(i)));
+  }
+  return out;
+}
+
+using Rows = std::array<SlideRow, Hexahedron::kVertices>;
+
+/// A face's plane keeps all vertices of the other solid on its far side.
+int rows_of_face(const NearPair& pair, const FacePlane& face, Rows& rows) {
+  const Heights heights = heights_along(pair, face.n);
+  const double apart = heights.lowest_mover - heights.highest_obstacle;
+  if (!(apart >= 0.5 * pair.gap)) return 0;
+  const Keep keep = keep_of(apart, pair.gap);
+  for (int i = 0; i < Hexahedron::kVertices; ++i) {
+    const Vector3 p = face.turns ? heights.obstacle.vertex(i) : heights.mover.vertex(i);
+    const double height = dot(face.n, p);
+    const double over = face.turns ? heights.lowest_mover - height : height - heights.highest_obstacle;
+    rows[i] = {face.n,     p - pair.centre_W, pair.share * (over - keep.separation), pair.share * keep.room,
+               face.turns, pair.source};
+  }
+  return Hexahedron::kVertices;
+}
+
+int rows_of_points(const NearPair& pair, Rows& rows) {
+  const bool turns = own_plane_turns(pair);
+  const Keep keep = keep_of(pair.separation, pair.gap);
+  for (int i = 0; i < pair.point_count; ++i) {
+    const ContactPoint& point = pair.points[i];
+    rows[i] = {pair.n,
+               (turns ? point.p_A_W : point.p_B_W) - pair.centre_W,
+               pair.share * (point.separation - keep.separation),
+               pair.share * keep.room,
+               turns,
+               pair.source};
+  }
+  return pair.point_count;
+}
+
+int rows_of_plane(const NearPair& pair, int plane, Rows& rows) {
+  if (plane < 0) return rows_of_points(pair, rows);
+  const FacePlane face = face_plane(pair, plane);
+  return face.exists ? rows_of_face(pair, face, rows) : 0;
+}
+
+/// What share of a twist the rows let through, to first order.
+double share_let_through(const Rows& rows, int count, const Twist& twist, double gap) {
+  double share = 1.0;
+  for (int i = 0; i < count; ++i) {
+    const double rate = dot(rows[i].n, twist.v + cross(twist.w, rows[i].r));
+    const double slack = std::max(rows[i].slack, 0.0);
+    if (slack + rate < -kPassed * gap) share = std::min(share, slack / -rate);
+  }
+  return share;
+}
+
+}  // namespace
+
+void classify(NearPair& pair) {
+  pair.is_sure = false;
+  if (pair.separation > 2.0 * pair.gap) return;
+  for (int plane = 0; plane < 12 && !pair.is_sure; ++plane) {
+    const FacePlane face = face_plane(pair, plane);
+    pair.is_sure = face.exists && norm(cross(face.n, pair.n)) < kSameNormal && dot(face.n, pair.n) > 0.0;
+  }
+}
+
+bool choose_plane(NearPair& pair, const Twist& twist) {
+  const int before = pair.plane;
+  Rows rows;
+  pair.plane = -1;
+  double most = share_let_through(rows, rows_of_points(pair, rows), twist, pair.gap);
+  for (int plane = 0; plane < 12 && most < 1.0; ++plane) {
+    const int count = rows_of_plane(pair, plane, rows);
+    if (count == 0) continue;
+    const double share = share_let_through(rows, count, twist, pair.gap);
+    if (share > most) most = share, pair.plane = plane;
+  }
+  return pair.plane != before;
+}
+
+void add_rows(const NearPair& pair, double reach, std::vector<SlideRow>& rows) {
+  Rows own;
+  const int count = rows_of_plane(pair, pair.plane, own);
+  for (int i = 0; i < count && rows.size() < rows.capacity(); ++i)
+    if (own[i].slack < reach) rows.push_back(own[i]);
+}
+
+void order_rows(std::vector<SlideRow>& rows) {
+  std::sort(rows.begin(), rows.end());
+  if (rows.size() > kMostSlideRows) rows.resize(kMostSlideRows);
+}
+
+}  // namespace touchstone

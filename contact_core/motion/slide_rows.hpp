@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "contact_core/motion/impact.hpp"
+#include "contact_core/motion/slide.hpp"
+
+// From what the narrowphase says of a pair to the rows that hold a slide.
+
+namespace touchstone {
+
+/// A solid of the mover and one of what it may meet, as they stand.
+struct NearPair {
+  const Hexahedron* mover;
+  const Hexahedron* obstacle;
+  Pose X_WM, X_WB;       ///< the mover's solid, the obstacle
+  Vector3 centre_W;      ///< the mover's centre of mass
+  double gap;            ///< [m]
+  double share = 1.0;    ///< of the slack that is the mover's: a half where the other moves too
+  double reach;          ///< no point of the mover's solid goes further [m]
+  std::uint32_t source;  ///< copied into the rows
+  double separation;     ///< [m]
+  Vector3 n;             ///< unit, from the obstacle to the mover
+  int point_count;
+  std::array<ContactPoint, kMaxManifoldPoints> points;  ///< A: the obstacle's, B: the mover's
+
+  /// Which plane holds the mover back: that of the closest points, or a face's. A pair that is in contact on
+  /// a face is sure; of all others, seams among them, the plane follows the motion.
+  bool is_sure = false;
+  int plane = -1;  ///< -1: of the closest points; 0-5 the mover's faces, 6-11 the obstacle's
+};
+
+/// Sets is_sure from the geometry.
+void classify(NearPair& pair);
+
+/// Of the planes that keep half the gap, the one that lets most of `twist` through. Returns whether the
+/// choice is another one than before.
+bool choose_plane(NearPair& pair, const Twist& twist);
+
+/// @param reach rows with more slack than this are left out [m].
+/// @pre rows has capacity: nothing is added beyond it.
+void add_rows(const NearPair& pair, double reach, std::vector<SlideRow>& rows);
+
+/// Sorts, and keeps the kMostSlideRows with the least slack: those left out stop a motion when it comes
+/// there.
+void order_rows(std::vector<SlideRow>& rows);
+
+}  // namespace touchstone

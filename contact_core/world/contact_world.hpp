@@ -1,0 +1,167 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "contact_core/broadphase/broadphase.hpp"
+#include "contact_core/geometry/hexahedron_tree.hpp"
+#include "contact_core/motion/impact.hpp"
+#include "contact_core/scene/scene.hpp"
+#include "contact_core/world/selection.hpp"
+
+// The contact world (the paper's Contact_object, Object_manager and Contact_manager): objects come and go at
+// run time, are commanded frame by frame, and move only as far as nothing merges.
+//
+// Threads: one thread owns a world. Only select() may be called from others, while frames run.
+// Set-up (add, remove, rules, latches, backends) may allocate and throws InputError, the world unchanged.
+// frame() neither throws nor, once warm, allocates; set-up is taken up by the next prepare() or, where it was
+// left out, frame().
+
+namespace touchstone {
+
+/// Names an object for as long as it lives; never reused for another.
+struct ObjectHandle {
+  std::uint32_t slot = 0xffffffff;
+  std::uint32_t generation = 0;
+
+  friend bool operator==(const ObjectHandle&, const ObjectHandle&) = default;
+};
+
+struct ObjectDescription {
+  std::shared_ptr<const HexahedronTree> tree;  ///< its name is the object's, unique in the world
+  Pose X_WO;
+  bool is_static = false;  ///< never moves; pairs of static objects are not checked
+  std::vector<std::string> groups = {};
+};
+
+/// A pair's rule. Policies are ContactPolicy's. A mover that a `slide` pair stopped goes on along it towards
+/// its commanded pose, in sub-steps of at most kMostSlideSteps, never further from that pose in its mass
+/// metric (motion/mass_metric.hpp) than it was; where more than half a turn is left of its path it stays, as
+/// with `advance`. Of two movers neither pushes the other away from its own goal. A slide ends at a pair that
+/// only advances; the sub-step that would meet one that holds is not executed.
+///
+/// What is not set is inherited: from the rules of groups in the order in which they were
+/// given, the last one first, then from the world's own.
+struct PairRule {
+  ContactPolicy policy = ContactPolicy::hold;
+  double warn_distance = 0.0;     ///< `near` is reported within this [m]
+  bool translation_only = false;  ///< slide: whom this pair stops goes on without turning
+};
+
+/// Where one object is told to go in a frame.
+struct MotionCommand {
+  ObjectHandle object;
+  RigidPath path;  ///< path.from() is replaced by the actual pose when it differs: see go_to(), move_by()
+};
+
+enum class EventKind : std::uint8_t {
+  near,                  ///< within the warn distance, not in contact
+  began,                 ///< came within the gap
+  persists,              ///< still within twice the gap
+  ended,                 ///< further apart than twice the gap again
+  penetrating_at_start,  ///< overlaps at the frame's start: a bad initial pose, or switched on or unlatched
+                         ///< there
+  blocked,               ///< stopped its movers in this frame
+  refused,               ///< a command that is no pose, or for an object that is static, carried or gone
+};
+std::string_view to_string(EventKind kind);
+
+struct ContactEvent {
+  EventKind kind;
+  ObjectHandle a, b;      ///< b: none for `refused`
+  SolidPair solids;       ///< indices within their objects' trees: solids.a in a, solids.b in b
+  double s;               ///< within the frame, 0 to 1
+  PairGeometry geometry;  ///< n from a to b; NaN for `refused`
+};
+
+struct FrameReport {
+  std::uint64_t frame = 0;
+  std::span<const ContactEvent> events;  ///< valid until the next frame; by pair
+  std::uint32_t blocked_movers = 0;
+  std::uint32_t candidate_pairs = 0;
+  std::uint64_t queries = 0;           ///< narrowphase calls
+  std::uint32_t iteration_limits = 0;  ///< pairs stopped early for want of iterations
+  std::uint32_t slide_steps = 0;       ///< sub-steps of slides; at most kMostSlideSteps
+};
+
+inline constexpr std::uint32_t kMostSlideSteps = 16;
+
+class ContactWorld {
+ public:
+  /// @param gap g [m], finite and > 0.
+  ContactWorld(std::unique_ptr<Narrowphase> narrowphase, std::unique_ptr<Broadphase> broadphase, double gap);
+  ~ContactWorld();
+  ContactWorld(const ContactWorld&) = delete;
+  ContactWorld& operator=(const ContactWorld&) = delete;
+
+  // ---- set-up, at any time between frames
+
+  /// @throws InputError: no tree, a name that is taken, a pose that is none.
+  ObjectHandle add(ObjectDescription description);
+  /// @throws InputError: an unknown handle, or an object that carries or is carried.
+  void remove(ObjectHandle object);
+  /// @throws InputError when the name is unknown.
+  ObjectHandle find(std::string_view name) const;
+  bool is_alive(ObjectHandle object) const;
+  std::string_view name_of(ObjectHandle object) const;
+
+  void set_default_rule(const PairRule& rule);
+  /// For every pair with one object in `first` and the other in `second` (the same group: within it).
+  void set_group_rule(std::string_view first, std::string_view second, const PairRule& rule);
+  void set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule& rule);
+  /// Never checked: `first` and `second` each name a hexahedron of the object, or all of it if empty.
+  void exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second);
+
+  /// `carried` moves with `carrier` from now on, as they stand. Pairs of the two are checked but for those
+  /// that `allowed` exempts for as long as the latch holds; what moves as one is never checked against
+  /// itself.
+  /// @throws InputError: unknown handles, already carried, a cycle, a static object.
+  void latch(ObjectHandle carrier, ObjectHandle carried);
+  /// @throws InputError when it is not carried.
+  void unlatch(ObjectHandle carried);
+
+  /// Swapped in place, for the next frame on.
+  void set_narrowphase(std::unique_ptr<Narrowphase> narrowphase);
+  void set_broadphase(std::unique_ptr<Broadphase> broadphase);
+
+  /// Takes up all set-up so far: what may allocate is done here.
+  void prepare();
+  /// Initial poses, no latches, everything selected; objects and rules stay.
+  void reset();
+
+  // ---- selection, from any thread
+
+  /// Queued; in force from the start of the next frame on.
+  void select(const SelectionChange& change);
+  /// All changes that came into force, with their frames, for a replay.
+  std::span<const SelectionRecord> selection_record() const;
+
+  // ---- frames
+
+  MotionCommand go_to(ObjectHandle object, const Pose& X_WO) const;
+  /// @param turn_W axis times angle [rad], of any size.
+  MotionCommand move_by(ObjectHandle object, const Vector3& displacement_W, const Vector3& turn_W) const;
+  /// Moves what is commanded as far as the rules allow. A bad command is reported and its object stays.
+  FrameReport frame(std::span<const MotionCommand> commands);
+
+  const Pose& actual_pose(ObjectHandle object) const;
+  const Pose& commanded_pose(ObjectHandle object) const;
+  /// X_WS of the object's solids.
+  std::span<const Pose> solid_poses(ObjectHandle object) const;
+  double gap() const;
+
+  /// What the last frame executed: part 0 is the commanded paths up to where they were stopped, then come the
+  /// sub-steps of slides, each with an s of its own from 0 to 1.
+  std::size_t executed_parts() const;
+  Pose executed_pose(ObjectHandle object, std::size_t part, double s) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace touchstone

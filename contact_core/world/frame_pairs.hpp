@@ -1,0 +1,30 @@
+#pragma once
+
+#include "contact_core/motion/impact.hpp"
+#include "contact_core/world/contact_world.hpp"
+
+namespace touchstone {
+
+/// A pair that matters in this frame.
+struct FramePair {
+  SolidPair solids;
+  PairRule rule;
+  double gap;
+  double interest;  ///< further apart than this nothing is reported [m]
+  Impact impact;
+  bool is_settled = false;   ///< its stop is in force
+  bool has_blocked = false;  ///< it stopped a mover
+  double blocked_at = 1.0;
+
+  bool stops_movers() const {
+    return impact.status != ImpactStatus::clear && rule.policy != ContactPolicy::cue;
+  }
+};
+
+/// A pair in contact at the end of a frame.
+struct ContactState {
+  SolidPair solids;
+  PairGeometry geometry;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,188 @@
+#include "contact_core/world/object_table.hpp"
+
+#include <algorithm>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr std::uint32_t kNone = 0xffffffff;
+constexpr std::uint32_t kMostGroups = 64;
+
+std::uint32_t solid_index(const HexahedronTree& tree, std::string_view name) {
+  if (name.empty()) return kAllSolids;
+  for (std::uint32_t i = 0; i < tree.solids().size(); ++i)
+    if (tree.solids()[i].name == name) return i;
+  throw InputError("object '" + tree.name() + "' has no hexahedron '" + std::string(name) + "'");
+}
+
+void add_exempt_pairs(const Layout& layout, const SolidExemption& exemption, std::vector<SolidPair>& out) {
+  const auto range = [&](ObjectHandle object, std::uint32_t solid) {
+    const std::uint32_t index = layout.index_of_slot(object.slot);
+    const SolidIndex first = layout.first_solid[index];
+    return solid == kAllSolids ? std::pair{first, layout.first_solid[index + 1]}
+                               : std::pair{first + solid, first + solid + 1};
+  };
+  const auto [a, a_end] = range(exemption.a, exemption.solid_a);
+  const auto [b, b_end] = range(exemption.b, exemption.solid_b);
+  for (SolidIndex i = a; i < a_end; ++i)
+    for (SolidIndex j = b; j < b_end; ++j) out.push_back(i < j ? SolidPair{i, j} : SolidPair{j, i});
+}
+
+}  // namespace
+
+ObjectHandle ObjectTable::add(ObjectDescription description) {
+  if (!description.tree) throw InputError("contact world: an object without hexahedra");
+  const std::string& name = description.tree->name();
+  validate_pose(description.X_WO, "object '" + name + "'");
+  for (const ObjectRecord& record : records_)
+    if (record.alive && record.name() == name) throw InputError("object '" + name + "': the name is taken");
+  std::uint64_t groups = 0;
+  for (const std::string& group_name : description.groups) groups |= std::uint64_t{1} << group(group_name);
+
+  std::uint32_t slot = 0;
+  while (slot < size() && records_[slot].alive) ++slot;
+  if (slot == size()) {
+    records_.emplace_back();
+    X_RO_.emplace_back();
+    X_CO_.emplace_back();
+  }
+  ObjectRecord& record = records_[slot];
+  const std::uint32_t generation = record.generation + 1;
+  record = {};
+  record.generation = generation;
+  record.alive = true;
+  record.X_WO = record.commanded = description.X_WO;
+  record.root = slot;
+  record.groups = groups;
+  record.description = std::move(description);
+  record.carrier = kNone;
+  X_RO_[slot] = X_CO_[slot] = {};
+  return {slot, generation};
+}
+
+void ObjectTable::remove(ObjectHandle object) {
+  const std::uint32_t slot = slot_of(object);
+  if (records_[slot].carrier != kNone)
+    throw InputError("object '" + records_[slot].name() + "' is latched to '" +
+                     records_[records_[slot].carrier].name() + "': unlatch it before it is removed");
+  for (const ObjectRecord& record : records_)
+    if (record.alive && record.carrier == slot)
+      throw InputError("object '" + records_[slot].name() + "' carries '" + record.name() +
+                       "': unlatch it before it is removed");
+  std::erase_if(exemptions_, [&](const SolidExemption& e) { return e.a == object || e.b == object; });
+  records_[slot].alive = false;
+}
+
+void ObjectTable::exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second) {
+  const HexahedronTree& tree_a = *records_[slot_of(a)].description.tree;
+  const HexahedronTree& tree_b = *records_[slot_of(b)].description.tree;
+  if (a == b) throw InputError("object '" + tree_a.name() + "': hexahedra of one object are never checked");
+  exemptions_.push_back({a, b, solid_index(tree_a, first), solid_index(tree_b, second)});
+}
+
+void ObjectTable::latch(ObjectHandle carrier, ObjectHandle carried) {
+  const std::uint32_t to = slot_of(carrier), slot = slot_of(carried);
+  ObjectRecord& record = records_[slot];
+  if (record.carrier != kNone)
+    throw InputError("object '" + record.name() + "' is already latched to '" +
+                     records_[record.carrier].name() + "'");
+  if (record.is_static()) throw InputError("object '" + record.name() + "' is static and cannot be carried");
+  for (std::uint32_t i = to; i != kNone; i = records_[i].carrier)
+    if (i == slot)
+      throw InputError("latching '" + record.name() + "' to '" + records_[to].name() +
+                       "' would close a cycle");
+  record.carrier = to;
+  X_CO_[slot] = compose(inverse(records_[to].X_WO), record.X_WO);
+  find_roots();
+}
+
+void ObjectTable::unlatch(ObjectHandle carried) {
+  ObjectRecord& record = records_[slot_of(carried)];
+  if (record.carrier == kNone) throw InputError("object '" + record.name() + "' is not latched");
+  record.carrier = kNone;
+  find_roots();
+}
+
+void ObjectTable::find_roots() {
+  for (std::uint32_t slot = 0; slot < size(); ++slot) {
+    std::uint32_t root = slot;
+    Pose X_RO;
+    while (records_[root].carrier != kNone) {
+      X_RO = compose(X_CO_[root], X_RO);
+      root = records_[root].carrier;
+    }
+    records_[slot].root = root;
+    X_RO_[slot] = X_RO;
+  }
+}
+
+void ObjectTable::reset() {
+  for (ObjectRecord& record : records_) {
+    if (!record.alive) continue;
+    record.carrier = kNone;
+    record.X_WO = record.commanded = record.description.X_WO;
+  }
+  find_roots();
+}
+
+bool ObjectTable::is_alive(ObjectHandle object) const {
+  return object.slot < size() && records_[object.slot].alive &&
+         records_[object.slot].generation == object.generation;
+}
+
+bool ObjectTable::may_move(ObjectHandle object) const {
+  return is_alive(object) && !records_[object.slot].is_static() && records_[object.slot].carrier == kNone;
+}
+
+std::uint32_t ObjectTable::slot_of(ObjectHandle object) const {
+  if (!is_alive(object)) throw InputError("contact world: the object of a handle is gone, or never was");
+  return object.slot;
+}
+
+ObjectHandle ObjectTable::find(std::string_view name) const {
+  for (std::uint32_t slot = 0; slot < size(); ++slot)
+    if (records_[slot].alive && records_[slot].name() == name) return handle(slot);
+  throw InputError("contact world: no object '" + std::string(name) + "'");
+}
+
+std::uint32_t ObjectTable::group(std::string_view name) {
+  const auto known = std::find(group_names_.begin(), group_names_.end(), name);
+  if (known != group_names_.end()) return static_cast<std::uint32_t>(known - group_names_.begin());
+  if (group_names_.size() == kMostGroups) throw InputError("contact world: more than 64 groups");
+  group_names_.emplace_back(name);
+  return static_cast<std::uint32_t>(group_names_.size() - 1);
+}
+
+bool Layout::is_exempt(const SolidPair& pair) const {
+  return std::binary_search(exempt.begin(), exempt.end(), pair);
+}
+
+std::uint32_t Layout::index_of_slot(std::uint32_t slot) const {
+  return static_cast<std::uint32_t>(std::lower_bound(slots.begin(), slots.end(), slot) - slots.begin());
+}
+
+Layout make_layout(const ObjectTable& objects) {
+  Layout out;
+  for (std::uint32_t slot = 0; slot < objects.size(); ++slot) {
+    const ObjectRecord& object = objects[slot];
+    if (!object.alive) continue;
+    out.slots.push_back(slot);
+    out.first_solid.push_back(static_cast<SolidIndex>(out.solids.size()));
+    out.trees.push_back(object.description.tree.get());
+    out.is_static.push_back(object.is_static());
+    for (const PlacedHexahedron& placed : object.description.tree->solids()) {
+      out.slot_of.push_back(slot);
+      out.solids.push_back(placed.solid);
+      out.X_OS.push_back(placed.X_OS);
+    }
+  }
+  out.first_solid.push_back(static_cast<SolidIndex>(out.solids.size()));
+  for (const SolidExemption& exemption : objects.exemptions()) add_exempt_pairs(out, exemption, out.exempt);
+  std::sort(out.exempt.begin(), out.exempt.end());
+  out.exempt.erase(std::unique(out.exempt.begin(), out.exempt.end()), out.exempt.end());
+  return out;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "contact_core/world/contact_world.hpp"
+
+namespace touchstone {
+
+struct ObjectRecord {
+  ObjectDescription description;
+  std::uint32_t generation = 0;
+  bool alive = false;
+  Pose X_WO;  ///< actual
+  Pose commanded;
+  std::uint32_t carrier = 0xffffffff;  ///< slot it is latched to, or none
+  std::uint32_t root = 0;    ///< slot that it moves with: itself, or the end of its chain of carriers
+  std::uint64_t groups = 0;  ///< bit per group
+
+  const std::string& name() const { return description.tree->name(); }
+  bool is_static() const { return description.is_static; }
+  bool is_root(std::uint32_t slot) const { return root == slot; }
+};
+
+struct SolidExemption {
+  ObjectHandle a, b;
+  std::uint32_t solid_a, solid_b;  ///< within their trees; kAllSolids: any
+};
+inline constexpr std::uint32_t kAllSolids = 0xffffffff;
+
+/// The objects by slot, their groups, exemptions and latches (the paper's Object_manager).
+class ObjectTable {
+ public:
+  ObjectHandle add(ObjectDescription description);
+  void remove(ObjectHandle object);
+  void exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second);
+  void latch(ObjectHandle carrier, ObjectHandle carried);
+  void unlatch(ObjectHandle carried);
+  void reset();
+
+  bool is_alive(ObjectHandle object) const;
+  /// Alive, not static, not carried.
+  bool may_move(ObjectHandle object) const;
+  /// @throws InputError.
+  std::uint32_t slot_of(ObjectHandle object) const;
+  ObjectHandle handle(std::uint32_t slot) const { return {slot, records_[slot].generation}; }
+  ObjectHandle find(std::string_view name) const;
+  /// The group's index; a new one if the name is. @throws InputError beyond 64 groups.
+  std::uint32_t group(std::string_view name);
+
+  std::uint32_t size() const { return static_cast<std::uint32_t>(records_.size()); }
+  ObjectRecord& operator[](std::uint32_t slot) { return records_[slot]; }
+  const ObjectRecord& operator[](std::uint32_t slot) const { return records_[slot]; }
+  std::span<const SolidExemption> exemptions() const { return exemptions_; }
+  /// X_RO of each slot in its root; the identity for roots.
+  std::span<const Pose> poses_in_root() const { return X_RO_; }
+
+ private:
+  void find_roots();
+
+  std::vector<ObjectRecord> records_;
+  std::vector<Pose> X_RO_;
+  std::vector<Pose> X_CO_;  // in the carrier, as latched
+  std::vector<std::string> group_names_;
+  std::vector<SolidExemption> exemptions_;
+};
+
+/// The objects alive, flattened for the checks: solids counted through the objects in the order of their
+/// slots.
+struct Layout {
+  std::vector<std::uint32_t> slots;
+  std::vector<SolidIndex> first_solid;  ///< one more than slots
+  std::vector<std::uint32_t> slot_of;   ///< by solid
+  std::vector<Hexahedron> solids;
+  std::vector<Pose> X_OS;
+  std::vector<const HexahedronTree*> trees;
+  std::vector<std::uint8_t> is_static;
+  std::vector<SolidPair> exempt;  ///< sorted
+
+  bool is_exempt(const SolidPair& pair) const;
+  std::uint32_t index_of_slot(std::uint32_t slot) const;
+  SolidIndex first_solid_of(SolidIndex solid) const { return first_solid[index_of_slot(slot_of[solid])]; }
+};
+
+Layout make_layout(const ObjectTable& objects);
+
+}  // namespace touchstone

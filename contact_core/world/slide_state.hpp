@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "contact_core/motion/mass_metric.hpp"
+#include "contact_core/motion/slide_rows.hpp"
+#include "contact_core/world/frame_pairs.hpp"
+
+namespace touchstone {
+
+/// One mover that goes on along what stopped it.
+struct Slider {
+  std::uint32_t root;     ///< slot
+  double stop;            ///< s at which its commanded path ended
+  Pose goal;              ///< of the root: the commanded pose
+  MassMoments moments;    ///< of all that moves with it, in the root's frame
+  MassMetric metric;      ///< the same
+  double start_distance;  ///< to the goal, when the slide began [m]
+  double distance;        ///< now [m]
+  bool done = false;
+};
+
+/// What a mover did in one part of a frame: the commanded path is part 0, each sub-step of slides another.
+struct ExecutedPart {
+  std::uint32_t root;
+  std::uint32_t part;
+  CarriedPath path;
+  double stop;
+};
+
+/// Memory of the slides within one frame.
+struct SlideState {
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  std::vector<std::uint8_t> may_slide;         // by slot: what stopped it last lets it slide
+  std::vector<std::uint8_t> translation_only;  // by slot
+  std::vector<MassMoments> moments;            // by solid, in its object
+  std::vector<Slider> sliders;
+  std::vector<std::uint32_t> slider_of;                          // by slot: index into sliders, or kNone
+  std::vector<FramePair> pairs;                                  // all that a slider may meet
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> by_root;  // (slider's slot, index into pairs), sorted
+  std::vector<NearPair> near;
+  std::vector<SlideRow> rows;
+  std::vector<ExecutedPart> parts;  // by part
+  std::uint32_t part_count = 0;
+
+  /// Null: the root does not slide.
+  Slider* find(std::uint32_t root) { return slider_of[root] == kNone ? nullptr : &sliders[slider_of[root]]; }
+
+  /// @param as_well another pair stopped the mover at the same s.
+  void note_stop(std::uint32_t root, const PairRule& rule, bool as_well) {
+    const bool slides = rule.policy == ContactPolicy::slide;
+    may_slide[root] = slides && (!as_well || may_slide[root]);
+    if (slides && rule.translation_only) translation_only[root] = 1;
+  }
+};
+
+}  // namespace touchstone
