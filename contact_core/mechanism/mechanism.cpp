@@ -106,19 +106,16 @@ struct Mechanism::Builder {
       check_joint(joint);
       const std::string by = joint_label(joint.name);
       const bool is_fixed = joint.kind == JointKind::fixed;
-      Joint out{joint.name,
-                joint.kind,
-                link_named(joint.parent, by),
-                link_named(joint.child, by),
-                rigid_frame(joint.X_PJ),
-                is_fixed ? Vector3(Vector3::UnitZ()) : Vector3(joint.axis_J / norm(joint.axis_J)),
-                {},
-                false,
-                kNone,
-                joint.lower,
-                joint.upper,
-                joint.rate,
-                joint.effort};
+      Joint out{};
+      out.name = joint.name;
+      out.kind = joint.kind;
+      out.inner = link_named(joint.parent, by);
+      out.outer = link_named(joint.child, by);
+      out.X_PJ = rigid_frame(joint.X_PJ);
+      out.axis_J = is_fixed ? Vector3(Vector3::UnitZ()) : Vector3(joint.axis_J / norm(joint.axis_J));
+      out.value = kNone;
+      out.lower = joint.lower, out.upper = joint.upper;
+      out.rate = joint.rate, out.effort = joint.effort;
       if (out.inner == out.outer) throw InputError(by + ": joins link '" + joint.parent + "' to itself");
       if (!is_fixed) {
         out.value = static_cast<std::uint32_t>(m.reference_.size());
@@ -160,6 +157,8 @@ struct Mechanism::Builder {
         crossed[j] = 1;
         Joint& joint = m.joints_[j];
         if (joint.inner != front[next]) turn_round(joint);
+        joint.only_shifts = joint.X_PJ.R == Matrix3::Identity();
+        joint.axis_P = rotate(joint.X_PJ.R, joint.axis_J);
         if (reached[joint.outer]) throw InputError(joint_label(joint.name) + ": closes a loop");
         reached[joint.outer] = 1;
         m.links_[joint.outer].joint = j;
@@ -299,10 +298,12 @@ bool Mechanism::is_within_limits(std::span<const double> q) const noexcept {
 }
 
 Pose Mechanism::across(const Joint& joint, const Pose& X_WP, double q) noexcept {
-  Pose X = joint.backwards ? X_WP : compose(X_WP, joint.X_PJ);
+  // What is the identity is left out: no bit of a product with it would change.
+  Pose X = joint.only_shifts ? Pose{X_WP.R, transform(X_WP, joint.X_PJ.p)} : compose(X_WP, joint.X_PJ);
   if (joint.kind == JointKind::revolute) {
     const Matrix3 turn = rotation_about(joint.axis_J, q);
-    X = compose(X, {turn, Vector3::Zero()});
+    const Matrix3 R = X.R;
+    for (int column = 0; column < 3; ++column) X.R.col(column) = rotate(R, turn.col(column));
   } else if (joint.kind == JointKind::prismatic) {
     X.p = transform(X, q * joint.axis_J);
   }

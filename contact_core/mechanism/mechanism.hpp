@@ -92,6 +92,8 @@ class Mechanism {
     Vector3 axis_J;              ///< reversed where the joint is walked backwards
     Pose X_JC;                   ///< of the outer link; the identity unless walked backwards
     bool backwards;
+    bool only_shifts;     ///< X_PJ does not turn: most joints
+    Vector3 axis_P;       ///< in the inner link
     std::uint32_t value;  ///< index of its value; kNone: fixed
     double lower, upper, rate, effort;
   };

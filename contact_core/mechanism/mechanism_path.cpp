@@ -98,7 +98,7 @@ BodyState MechanismPath::across(const Mechanism::Joint& joint, const BodyState& 
   if (is_fixed) return outer;
   const double rate = q1_[joint.value] - q0_[joint.value];
   if (rate == 0.0) return outer;
-  const Vector3 own_W = rate * rotate(inner.X_WO.R, rotate(joint.X_PJ.R, joint.axis_J));
+  const Vector3 own_W = rate * rotate(inner.X_WO.R, joint.axis_P);
   if (joint.kind == JointKind::prismatic) {
     outer.velocity_W += own_W;
   } else {
@@ -181,7 +181,7 @@ void MechanismPath::add_section(const Mechanism::Joint& joint) noexcept {
   const std::uint32_t inner_index = section_of_[joint.inner];
   const Section& inner = sections_[inner_index];
   const Pose& X_WP = half_[joint.inner].X_WO;
-  const Vector3 axis_W = rotate(X_WP.R, rotate(joint.X_PJ.R, joint.axis_J));
+  const Vector3 axis_W = rotate(X_WP.R, joint.axis_P);
   const double rate = q1_[joint.value] - q0_[joint.value];
   const Vector3 vector_W = transform(X_WP, joint.X_PJ.p) - inner.entry_W;
   const Rates of_vector = rates_of_vector(inner, vector_W), of_axis = rates_of_vector(inner, axis_W);
