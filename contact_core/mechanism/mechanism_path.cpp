@@ -28,14 +28,15 @@
 // Along n: n . (w x (w x v)) = (n x w) . (w x v), so |n . v''| <= |n x w| |w x v| + |w'| |v|. And a second
 // bound, sharp for small motions: |n . p''| <= |n . p''|_half + |p'''| / 2. The smaller one counts.
 //
-// Rounding: every unit vector here is off by less than Section::slack, 2^-46 a joint: frames are orthonormal
-// to 2^-48 (kFrameTolerance), their products take some 30 roundings a joint (see rounding()). It is added
-// where a bound on a product could come out as 0; sums and products of bounds are enlarged by kEnlarge.
+// Rounding: with u = 2^-53 every unit vector here is off by less than Section::slack, (128 + 2 |q|) u a
+// joint: frames are orthonormal to 32u (kFrameTolerance), turns and products are off by (45 + 2 |q|) u (see
+// rounding()). It is added where a bound on a product could come out as 0; sums and products of bounds are
+// enlarged by kEnlarge.
 
 namespace touchstone {
 namespace {
 
-constexpr double kSlackPerJoint = 0x1p-46;
+constexpr double kUnitRoundoff = 0x1p-53;
 constexpr double kEnlarge = 1.0 + 0x1p-30;
 
 double largest_magnitude(const Vector3& v) {
@@ -132,7 +133,6 @@ BodyState MechanismPath::at(std::uint32_t link, double s) const noexcept {
 void MechanismPath::divide_into_sections() noexcept {
   sections_.clear();
   sections_.emplace_back().entry_W = X_WB_.p;
-  sections_[0].slack = kSlackPerJoint;
   const std::uint32_t base = mechanism_->base();
   section_of_[base] = standing_[base] = 0;
   reach_[base] = 0.0;
@@ -188,7 +188,8 @@ void MechanismPath::add_section(const Mechanism::Joint& joint) noexcept {
 
   Section section = inner;
   section.inner = inner_index;
-  section.slack = kSlackPerJoint * static_cast<double>(mechanism_->chain(joint.outer).size() + 1);
+  section.slack = (128.0 + 2.0 * largest_value_) * kUnitRoundoff *
+                  static_cast<double>(mechanism_->chain(joint.outer).size() + 1);
   section.length = norm(vector_W);
   section.vector_rate = of_vector.first;
   section.axis_rate = of_axis.first;
@@ -267,14 +268,14 @@ double MechanismPath::bulge(std::uint32_t link, const Vector3& p_L) const noexce
   return std::min(0.125 * second * kEnlarge, of_length) + 2.0 * rounding(link, p_L);
 }
 
-// With u = 2^-53. A product of two rotations rounds each entry by 3u at most, 9u in the Frobenius norm; an
+// A product of two rotations rounds each entry by 3u at most, 9u in the Frobenius norm; an
 // elementary rotation is off by 18u plus its angle's 2u |q|. A joint takes three products: rotations are off
 // by (45 + 2 |q|) u a joint. A transform rounds by 7u of the point's distance from the world's origin, three
 // of them a joint. All lengths together are within `reach`.
 double MechanismPath::rounding(std::uint32_t link, const Vector3& p_L) const noexcept {
   const auto joints = static_cast<double>(mechanism_->chain(link).size() + 1);
   const double reach = 2.0 * largest_magnitude(X_WB_.p) + reach_[link] + norm(p_L);
-  return joints * (72.0 + 2.0 * largest_value_) * 0x1p-53 * reach;
+  return joints * (72.0 + 2.0 * largest_value_) * kUnitRoundoff * reach;
 }
 
 }  // namespace touchstone

@@ -21,7 +21,7 @@ namespace touchstone {
 ///
 /// Round parts circumscribe their circles (so the solids hold the real part, but for the bores, which are
 /// wider than theirs): booms are 12-gons, all else octagons; facet_figures has the errors, 6.2 mm on the
-/// booms, 17.2 mm on the end effectors.
+/// booms, 17.1 mm on the end effectors.
 ///
 /// The published inertias of end effectors and booms are said to be about the links' frames, but are less
 /// than mass times the squared distance to mid-span: about those frames they cannot be. They are carried as
