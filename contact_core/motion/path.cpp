@@ -25,29 +25,49 @@ RigidPath RigidPath::between(const Pose& from, const Pose& to) {
   return path;
 }
 
-RigidPath RigidPath::by(const Pose& from, const Vector3& displacement_W, const Vector3& turn_W) {
+RigidPath RigidPath::by(const Pose& from, const Vector3& displacement_W, const Vector3& turn_W,
+                        const Vector3& centre_O) {
   RigidPath path;
   path.from_ = from;
+  path.centre_O_ = centre_O;
   path.displacement_ = displacement_W;
   path.angle_ = norm(turn_W);
   if (path.angle_ > 0.0) path.axis_ = turn_W / path.angle_;
-  path.to_.p = from.p + displacement_W;
-  path.to_.R = path.angle_ > 0.0 ? Matrix3(rotation_about(path.axis_, path.angle_) * from.R) : from.R;
+  path.to_ = path.along(1.0);
   return path;
+}
+
+RigidPath RigidPath::ending_at(const Pose& to) const {
+  RigidPath path = *this;
+  path.to_ = to;
+  return path;
+}
+
+Pose RigidPath::along(double s) const noexcept {
+  Pose X;
+  if (angle_ == 0.0) {
+    X.R = from_.R;
+    X.p = from_.p + s * displacement_;
+    return X;
+  }
+  X.R = rotation_about(axis_, s * angle_) * from_.R;
+  if (centre_O_ == Vector3::Zero()) {
+    X.p = from_.p + s * displacement_;
+  } else {
+    X.p = (transform(from_, centre_O_) + s * displacement_) - rotate(X.R, centre_O_);
+  }
+  return X;
 }
 
 Pose RigidPath::pose_at(double s) const noexcept {
   if (s <= 0.0) return from_;
   if (s >= 1.0) return to_;
-  Pose X;
-  X.p = from_.p + s * displacement_;
-  X.R = angle_ > 0.0 ? Matrix3(rotation_about(axis_, s * angle_) * from_.R) : from_.R;
-  return X;
+  return along(s);
 }
 
 BodyState RigidPath::at(std::uint32_t, double s) const noexcept {
   const Pose X_WO = pose_at(s);
-  return {X_WO, X_WO.p, displacement_, angle_ * axis_};
+  return {X_WO, transform(X_WO, centre_O_), displacement_, angle_ * axis_};
 }
 
 double RigidPath::curvature_bound(std::uint32_t, const BodyState& state, const Vector3& p_W,

@@ -41,8 +41,13 @@ class RigidPath final : public MotionPath {
   explicit RigidPath(const Pose& X_WO = {}) : from_(X_WO), to_(X_WO) {}
   /// The shorter way round; for a half turn either.
   static RigidPath between(const Pose& from, const Pose& to);
-  /// From rates held for a frame: `displacement_W` of the origin [m], `turn_W` axis times angle [rad].
-  static RigidPath by(const Pose& from, const Vector3& displacement_W, const Vector3& turn_W);
+  /// From rates held for a frame: `displacement_W` of `centre_O` [m], `turn_W` about it, axis times angle
+  /// [rad].
+  static RigidPath by(const Pose& from, const Vector3& displacement_W, const Vector3& turn_W,
+                      const Vector3& centre_O = Vector3::Zero());
+  /// The same path with the last bits of its end as given.
+  /// @pre `to` is the path's end to rounding.
+  RigidPath ending_at(const Pose& to) const;
 
   /// The ends are returned exactly.
   Pose pose_at(double s) const noexcept;
@@ -51,13 +56,16 @@ class RigidPath final : public MotionPath {
   bool at_rest() const { return displacement_ == Vector3::Zero() && angle_ == 0.0; }
 
   BodyState at(std::uint32_t body, double s) const noexcept override;
-  /// |omega x n| |omega x (p - O)|, constant along the path.
+  /// |omega x n| |omega x (p - centre)|, constant along the path.
   double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
                          const Vector3& n_W) const noexcept override;
 
  private:
+  Pose along(double s) const noexcept;
+
   Pose from_;
   Pose to_;
+  Vector3 centre_O_ = Vector3::Zero();
   Vector3 displacement_ = Vector3::Zero();
   Vector3 axis_ = Vector3::UnitZ();
   double angle_ = 0.0;

@@ -189,7 +189,8 @@ void ContactWorld::prepare() {
   for (SolidIndex i = 0; i < solids; ++i)
     s.from[i] = s.to[i] = compose(s.objects[s.layout.slot_of[i]].X_WO, s.layout.X_OS[i]);
   if (!s.broadphase->update_paths({s.from, s.to, s.bulges}, {}))
-    throw InputError("contact world: broadphase '" + std::string(s.broadphase->name()) + "' knows poses, no paths");
+    throw InputError("contact world: broadphase '" + std::string(s.broadphase->name()) +
+                     "' knows poses, no paths");
   s.needs_layout = false;
 }
 

@@ -1,0 +1,71 @@
+#include "contact_core/world/scene_world.hpp"
+
+#include "contact_core/input_error.hpp"
+#include "contact_core/scene/scene_instance.hpp"
+
+namespace touchstone {
+namespace {
+
+bool moves(const Motion& motion) { return !motion.segments.empty() || !motion.keys.empty(); }
+
+bool same(const Pose& X, const Pose& Y) { return X.p == Y.p && X.R == Y.R; }
+
+/// The one segment that the stretch of time lies in, if there is one.
+const MotionSegment* segment_over(const Motion& motion, double from_time, double to_time) {
+  for (const MotionSegment& segment : motion.segments)
+    if (segment.start <= from_time && to_time <= segment.start + segment.duration) return &segment;
+  return nullptr;
+}
+
+}  // namespace
+
+SceneWorld::SceneWorld(const Scene& scene, std::unique_ptr<Narrowphase> narrowphase,
+                       std::unique_ptr<Broadphase> broadphase)
+    : scene_(&scene), world_(std::move(narrowphase), std::move(broadphase), scene.contact_gap) {
+  const SceneInstance instance(scene);  // validates
+  world_.set_default_rule({scene.policy, 0.0});
+  for (const SceneObject& object : scene.objects) {
+    // The scene outlives this, so the world's share of the tree owns nothing.
+    const std::shared_ptr<const HexahedronTree> tree(std::shared_ptr<void>(), &object.tree);
+    objects_.push_back(world_.add({tree, object.X_WO, !moves(object.motion), object.groups}));
+  }
+  for (const SolidPair& pair : instance.exempt_pairs()) {
+    const std::uint32_t a = instance.object_of(pair.a), b = instance.object_of(pair.b);
+    world_.exempt(objects_[a], scene.objects[a].tree.solids()[pair.a - instance.first_solid(a)].name,
+                  objects_[b], scene.objects[b].tree.solids()[pair.b - instance.first_solid(b)].name);
+  }
+  commands_.reserve(scene.objects.size());
+  world_.prepare();
+}
+
+double SceneWorld::time_of(double s) const {
+  const double end = time();
+  const double start = frame_ == 0 ? end : scene_->frame_time(frame_ - 1);
+  return start + s * (end - start);
+}
+
+RigidPath SceneWorld::path_of(std::size_t index, double from_time, double to_time) const {
+  const SceneObject& object = scene_->objects[index];
+  const Pose& actual = world_.actual_pose(objects_[index]);
+  const Pose wanted_before = pose_at(object.motion, object.X_WO, from_time);
+  const Pose target = pose_at(object.motion, object.X_WO, to_time);
+  const MotionSegment* segment = segment_over(object.motion, from_time, to_time);
+  if (segment == nullptr || !same(actual, wanted_before)) return RigidPath::between(actual, target);
+  const double elapsed = to_time - from_time;
+  const Vector3 pivot_W = segment->pivot_W + (from_time - segment->start) * segment->velocity_W;
+  const Vector3 pivot_O = segment->rate == 0.0 ? Vector3::Zero() : transform(inverse(actual), pivot_W);
+  return RigidPath::by(actual, elapsed * segment->velocity_W, (elapsed * segment->rate) * segment->axis_W,
+                       pivot_O)
+      .ending_at(target);
+}
+
+FrameReport SceneWorld::step() {
+  const double from_time = scene_->frame_time(frame_), to_time = scene_->frame_time(frame_ + 1);
+  commands_.clear();
+  for (std::size_t i = 0; i < objects_.size(); ++i)
+    if (moves(scene_->objects[i].motion)) commands_.push_back({objects_[i], path_of(i, from_time, to_time)});
+  ++frame_;
+  return world_.frame(commands_);
+}
+
+}  // namespace touchstone
