@@ -1,0 +1,193 @@
+#include "adapters/urdf/urdf.hpp"
+
+#include <console_bridge/console.h>
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "adapters/urdf/text_file.hpp"
+#include "contact_core/mechanism/round_parts.hpp"
+
+namespace touchstone::urdf {
+namespace {
+
+/// Keeps what urdfdom reports as errors for as long as it lives.
+class ErrorLog final : public console_bridge::OutputHandler {
+ public:
+  ErrorLog() { console_bridge::useOutputHandler(this); }
+  ~ErrorLog() override { console_bridge::restorePreviousOutputHandler(); }
+  ErrorLog(const ErrorLog&) = delete;
+  ErrorLog& operator=(const ErrorLog&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) errors += (errors.empty() ? "" : "; ") + text;
+  }
+
+  std::string errors;
+};
+
+Vector3 vector(const ::urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+Pose pose(const ::urdf::Pose& X, const std::string& name) {
+  double x = 0, y = 0, z = 0, w = 1;
+  X.rotation.getQuaternion(x, y, z, w);
+  Pose out;
+  out.R = rotation_from_quaternion(w, x, y, z, name);
+  out.p = vector(X.position);
+  return out;
+}
+
+struct Reader {
+  const ::urdf::ModelInterface& model;
+  const std::string& source;
+  const LoadOptions& options;
+  MechanismDescription out = {};
+  std::set<std::string> links_taken = {}, joints_taken = {};
+
+  std::string link_label(const std::string& link) const { return source + ": link '" + link + "'"; }
+  std::string joint_label(const std::string& joint) const { return source + ": joint '" + joint + "'"; }
+
+  void read() {
+    out.name = model.getName();
+    take_link(*model.getRoot());
+    // What the root does not lead to comes last, for Mechanism to name.
+    for (const auto& entry : model.links_)
+      if (!links_taken.contains(entry.first)) take_link(*entry.second);
+    for (const auto& entry : model.joints_)
+      if (!joints_taken.contains(entry.first)) take_joint(*entry.second);
+  }
+
+  void take_link(const ::urdf::Link& link) {
+    if (!links_taken.insert(link.name).second) return;
+    out.links.push_back({link.name, {}, {}});
+    const std::size_t index = out.links.size() - 1;
+    if (link.inertial) out.links[index].mass = mass_of(link);
+    for (std::size_t i = 0; i < link.collision_array.size(); ++i) take_solid(link, i, index);
+    for (const auto& joint : link.child_joints) {
+      take_joint(*joint);
+      if (const auto child = model.getLink(joint->child_link_name)) take_link(*child);
+    }
+  }
+
+  MassProperties mass_of(const ::urdf::Link& link) const {
+    const ::urdf::Inertial& inertial = *link.inertial;
+    const Pose X_LI = pose(inertial.origin, link_label(link.name) + ", inertial");
+    Matrix3 inertia_I;
+    inertia_I << inertial.ixx, inertial.ixy, inertial.ixz,  //
+        inertial.ixy, inertial.iyy, inertial.iyz,           //
+        inertial.ixz, inertial.iyz, inertial.izz;
+    // Only the product's own rounding is asymmetric; a matrix in the link's axes is taken as it is.
+    Matrix3 inertia_L = inertia_I;
+    if (X_LI.R != Matrix3::Identity()) {
+      const Matrix3 turned = X_LI.R * inertia_I * X_LI.R.transpose();
+      inertia_L = 0.5 * (turned + turned.transpose());
+    }
+    return {inertial.mass, X_LI.p, inertia_L, X_LI.p};
+  }
+
+  std::string solid_name(const ::urdf::Link& link, std::size_t i) const {
+    const std::string& name = link.collision_array[i]->name;
+    const auto is_taken = [&] {
+      for (std::size_t k = 0; k < i; ++k)
+        if (link.collision_array[k]->name == name) return true;
+      return false;
+    };
+    return name.empty() || is_taken() ? "collision." + std::to_string(i) : name;
+  }
+
+  void take_solid(const ::urdf::Link& link, std::size_t i, std::size_t index) {
+    const ::urdf::Collision& collision = *link.collision_array[i];
+    const std::string name = solid_name(link, i);
+    const std::string label = link_label(link.name) + ", collision '" + name + "'";
+    Pose X_LS = pose(collision.origin, label);
+    if (!collision.geometry) throw InputError(label + ": no geometry");
+    if (const auto* box = dynamic_cast<const ::urdf::Box*>(collision.geometry.get())) {
+      out.links[index].solids.push_back({name, Hexahedron::from_size(vector(box->dim), label), X_LS});
+    } else if (const auto* cylinder = dynamic_cast<const ::urdf::Cylinder*>(collision.geometry.get())) {
+      X_LS.p = transform(X_LS, {0.0, 0.0, -0.5 * cylinder->length});
+      append(make_cylinder(cylinder->radius, cylinder->length, options.cylinder_facets,
+                           options.cylinder_inscribed, X_LS, name),
+             index, out);
+    } else {
+      const bool is_mesh = dynamic_cast<const ::urdf::Mesh*>(collision.geometry.get()) != nullptr;
+      throw InputError(label + ": a " + (is_mesh ? "mesh" : "sphere") +
+                       " is no hexahedron: give boxes or cylinders as collision geometry");
+    }
+  }
+
+  JointKind kind_of(const ::urdf::Joint& joint) const {
+    const std::string label = joint_label(joint.name);
+    if (joint.mimic)
+      throw InputError(label + ": mimics '" + joint.mimic->joint_name +
+                       "', coupled joints are not supported");
+    switch (joint.type) {
+      case ::urdf::Joint::REVOLUTE:
+      case ::urdf::Joint::CONTINUOUS:
+        return JointKind::revolute;
+      case ::urdf::Joint::PRISMATIC:
+        return JointKind::prismatic;
+      case ::urdf::Joint::FIXED:
+        return JointKind::fixed;
+      case ::urdf::Joint::FLOATING:
+        throw InputError(label + ": floating joints are not supported");
+      case ::urdf::Joint::PLANAR:
+        throw InputError(label + ": planar joints are not supported");
+      default:
+        throw InputError(label + ": unknown type");
+    }
+  }
+
+  void take_joint(const ::urdf::Joint& from) {
+    if (!joints_taken.insert(from.name).second) return;
+    const std::string label = joint_label(from.name);
+    JointDescription joint;
+    joint.name = from.name;
+    joint.kind = kind_of(from);
+    joint.parent = from.parent_link_name;
+    joint.child = from.child_link_name;
+    joint.X_PJ = pose(from.parent_to_joint_origin_transform, label);
+    if (joint.kind != JointKind::fixed) {
+      const Vector3 axis = vector(from.axis);
+      if (!(norm(axis) > 0.0) || !std::isfinite(norm(axis)))
+        throw InputError(label + ": the axis has no direction");
+      joint.axis_J = axis / norm(axis);
+      take_limits(from, joint);
+      out.reference.push_back(std::clamp(0.0, joint.lower, std::max(joint.lower, joint.upper)));
+    }
+    out.joints.push_back(joint);
+  }
+
+  static void take_limits(const ::urdf::Joint& from, JointDescription& joint) {
+    if (!from.limits) return;
+    joint.rate = from.limits->velocity;
+    joint.effort = from.limits->effort;
+    if (from.type == ::urdf::Joint::CONTINUOUS) return;
+    joint.lower = from.limits->lower;
+    joint.upper = from.limits->upper;
+  }
+};
+
+}  // namespace
+
+MechanismDescription parse_urdf(const std::string& xml, const std::string& source,
+                                const LoadOptions& options) {
+  ::urdf::ModelInterfaceSharedPtr model;
+  {
+    ErrorLog log;
+    model = ::urdf::parseURDF(xml);
+    if (!model || !model->getRoot())
+      throw InputError(source + ": " + (log.errors.empty() ? "not a URDF model" : log.errors));
+  }
+  Reader reader{*model, source, options};
+  reader.read();
+  return std::move(reader.out);
+}
+
+MechanismDescription load_urdf(const std::filesystem::path& file, const LoadOptions& options) {
+  return parse_urdf(read_text(file), file.string(), options);
+}
+
+}  // namespace touchstone::urdf

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "contact_core/mechanism/mechanism.hpp"
+#include "contact_core/motion/path.hpp"
+
+namespace touchstone {
+
+/// A mechanism's path over a frame: every joint value goes evenly from where it is to where it is commanded,
+/// q(s) = q0 + s (q1 - q0), at q0 and q1 exactly at the ends. Bodies are links. The base stands still.
+///
+/// Const use from several threads is safe. set() and everything after it do not allocate.
+class MechanismPath final : public MotionPath {
+ public:
+  /// At rest in the reference pose, the base at the world's origin. Keeps a reference.
+  explicit MechanismPath(const Mechanism& mechanism);
+
+  /// @param X_WB of the base; put through rigid_frame(). @param from, to value_count() values each.
+  /// @pre a valid pose and finite values.
+  void set(const Pose& X_WB, std::span<const double> from, std::span<const double> to) noexcept;
+
+  const Mechanism& mechanism() const { return *mechanism_; }
+  const Pose& X_WB() const { return X_WB_; }
+  std::span<const double> from() const { return q0_; }
+  std::span<const double> to() const { return q1_; }
+  /// @pre out.size() == value_count()
+  void values_at(double s, std::span<double> out) const noexcept;
+  /// False for links that stand still on this path, whatever else moves.
+  bool moves(std::uint32_t link) const { return section_of_[link] != 0; }
+
+  /// The bits of Mechanism::link_poses() at values_at(s); centre_W is the link's origin.
+  BodyState at(std::uint32_t link, double s) const noexcept override;
+
+  /// Bound over all of [0, 1]; see the source for what it is made of. For a path that only turns about one
+  /// axis it is that of a circle; 0 (to rounding) along n where everything turns about n.
+  double curvature_bound(std::uint32_t link, const BodyState& state, const Vector3& p_W,
+                         const Vector3& n_W) const noexcept override;
+
+  /// How far a point fixed in the link strays from the straight segment between where it is at 0 and at 1
+  /// [m], for SolidPaths::bulge; rounding included.
+  double bulge(std::uint32_t link, const Vector3& p_L) const noexcept;
+
+  /// No point p_L of a pose from at() is further than this from the path in exact arithmetic [m].
+  double rounding(std::uint32_t link, const Vector3& p_L) const noexcept;
+
+ private:
+  /// Bounds over [0, 1] on the derivatives of a vector or point by s [m].
+  struct Rates {
+    double first = 0.0, second = 0.0, third = 0.0;
+  };
+
+  /// Links between which nothing moves on this path turn as one. Section 0 is the base's. Vectors are as at
+  /// s = 1/2.
+  struct Section {
+    std::uint32_t inner = 0;                         ///< the section it hangs on
+    Vector3 entry_W = Vector3::Zero();               ///< where it does
+    Vector3 turn_W = Vector3::Zero();                ///< angular velocity
+    Vector3 turn_change_W = Vector3::Zero();         ///< its derivative
+    double turn = 0.0, change = 0.0, change2 = 0.0;  ///< bounds on the angular velocity and two derivatives
+    double slack = 0.0;                              ///< error of unit vectors as computed here
+    Vector3 entry_acceleration_W = Vector3::Zero();  ///< second derivative of the entry
+    Rates entry_rates;
+    // From the inner section's entry to this one's: a vector fixed there, and a shift along a joint's axis.
+    double length = 0.0;       ///< of the vector
+    double vector_rate = 0.0;  ///< bound on |turn x vector| of the inner section
+    double shift = 0.0;        ///< largest |q| of a prismatic joint; 0 otherwise
+    double shift_rate = 0.0;   ///< |dq/ds| of it
+    double axis_rate = 0.0;    ///< bound on |turn x axis| of the inner section
+  };
+
+  struct Acceleration {
+    Vector3 at_half_W;  ///< of a point at s = 1/2
+    Vector3 r_W;        ///< from its section's entry
+    Rates rates;
+  };
+
+  double value_at(std::uint32_t value, double s) const noexcept;
+  BodyState across(const Mechanism::Joint& joint, const BodyState& inner, double s) const noexcept;
+  void sweep(double s, std::vector<BodyState>& out) const noexcept;
+  void divide_into_sections() noexcept;
+  void add_section(const Mechanism::Joint& joint) noexcept;
+  void turn_on(Section& section, const Vector3& axis_W, double rate) const noexcept;
+  Rates rates_of_vector(const Section& section, const Vector3& v_W) const noexcept;
+  Acceleration acceleration_of(std::uint32_t link, const Vector3& p_L) const noexcept;
+
+  const Mechanism* mechanism_;
+  Pose X_WB_;
+  std::vector<double> q0_, q1_;
+  std::vector<BodyState> start_, half_, end_;  // by link
+  std::vector<Section> sections_;
+  std::vector<std::uint32_t> section_of_;  // by link
+  std::vector<std::uint32_t>
+      standing_;               // by link: how many joints of its chain come before the first that moves
+  std::vector<double> reach_;  // by link: no longer than this from the base's origin [m]
+  double largest_value_ = 0.0;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,220 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "contact_core/mechanism/mechanism_path.hpp"
+#include "contact_core/mechanism/ssrms.hpp"
+#include "contact_core/motion/narrowphase_query.hpp"
+#include "contact_core/native/native.hpp"
+#include "tests/mechanism/random_chain.hpp"
+
+// Links of an arm against a box at rest: find_impact() on MechanismPath.
+
+namespace touchstone {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kGap = 1e-9;
+
+Pose at(double x, double y, double z) {
+  Pose X;
+  X.p = {x, y, z};
+  return X;
+}
+
+/// Links in a row, each joint `step` along x from the one before, all turning about `axis`.
+MechanismDescription straight_arm(int joints, double step, const Vector3& axis) {
+  MechanismDescription out;
+  out.name = "arm";
+  out.links.push_back({"0", {}, {}});
+  for (int j = 0; j < joints; ++j) {
+    JointDescription joint;
+    joint.name = "j" + std::to_string(j);
+    joint.kind = JointKind::revolute;
+    joint.parent = std::to_string(j);
+    joint.child = std::to_string(j + 1);
+    joint.X_PJ = at(j == 0 ? 0.0 : step, 0, 0);
+    joint.axis_J = axis;
+    out.joints.push_back(joint);
+    out.links.push_back({joint.child, {}, {}});
+  }
+  return out;
+}
+
+struct Against {
+  std::array<Hexahedron, 2> solids;
+  Pose X_OS;
+  RigidPath obstacle;
+  std::unique_ptr<Narrowphase> native = make_native();
+
+  Against(const Vector3& size, const Pose& in_link, const Vector3& obstacle_size, const Pose& X_WO)
+      : solids{Hexahedron::from_size(size), Hexahedron::from_size(obstacle_size)},
+        X_OS(in_link),
+        obstacle(X_WO) {
+    native->build(solids);
+  }
+
+  Impact find(const MechanismPath& path, std::uint32_t link) {
+    NarrowphaseQuery query(*native, 2);
+    return find_impact({&solids[0], X_OS, &path, link}, {&solids[1], {}, &obstacle}, {kGap}, query);
+  }
+  double separation(const MechanismPath& path, std::uint32_t link, double s) {
+    NarrowphaseQuery query(*native, 2);
+    PairGeometry out{};
+    const PairStatus status = query.separation(compose(path.at(link, s).X_WO, X_OS), obstacle.from(), out);
+    EXPECT_TRUE(status == PairStatus::separated || status == PairStatus::overlapping);
+    return out.separation;
+  }
+};
+
+void expect_stop_in_gap(const Impact& impact) {
+  EXPECT_EQ(impact.status, ImpactStatus::blocked);
+  EXPECT_GE(impact.geometry.separation, 0.5 * kGap);
+  EXPECT_LE(impact.geometry.separation, kGap);
+}
+
+// Scene 4: a boom of half-width 0.175 and length 7.11 m lowers at 4 deg/s about a pivot 1.3589 m above the
+// Lab's crown, to 12 deg: contact where 7.11 sin a + 0.175 cos a = 1.3589.
+TEST(MechanismImpact, BoomMeetsTheCrown) {
+  const Mechanism arm(straight_arm(1, 0, Vector3::UnitY()));
+  Against lab({7.11, 0.35, 0.35}, at(3.555, 0, 0), {8.5, 4.3, 1}, at(4.25, 0, -0.5));
+  MechanismPath path(arm);
+  path.set(at(0, 0, 1.3589), std::vector{0.0}, std::vector{12 * kDegree});
+  const Impact impact = lab.find(path, 1);
+  expect_stop_in_gap(impact);
+  const double closed_form = std::asin(1.3589 / std::hypot(7.11, 0.175)) - std::atan2(0.175, 7.11);
+  EXPECT_NEAR(closed_form / kDegree, 9.605129, 5e-7);
+  const double closing = 4 * kDegree * 6.98;
+  EXPECT_NEAR(3 * impact.lo, closed_form / (4 * kDegree), 2 * kGap / closing + 1e-12);
+  EXPECT_NEAR(impact.geometry.p_B_W.x(), 6.981126, 2e-6);
+  EXPECT_LE(impact.queries, 6);
+}
+
+// Scene 5 b: a 50 mm bar at the end of a straight arm of seven joints turns at 4 deg/s towards a parallel
+// face 5 mm ahead.
+TEST(MechanismImpact, BarOnAStraightArmDoesNotTunnel) {
+  const Mechanism arm(straight_arm(7, 2, Vector3::UnitZ()));
+  Against wall({0.05, 0.05, 0.05}, at(16.9378 - 12, -0.025, 0), {1, 0.05, 1}, at(16.9378, 0.005 + 0.025, 0));
+  MechanismPath path(arm);
+  const std::vector<double> from(7, 0.0);
+  std::vector<double> to = from;
+  to[0] = 4 * kDegree * 0.1;
+  path.set({}, from, to);
+  EXPECT_GT(wall.separation(path, 7, 0), 4e-3);
+  const Impact impact = wall.find(path, 7);
+  expect_stop_in_gap(impact);
+  const double closed_form = std::asin(0.005 / 16.9628) / (4 * kDegree);
+  EXPECT_NEAR(0.1 * impact.lo, closed_form, 2 * kGap / (4 * kDegree * 16.9) + 1e-12);
+}
+
+// The elbow undoes the shoulder's turn: the bar is carried round a circle without turning, and meets the face
+// where 2 sin(a) = 5 mm.
+TEST(MechanismImpact, BarCarriedWithoutTurning) {
+  const Mechanism arm(straight_arm(2, 2, Vector3::UnitZ()));
+  Against wall({0.05, 0.05, 0.05}, at(3, -0.025, 0), {1, 0.05, 1}, at(5, 0.005 + 0.025, 0));
+  MechanismPath path(arm);
+  path.set({}, std::vector{0.0, 0.0}, std::vector{0.1, -0.1});
+  const Impact impact = wall.find(path, 2);
+  expect_stop_in_gap(impact);
+  EXPECT_NEAR(impact.lo * 0.1, std::asin(0.0025), 2 * kGap / 2 + 1e-12);
+}
+
+// Seven joints turn by up to a right angle each, parallel to a face at twice the gap.
+TEST(MechanismImpact, SweepingParallelToAFaceTakesFewQueries) {
+  const Mechanism arm(straight_arm(7, 1, Vector3::UnitZ()));
+  Against slab({1, 0.2, 0.2}, at(0.5, 0, 0), {40, 40, 1}, at(0, 0, -0.1 - 2 * kGap - 0.5));
+  test::Draw draw(9);
+  int worst = 0;
+  for (int i = 0; i < 100; ++i) {
+    std::vector<double> from(7), to(7);
+    for (int j = 0; j < 7; ++j) from[j] = draw.real(-3, 3), to[j] = from[j] + draw.real(-1.5, 1.5);
+    MechanismPath path(arm);
+    path.set({}, from, to);
+    const Impact impact = slab.find(path, 7);
+    EXPECT_EQ(impact.status, ImpactStatus::clear);
+    worst = std::max(worst, impact.queries);
+  }
+  std::printf("parallel at twice the gap: worst %d queries\n", worst);
+  EXPECT_LE(worst, 16);
+}
+
+// What is called clear is: random spatial arms, and boxes in their way.
+TEST(MechanismImpact, ExecutedPathsKeepHalfTheGap) {
+  for (const double step : {0.02, 0.5, 3.0}) {
+    test::Draw draw(static_cast<std::uint64_t>(100 * step) + 17);
+    int blocked = 0, limits = 0, pairs = 0, queries = 0, worst_queries = 0;
+    while (pairs < 1500) {
+      const Mechanism arm(draw.mechanism());
+      const auto link = static_cast<std::uint32_t>(arm.joints().size());
+      std::vector<double> from(arm.value_count()), to(arm.value_count());
+      for (std::size_t i = 0; i < from.size(); ++i)
+        from[i] = draw.real(-2, 2), to[i] = from[i] + draw.real(-step, step);
+      MechanismPath path(arm);
+      path.set(draw.pose(2), from, to);
+      if (!path.moves(link)) continue;
+      Pose X_WO = draw.pose(1);
+      // Somewhere near the link's way.
+      X_WO.p += path.at(link, draw.real(0, 1)).X_WO.p + draw.vector(step);
+      Against box({draw.real(0.1, 2), draw.real(0.1, 2), draw.real(0.1, 2)}, draw.pose(0.5),
+                  {draw.real(0.1, 2), draw.real(0.1, 2), draw.real(0.1, 2)}, X_WO);
+      const double start = box.separation(path, link, 0);
+      if (start <= kGap || start > 5 * step) continue;
+      ++pairs;
+      const Impact impact = box.find(path, link);
+      blocked += impact.status == ImpactStatus::blocked;
+      if (impact.status == ImpactStatus::blocked) {
+        EXPECT_LE(impact.geometry.separation, kGap);
+      }
+      limits += impact.status == ImpactStatus::iteration_limit;
+      queries += impact.queries;
+      worst_queries = std::max(worst_queries, impact.queries);
+      for (int k = 0; k <= 20; ++k)
+        ASSERT_GE(box.separation(path, link, impact.lo * k / 20), 0.5 * kGap) << "pair " << pairs;
+    }
+    std::printf("step %4.2f rad: %d of %d blocked, %d iteration limits, queries mean %.1f worst %d\n", step,
+                blocked, pairs, limits, static_cast<double>(queries) / pairs, worst_queries);
+    EXPECT_GT(blocked, 100);
+    EXPECT_EQ(limits, 0);
+  }
+}
+
+// One frame of the arm at its joints' rates at 10 Hz, every hexahedron of the end effector against a box.
+TEST(MechanismImpact, SsrmsLowersItsEndEffectorOntoABox) {
+  const Mechanism arm(make_ssrms());
+  MechanismPath path(arm);
+  const std::vector<double> from = {0, 0, -30 * kDegree, 60 * kDegree, -30 * kDegree, 0, 0};
+  std::vector<double> to = from;
+  for (const int pitch : {2, 3, 4}) to[pitch] += 0.4 * kDegree;
+  path.set({}, from, to);
+  const std::uint32_t link = arm.find_link("tip_lee");
+  const Mechanism::Link& lee = arm.links()[link];
+  // A face 5 mm below the mouth's lowest corner.
+  double lowest = 1e9;
+  Vector3 corner;
+  for (std::uint32_t i = 0; i < lee.solid_count; ++i) {
+    const PlacedHexahedron& part = arm.placed(lee.first_solid + i);
+    for (const Vector3& v : part.solid.vertices()) {
+      const Vector3 p = transform(compose(path.at(link, 0).X_WO, part.X_OS), v);
+      if (p.z() < lowest) lowest = p.z(), corner = p;
+    }
+  }
+  double lo = 1;
+  for (std::uint32_t i = 0; i < lee.solid_count; ++i) {
+    const PlacedHexahedron& part = arm.placed(lee.first_solid + i);
+    Against floor({1, 1, 1}, part.X_OS, {4, 4, 1}, at(corner.x(), corner.y(), lowest - 0.005 - 0.5));
+    floor.solids[0] = part.solid;
+    floor.native->build(floor.solids);
+    const Impact impact = floor.find(path, link);
+    lo = std::min(lo, impact.lo);
+    for (int k = 0; k <= 50; ++k) EXPECT_GE(floor.separation(path, link, impact.lo * k / 50), 0.5 * kGap);
+  }
+  EXPECT_GT(lo, 0.01);
+  EXPECT_LT(lo, 0.99);
+}
+
+}  // namespace
+}  // namespace touchstone

@@ -1,0 +1,182 @@
+#include "adapters/urdf/urdf.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "contact_core/input_error.hpp"
+#include "contact_core/mechanism/ssrms.hpp"
+
+namespace touchstone {
+namespace {
+
+using testing::HasSubstr;
+
+const std::filesystem::path kFiles = TOUCHSTONE_URDF_FILES;
+
+TEST(Urdf, TheArmMovesAsTheLibrarysOwn) {
+  const Mechanism arm(urdf::load_urdf(kFiles / "arm.urdf"));
+  const Mechanism own(make_ssrms());
+  EXPECT_EQ(arm.name(), "arm");
+  ASSERT_EQ(arm.value_count(), 7u);
+  const std::vector<double> q = {0.3, -0.4, 0.5, 1.6, -0.7, 0.8, -0.9};
+  std::vector<Pose> X(9), Y(9);
+  arm.link_poses({}, q, X);
+  own.link_poses({}, q, Y);
+  for (std::uint32_t link = 0; link < 9; ++link) {
+    const Pose& expected = Y[own.find_link(arm.links()[link].name)];
+    EXPECT_LE(norm(X[link].p - expected.p), 1e-13) << arm.links()[link].name;
+    EXPECT_LE((X[link].R - expected.R).cwiseAbs().maxCoeff(), 1e-14);
+  }
+}
+
+TEST(Urdf, LimitsAndReferenceAreTaken) {
+  const Mechanism arm(urdf::load_urdf(kFiles / "arm.urdf"));
+  const Mechanism::Joint& elbow = arm.joints()[arm.find_joint("elbow_pitch")];
+  EXPECT_EQ(elbow.lower, 0.5);
+  EXPECT_EQ(elbow.upper, 4.7);
+  EXPECT_EQ(elbow.rate, 0.0698);
+  EXPECT_EQ(elbow.effort, 2332);
+  EXPECT_EQ(arm.reference()[3], 0.5);  // 0 is out of its limits
+  EXPECT_EQ(arm.reference()[0], 0.0);
+  EXPECT_EQ(arm.joints()[arm.find_joint("wrist_pitch")].upper, std::numeric_limits<double>::infinity());
+}
+
+TEST(Urdf, SolidsFillTheirShapesAndFacetsAreStated) {
+  urdf::LoadOptions options;
+  options.cylinder_facets = 16;
+  const Mechanism arm(urdf::load_urdf(kFiles / "arm.urdf", options));
+  const Mechanism::Link& boom = arm.links()[arm.find_link("upper_boom")];
+  ASSERT_EQ(boom.solid_count, 8u);  // seven slices and the box
+  double low = 1e9, high = -1e9, widest = 0;
+  for (std::uint32_t i = 0; i < 7; ++i) {
+    const PlacedHexahedron& slice = arm.placed(boom.first_solid + i);
+    EXPECT_EQ(slice.name, "boom." + std::to_string(i));
+    for (const Vector3& v : slice.solid.vertices()) {
+      const Vector3 p = transform(slice.X_OS, v);
+      low = std::min(low, p.x()), high = std::max(high, p.x());
+      widest = std::max(widest, std::hypot(p.y(), p.z()));
+    }
+  }
+  EXPECT_NEAR(low, 0, 1e-14);
+  EXPECT_NEAR(high, 7.11, 1e-14);
+  EXPECT_NEAR(widest, 0.175 / std::cos(std::numbers::pi / 16), 1e-14);
+  EXPECT_EQ(arm.placed(boom.first_solid + 7).name, "collision.1");
+  EXPECT_EQ(arm.placed(boom.first_solid + 7).X_OS.p, Vector3(7.11, -0.2375, 0));
+  ASSERT_EQ(arm.description().facet_figures.size(), 2u);
+  const FacetFigure& figure = arm.description().facet_figures[1];
+  EXPECT_EQ(figure.object + "/" + figure.hexahedron, "upper_boom/boom");
+  EXPECT_NEAR(figure.error, widest - 0.175, 1e-14);
+}
+
+TEST(Urdf, InertiaIsTurnedIntoTheLinksAxes) {
+  const Mechanism arm(urdf::load_urdf(kFiles / "arm.urdf"));
+  const MassProperties& mass = arm.links()[arm.find_link("upper_boom")].mass;
+  EXPECT_EQ(mass.mass, 314.88);
+  EXPECT_EQ(mass.centre_L, Vector3(3.555, -0.2375, 0));
+  EXPECT_EQ(mass.inertia_about_L, mass.centre_L);
+  EXPECT_NEAR(mass.inertia_L(0, 0), 2094.71, 1e-11);  // a quarter turn about z
+  EXPECT_NEAR(mass.inertia_L(1, 1), 15.41, 1e-11);
+  EXPECT_NEAR(mass.inertia_L(0, 1), -49.52, 1e-11);
+}
+
+TEST(Urdf, RotationsAreFixedAxisRollPitchYaw) {
+  const Mechanism arm(urdf::parse_urdf(R"(<robot name="r"><link name="a"/><link name="b"/>
+    <joint name="j" type="fixed"><parent link="a"/><child link="b"/>
+    <origin xyz="1 2 3" rpy="0.1 0.2 0.3"/></joint></robot>)"));
+  std::vector<Pose> X(2);
+  arm.link_poses({}, {}, X);
+  Vector6 position;
+  position << 1, 2, 3, 0.1, 0.2, 0.3;
+  const Pose expected = pose_from_position_vector(position);
+  EXPECT_EQ(X[1].p, expected.p);
+  EXPECT_LE((X[1].R - expected.R).cwiseAbs().maxCoeff(), 1e-15);
+}
+
+TEST(Srdf, DisabledCollisionsBecomeExemptPairs) {
+  MechanismDescription description = urdf::load_urdf(kFiles / "arm.urdf");
+  description.exempt_pairs = urdf::load_srdf(kFiles / "arm.srdf");
+  ASSERT_EQ(description.exempt_pairs.size(), 2u);
+  const Mechanism arm(description);
+  const auto solid = [&](const char* link) { return arm.links()[arm.find_link(link)].first_solid; };
+  EXPECT_TRUE(arm.is_exempt(solid("base_lee"), solid("upper_boom")));
+  EXPECT_FALSE(arm.is_exempt(solid("base_lee"), solid("lower_boom")));
+}
+
+std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string urdf_error(const std::string& body) {
+  return message_of(
+      [&] { const Mechanism arm(urdf::parse_urdf("<robot name=\"r\">" + body + "</robot>", "r.urdf")); });
+}
+
+std::string joint_element(const std::string& type, const std::string& rest) {
+  return R"(<link name="a"/><link name="b"/><joint name="j" type=")" + type +
+         R"("><parent link="a"/><child link="b"/>)" + rest + "</joint>";
+}
+
+std::string with_geometry(const std::string& geometry) {
+  return R"(<link name="a"><collision><geometry>)" + geometry + "</geometry></collision></link>";
+}
+
+TEST(Urdf, WhatIsNoArmOfHexahedraIsRefusedByName) {
+  EXPECT_THAT(urdf_error(with_geometry("<sphere radius=\"1\"/>")),
+              HasSubstr("r.urdf: link 'a', collision 'collision.0': a sphere is no hexahedron"));
+  EXPECT_THAT(urdf_error(with_geometry("<mesh filename=\"package://a.stl\"/>")),
+              HasSubstr("a mesh is no hexahedron"));
+  EXPECT_THAT(urdf_error(with_geometry("<box size=\"1 0 1\"/>")), HasSubstr("r.urdf: link 'a', collision"));
+  EXPECT_THAT(urdf_error(with_geometry("<cylinder radius=\"-1\" length=\"1\"/>")), HasSubstr("radius is -1"));
+  EXPECT_THAT(urdf_error(joint_element("floating", "")),
+              HasSubstr("r.urdf: joint 'j': floating joints are not"));
+  EXPECT_THAT(urdf_error(joint_element("planar", "<axis xyz=\"1 0 0\"/>")),
+              HasSubstr("planar joints are not"));
+  EXPECT_THAT(urdf_error(joint_element("continuous", "<axis xyz=\"0 0 0\"/>")), HasSubstr("no direction"));
+  EXPECT_THAT(urdf_error(joint_element("continuous", "<axis xyz=\"0 0 1\"/><mimic joint=\"k\"/>")),
+              HasSubstr("joint 'j': mimics 'k'"));
+  EXPECT_THAT(
+      urdf_error(joint_element("prismatic", "<limit lower=\"2\" upper=\"1\" velocity=\"1\" effort=\"1\"/>")),
+      HasSubstr("mechanism 'r', joint 'j': limits from 2 to 1"));
+  // The parser's own words.
+  EXPECT_THAT(urdf_error(joint_element("revolute", "<axis xyz=\"0 0 1\"/>")), HasSubstr("r.urdf: "));
+  EXPECT_THAT(urdf_error("<link name=\"a\"/><link name=\"b\"/>"), HasSubstr("Two root links found"));
+  EXPECT_THAT(message_of([] { urdf::parse_urdf("no xml", "x.urdf"); }), HasSubstr("x.urdf: "));
+  EXPECT_THAT(message_of([] { urdf::load_urdf("missing.urdf"); }), HasSubstr("missing.urdf: cannot be read"));
+}
+
+TEST(Urdf, ALoopIsRefused) {
+  EXPECT_THAT(urdf_error(R"(<link name="a"/><link name="b"/><link name="c"/>
+    <joint name="ab" type="fixed"><parent link="a"/><child link="b"/></joint>
+    <joint name="ac" type="fixed"><parent link="a"/><child link="c"/></joint>
+    <joint name="bc" type="fixed"><parent link="b"/><child link="c"/></joint>)"),
+              HasSubstr("closes a loop"));
+  EXPECT_THAT(urdf_error(R"(<link name="a"/><link name="b"/><link name="c"/>
+    <joint name="bc" type="fixed"><parent link="b"/><child link="c"/></joint>
+    <joint name="cb" type="fixed"><parent link="c"/><child link="b"/></joint>)"),
+              HasSubstr("no joint leads to it"));
+}
+
+TEST(Srdf, BadEntriesAreRefusedByLine) {
+  EXPECT_THAT(
+      message_of([] { urdf::parse_srdf("<robot>\n<disable_collisions link1=\"a\"/></robot>", "r.srdf"); }),
+      HasSubstr("r.srdf:2: <disable_collisions> needs link1 and link2"));
+  EXPECT_THAT(message_of([] { urdf::parse_srdf("<robot><enable_collisions/></robot>", "r.srdf"); }),
+              HasSubstr("r.srdf:1: <enable_collisions> is not supported"));
+  EXPECT_THAT(message_of([] { urdf::parse_srdf("<arm/>", "r.srdf"); }), HasSubstr("r.srdf: no <robot>"));
+  EXPECT_THAT(message_of([] { urdf::parse_srdf("<robot>", "r.srdf"); }), HasSubstr("r.srdf:"));
+  MechanismDescription description = urdf::load_urdf(kFiles / "arm.urdf");
+  description.exempt_pairs = {{"base_lee", "moon"}};
+  EXPECT_THAT(message_of([&] { const Mechanism arm(description); }), HasSubstr("no link 'moon'"));
+}
+
+}  // namespace
+}  // namespace touchstone
