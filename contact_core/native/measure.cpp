@@ -22,6 +22,8 @@ const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
 }
 
+constexpr double kSearchSlack = 0x1p-40;
+
 void write_beyond(PairGeometry& out) {
   out.separation = kInfinity;
   out.n_AB_W = out.p_A_W = out.p_B_W = Vector3::Constant(kNaN);
@@ -136,10 +138,12 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   const PairStatus status = meet ? PairStatus::overlapping : PairStatus::separated;
 
   const double limit = placed.from_world(max_separation);
+  // What the search rounds must not withhold a pair that is just within: the world's figures decide below.
+  const double search_limit = limit + kSearchSlack * placed.pair.hulls.extent;
   SignedDistance distance;
   if (meet) {
     finish_depth(record, general, placed, distance);
-  } else if (!finish_distance(apart, X_WA, limit, placed, distance)) {
+  } else if (!finish_distance(apart, X_WA, search_limit, placed, distance)) {
     write_beyond(geometry);
     return status;
   }
