@@ -56,7 +56,7 @@ class Session {
     broadphase.threads = options_.threads;
     if (options_.quick) broadphase.sizes = {1000};
     progress_.step("broadphases");
-    report.broadphases = run_broadphases(backends_.registry.broadphases(), broadphase, oracle_, share_);
+    report.broadphases = run_broadphases(backends_.registry, broadphase, oracle_, share_);
   }
 
   void run_scenes(Report& report) {

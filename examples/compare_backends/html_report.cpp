@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "examples/compare_backends/growth_plot.hpp"
 #include "examples/compare_backends/method_text.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
 #include "examples/compare_backends/text_table.hpp"
@@ -366,8 +367,8 @@ class Page {
 
   std::string broadphases() const {
     if (report_.broadphases.empty()) return "";
-    HtmlTable table(
-        {"broadphase", "boxes", "ms a frame", "99%", "candidates", "allocations a frame", "missed"});
+    HtmlTable table({"broadphase", "boxes", "ms a frame", "99%", "with overlap", "candidates",
+                     "allocations a frame", "missed"});
     for (const BroadphaseResult& result : report_.broadphases) {
       if (!result.gap.empty()) {
         table.add({xml_text(result.name), format_count(result.boxes), result.gap});
@@ -376,6 +377,7 @@ class Page {
       table.add({xml_text(result.name), format_count(result.boxes),
                  fmt::format("{:.3f}", result.frame.median_ns * 1e-6),
                  fmt::format("{:.3f}", result.frame.p99_ns * 1e-6),
+                 result.with_overlap ? fmt::format("{:.3f}", result.with_overlap->median_ns * 1e-6) : "-",
                  format_count(static_cast<std::size_t>(result.candidates)),
                  result.allocations ? fmt::format("{:.3g}", *result.allocations) : "-",
                  result.missed ? fmt::format("{} of {}", *result.missed, format_count(result.true_pairs))
@@ -385,8 +387,10 @@ class Page {
            "frame. Missed: of the pairs whose boxes are within the margin in the last frame, taken from all "
            "pairs "
            "up to 10 000 boxes, beyond that from the candidates of all broadphases, confirmed by "
-           "<code>exact</code>.</p>\n" +
-           table.str();
+           "<code>exact</code>. With overlap: and the overlap of all pairs by the narrowphase of the same "
+           "name, as "
+           "one batch.</p>\n" +
+           growth_plot(report_.broadphases, names_, false) + table.str();
   }
 
   std::string pair_file() const {
@@ -474,6 +478,8 @@ std::vector<ReportFile> figure_files(const Report& report) {
                          speed_error_plot(set, query, axes, names, true));
     }
   }
+  if (!report.broadphases.empty())
+    files.emplace_back("figures/broadphases.svg", growth_plot(report.broadphases, names, true));
   return files;
 }
 

@@ -109,6 +109,8 @@ Json json(const BroadphaseResult& result) {
   json["frame_ms"] = {{"median", number(result.frame.median_ns * 1e-6)},
                       {"p99", number(result.frame.p99_ns * 1e-6)},
                       {"minimum", number(result.frame.minimum_ns * 1e-6)}};
+  json["with_overlap_ms"] =
+      result.with_overlap ? number(result.with_overlap->median_ns * 1e-6) : Json(nullptr);
   json["candidates_per_frame"] = number(result.candidates);
   json["allocations_per_frame"] = result.allocations ? number(*result.allocations) : Json(nullptr);
   json["missed"] = result.missed ? Json(*result.missed) : Json(nullptr);

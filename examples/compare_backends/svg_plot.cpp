@@ -341,7 +341,7 @@ std::string plot_style() {
 @media (prefers-color-scheme: dark){.plot{--ink:#e8eaed;--soft:#a3abb5;--line:#3a414a;--area:#1d2126;--paper:#14171a;
 --c0:#4db2ec;--c1:#b5b5b5;--c2:#ff8a3d;--c3:#e9b949;--c4:#2fc79a;--c5:#f5f5f5;--c6:#e893c3;--c7:#8fd0f5;--c8:#d9c35a}}
 @media print{.plot{--ink:#000;--soft:#444;--line:#ccc;--area:#fff;--paper:#fff}}
-.plot text{font:11px system-ui,sans-serif;fill:var(--soft)}.plot .label{fill:var(--ink)}
+.plot text{font:11px system-ui,sans-serif;fill:var(--soft)}.plot .label{fill:var(--ink);stroke:var(--area);stroke-width:4;stroke-linejoin:round;paint-order:stroke}
 .plot .small{font-size:10px}.plot .title{font-size:13px;font-weight:600;fill:var(--ink)}
 .plot .area{fill:var(--area);stroke:var(--line)}.plot .grid{stroke:var(--line);stroke-width:.7;fill:none}
 .plot .front{stroke:var(--soft);stroke-width:1.2;stroke-dasharray:5 4;fill:none}.plot .rail{stroke:var(--soft);stroke-dasharray:2 3}.plot .break{stroke:var(--soft);fill:none}

@@ -105,7 +105,11 @@ std::vector<SolidPair> confirmed_pairs(const Swarm& swarm, std::span<const Pose>
 
 struct Runner {
   std::unique_ptr<Broadphase> broadphase;
+  std::unique_ptr<Narrowphase> narrowphase;  // of the same name; may be none
+  std::unique_ptr<Narrowphase::Workspace> workspace;
+  std::vector<PairStatus> status;
   std::vector<double> times;
+  std::vector<double> whole_times;  // with the narrowphase
   std::vector<SolidPair> last_pairs;
   std::size_t candidates = 0;
   std::uint64_t allocations = 0;
@@ -137,13 +141,38 @@ void run_frame(Runner& runner, const Swarm& swarm, std::size_t frame, std::vecto
   runner.allocations += thread_allocations().value_or(0) - allocated - kept;
 }
 
+/// The narrowphase on the frame's pairs, as one batch; they were just found, and are collected here untimed.
+void run_overlap(Runner& runner, const Swarm& swarm, std::size_t frame, std::vector<SolidPair>& block) {
+  runner.last_pairs.clear();
+  PairCursor cursor;
+  while (!cursor.done) {
+    const std::size_t written = runner.broadphase->find_pairs(cursor, block);
+    runner.last_pairs.insert(runner.last_pairs.end(), block.begin(),
+                             block.begin() + static_cast<std::ptrdiff_t>(written));
+  }
+  runner.status.resize(runner.last_pairs.size());
+  const auto begin = Clock::now();
+  runner.narrowphase->evaluate({runner.last_pairs, swarm.frames[frame], Query{}}, {runner.status, {}, {}},
+                               *runner.workspace);
+  const auto end = Clock::now();
+  runner.whole_times.push_back(runner.times.back() +
+                               std::chrono::duration<double, std::nano>(end - begin).count());
+}
+
+std::unique_ptr<Narrowphase> narrowphase_named(const BackendRegistry& registry, const std::string& name) {
+  for (const BackendRegistry::NarrowphaseEntry& entry : registry.narrowphases())
+    if (entry.name == name) return entry.make();
+  return nullptr;
+}
+
 std::size_t frames_for(std::size_t boxes) { return boxes <= 1000 ? 60 : boxes <= 10000 ? 20 : 8; }
 
 }  // namespace
 
-std::vector<BroadphaseResult> run_broadphases(std::span<const BackendRegistry::BroadphaseEntry> broadphases,
+std::vector<BroadphaseResult> run_broadphases(const BackendRegistry& registry,
                                               const BroadphaseOptions& options, const Oracle* oracle,
                                               const Progress& progress) {
+  const std::vector<BackendRegistry::BroadphaseEntry>& broadphases = registry.broadphases();
   std::vector<BroadphaseResult> results;
   std::vector<SolidPair> block(4096);
   for (std::size_t s = 0; s < options.sizes.size(); ++s) {
@@ -159,10 +188,16 @@ std::vector<BroadphaseResult> run_broadphases(std::span<const BackendRegistry::B
       runners[b].broadphase = broadphases[b].make();
       runners[b].times.reserve(frames);
       runners[b].broadphase->build({swarm.pointers, options.margin});
+      runners[b].narrowphase = narrowphase_named(registry, broadphases[b].name);
+      if (!runners[b].narrowphase) continue;
+      runners[b].narrowphase->build(swarm.solids);
+      runners[b].workspace = runners[b].narrowphase->make_workspace();
     }
     for (std::size_t f = 0; f <= frames; ++f) {
       for (Runner& runner : runners) {
-        if (runner.broadphase) run_frame(runner, swarm, f, block, f > 0 && f < frames, f == frames);
+        if (!runner.broadphase) continue;
+        run_frame(runner, swarm, f, block, f > 0 && f < frames, f == frames);
+        if (runner.narrowphase && f > 0 && f < frames) run_overlap(runner, swarm, f, block);
       }
       if (progress) {
         progress((static_cast<double>(s) + static_cast<double>(f) / static_cast<double>(frames)) /
@@ -192,6 +227,7 @@ std::vector<BroadphaseResult> run_broadphases(std::span<const BackendRegistry::B
       Runner& runner = runners[b];
       result.frames = runner.times.size();
       result.frame = summarise_blocks(runner.times);
+      if (!runner.whole_times.empty()) result.with_overlap = summarise_blocks(runner.whole_times);
       result.candidates = static_cast<double>(runner.candidates) / static_cast<double>(result.frames);
       if (thread_allocations()) {
         result.allocations = static_cast<double>(runner.allocations) / static_cast<double>(result.frames);

@@ -15,9 +15,11 @@ struct BroadphaseResult {
   std::string name;
   std::string description;
   std::size_t boxes = 0;
-  std::size_t frames = 0;             ///< timed; 0: not run, see gap
-  Timing frame;                       ///< update and find_pairs [ns per frame]
-  double candidates = 0;              ///< pairs per frame, mean
+  std::size_t frames = 0;  ///< timed; 0: not run, see gap
+  Timing frame;            ///< update and find_pairs [ns per frame]
+  std::optional<Timing>
+      with_overlap;       ///< and the overlap of all pairs by the narrowphase of that name [ns per frame]
+  double candidates = 0;  ///< pairs per frame, mean
   std::optional<double> allocations;  ///< per frame, after the first
   std::optional<std::size_t> missed;  ///< of `true_pairs`, last frame; empty: not checked
   std::size_t true_pairs = 0;         ///< pairs whose solids are within the margin
@@ -34,8 +36,9 @@ struct BroadphaseOptions {
   int threads = 1;
 };
 
-/// Runs every broadphase on the same frames, frame by frame in turn. Without an oracle nothing is checked.
-std::vector<BroadphaseResult> run_broadphases(std::span<const BackendRegistry::BroadphaseEntry> broadphases,
+/// Runs every broadphase of the registry on the same frames, frame by frame in turn, and where there is a
+/// narrowphase of its name, that one on its pairs. Without an oracle nothing is checked.
+std::vector<BroadphaseResult> run_broadphases(const BackendRegistry& registry,
                                               const BroadphaseOptions& options, const Oracle* oracle,
                                               const Progress& progress = {});
 
