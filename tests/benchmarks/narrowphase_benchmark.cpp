@@ -14,8 +14,8 @@
 #include "adapters/ode/ode.hpp"
 #endif
 
-// A query over a shuffled pair family, whose data do not fit the first caches: one pair a call, as a batch, and
-// the engines' raw calls. The counter "pair" is the time of a pair.
+// A query over a shuffled pair family, whose data do not fit the first caches: one pair a call, as a batch,
+// and the engines' raw calls. The counter "pair" is the time of a pair.
 
 namespace touchstone {
 namespace {
@@ -78,9 +78,9 @@ struct Workload {
 };
 
 void per_pair(benchmark::State& state, const Workload& work) {
-  state.counters["pair"] = benchmark::Counter(static_cast<double>(work.pairs.size()),
-                                              benchmark::Counter::kIsIterationInvariantRate |
-                                                  benchmark::Counter::kInvert);
+  state.counters["pair"] =
+      benchmark::Counter(static_cast<double>(work.pairs.size()),
+                         benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void run_query(benchmark::State& state, const std::string& backend, const std::string& family, QueryKind kind,
@@ -95,7 +95,8 @@ void run_query(benchmark::State& state, const std::string& backend, const std::s
   const std::size_t step = batch ? work.pairs.size() : 1;
   for (auto _ : state) {
     for (std::size_t i = 0; i < work.pairs.size(); i += step) {
-      narrowphase->evaluate({std::span(work.pairs).subspan(i, step), work.set.poses, query}, output, *workspace);
+      narrowphase->evaluate({std::span(work.pairs).subspan(i, step), work.set.poses, query}, output,
+                            *workspace);
       benchmark::ClobberMemory();
     }
   }
@@ -113,18 +114,31 @@ void run_raw(benchmark::State& state, const std::string& backend, const std::str
 }
 
 void add_rows() {
-  for (const auto& [kind, family] :
-       {std::pair{QueryKind::overlap, "random"}, {QueryKind::overlap, "sheared"}, {QueryKind::overlap, "tapered"},
-        {QueryKind::distance, "random"}, {QueryKind::distance, "sheared"}, {QueryKind::distance, "tapered"},
-        {QueryKind::distance, "near_parallel"}, {QueryKind::distance, "random:overlapping"},
-        {QueryKind::distance, "containment:overlapping"}, {QueryKind::distance, "slabs_needles:overlapping"},
-        {QueryKind::distance, "resting:overlapping"}, {QueryKind::distance, "sheared:overlapping"},
-        {QueryKind::distance, "tapered:overlapping"}, {QueryKind::distance, "near_parallel:overlapping"},
-        {QueryKind::distance, "random:apart"}, {QueryKind::distance, "near_1e-3:apart"},
-        {QueryKind::distance, "near_1e-7:apart"}, {QueryKind::distance, "slabs_needles:apart"},
-        {QueryKind::distance, "far:apart"}, {QueryKind::distance, "sheared:apart"},
-        {QueryKind::distance, "tapered:apart"}, {QueryKind::distance, "near_parallel:apart"}, {QueryKind::manifold, "random"}, {QueryKind::manifold, "resting"},
-        {QueryKind::manifold, "tapered"}}) {
+  for (const auto& [kind, family] : {std::pair{QueryKind::overlap, "random"},
+                                     {QueryKind::overlap, "sheared"},
+                                     {QueryKind::overlap, "tapered"},
+                                     {QueryKind::distance, "random"},
+                                     {QueryKind::distance, "sheared"},
+                                     {QueryKind::distance, "tapered"},
+                                     {QueryKind::distance, "near_parallel"},
+                                     {QueryKind::distance, "random:overlapping"},
+                                     {QueryKind::distance, "containment:overlapping"},
+                                     {QueryKind::distance, "slabs_needles:overlapping"},
+                                     {QueryKind::distance, "resting:overlapping"},
+                                     {QueryKind::distance, "sheared:overlapping"},
+                                     {QueryKind::distance, "tapered:overlapping"},
+                                     {QueryKind::distance, "near_parallel:overlapping"},
+                                     {QueryKind::distance, "random:apart"},
+                                     {QueryKind::distance, "near_1e-3:apart"},
+                                     {QueryKind::distance, "near_1e-7:apart"},
+                                     {QueryKind::distance, "slabs_needles:apart"},
+                                     {QueryKind::distance, "far:apart"},
+                                     {QueryKind::distance, "sheared:apart"},
+                                     {QueryKind::distance, "tapered:apart"},
+                                     {QueryKind::distance, "near_parallel:apart"},
+                                     {QueryKind::manifold, "random"},
+                                     {QueryKind::manifold, "resting"},
+                                     {QueryKind::manifold, "tapered"}}) {
     const std::string name = std::string(to_string(kind)) + "/" + family + "/";
     const std::string family_name = family;
     benchmark::RegisterBenchmark((name + "native").c_str(), [=, kind = kind](benchmark::State& state) {

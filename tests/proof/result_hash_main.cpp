@@ -62,8 +62,8 @@ int main(int argc, char** argv) {
     std::fputs(kUsage, stderr);
     return 2;
   }
-  std::fprintf(stderr, "%zu pairs a family, seed %" PRIu64 ", instruction set %s\n", options.count, options.seed,
-               native::kernels().isa);
+  std::fprintf(stderr, "%zu pairs a family, seed %" PRIu64 ", instruction set %s\n", options.count,
+               options.seed, native::kernels().isa);
   const auto hashes = result_hashes(options, make_native);
   for (const FamilyHash& each : hashes)
     std::printf("%016" PRIx64 "  %.*s\n", each.hash, static_cast<int>(each.family.size()),
