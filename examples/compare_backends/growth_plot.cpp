@@ -56,14 +56,14 @@ double slope(const std::vector<Point>& points) {
 std::string axis_lines(const LogScale& x, const LogScale& y) {
   std::string svg = fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kLeft, kTop,
                                 kRight - kLeft, kBottom - kTop);
-  for (double decade = x.low; decade <= x.high; ++decade) {
+  for (int decade = static_cast<int>(x.low); decade <= static_cast<int>(x.high); ++decade) {
     const double at = x(std::pow(10.0, decade));
     svg += fmt::format(
         "<path class='grid' d='M{0:.1f} {1}V{2}'/><text x='{0:.1f}' y='{3}' text-anchor='middle'>{4:.0f}"
         "</text>",
         at, kTop, kBottom, kBottom + 16, std::pow(10.0, decade));
   }
-  for (double decade = y.low; decade <= y.high; ++decade) {
+  for (int decade = static_cast<int>(y.low); decade <= static_cast<int>(y.high); ++decade) {
     const double at = y(std::pow(10.0, decade));
     svg += fmt::format(
         "<path class='grid' d='M{} {:.1f}H{}'/><text x='{}' y='{:.1f}' text-anchor='end'>{:g}</text>", kLeft,
