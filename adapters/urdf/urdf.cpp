@@ -170,11 +170,25 @@ struct Reader {
   }
 };
 
+/// Links that own each other in a ring would never be freed.
+struct UnlinkOnExit {
+  const ::urdf::ModelInterfaceSharedPtr& model;
+
+  explicit UnlinkOnExit(const ::urdf::ModelInterfaceSharedPtr& of) : model(of) {}
+  UnlinkOnExit(const UnlinkOnExit&) = delete;
+  UnlinkOnExit& operator=(const UnlinkOnExit&) = delete;
+  ~UnlinkOnExit() {
+    if (!model) return;
+    for (const auto& [name, link] : model->links_) link->child_links.clear();
+  }
+};
+
 }  // namespace
 
 MechanismDescription parse_urdf(const std::string& xml, const std::string& source,
                                 const LoadOptions& options) {
   ::urdf::ModelInterfaceSharedPtr model;
+  const UnlinkOnExit unlink(model);
   {
     ErrorLog log;
     model = ::urdf::parseURDF(xml);
