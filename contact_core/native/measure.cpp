@@ -8,6 +8,7 @@
 #include "contact_core/native/apart_pass.hpp"
 #include "contact_core/native/manifold.hpp"
 #include "contact_core/native/overlap.hpp"
+#include "contact_core/native/pair_batch.hpp"
 #include "contact_core/native/pair_depth.hpp"
 
 namespace touchstone::native {
@@ -15,7 +16,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kBlock = 256;
 constexpr ApartRecord kNoDistance{0.0, {}, {}, false, false};
 
 const PoseRecord* records_of(std::span<const Pose> poses) {
@@ -188,18 +188,6 @@ void prefetch_faces(const SolidData& solid) {
   const auto* const faces = reinterpret_cast<const std::byte*>(&solid.features.faces);
   for (std::size_t at = 0; at < 6 * sizeof(HullFace); at += kLine) __builtin_prefetch(faces + at);
 }
-
-/// Pairs of a block that go to one kernel.
-struct Batch {
-  std::array<PairIndices, kBlock> pairs;
-  std::array<std::uint16_t, kBlock> slots;
-  std::size_t count = 0;
-
-  void add(const SolidPair& pair, std::size_t slot) {
-    pairs[count] = {pair.a, pair.b};
-    slots[count++] = static_cast<std::uint16_t>(slot);
-  }
-};
 
 struct Records {
   std::array<DepthRecord, kBlock> depth;

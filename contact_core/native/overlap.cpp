@@ -1,4 +1,5 @@
 #include "contact_core/native/overlap.hpp"
+#include "contact_core/native/pair_batch.hpp"
 
 #include <algorithm>
 #include <array>
@@ -20,7 +21,6 @@ namespace {
 static_assert(sizeof(Pose) == sizeof(PoseRecord) && std::is_standard_layout_v<Pose>);
 static_assert(!Matrix3::IsRowMajor);
 
-constexpr std::size_t kBlock = 256;
 /// Of 4096 random frusta two need more than 6; whoever does is near touching.
 constexpr int kPortalSteps = 8;
 
@@ -56,18 +56,6 @@ bool meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> pose
   }
   return placed_meet(set, pair, poses);
 }
-
-/// The pairs of a block that go to one kernel.
-struct Batch {
-  std::array<PairIndices, kBlock> pairs;
-  std::array<std::uint16_t, kBlock> slots;
-  std::size_t count = 0;
-
-  void add(const SolidPair& pair, std::size_t slot) {
-    pairs[count] = {pair.a, pair.b};
-    slots[count++] = static_cast<std::uint16_t>(slot);
-  }
-};
 
 struct Block {
   Batch boxes, forms, others, hinted;
