@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/object_tree.hpp"
+#include "contact_core/broadphase/native/object_tree.hpp"
 
 #include <cmath>
 #include <numeric>

@@ -1,0 +1,151 @@
+#include "contact_core/broadphase/native/object_pairs.hpp"
+#include "contact_core/broadphase/register_broadphases.hpp"
+
+namespace touchstone {
+namespace {
+
+// What build() makes: bounds of the objects, trees over them, pairs of objects out of the trees, pairs of
+// solids out of those.
+class Scene {
+ public:
+  explicit Scene(const BroadphaseInput& input)
+      : bounds_(input),
+        forest_(bounds_, input.threads),
+        object_pairs_(bounds_, forest_, input.threads),
+        threads_(input.threads) {
+    partners_.reserve(bounds_.solids());
+  }
+  Scene(const Scene&) = delete;  // its parts point at each other
+  Scene& operator=(const Scene&) = delete;
+
+  void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept {
+    const bool all = !is_placed_ || bounds_.on_paths();
+    if (all) bounds_.start_poses();
+    take(all, moved, [&](std::uint32_t object) { bounds_.place(object, poses); });
+  }
+
+  void update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept {
+    const bool all = !is_placed_ || !bounds_.on_paths();
+    if (all) bounds_.start_paths();
+    take(all, moved, [&](std::uint32_t object) { bounds_.place_path(object, paths); });
+  }
+
+  std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept {
+    std::size_t count = 0;
+    for (SolidIndex a = cursor.next.a; a < bounds_.solids(); ++a) {
+      if (object_pairs_.is_listed() && bounds_.solids() == bounds_.objects())
+        return copy_pairs({a, a == cursor.next.a ? cursor.next.b : 0}, cursor, block, count);
+      gather_partners(a);
+      auto b = partners_.begin();
+      if (a == cursor.next.a) b = std::lower_bound(b, partners_.end(), cursor.next.b);
+      for (; b != partners_.end(); ++b) {
+        if (count == block.size()) {
+          cursor.next = {a, *b};
+          return count;
+        }
+        block[count++] = {a, *b};
+      }
+    }
+    cursor.next = {bounds_.solids(), 0};
+    cursor.done = true;
+    return count;
+  }
+
+ private:
+  template <class Place>
+  void take(bool all, std::span<const std::uint32_t> moved, const Place& place_object) noexcept {
+    gathered_ = kNone;
+    if (all) {
+      is_placed_ = true;
+      place_all(
+          bounds_.objects(), [](std::size_t i) { return static_cast<std::uint32_t>(i); }, place_object);
+      forest_.update_all();
+      object_pairs_.forget();
+      return;
+    }
+    object_pairs_.forget(moved);
+    if (moved.empty()) return;
+    // Each object must be placed by one thread.
+    if (std::is_sorted(moved.begin(), moved.end(), std::less_equal<>()))
+      place_all(
+          moved.size(), [&](std::size_t i) { return moved[i]; }, place_object);
+    else
+      for (std::uint32_t object : moved) place_object(object);
+    forest_.update(moved);
+  }
+
+  template <class ObjectAt, class Place>
+  void place_all(std::size_t count, ObjectAt object_at, const Place& place_object) noexcept {
+    constexpr std::size_t kChunk = 2048;
+    auto chunk = [&](std::size_t task) {
+      for (std::size_t i = task * kChunk; i < std::min(count, (task + 1) * kChunk); ++i)
+        place_object(object_at(i));
+    };
+    run_tasks(threads_, (count + kChunk - 1) / kChunk, chunk);
+  }
+
+  // Where every object has one solid, the list is the answer.
+  std::size_t copy_pairs(SolidPair from, PairCursor& cursor, std::span<SolidPair> block,
+                         std::size_t count) const noexcept {
+    const std::span<const SolidPair> pairs = object_pairs_.listed();
+    const auto first = std::lower_bound(pairs.begin(), pairs.end(), from);
+    const auto left = static_cast<std::size_t>(pairs.end() - first);
+    const std::size_t copied = std::min(left, block.size() - count);
+    std::copy_n(first, copied, block.begin() + static_cast<std::ptrdiff_t>(count));
+    cursor.done = copied == left;
+    cursor.next = cursor.done ? SolidPair{bounds_.solids(), 0} : first[static_cast<std::ptrdiff_t>(copied)];
+    return count + copied;
+  }
+
+  void gather_partners(SolidIndex a) noexcept {
+    if (gathered_ == a) return;
+    gathered_ = a;
+    partners_.clear();
+    const std::uint32_t object = bounds_.object_of(a);
+    for (std::uint32_t other : object_pairs_.row(object)) {
+      if (bounds_.is_single(object) && bounds_.is_single(other))  // tested already
+        partners_.push_back(bounds_.first_solid(other));
+      else
+        bounds_.append_partners(a, other, partners_);
+    }
+  }
+
+  static constexpr SolidIndex kNone = 0xFFFFFFFF;
+
+  SolidBounds bounds_;
+  ObjectForest forest_;
+  ObjectPairs object_pairs_;
+  TaskRunner* threads_;
+  bool is_placed_ = false;
+  SolidIndex gathered_ = kNone;  // whose partners find_pairs holds, kept for the next block
+  std::vector<SolidIndex> partners_;
+};
+
+class Native final : public Broadphase {
+ public:
+  std::string_view name() const noexcept override { return "native"; }
+
+  void build(const BroadphaseInput& input) override { scene_ = std::make_unique<Scene>(input); }
+
+  void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept override {
+    scene_->update(poses, moved);
+  }
+
+  bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept override {
+    scene_->update_paths(paths, moved);
+    return true;
+  }
+
+  std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept override {
+    return scene_->find_pairs(cursor, block);
+  }
+
+ private:
+  std::unique_ptr<Scene> scene_ = std::make_unique<Scene>(BroadphaseInput{});
+};
+
+}  // namespace
+
+std::unique_ptr<Broadphase> make_native_broadphase() { return std::make_unique<Native>(); }
+
+}  // namespace touchstone

@@ -1,0 +1,175 @@
+#include "contact_core/broadphase/native/object_pairs.hpp"
+
+#include <algorithm>
+#include <atomic>
+
+namespace touchstone {
+
+ObjectPairs::ObjectPairs(const SolidBounds& bounds, const ObjectForest& forest, TaskRunner* threads)
+    : bounds_(bounds), forest_(forest), threads_(threads), is_changed_(bounds.objects()) {
+  const std::uint32_t objects = bounds.objects();
+  list_.resize(objects, kListedPairsPerObject * std::size_t{objects}, kMostThreads);
+  work_.reserve(kMostWork), work_scratch_.reserve(kMostWork);
+  changed_.reserve(objects / kFew + 1);
+  fresh_.reserve(std::max<std::size_t>(objects, 64));
+  row_.reserve(objects);
+}
+
+void ObjectPairs::forget(std::span<const std::uint32_t> moved) noexcept {
+  start_frame();
+  note_changes(moved);
+}
+
+void ObjectPairs::note_changes(std::span<const std::uint32_t> moved) noexcept {
+  if (moved.empty()) return;
+  if (state_ == State::full) state_ = State::due;
+  if (state_ == State::due) return;
+  state_ = State::few_changed;
+  for (std::uint32_t object : moved) {
+    if (is_changed_[object] != 0) continue;
+    if (changed_.size() >= bounds_.objects() / kFew) {
+      forget_changes();
+      state_ = State::due;
+      return;
+    }
+    is_changed_[object] = 1;
+    changed_.push_back(object);
+  }
+}
+
+void ObjectPairs::forget_changes() noexcept {
+  for (std::uint32_t object : changed_) is_changed_[object] = 0;
+  changed_.clear();
+}
+
+void ObjectPairs::make_list() noexcept {
+  if (state_ == State::few_changed && list_changed_pairs()) return;
+  forget_changes();
+  state_ = list_all_pairs() ? State::complete : State::full;
+}
+
+// Only the pairs of objects that moved: each is asked for its own.
+bool ObjectPairs::list_changed_pairs() noexcept {
+  fresh_.clear();
+  for (std::uint32_t object : changed_) {
+    const bool fits = forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
+      if (is_changed_[other] != 0 && other <= object) return true;  // found from the other side
+      if (fresh_.size() == fresh_.capacity()) return false;
+      fresh_.push_back(object < other ? SolidPair{object, other} : SolidPair{other, object});
+      return true;
+    });
+    if (!fits) return false;
+  }
+  std::sort(fresh_.begin(), fresh_.end());
+  if (!list_.replace(is_changed_, fresh_)) return false;
+  forget_changes();
+  state_ = State::complete;
+  return true;
+}
+
+// Walking the trees, which is kind to caches. False when the list does not hold all pairs.
+bool ObjectPairs::list_all_pairs() noexcept {
+  const std::size_t tasks = threads_ == nullptr ? 1 : std::min(threads_->threads(), kMostThreads);
+  work_.clear();
+  for (int tree = 0; tree < ObjectForest::kTrees; ++tree) work_.push_back({tree, join_with(tree).root()});
+  if (tasks > 1) split_work();
+  list_.start();
+  std::atomic<std::size_t> next_work{0};
+  std::atomic<bool> fits{true};
+  auto task = [&](std::size_t) {
+    PairList::Writer writer(list_);
+    for (std::size_t i; (i = next_work.fetch_add(1, std::memory_order_relaxed)) < work_.size();)
+      if (!list_pairs_below(work_[i], writer)) fits.store(false, std::memory_order_relaxed);
+    writer.close();
+  };
+  run_tasks(threads_, tasks, task);
+  if (!fits.load()) return false;
+  list_.sort(threads_);
+  return true;
+}
+
+// Into parts of a size that keeps all threads busy to the end.
+void ObjectPairs::split_work() noexcept {
+  for (bool splits = true; splits && work_.size() * 16 <= kMostWork;) {
+    splits = false;
+    work_scratch_.clear();
+    for (const Work& work : work_) {
+      if (TreeJoin::is_leaf(work.nodes)) {
+        work_scratch_.push_back(work);
+        continue;
+      }
+      splits = true;
+      join_with(work.tree).expand(work.nodes, [&](const NodePair& nodes) {
+        work_scratch_.push_back({work.tree, nodes});
+      });
+    }
+    work_.swap(work_scratch_);
+  }
+}
+
+bool ObjectPairs::list_pairs_below(const Work& work, PairList::Writer& writer) const noexcept {
+  const ObjectTree& moving = forest_.tree(ObjectForest::kMoving);
+  const ObjectTree& partners = forest_.tree(work.tree);
+  if (bounds_.on_paths())
+    return list_pairs_below(work, writer, [&](std::uint32_t slot, std::uint32_t other) {
+      return bounds_.paths_may_pair(moving.object_at(slot), partners.object_at(other));
+    });
+  return list_pairs_below(work, writer, [&](std::uint32_t slot, std::uint32_t other) {
+    return may_touch(forest_.sphere_at(ObjectForest::kMoving, slot), forest_.sphere_at(work.tree, other),
+                     bounds_.margin());
+  });
+}
+
+template <class MayPair>
+bool ObjectPairs::list_pairs_below(const Work& work, PairList::Writer& writer,
+                                   MayPair may_pair) const noexcept {
+  const ObjectTree& moving = forest_.tree(ObjectForest::kMoving);
+  const ObjectTree& partners = forest_.tree(work.tree);
+  const TreeJoin join = join_with(work.tree);
+  bool fits = true;
+  join.walk(work.nodes, [&](const NodePair& leaf) {
+    if (!writer.room()) return fits = false;
+    join.visit_leaf(leaf, [&](std::uint32_t slot, std::uint32_t other) {
+      writer.add(moving.object_at(slot), partners.object_at(other), may_pair(slot, other));
+    });
+    return true;
+  });
+  return fits;
+}
+
+std::span<const std::uint32_t> ObjectPairs::row(std::uint32_t object) noexcept {
+  if (gathered_ == object) return row_;
+  if (state_ == State::due || state_ == State::few_changed) {
+    if (rows_asked_ < bounds_.objects() / kRowsAskedFirst)
+      ++rows_asked_;
+    else
+      make_list();
+  }
+  gathered_ = object;
+  row_.clear();
+  if (state_ == State::complete) {
+    copy_row(object);
+  } else {
+    forest_.for_each_partner(object, object + 1, [&](std::uint32_t other) {
+      row_.push_back(other);
+      return true;
+    });
+    std::sort(row_.begin(), row_.end());
+  }
+  return row_;
+}
+
+// Rows are read in order: the next one begins where the last one ended.
+void ObjectPairs::copy_row(std::uint32_t object) noexcept {
+  const std::span<const SolidPair> pairs = list_.pairs();
+  std::size_t next = row_end_;
+  const bool follows = next <= pairs.size() && (next == 0 || pairs[next - 1].a < object) &&
+                       (next == pairs.size() || pairs[next].a >= object);
+  if (!follows)
+    next = static_cast<std::size_t>(std::lower_bound(pairs.begin(), pairs.end(), SolidPair{object, 0}) -
+                                    pairs.begin());
+  for (; next < pairs.size() && pairs[next].a == object; ++next) row_.push_back(pairs[next].b);
+  row_end_ = next;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,73 @@
+#pragma once
+
+#include "contact_core/broadphase/native/object_forest.hpp"
+#include "contact_core/broadphase/native/pair_list.hpp"
+
+namespace touchstone {
+
+/// The pairs of objects that may touch, asked for row by row: a row is an object and its partners above it.
+/// The first few rows of a frame are asked of the trees one by one, as who stops early needs no more; then
+/// all pairs are listed at once. A list is kept while few objects move.
+class ObjectPairs {
+ public:
+  /// Cold. Keeps `bounds` and `forest`, and `threads`, which may be null.
+  ObjectPairs(const SolidBounds& bounds, const ObjectForest& forest, TaskRunner* threads);
+
+  /// All objects were placed anew.
+  void forget() noexcept { state_ = State::due, start_frame(); }
+  /// These were.
+  void forget(std::span<const std::uint32_t> moved) noexcept;
+
+  /// The partners above `object`, ascending; the span is good until the next call.
+  std::span<const std::uint32_t> row(std::uint32_t object) noexcept;
+
+  /// All pairs, ascending, if they are listed by now; else nothing, and rows must be asked for.
+  bool is_listed() const { return state_ == State::complete; }
+  std::span<const SolidPair> listed() const { return list_.pairs(); }
+
+ private:
+  enum class State { due, few_changed, complete, full };
+  struct Work {
+    int tree;  // the moving objects with this one
+    NodePair nodes;
+  };
+
+  void start_frame() noexcept { gathered_ = kNone, rows_asked_ = 0; }
+  void note_changes(std::span<const std::uint32_t> moved) noexcept;
+  void forget_changes() noexcept;
+  void make_list() noexcept;
+  bool list_changed_pairs() noexcept;
+  bool list_all_pairs() noexcept;
+  void split_work() noexcept;
+  bool list_pairs_below(const Work& work, PairList::Writer& writer) const noexcept;
+  template <class MayPair>
+  bool list_pairs_below(const Work& work, PairList::Writer& writer, MayPair may_pair) const noexcept;
+  void copy_row(std::uint32_t object) noexcept;
+  TreeJoin join_with(int tree) const { return {forest_.tree(ObjectForest::kMoving), forest_.tree(tree)}; }
+
+  static constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  static constexpr std::size_t kMostThreads = 16;
+  static constexpr std::uint32_t kFew = ObjectForest::kFew;
+  // One row in so many is asked for by itself before the list is made.
+  static constexpr std::uint32_t kRowsAskedFirst = 256;
+  // Scenes so dense that the list does not hold their pairs are asked row by row: there the answer is most of
+  // the work.
+  static constexpr std::size_t kListedPairsPerObject = 64;
+  static constexpr std::size_t kMostWork = 4096;
+
+  const SolidBounds& bounds_;
+  const ObjectForest& forest_;
+  TaskRunner* threads_;
+  State state_ = State::due;
+  PairList list_;
+  std::vector<Work> work_, work_scratch_;
+  std::vector<std::uint8_t> is_changed_;  // since the list was made, by object
+  std::vector<std::uint32_t> changed_;
+  std::vector<SolidPair> fresh_;
+  std::uint32_t rows_asked_ = 0;
+  std::uint32_t gathered_ = kNone;  // the row in row_
+  std::vector<std::uint32_t> row_;
+  std::size_t row_end_ = 0;  // of the row of list_ read last
+};
+
+}  // namespace touchstone

@@ -1,0 +1,115 @@
+#include "contact_core/broadphase/native/solid_bounds.hpp"
+
+namespace touchstone {
+
+SolidBounds::SolidBounds(const BroadphaseInput& input)
+    : table_(make_solid_table(input)), margin_(input.margin) {
+  for (std::uint32_t object = 0; object < objects(); ++object)
+    add_nodes(*input.trees[object], table_.first_solid[object]);
+  solid_sphere_W_.resize(solids()), object_sphere_W_.resize(objects());
+  if (solids() != objects()) object_box_.resize(objects());
+  stack_.resize(nodes_.size() + 1);
+}
+
+void SolidBounds::add_nodes(const HexahedronTree& tree, std::uint32_t first_solid) {
+  first_node_.push_back(static_cast<std::uint32_t>(nodes_.size()));
+  for (const HexahedronTree::Node& node : tree.nodes())
+    nodes_.push_back({{Vector3::Zero(), 0.0},
+                      node.left,
+                      node.right,
+                      node.solid < 0 ? -1 : static_cast<std::int32_t>(first_solid) + node.solid});
+  node_count_.push_back(static_cast<std::uint32_t>(tree.nodes().size()));
+}
+
+void SolidBounds::start_paths() noexcept {
+  on_paths_ = true;
+  swept_.resize(solids()), node_box_.resize(nodes_.size());
+}
+
+void SolidBounds::place(std::uint32_t object, std::span<const Pose> poses) noexcept {
+  Node* const nodes = &nodes_[first_node_[object]];
+  for (std::uint32_t i = node_count_[object]; i-- > 0;) {
+    Node& node = nodes[i];
+    if (node.solid >= 0)
+      node.sphere_W = solid_sphere_W_[node.solid] =
+          world_sphere(table_.sphere_S[node.solid], poses[node.solid]);
+    else
+      node.sphere_W = enclosing_sphere(nodes[node.left].sphere_W, nodes[node.right].sphere_W);
+  }
+  object_sphere_W_[object] = nodes[0].sphere_W;
+  if (!is_single(object)) object_box_[object] = box_around_solids(object);
+}
+
+// Of a long object it is far smaller than its sphere's.
+Box SolidBounds::box_around_solids(std::uint32_t object) const noexcept {
+  Box box = solid_box(table_.first_solid[object]);
+  for (std::uint32_t s = table_.first_solid[object] + 1; s < table_.first_solid[object + 1]; ++s)
+    box = union_of(box, solid_box(s));
+  return box;
+}
+
+Box SolidBounds::solid_box(SolidIndex s) const noexcept {
+  if (on_paths_) return bounding_box(swept_[s], 0.5 * margin_);
+  return bounding_box(solid_sphere_W_[s], 0.5 * margin_);
+}
+
+// Paths are long and thin: boxes of all swept below, not spheres.
+void SolidBounds::place_path(std::uint32_t object, const SolidPaths& paths) noexcept {
+  const Node* const nodes = &nodes_[first_node_[object]];
+  Box* const boxes = &node_box_[first_node_[object]];
+  for (std::uint32_t i = node_count_[object]; i-- > 0;) {
+    const std::int32_t s = nodes[i].solid;
+    if (s >= 0) {
+      const double bulge = paths.bulge.empty() ? 0.0 : paths.bulge[s];
+      swept_[s] = swept_sphere(table_.sphere_S[s], paths.from[s], paths.to[s], bulge);
+      boxes[i] = solid_box(static_cast<SolidIndex>(s));
+    } else {
+      boxes[i] = union_of(boxes[nodes[i].left], boxes[nodes[i].right]);
+    }
+  }
+  Sphere& sphere = object_sphere_W_[object];
+  for (int i = 0; i < 3; ++i) sphere.centre(i) = 0.5 * boxes[0].low[i] + 0.5 * boxes[0].high[i];
+}
+
+// In one order, so that it does not matter who asks.
+bool SolidBounds::swept_may_touch(SolidIndex s, SolidIndex t) const noexcept {
+  return may_touch(swept_[std::min(s, t)], swept_[std::max(s, t)], margin_);
+}
+
+void SolidBounds::append_partners(SolidIndex a, std::uint32_t other,
+                                  std::vector<SolidIndex>& partners) noexcept {
+  const Box box = solid_box(a);
+  if (!overlap(box, object_box(other))) return;
+  const auto first = static_cast<std::ptrdiff_t>(partners.size());
+  const std::uint32_t root = first_node_[other];
+  if (on_paths_)
+    descend(root, partners, [&](std::uint32_t node) {
+      if (!overlap(node_box_[node], box)) return false;
+      return nodes_[node].solid < 0 || swept_may_touch(a, static_cast<SolidIndex>(nodes_[node].solid));
+    });
+  else
+    descend(root, partners, [&](std::uint32_t node) {
+      return may_touch(nodes_[node].sphere_W, solid_sphere_W_[a], margin_);
+    });
+  std::sort(partners.begin() + first, partners.end());
+}
+
+template <class MayTouch>
+void SolidBounds::descend(std::uint32_t root, std::vector<SolidIndex>& partners,
+                          MayTouch node_may_touch) noexcept {
+  std::size_t top = 0;
+  stack_[top++] = 0;
+  while (top > 0) {
+    const std::uint32_t index = root + stack_[--top];
+    if (!node_may_touch(index)) continue;
+    const Node& node = nodes_[index];
+    if (node.solid >= 0) {
+      partners.push_back(static_cast<SolidIndex>(node.solid));
+    } else {
+      stack_[top++] = static_cast<std::uint32_t>(node.right);
+      stack_[top++] = static_cast<std::uint32_t>(node.left);
+    }
+  }
+}
+
+}  // namespace touchstone
