@@ -54,7 +54,7 @@ class Session {
     BroadphaseOptions broadphase;
     broadphase.seed = options_.seed;
     broadphase.threads = options_.threads;
-    if (options_.quick) broadphase.sizes = {1000};
+    if (options_.quick) broadphase.swarms = {{1000, 1}, {250, 4}};
     progress_.step("broadphases");
     report.broadphases = run_broadphases(backends_.registry, broadphase, oracle_, share_);
   }

@@ -367,14 +367,16 @@ class Page {
 
   std::string broadphases() const {
     if (report_.broadphases.empty()) return "";
-    HtmlTable table({"broadphase", "boxes", "ms a frame", "99%", "with overlap", "candidates",
-                     "allocations a frame", "missed"});
+    HtmlTable table({"broadphase", "objects", "hexahedra each", "ms a frame", "99%", "with overlap",
+                     "candidates", "allocations a frame", "missed"});
     for (const BroadphaseResult& result : report_.broadphases) {
       if (!result.gap.empty()) {
-        table.add({xml_text(result.name), format_count(result.boxes), result.gap});
+        table.add({xml_text(result.name), format_count(result.size.objects),
+                   format_count(result.size.hexahedra_each), result.gap});
         continue;
       }
-      table.add({xml_text(result.name), format_count(result.boxes),
+      table.add({xml_text(result.name), format_count(result.size.objects),
+                 format_count(result.size.hexahedra_each),
                  fmt::format("{:.3f}", result.frame.median_ns * 1e-6),
                  fmt::format("{:.3f}", result.frame.p99_ns * 1e-6),
                  result.with_overlap ? fmt::format("{:.3f}", result.with_overlap->median_ns * 1e-6) : "-",
@@ -383,14 +385,16 @@ class Page {
                  result.missed ? fmt::format("{} of {}", *result.missed, format_count(result.true_pairs))
                                : "not checked"});
     }
-    return "<h2>Broadphases</h2>\n<p>update and find_pairs of boxes that all move and turn every "
-           "frame. Missed: of the pairs whose boxes are within the margin in the last frame, taken from all "
+    return "<h2>Broadphases</h2>\n<p>update and find_pairs of objects that all move and turn every "
+           "frame. Missed: of the pairs whose hexahedra are within the margin in the last frame, taken from "
+           "all "
            "pairs "
-           "up to 10 000 boxes, beyond that from the candidates of all broadphases, confirmed by "
+           "up to 10 000 hexahedra, beyond that from the candidates of all broadphases, confirmed by "
            "<code>exact</code>. With overlap: and the overlap of all pairs by the narrowphase of the same "
            "name, as "
            "one batch.</p>\n" +
-           growth_plot(report_.broadphases, names_, false) + table.str();
+           growth_plot(report_.broadphases, Growth::objects, names_, false) +
+           growth_plot(report_.broadphases, Growth::hexahedra_each, names_, false) + table.str();
   }
 
   std::string pair_file() const {
@@ -478,8 +482,12 @@ std::vector<ReportFile> figure_files(const Report& report) {
                          speed_error_plot(set, query, axes, names, true));
     }
   }
-  if (!report.broadphases.empty())
-    files.emplace_back("figures/broadphases.svg", growth_plot(report.broadphases, names, true));
+  if (!report.broadphases.empty()) {
+    files.emplace_back("figures/broadphases.svg",
+                       growth_plot(report.broadphases, Growth::objects, names, true));
+    files.emplace_back("figures/broadphases_hexahedra.svg",
+                       growth_plot(report.broadphases, Growth::hexahedra_each, names, true));
+  }
   return files;
 }
 

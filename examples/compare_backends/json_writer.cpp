@@ -100,7 +100,10 @@ Json json(const SetResult& set) {
 }
 
 Json json(const BroadphaseResult& result) {
-  Json json = {{"broadphase", result.name}, {"description", result.description}, {"boxes", result.boxes}};
+  Json json = {{"broadphase", result.name},
+               {"description", result.description},
+               {"objects", result.size.objects},
+               {"hexahedra_each", result.size.hexahedra_each}};
   if (!result.gap.empty()) {
     json["gap"] = result.gap;
     return json;

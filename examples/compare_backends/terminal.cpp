@@ -95,16 +95,18 @@ std::string set_section(const SetResult& set, bool has_truth) {
 }
 
 std::string broadphase_section(const Report& report) {
-  TextTable table(
-      {"broadphase", "boxes", "ms a frame", "99%", "with overlap", "candidates", "allocs", "missed"});
+  TextTable table({"broadphase", "objects", "hexahedra each", "ms a frame", "99%", "with overlap",
+                   "candidates", "allocs", "missed"});
   bool from_candidates = false;
   for (const BroadphaseResult& result : report.broadphases) {
     from_candidates |= result.from_candidates;
     if (!result.gap.empty()) {
-      table.add({result.name, format_count(result.boxes), result.gap});
+      table.add({result.name, format_count(result.size.objects), format_count(result.size.hexahedra_each),
+                 result.gap});
       continue;
     }
-    table.add({result.name, format_count(result.boxes), fmt::format("{:.3f}", result.frame.median_ns * 1e-6),
+    table.add({result.name, format_count(result.size.objects), format_count(result.size.hexahedra_each),
+               fmt::format("{:.3f}", result.frame.median_ns * 1e-6),
                fmt::format("{:.3f}", result.frame.p99_ns * 1e-6),
                result.with_overlap ? fmt::format("{:.3f}", result.with_overlap->median_ns * 1e-6) : "-",
                format_count(static_cast<std::size_t>(result.candidates)),
@@ -112,10 +114,11 @@ std::string broadphase_section(const Report& report) {
                result.missed ? fmt::format("{} of {}", *result.missed, format_count(result.true_pairs))
                              : "not checked"});
   }
-  return "\nbroadphases: update and find_pairs of boxes that all move; with overlap: and the narrowphase of "
+  return "\nbroadphases: update and find_pairs of objects that all move; with overlap: and the narrowphase "
+         "of "
          "that name\n" +
          table.str() +
-         (from_candidates ? "  above 10 000 boxes the true pairs are those that any of the broadphases "
+         (from_candidates ? "  above 10 000 hexahedra the true pairs are those that any of the broadphases "
                             "found, confirmed by exact\n"
                           : "");
 }

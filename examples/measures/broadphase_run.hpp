@@ -7,14 +7,15 @@
 #include "contact_core/registry.hpp"
 #include "examples/measures/oracle.hpp"
 #include "examples/measures/quantiles.hpp"
+#include "examples/measures/swarm.hpp"
 
 namespace touchstone::comparison {
 
-/// One broadphase over `boxes` boxes that all move and turn every frame.
+/// One broadphase over a swarm, all of which moves and turns every frame.
 struct BroadphaseResult {
   std::string name;
   std::string description;
-  std::size_t boxes = 0;
+  SwarmSize size;
   std::size_t frames = 0;  ///< timed; 0: not run, see gap
   Timing frame;            ///< update and find_pairs [ns per frame]
   std::optional<Timing>
@@ -30,9 +31,9 @@ struct BroadphaseResult {
 struct BroadphaseOptions {
   std::uint64_t seed = 1;
   double margin = 0.01;  ///< [m]
-  std::vector<std::size_t> sizes = {1000, 10000, 100000};
-  std::size_t largest_checked = 10000;    ///< beyond, true pairs come from all candidates
-  std::size_t largest_quadratic = 10000;  ///< brute_force is not run beyond
+  std::vector<SwarmSize> swarms = {{1000, 1}, {10000, 1}, {100000, 1}, {1000, 4}, {1000, 16}, {1000, 64}};
+  std::size_t largest_checked = 10000;    ///< [hexahedra] beyond, true pairs come from all candidates
+  std::size_t largest_quadratic = 10000;  ///< [hexahedra] brute_force is not run beyond
   int threads = 1;
 };
 
