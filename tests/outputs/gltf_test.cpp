@@ -134,8 +134,8 @@ TEST(Gltf, EveryFrameOfEveryObject) {
   write_gltf(file.path(), recording, trees);
   const Loaded loaded(file.path());
   EXPECT_EQ(loaded.document.at("asset").at("version"), "2.0");
-  EXPECT_EQ(loaded.document.at("scenes").at(0).at("nodes"), json({0}));
-  EXPECT_EQ(loaded.document.at("nodes").at(0).at("children"), json({1, 2, 3}));
+  EXPECT_EQ(loaded.document.at("scenes").at(0).at("nodes"), json::array({0}));
+  EXPECT_EQ(loaded.document.at("nodes").at(0).at("children"), json::array({1, 2, 3}));
   for (std::uint32_t object = 0; object < 3; ++object) {
     const std::size_t node = loaded.node("object " + std::to_string(object));
     const json* move = loaded.sampler(node, "translation");
@@ -220,7 +220,7 @@ TEST(Gltf, WhatStandsHasNoSamplersAndZIsUp) {
   write_gltf(file.path(), recording, std::array{two_solids("object 0")});
   const Loaded loaded(file.path());
   EXPECT_FALSE(loaded.document.contains("animations"));
-  EXPECT_EQ(loaded.document.at("nodes").at(1).at("translation"), json({0.0, 0.0, 2.0}));
+  EXPECT_EQ(loaded.document.at("nodes").at(1).at("translation"), json::array({0.0, 0.0, 2.0}));
   const json q = loaded.document.at("nodes").at(0).at("rotation");
   const Matrix3 R = rotation_from_quaternion(q[3], q[0], q[1], q[2]);
   EXPECT_LT(norm(rotate(R, {0, 0, 1}) - Vector3(0, 1, 0)), 1e-15);
