@@ -132,6 +132,7 @@ void ContactWorld::prepare() {
   s.is_restopped.assign(slots, 0);
   s.from.resize(solids), s.to.resize(solids), s.bulges.assign(solids, 0.0);
   s.moved.reserve(slots), s.moved_before.reserve(slots);
+  s.moved.clear(), s.moved_before.clear();  // objects have new indices
   s.pairs.reserve(64 + 16 * solids);
   s.contacts.reserve(64 + 16 * solids), s.contacts_before.reserve(64 + 16 * solids);
   s.contacts.clear();  // solids have new numbers

@@ -1,0 +1,82 @@
+#include <gmock/gmock.h>
+
+#include "adapters/recorder/recorder.hpp"
+#include "contact_core/input_error.hpp"
+#include "output_fixture.hpp"
+
+namespace touchstone {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string made_record() {
+  const TemporaryFile file("made.csv");
+  {
+    Recorder recorder(file.path());
+    recorder.add_object({{0, 0}, "two\nlines"});
+    recorder.add_object({{1, 0}, "plain"});
+    for (const MadeFrame& frame : make_frames(5, 2, 20)) recorder.write(frame.view());
+  }
+  return file.text();
+}
+
+std::string message_of(const std::string& text) {
+  const TemporaryFile file("bad.csv");
+  file.write(text);
+  try {
+    read_recording(file.path());
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(RecordReader, CutOffAnywhereGivesTheWholeFrames) {
+  const std::string text = made_record();
+  const TemporaryFile file("cut.csv");
+  std::size_t last = 0;
+  for (std::size_t bytes = text.find('\n') + 1; bytes < text.size(); bytes += 29) {
+    file.write(text.substr(0, bytes));
+    const Recording recording = read_recording(file.path());
+    EXPECT_FALSE(recording.is_complete);
+    EXPECT_GE(recording.frames.size(), last);
+    last = recording.frames.size();
+    for (const RecordedFrame& frame : recording.frames) {
+      EXPECT_EQ(frame.poses.size(), 2u);
+      EXPECT_EQ(frame.events.size(), frame.frame % 3);
+    }
+  }
+  EXPECT_EQ(last, 5u);
+  file.write(text);
+  EXPECT_TRUE(read_recording(file.path()).is_complete);
+  EXPECT_EQ(read_recording(file.path()).objects.at(0), "two\nlines");
+}
+
+TEST(RecordReader, NamesFileAndLine) {
+  const std::string text = made_record();
+  EXPECT_THAT(message_of("frame,1\n"), HasSubstr("line 1: no record"));
+  EXPECT_THAT(message_of(""), HasSubstr("no record"));
+  std::string bad = text;
+  bad.replace(bad.find("frame,0,"), 8, "frame,x,");
+  EXPECT_THAT(message_of(bad), HasSubstr("line 2: 'x' is no number"));
+  bad = text;
+  bad.replace(bad.find("pose,"), 5, "nose,");
+  EXPECT_THAT(message_of(bad), HasSubstr("line 3: "));
+  bad = text;
+  bad.replace(bad.find("frame,3,"), 8, "frame,4,");
+  EXPECT_THAT(message_of(bad), HasSubstr("outside of it"));
+  bad = text + "end\n";
+  EXPECT_THAT(message_of(bad), HasSubstr("fields instead of"));
+  EXPECT_THROW(read_recording("/no/such/record.csv"), InputError);
+  EXPECT_THROW(read_recording("/tmp"), InputError);
+}
+
+TEST(RecordReader, AFrameThatMissesALineInTheMiddleIsRefused) {
+  std::string text = made_record();
+  const std::size_t line = text.find("pose,2,");
+  text.erase(line, text.find('\n', text.find("plain", line) == std::string::npos ? line : line) - line + 1);
+  EXPECT_NE(message_of(text), "");
+}
+
+}  // namespace
+}  // namespace touchstone
