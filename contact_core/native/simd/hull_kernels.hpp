@@ -10,7 +10,11 @@
 // B, the arcs cross when f . u1, f . u2 and e . w1, e . w2 have the signs +, -, +, - or all of them turned;
 // the outward normal is then e x f or its negative. An edge of A whose two faces both leave B's middle
 // deeper below them than the least overlap known less the radius of a ball about the middle within B is
-// passed over: on its arc no overlap is less. So for B.
+// passed over: on its arc no overlap is less. So for B. The arc's normals are a u1 + b u2, a + b >= 1, so
+// this holds however far apart u1 and u2 are, as long as the heights as computed exceed that by what they may
+// be off: a normal by 32 u (16 of them facets that count as one, solid_features.hpp), vertices beside the
+// plane by 16 u, for points up to 2 sqrt(3) extent apart, and the products by 12 u extent: 180 u extent, the
+// radius by as much.
 //
 // A pair of edges whose signs are uncertain (closer to 0 than 2^-40) is kept. The separation of two edges'
 // own vertices along their common normal is never less than that of the hulls, so a kept pair is out of
@@ -28,7 +32,8 @@ namespace touchstone::native::TOUCHSTONE_ISA {
 
 constexpr double kHullRoundoffs = 256.0;
 constexpr double kHullPositionRoundoffs = 8.0;
-constexpr double kEdgeRoundoffs = 32.0;
+constexpr double kPruneRoundoffs = 512.0;
+constexpr double kEdgeRoundoffs = 64.0;
 constexpr double kTieOfExtent = 2.0;
 constexpr double kUncertainSign = 0x1p-40;
 constexpr double kShortCross2 = 0x1p-8;
@@ -144,9 +149,10 @@ TOUCHSTONE_INLINE void find_signs(const PosedHull& faces, const PosedHull& edges
   }
 }
 
-/// Bit e: some face beside edge e has the other's middle no deeper below it than that.
-TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, const double (&below)[16], double depth) {
-  const double least = depth > 0.0 ? depth : 0.0;
+/// Bit e: some face beside edge e has the other's middle no deeper below it than `depth`, to rounding.
+TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, const double (&below)[16], double depth,
+                                             double extent) {
+  const double least = (depth > 0.0 ? depth : 0.0) + kPruneRoundoffs * kU * extent;
   unsigned out = 0;
   for (int f = 0; f < hull.hull->face_count; ++f) {
     const unsigned near = below[f] > least ? 0u : ~0u;
@@ -311,7 +317,6 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
                                                  double position, DepthRecord& out) {
   out.certified = Certified::unknown;
   out.has_axis = out.has_witness = false;
-  if (!a.hull->regular || !b.hull->regular) return;
   PosedHull A, B;
   pose_hull<Pack>(a, A), pose_hull<Pack>(b, B);
   double separation_a[16], separation_b[16], below_a[16], below_b[16];
@@ -332,8 +337,10 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
     out.certified = Certified::separated;
     return;
   }
-  const unsigned edges_a = edges_in_question(A, below_a, -best.separation - inner_radius<Pack>(B, middle_b));
-  const unsigned edges_b = edges_in_question(B, below_b, -best.separation - inner_radius<Pack>(A, middle_a));
+  const unsigned edges_a =
+      edges_in_question(A, below_a, -best.separation - inner_radius<Pack>(B, middle_b), extent);
+  const unsigned edges_b =
+      edges_in_question(B, below_b, -best.separation - inner_radius<Pack>(A, middle_a), extent);
   if (search_edges<Pack>(A, edges_a, B, edges_b, extent, best) == EdgeSearch::too_parallel) return;
   if (best.separation > margin) {
     out.certified = Certified::separated;
