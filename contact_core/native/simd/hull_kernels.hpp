@@ -39,6 +39,8 @@ constexpr double kUncertainSign = 0x1p-40;
 constexpr double kShortCross2 = 0x1p-8;
 constexpr double kNoCross2 = 16 * kU * kU;
 constexpr double kHullWitnessRoundoffs = 32.0;
+constexpr double kHeightRoundoffs = 16.0;
+constexpr double kOffHullRoundoffs = 256.0;
 
 struct Point {
   double x, y, z;
@@ -51,12 +53,24 @@ TOUCHSTONE_INLINE Point cross(Point p, Point q) {
   return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
 }
 
+/// See measure_hull_depth.
+struct Magnitudes {
+  double extent, position;
+
+  /// So many u of the extent, and what the world vertices' rounding takes.
+  TOUCHSTONE_INLINE double rounding(double of_extent) const {
+    return of_extent * kU * extent + kHullPositionRoundoffs * kU * position;
+  }
+};
+
 /// A solid's features in the world.
 struct PosedHull {
   const HullRecord* hull;
   const double* vertices;  // x of eight, y of eight, z of eight
   alignas(64) double nx[16], ny[16], nz[16], height[16];
   alignas(64) double ex[24], ey[24], ez[24];
+  Point middle;
+  double radius;  // of a ball about the middle that lies within
 
   TOUCHSTONE_INLINE Point vertex(int i) const { return {vertices[i], vertices[8 + i], vertices[16 + i]}; }
   TOUCHSTONE_INLINE Point normal(int f) const { return {nx[f], ny[f], nz[f]}; }
@@ -115,18 +129,26 @@ TOUCHSTONE_INLINE void face_separations(const PosedHull& own, const PosedHull& o
   }
 }
 
-/// A ball about the hull's middle that lies within it: its radius.
+/// How far p lies outside each face.
 template <class Pack>
-TOUCHSTONE_INLINE double inner_radius(const PosedHull& hull, Point middle) {
-  double depth[16];
+TOUCHSTONE_INLINE void heights_over(const PosedHull& hull, Point p, double (&out)[16]) {
   for (int f = 0; f < hull.hull->face_count; f += Traits<Pack>::lanes)
-    store(load<Pack>(hull.height + f) -
-              dot(Vector3Of<Pack>{load<Pack>(hull.nx + f), load<Pack>(hull.ny + f), load<Pack>(hull.nz + f)},
-                  Vector3Of<Pack>{all<Pack>(middle.x), all<Pack>(middle.y), all<Pack>(middle.z)}),
-          depth + f);
-  double out = __builtin_inf();
-  for (int f = 0; f < hull.hull->face_count; ++f) out = depth[f] < out ? depth[f] : out;
-  return out;
+    store(dot(Vector3Of<Pack>{load<Pack>(hull.nx + f), load<Pack>(hull.ny + f), load<Pack>(hull.nz + f)},
+              Vector3Of<Pack>{all<Pack>(p.x), all<Pack>(p.y), all<Pack>(p.z)}) -
+              load<Pack>(hull.height + f),
+          out + f);
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE void find_middle(PosedHull& hull) {
+  Point sum = hull.vertex(0);
+  for (int i = 1; i < 8; ++i) sum = sum + hull.vertex(i);
+  hull.middle = 0.125 * sum;
+  double height[16];
+  heights_over<Pack>(hull, hull.middle, height);
+  hull.radius = __builtin_inf();
+  for (int f = 0; f < hull.hull->face_count; ++f)
+    hull.radius = -height[f] < hull.radius ? -height[f] : hull.radius;
 }
 
 struct SignMasks {
@@ -151,8 +173,8 @@ TOUCHSTONE_INLINE void find_signs(const PosedHull& faces, const PosedHull& edges
 
 /// Bit e: some face beside edge e has the other's middle no deeper below it than `depth`, to rounding.
 TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, const double (&below)[16], double depth,
-                                             double extent) {
-  const double least = (depth > 0.0 ? depth : 0.0) + kPruneRoundoffs * kU * extent;
+                                             const Magnitudes& size) {
+  const double least = (depth > 0.0 ? depth : 0.0) + size.rounding(kPruneRoundoffs);
   unsigned out = 0;
   for (int f = 0; f < hull.hull->face_count; ++f) {
     const unsigned near = below[f] > least ? 0u : ~0u;
@@ -237,25 +259,30 @@ TOUCHSTONE_INLINE EdgeSearch search_edges(const PosedHull& A, unsigned edges_a, 
 
 // ---- Witness points
 
-/// Not outside any face by more than the tolerance.
+/// On the face. Where corners are sharp a point near all planes may be far from the hull. But one that lies e
+/// beyond them, at a distance d from the middle of a ball of radius r within, is no further than e d / r from
+/// it: moved to the middle by the factor r / (r + e) it is within.
 template <class Pack>
-TOUCHSTONE_INLINE bool holds(const PosedHull& hull, Point p, double tolerance) {
+TOUCHSTONE_INLINE bool is_on_face(const PosedHull& hull, int face, Point p, const Magnitudes& size) {
   double height[16];
-  for (int f = 0; f < hull.hull->face_count; f += Traits<Pack>::lanes)
-    store(dot(Vector3Of<Pack>{load<Pack>(hull.nx + f), load<Pack>(hull.ny + f), load<Pack>(hull.nz + f)},
-              Vector3Of<Pack>{all<Pack>(p.x), all<Pack>(p.y), all<Pack>(p.z)}) -
-              load<Pack>(hull.height + f),
-          height + f);
+  heights_over<Pack>(hull, p, height);
+  const double over = dot(hull.normal(face), p) - hull.height[face], off = over < 0.0 ? -over : over;
+  double beyond = -__builtin_inf();
   for (int f = 0; f < hull.hull->face_count; ++f)
-    if (!(height[f] <= tolerance)) return false;
-  return true;
+    beyond = f != face && height[f] > beyond ? height[f] : beyond;
+  if (!(off <= kHullWitnessRoundoffs * kU * size.extent)) return false;
+  beyond = beyond + off + size.rounding(kHeightRoundoffs);  // of p moved onto the face's plane
+  if (beyond <= 0.0) return true;
+  const Point d = p - hull.middle;
+  return beyond * __builtin_sqrt(dot(d, d)) <= kOffHullRoundoffs * kU * size.position * hull.radius;
 }
 
 /// The point of `other` that lies over `own`'s face: the vertex furthest along `direction`, or the mean of
 /// those level with it. `offset` leads from it to `own`'s surface.
 template <class Pack>
-TOUCHSTONE_INLINE bool face_witness(const PosedHull& own, const PosedHull& other, Point direction,
-                                    Point offset, double level, double tolerance, Point& p) {
+TOUCHSTONE_INLINE bool face_witness(const PosedHull& own, int face, const PosedHull& other, Point direction,
+                                    Point offset, const Magnitudes& size, Point& p) {
+  const double level = 4 * kU * size.extent;
   double along[8];
   projections<Pack>(other.vertices, direction, along);
   double high = along[0];
@@ -265,12 +292,12 @@ TOUCHSTONE_INLINE bool face_witness(const PosedHull& own, const PosedHull& other
   for (int i = 0; i < 8; ++i) {
     if (!(along[i] >= high - level)) continue;
     p = other.vertex(i);
-    if (holds<Pack>(own, p + offset, tolerance)) return true;
+    if (is_on_face<Pack>(own, face, p + offset, size)) return true;
     sum = sum + p;
     ++count;
   }
   p = (1.0 / count) * sum;
-  return holds<Pack>(own, p + offset, tolerance);
+  return is_on_face<Pack>(own, face, p + offset, size);
 }
 
 TOUCHSTONE_INLINE double within_unit(double x) { return x < 0.0 ? 0.0 : x > 1.0 ? 1.0 : x; }
@@ -294,22 +321,15 @@ TOUCHSTONE_INLINE bool edge_witness(const PosedHull& A, const PosedHull& B, cons
 
 template <class Pack>
 TOUCHSTONE_INLINE bool find_witness(const PosedHull& A, const PosedHull& B, const HullAxis& axis,
-                                    double extent, Point& p_A) {
-  const double tolerance = kHullWitnessRoundoffs * kU * extent, level = 4 * kU * extent;
+                                    const Magnitudes& size, Point& p_A) {
   const Point offset = axis.separation * axis.n;
-  if (axis.edge_a >= 0) return edge_witness(A, B, axis, tolerance, p_A);
-  if (axis.face_b >= 0) return face_witness<Pack>(B, A, axis.n, offset, level, tolerance, p_A);
+  if (axis.edge_a >= 0) return edge_witness(A, B, axis, kHullWitnessRoundoffs * kU * size.extent, p_A);
+  if (axis.face_b >= 0) return face_witness<Pack>(B, axis.face_b, A, axis.n, offset, size, p_A);
   Point p_B;
   const Point back = -1.0 * offset;
-  const bool found = face_witness<Pack>(A, B, -1.0 * axis.n, back, level, tolerance, p_B);
+  const bool found = face_witness<Pack>(A, axis.face_a, B, -1.0 * axis.n, back, size, p_B);
   p_A = p_B + back;
   return found;
-}
-
-TOUCHSTONE_INLINE Point middle_of(const PosedHull& hull) {
-  Point sum = hull.vertex(0);
-  for (int i = 1; i < 8; ++i) sum = sum + hull.vertex(i);
-  return 0.125 * sum;
 }
 
 template <class Pack>
@@ -320,9 +340,9 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
   PosedHull A, B;
   pose_hull<Pack>(a, A), pose_hull<Pack>(b, B);
   double separation_a[16], separation_b[16], below_a[16], below_b[16];
-  const Point middle_a = middle_of(A), middle_b = middle_of(B);
-  face_separations<Pack>(A, B, middle_b, separation_a, below_a);
-  face_separations<Pack>(B, A, middle_a, separation_b, below_b);
+  find_middle<Pack>(A), find_middle<Pack>(B);
+  face_separations<Pack>(A, B, B.middle, separation_a, below_a);
+  face_separations<Pack>(B, A, A.middle, separation_b, below_b);
   HullAxis best{-__builtin_inf(), {}};
   for (int f = 0; f < A.hull->face_count; ++f)
     if (separation_a[f] > best.separation) best.separation = separation_a[f], best.face_a = f;
@@ -332,15 +352,14 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
   }
   best.n = best.face_a >= 0 ? A.normal(best.face_a) : -1.0 * B.normal(best.face_b);
   best.separation = hull_separation<Pack>(A, B, best.n);
-  const double margin = kHullRoundoffs * kU * extent + kHullPositionRoundoffs * kU * position;
+  const Magnitudes size = {extent, position};
+  const double margin = size.rounding(kHullRoundoffs);
   if (best.separation > margin) {
     out.certified = Certified::separated;
     return;
   }
-  const unsigned edges_a =
-      edges_in_question(A, below_a, -best.separation - inner_radius<Pack>(B, middle_b), extent);
-  const unsigned edges_b =
-      edges_in_question(B, below_b, -best.separation - inner_radius<Pack>(A, middle_a), extent);
+  const unsigned edges_a = edges_in_question(A, below_a, -best.separation - B.radius, size);
+  const unsigned edges_b = edges_in_question(B, below_b, -best.separation - A.radius, size);
   if (search_edges<Pack>(A, edges_a, B, edges_b, extent, best) == EdgeSearch::too_parallel) return;
   if (best.separation > margin) {
     out.certified = Certified::separated;
@@ -350,7 +369,7 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
   best.separation = best.separation < 0.0 ? best.separation : 0.0;
   out.has_axis = true;
   Point p_A{};
-  out.has_witness = find_witness<Pack>(A, B, best, extent, p_A);
+  out.has_witness = find_witness<Pack>(A, B, best, size, p_A);
   out.separation = best.separation;
   out.n[0] = best.n.x, out.n[1] = best.n.y, out.n[2] = best.n.z;
   out.p_A[0] = p_A.x, out.p_A[1] = p_A.y, out.p_A[2] = p_A.z;
