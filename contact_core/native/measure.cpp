@@ -176,6 +176,8 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
     // The deepest point carries the pair's own bits.
     points[i].separation =
         from.separation == distance.separation ? geometry.separation : placed.to_world(from.separation);
+    // A distance lost in rounding is the least there is, for every point.
+    if (!meet) points[i].separation = std::max(points[i].separation, geometry.separation);
     points[i].feature_id = from.feature_id;
   }
   return status;

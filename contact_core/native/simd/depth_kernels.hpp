@@ -33,12 +33,13 @@
 //
 // Witness. On a face's axis: the other's supporting vertex, moved along its edges that lie level with the
 // face towards the face's centre; on a cross axis: where the two supporting edges come nearest. It counts
-// when it lies on both to 16 u (size + P).
+// when it lies on both to 16 u (size + P) along each edge's direction.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
 constexpr double kSlackRoundoffs = 16.0;
 constexpr double kTieRoundoffs = 4.0;
+constexpr double kDeviationRoundoffs = 8.0;
 constexpr double kLevelRoundoffs = 4.0;
 constexpr double kWitnessRoundoffs = 16.0;
 constexpr double kShortAxis2 = 0x1p-8;
@@ -309,7 +310,7 @@ TOUCHSTONE_INLINE MaskOf<Pack> face_witness(const DepthSolid<Pack>& A, const Nor
   for (int k = 0; k < 3; ++k) {
     const Vector3Of<Pack> normal = pick<Pack>(is_b, normal_b.of[k], normal_a.of[k]);
     const Pack half = is_b ? B.half[k] : A.half[k];
-    holds &= magnitude(dot(normal, q)) <= half * volume + tolerance;
+    holds &= magnitude(dot(normal, q)) <= (half + tolerance) * volume;
   }
   return holds;
 }
@@ -354,7 +355,8 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
 
   const Vector3Of<Pack> axis = axis_of<Pack>(out.code, A, normal_a, B, normal_b);
   const Pack length2 = dot(axis, axis);
-  out.has_axis = out.overlapping & (length2 >= all<Pack>(kShortAxis2));
+  out.has_axis = out.overlapping & (length2 >= all<Pack>(kShortAxis2)) &
+                 (deviation <= all<Pack>(kDeviationRoundoffs) * unit_size);
   const Pack forward = dot(axis, T) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
   out.n = (forward / square_root(length2)) * axis;
   Supports<Pack> v;
