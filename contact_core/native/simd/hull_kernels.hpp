@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact_core/native/simd/line_crossing.hpp"
 #include "contact_core/native/simd/pair_blocks.hpp"
 
 // Depth, normal and witness points of one pair of hexahedra that overlap; faces or edges in lanes.
@@ -42,16 +43,7 @@ constexpr double kHullWitnessRoundoffs = 32.0;
 constexpr double kHeightRoundoffs = 16.0;
 constexpr double kOffHullRoundoffs = 256.0;
 
-struct Point {
-  double x, y, z;
-};
-TOUCHSTONE_INLINE Point operator-(Point p, Point q) { return {p.x - q.x, p.y - q.y, p.z - q.z}; }
-TOUCHSTONE_INLINE Point operator+(Point p, Point q) { return {p.x + q.x, p.y + q.y, p.z + q.z}; }
-TOUCHSTONE_INLINE Point operator*(double s, Point p) { return {s * p.x, s * p.y, s * p.z}; }
-TOUCHSTONE_INLINE double dot(Point p, Point q) { return (p.x * q.x + p.y * q.y) + p.z * q.z; }
-TOUCHSTONE_INLINE Point cross(Point p, Point q) {
-  return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
-}
+using Point = Vector3Of<double>;
 
 /// See measure_hull_depth.
 struct Magnitudes {
@@ -310,11 +302,9 @@ TOUCHSTONE_INLINE bool edge_witness(const PosedHull& A, const PosedHull& B, cons
                                     double tolerance, Point& p_A) {
   const auto &of_a = A.hull->edge_vertices[axis.edge_a], &of_b = B.hull->edge_vertices[axis.edge_b];
   const Point a0 = A.vertex(of_a[0]), b0 = B.vertex(of_b[0]);
-  const Point a = A.vertex(of_a[1]) - a0, b = B.vertex(of_b[1]) - b0, w = b0 - a0;
-  // (b0 + y b) - (a0 + x a) along n.
-  const Point b_n = cross(b, axis.n), a_n = cross(a, axis.n);
-  const double determinant = dot(a, b_n);
-  const double x = within_unit(dot(w, b_n) / determinant), y = within_unit(dot(w, a_n) / determinant);
+  const Point a = A.vertex(of_a[1]) - a0, b = B.vertex(of_b[1]) - b0;
+  const auto crossing = cross_lines<double>(b0 - a0, a, b, axis.n);
+  const double x = within_unit(crossing.x), y = within_unit(crossing.y);
   p_A = a0 + x * a;
   return largest_of(((b0 + y * b) - p_A) - axis.separation * axis.n) <= tolerance;
 }
