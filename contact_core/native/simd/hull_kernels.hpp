@@ -15,7 +15,7 @@
 // this holds however far apart u1 and u2 are, as long as the heights as computed exceed that by what they may
 // be off: a normal by 32 u (16 of them facets that count as one, solid_features.hpp), vertices beside the
 // plane by 16 u, for points up to 2 sqrt(3) extent apart, and the products by 12 u extent: 180 u extent, the
-// radius by as much.
+// radius by as much, and both by what the world vertices' rounding takes.
 //
 // A pair of edges whose signs are uncertain (closer to 0 than 2^-40) is kept. The separation of two edges'
 // own vertices along their common normal is never less than that of the hulls, so a kept pair is out of
@@ -26,8 +26,9 @@
 //
 // Error. Normals are cofactor(R) times the solid's own, edges R times theirs; vertices are the hulls' own,
 // about a common origin: as best_facet_axis(). Overlap is certified by a depth above m = 256 u extent + 8 u
-// P: the hulls of the rounded vertices are within 16 u extent + 4 u P of the posed solids, flattened faces
-// within 16 u extent, slivers left out another 16 u, a projection is right to 12 u * 3 extent.
+// P: the hulls of the rounded vertices are within 16 u extent + 4 u P of the posed solids, facets that count
+// as one turn the axis by 16 u and rounding by as much, each over 2 sqrt(3) extent, and a projection is right
+// to 12 u * 3 extent.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
