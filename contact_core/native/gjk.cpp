@@ -133,10 +133,18 @@ void append(const HullPair& pair, const MinkowskiSupport& support, Simplex& s) {
 
 double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
 
+/// What underflow takes from a product at most, whatever its factors.
+constexpr double kLeast = 0x1p-1074;
+
+/// Of certify_hulls: three products a projection may underflow besides.
+double certain_gap(const Vector3& axis, double extent) { return projection_error(axis, extent) + 8 * kLeast; }
+
 /// The origin is strictly inside the tetrahedron of the exact w. Each coordinate of a computed w is off by at
 /// most 4 u M (the two shifts and the difference; M the extent), so each of a determinant's 6 products, each
 /// at most W^3 (W the largest coordinate), is off by 12 u M W^2, and its evaluation (three roundings a
-/// product, three sums of at most 6 W^3) adds 8 u W^3 a product.
+/// product, three sums of at most 6 W^3) adds 8 u W^3 a product. Underflow takes
+/// at most the least double from each product: from a determinant 6 W + 3 of them, from this bound as
+/// computed 1 + (9 W + 13 M).
 bool certainly_holds_origin(const Simplex& s, double extent) {
   const double d0 = dot(s.w[1], cross(s.w[2], s.w[3]));
   const double d1 = -dot(s.w[0], cross(s.w[2], s.w[3]));
@@ -144,7 +152,8 @@ bool certainly_holds_origin(const Simplex& s, double extent) {
   const double d3 = -dot(s.w[0], cross(s.w[1], s.w[2]));
   double reach = 0.0;
   for (int i = 0; i < 4; ++i) reach = std::max(reach, largest(s.w[i]));
-  const double error = 6 * kRoundoff * reach * reach * (9 * reach + 13 * extent);
+  const double bound = 9 * reach + 13 * extent;
+  const double error = 6 * kRoundoff * reach * reach * bound + 16 * kLeast * (1.0 + reach + bound);
   return (d0 > error && d1 > error && d2 > error && d3 > error) ||
          (d0 < -error && d1 < -error && d2 < -error && d3 < -error);
 }
@@ -156,7 +165,7 @@ Vector3 usable(const Vector3& start) { return dot(start, start) > 0.0 ? start : 
 Certified certify_hulls(const HullPair& pair, const Vector3& start) {
   Vector3 axis = usable(start);
   MinkowskiSupport support = least_along(pair, axis);
-  if (support.value > projection_error(axis, pair.extent)) return Certified::separated;
+  if (support.value > certain_gap(axis, pair.extent)) return Certified::separated;
   Simplex s;
   append(pair, support, s);
   s.weight[0] = 1.0;
@@ -164,7 +173,7 @@ Certified certify_hulls(const HullPair& pair, const Vector3& start) {
   double square = dot(s.v, s.v);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     support = least_along(pair, s.v);
-    if (support.value > projection_error(s.v, pair.extent)) return Certified::separated;
+    if (support.value > certain_gap(s.v, pair.extent)) return Certified::separated;
     if (holds(s, support)) return Certified::unknown;
     append(pair, support, s);
     if (s.count == 4 && certainly_holds_origin(s, pair.extent)) return Certified::overlapping;

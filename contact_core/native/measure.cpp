@@ -22,7 +22,11 @@ const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
 }
 
+/// What a search may end below its own hulls' distance, of the extent and of the largest world coordinate:
+/// the directions it falls back on are the posed solids', whose hulls those of the rounded vertices leave by
+/// 4 u of the coordinate at most (hull_kernels.hpp), there and back.
 constexpr double kSearchSlack = 0x1p-40;
+constexpr double kPositionSlack = 8 * kRoundoff;
 
 void write_beyond(PairGeometry& out) {
   out.separation = kInfinity;
@@ -139,7 +143,9 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
 
   const double limit = placed.from_world(max_separation);
   // What the search rounds must not withhold a pair that is just within: the world's figures decide below.
-  const double search_limit = limit + kSearchSlack * placed.pair.hulls.extent;
+  const double coordinate = std::max(largest_coordinate(placed.a_W), largest_coordinate(placed.b_W));
+  const double search_limit =
+      limit + (kSearchSlack * placed.pair.hulls.extent + placed.from_world(kPositionSlack * coordinate));
   SignedDistance distance;
   if (meet) {
     finish_depth(record, general, placed, distance);
@@ -170,6 +176,8 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
     // The deepest point carries the pair's own bits.
     points[i].separation =
         from.separation == distance.separation ? geometry.separation : placed.to_world(from.separation);
+    // A distance lost in rounding is the least there is, for every point.
+    if (!meet) points[i].separation = std::max(points[i].separation, geometry.separation);
     points[i].feature_id = from.feature_id;
   }
   return status;

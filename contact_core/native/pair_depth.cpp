@@ -10,6 +10,9 @@ namespace {
 /// Below, world vertices round by more than u of the solid's size: the kernels' bounds do not hold there.
 constexpr double kLeastSize = 0x1p-1010;
 
+/// Of a pair scaled to an extent of 1: finite, so that bounds compare.
+constexpr double kMostPosition = 0x1p1000;
+
 // The kernels read eight vertices as they lie in memory: x, y, z.
 static_assert(sizeof(WorldVertices) == 24 * sizeof(double));
 
@@ -79,7 +82,8 @@ DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidP
   const HullView a{&set.solids[pair.a].hull, placed.pair.hulls.a.x.data(), placed.pair.R_WA.data()};
   const HullView b{&set.solids[pair.b].hull, placed.pair.hulls.b.x.data(), placed.pair.R_WB.data()};
   DepthRecord record;
-  const double position = largest(placed.origin_W) + placed.pair.hulls.extent;
+  const double position =
+      std::min(placed.from_world(largest(placed.origin_W)), kMostPosition) + placed.pair.hulls.extent;
   kernels.measure_hull_depth(a, b, placed.pair.hulls.extent, position, &record);
   return record;
 }

@@ -6,15 +6,27 @@
 #include <limits>
 #include <vector>
 
+#include "contact_core/native/double_double.hpp"
+#include "contact_core/native/hull_pair.hpp"
 #include "contact_core/numerics/exact_predicates.hpp"
+
+// Which facets count as one, for the candidate axes. Depth is the least overlap over the facet normals of B -
+// A, which are facet normals of A, of B, and across an edge of each. Leaving out a facet whose normal is
+// within an angle t of a kept one, and the edges between such facets, leaves out only axes within t of the
+// kept normal: an edge's axes lie on the arc between its facets' normals, and a cap is convex. The overlap
+// along a unit axis is a support function of B - A, whose points are no further from the origin than both
+// sizes, so it changes by no more than t * (size of A + size of B). Here t = 16 u: 32 u S. How far a vertex
+// is off a plane says nothing of that where the face is narrow: of a sheet as thick as the rounding of its
+// corners, the side faces' diagonals are edges like others, and depth may be across one of them.
 
 namespace touchstone::native {
 namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr double kFlat = 4 * kEps;  // per metre of size: a vertex this far off a face's plane belongs to it
-constexpr double kFlatPerThickness = 1e-3;  // keeps top and bottom of a slab thinner than that apart
-constexpr double kParallel = 2 * kEps;      // sine between unit directions that count as one
+constexpr double kFlatPerThickness = 1e-3;     // keeps top and bottom of a slab thinner than that apart
+constexpr double kParallel = 2 * kEps;         // sine between unit directions that count as one
+constexpr double kSameFacet = 16 * kRoundoff;  // angle between the normals of facets that count as one
 
 using Vertices = std::array<Vector3, 8>;
 
@@ -22,7 +34,26 @@ struct Facet {
   unsigned mask = 0;  // bit i: vertex i lies on it
   Vector3 normal = Vector3::Zero();
   double area = 0.0;
+  int leader = 0;  // the first facet that this counts as one with; itself
 };
+
+struct Edge {
+  int from, to;
+  int facet, other;  // along the loop of `facet`
+};
+
+/// The exact hull of a solid's vertices.
+struct Hull {
+  Vertices v;  // each axis scaled by a power of two of its own to at most 2: no sign of a determinant changes
+  std::array<int, 3> exponent;  // of those
+  unsigned distinct;            // a bit a vertex; repeated ones (collapsed edges) stand for the first of them
+  std::vector<Facet> facets;    // the largest first
+  std::vector<Edge> edges;      // between facets of different leaders
+};
+
+Vector3 scaled_by(const Vector3& v, int x, int y, int z) {
+  return {std::scalbn(v.x(), x), std::scalbn(v.y(), y), std::scalbn(v.z(), z)};
+}
 
 Vertices scaled_to_unit(const Vertices& vertices) {
   double largest = 0.0;
@@ -30,9 +61,7 @@ Vertices scaled_to_unit(const Vertices& vertices) {
     largest = std::max({largest, std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
   const int exponent = -std::ilogb(largest);
   Vertices out;
-  for (int i = 0; i < 8; ++i)
-    out[i] = {std::scalbn(vertices[i].x(), exponent), std::scalbn(vertices[i].y(), exponent),
-              std::scalbn(vertices[i].z(), exponent)};
+  for (int i = 0; i < 8; ++i) out[i] = scaled_by(vertices[i], exponent, exponent, exponent);
   return out;
 }
 
@@ -40,11 +69,10 @@ Vector3 unit(const Vector3& v) {
   const double largest = std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
   if (largest == 0.0) return Vector3::Zero();
   const int exponent = -std::ilogb(largest);
-  const Vector3 s(std::scalbn(v.x(), exponent), std::scalbn(v.y(), exponent), std::scalbn(v.z(), exponent));
+  const Vector3 s = scaled_by(v, exponent, exponent, exponent);
   return s / norm(s);
 }
 
-// Repeated vertices (collapsed edges) stand for the first of them.
 unsigned distinct_vertices(const Vertices& v) {
   unsigned mask = 0;
   for (int i = 0; i < 8; ++i) {
@@ -55,33 +83,63 @@ unsigned distinct_vertices(const Vertices& v) {
   return mask;
 }
 
+Hull scaled_by_axis(const Hexahedron& solid) {
+  Hull out;
+  for (int axis = 0; axis < 3; ++axis) {
+    double largest = 0.0;
+    for (const Vector3& v : solid.vertices()) largest = std::max(largest, std::abs(v(axis)));
+    out.exponent[axis] = -std::ilogb(largest);
+    for (int i = 0; i < 8; ++i) out.v[i](axis) = std::scalbn(solid.vertices()[i](axis), out.exponent[axis]);
+  }
+  out.distinct = distinct_vertices(out.v);
+  return out;
+}
+
+/// Edge's direction in the solid's frame, right to u.
+Vector3 direction_of(const Hull& hull, int from, int to) {
+  const auto& [x, y, z] = hull.exponent;
+  const int least = std::min({x, y, z});
+  return unit(scaled_by(hull.v[to] - hull.v[from], least - x, least - y, least - z));
+}
+
+/// Sets normal (in the solid's frame) and area. The products are exact, else the normal of a facet with a
+/// narrow corner would be off by u over that corner's sine.
+void measure_facet(const Hull& hull, int i, int j, int k, bool turned, Facet& facet) {
+  const Vector3 across = cross(difference(hull.v[j], hull.v[i]), difference(hull.v[k], hull.v[i])).rounded();
+  const auto& [x, y, z] = hull.exponent;
+  const int greatest = std::max({x, y, z}), least = std::min({x, y, z}), sum = (x + y) + z;
+  const Vector3 normal = unit(scaled_by(across, x - greatest, y - greatest, z - greatest));
+  facet.normal = turned ? Vector3(-normal) : normal;
+  const int common = 2 * least - sum;
+  facet.area = norm(scaled_by(across, common + x, common + y, common + z));
+}
+
 // The facet through i, j, k if that plane supports the hull.
-bool supporting_facet(const Vertices& v, unsigned distinct, int i, int j, int k, Facet& facet) {
+bool supporting_facet(const Hull& hull, int i, int j, int k, Facet& facet) {
   bool above = false;
   bool below = false;
-  unsigned mask = 0;
+  facet.mask = 0;
+  const Vertices& v = hull.v;
   for (int l = 0; l < 8; ++l) {
-    if (!(distinct >> l & 1u)) continue;
+    if (!(hull.distinct >> l & 1u)) continue;
     const int side = l == i || l == j || l == k ? 0 : numerics::orient3d_sign(v[i], v[j], v[k], v[l]);
     above = above || side > 0;
     below = below || side < 0;
-    if (side == 0) mask |= 1u << l;
+    if (side == 0) facet.mask |= 1u << l;
   }
   if (above == below) return false;  // both: no support; neither: collinear, as the solid has volume
-  const Vector3 across = cross(v[j] - v[i], v[k] - v[i]);
-  const double area = norm(across);
-  facet = {mask, above ? Vector3(-unit(across)) : unit(across), area};
+  measure_facet(hull, i, j, k, above, facet);
   return true;
 }
 
-std::vector<Facet> exact_facets(const Vertices& v, unsigned distinct) {
-  std::vector<Facet> facets;
+void find_facets(Hull& hull) {
+  std::vector<Facet>& facets = hull.facets;
   for (int i = 0; i < 8; ++i)
     for (int j = i + 1; j < 8; ++j)
       for (int k = j + 1; k < 8; ++k) {
-        if (!(distinct >> i & distinct >> j & distinct >> k & 1u)) continue;
+        if (!(hull.distinct >> i & hull.distinct >> j & hull.distinct >> k & 1u)) continue;
         Facet facet;
-        if (!supporting_facet(v, distinct, i, j, k, facet)) continue;
+        if (!supporting_facet(hull, i, j, k, facet)) continue;
         const auto known =
             std::find_if(facets.begin(), facets.end(), [&](const Facet& f) { return f.mask == facet.mask; });
         if (known == facets.end())
@@ -91,7 +149,81 @@ std::vector<Facet> exact_facets(const Vertices& v, unsigned distinct) {
       }
   std::stable_sort(facets.begin(), facets.end(),
                    [](const Facet& f, const Facet& g) { return f.area > g.area; });
-  return facets;
+}
+
+void find_box_facets(Hull& hull) {
+  for (int f = 0; f < 6; ++f) {
+    Facet& facet = hull.facets.emplace_back();
+    for (const std::uint8_t i : Hexahedron::kFaceVertices[f]) facet.mask |= 1u << i;
+    facet.normal = (f % 2 ? 1.0 : -1.0) * Vector3::Unit(f / 2);
+    facet.leader = f;
+  }
+}
+
+bool count_as_one(const Facet& f, const Facet& g) {
+  const Vector3 sine = accurate_cross(f.normal, g.normal);
+  return dot(f.normal, g.normal) > 0.0 && dot(sine, sine) <= kSameFacet * kSameFacet;
+}
+
+void find_leaders(Hull& hull) {
+  for (int f = 0; f < static_cast<int>(hull.facets.size()); ++f) {
+    int leader = 0;
+    while (leader < f &&
+           !(hull.facets[leader].leader == leader && count_as_one(hull.facets[leader], hull.facets[f])))
+      ++leader;
+    hull.facets[f].leader = leader;
+  }
+}
+
+/// The two vertices of a set on one line that are furthest apart.
+Edge ends_of(const Hull& hull, unsigned shared) {
+  Edge out{};
+  double longest = -1.0;
+  for (int i = 0; i < 8; ++i) {
+    for (int j = i + 1; j < 8; ++j) {
+      if (!(shared >> i & shared >> j & 1u)) continue;
+      const Vector3 way = hull.v[j] - hull.v[i];
+      if (const double length = dot(way, way); length > longest) longest = length, out.from = i, out.to = j;
+    }
+  }
+  return out;
+}
+
+/// Whether the facet's loop, counter-clockwise from outside, goes from `to` to `from`.
+bool runs_backwards(const Hull& hull, const Facet& facet, const Edge& edge) {
+  const Vertices& v = hull.v;
+  const Vector3& inner = v[std::countr_zero(hull.distinct & ~facet.mask)];
+  for (int i = 0; i < 8; ++i) {
+    if (!(facet.mask >> i & 1u)) continue;
+    if (const int side = numerics::orient3d_sign(v[edge.from], v[edge.to], v[i], inner)) return side > 0;
+  }
+  return false;
+}
+
+void find_edges(Hull& hull) {
+  const int count = static_cast<int>(hull.facets.size());
+  for (int f = 0; f < count; ++f) {
+    for (int g = f + 1; g < count; ++g) {
+      const unsigned shared = hull.facets[f].mask & hull.facets[g].mask;
+      if (hull.facets[f].leader == hull.facets[g].leader || std::popcount(shared) < 2) continue;
+      Edge edge = ends_of(hull, shared);
+      if (runs_backwards(hull, hull.facets[f], edge)) std::swap(edge.from, edge.to);
+      edge.facet = f, edge.other = g;
+      hull.edges.push_back(edge);
+    }
+  }
+}
+
+Hull exact_hull(const Hexahedron& solid) {
+  Hull out = scaled_by_axis(solid);
+  if (solid.is_box()) {
+    find_box_facets(out);
+  } else {
+    find_facets(out);
+    find_leaders(out);
+  }
+  find_edges(out);
+  return out;
 }
 
 void take_in_flat_neighbours(const Vertices& v, unsigned distinct, double size, Facet& facet) {
@@ -161,67 +293,59 @@ SolidFeatures box_features() {
   return out;
 }
 
-}  // namespace
-
-SolidFeatures find_features(const Hexahedron& solid) {
-  if (solid.is_box()) return box_features();
+void find_flat_faces(const Hexahedron& solid, const Hull& hull, SolidFeatures& out) {
   const Vertices v = scaled_to_unit(solid.vertices());
-  const unsigned distinct = distinct_vertices(v);
   double size = 0.0;
   for (int i = 0; i < 8; ++i)
     for (int j = i + 1; j < 8; ++j) size = std::max(size, norm(v[i] - v[j]));
-
-  SolidFeatures out;
   std::vector<unsigned> taken;
-  for (Facet facet : exact_facets(v, distinct)) {
+  for (Facet facet : hull.facets) {
     const bool part_of_another =
         std::any_of(taken.begin(), taken.end(), [&](unsigned mask) { return (facet.mask & ~mask) == 0; });
-    if (part_of_another || out.face_count == 12) continue;
-    take_in_flat_neighbours(v, distinct, size, facet);
+    if (part_of_another) continue;
+    take_in_flat_neighbours(v, hull.distinct, size, facet);
     taken.push_back(facet.mask);
-    HullFace& face = out.faces[out.face_count++] = ordered_face(v, facet);
-    add_direction(face.normal, out.normals, out.normal_count);
+    out.faces[out.face_count++] = ordered_face(v, facet);
   }
-  for (int f = 0; f < out.face_count; ++f) {
-    const HullFace& face = out.faces[f];
-    for (int i = 0; i < face.count; ++i)
-      add_direction(unit(v[face.vertices[(i + 1) % face.count]] - v[face.vertices[i]]), out.edges,
-                    out.edge_count);
+}
+
+HullRecord hull_record(const Hull& hull) {
+  HullRecord out{};
+  std::array<std::uint8_t, 12> face{};
+  for (int f = 0; f < static_cast<int>(hull.facets.size()); ++f) {
+    const Facet& facet = hull.facets[f];
+    if (facet.leader != f) continue;
+    const Vector3& n = facet.normal;
+    face[f] = out.face_count++;
+    out.normal_x[face[f]] = n.x(), out.normal_y[face[f]] = n.y(), out.normal_z[face[f]] = n.z();
+    out.face_vertex[face[f]] = static_cast<std::uint8_t>(std::countr_zero(facet.mask));
+  }
+  for (const Edge& edge : hull.edges) {
+    const int e = out.edge_count++;
+    const Vector3 direction = direction_of(hull, edge.from, edge.to);
+    out.edge_x[e] = direction.x(), out.edge_y[e] = direction.y(), out.edge_z[e] = direction.z();
+    out.edge_vertices[e][0] = static_cast<std::uint8_t>(edge.from);
+    out.edge_vertices[e][1] = static_cast<std::uint8_t>(edge.to);
+    out.edge_faces[e][0] = face[hull.facets[edge.facet].leader];
+    out.edge_faces[e][1] = face[hull.facets[edge.other].leader];
+    for (const std::uint8_t f : out.edge_faces[e]) out.face_edges[f] |= 1u << e;
   }
   return out;
 }
 
-HullRecord hull_record(const Hexahedron& solid, const SolidFeatures& features) {
-  HullRecord out{};
-  const Vertices v = scaled_to_unit(solid.vertices());
-  out.face_count = static_cast<std::uint8_t>(features.face_count);
-  out.regular = features.face_count >= 4;
-  std::array<int, 18> sides{};
-  for (int f = 0; f < features.face_count; ++f) {
-    const HullFace& face = features.faces[f];
-    out.normal_x[f] = face.normal.x(), out.normal_y[f] = face.normal.y(), out.normal_z[f] = face.normal.z();
-    out.face_vertex[f] = face.vertices[0];
-    out.regular = out.regular && face.count >= 3;
-    for (int i = 0; i < face.count; ++i) {
-      const std::uint8_t from = face.vertices[i], to = face.vertices[(i + 1) % face.count];
-      int e = 0;
-      while (e < out.edge_count && !(out.edge_vertices[e][0] == to && out.edge_vertices[e][1] == from)) ++e;
-      if (e == out.edge_count) {
-        const Vector3 direction = unit(v[to] - v[from]);
-        if (e == 18 || direction == Vector3::Zero()) {
-          out.regular = false;
-          continue;
-        }
-        ++out.edge_count;
-        out.edge_vertices[e][0] = from, out.edge_vertices[e][1] = to;
-        out.edge_x[e] = direction.x(), out.edge_y[e] = direction.y(), out.edge_z[e] = direction.z();
-      }
-      out.edge_faces[e][sides[e] == 0 ? 0 : 1] = static_cast<std::uint8_t>(f);
-      ++sides[e];
-      out.face_edges[f] |= 1u << e;
-    }
-  }
-  for (int e = 0; e < out.edge_count; ++e) out.regular = out.regular && sides[e] == 2;
+}  // namespace
+
+SolidFeatures find_features(const Hexahedron& solid, HullRecord* record) {
+  if (solid.is_box() && record == nullptr) return box_features();
+  const Hull hull = exact_hull(solid);
+  if (record != nullptr) *record = hull_record(hull);
+  if (solid.is_box()) return box_features();
+  SolidFeatures out;
+  find_flat_faces(solid, hull, out);
+  for (int f = 0; f < static_cast<int>(hull.facets.size()); ++f)
+    if (hull.facets[f].leader == f) add_direction(hull.facets[f].normal, out.normals, out.normal_count);
+  for (const Edge& edge : hull.edges)
+    add_direction(direction_of(hull, edge.from, edge.to), out.edges, out.edge_count);
   return out;
 }
 

@@ -28,13 +28,13 @@ struct SolidFeatures {
   std::array<Vector3, 18> edges;
 };
 
-/// The hull's features. Supporting planes are found with exact predicates; a plane takes in the vertices that
-/// are off it by up to 4 eps * size (and up to a thousandth of the solid's thickness there), so that a face
-/// bent by rounding counts as one face. This moves the solid by no more than that, so depths found over these
-/// features are off by at most 4 eps * size.
-SolidFeatures find_features(const Hexahedron& solid);
-
-/// The same for the kernels.
-HullRecord hull_record(const Hexahedron& solid, const SolidFeatures& features);
+/// The hull's features, found with exact predicates.
+///
+/// Normals and edges are those of the exact hull, whose facets count as one where their normals agree to 16
+/// u: depths found over them are off by at most 32 u of the pair's size (derived in the source). Faces, for
+/// manifolds, are wider: a plane takes in the vertices that are off it by up to 4 eps * size (and up to a
+/// thousandth of the solid's thickness there), so that a face bent by rounding counts as one face.
+/// @param record the same hull for the kernels, or null.
+SolidFeatures find_features(const Hexahedron& solid, HullRecord* record = nullptr);
 
 }  // namespace touchstone::native

@@ -87,8 +87,9 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
     out.forms.push_back(form_record(out.parallelepipeds.back(), ordinary));
     out.vertices.push_back(vertex_record(solid, ordinary));
     out.edge_forms.push_back(edge_form_record(solid, out.parallelepipeds.back(), ordinary && form));
-    const SolidFeatures features = find_features(solid);
-    out.solids.push_back({in_columns(solid), hull_record(solid, features), solid, features});
+    HullRecord hull;
+    const SolidFeatures features = find_features(solid, &hull);
+    out.solids.push_back({in_columns(solid), hull, solid, features});
   }
   return out;
 }

@@ -96,6 +96,55 @@ PosedSolids warped_pair(Random& random) {
   return {a, b, X_WA, X_WB};
 }
 
+// A box thin by 2^-5 to 2^-60 in one or two directions (a sheet, a needle, a ribbon), its corners moved by
+// shares of their own coordinates: by up to 2^-2 to 2^-54 of them each, or drawn out as pairs opposite in
+// either layer, so that hull edges are diagonals of the side faces.
+Hexahedron sliver(Random& random) {
+  for (;;) {
+    Vector3 half = comparison::uniform_vector(random, 0.2, 1);
+    const auto thin = [&] {
+      return std::ldexp(random.uniform(1, 2), -5 - static_cast<int>(random.below(56)));
+    };
+    half.x() *= thin();
+    if (random.below(2) == 0) half.y() *= thin();
+    const double moved = std::ldexp(random.uniform(1, 2), -3 - static_cast<int>(random.below(52)));
+    const bool draws = random.below(2) == 0, turns = random.below(3) == 0;
+    const Matrix3 R = random_rotation(random);
+    std::array<Vector3, 8> vertices;
+    for (int i = 0; i < 8; ++i) {
+      Vector3& v = vertices[i] = {i & 4 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(),
+                                  i & 1 ? half.z() : -half.z()};
+      const bool is_drawn = (v.y() * v.z() > 0) == (v.x() < 0);
+      for (int axis = draws ? 1 : 0; axis < 3; ++axis)
+        v[axis] *= draws ? (is_drawn ? 1.0 + moved : 1.0) : 1.0 + moved * random.uniform(-1, 1);
+      if (turns) v = rotate(R, v);
+    }
+    try {
+      return Hexahedron::from_vertices(vertices, WarpPolicy::accept);
+    } catch (const InputError&) {
+      continue;
+    }
+  }
+}
+
+// Anywhere, or a vertex of B near the middle of two vertices of A, or B almost A where it lies.
+PosedSolids sliver_pair(Random& random) {
+  const Hexahedron a = sliver(random), other = sliver(random);
+  const Pose X_WA{random_rotation(random), comparison::random_direction(random)};
+  const double gap = std::ldexp(random.uniform(1, 2), -2 - static_cast<int>(random.below(58)));
+  const Vector3 off = comparison::random_direction(random) * gap;
+  Pose X_WB{random_rotation(random), X_WA.p + comparison::random_direction(random) * 0.1};
+  const std::uint32_t placing = random.below(3);
+  if (placing == 0) return {a, other, X_WA, X_WB};
+  if (placing == 1) {
+    const Vector3 middle = a.vertices()[random.below(8)] * 0.5 + a.vertices()[random.below(8)] * 0.5;
+    X_WB.p = (transform(X_WA, middle) + off) - rotate(X_WB.R, other.vertices()[random.below(8)]);
+    return {a, other, X_WA, X_WB};
+  }
+  const Matrix3 turn = rotation_from_quaternion(1, off.x(), off.y(), off.z());
+  return {a, a, X_WA, {compose(X_WA, Pose{turn, Vector3::Zero()}).R, X_WA.p + off}};
+}
+
 PosedSolids decoded_pair(Random& random) {
   for (;;) {
     std::array<std::uint8_t, kDecodedBytes> bytes;
@@ -104,10 +153,11 @@ PosedSolids decoded_pair(Random& random) {
   }
 }
 
-constexpr std::array<Family, 4> kOwn = {{
+constexpr std::array<Family, 5> kOwn = {{
     {"scaled", "any family of the comparison, by 2^-300 to 2^300"},
     {"single_precision", "any family of the comparison, poses rounded to single precision"},
     {"warped", "solids warped by 2^-3 to 2^-50 of their sides, nearby or a vertex next to a face's diagonal"},
+    {"slivers", "sheets, needles and ribbons 2^-5 to 2^-60 thick, warped, drawn out, nearly coincident"},
     {"decoded", "random bytes through the fuzzer's decoder"},
 }};
 
@@ -138,6 +188,8 @@ PosedSolids make_pair(std::size_t family, std::uint64_t seed, std::uint64_t inde
       return single_precision_pair(random, seed, index);
     case 2:
       return warped_pair(random);
+    case 3:
+      return sliver_pair(random);
     default:
       return decoded_pair(random);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact_core/native/simd/box_kernels.hpp"
+#include "contact_core/native/simd/line_crossing.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 
 // Depth, normal and witness points of boxes and parallelepipeds that overlap, pairs in lanes: the least
@@ -33,12 +34,13 @@
 //
 // Witness. On a face's axis: the other's supporting vertex, moved along its edges that lie level with the
 // face towards the face's centre; on a cross axis: where the two supporting edges come nearest. It counts
-// when it lies on both to 16 u (size + P).
+// when it lies on both to 16 u (size + P) along each edge's direction.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
 constexpr double kSlackRoundoffs = 16.0;
 constexpr double kTieRoundoffs = 4.0;
+constexpr double kDeviationRoundoffs = 8.0;
 constexpr double kLevelRoundoffs = 4.0;
 constexpr double kWitnessRoundoffs = 16.0;
 constexpr double kShortAxis2 = 0x1p-8;
@@ -123,19 +125,13 @@ struct FormSolid : DepthSolid<Pack> {
 
 // ---- The axis
 
-template <class Pack>
-TOUCHSTONE_INLINE Vector3Of<Pack> pick(MaskOf<Pack> where, const Vector3Of<Pack>& then,
-                                       const Vector3Of<Pack>& otherwise) {
-  return {where ? then.x : otherwise.x, where ? then.y : otherwise.y, where ? then.z : otherwise.z};
-}
-
 /// One of three, by lane.
 template <class Pack>
 struct OneOfThree {
   MaskOf<Pack> first, second;
 
   TOUCHSTONE_INLINE Vector3Of<Pack> of(const Vector3Of<Pack> (&v)[3]) const {
-    return pick<Pack>(first, v[0], pick<Pack>(second, v[1], v[2]));
+    return select<Pack>(first, v[0], select<Pack>(second, v[1], v[2]));
   }
   TOUCHSTONE_INLINE Pack of(const Pack (&p)[3]) const { return first ? p[0] : (second ? p[1] : p[2]); }
 };
@@ -243,8 +239,8 @@ TOUCHSTONE_INLINE Vector3Of<Pack> axis_of(Pack code, const DepthSolid<Pack>& A, 
   const OneOfThree<Pack> face_b = {code == all<Pack>(3), code == all<Pack>(4)};
   const Vector3Of<Pack> edges = cross(row_of(code).of(A.direction), column_of(code).of(B.direction));
   const Vector3Of<Pack> face =
-      pick<Pack>(code < all<Pack>(3), face_a.of(normal_a.of), face_b.of(normal_b.of));
-  return pick<Pack>(code < all<Pack>(6), face, edges);
+      select<Pack>(code < all<Pack>(3), face_a.of(normal_a.of), face_b.of(normal_b.of));
+  return select<Pack>(code < all<Pack>(6), face, edges);
 }
 
 // ---- Depth and witness points
@@ -289,12 +285,12 @@ TOUCHSTONE_INLINE MaskOf<Pack> face_witness(const DepthSolid<Pack>& A, const Nor
                                             Pack tolerance, const Vector3Of<Pack>& offset,
                                             Vector3Of<Pack>& p_A) {
   const Vector3Of<Pack> a = A.p + A.centre, b = B.p + B.centre;
-  const Vector3Of<Pack> start = pick<Pack>(is_b, v.a, v.b);
-  const Vector3Of<Pack> centre = pick<Pack>(is_b, b, a);
+  const Vector3Of<Pack> start = select<Pack>(is_b, v.a, v.b);
+  const Vector3Of<Pack> centre = select<Pack>(is_b, b, a);
   const Vector3Of<Pack> way = centre - start;
   Vector3Of<Pack> p = start;
   for (int k = 0; k < 3; ++k) {
-    const Vector3Of<Pack> direction = pick<Pack>(is_b, A.direction[k], B.direction[k]);
+    const Vector3Of<Pack> direction = select<Pack>(is_b, A.direction[k], B.direction[k]);
     const Pack twice = all<Pack>(2.0) * (is_b ? A.half[k] : B.half[k]);
     const Pack inward = is_b ? -v.sign_a[k] : -v.sign_b[k];
     const Pack projection = is_b ? v.projection_a[k] : v.projection_b[k];
@@ -302,14 +298,14 @@ TOUCHSTONE_INLINE MaskOf<Pack> face_witness(const DepthSolid<Pack>& A, const Nor
     const Pack by = projection * twice <= level ? along : Pack{};
     p = p + (inward * by) * direction;
   }
-  p_A = pick<Pack>(is_b, p, p - offset);
-  const Vector3Of<Pack> q = pick<Pack>(is_b, p + offset, p - offset) - centre;
+  p_A = select<Pack>(is_b, p, p - offset);
+  const Vector3Of<Pack> q = select<Pack>(is_b, p + offset, p - offset) - centre;
   const Pack volume = is_b ? normal_b.volume : normal_a.volume;
   MaskOf<Pack> holds = ~MaskOf<Pack>{};
   for (int k = 0; k < 3; ++k) {
-    const Vector3Of<Pack> normal = pick<Pack>(is_b, normal_b.of[k], normal_a.of[k]);
+    const Vector3Of<Pack> normal = select<Pack>(is_b, normal_b.of[k], normal_a.of[k]);
     const Pack half = is_b ? B.half[k] : A.half[k];
-    holds &= magnitude(dot(normal, q)) <= half * volume + tolerance;
+    holds &= magnitude(dot(normal, q)) <= (half + tolerance) * volume;
   }
   return holds;
 }
@@ -322,10 +318,7 @@ TOUCHSTONE_INLINE MaskOf<Pack> edge_witness(const DepthSolid<Pack>& A, const Dep
   const Vector3Of<Pack> a = (-row.of(v.sign_a)) * row.of(A.direction);
   const Vector3Of<Pack> b = (-column.of(v.sign_b)) * column.of(B.direction);
   const Pack twice_a = all<Pack>(2.0) * row.of(A.half), twice_b = all<Pack>(2.0) * column.of(B.half);
-  // (v_B + y b) - (v_A + x a) along n.
-  const Vector3Of<Pack> w = v.b - v.a, b_n = cross(b, n), a_n = cross(a, n);
-  const Pack determinant = dot(a, b_n);
-  const Pack x = dot(w, b_n) / determinant, y = dot(w, a_n) / determinant;
+  const auto [x, y] = cross_lines<Pack>(v.b - v.a, a, b, n);
   const Pack on_a = clamped<Pack>(x, twice_a);
   p_A = v.a + on_a * a;
   return (magnitude(x - on_a) <= tolerance) & (magnitude(y - clamped<Pack>(y, twice_b)) <= tolerance);
@@ -354,7 +347,8 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
 
   const Vector3Of<Pack> axis = axis_of<Pack>(out.code, A, normal_a, B, normal_b);
   const Pack length2 = dot(axis, axis);
-  out.has_axis = out.overlapping & (length2 >= all<Pack>(kShortAxis2));
+  out.has_axis = out.overlapping & (length2 >= all<Pack>(kShortAxis2)) &
+                 (deviation <= all<Pack>(kDeviationRoundoffs) * unit_size);
   const Pack forward = dot(axis, T) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
   out.n = (forward / square_root(length2)) * axis;
   Supports<Pack> v;
@@ -374,7 +368,7 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
   if (bits(is_edge) != 0) {
     Vector3Of<Pack> on_edge;
     const MaskOf<Pack> holds = edge_witness<Pack>(A, B, v, out.code, out.n, tolerance, on_edge);
-    out.p_A = pick<Pack>(is_edge, on_edge, out.p_A);
+    out.p_A = select<Pack>(is_edge, on_edge, out.p_A);
     out.has_witness = (is_edge & holds) | (~is_edge & out.has_witness);
   }
   return out;

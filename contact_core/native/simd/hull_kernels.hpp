@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact_core/native/simd/line_crossing.hpp"
 #include "contact_core/native/simd/pair_blocks.hpp"
 
 // Depth, normal and witness points of one pair of hexahedra that overlap; faces or edges in lanes.
@@ -10,7 +11,11 @@
 // B, the arcs cross when f . u1, f . u2 and e . w1, e . w2 have the signs +, -, +, - or all of them turned;
 // the outward normal is then e x f or its negative. An edge of A whose two faces both leave B's middle
 // deeper below them than the least overlap known less the radius of a ball about the middle within B is
-// passed over: on its arc no overlap is less. So for B.
+// passed over: on its arc no overlap is less. So for B. The arc's normals are a u1 + b u2, a + b >= 1, so
+// this holds however far apart u1 and u2 are, as long as the heights as computed exceed that by what they may
+// be off: a normal by 32 u (16 of them facets that count as one, solid_features.hpp), vertices beside the
+// plane by 16 u, for points up to 2 sqrt(3) extent apart, and the products by 12 u extent: 180 u extent, the
+// radius by as much, and both by what the world vertices' rounding takes.
 //
 // A pair of edges whose signs are uncertain (closer to 0 than 2^-40) is kept. The separation of two edges'
 // own vertices along their common normal is never less than that of the hulls, so a kept pair is out of
@@ -21,30 +26,35 @@
 //
 // Error. Normals are cofactor(R) times the solid's own, edges R times theirs; vertices are the hulls' own,
 // about a common origin: as best_facet_axis(). Overlap is certified by a depth above m = 256 u extent + 8 u
-// P: the hulls of the rounded vertices are within 16 u extent + 4 u P of the posed solids, flattened faces
-// within 16 u extent, slivers left out another 16 u, a projection is right to 12 u * 3 extent.
+// P: the hulls of the rounded vertices are within 16 u extent + 4 u P of the posed solids, facets that count
+// as one turn the axis by 16 u and rounding by as much, each over 2 sqrt(3) extent, and a projection is right
+// to 12 u * 3 extent.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
 constexpr double kHullRoundoffs = 256.0;
 constexpr double kHullPositionRoundoffs = 8.0;
-constexpr double kEdgeRoundoffs = 32.0;
+constexpr double kPruneRoundoffs = 512.0;
+constexpr double kEdgeRoundoffs = 64.0;
 constexpr double kTieOfExtent = 2.0;
 constexpr double kUncertainSign = 0x1p-40;
 constexpr double kShortCross2 = 0x1p-8;
 constexpr double kNoCross2 = 16 * kU * kU;
 constexpr double kHullWitnessRoundoffs = 32.0;
+constexpr double kHeightRoundoffs = 16.0;
+constexpr double kOffHullRoundoffs = 256.0;
 
-struct Point {
-  double x, y, z;
+using Point = Vector3Of<double>;
+
+/// See measure_hull_depth.
+struct Magnitudes {
+  double extent, position;
+
+  /// So many u of the extent, and what the world vertices' rounding takes.
+  TOUCHSTONE_INLINE double rounding(double of_extent) const {
+    return of_extent * kU * extent + kHullPositionRoundoffs * kU * position;
+  }
 };
-TOUCHSTONE_INLINE Point operator-(Point p, Point q) { return {p.x - q.x, p.y - q.y, p.z - q.z}; }
-TOUCHSTONE_INLINE Point operator+(Point p, Point q) { return {p.x + q.x, p.y + q.y, p.z + q.z}; }
-TOUCHSTONE_INLINE Point operator*(double s, Point p) { return {s * p.x, s * p.y, s * p.z}; }
-TOUCHSTONE_INLINE double dot(Point p, Point q) { return (p.x * q.x + p.y * q.y) + p.z * q.z; }
-TOUCHSTONE_INLINE Point cross(Point p, Point q) {
-  return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
-}
 
 /// A solid's features in the world.
 struct PosedHull {
@@ -52,6 +62,8 @@ struct PosedHull {
   const double* vertices;  // x of eight, y of eight, z of eight
   alignas(64) double nx[16], ny[16], nz[16], height[16];
   alignas(64) double ex[24], ey[24], ez[24];
+  Point middle;
+  double radius;  // of a ball about the middle that lies within
 
   TOUCHSTONE_INLINE Point vertex(int i) const { return {vertices[i], vertices[8 + i], vertices[16 + i]}; }
   TOUCHSTONE_INLINE Point normal(int f) const { return {nx[f], ny[f], nz[f]}; }
@@ -110,18 +122,26 @@ TOUCHSTONE_INLINE void face_separations(const PosedHull& own, const PosedHull& o
   }
 }
 
-/// A ball about the hull's middle that lies within it: its radius.
+/// How far p lies outside each face.
 template <class Pack>
-TOUCHSTONE_INLINE double inner_radius(const PosedHull& hull, Point middle) {
-  double depth[16];
+TOUCHSTONE_INLINE void heights_over(const PosedHull& hull, Point p, double (&out)[16]) {
   for (int f = 0; f < hull.hull->face_count; f += Traits<Pack>::lanes)
-    store(load<Pack>(hull.height + f) -
-              dot(Vector3Of<Pack>{load<Pack>(hull.nx + f), load<Pack>(hull.ny + f), load<Pack>(hull.nz + f)},
-                  Vector3Of<Pack>{all<Pack>(middle.x), all<Pack>(middle.y), all<Pack>(middle.z)}),
-          depth + f);
-  double out = __builtin_inf();
-  for (int f = 0; f < hull.hull->face_count; ++f) out = depth[f] < out ? depth[f] : out;
-  return out;
+    store(dot(Vector3Of<Pack>{load<Pack>(hull.nx + f), load<Pack>(hull.ny + f), load<Pack>(hull.nz + f)},
+              Vector3Of<Pack>{all<Pack>(p.x), all<Pack>(p.y), all<Pack>(p.z)}) -
+              load<Pack>(hull.height + f),
+          out + f);
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE void find_middle(PosedHull& hull) {
+  Point sum = hull.vertex(0);
+  for (int i = 1; i < 8; ++i) sum = sum + hull.vertex(i);
+  hull.middle = 0.125 * sum;
+  double height[16];
+  heights_over<Pack>(hull, hull.middle, height);
+  hull.radius = __builtin_inf();
+  for (int f = 0; f < hull.hull->face_count; ++f)
+    hull.radius = -height[f] < hull.radius ? -height[f] : hull.radius;
 }
 
 struct SignMasks {
@@ -144,9 +164,10 @@ TOUCHSTONE_INLINE void find_signs(const PosedHull& faces, const PosedHull& edges
   }
 }
 
-/// Bit e: some face beside edge e has the other's middle no deeper below it than that.
-TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, const double (&below)[16], double depth) {
-  const double least = depth > 0.0 ? depth : 0.0;
+/// Bit e: some face beside edge e has the other's middle no deeper below it than `depth`, to rounding.
+TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, const double (&below)[16], double depth,
+                                             const Magnitudes& size) {
+  const double least = (depth > 0.0 ? depth : 0.0) + size.rounding(kPruneRoundoffs);
   unsigned out = 0;
   for (int f = 0; f < hull.hull->face_count; ++f) {
     const unsigned near = below[f] > least ? 0u : ~0u;
@@ -231,25 +252,30 @@ TOUCHSTONE_INLINE EdgeSearch search_edges(const PosedHull& A, unsigned edges_a, 
 
 // ---- Witness points
 
-/// Not outside any face by more than the tolerance.
+/// On the face. Where corners are sharp a point near all planes may be far from the hull. But one that lies e
+/// beyond them, at a distance d from the middle of a ball of radius r within, is no further than e d / r from
+/// it: moved to the middle by the factor r / (r + e) it is within.
 template <class Pack>
-TOUCHSTONE_INLINE bool holds(const PosedHull& hull, Point p, double tolerance) {
+TOUCHSTONE_INLINE bool is_on_face(const PosedHull& hull, int face, Point p, const Magnitudes& size) {
   double height[16];
-  for (int f = 0; f < hull.hull->face_count; f += Traits<Pack>::lanes)
-    store(dot(Vector3Of<Pack>{load<Pack>(hull.nx + f), load<Pack>(hull.ny + f), load<Pack>(hull.nz + f)},
-              Vector3Of<Pack>{all<Pack>(p.x), all<Pack>(p.y), all<Pack>(p.z)}) -
-              load<Pack>(hull.height + f),
-          height + f);
+  heights_over<Pack>(hull, p, height);
+  const double over = dot(hull.normal(face), p) - hull.height[face], off = over < 0.0 ? -over : over;
+  double beyond = -__builtin_inf();
   for (int f = 0; f < hull.hull->face_count; ++f)
-    if (!(height[f] <= tolerance)) return false;
-  return true;
+    beyond = f != face && height[f] > beyond ? height[f] : beyond;
+  if (!(off <= kHullWitnessRoundoffs * kU * size.extent)) return false;
+  beyond = beyond + off + size.rounding(kHeightRoundoffs);  // of p moved onto the face's plane
+  if (beyond <= 0.0) return true;
+  const Point d = p - hull.middle;
+  return beyond * __builtin_sqrt(dot(d, d)) <= kOffHullRoundoffs * kU * size.position * hull.radius;
 }
 
 /// The point of `other` that lies over `own`'s face: the vertex furthest along `direction`, or the mean of
 /// those level with it. `offset` leads from it to `own`'s surface.
 template <class Pack>
-TOUCHSTONE_INLINE bool face_witness(const PosedHull& own, const PosedHull& other, Point direction,
-                                    Point offset, double level, double tolerance, Point& p) {
+TOUCHSTONE_INLINE bool face_witness(const PosedHull& own, int face, const PosedHull& other, Point direction,
+                                    Point offset, const Magnitudes& size, Point& p) {
+  const double level = 4 * kU * size.extent;
   double along[8];
   projections<Pack>(other.vertices, direction, along);
   double high = along[0];
@@ -259,12 +285,12 @@ TOUCHSTONE_INLINE bool face_witness(const PosedHull& own, const PosedHull& other
   for (int i = 0; i < 8; ++i) {
     if (!(along[i] >= high - level)) continue;
     p = other.vertex(i);
-    if (holds<Pack>(own, p + offset, tolerance)) return true;
+    if (is_on_face<Pack>(own, face, p + offset, size)) return true;
     sum = sum + p;
     ++count;
   }
   p = (1.0 / count) * sum;
-  return holds<Pack>(own, p + offset, tolerance);
+  return is_on_face<Pack>(own, face, p + offset, size);
 }
 
 TOUCHSTONE_INLINE double within_unit(double x) { return x < 0.0 ? 0.0 : x > 1.0 ? 1.0 : x; }
@@ -277,33 +303,24 @@ TOUCHSTONE_INLINE bool edge_witness(const PosedHull& A, const PosedHull& B, cons
                                     double tolerance, Point& p_A) {
   const auto &of_a = A.hull->edge_vertices[axis.edge_a], &of_b = B.hull->edge_vertices[axis.edge_b];
   const Point a0 = A.vertex(of_a[0]), b0 = B.vertex(of_b[0]);
-  const Point a = A.vertex(of_a[1]) - a0, b = B.vertex(of_b[1]) - b0, w = b0 - a0;
-  // (b0 + y b) - (a0 + x a) along n.
-  const Point b_n = cross(b, axis.n), a_n = cross(a, axis.n);
-  const double determinant = dot(a, b_n);
-  const double x = within_unit(dot(w, b_n) / determinant), y = within_unit(dot(w, a_n) / determinant);
+  const Point a = A.vertex(of_a[1]) - a0, b = B.vertex(of_b[1]) - b0;
+  const auto crossing = cross_lines<double>(b0 - a0, a, b, axis.n);
+  const double x = within_unit(crossing.x), y = within_unit(crossing.y);
   p_A = a0 + x * a;
   return largest_of(((b0 + y * b) - p_A) - axis.separation * axis.n) <= tolerance;
 }
 
 template <class Pack>
 TOUCHSTONE_INLINE bool find_witness(const PosedHull& A, const PosedHull& B, const HullAxis& axis,
-                                    double extent, Point& p_A) {
-  const double tolerance = kHullWitnessRoundoffs * kU * extent, level = 4 * kU * extent;
+                                    const Magnitudes& size, Point& p_A) {
   const Point offset = axis.separation * axis.n;
-  if (axis.edge_a >= 0) return edge_witness(A, B, axis, tolerance, p_A);
-  if (axis.face_b >= 0) return face_witness<Pack>(B, A, axis.n, offset, level, tolerance, p_A);
+  if (axis.edge_a >= 0) return edge_witness(A, B, axis, kHullWitnessRoundoffs * kU * size.extent, p_A);
+  if (axis.face_b >= 0) return face_witness<Pack>(B, axis.face_b, A, axis.n, offset, size, p_A);
   Point p_B;
   const Point back = -1.0 * offset;
-  const bool found = face_witness<Pack>(A, B, -1.0 * axis.n, back, level, tolerance, p_B);
+  const bool found = face_witness<Pack>(A, axis.face_a, B, -1.0 * axis.n, back, size, p_B);
   p_A = p_B + back;
   return found;
-}
-
-TOUCHSTONE_INLINE Point middle_of(const PosedHull& hull) {
-  Point sum = hull.vertex(0);
-  for (int i = 1; i < 8; ++i) sum = sum + hull.vertex(i);
-  return 0.125 * sum;
 }
 
 template <class Pack>
@@ -311,13 +328,12 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
                                                  double position, DepthRecord& out) {
   out.certified = Certified::unknown;
   out.has_axis = out.has_witness = false;
-  if (!a.hull->regular || !b.hull->regular) return;
   PosedHull A, B;
   pose_hull<Pack>(a, A), pose_hull<Pack>(b, B);
   double separation_a[16], separation_b[16], below_a[16], below_b[16];
-  const Point middle_a = middle_of(A), middle_b = middle_of(B);
-  face_separations<Pack>(A, B, middle_b, separation_a, below_a);
-  face_separations<Pack>(B, A, middle_a, separation_b, below_b);
+  find_middle<Pack>(A), find_middle<Pack>(B);
+  face_separations<Pack>(A, B, B.middle, separation_a, below_a);
+  face_separations<Pack>(B, A, A.middle, separation_b, below_b);
   HullAxis best{-__builtin_inf(), {}};
   for (int f = 0; f < A.hull->face_count; ++f)
     if (separation_a[f] > best.separation) best.separation = separation_a[f], best.face_a = f;
@@ -327,13 +343,14 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
   }
   best.n = best.face_a >= 0 ? A.normal(best.face_a) : -1.0 * B.normal(best.face_b);
   best.separation = hull_separation<Pack>(A, B, best.n);
-  const double margin = kHullRoundoffs * kU * extent + kHullPositionRoundoffs * kU * position;
+  const Magnitudes size = {extent, position};
+  const double margin = size.rounding(kHullRoundoffs);
   if (best.separation > margin) {
     out.certified = Certified::separated;
     return;
   }
-  const unsigned edges_a = edges_in_question(A, below_a, -best.separation - inner_radius<Pack>(B, middle_b));
-  const unsigned edges_b = edges_in_question(B, below_b, -best.separation - inner_radius<Pack>(A, middle_a));
+  const unsigned edges_a = edges_in_question(A, below_a, -best.separation - B.radius, size);
+  const unsigned edges_b = edges_in_question(B, below_b, -best.separation - A.radius, size);
   if (search_edges<Pack>(A, edges_a, B, edges_b, extent, best) == EdgeSearch::too_parallel) return;
   if (best.separation > margin) {
     out.certified = Certified::separated;
@@ -343,7 +360,7 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
   best.separation = best.separation < 0.0 ? best.separation : 0.0;
   out.has_axis = true;
   Point p_A{};
-  out.has_witness = find_witness<Pack>(A, B, best, extent, p_A);
+  out.has_witness = find_witness<Pack>(A, B, best, size, p_A);
   out.separation = best.separation;
   out.n[0] = best.n.x, out.n[1] = best.n.y, out.n[2] = best.n.z;
   out.p_A[0] = p_A.x, out.p_A[1] = p_A.y, out.p_A[2] = p_A.z;

@@ -53,7 +53,7 @@ struct alignas(64) FormRecord {
   double x[8], y[8], z[8];
 };
 
-/// The faces and edges of a solid's hull, by coordinate for the lanes; see SolidFeatures.
+/// The faces and edges of a solid's hull, by coordinate for the lanes; see find_features().
 struct alignas(64) HullRecord {
   double normal_x[16], normal_y[16], normal_z[16];  ///< unit, outward
   double edge_x[24], edge_y[24], edge_z[24];        ///< unit, along the first face's loop
@@ -62,7 +62,6 @@ struct alignas(64) HullRecord {
   std::uint8_t edge_vertices[18][2];
   std::uint8_t edge_faces[18][2];
   std::uint8_t face_count, edge_count;
-  bool regular;  ///< every edge has one face on either side
 };
 
 /// A posed solid for measure_hull_depth.
