@@ -118,7 +118,7 @@ double JointFrame::reach(std::uint32_t link, std::uint32_t other, double radius,
   double sum = 0.0;
   for (std::uint32_t value = 0; value < axes_.size(); ++value) {
     if (sign(value, link, other) <= 0) continue;
-    const double r = axes_[value].turns ? reaches_[link * axes_.size() + value] + radius : 1.0;
+    const double r = furthest(value, link, radius);
     sum += r * r / weights[value];
   }
   return std::sqrt(sum);

@@ -39,6 +39,11 @@ class JointFrame {
   /// a change of joint values of length 1 in the metric, by wherever the arm stands: sqrt(sum of r^2 / w), r
   /// of the values that move the link but not the other. @pre set_reaches().
   double reach(std::uint32_t link, std::uint32_t other, double radius, std::span<const double> weights) const;
+  /// How far one unit of a value that moves the link moves a point within `radius` of the link's origin, at
+  /// most. @pre set_reaches().
+  double furthest(std::uint32_t value, std::uint32_t link, double radius) const {
+    return axes_[value].turns ? reaches_[link * axes_.size() + value] + radius : 1.0;
+  }
   /// @param shift_limit no prismatic value goes further from 0 [m].
   void set_reaches(double shift_limit) noexcept;
 

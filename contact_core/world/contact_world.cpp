@@ -105,10 +105,11 @@ void ContactWorld::prepare() {
   s.in_motion.assign(slots, 0);
   s.is_restopped.assign(slots, 0);
   s.from.resize(solids), s.to.resize(solids), s.bulges.assign(solids, 0.0);
-  s.moved.reserve(slots), s.moved_before.reserve(slots);
+  s.moved.reserve(slots);
   s.pairs.reserve(64 + 16 * solids);
   s.contacts.reserve(64 + 16 * solids), s.contacts_before.reserve(64 + 16 * solids);
   s.contacts.clear();  // solids have new numbers
+  s.prepare_travels();
   s.place_solids_in_bodies();
   s.events.reserve(256 + 16 * solids);
   s.queue.reserve(1024), s.changes.reserve(1024);
@@ -152,11 +153,12 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.take_selection();
   s.accept(commands);
   s.accept_joints(joint_commands);
+  s.take_movers();
   s.lay_paths();
   s.find_pairs(report);
   s.resolve_stops(s.pairs);
-  for (const std::uint32_t slot : s.layout.slots)
-    if (s.in_motion[slot] && s.stops[slot] < 1.0) ++report.blocked_movers;
+  for (const std::uint32_t slot : s.movers)
+    if (s.stops[slot] < 1.0) ++report.blocked_movers;
   s.execute();
   s.slide(report);
   s.report_pairs();

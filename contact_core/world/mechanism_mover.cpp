@@ -1,5 +1,6 @@
 #include "contact_core/world/mechanism_mover.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "contact_core/input_error.hpp"
@@ -23,7 +24,8 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
       path(*mechanism),
       relative(*mechanism),
       frame(*mechanism),
-      X_WL_goal(X_WL.size()) {
+      X_WL_goal(X_WL.size()),
+      radius_of_link(X_WL.size(), 0.0) {
   const std::string label = "mechanism '" + mechanism->name() + "'";
   validate_pose(placement.X_WB, label + ", base");
   if (initial.empty()) initial.assign(mechanism->reference().begin(), mechanism->reference().end());
@@ -41,6 +43,9 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
       throw InputError(label + ": joint weight " + std::to_string(weight) + " is not a number above 0");
   actual = commanded = initial;
   path.set(placement.X_WB, actual, actual);
+  frame.set(X_WL);
+  go(actual, actual);
+  is_resting = true;
   stand_at(0.0);
 }
 
@@ -48,6 +53,12 @@ void MechanismMover::go(std::span<const double> from, std::span<const double> to
   path.set(path.X_WB(), from, to);
   relative.forget();
   is_resting = false;
+  double largest = 0.0;
+  for (const double q : to) largest = std::max(largest, std::abs(q));
+  for (const double q : from) largest = std::max(largest, std::abs(q));
+  if (largest <= shift_limit) return;
+  shift_limit = 2.0 * largest;
+  frame.set_reaches(shift_limit);
 }
 
 void MechanismMover::stand_at(double s) noexcept {

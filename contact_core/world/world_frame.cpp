@@ -10,18 +10,7 @@
 namespace touchstone {
 namespace {
 
-constexpr std::size_t kBlock = 256;
-
 bool is_finite(const RigidPath& path) { return is_valid_pose(path.from()) && is_valid_pose(path.to()); }
-
-/// How far a point of a body that turns by `turn` about `centre` strays from its chord: |p''| / 8, and never
-/// more than the circle's diameter.
-double bulge(const Vector3& turn_W, const Vector3& offset_W) {
-  const double angle = norm(turn_W);
-  if (angle == 0.0) return 0.0;
-  const double radius = norm(cross(turn_W, offset_W)) / angle;
-  return radius * std::min(2.0, angle * angle / 8.0) * (1.0 + 0x1p-40);
-}
 
 }  // namespace
 
@@ -34,10 +23,14 @@ void ContactWorld::State::take_selection() {
 }
 
 void ContactWorld::State::accept(std::span<const MotionCommand> commands) {
-  for (std::uint32_t slot = 0; slot < objects.size(); ++slot) {
-    in_motion[slot] = slides.may_slide[slot] = slides.translation_only[slot] = 0;
-    stops[slot] = 1.0;
-    if (objects[slot].alive && objects[slot].is_root(slot))
+  for (std::vector<std::uint8_t>* flags : {&in_motion, &slides.may_slide, &slides.translation_only})
+    std::fill(flags->begin(), flags->end(), std::uint8_t{0});
+  std::fill(stops.begin(), stops.end(), 1.0);
+  movers.clear();
+  for (const std::uint32_t slot : layout.slots) {
+    if (!has_path[slot]) continue;
+    has_path[slot] = 0;
+    if (objects[slot].is_root(slot))
       paths[slot] = CarriedPath(RigidPath(objects[slot].X_WO), objects.poses_in_body());
   }
   for (const MotionCommand& command : commands) {
@@ -46,28 +39,30 @@ void ContactWorld::State::accept(std::span<const MotionCommand> commands) {
       continue;
     }
     const std::uint32_t slot = command.object.slot;
-    paths[slot] = CarriedPath(command.path, objects.poses_in_body());
-    in_motion[slot] = !command.path.at_rest();
+    const Pose& X_WO = objects[slot].X_WO;
+    const bool starts_here = command.path.from().R == X_WO.R && command.path.from().p == X_WO.p;
+    const RigidPath path = starts_here ? command.path : RigidPath::between(X_WO, command.path.to());
+    paths[slot] = CarriedPath(path, objects.poses_in_body());
+    in_motion[slot] = !path.at_rest();
+    has_path[slot] = 1;
+    movers.push_back(slot);
     objects[slot].commanded = command.path.to();
   }
 }
 
+void ContactWorld::State::take_movers() {
+  std::sort(movers.begin(), movers.end());
+  movers.erase(std::unique(movers.begin(), movers.end()), movers.end());
+  std::erase_if(movers, [&](std::uint32_t slot) { return !in_motion[slot]; });
+}
+
 void ContactWorld::State::lay_paths() {
-  moved_before.swap(moved);
   moved.clear();
-  for (std::uint32_t i = 0; i < layout.slots.size(); ++i) {
-    const std::uint32_t slot = layout.slots[i], root = objects[slot].root;
-    const bool is_moving = in_motion[root] && moves(slot);
-    if (is_moving) moved.push_back(i);
-    // One that moved in the frame before has a new resting path, one point.
-    if (!is_moving && !std::binary_search(moved_before.begin(), moved_before.end(), i)) continue;
-    const BodyState start = state_at(slot, 0.0), end = state_at(slot, 1.0);
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
-      from[solid] = compose(start.X_WO, layout.X_OS[solid]);
-      to[solid] = compose(end.X_WO, layout.X_OS[solid]);
-      bulges[solid] = bulge_of(solid, start);
-    }
-  }
+  std::fill(travels.last_solid.begin(), travels.last_solid.end(), 0.0);
+  std::fill(travels.last_own.begin(), travels.last_own.end(), 0.0);
+  for (const std::uint32_t root : movers)
+    if (in_motion[root]) lay_travels(root);
+  std::sort(moved.begin(), moved.end());
 }
 
 /// Of the object's frame; centre and rates are its body's.
@@ -77,14 +72,6 @@ BodyState ContactWorld::State::state_at(std::uint32_t slot, double s) const {
   BodyState state = mover->path.at(objects[objects[slot].body].link, s);
   if (objects[slot].body != slot) state.X_WO = compose(state.X_WO, objects.poses_in_body()[slot]);
   return state;
-}
-
-double ContactWorld::State::bulge_of(SolidIndex solid, const BodyState& start) const {
-  const Vector3& centre_S = layout.solids[solid].bounding_sphere().centre;
-  const MechanismMover* mover = mechanism_of(layout.slot_of[solid]);
-  if (mover != nullptr)
-    return mover->path.bulge(objects[body_of(solid)].link, transform(X_BS[solid], centre_S));
-  return bulge(start.angular_velocity_W, transform(from[solid], centre_S) - start.centre_W);
 }
 
 double ContactWorld::State::gap_of(const SolidPair& pair) const {
@@ -100,8 +87,9 @@ MovingSolid ContactWorld::State::moving_solid(SolidIndex solid) const {
   const std::uint32_t slot = layout.slot_of[solid], root = objects[slot].root;
   const double stop = in_motion[root] ? stops[root] : 0.0;
   if (const MechanismMover* mover = mechanism_of(slot))
-    return {&layout.solids[solid], X_BS[solid], &mover->path, objects[objects[slot].body].link, stop};
-  return {&layout.solids[solid], layout.X_OS[solid], &paths[root], slot, stop};
+    return {&layout.solids[solid], X_BS[solid], &mover->path, objects[objects[slot].body].link, stop,
+            travels.last_solid[solid]};
+  return {&layout.solids[solid], layout.X_OS[solid], &paths[root], slot, stop, travels.last_solid[solid]};
 }
 
 MovingSolid ContactWorld::State::seen_from(std::uint32_t link, SolidIndex solid) const {
@@ -111,29 +99,37 @@ MovingSolid ContactWorld::State::seen_from(std::uint32_t link, SolidIndex solid)
   return seen;
 }
 
-Impact ContactWorld::State::impact_of(const FramePair& pair) {
+Impact ContactWorld::State::impact_of(FramePair& pair) {
+  const double now = travelled(pair.solids, pair.own);
+  if (now <= pair.clear_until) {
+    Impact clear;
+    clear.geometry.n_AB_W = clear.geometry.p_A_W = clear.geometry.p_B_W = Vector3::Zero();
+    clear.is_far = true;
+    return clear;
+  }
   query->set_pair(pair.solids);
   const auto [a, b] = pair.solids;
-  if (root_of(a) != root_of(b))
-    return find_impact(moving_solid(a), moving_solid(b), {pair.gap}, *query, pair.interest);
-  // Two links: the first stands still.
-  const std::uint32_t link = objects[body_of(a)].link;
-  return find_impact(seen_from(link, a), seen_from(link, b), {pair.gap}, *query, pair.interest);
+  Impact impact;
+  if (pair.own == kNotOwn) {
+    impact = find_impact(moving_solid(a), moving_solid(b), {pair.gap}, *query, pair.interest);
+  } else {  // two links: the first stands still
+    const std::uint32_t link = objects[body_of(a)].link;
+    MovingSolid first = seen_from(link, a), second = seen_from(link, b);
+    first.travel = 0.0, second.travel = travels.last_own[pair.own];
+    impact = find_impact(first, second, {pair.gap}, *query, pair.interest);
+  }
+  // The gap is far more than separations and sums round.
+  const double room = impact.start_separation - pair.interest - pair.gap;
+  if (impact.queries > 0 && room > 0.0)
+    pair.clear_until = now * (1.0 - 0x1p-50) - last_travel(pair.solids, pair.own) * (1.0 + 0x1p-19) + room;
+  return impact;
 }
 
 void ContactWorld::State::find_pairs(FrameReport& report) {
-  // What moves now and what came to rest: both have new paths.
-  std::array<SolidPair, kBlock> block;
-  moved_before.insert(moved_before.end(), moved.begin(), moved.end());
-  std::sort(moved_before.begin(), moved_before.end());
-  moved_before.erase(std::unique(moved_before.begin(), moved_before.end()), moved_before.end());
-  broadphase->update_paths({from, to, bulges}, moved_before);
+  if (needs_watch) watch_pairs();
   pairs.clear();
-  PairCursor cursor;
-  while (!cursor.done) {
-    const std::size_t count = broadphase->find_pairs(cursor, block);
-    for (std::size_t i = 0; i < count; ++i) examine(block[i], report);
-  }
+  for (WatchedPair& watch : watched)
+    if (!(travelled({watch.a, watch.b}, watch.own) <= watch.clear_until)) examine(watch, report);
 }
 
 bool ContactWorld::State::is_checked(const SolidPair& pair) const {
@@ -148,14 +144,17 @@ FramePair ContactWorld::State::frame_pair(const SolidPair& pair) const {
   entry.rule = rules.find(objects, layout.slot_of[pair.a], layout.slot_of[pair.b]);
   entry.gap = gap_of(pair);
   entry.interest = std::max(2.0 * entry.gap, entry.rule.warn_distance);
+  entry.own = own_index(pair);
   return entry;
 }
 
-void ContactWorld::State::examine(const SolidPair& pair, FrameReport& report) {
+void ContactWorld::State::examine(WatchedPair& watch, FrameReport& report) {
+  const SolidPair pair{watch.a, watch.b};
   if (!is_checked(pair)) return;
   ++report.candidate_pairs;
   FramePair entry = frame_pair(pair);
   entry.impact = impact_of(entry);
+  watch.clear_until = entry.clear_until;
   if (entry.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
   // With two movers in motion, one may be stopped before the other: such a pair is looked at again.
   const std::uint32_t a = root_of(pair.a), b = root_of(pair.b);
@@ -207,7 +206,7 @@ void ContactWorld::State::resolve_stops(std::vector<FramePair>& among) {
       pair.has_blocked = true;
       stop_movers(pair);
     }
-    for (const std::uint32_t slot : layout.slots) {
+    for (const std::uint32_t slot : movers) {
       if (is_restopped[slot]) recheck(slot, among);
       is_restopped[slot] = 0;
     }
@@ -219,9 +218,9 @@ void ContactWorld::State::execute() {
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
     if (MechanismMover* mover = mechanisms.at(i); mover != nullptr && in_motion[mover->lead])
       mover->stand_at(stops[mover->lead]);
-  for (std::uint32_t i = 0; i < layout.slots.size(); ++i) {
+  for (const std::uint32_t i : moved) {
     const std::uint32_t slot = layout.slots[i], root = objects[slot].root;
-    if (!in_motion[root] || !moves(slot)) continue;
+    if (!in_motion[root]) continue;
     if (const MechanismMover* mover = mechanism_of(slot)) {
       const std::uint32_t body = objects[slot].body;
       const Pose& X_WL = mover->X_WL[objects[body].link];
@@ -230,7 +229,7 @@ void ContactWorld::State::execute() {
       objects[slot].X_WO = paths[root].at(slot, stops[root]).X_WO;
     }
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
-      from[solid] = to[solid] = compose(objects[slot].X_WO, layout.X_OS[solid]);
+      from[solid] = compose(objects[slot].X_WO, layout.X_OS[solid]);
   }
 }
 

@@ -63,7 +63,7 @@ void ContactWorld::State::begin_joint_slide(Slider& slider) {
   double shift_limit = 0.0;
   for (std::size_t k = 0; k < arm.actual.size(); ++k)
     shift_limit = std::max(shift_limit, std::abs(arm.commanded[k]) + distance / std::sqrt(arm.weights[k]));
-  arm.frame.set_reaches(kUp * shift_limit);
+  if (shift_limit > arm.shift_limit) arm.frame.set_reaches(arm.shift_limit = 2.0 * shift_limit);
 }
 
 /// Where the solid's sphere can come: around where it is to be.

@@ -112,6 +112,7 @@ void ContactWorld::State::accept_joints(std::span<const JointCommand> commands) 
     }
     in_motion[mover.lead] = mover.commanded != mover.actual;
     if (in_motion[mover.lead]) mover.go(mover.actual, mover.commanded);
+    movers.push_back(mover.lead);
   }
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
     if (MechanismMover* mover = mechanisms.at(i); mover != nullptr && !in_motion[mover->lead]) mover->rest();
@@ -149,11 +150,42 @@ void ContactWorld::State::exempt_within_mechanisms(Layout& out) const {
 
 void ContactWorld::State::place_solids_in_bodies() {
   X_BS.resize(layout.solids.size());
-  for (SolidIndex solid = 0; solid < X_BS.size(); ++solid) {
-    const std::uint32_t slot = layout.slot_of[solid];
-    X_BS[solid] = objects[slot].body == slot ? layout.X_OS[solid]
-                                             : compose(objects.poses_in_body()[slot], layout.X_OS[solid]);
+  members.clear(), movable.clear();
+  for (std::uint32_t i = 0; i < layout.slots.size(); ++i) {
+    const std::uint32_t slot = layout.slots[i], body = objects[slot].body;
+    MechanismMover* mover = mechanism_of(slot);
+    if (!objects[slot].is_static()) movable.push_back(i);
+    members.emplace_back(objects[slot].root, i);
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
+      const Pose& X_OS = layout.X_OS[solid];
+      X_BS[solid] = body == slot ? X_OS : compose(objects.poses_in_body()[slot], X_OS);
+      if (mover == nullptr) continue;
+      const Sphere& sphere = layout.solids[solid].bounding_sphere();
+      double& radius = mover->radius_of_link[objects[body].link];
+      radius = std::max(radius, norm(transform(X_BS[solid], sphere.centre)) + sphere.radius);
+    }
   }
+  std::sort(members.begin(), members.end());
+  std::fill(has_path.begin(), has_path.end(), std::uint8_t{1});
+  watched.clear();
+  needs_watch = true;
+}
+
+void ContactWorld::State::prepare_travels() {
+  const std::size_t slots = objects.size(), solids = layout.solids.size();
+  has_path.assign(slots, 1);
+  movers.reserve(2 * slots + 64), members.reserve(slots), movable.reserve(slots);
+  std::uint32_t own = 0;
+  for (std::uint32_t i = 0; i < mechanisms.size(); ++i) {
+    MechanismMover* mover = mechanisms.at(i);
+    if (mover == nullptr) continue;
+    mover->first_own = own;
+    own += static_cast<std::uint32_t>(mover->X_WL.size() * mover->X_WL.size());
+  }
+  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.last_solid})
+    values->assign(solids, 0.0);
+  for (std::vector<double>* values : {&travels.of_own, &travels.last_own}) values->assign(own, 0.0);
+  watched.reserve(256 + 64 * solids), watched_before.reserve(256 + 64 * solids);
 }
 
 Pose ContactWorld::State::executed_link_pose(std::uint32_t slot, std::size_t part, double s) const {

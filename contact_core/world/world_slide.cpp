@@ -88,14 +88,15 @@ void ContactWorld::State::prepare_slides() {
 }
 
 void ContactWorld::State::rest(std::uint32_t root) {
+  has_path[root] = 1;
   paths[root] = CarriedPath(RigidPath(objects[root].X_WO), objects.poses_in_body());
   if (MechanismMover* mover = mechanism_of(root)) mover->rest();
   in_motion[root] = 0;
 }
 
 void ContactWorld::State::record_parts(std::uint32_t part) {
-  for (const std::uint32_t slot : layout.slots) {
-    if (objects[slot].root != slot || !in_motion[slot]) continue;
+  for (const std::uint32_t slot : movers) {
+    if (!in_motion[slot]) continue;
     slides.parts.push_back(
         {slot, part, paths[slot], stops[slot], static_cast<std::uint32_t>(slides.joints.size())});
     const MechanismMover* mover = mechanism_of(slot);
@@ -127,8 +128,7 @@ void ContactWorld::State::slide(FrameReport& report) {
 bool ContactWorld::State::begin_slides() {
   for (const Slider& slider : slides.sliders) slides.slider_of[slider.root] = SlideState::kNone;
   slides.sliders.clear();
-  for (const std::uint32_t slot : layout.slots) {
-    if (objects[slot].root != slot || !in_motion[slot]) continue;
+  for (const std::uint32_t slot : movers) {
     const double stop = stops[slot];
     MechanismMover* arm = mechanism_of(slot);
     const bool may_slide =
@@ -138,9 +138,9 @@ bool ContactWorld::State::begin_slides() {
       slides.sliders.push_back({slot, stop, arm, paths[slot].carrier().to(), {}, {}, 0.0, 0.0});
       if (arm != nullptr) begin_joint_slide(slides.sliders.back());
     }
-    rest(slot);
   }
   if (slides.sliders.empty()) return false;
+  for (const std::uint32_t slot : movers) rest(slot);
   weigh_sliders();
   return true;
 }
@@ -167,13 +167,23 @@ double ContactWorld::State::distance_of(const Slider& slider) const {
   return std::sqrt(joint_product(left, left, slider.arm->weights));
 }
 
+double ContactWorld::State::watched_until(const SolidPair& pair) const {
+  const auto place =
+      std::lower_bound(watched.begin(), watched.end(), pair, [](const WatchedPair& x, const SolidPair& y) {
+        return x.a != y.a ? x.a < y.a : x.b < y.b;
+      });
+  return place != watched.end() && place->a == pair.a && place->b == pair.b ? place->clear_until : kNotKnown;
+}
+
 void ContactWorld::State::find_slide_pairs() {
   // As the distance to the goal never grows, a slider stays within what it is now around its goal.
-  for (const std::uint32_t i : moved) {
+  // All others are where they are: what the broadphase knew was where they could be.
+  for (const std::uint32_t i : movable) {
     const std::uint32_t slot = layout.slots[i];
     const Slider* slider = slides.find(objects[slot].root);
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
       bulges[solid] = 0.0;
+      to[solid] = from[solid];
       if (slider == nullptr) continue;
       if (slider->arm != nullptr) {
         bound_joint_slide(*slider, slot, solid);
@@ -186,7 +196,7 @@ void ContactWorld::State::find_slide_pairs() {
       bulges[solid] = kUp * (slider->distance + turn * radius);
     }
   }
-  broadphase->update_paths({to, to, bulges}, moved);
+  broadphase->update_paths({to, to, bulges}, movable);
   slides.pairs.clear();
   slides.by_root.clear();
   PairCursor cursor;
@@ -203,13 +213,12 @@ void ContactWorld::State::find_slide_pairs() {
         slides.by_root.emplace_back(root_of(solid), index);
         met = true;
       }
-      if (met) slides.pairs.push_back(frame_pair(block[i]));
+      if (!met) continue;
+      slides.pairs.push_back(frame_pair(block[i]));
+      slides.pairs.back().clear_until = watched_until(block[i]);
     }
   }
   std::sort(slides.by_root.begin(), slides.by_root.end());
-  for (const std::uint32_t i : moved)
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
-      to[solid] = from[solid];
 }
 
 Vector3 ContactWorld::State::slide_centre(const Slider& slider, SolidIndex solid) const {
@@ -245,6 +254,8 @@ void ContactWorld::State::add_near_pair(const Slider& slider, const FramePair& p
   if (other != nullptr && other->done) other = nullptr;
   if (other == &slider) near.reach += slide_reach(slider, obstacle, mover), other = nullptr;
   const double both = near.reach + (other != nullptr ? slide_reach(*other, obstacle, mover) : 0.0);
+  // At rest it has at least so much left.
+  if (pair.clear_until - travelled(pair.solids, pair.own) > both) return;
   query->set_pair(pair.solids);
   PairGeometry geometry{};
   const PairStatus status =
@@ -338,6 +349,7 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
     any = any || in_motion[slider.root];
   }
   if (!any) return false;
+  lay_paths();
   for (FramePair& pair : slides.pairs) {
     pair.is_settled = false;
     pair.impact.status = ImpactStatus::clear;

@@ -11,6 +11,7 @@
 #include "contact_core/world/object_table.hpp"
 #include "contact_core/world/pair_rules.hpp"
 #include "contact_core/world/slide_state.hpp"
+#include "contact_core/world/travels.hpp"
 
 namespace touchstone {
 
@@ -37,13 +38,20 @@ struct ContactWorld::State {
   std::vector<SelectionChange> changes;
   std::vector<SelectionRecord> record;
   std::vector<CarriedPath> paths;                  // by slot; a root's
+  std::vector<std::uint8_t> has_path;              // by slot: its path may be another than to rest
+  std::vector<std::uint32_t> movers;               // roots in motion, by slot
   std::vector<double> stops;                       // by slot; a root's
   std::vector<std::uint8_t> in_motion;             // by slot; a root's
   std::vector<std::uint8_t> is_restopped;          // by slot; a root's, within resolve_stops
   std::vector<Pose> from, to;                      // by solid
   std::vector<double> bulges;                      // by solid
   std::vector<Pose> X_BS;                          // by solid, in its body; of mechanisms' solids
-  std::vector<std::uint32_t> moved, moved_before;  // objects by layout index
+  std::vector<std::uint32_t> moved;                // objects by layout index
+  std::vector<std::uint32_t> movable;              // the same, all that are not static
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
+  Travels travels;
+  std::vector<WatchedPair> watched, watched_before;  // by solids
+  bool needs_watch = true;
   std::vector<FramePair> pairs;
   std::vector<ContactState> contacts, contacts_before;
   std::vector<ContactEvent> events;
@@ -51,16 +59,27 @@ struct ContactWorld::State {
 
   void take_selection();
   void accept(std::span<const MotionCommand> commands);
+  void take_movers();
   void lay_paths();
   BodyState state_at(std::uint32_t slot, double s) const;
-  double bulge_of(SolidIndex solid, const BodyState& start) const;
+  void lay_travels(std::uint32_t root);
+  void lay_travel(SolidIndex solid, const BodyState& start);
+  void lay_own_travels(std::uint32_t root);
+  void watch_pairs();
+  double travelled(const SolidPair& pair, std::uint32_t own) const {
+    return own != kNotOwn ? travels.of_own[own] : travels.of_solid[pair.a] + travels.of_solid[pair.b];
+  }
+  double last_travel(const SolidPair& pair, std::uint32_t own) const {
+    return own != kNotOwn ? travels.last_own[own] : travels.last_solid[pair.a] + travels.last_solid[pair.b];
+  }
+  std::uint32_t own_index(const SolidPair& pair) const;
   void find_pairs(FrameReport& report);
   bool is_checked(const SolidPair& pair) const;
   FramePair frame_pair(const SolidPair& pair) const;
-  void examine(const SolidPair& pair, FrameReport& report);
+  void examine(WatchedPair& watch, FrameReport& report);
   MovingSolid moving_solid(SolidIndex solid) const;
   MovingSolid seen_from(std::uint32_t link, SolidIndex solid) const;
-  Impact impact_of(const FramePair& pair);
+  Impact impact_of(FramePair& pair);
   void resolve_stops(std::vector<FramePair>& among);
   void stop_movers(const FramePair& pair);
   void recheck(std::uint32_t root, std::vector<FramePair>& among);
@@ -75,6 +94,7 @@ struct ContactWorld::State {
   void reset_mechanisms();
   void exempt_within_mechanisms(Layout& out) const;
   void place_solids_in_bodies();
+  void prepare_travels();
   /// The mechanism that the object is a link of or is carried by, or null.
   MechanismMover* mechanism_of(std::uint32_t slot) const {
     const ObjectRecord& body = objects[objects[slot].body];
@@ -95,6 +115,7 @@ struct ContactWorld::State {
   void record_parts(std::uint32_t part);
   bool begin_slides();
   void weigh_sliders();
+  double watched_until(const SolidPair& pair) const;
   void find_slide_pairs();
   bool plan_slides(FrameReport& report);
   double distance_of(const Slider& slider) const;

@@ -112,7 +112,8 @@ class Flight {
       const std::uint32_t link = arm_->link_of(solid);
       if (link != arm_->find_link("tip_lee")) continue;
       const Pose X = compose(X_WL[link], arm_->placed(solid).X_OS);
-      for (const Vector3& v : arm_->solids()[solid].vertices()) lowest = std::min(lowest, transform(X, v).z());
+      for (const Vector3& v : arm_->solids()[solid].vertices())
+        lowest = std::min(lowest, transform(X, v).z());
     }
     return lowest;
   }
@@ -136,7 +137,8 @@ class Flight {
       Pose X;
       X.p = {real(-5, 25), real(-15, 15), real(9, 14)};
       X.R = rotation_about(Vector3::UnitX(), real(-3, 3));
-      world_->add({box("box " + std::to_string(i), {real(0.3, 1.5), real(0.3, 1.5), real(0.3, 1.5)}), X, true});
+      world_->add(
+          {box("box " + std::to_string(i), {real(0.3, 1.5), real(0.3, 1.5), real(0.3, 1.5)}), X, true});
     }
   }
 
@@ -159,13 +161,15 @@ void fly(benchmark::State& state, const Case& wanted) {
     const double start = seconds();
     const FrameReport report = flight.step();
     times.push_back(seconds() - start);
-    pairs += report.candidate_pairs, calls += static_cast<double>(report.queries), steps += report.slide_steps;
+    pairs += report.candidate_pairs, calls += static_cast<double>(report.queries),
+        steps += report.slide_steps;
     limits += report.iteration_limits;
   }
   const double allocated = static_cast<double>(allocation_count() - allocations);
   std::sort(times.begin(), times.end());
   const auto at = [&](double share) {
-    return times[std::min(times.size() - 1, static_cast<std::size_t>(share * static_cast<double>(times.size())))];
+    return times[std::min(times.size() - 1,
+                          static_cast<std::size_t>(share * static_cast<double>(times.size())))];
   };
   const double frames = static_cast<double>(times.size());
   state.counters["median_us"] = 1e6 * at(0.5);
