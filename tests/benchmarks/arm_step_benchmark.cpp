@@ -201,12 +201,12 @@ void register_runs(const std::string& backend, int frames) {
 }  // namespace touchstone
 
 int main(int argc, char** argv) {
-  touchstone::register_runs("native", 20000);
+  touchstone::register_runs("native", 5000);
 #ifdef TOUCHSTONE_BENCHMARK_BULLET
-  touchstone::register_runs("bullet", 2000);
+  touchstone::register_runs("bullet", 1000);
 #endif
 #ifdef TOUCHSTONE_BENCHMARK_EXACT
-  touchstone::register_runs("exact", 1000);
+  touchstone::register_runs("exact", 500);
 #endif
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;

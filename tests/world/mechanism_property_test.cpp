@@ -38,8 +38,8 @@ struct ArmScene {
     for (const Mechanism::Link& link : mechanism->links())
       if (link.tree) take(world->link(arm, link.name), *link.tree);
     const std::size_t links = objects.size();
-    const double reach = large ? 17 : 6;
-    for (int i = 0; i < 12; ++i) {
+    const double reach = large ? 9 : 3.5;
+    for (int i = 0; i < 30; ++i) {
       const auto tree =
           box_tree("box " + std::to_string(i), {draw.real(0.1, 2), draw.real(0.1, 2), draw.real(0.1, 2)});
       Pose X = draw.pose(reach);
@@ -143,9 +143,13 @@ TEST_P(ArmMotions, NothingExecutedOverlaps) {
     scene.world->set_default_rule(rule(GetParam()));
     if (scene.overlapping(false)) continue;  // in the reference pose
     const double step = draw.chance(0.5) ? 0.05 : 0.6;
+    std::vector<double> way(scene.mechanism->value_count());
     for (int frame = 0; frame < 20 && motions < wanted; ++frame, ++motions) {
       std::vector<double> goal = joints_of(*scene.world, scene.arm);
-      for (double& q : goal) q += draw.real(-step, step);
+      for (std::size_t k = 0; k < goal.size(); ++k) {
+        if (frame % 8 == 0) way[k] = draw.real(-step, step);
+        goal[k] += way[k];
+      }
       const FrameReport report = move_joints(*scene.world, scene.arm, goal);
       blocked += static_cast<int>(report.blocked_movers);
       slid += report.slide_steps > 0;
