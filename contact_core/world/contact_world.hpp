@@ -112,7 +112,7 @@ struct FrameReport {
   std::uint64_t frame = 0;
   std::span<const ContactEvent> events;  ///< valid until the next frame; by pair
   std::uint32_t blocked_movers = 0;
-  std::uint32_t candidate_pairs = 0;  ///< looked at; all others are known to stay out of reach
+  std::uint32_t candidate_pairs = 0;   ///< looked at; all others are known to stay out of reach
   std::uint64_t queries = 0;           ///< narrowphase calls
   std::uint32_t iteration_limits = 0;  ///< pairs stopped early for want of iterations
   std::uint32_t slide_steps = 0;       ///< sub-steps of slides; at most kMostSlideSteps

@@ -26,9 +26,9 @@ struct MechanismMover {
   JointFrame frame;             ///< of a slide
   std::vector<Pose> X_WL_goal;  ///< of a slide, by link
   bool is_resting = true;
-  double shift_limit = -1.0;            ///< no prismatic value has been further from 0, or is told to go [m]
-  std::vector<double> radius_of_link;   ///< of all that the link carries, about its origin [m]
-  std::uint32_t first_own = 0;          ///< of its pairs of links in Travels
+  double shift_limit = -1.0;           ///< no prismatic value has been further from 0, or is told to go [m]
+  std::vector<double> radius_of_link;  ///< of all that the link carries, about its origin [m]
+  std::uint32_t first_own = 0;         ///< of its pairs of links in Travels
 
   /// Lays the path between joint values; both may be members.
   void go(std::span<const double> from, std::span<const double> to) noexcept;

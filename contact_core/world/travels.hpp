@@ -28,7 +28,8 @@ inline constexpr double kNotKnown = -1.0;
 struct WatchedPair {
   std::uint32_t a, b;
   std::uint32_t own;   ///< index into Travels::of_own, or kNotOwn
-  double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or the own one's; kNotKnown
+  double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or the own one's;
+                       ///< kNotKnown
 };
 
 }  // namespace touchstone

@@ -168,10 +168,9 @@ double ContactWorld::State::distance_of(const Slider& slider) const {
 }
 
 double ContactWorld::State::watched_until(const SolidPair& pair) const {
-  const auto place =
-      std::lower_bound(watched.begin(), watched.end(), pair, [](const WatchedPair& x, const SolidPair& y) {
-        return x.a != y.a ? x.a < y.a : x.b < y.b;
-      });
+  const auto place = std::lower_bound(
+      watched.begin(), watched.end(), pair,
+      [](const WatchedPair& x, const SolidPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
   return place != watched.end() && place->a == pair.a && place->b == pair.b ? place->clear_until : kNotKnown;
 }
 

@@ -37,17 +37,17 @@ struct ContactWorld::State {
   std::uint64_t frame = 0;
   std::vector<SelectionChange> changes;
   std::vector<SelectionRecord> record;
-  std::vector<CarriedPath> paths;                  // by slot; a root's
-  std::vector<std::uint8_t> has_path;              // by slot: its path may be another than to rest
-  std::vector<std::uint32_t> movers;               // roots in motion, by slot
-  std::vector<double> stops;                       // by slot; a root's
-  std::vector<std::uint8_t> in_motion;             // by slot; a root's
-  std::vector<std::uint8_t> is_restopped;          // by slot; a root's, within resolve_stops
-  std::vector<Pose> from, to;                      // by solid
-  std::vector<double> bulges;                      // by solid
-  std::vector<Pose> X_BS;                          // by solid, in its body; of mechanisms' solids
-  std::vector<std::uint32_t> moved;                // objects by layout index
-  std::vector<std::uint32_t> movable;              // the same, all that are not static
+  std::vector<CarriedPath> paths;          // by slot; a root's
+  std::vector<std::uint8_t> has_path;      // by slot: its path may be another than to rest
+  std::vector<std::uint32_t> movers;       // roots in motion, by slot
+  std::vector<double> stops;               // by slot; a root's
+  std::vector<std::uint8_t> in_motion;     // by slot; a root's
+  std::vector<std::uint8_t> is_restopped;  // by slot; a root's, within resolve_stops
+  std::vector<Pose> from, to;              // by solid
+  std::vector<double> bulges;              // by solid
+  std::vector<Pose> X_BS;                  // by solid, in its body; of mechanisms' solids
+  std::vector<std::uint32_t> moved;        // objects by layout index
+  std::vector<std::uint32_t> movable;      // the same, all that are not static
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
   Travels travels;
   std::vector<WatchedPair> watched, watched_before;  // by solids

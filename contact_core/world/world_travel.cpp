@@ -106,7 +106,8 @@ void ContactWorld::State::watch_pairs() {
       if (layout.is_exempt(block[i])) continue;
       WatchedPair watch{block[i].a, block[i].b, own_index(block[i]), kNotKnown};
       while (before != watched_before.end() && by_solids(*before, watch)) ++before;
-      if (before != watched_before.end() && !by_solids(watch, *before)) watch.clear_until = before->clear_until;
+      if (before != watched_before.end() && !by_solids(watch, *before))
+        watch.clear_until = before->clear_until;
       watched.push_back(watch);
     }
   }
