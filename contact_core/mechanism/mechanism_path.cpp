@@ -256,6 +256,21 @@ double MechanismPath::curvature_bound(std::uint32_t link, const BodyState& state
   return std::min(sum, near_half) * kEnlarge;
 }
 
+double MechanismPath::speed_bound(std::uint32_t link, const Vector3& p_L) const noexcept {
+  if (!moves(link)) return 0.0;
+  const Section& section = sections_[section_of_[link]];
+  const Vector3 r_W = transform(half_[link].X_WO, p_L) - section.entry_W;
+  return (section.entry_rates.first + rates_of_vector(section, r_W).first) * kEnlarge;
+}
+
+double MechanismPath::turn_bound(std::uint32_t link) const noexcept {
+  return sections_[section_of_[link]].turn * kEnlarge;
+}
+
+double MechanismPath::turn_change_bound(std::uint32_t link) const noexcept {
+  return sections_[section_of_[link]].change * kEnlarge;
+}
+
 // A curve is within |p''| / 8 of its chord at the same s.
 double MechanismPath::bulge(std::uint32_t link, const Vector3& p_L) const noexcept {
   if (!moves(link)) return 0.0;

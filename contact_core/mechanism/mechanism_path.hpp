@@ -39,6 +39,12 @@ class MechanismPath final : public MotionPath {
   double curvature_bound(std::uint32_t link, const BodyState& state, const Vector3& p_W,
                          const Vector3& n_W) const noexcept override;
 
+  /// Bounds over all of [0, 1] on the speed of a point fixed in the link [m], on the link's angular velocity
+  /// [rad] and on that one's derivative.
+  double speed_bound(std::uint32_t link, const Vector3& p_L) const noexcept;
+  double turn_bound(std::uint32_t link) const noexcept;
+  double turn_change_bound(std::uint32_t link) const noexcept;
+
   /// How far a point fixed in the link strays from the straight segment between where it is at 0 and at 1
   /// [m], for SolidPaths::bulge; rounding included.
   double bulge(std::uint32_t link, const Vector3& p_L) const noexcept;

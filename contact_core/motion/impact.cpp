@@ -40,6 +40,23 @@ struct Extent {
 
 bool is_at_rest(const MovingSolid& moving, double s) { return s >= moving.stop; }
 
+/// A solid at one s.
+struct Placed {
+  const MovingSolid* moving;
+  bool at_rest;
+  BodyState state;  ///< rates are 0 at rest
+  Pose X_WS;
+  WorldVertices vertices;
+};
+
+Placed place(const MovingSolid& moving, double s) {
+  Placed out{&moving, is_at_rest(moving, s), moving.path->at(moving.body, std::min(s, moving.stop)), {}, {}};
+  out.X_WS = compose(out.state.X_WO, moving.X_OS);
+  world_vertices(*moving.solid, out.X_WS, out.vertices);
+  if (out.at_rest) out.state.velocity_W = out.state.angular_velocity_W = Vector3::Zero();
+  return out;
+}
+
 /// Of a point that a steady body carries, seen from a direction that turns. With D from the direction's
 /// centre to the body's, r from there to the point, w the body's and o the direction's angular velocity:
 ///   (n . (D + r))'' = (o x (o x n)) . D + 2 (o x n) . D' + n . (d x (d x r) + (d x o) x r),  d = w - o,
@@ -57,20 +74,16 @@ double turning_curvature(const Direction& along, const BodyState& state, const V
   return bound;
 }
 
-Extent extent_along(const MovingSolid& moving, double s, const Direction& along) {
+Extent extent_along(const Placed& placed, const Direction& along) {
   Extent out{};
-  BodyState state = moving.path->at(moving.body, std::min(s, moving.stop));
-  WorldVertices vertices;
-  world_vertices(*moving.solid, compose(state.X_WO, moving.X_OS), vertices);
-  const bool at_rest = is_at_rest(moving, s);
-  if (at_rest) state.velocity_W = state.angular_velocity_W = Vector3::Zero();
+  const BodyState& state = placed.state;
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
-    const Vector3 p = vertices.vertex(i);
+    const Vector3 p = placed.vertices.vertex(i);
     out.value[i] = dot(along.n, p);
-    if (at_rest && along.is_fixed()) continue;
+    if (placed.at_rest && along.is_fixed()) continue;
     out.slope[i] = dot(along.n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
     if (along.is_fixed()) {
-      out.curvature[i] = moving.path->curvature_bound(moving.body, state, p, along.n);
+      out.curvature[i] = placed.moving->path->curvature_bound(placed.moving->body, state, p, along.n);
       continue;
     }
     out.slope[i] += dot(cross(along.turn, along.n), p - along.centre) - dot(along.n, along.velocity);
@@ -94,9 +107,9 @@ struct Stretch {
 };
 
 /// How far on from s the projections on n are sure to stay apart by `threshold`; at most `longest`.
-Stretch clear_stretch(const MovingSolid& a, const MovingSolid& b, double s, const Direction& along,
-                      double threshold, double longest) {
-  const Extent on_a = extent_along(a, s, along), on_b = extent_along(b, s, along);
+Stretch clear_stretch(const Placed& a, const Placed& b, const Direction& along, double threshold,
+                      double longest) {
+  const Extent on_a = extent_along(a, along), on_b = extent_along(b, along);
   double stretch = longest;
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
     for (int j = 0; j < Hexahedron::kVertices; ++j) {
@@ -123,20 +136,11 @@ double separation_along(const Extent& a, const Extent& b) {
 }
 
 /// Steady on its way, or at rest.
-bool is_steady(const MovingSolid& moving, double s) {
-  return is_at_rest(moving, s) || moving.path->is_steady();
-}
-
-BodyState state_of(const MovingSolid& moving, double s) {
-  BodyState state = moving.path->at(moving.body, std::min(s, moving.stop));
-  if (is_at_rest(moving, s)) state.velocity_W = state.angular_velocity_W = Vector3::Zero();
-  return state;
-}
+bool is_steady(const Placed& placed) { return placed.at_rest || placed.moving->path->is_steady(); }
 
 /// The edge that is a solid's extreme along n, to `tolerance`: its direction. Zero if a vertex or a face is.
-Vector3 extreme_edge(const MovingSolid& moving, double s, const Vector3& n, double tolerance) {
-  WorldVertices vertices;
-  world_vertices(*moving.solid, moving.pose_at(s), vertices);
+Vector3 extreme_edge(const Placed& placed, const Vector3& n, double tolerance) {
+  const WorldVertices& vertices = placed.vertices;
   std::array<double, Hexahedron::kVertices> height{};
   for (int i = 0; i < Hexahedron::kVertices; ++i) height[i] = dot(n, vertices.vertex(i));
   const double highest = *std::max_element(height.begin(), height.end());
@@ -148,14 +152,13 @@ Vector3 extreme_edge(const MovingSolid& moving, double s, const Vector3& n, doub
 }
 
 /// Of the plane that two edges in contact span, both going their ways: n = e x f / |e x f|, and so is n'.
-Direction edge_direction(const MovingSolid& a, const MovingSolid& b, double s, const PairGeometry& geometry,
-                         double tolerance) {
+Direction edge_direction(const Placed& a, const Placed& b, const PairGeometry& geometry, double tolerance) {
   Direction along{geometry.n_AB_W};
   const Vector3& n = geometry.n_AB_W;
-  const Vector3 e = extreme_edge(a, s, n, tolerance), f = extreme_edge(b, s, -n, tolerance);
+  const Vector3 e = extreme_edge(a, n, tolerance), f = extreme_edge(b, -n, tolerance);
   const double across = dot(n, cross(e, f));
   if (!(std::abs(across) > 1e-3 * norm(e) * norm(f))) return along;
-  const BodyState on_a = state_of(a, s), on_b = state_of(b, s);
+  const BodyState &on_a = a.state, &on_b = b.state;
   const Vector3 rate =
       (cross(cross(on_a.angular_velocity_W, e), f) + cross(e, cross(on_b.angular_velocity_W, f))) / across;
   along.turn = cross(n, rate);
@@ -175,29 +178,20 @@ Direction edge_direction(const MovingSolid& a, const MovingSolid& b, double s, c
 class WidestStretch {
  public:
   /// @param from_afar the threshold of a pair that is not in contact; 0: it is.
-  WidestStretch(const MovingSolid& a, const MovingSolid& b, double s, const GapRule& rule, double scale,
-                double from_afar, double longest, const Stretch& so_far)
-      : a_(a),
-        b_(b),
-        s_(s),
-        rule_(rule),
-        scale_(scale),
-        from_afar_(from_afar),
-        longest_(longest),
-        widest_(so_far) {}
+  WidestStretch(const Placed& a, const Placed& b, const GapRule& rule, double scale, double from_afar,
+                double longest, const Stretch& so_far)
+      : a_(a), b_(b), rule_(rule), scale_(scale), from_afar_(from_afar), longest_(longest), widest_(so_far) {}
 
   Stretch find(const PairGeometry& geometry) {
-    const bool steady = is_steady(a_, s_) && is_steady(b_, s_);
-    if (steady) try_direction(edge_direction(a_, b_, s_, geometry, 2.0 * kRounding * scale_), false);
-    const Matrix3 R_WA = a_.pose_at(s_).R, R_WB = b_.pose_at(s_).R;
-    const BodyState on_a = state_of(a_, s_), on_b = state_of(b_, s_);
+    const bool steady = is_steady(a_) && is_steady(b_);
+    if (steady) try_direction(edge_direction(a_, b_, geometry, 2.0 * kRounding * scale_), false);
     for (int f = 0; f < 12 && !widest_.at_end; ++f) {
-      const Vector3 outward = f < 6 ? rotate(R_WA, a_.solid->face_plane(f).normal)
-                                    : Vector3(-rotate(R_WB, b_.solid->face_plane(f - 6).normal));
+      const Vector3 outward = f < 6 ? rotate(a_.X_WS.R, a_.moving->solid->face_plane(f).normal)
+                                    : Vector3(-rotate(b_.X_WS.R, b_.moving->solid->face_plane(f - 6).normal));
       const double length = norm(outward);
       if (!(length > 0.5)) continue;  // a collapsed face
       const Vector3 n = outward / length;
-      const BodyState& own = f < 6 ? on_a : on_b;
+      const BodyState& own = f < 6 ? a_.state : b_.state;
       if (!try_direction({n}, true)) continue;
       if (steady) try_direction({n, own.angular_velocity_W, own.centre_W, own.velocity_W}, false);
     }
@@ -210,18 +204,17 @@ class WidestStretch {
     if (widest_.at_end) return true;
     if (!may_be_fixed && along.is_fixed()) return true;
     along.longest = longest_;
-    const double apart = separation_along(extent_along(a_, s_, along), extent_along(b_, s_, along));
+    const double apart = separation_along(extent_along(a_, along), extent_along(b_, along));
     if (apart < std::max(from_afar_, 0.5 * rule_.gap - kRounding * scale_)) return false;
     const double threshold =
         from_afar_ > 0.0 ? from_afar_ : rule_.threshold(std::min(apart, rule_.gap), scale_);
-    const Stretch other = clear_stretch(a_, b_, s_, along, threshold, longest_);
+    const Stretch other = clear_stretch(a_, b_, along, threshold, longest_);
     if (other.length > widest_.length) widest_ = other;
     return true;
   }
 
-  const MovingSolid& a_;
-  const MovingSolid& b_;
-  double s_;
+  const Placed& a_;
+  const Placed& b_;
   const GapRule& rule_;
   double scale_, from_afar_, longest_;
   Stretch widest_;
@@ -270,7 +263,8 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
   double threshold = 0.0;
   bool from_afar = false;
   for (double s = 0.0;;) {
-    const Pose X_WA = a.pose_at(s), X_WB = b.pose_at(s);
+    const Placed on_a = place(a, s), on_b = place(b, s);
+    const Pose &X_WA = on_a.X_WS, &X_WB = on_b.X_WS;
     const PairStatus status = query.separation(X_WA, X_WB, impact.geometry);
     impact.lo = s;
     if (!has_geometry(status)) {
@@ -289,13 +283,18 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
       impact.lo = 1.0;
       return impact;
     }
+    if (impact.queries == 1 && separation - (a.travel + b.travel) > std::max(interest, rule.gap)) {
+      impact.is_far = true;
+      impact.lo = 1.0;
+      return impact;
+    }
     const double end = next_break(a, b, s);
-    Stretch stretch = clear_stretch(a, b, s, {impact.geometry.n_AB_W}, threshold, end - s);
+    Stretch stretch = clear_stretch(on_a, on_b, {impact.geometry.n_AB_W}, threshold, end - s);
     const bool in_contact = separation <= rule.gap;
     const bool is_slow = stretch.length < kShort * (end - s) || impact.queries > kManyQueries;
     if (separation > 0.0 && !stretch.at_end && (in_contact || is_slow)) {
       const double scale = scale_of(a, X_WA, b, X_WB);
-      stretch = WidestStretch(a, b, s, rule, scale, in_contact ? 0.0 : threshold, end - s, stretch)
+      stretch = WidestStretch(on_a, on_b, rule, scale, in_contact ? 0.0 : threshold, end - s, stretch)
                     .find(impact.geometry);
     }
     if (stretch.at_end && end == 1.0 && separation > interest && stretch.least_at_end > interest) {

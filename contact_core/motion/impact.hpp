@@ -22,6 +22,8 @@ struct MovingSolid {
   const MotionPath* path;
   std::uint32_t body = 0;
   double stop = 1.0;  ///< the body goes no further than this s and rests there
+  /// No point of the solid goes further than this on the whole path [m].
+  double travel = std::numeric_limits<double>::infinity();
 
   Pose pose_at(double s) const noexcept;
 };

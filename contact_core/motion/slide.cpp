@@ -2,30 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "contact_core/motion/closest_point.hpp"
 
 namespace touchstone {
 namespace {
 
-using Row6 = std::array<double, kTwistSize>;
+using Solver = ClosestPoint<kTwistSize>;
+using Row6 = Solver::Row;
 
-/// Rows closer than this to the span of others [rad] count as in it.
-constexpr double kDependent = 0x1p-30;
-/// A row is fulfilled to so many times the length of the goal twist; one that contradicts those that hold by
-/// less than the second does so by their rounding, where they are nearly dependent.
-constexpr double kFulfilled = 0x1p-50;
-constexpr double kNearlyFulfilled = 0x1p-36;
-constexpr int kIterations = 256;
 /// Longer turns are taken in several sub-steps [rad].
 constexpr double kLongestTurn = 0.25;
 constexpr int kLiftRounds = 4;
 constexpr int kHalvings = 3;
-
-double dot6(const Row6& a, const Row6& b) {
-  double sum = a[0] * b[0];
-  for (int i = 1; i < kTwistSize; ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 /// J = L L^T, lower. What is not positive by rounding (a needle's own axis) is taken as its trace's share.
 Matrix3 cholesky(const Matrix3& J) {
@@ -76,149 +65,6 @@ class Scaling {
  private:
   Matrix3 L_;
 };
-
-/// g . x >= -slack, g unit.
-struct Rows {
-  int count = 0;
-  std::array<Row6, kMostSlideRows> g;
-  std::array<double, kMostSlideRows> slack;
-  std::array<bool, kMostSlideRows> is_left_out{};
-};
-
-/// The active rows' span as an orthonormal basis Q with g = Q R (Gram, Schmidt, each row twice).
-struct Span {
-  int rank = 0;
-  std::array<Row6, kTwistSize> q;
-  std::array<std::array<double, kTwistSize>, kTwistSize> R;  ///< R[k][j], k <= j
-
-  /// Splits g into coefficients on Q and what stands on it.
-  Row6 split(const Row6& g, std::array<double, kTwistSize>& coefficient) const {
-    Row6 rest = g;
-    coefficient.fill(0.0);
-    for (int pass = 0; pass < 2; ++pass) {
-      for (int k = 0; k < rank; ++k) {
-        const double c = dot6(q[k], rest);
-        coefficient[k] += c;
-        for (int i = 0; i < kTwistSize; ++i) rest[i] -= c * q[k][i];
-      }
-    }
-    return rest;
-  }
-  void add(const Row6& g) {
-    std::array<double, kTwistSize> coefficient{};
-    const Row6 rest = split(g, coefficient);
-    const double length = std::sqrt(dot6(rest, rest));
-    for (int k = 0; k < rank; ++k) R[k][rank] = coefficient[k];
-    R[rank][rank] = length;
-    for (int i = 0; i < kTwistSize; ++i) q[rank][i] = rest[i] / length;
-    ++rank;
-  }
-  /// R^T y = left: the coefficients on Q of the step that changes what the rows have left by so much.
-  std::array<double, kTwistSize> solve_transposed(const std::array<double, kTwistSize>& left) const {
-    std::array<double, kTwistSize> y{};
-    for (int j = 0; j < rank; ++j) {
-      double rest = left[j];
-      for (int k = 0; k < j; ++k) rest -= R[k][j] * y[k];
-      y[j] = rest / R[j][j];
-    }
-    return y;
-  }
-  /// R y = coefficient.
-  std::array<double, kTwistSize> solve(const std::array<double, kTwistSize>& coefficient) const {
-    std::array<double, kTwistSize> y{};
-    for (int j = rank - 1; j >= 0; --j) {
-      double rest = coefficient[j];
-      for (int k = j + 1; k < rank; ++k) rest -= R[j][k] * y[k];
-      y[j] = rest / R[j][j];
-    }
-    return y;
-  }
-};
-
-struct DualState {
-  Row6 x{};
-  ActiveRows active;
-  std::array<double, kTwistSize> multiplier{};
-
-  void drop(int k) {
-    for (int i = k; i + 1 < active.count; ++i) {
-      active.row[i] = active.row[i + 1];
-      multiplier[i] = multiplier[i + 1];
-    }
-    --active.count;
-  }
-};
-
-/// Takes the rounding of many steps out: what active rows have left becomes 0 again.
-void settle(const Rows& rows, DualState& s) {
-  Span span;
-  std::array<double, kTwistSize> left{};
-  for (int k = 0; k < s.active.count; ++k) {
-    const Row6& g = rows.g[s.active.row[k]];
-    span.add(g);
-    left[k] = dot6(g, s.x) + rows.slack[s.active.row[k]];
-  }
-  const auto step = span.solve_transposed(left);
-  for (int k = 0; k < span.rank; ++k)
-    for (int i = 0; i < kTwistSize; ++i) s.x[i] -= step[k] * span.q[k][i];
-}
-
-int most_violated(const Rows& rows, const Row6& x, double tolerance) {
-  int worst = -1;
-  double least = -tolerance;
-  for (int i = 0; i < rows.count; ++i) {
-    if (rows.is_left_out[i]) continue;
-    const double left = dot6(rows.g[i], x) + rows.slack[i];
-    if (left < least) least = left, worst = i;
-  }
-  return worst;
-}
-
-/// Makes row p hold, dropping active rows that it replaces. False: it contradicts them.
-bool take_in(const Rows& rows, int p, DualState& s, int& iterations) {
-  double own = 0.0;
-  for (; iterations < kIterations; ++iterations) {
-    Span span;
-    for (int k = 0; k < s.active.count; ++k) span.add(rows.g[s.active.row[k]]);
-    std::array<double, kTwistSize> coefficient{};
-    const Row6 z = span.split(rows.g[p], coefficient);
-    const auto r = span.solve(coefficient);
-    const double square = dot6(z, z);
-    const double lacking = -(dot6(rows.g[p], s.x) + rows.slack[p]);
-    double longest = std::numeric_limits<double>::infinity();
-    int blocking = -1;
-    for (int k = 0; k < s.active.count; ++k)
-      if (r[k] > 0.0 && s.multiplier[k] / r[k] < longest) longest = s.multiplier[k] / r[k], blocking = k;
-    const bool free = s.active.count < kTwistSize && square > kDependent * kDependent;
-    const double whole = free ? std::max(lacking, 0.0) / square : std::numeric_limits<double>::infinity();
-    const double step = std::min(longest, whole);
-    if (!(step < std::numeric_limits<double>::infinity())) return false;
-    if (free)
-      for (int i = 0; i < kTwistSize; ++i) s.x[i] += step * z[i];
-    for (int k = 0; k < s.active.count; ++k) s.multiplier[k] = std::max(s.multiplier[k] - step * r[k], 0.0);
-    own += step;
-    if (whole <= longest) {
-      s.active.row[s.active.count] = p;
-      s.multiplier[s.active.count++] = own;
-      settle(rows, s);
-      return true;
-    }
-    s.drop(blocking);
-  }
-  return false;
-}
-
-bool closest_point(Rows& rows, DualState& s) {
-  const double length = std::sqrt(dot6(s.x, s.x));
-  for (int iterations = 0; iterations < kIterations; ++iterations) {
-    const int p = most_violated(rows, s.x, kFulfilled * length);
-    if (p < 0) return true;
-    if (take_in(rows, p, s, iterations)) continue;
-    if (dot6(rows.g[p], s.x) + rows.slack[p] < -kNearlyFulfilled * length) return false;
-    rows.is_left_out[p] = true;
-  }
-  return false;
-}
 
 using Lifts = std::array<double, kMostSlideRows>;
 
@@ -275,19 +121,19 @@ bool project(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> ro
              std::span<const double> lift, bool translation_only, Twist& out, ActiveRows& active) {
   const Scaling scaling(J_W);
   const Twist wanted{goal.v, translation_only ? Vector3(Vector3::Zero()) : goal.w};
-  Rows scaled;
+  Solver::Rows scaled;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Vector3 moment = translation_only ? Vector3(Vector3::Zero()) : cross(rows[i].r, rows[i].n);
     Row6 g = scaling.row(rows[i].n, moment);
-    const double length = std::sqrt(dot6(g, g));
+    const double length = std::sqrt(Solver::row_product(g, g));
     for (double& component : g) component /= length;
     scaled.g[scaled.count] = g;
     scaled.slack[scaled.count++] = (rows[i].slack - lift[i]) / length;
   }
-  DualState state;
+  Solver::State state;
   state.x = scaling.to_scaled(wanted);
-  const bool found = closest_point(scaled, state);
-  active = state.active;
+  const bool found = Solver::find(scaled, state);
+  active = {state.count, state.active};
   out = found ? scaling.from_scaled(state.x) : Twist{};
   return found;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "contact_core/motion/closest_point.hpp"
 #include "contact_core/motion/mass_metric.hpp"
 
 // How a body that is stopped by contacts goes on along them: a god-object with six degrees of freedom
@@ -26,7 +27,7 @@ struct SlideRow {
   friend bool operator<(const SlideRow& a, const SlideRow& b);
 };
 
-inline constexpr int kMostSlideRows = 96;
+inline constexpr int kMostSlideRows = kMostRows;
 inline constexpr int kTwistSize = 6;
 
 /// The rows that hold a projection: at most as many as a twist has components.

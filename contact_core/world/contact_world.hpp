@@ -9,6 +9,7 @@
 
 #include "contact_core/broadphase/broadphase.hpp"
 #include "contact_core/geometry/hexahedron_tree.hpp"
+#include "contact_core/mechanism/mechanism.hpp"
 #include "contact_core/motion/impact.hpp"
 #include "contact_core/scene/scene.hpp"
 #include "contact_core/world/selection.hpp"
@@ -52,10 +53,37 @@ struct PairRule {
   bool translation_only = false;  ///< slide: whom this pair stops goes on without turning
 };
 
+/// Names a mechanism for as long as it lives; never reused for another.
+struct MechanismHandle {
+  std::uint32_t index = 0xffffffff;
+  std::uint32_t generation = 0;
+
+  friend bool operator==(const MechanismHandle&, const MechanismHandle&) = default;
+};
+
+/// A mechanism (mechanism/mechanism.hpp) in the world. Its description's `base` says which end is held.
+struct MechanismPlacement {
+  std::shared_ptr<const Mechanism> mechanism;  ///< its name is unique in the world
+  Pose X_WB = {};                              ///< of the base, which stands still
+  std::vector<double> initial = {};            ///< joint values; empty: the reference
+  std::vector<std::string> groups = {};        ///< of every link
+  /// Slides keep sum w dq^2 to the goal least: one a joint value, > 0; empty: all 1, radians and metres
+  /// alike.
+  std::vector<double> weights = {};
+};
+
 /// Where one object is told to go in a frame.
 struct MotionCommand {
   ObjectHandle object;
   RigidPath path;  ///< path.from() is replaced by the actual pose when it differs: see go_to(), move_by()
+};
+
+/// Where a mechanism's joints are told to go in a frame, all evenly over it. Values beyond a joint's limits
+/// are taken as the limit and reported as `at_limit`; a wrong number of values, or one that is not finite, is
+/// refused: the mechanism stays, and the command before stays the last good one.
+struct JointCommand {
+  MechanismHandle mechanism;
+  std::span<const double> values;  ///< read by frame() only; in the order of Mechanism::joints()
 };
 
 enum class EventKind : std::uint8_t {
@@ -66,23 +94,25 @@ enum class EventKind : std::uint8_t {
   penetrating_at_start,  ///< overlaps at the frame's start: a bad initial pose, or switched on or unlatched
                          ///< there
   blocked,               ///< stopped its movers in this frame
-  refused,               ///< a command that is no pose, or for an object that is static, carried or gone
+  refused,               ///< a command that is no pose, or for an object that is static, carried or gone;
+                         ///< joint values that are not finite or too few or many (a: the first link)
+  at_limit,              ///< a joint was told to go beyond its limits (a: the link that it moves)
 };
 std::string_view to_string(EventKind kind);
 
 struct ContactEvent {
   EventKind kind;
-  ObjectHandle a, b;      ///< b: none for `refused`
+  ObjectHandle a, b;      ///< b: none for `refused` and `at_limit`
   SolidPair solids;       ///< indices within their objects' trees: solids.a in a, solids.b in b
   double s;               ///< within the frame, 0 to 1
-  PairGeometry geometry;  ///< n from a to b; NaN for `refused`
+  PairGeometry geometry;  ///< n from a to b; NaN for `refused` and `at_limit`
 };
 
 struct FrameReport {
   std::uint64_t frame = 0;
   std::span<const ContactEvent> events;  ///< valid until the next frame; by pair
   std::uint32_t blocked_movers = 0;
-  std::uint32_t candidate_pairs = 0;
+  std::uint32_t candidate_pairs = 0;   ///< looked at; all others are known to stay out of reach
   std::uint64_t queries = 0;           ///< narrowphase calls
   std::uint32_t iteration_limits = 0;  ///< pairs stopped early for want of iterations
   std::uint32_t slide_steps = 0;       ///< sub-steps of slides; at most kMostSlideSteps
@@ -108,6 +138,19 @@ class ContactWorld {
   ObjectHandle find(std::string_view name) const;
   bool is_alive(ObjectHandle object) const;
   std::string_view name_of(ObjectHandle object) const;
+
+  /// One object for every link that has hexahedra, named `mechanism.link`; rules, selection, latches,
+  /// exemptions and events name those. All links are one mover: if one is stopped the whole step goes to the
+  /// same fraction. Links of one mechanism are checked against each other but for the pairs that it exempts;
+  /// links that no joint moves are static. Links carry objects, and are not carried.
+  /// @throws InputError: no mechanism, a name that is taken, a pose that is none, initial values that are not
+  /// finite, beyond limits or of another number, weights that are not above 0.
+  MechanismHandle add_mechanism(MechanismPlacement placement);
+  /// @throws InputError: an unknown handle, or a link that carries an object.
+  void remove_mechanism(MechanismHandle mechanism);
+  bool is_alive(MechanismHandle mechanism) const;
+  /// @throws InputError: an unknown handle or name, or a link without hexahedra.
+  ObjectHandle link(MechanismHandle mechanism, std::string_view name) const;
 
   void set_default_rule(const PairRule& rule);
   /// For every pair with one object in `first` and the other in `second` (the same group: within it).
@@ -146,7 +189,9 @@ class ContactWorld {
   /// @param turn_W axis times angle [rad], of any size.
   MotionCommand move_by(ObjectHandle object, const Vector3& displacement_W, const Vector3& turn_W) const;
   /// Moves what is commanded as far as the rules allow. A bad command is reported and its object stays.
-  FrameReport frame(std::span<const MotionCommand> commands);
+  /// Of several commands for one mover the last good one counts.
+  FrameReport frame(std::span<const MotionCommand> commands,
+                    std::span<const JointCommand> joint_commands = {});
 
   const Pose& actual_pose(ObjectHandle object) const;
   const Pose& commanded_pose(ObjectHandle object) const;
@@ -154,10 +199,21 @@ class ContactWorld {
   std::span<const Pose> solid_poses(ObjectHandle object) const;
   double gap() const;
 
+  // ---- mechanisms; all throw InputError for an unknown handle
+
+  /// Actual; valid until the mechanism is removed.
+  std::span<const double> joint_values(MechanismHandle mechanism) const;
+  /// The last good command, within limits.
+  std::span<const double> commanded_joints(MechanismHandle mechanism) const;
+  /// X_WL of every link, those without hexahedra too, in the order of Mechanism::links().
+  std::span<const Pose> link_poses(MechanismHandle mechanism) const;
+
   /// What the last frame executed: part 0 is the commanded paths up to where they were stopped, then come the
   /// sub-steps of slides, each with an s of its own from 0 to 1.
   std::size_t executed_parts() const;
   Pose executed_pose(ObjectHandle object, std::size_t part, double s) const;
+  /// @param out one a joint value. @throws InputError: an unknown handle, or of another size.
+  void executed_joints(MechanismHandle mechanism, std::size_t part, double s, std::span<double> out) const;
 
  private:
   struct State;

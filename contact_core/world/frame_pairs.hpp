@@ -2,6 +2,7 @@
 
 #include "contact_core/motion/impact.hpp"
 #include "contact_core/world/contact_world.hpp"
+#include "contact_core/world/travels.hpp"
 
 namespace touchstone {
 
@@ -12,8 +13,10 @@ struct FramePair {
   double gap;
   double interest;  ///< further apart than this nothing is reported [m]
   Impact impact;
-  bool is_settled = false;   ///< its stop is in force
-  bool has_blocked = false;  ///< it stopped a mover
+  std::uint32_t own = kNotOwn;     ///< of two links of a mechanism: see Travels
+  double clear_until = kNotKnown;  ///< it stays further apart than `interest` while Travels has no more
+  bool is_settled = false;         ///< its stop is in force
+  bool has_blocked = false;        ///< it stopped a mover
   double blocked_at = 1.0;
 
   bool stops_movers() const {

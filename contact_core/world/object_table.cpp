@@ -45,7 +45,7 @@ ObjectHandle ObjectTable::add(ObjectDescription description) {
   while (slot < size() && records_[slot].alive) ++slot;
   if (slot == size()) {
     records_.emplace_back();
-    X_RO_.emplace_back();
+    X_BO_.emplace_back();
     X_CO_.emplace_back();
   }
   ObjectRecord& record = records_[slot];
@@ -54,15 +54,15 @@ ObjectHandle ObjectTable::add(ObjectDescription description) {
   record.generation = generation;
   record.alive = true;
   record.X_WO = record.commanded = description.X_WO;
-  record.root = slot;
+  record.body = record.root = slot;
   record.groups = groups;
   record.description = std::move(description);
   record.carrier = kNone;
-  X_RO_[slot] = X_CO_[slot] = {};
+  X_BO_[slot] = X_CO_[slot] = {};
   return {slot, generation};
 }
 
-void ObjectTable::remove(ObjectHandle object) {
+void ObjectTable::check_removable(ObjectHandle object) const {
   const std::uint32_t slot = slot_of(object);
   if (records_[slot].carrier != kNone)
     throw InputError("object '" + records_[slot].name() + "' is latched to '" +
@@ -71,8 +71,28 @@ void ObjectTable::remove(ObjectHandle object) {
     if (record.alive && record.carrier == slot)
       throw InputError("object '" + records_[slot].name() + "' carries '" + record.name() +
                        "': unlatch it before it is removed");
+}
+
+void ObjectTable::remove(ObjectHandle object) {
+  const ObjectRecord& record = records_[slot_of(object)];
+  if (record.is_link())
+    throw InputError("object '" + record.name() + "' is a link: its mechanism is removed as a whole");
+  remove_link(object);
+}
+
+void ObjectTable::remove_link(ObjectHandle object) {
+  check_removable(object);
   std::erase_if(exemptions_, [&](const SolidExemption& e) { return e.a == object || e.b == object; });
-  records_[slot].alive = false;
+  records_[object.slot].alive = false;
+}
+
+void ObjectTable::make_link(ObjectHandle object, std::uint32_t mechanism, std::uint32_t link,
+                            std::uint32_t lead) {
+  ObjectRecord& record = records_[slot_of(object)];
+  record.mechanism = mechanism;
+  record.link = link;
+  record.lead = lead;
+  find_bodies();
 }
 
 void ObjectTable::exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second) {
@@ -89,32 +109,35 @@ void ObjectTable::latch(ObjectHandle carrier, ObjectHandle carried) {
     throw InputError("object '" + record.name() + "' is already latched to '" +
                      records_[record.carrier].name() + "'");
   if (record.is_static()) throw InputError("object '" + record.name() + "' is static and cannot be carried");
+  if (record.is_link())
+    throw InputError("object '" + record.name() + "' is a link of a mechanism and cannot be carried");
   for (std::uint32_t i = to; i != kNone; i = records_[i].carrier)
     if (i == slot)
       throw InputError("latching '" + record.name() + "' to '" + records_[to].name() +
                        "' would close a cycle");
   record.carrier = to;
   X_CO_[slot] = compose(inverse(records_[to].X_WO), record.X_WO);
-  find_roots();
+  find_bodies();
 }
 
 void ObjectTable::unlatch(ObjectHandle carried) {
   ObjectRecord& record = records_[slot_of(carried)];
   if (record.carrier == kNone) throw InputError("object '" + record.name() + "' is not latched");
   record.carrier = kNone;
-  find_roots();
+  find_bodies();
 }
 
-void ObjectTable::find_roots() {
+void ObjectTable::find_bodies() {
   for (std::uint32_t slot = 0; slot < size(); ++slot) {
-    std::uint32_t root = slot;
-    Pose X_RO;
-    while (records_[root].carrier != kNone) {
-      X_RO = compose(X_CO_[root], X_RO);
-      root = records_[root].carrier;
+    std::uint32_t body = slot;
+    Pose X_BO;
+    while (records_[body].carrier != kNone) {
+      X_BO = compose(X_CO_[body], X_BO);
+      body = records_[body].carrier;
     }
-    records_[slot].root = root;
-    X_RO_[slot] = X_RO;
+    records_[slot].body = body;
+    records_[slot].root = records_[body].is_link() ? records_[body].lead : body;
+    X_BO_[slot] = X_BO;
   }
 }
 
@@ -124,7 +147,7 @@ void ObjectTable::reset() {
     record.carrier = kNone;
     record.X_WO = record.commanded = record.description.X_WO;
   }
-  find_roots();
+  find_bodies();
 }
 
 bool ObjectTable::is_alive(ObjectHandle object) const {
@@ -133,7 +156,9 @@ bool ObjectTable::is_alive(ObjectHandle object) const {
 }
 
 bool ObjectTable::may_move(ObjectHandle object) const {
-  return is_alive(object) && !records_[object.slot].is_static() && records_[object.slot].carrier == kNone;
+  if (!is_alive(object)) return false;
+  const ObjectRecord& record = records_[object.slot];
+  return !record.is_static() && !record.is_link() && record.carrier == kNone;
 }
 
 std::uint32_t ObjectTable::slot_of(ObjectHandle object) const {

@@ -17,12 +17,17 @@ struct ObjectRecord {
   Pose X_WO;  ///< actual
   Pose commanded;
   std::uint32_t carrier = 0xffffffff;  ///< slot it is latched to, or none
-  std::uint32_t root = 0;    ///< slot that it moves with: itself, or the end of its chain of carriers
-  std::uint64_t groups = 0;  ///< bit per group
+  std::uint32_t body = 0;  ///< slot of what it is rigid with: itself, or the end of its chain of carriers
+  std::uint32_t root = 0;  ///< slot of what it moves with: its body, or its body's mechanism's lead
+  std::uint32_t mechanism = 0xffffffff;  ///< index of the mechanism that it is a link of, or none
+  std::uint32_t link = 0;                ///< of that mechanism
+  std::uint32_t lead = 0;                ///< the slot that stands for the whole mechanism
+  std::uint64_t groups = 0;              ///< bit per group
 
   const std::string& name() const { return description.tree->name(); }
   bool is_static() const { return description.is_static; }
   bool is_root(std::uint32_t slot) const { return root == slot; }
+  bool is_link() const { return mechanism != 0xffffffff; }
 };
 
 struct SolidExemption {
@@ -42,7 +47,7 @@ class ObjectTable {
   void reset();
 
   bool is_alive(ObjectHandle object) const;
-  /// Alive, not static, not carried.
+  /// Alive, not static, not carried, no link.
   bool may_move(ObjectHandle object) const;
   /// @throws InputError.
   std::uint32_t slot_of(ObjectHandle object) const;
@@ -55,14 +60,20 @@ class ObjectTable {
   ObjectRecord& operator[](std::uint32_t slot) { return records_[slot]; }
   const ObjectRecord& operator[](std::uint32_t slot) const { return records_[slot]; }
   std::span<const SolidExemption> exemptions() const { return exemptions_; }
-  /// X_RO of each slot in its root; the identity for roots.
-  std::span<const Pose> poses_in_root() const { return X_RO_; }
+  /// X_BO of each slot in its body; the identity for bodies.
+  std::span<const Pose> poses_in_body() const { return X_BO_; }
+  /// Makes an object a link; `lead` stands for all links of its mechanism.
+  void make_link(ObjectHandle object, std::uint32_t mechanism, std::uint32_t link, std::uint32_t lead);
+  /// Of a link, as remove().
+  void remove_link(ObjectHandle object);
+  /// @throws InputError if it carries another, is carried, or is gone.
+  void check_removable(ObjectHandle object) const;
 
  private:
-  void find_roots();
+  void find_bodies();
 
   std::vector<ObjectRecord> records_;
-  std::vector<Pose> X_RO_;
+  std::vector<Pose> X_BO_;
   std::vector<Pose> X_CO_;  // in the carrier, as latched
   std::vector<std::string> group_names_;
   std::vector<SolidExemption> exemptions_;

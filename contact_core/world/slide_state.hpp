@@ -7,17 +7,21 @@
 #include "contact_core/motion/mass_metric.hpp"
 #include "contact_core/motion/slide_rows.hpp"
 #include "contact_core/world/frame_pairs.hpp"
+#include "contact_core/world/mechanism_mover.hpp"
 
 namespace touchstone {
+
+inline constexpr int kSlidePlaneRounds = 3;
 
 /// One mover that goes on along what stopped it.
 struct Slider {
   std::uint32_t root;     ///< slot
   double stop;            ///< s at which its commanded path ended
-  Pose goal;              ///< of the root: the commanded pose
+  MechanismMover* arm;    ///< null: one rigid body
+  Pose goal;              ///< of the root: the commanded pose; an arm's is its commanded joint values
   MassMoments moments;    ///< of all that moves with it, in the root's frame
   MassMetric metric;      ///< the same
-  double start_distance;  ///< to the goal, when the slide began [m]
+  double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]
   bool done = false;
 };
@@ -28,6 +32,7 @@ struct ExecutedPart {
   std::uint32_t part;
   CarriedPath path;
   double stop;
+  std::uint32_t joints;  ///< an arm's joint values at both ends: SlideState::joints from here on
 };
 
 /// Memory of the slides within one frame.
@@ -43,7 +48,9 @@ struct SlideState {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> by_root;  // (slider's slot, index into pairs), sorted
   std::vector<NearPair> near;
   std::vector<SlideRow> rows;
-  std::vector<ExecutedPart> parts;  // by part
+  std::vector<JointRow> joint_rows;  // of an arm: rows[i] in its joint values
+  std::vector<ExecutedPart> parts;   // by part
+  std::vector<double> joints;        // of the parts
   std::uint32_t part_count = 0;
 
   /// Null: the root does not slide.

@@ -7,19 +7,23 @@
 #include "contact_core/motion/narrowphase_query.hpp"
 #include "contact_core/world/contact_world.hpp"
 #include "contact_core/world/frame_pairs.hpp"
+#include "contact_core/world/mechanism_mover.hpp"
 #include "contact_core/world/object_table.hpp"
 #include "contact_core/world/pair_rules.hpp"
 #include "contact_core/world/slide_state.hpp"
+#include "contact_core/world/travels.hpp"
 
 namespace touchstone {
 
-/// What a contact world is made of; its functions stand in contact_world.cpp and world_slide.cpp.
+/// What a contact world is made of; its functions stand in contact_world.cpp, world_frame.cpp,
+/// world_mechanism.cpp, world_slide.cpp and world_events.cpp.
 struct ContactWorld::State {
   std::unique_ptr<Narrowphase> narrowphase;
   std::unique_ptr<Broadphase> broadphase;
   double gap;
 
   ObjectTable objects;
+  MechanismTable mechanisms;
   PairRules rules;
   SelectionQueue queue;
   Selection selection;
@@ -33,13 +37,21 @@ struct ContactWorld::State {
   std::uint64_t frame = 0;
   std::vector<SelectionChange> changes;
   std::vector<SelectionRecord> record;
-  std::vector<CarriedPath> paths;                  // by slot; a root's
-  std::vector<double> stops;                       // by slot; a root's
-  std::vector<std::uint8_t> in_motion;             // by slot; a root's
-  std::vector<std::uint8_t> is_restopped;          // by slot; a root's, within resolve_stops
-  std::vector<Pose> from, to;                      // by solid
-  std::vector<double> bulges;                      // by solid
-  std::vector<std::uint32_t> moved, moved_before;  // objects by layout index
+  std::vector<CarriedPath> paths;          // by slot; a root's
+  std::vector<std::uint8_t> has_path;      // by slot: its path may be another than to rest
+  std::vector<std::uint32_t> movers;       // roots in motion, by slot
+  std::vector<double> stops;               // by slot; a root's
+  std::vector<std::uint8_t> in_motion;     // by slot; a root's
+  std::vector<std::uint8_t> is_restopped;  // by slot; a root's, within resolve_stops
+  std::vector<Pose> from, to;              // by solid
+  std::vector<double> bulges;              // by solid
+  std::vector<Pose> X_BS;                  // by solid, in its body; of mechanisms' solids
+  std::vector<std::uint32_t> moved;        // objects by layout index
+  std::vector<std::uint32_t> movable;      // the same, all that are not static
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
+  Travels travels;
+  std::vector<WatchedPair> watched, watched_before;  // by solids
+  bool needs_watch = true;
   std::vector<FramePair> pairs;
   std::vector<ContactState> contacts, contacts_before;
   std::vector<ContactEvent> events;
@@ -47,13 +59,27 @@ struct ContactWorld::State {
 
   void take_selection();
   void accept(std::span<const MotionCommand> commands);
+  void take_movers();
   void lay_paths();
+  BodyState state_at(std::uint32_t slot, double s) const;
+  void lay_travels(std::uint32_t root);
+  void lay_travel(SolidIndex solid, const BodyState& start);
+  void lay_own_travels(std::uint32_t root);
+  void watch_pairs();
+  double travelled(const SolidPair& pair, std::uint32_t own) const {
+    return own != kNotOwn ? travels.of_own[own] : travels.of_solid[pair.a] + travels.of_solid[pair.b];
+  }
+  double last_travel(const SolidPair& pair, std::uint32_t own) const {
+    return own != kNotOwn ? travels.last_own[own] : travels.last_solid[pair.a] + travels.last_solid[pair.b];
+  }
+  std::uint32_t own_index(const SolidPair& pair) const;
   void find_pairs(FrameReport& report);
   bool is_checked(const SolidPair& pair) const;
   FramePair frame_pair(const SolidPair& pair) const;
-  void examine(const SolidPair& pair, FrameReport& report);
+  void examine(WatchedPair& watch, FrameReport& report);
   MovingSolid moving_solid(SolidIndex solid) const;
-  Impact impact_of(const FramePair& pair);
+  MovingSolid seen_from(std::uint32_t link, SolidIndex solid) const;
+  Impact impact_of(FramePair& pair);
   void resolve_stops(std::vector<FramePair>& among);
   void stop_movers(const FramePair& pair);
   void recheck(std::uint32_t root, std::vector<FramePair>& among);
@@ -63,21 +89,65 @@ struct ContactWorld::State {
   void add_event(EventKind kind, const SolidPair& pair, double s, const PairGeometry& geometry);
   double gap_of(const SolidPair& pair) const;
 
+  // Mechanisms, in world_mechanism.cpp.
+  void accept_joints(std::span<const JointCommand> commands);
+  void reset_mechanisms();
+  void exempt_within_mechanisms(Layout& out) const;
+  void place_solids_in_bodies();
+  void prepare_travels();
+  /// The mechanism that the object is a link of or is carried by, or null.
+  MechanismMover* mechanism_of(std::uint32_t slot) const {
+    const ObjectRecord& body = objects[objects[slot].body];
+    return body.is_link() ? mechanisms.at(body.mechanism) : nullptr;
+  }
+  bool moves(std::uint32_t slot) const;
+  struct Executed {
+    const ExecutedPart* part;  ///< null: it stood still
+    double s;                  ///< within it
+  };
+  Executed executed_part(std::uint32_t root, std::size_t part, double s) const;
+  double executed_value(const Executed& executed, std::uint32_t value) const;
+  Pose executed_link_pose(std::uint32_t slot, std::size_t part, double s) const;
+
   // Sliding, in world_slide.cpp.
   void prepare_slides();
   void slide(FrameReport& report);
   void record_parts(std::uint32_t part);
   bool begin_slides();
   void weigh_sliders();
+  double watched_until(const SolidPair& pair) const;
   void find_slide_pairs();
   bool plan_slides(FrameReport& report);
+  double distance_of(const Slider& slider) const;
+  Vector3 slide_centre(const Slider& slider, SolidIndex solid) const;
+  double slide_reach(const Slider& slider, SolidIndex solid, SolidIndex other) const;
+  double share_of_pair(const Slider& slider, const Slider& other, const NearPair& near) const;
+  /// The mover's solid, then the obstacle's; of an arm's own pair b counts as the mover's.
+  std::pair<SolidIndex, SolidIndex> mover_first(const SolidPair& pair, std::uint32_t root) const {
+    return root_of(pair.b) == root ? std::pair{pair.b, pair.a} : std::pair{pair.a, pair.b};
+  }
+  void find_near_pairs(const Slider& slider);
+  void order_near_rows(bool all);
+  void mark_active(std::uint32_t row, double stop);
   RigidPath plan_of(Slider& slider);
   void add_near_pair(const Slider& slider, const FramePair& pair, std::uint32_t source);
   bool finish_step();
   void merge_slide_pairs();
   void rest(std::uint32_t root);
 
+  // Of mechanisms, in world_joint_slide.cpp.
+  void begin_joint_slide(Slider& slider);
+  void bound_joint_slide(const Slider& slider, std::uint32_t slot, SolidIndex solid);
+  std::uint32_t other_link(const Slider& slider, SolidIndex other) const;
+  Twist joint_twist(const Slider& slider, const JointVector& dq, const NearPair& near) const;
+  void add_joint_rows(const Slider& slider);
+  bool plan_joints(Slider& slider);
+
   std::uint32_t root_of(SolidIndex solid) const { return objects[layout.slot_of[solid]].root; }
+  std::uint32_t body_of(SolidIndex solid) const { return objects[layout.slot_of[solid]].body; }
 };
+
+/// An event of a command, which concerns one object at most.
+ContactEvent command_event(EventKind kind, ObjectHandle object);
 
 }  // namespace touchstone

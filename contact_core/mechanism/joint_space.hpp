@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "contact_core/mechanism/mechanism_path.hpp"
+#include "contact_core/motion/closest_point.hpp"
+#include "contact_core/motion/mass_metric.hpp"
+
+// A mechanism's motions to first order: what a change of joint values does to its links, and which change the
+// contacts allow that is closest to the one wanted.
+
+namespace touchstone {
+
+/// Mechanisms with more joint values do not slide.
+inline constexpr int kMostSlideJoints = 32;
+using JointVector = std::array<double, kMostSlideJoints>;  ///< unused values are 0
+
+/// Axes and reaches of a mechanism as it stands. set() does not allocate.
+class JointFrame {
+ public:
+  explicit JointFrame(const Mechanism& mechanism);
+
+  void set(std::span<const Pose> X_WL) noexcept;
+  int size() const { return static_cast<int>(axes_.size()); }
+
+  /// +1: the value moves the link, but not the other one; -1: the other way round; 0: both or neither.
+  int sign(std::uint32_t value, std::uint32_t link, std::uint32_t other) const {
+    return moves_[link * axes_.size() + value] - moves_[other * axes_.size() + value];
+  }
+  /// Of the link relative to the other one per unit of a value, at the world point c: velocity of the
+  /// link's point there, and its angular velocity.
+  Twist twist(std::uint32_t value, const Vector3& c_W) const;
+  Twist twist(const JointVector& dq, std::uint32_t link, std::uint32_t other, const Vector3& c_W) const;
+
+  /// How far a point of the link within `radius` of its origin goes relative to the other link, at most, for
+  /// a change of joint values of length 1 in the metric, by wherever the arm stands: sqrt(sum of r^2 / w), r
+  /// of the values that move the link but not the other. @pre set_reaches().
+  double reach(std::uint32_t link, std::uint32_t other, double radius, std::span<const double> weights) const;
+  /// How far one unit of a value that moves the link moves a point within `radius` of the link's origin, at
+  /// most. @pre set_reaches().
+  double furthest(std::uint32_t value, std::uint32_t link, double radius) const {
+    return axes_[value].turns ? reaches_[link * axes_.size() + value] + radius : 1.0;
+  }
+  /// @param shift_limit no prismatic value goes further from 0 [m].
+  void set_reaches(double shift_limit) noexcept;
+
+ private:
+  struct Axis {
+    bool turns;
+    Vector3 direction_W, origin_W;
+  };
+  const Mechanism* mechanism_;
+  std::vector<Axis> axes_;          // by value
+  std::vector<std::int8_t> moves_;  // by link and value
+  std::vector<double> reaches_;     // by link and value: from the joint to the link's origin, at most [m]
+};
+
+/// What a contact asks: g . dq >= -slack. See SlideRow.
+struct JointRow {
+  JointVector g{};
+  double slack = 0.0, room = 0.0;
+  std::uint32_t link = 0, other = 0;  ///< the mover's, and what it is seen from: the obstacle's, or the base
+};
+
+/// Bounds what a path to q + dq bends away from its rows.
+class JointBends {
+ public:
+  virtual ~JointBends() = default;
+  /// @param bend one a row: bounds |d^2/ds^2| of the row's distance on the path [m].
+  virtual void measure(const JointVector& dq, std::span<double> bend) noexcept = 0;
+};
+
+struct JointSlidePlan {
+  JointVector dq{};  ///< zero: nothing is to be gained
+  int active_count = 0;
+  std::array<int, kMostSlideJoints> active{};  ///< rows that hold it back
+};
+
+/// As plan_slide(), in joint space: min sum of w (dq - goal)^2 under the rows, raised by what the path bends;
+/// no longer than the distance to the goal shrinks.
+/// @pre at most kMostRows rows, at most kMostSlideJoints weights.
+JointSlidePlan plan_joint_slide(const JointVector& goal, std::span<const double> weights,
+                                std::span<const JointRow> rows, JointBends& bends);
+
+/// sum of w a b.
+double joint_product(const JointVector& a, const JointVector& b, std::span<const double> weights);
+
+}  // namespace touchstone

@@ -1,0 +1,26 @@
+#include "contact_core/mechanism/relative_paths.hpp"
+
+namespace touchstone {
+
+RelativePaths::RelativePaths(const Mechanism& mechanism) : seen_(mechanism.links().size()) {
+  for (std::uint32_t link = 0; link < seen_.size(); ++link) {
+    if (link == mechanism.base()) continue;
+    seen_[link].mechanism =
+        std::make_unique<const Mechanism>(mechanism.with_base(mechanism.links()[link].name));
+    seen_[link].path = std::make_unique<MechanismPath>(*seen_[link].mechanism);
+  }
+}
+
+void RelativePaths::forget() noexcept {
+  for (Seen& seen : seen_) seen.is_set = false;
+}
+
+const MechanismPath& RelativePaths::seen_from(std::uint32_t link, const MechanismPath& whole) noexcept {
+  Seen& seen = seen_[link];
+  if (!seen.mechanism) return whole;
+  if (!seen.is_set) seen.path->set(whole.at(link, 0.0).X_WO, whole.from(), whole.to());
+  seen.is_set = true;
+  return *seen.path;
+}
+
+}  // namespace touchstone

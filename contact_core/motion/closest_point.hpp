@@ -1,0 +1,180 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+// The point closest to a given one that fulfils linear inequalities, in N dimensions of which any number may
+// be unused (zero throughout): dual active set (Goldfarb, Idnani 1983). Ties fall to the first row.
+
+namespace touchstone {
+
+inline constexpr int kMostRows = 96;
+
+template <int N>
+struct ClosestPoint {
+  using Row = std::array<double, N>;
+
+  /// Rows closer than this to the span of others [rad] count as in it.
+  static constexpr double kDependent = 0x1p-30;
+  /// A row is fulfilled to so many times the length of the goal twist; one that contradicts those that hold
+  /// by less than the second does so by their rounding, where they are nearly dependent.
+  static constexpr double kFulfilled = 0x1p-50;
+  static constexpr double kNearlyFulfilled = 0x1p-36;
+  static constexpr int kIterations = 256;
+
+  static double row_product(const Row& a, const Row& b) {
+    double sum = a[0] * b[0];
+    for (int i = 1; i < N; ++i) sum += a[i] * b[i];
+    return sum;
+  }
+
+  /// g . x >= -slack, g unit.
+  struct Rows {
+    int count = 0;
+    std::array<Row, kMostRows> g;
+    std::array<double, kMostRows> slack;
+    std::array<bool, kMostRows> is_left_out{};
+  };
+
+  /// The active rows' span as an orthonormal basis Q with g = Q R (Gram, Schmidt, each row twice).
+  struct Span {
+    int rank = 0;
+    std::array<Row, N> q;
+    std::array<std::array<double, N>, N> R;  ///< R[k][j], k <= j
+
+    /// Splits g into coefficients on Q and what stands on it.
+    Row split(const Row& g, std::array<double, N>& coefficient) const {
+      Row rest = g;
+      coefficient.fill(0.0);
+      for (int pass = 0; pass < 2; ++pass) {
+        for (int k = 0; k < rank; ++k) {
+          const double c = row_product(q[k], rest);
+          coefficient[k] += c;
+          for (int i = 0; i < N; ++i) rest[i] -= c * q[k][i];
+        }
+      }
+      return rest;
+    }
+    void add(const Row& g) {
+      std::array<double, N> coefficient{};
+      const Row rest = split(g, coefficient);
+      const double length = std::sqrt(row_product(rest, rest));
+      for (int k = 0; k < rank; ++k) R[k][rank] = coefficient[k];
+      R[rank][rank] = length;
+      for (int i = 0; i < N; ++i) q[rank][i] = rest[i] / length;
+      ++rank;
+    }
+    /// R^T y = left: the coefficients on Q of the step that changes what the rows have left by so much.
+    std::array<double, N> solve_transposed(const std::array<double, N>& left) const {
+      std::array<double, N> y{};
+      for (int j = 0; j < rank; ++j) {
+        double rest = left[j];
+        for (int k = 0; k < j; ++k) rest -= R[k][j] * y[k];
+        y[j] = rest / R[j][j];
+      }
+      return y;
+    }
+    /// R y = coefficient.
+    std::array<double, N> solve(const std::array<double, N>& coefficient) const {
+      std::array<double, N> y{};
+      for (int j = rank - 1; j >= 0; --j) {
+        double rest = coefficient[j];
+        for (int k = j + 1; k < rank; ++k) rest -= R[j][k] * y[k];
+        y[j] = rest / R[j][j];
+      }
+      return y;
+    }
+  };
+
+  struct State {
+    Row x{};
+    int count = 0;
+    std::array<int, N> active{};  ///< rows that hold
+    std::array<double, N> multiplier{};
+
+    void drop(int k) {
+      for (int i = k; i + 1 < count; ++i) {
+        active[i] = active[i + 1];
+        multiplier[i] = multiplier[i + 1];
+      }
+      --count;
+    }
+  };
+
+  /// Takes the rounding of many steps out: what active rows have left becomes 0 again.
+  static void settle(const Rows& rows, State& s) {
+    Span span;
+    std::array<double, N> left{};
+    for (int k = 0; k < s.count; ++k) {
+      const Row& g = rows.g[s.active[k]];
+      span.add(g);
+      left[k] = row_product(g, s.x) + rows.slack[s.active[k]];
+    }
+    const auto step = span.solve_transposed(left);
+    for (int k = 0; k < span.rank; ++k)
+      for (int i = 0; i < N; ++i) s.x[i] -= step[k] * span.q[k][i];
+  }
+
+  static int most_violated(const Rows& rows, const Row& x, double tolerance) {
+    int worst = -1;
+    double least = -tolerance;
+    for (int i = 0; i < rows.count; ++i) {
+      if (rows.is_left_out[i]) continue;
+      const double left = row_product(rows.g[i], x) + rows.slack[i];
+      if (left < least) least = left, worst = i;
+    }
+    return worst;
+  }
+
+  /// Makes row p hold, dropping active rows that it replaces. False: it contradicts them.
+  static bool take_in(const Rows& rows, int p, State& s, int& iterations) {
+    double own = 0.0;
+    for (; iterations < kIterations; ++iterations) {
+      Span span;
+      for (int k = 0; k < s.count; ++k) span.add(rows.g[s.active[k]]);
+      std::array<double, N> coefficient{};
+      const Row z = span.split(rows.g[p], coefficient);
+      const auto r = span.solve(coefficient);
+      const double square = row_product(z, z);
+      const double lacking = -(row_product(rows.g[p], s.x) + rows.slack[p]);
+      double longest = std::numeric_limits<double>::infinity();
+      int blocking = -1;
+      for (int k = 0; k < s.count; ++k)
+        if (r[k] > 0.0 && s.multiplier[k] / r[k] < longest) longest = s.multiplier[k] / r[k], blocking = k;
+      const bool free = s.count < N && square > kDependent * kDependent;
+      const double whole = free ? std::max(lacking, 0.0) / square : std::numeric_limits<double>::infinity();
+      const double step = std::min(longest, whole);
+      if (!(step < std::numeric_limits<double>::infinity())) return false;
+      if (free)
+        for (int i = 0; i < N; ++i) s.x[i] += step * z[i];
+      for (int k = 0; k < s.count; ++k) s.multiplier[k] = std::max(s.multiplier[k] - step * r[k], 0.0);
+      own += step;
+      if (whole <= longest) {
+        s.active[s.count] = p;
+        s.multiplier[s.count++] = own;
+        settle(rows, s);
+        return true;
+      }
+      s.drop(blocking);
+    }
+    return false;
+  }
+
+  /// Moves s.x, the given point, to the closest one. False where no point fulfils the rows (to rounding), or
+  /// none was found.
+  static bool find(Rows& rows, State& s) {
+    const double length = std::sqrt(row_product(s.x, s.x));
+    for (int iterations = 0; iterations < kIterations; ++iterations) {
+      const int p = most_violated(rows, s.x, kFulfilled * length);
+      if (p < 0) return true;
+      if (take_in(rows, p, s, iterations)) continue;
+      if (row_product(rows.g[p], s.x) + rows.slack[p] < -kNearlyFulfilled * length) return false;
+      rows.is_left_out[p] = true;
+    }
+    return false;
+  }
+};
+
+}  // namespace touchstone

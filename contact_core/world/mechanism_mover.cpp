@@ -1,0 +1,96 @@
+#include "contact_core/world/mechanism_mover.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+std::shared_ptr<const Mechanism> checked(std::shared_ptr<const Mechanism> mechanism) {
+  if (!mechanism) throw InputError("contact world: no mechanism");
+  return mechanism;
+}
+
+}  // namespace
+
+MechanismMover::MechanismMover(MechanismPlacement placement)
+    : mechanism(checked(std::move(placement.mechanism))),
+      initial(std::move(placement.initial)),
+      weights(std::move(placement.weights)),
+      slot_of_link(mechanism->links().size(), Mechanism::kNone),
+      X_WL(mechanism->links().size()),
+      path(*mechanism),
+      relative(*mechanism),
+      frame(*mechanism),
+      X_WL_goal(X_WL.size()),
+      radius_of_link(X_WL.size(), 0.0) {
+  const std::string label = "mechanism '" + mechanism->name() + "'";
+  validate_pose(placement.X_WB, label + ", base");
+  if (initial.empty()) initial.assign(mechanism->reference().begin(), mechanism->reference().end());
+  if (initial.size() != mechanism->value_count())
+    throw InputError(label + ": " + std::to_string(initial.size()) + " initial values for " +
+                     std::to_string(mechanism->value_count()) + " joints that move");
+  if (!mechanism->is_within_limits(initial))
+    throw InputError(label + ": an initial joint value is not finite or beyond its limits");
+  if (weights.empty()) weights.assign(mechanism->value_count(), 1.0);
+  if (weights.size() != mechanism->value_count())
+    throw InputError(label + ": " + std::to_string(weights.size()) + " joint weights for " +
+                     std::to_string(mechanism->value_count()) + " joints that move");
+  for (const double weight : weights)
+    if (!std::isfinite(weight) || !(weight > 0.0))
+      throw InputError(label + ": joint weight " + std::to_string(weight) + " is not a number above 0");
+  actual = commanded = initial;
+  path.set(placement.X_WB, actual, actual);
+  frame.set(X_WL);
+  go(actual, actual);
+  is_resting = true;
+  stand_at(0.0);
+}
+
+void MechanismMover::go(std::span<const double> from, std::span<const double> to) noexcept {
+  path.set(path.X_WB(), from, to);
+  relative.forget();
+  is_resting = false;
+  double largest = 0.0;
+  for (const double q : to) largest = std::max(largest, std::abs(q));
+  for (const double q : from) largest = std::max(largest, std::abs(q));
+  if (largest <= shift_limit) return;
+  shift_limit = 2.0 * largest;
+  frame.set_reaches(shift_limit);
+}
+
+void MechanismMover::stand_at(double s) noexcept {
+  path.values_at(s, actual);
+  mechanism->link_poses(path.X_WB(), actual, X_WL);
+}
+
+MechanismHandle MechanismTable::add(std::unique_ptr<MechanismMover> mover) {
+  std::uint32_t index = 0;
+  while (index < size() && entries_[index].mover) ++index;
+  if (index == size()) entries_.emplace_back();
+  entries_[index].mover = std::move(mover);
+  return {index, ++entries_[index].generation};
+}
+
+void MechanismTable::remove(MechanismHandle handle) {
+  check(handle);
+  entries_[handle.index].mover.reset();
+}
+
+bool MechanismTable::is_alive(MechanismHandle handle) const {
+  return handle.index < size() && entries_[handle.index].mover &&
+         entries_[handle.index].generation == handle.generation;
+}
+
+void MechanismTable::check(MechanismHandle handle) const {
+  if (!is_alive(handle)) throw InputError("contact world: the mechanism of a handle is gone, or never was");
+}
+
+MechanismMover& MechanismTable::get(MechanismHandle handle) const {
+  check(handle);
+  return *entries_[handle.index].mover;
+}
+
+}  // namespace touchstone

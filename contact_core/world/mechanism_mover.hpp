@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "contact_core/mechanism/joint_space.hpp"
+#include "contact_core/mechanism/relative_paths.hpp"
+#include "contact_core/world/contact_world.hpp"
+
+namespace touchstone {
+
+/// A mechanism in the world: one mover, of which every link with hexahedra is an object.
+struct MechanismMover {
+  explicit MechanismMover(MechanismPlacement placement);
+
+  std::shared_ptr<const Mechanism> mechanism;
+  std::vector<double> initial, actual, commanded;
+  std::vector<double> weights;              ///< of the slide's metric
+  std::vector<std::uint32_t> slot_of_link;  ///< kNone: no hexahedra
+  std::vector<Pose> X_WL;                   ///< actual, by link
+  std::uint32_t lead = 0xffffffff;          ///< slot that stands for all
+  MechanismPath path;                       ///< of this frame, or sub-step of a slide
+  RelativePaths relative;
+  JointFrame frame;             ///< of a slide
+  std::vector<Pose> X_WL_goal;  ///< of a slide, by link
+  bool is_resting = true;
+  double shift_limit = -1.0;           ///< no prismatic value has been further from 0, or is told to go [m]
+  std::vector<double> radius_of_link;  ///< of all that the link carries, about its origin [m]
+  std::uint32_t first_own = 0;         ///< of its pairs of links in Travels
+
+  /// Lays the path between joint values; both may be members.
+  void go(std::span<const double> from, std::span<const double> to) noexcept;
+  /// At the actual joint values.
+  void rest() noexcept {
+    if (!is_resting) go(actual, actual);
+    is_resting = true;
+  }
+  /// Joint values and link poses as the path has them at s.
+  void stand_at(double s) noexcept;
+};
+
+/// The mechanisms by index.
+class MechanismTable {
+ public:
+  MechanismHandle add(std::unique_ptr<MechanismMover> mover);
+  void remove(MechanismHandle handle);
+
+  bool is_alive(MechanismHandle handle) const;
+  /// @throws InputError.
+  MechanismMover& get(MechanismHandle handle) const;
+
+  std::uint32_t size() const { return static_cast<std::uint32_t>(entries_.size()); }
+  /// Null: removed.
+  MechanismMover* at(std::uint32_t index) const { return entries_[index].mover.get(); }
+
+ private:
+  void check(MechanismHandle handle) const;
+
+  struct Entry {
+    std::unique_ptr<MechanismMover> mover;
+    std::uint32_t generation = 0;
+  };
+  std::vector<Entry> entries_;
+};
+
+}  // namespace touchstone

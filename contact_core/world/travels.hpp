@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace touchstone {
+
+/// How far solids have gone since counting began: sums of bounds, so that a pair which was d apart when they
+/// stood at t cannot be nearer than c before they stand at t + d - c. What moves within a mechanism, relative
+/// to each other, is counted for each pair of its links apart.
+struct Travels {
+  std::vector<double> of_solid;     ///< [m]
+  std::vector<double> of_own;       ///< by pair of links [m]
+  std::vector<double> solid_limit;  ///< of_solid up to which the watched pairs are all that may come near
+  std::vector<double> last_solid, last_own;  ///< of the path that was laid last [m]; 0: at rest
+
+  /// Sums round up: what is lost in one addition is less than the last term.
+  static double sum(double travelled, double more) {
+    return travelled + more * (1.0 + 0x1p-20) + travelled * 0x1p-50;
+  }
+};
+
+inline constexpr std::uint32_t kNotOwn = 0xffffffff;
+inline constexpr double kNotKnown = -1.0;
+
+/// Two solids that may come near while neither exceeds its limit.
+struct WatchedPair {
+  std::uint32_t a, b;
+  std::uint32_t own;   ///< index into Travels::of_own, or kNotOwn
+  double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or the own one's;
+                       ///< kNotKnown
+};
+
+}  // namespace touchstone

@@ -1,0 +1,236 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "contact_core/world/world_state.hpp"
+
+// One frame: commands, paths, pairs, stops.
+
+namespace touchstone {
+namespace {
+
+bool is_finite(const RigidPath& path) { return is_valid_pose(path.from()) && is_valid_pose(path.to()); }
+
+}  // namespace
+
+void ContactWorld::State::take_selection() {
+  queue.take(changes);
+  for (const SelectionChange& change : changes) {
+    selection.apply(change);
+    record.push_back({frame, change});
+  }
+}
+
+void ContactWorld::State::accept(std::span<const MotionCommand> commands) {
+  for (std::vector<std::uint8_t>* flags : {&in_motion, &slides.may_slide, &slides.translation_only})
+    std::fill(flags->begin(), flags->end(), std::uint8_t{0});
+  std::fill(stops.begin(), stops.end(), 1.0);
+  movers.clear();
+  for (const std::uint32_t slot : layout.slots) {
+    if (!has_path[slot]) continue;
+    has_path[slot] = 0;
+    if (objects[slot].is_root(slot))
+      paths[slot] = CarriedPath(RigidPath(objects[slot].X_WO), objects.poses_in_body());
+  }
+  for (const MotionCommand& command : commands) {
+    if (!objects.may_move(command.object) || !is_finite(command.path)) {
+      events.push_back(command_event(EventKind::refused, command.object));
+      continue;
+    }
+    const std::uint32_t slot = command.object.slot;
+    const Pose& X_WO = objects[slot].X_WO;
+    const bool starts_here = command.path.from().R == X_WO.R && command.path.from().p == X_WO.p;
+    const RigidPath path = starts_here ? command.path : RigidPath::between(X_WO, command.path.to());
+    paths[slot] = CarriedPath(path, objects.poses_in_body());
+    in_motion[slot] = !path.at_rest();
+    has_path[slot] = 1;
+    movers.push_back(slot);
+    objects[slot].commanded = command.path.to();
+  }
+}
+
+void ContactWorld::State::take_movers() {
+  std::sort(movers.begin(), movers.end());
+  movers.erase(std::unique(movers.begin(), movers.end()), movers.end());
+  std::erase_if(movers, [&](std::uint32_t slot) { return !in_motion[slot]; });
+}
+
+void ContactWorld::State::lay_paths() {
+  moved.clear();
+  std::fill(travels.last_solid.begin(), travels.last_solid.end(), 0.0);
+  std::fill(travels.last_own.begin(), travels.last_own.end(), 0.0);
+  for (const std::uint32_t root : movers)
+    if (in_motion[root]) lay_travels(root);
+  std::sort(moved.begin(), moved.end());
+}
+
+/// Of the object's frame; centre and rates are its body's.
+BodyState ContactWorld::State::state_at(std::uint32_t slot, double s) const {
+  const MechanismMover* mover = mechanism_of(slot);
+  if (mover == nullptr) return paths[objects[slot].root].at(slot, s);
+  BodyState state = mover->path.at(objects[objects[slot].body].link, s);
+  if (objects[slot].body != slot) state.X_WO = compose(state.X_WO, objects.poses_in_body()[slot]);
+  return state;
+}
+
+double ContactWorld::State::gap_of(const SolidPair& pair) const {
+  const Resolution& resolution = narrowphase->capabilities().resolution;
+  const auto reach = [&](SolidIndex i) {
+    const Sphere& sphere = layout.solids[i].bounding_sphere();
+    return from[i].p.cwiseAbs().maxCoeff() + norm(sphere.centre) + 2.0 * sphere.radius;
+  };
+  return std::max(gap, 4.0 * resolution.at(std::max(reach(pair.a), reach(pair.b))));
+}
+
+MovingSolid ContactWorld::State::moving_solid(SolidIndex solid) const {
+  const std::uint32_t slot = layout.slot_of[solid], root = objects[slot].root;
+  const double stop = in_motion[root] ? stops[root] : 0.0;
+  if (const MechanismMover* mover = mechanism_of(slot))
+    return {&layout.solids[solid],    X_BS[solid], &mover->path, objects[objects[slot].body].link, stop,
+            travels.last_solid[solid]};
+  return {&layout.solids[solid], layout.X_OS[solid], &paths[root], slot, stop, travels.last_solid[solid]};
+}
+
+MovingSolid ContactWorld::State::seen_from(std::uint32_t link, SolidIndex solid) const {
+  MechanismMover& mover = *mechanism_of(layout.slot_of[solid]);
+  MovingSolid seen = moving_solid(solid);
+  seen.path = &mover.relative.seen_from(link, mover.path);
+  return seen;
+}
+
+Impact ContactWorld::State::impact_of(FramePair& pair) {
+  const double now = travelled(pair.solids, pair.own);
+  if (now <= pair.clear_until) {
+    Impact clear;
+    clear.geometry.n_AB_W = clear.geometry.p_A_W = clear.geometry.p_B_W = Vector3::Zero();
+    clear.is_far = true;
+    return clear;
+  }
+  query->set_pair(pair.solids);
+  const auto [a, b] = pair.solids;
+  Impact impact;
+  if (pair.own == kNotOwn) {
+    impact = find_impact(moving_solid(a), moving_solid(b), {pair.gap}, *query, pair.interest);
+  } else {  // two links: the first stands still
+    const std::uint32_t link = objects[body_of(a)].link;
+    MovingSolid first = seen_from(link, a), second = seen_from(link, b);
+    first.travel = 0.0, second.travel = travels.last_own[pair.own];
+    impact = find_impact(first, second, {pair.gap}, *query, pair.interest);
+  }
+  // The gap is far more than separations and sums round.
+  const double room = impact.start_separation - pair.interest - pair.gap;
+  if (impact.queries > 0 && room > 0.0)
+    pair.clear_until = now * (1.0 - 0x1p-50) - last_travel(pair.solids, pair.own) * (1.0 + 0x1p-19) + room;
+  return impact;
+}
+
+void ContactWorld::State::find_pairs(FrameReport& report) {
+  if (needs_watch) watch_pairs();
+  pairs.clear();
+  for (WatchedPair& watch : watched)
+    if (!(travelled({watch.a, watch.b}, watch.own) <= watch.clear_until)) examine(watch, report);
+}
+
+bool ContactWorld::State::is_checked(const SolidPair& pair) const {
+  const std::uint32_t a = layout.slot_of[pair.a], b = layout.slot_of[pair.b];
+  if (objects[a].body == objects[b].body || (objects[a].is_static() && objects[b].is_static())) return false;
+  return selection.is_on(objects, a, b) && !layout.is_exempt(pair);
+}
+
+FramePair ContactWorld::State::frame_pair(const SolidPair& pair) const {
+  FramePair entry;
+  entry.solids = pair;
+  entry.rule = rules.find(objects, layout.slot_of[pair.a], layout.slot_of[pair.b]);
+  entry.gap = gap_of(pair);
+  entry.interest = std::max(2.0 * entry.gap, entry.rule.warn_distance);
+  entry.own = own_index(pair);
+  return entry;
+}
+
+void ContactWorld::State::examine(WatchedPair& watch, FrameReport& report) {
+  const SolidPair pair{watch.a, watch.b};
+  if (!is_checked(pair)) return;
+  ++report.candidate_pairs;
+  FramePair entry = frame_pair(pair);
+  entry.impact = impact_of(entry);
+  watch.clear_until = entry.clear_until;
+  if (entry.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
+  // With two movers in motion, one may be stopped before the other: such a pair is looked at again.
+  const std::uint32_t a = root_of(pair.a), b = root_of(pair.b);
+  const bool both = a != b && in_motion[a] && in_motion[b];
+  if (both || !entry.impact.is_far) pairs.push_back(entry);
+}
+
+void ContactWorld::State::stop_movers(const FramePair& pair) {
+  const double target = pair.rule.policy == ContactPolicy::hold ? 0.0 : pair.impact.lo;
+  for (const SolidIndex solid : {pair.solids.a, pair.solids.b}) {
+    const std::uint32_t root = root_of(solid);
+    if (!in_motion[root] || stops[root] < target) continue;
+    slides.note_stop(root, pair.rule, stops[root] == target && stops[root] < 1.0);
+    if (stops[root] == target) continue;
+    stops[root] = target;
+    is_restopped[root] = 1;
+  }
+}
+
+void ContactWorld::State::recheck(std::uint32_t root, std::vector<FramePair>& among) {
+  for (FramePair& pair : among) {
+    const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
+    if (a != root && b != root) continue;
+    const std::uint32_t other = a == root ? b : a;
+    if (other != root && in_motion[other]) {
+      pair.impact = impact_of(pair);
+      pair.is_settled = false;
+    } else if (pair.impact.lo >= stops[root]) {
+      pair.impact.status = ImpactStatus::clear;  // the path now ends before
+    }
+  }
+}
+
+void ContactWorld::State::resolve_stops(std::vector<FramePair>& among) {
+  // Each round takes the pairs with the least s, all of them (those already in contact at 0, say), stops
+  // their movers, and only then looks again at what these could meet: no order of pairs shows. The cap is a
+  // safeguard: then nothing moves, which is allowed.
+  const std::size_t most = 16 + 8 * layout.slots.size();
+  for (std::size_t round = 0; round < most; ++round) {
+    const auto is_open = [](const FramePair& pair) { return pair.stops_movers() && !pair.is_settled; };
+    double least = std::numeric_limits<double>::infinity();
+    for (const FramePair& pair : among)
+      if (is_open(pair)) least = std::min(least, pair.impact.lo);
+    if (least == std::numeric_limits<double>::infinity()) return;
+    for (FramePair& pair : among) {
+      if (!is_open(pair) || pair.impact.lo != least) continue;
+      pair.is_settled = true;
+      if (!pair.has_blocked) pair.blocked_at = least;
+      pair.has_blocked = true;
+      stop_movers(pair);
+    }
+    for (const std::uint32_t slot : movers) {
+      if (is_restopped[slot]) recheck(slot, among);
+      is_restopped[slot] = 0;
+    }
+  }
+  std::fill(stops.begin(), stops.end(), 0.0);
+}
+
+void ContactWorld::State::execute() {
+  for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
+    if (MechanismMover* mover = mechanisms.at(i); mover != nullptr && in_motion[mover->lead])
+      mover->stand_at(stops[mover->lead]);
+  for (const std::uint32_t i : moved) {
+    const std::uint32_t slot = layout.slots[i], root = objects[slot].root;
+    if (!in_motion[root]) continue;
+    if (const MechanismMover* mover = mechanism_of(slot)) {
+      const std::uint32_t body = objects[slot].body;
+      const Pose& X_WL = mover->X_WL[objects[body].link];
+      objects[slot].X_WO = body == slot ? X_WL : compose(X_WL, objects.poses_in_body()[slot]);
+    } else {
+      objects[slot].X_WO = paths[root].at(slot, stops[root]).X_WO;
+    }
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+      from[solid] = compose(objects[slot].X_WO, layout.X_OS[solid]);
+  }
+}
+
+}  // namespace touchstone

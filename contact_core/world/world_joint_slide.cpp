@@ -1,0 +1,136 @@
+#include <algorithm>
+#include <cmath>
+
+#include "contact_core/world/world_state.hpp"
+
+// Slides of mechanisms: as those of rigid bodies (world_slide.cpp), but the motion is a change of joint
+// values.
+
+namespace touchstone {
+namespace {
+
+/// What is planned is executed where it gains this share.
+constexpr double kWorthwhile = 0x1p-30;
+/// Rounding of distances and of poses.
+constexpr double kUp = 1.0 + 0x1p-20;
+
+/// By the bounds of the path that a change of joint values makes.
+class ArmBends final : public JointBends {
+ public:
+  ArmBends(MechanismMover& arm, std::span<const SlideRow> rows, std::span<const JointRow> joint_rows)
+      : arm_(arm), rows_(rows), joint_rows_(joint_rows) {}
+
+  void measure(const JointVector& dq, std::span<double> bend) noexcept override {
+    lay_path(arm_, dq);
+    for (std::size_t i = 0; i < bend.size(); ++i) bend[i] = bend_of(rows_[i], joint_rows_[i]);
+  }
+
+  static void lay_path(MechanismMover& arm, const JointVector& dq) noexcept {
+    JointVector to{};
+    const std::size_t count = arm.actual.size();
+    for (std::size_t k = 0; k < count; ++k) to[k] = arm.actual[k] + dq[k];
+    arm.go(arm.actual, std::span(to).first(count));
+  }
+
+ private:
+  /// A plane of the mover's own turns with it. With o the mover's point that is in the obstacle's at p at
+  /// first, T and T' bounds on its turning and V on o's speed:
+  ///   |(n . (p - o))''| <= |n''| |p - o| + 2 |n'| |o'| + |n . o''| <= (T^2 + T') V + 2 T V + |n . o''|.
+  double bend_of(const SlideRow& row, const JointRow& at) noexcept {
+    const MechanismPath& path = arm_.relative.seen_from(at.other, arm_.path);
+    const BodyState state = path.at(at.link, 0.0);
+    const Vector3 p_W = row.r + arm_.X_WL[at.link].p;
+    const double straight = path.curvature_bound(at.link, state, p_W, row.n);
+    if (!row.turns) return straight;
+    const double V = path.speed_bound(at.link, transform(inverse(state.X_WO), p_W));
+    const double T = path.turn_bound(at.link);
+    return straight + ((T * T + path.turn_change_bound(at.link)) + 2.0 * T) * V;
+  }
+
+  MechanismMover& arm_;
+  std::span<const SlideRow> rows_;
+  std::span<const JointRow> joint_rows_;
+};
+
+}  // namespace
+
+void ContactWorld::State::begin_joint_slide(Slider& slider) {
+  MechanismMover& arm = *slider.arm;
+  for (std::uint32_t link = 0; link < arm.X_WL_goal.size(); ++link)
+    arm.X_WL_goal[link] = arm.path.at(link, 1.0).X_WO;
+  // No value is ever further from its goal than now in the metric.
+  const double distance = distance_of(slider);
+  double shift_limit = 0.0;
+  for (std::size_t k = 0; k < arm.actual.size(); ++k)
+    shift_limit = std::max(shift_limit, std::abs(arm.commanded[k]) + distance / std::sqrt(arm.weights[k]));
+  if (shift_limit > arm.shift_limit) arm.frame.set_reaches(arm.shift_limit = 2.0 * shift_limit);
+}
+
+/// Where the solid's sphere can come: around where it is to be.
+void ContactWorld::State::bound_joint_slide(const Slider& slider, std::uint32_t slot, SolidIndex solid) {
+  const MechanismMover& arm = *slider.arm;
+  const std::uint32_t link = objects[objects[slot].body].link;
+  to[solid] = compose(arm.X_WL_goal[link], X_BS[solid]);
+  const double radius = norm(transform(X_BS[solid], layout.solids[solid].bounding_sphere().centre));
+  bulges[solid] = kUp * slider.distance * arm.frame.reach(link, arm.mechanism->base(), radius, arm.weights);
+}
+
+std::uint32_t ContactWorld::State::other_link(const Slider& slider, SolidIndex other) const {
+  return root_of(other) == slider.root ? objects[body_of(other)].link : slider.arm->mechanism->base();
+}
+
+void ContactWorld::State::add_joint_rows(const Slider& slider) {
+  const MechanismMover& arm = *slider.arm;
+  slides.joint_rows.clear();
+  for (const SlideRow& row : slides.rows) {
+    const auto [mover, obstacle] = mover_first(slides.pairs[row.source].solids, slider.root);
+    JointRow out;
+    out.slack = row.slack, out.room = row.room;
+    out.link = objects[body_of(mover)].link;
+    out.other = other_link(slider, obstacle);
+    for (std::uint32_t k = 0; k < arm.actual.size(); ++k) {
+      const int way = arm.frame.sign(k, out.link, out.other);
+      if (way == 0) continue;
+      const Twist twist = arm.frame.twist(k, arm.X_WL[out.link].p);
+      out.g[k] = way * dot(row.n, twist.v + cross(twist.w, row.r));
+    }
+    slides.joint_rows.push_back(out);
+  }
+}
+
+Twist ContactWorld::State::joint_twist(const Slider& slider, const JointVector& dq,
+                                       const NearPair& near) const {
+  const auto [mover, obstacle] = mover_first(slides.pairs[near.source].solids, slider.root);
+  return slider.arm->frame.twist(dq, objects[body_of(mover)].link, other_link(slider, obstacle),
+                                 near.centre_W);
+}
+
+bool ContactWorld::State::plan_joints(Slider& slider) {
+  MechanismMover& arm = *slider.arm;
+  arm.frame.set(arm.X_WL);
+  JointVector goal{};
+  for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] = arm.commanded[k] - arm.actual[k];
+  find_near_pairs(slider);
+  const auto plan_with = [&](bool all) {
+    order_near_rows(all);
+    add_joint_rows(slider);
+    ArmBends bends(arm, slides.rows, slides.joint_rows);
+    return plan_joint_slide(goal, arm.weights, slides.joint_rows, bends);
+  };
+  JointSlidePlan plan = plan_with(false);
+  for (int round = 0; round < kSlidePlaneRounds; ++round) {
+    bool changed = round == 0;
+    for (NearPair& near : slides.near)
+      if (!near.is_sure && choose_plane(near, joint_twist(slider, plan.dq, near))) changed = true;
+    if (!changed) break;
+    plan = plan_with(true);
+  }
+  for (int i = 0; i < plan.active_count; ++i) mark_active(plan.active[i], slider.stop);
+  for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
+  const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.weights));
+  const bool moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0;
+  ArmBends::lay_path(arm, moves ? plan.dq : JointVector{});
+  return moves;
+}
+
+}  // namespace touchstone

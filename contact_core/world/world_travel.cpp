@@ -1,0 +1,117 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "contact_core/world/world_state.hpp"
+
+// Which pairs have to be looked at: those that could have come near since they were looked at last. The
+// broadphase is asked now and then, for where everything can come until it is asked again.
+
+namespace touchstone {
+namespace {
+
+/// Solids may go so many times as far as on the path at hand, and so much of their radius, before the
+/// broadphase is asked again.
+constexpr double kReserveFrames = 16.0;
+constexpr double kReserveRadius = 0.125;
+/// Rounding of bounds.
+constexpr double kUp = 1.0 + 0x1p-20;
+
+}  // namespace
+
+void ContactWorld::State::lay_travels(std::uint32_t root) {
+  const std::pair<std::uint32_t, std::uint32_t> first{root, 0};
+  for (auto member = std::lower_bound(members.begin(), members.end(), first);
+       member != members.end() && member->first == root; ++member) {
+    const std::uint32_t i = member->second, slot = layout.slots[i];
+    if (!moves(slot)) continue;
+    moved.push_back(i);
+    const BodyState start = state_at(slot, 0.0);
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+      lay_travel(solid, start);
+  }
+  if (mechanism_of(root) != nullptr) lay_own_travels(root);
+}
+
+void ContactWorld::State::lay_travel(SolidIndex solid, const BodyState& start) {
+  const Sphere& sphere = layout.solids[solid].bounding_sphere();
+  double travel = 0.0;
+  if (const MechanismMover* mover = mechanism_of(layout.slot_of[solid])) {
+    const std::uint32_t link = objects[body_of(solid)].link;
+    travel = mover->path.speed_bound(link, transform(X_BS[solid], sphere.centre)) +
+             mover->path.turn_bound(link) * sphere.radius;
+  } else {
+    const double arm = norm(transform(from[solid], sphere.centre) - start.centre_W) + sphere.radius;
+    travel = norm(start.velocity_W) + norm(start.angular_velocity_W) * arm;
+  }
+  travels.last_solid[solid] = travel * kUp;
+  travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
+  needs_watch = needs_watch || travels.of_solid[solid] > travels.solid_limit[solid];
+}
+
+/// Of two links each joint between them moves the outer one's points about it: by its change times how far
+/// the joint is from the furthest of them, at most.
+void ContactWorld::State::lay_own_travels(std::uint32_t root) {
+  const MechanismMover& mover = *mechanism_of(root);
+  const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
+  for (std::uint32_t a = 0; a < links; ++a)
+    for (std::uint32_t b = a + 1; b < links; ++b) {
+      const std::uint32_t own = mover.first_own + a * links + b;
+      double travel = 0.0;
+      for (std::uint32_t k = 0; k < mover.actual.size(); ++k) {
+        const int way = mover.frame.sign(k, b, a);
+        if (way == 0) continue;
+        const std::uint32_t outer = way > 0 ? b : a;
+        travel += std::abs(mover.path.to()[k] - mover.path.from()[k]) *
+                  mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
+      }
+      travels.last_own[own] = travel * kUp;
+      travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]);
+    }
+}
+
+std::uint32_t ContactWorld::State::own_index(const SolidPair& pair) const {
+  const std::uint32_t a = body_of(pair.a), b = body_of(pair.b);
+  if (objects[a].root != objects[b].root || !objects[a].is_link()) return kNotOwn;
+  const MechanismMover& mover = *mechanisms.at(objects[a].mechanism);
+  const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
+  const auto [low, high] = std::minmax(objects[a].link, objects[b].link);
+  return mover.first_own + low * links + high;
+}
+
+void ContactWorld::State::watch_pairs() {
+  for (const std::uint32_t i : movable)
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
+      const double radius = layout.solids[solid].bounding_sphere().radius;
+      const double reserve = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
+      to[solid] = from[solid];
+      bulges[solid] = reserve * kUp;
+      // The path at hand is counted already, but not gone yet.
+      travels.solid_limit[solid] = travels.of_solid[solid] - travels.last_solid[solid] * kUp + reserve;
+    }
+  broadphase->update_paths({to, to, bulges}, movable);
+  watched_before.swap(watched);
+  watched.clear();
+  const auto by_solids = [](const WatchedPair& x, const WatchedPair& y) {
+    return x.a != y.a ? x.a < y.a : x.b < y.b;
+  };
+  auto before = watched_before.begin();
+  PairCursor cursor;
+  std::array<SolidPair, 256> block;
+  while (!cursor.done) {
+    const std::size_t count = broadphase->find_pairs(cursor, block);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t a = layout.slot_of[block[i].a], b = layout.slot_of[block[i].b];
+      if (objects[a].body == objects[b].body || (objects[a].is_static() && objects[b].is_static())) continue;
+      if (layout.is_exempt(block[i])) continue;
+      WatchedPair watch{block[i].a, block[i].b, own_index(block[i]), kNotKnown};
+      while (before != watched_before.end() && by_solids(*before, watch)) ++before;
+      if (before != watched_before.end() && !by_solids(watch, *before))
+        watch.clear_until = before->clear_until;
+      watched.push_back(watch);
+    }
+  }
+  needs_watch = false;
+}
+
+}  // namespace touchstone
