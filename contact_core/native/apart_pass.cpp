@@ -61,8 +61,10 @@ void measure_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind, 
   const PoseRecord* X_W = records_of(poses);
   if (kind == SolidKind::box)
     kernels.measure_boxes_apart(X_W, set.boxes.data(), pairs.data(), pairs.size(), records);
-  else
+  else if (kind == SolidKind::parallelepiped)
     kernels.measure_parallelepipeds_apart(X_W, set.forms.data(), pairs.data(), pairs.size(), records);
+  else
+    kernels.measure_hulls_apart(X_W, set.vertices.data(), pairs.data(), pairs.size(), records);
 }
 
 bool measure_apart_accurately(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,

@@ -6,8 +6,9 @@
 namespace touchstone::native {
 
 /// Distances that the kernels find by themselves: of two boxes or parallelepipeds that are apart by more than
-/// rounding. Other records are not `found`; record i depends on pair i alone.
-/// @param pairs all of the one kind, not `general`, in the order of comes_first().
+/// rounding, of other hexahedra by more than a 64th of the pair's extent. Other records are not `found`;
+/// record i depends on pair i alone.
+/// @param pairs all of the one kind, in the order of comes_first().
 void measure_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
                    std::span<const PairIndices> pairs, ApartRecord* records);
 

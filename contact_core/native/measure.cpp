@@ -126,7 +126,7 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
 
   const bool general = kind_of(set, pair) == SolidKind::general;
-  if (general) {
+  if (general && !apart.found && record.certified == Certified::unknown) {
     record = hull_depth(set, kernels, pair, placed);
     if (!ordinary) record.certified = Certified::unknown;
   }
@@ -224,15 +224,14 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     status[i] = measure_one(set, kernels, pairs[i], depth, apart, input, geometry[i],
                             points ? points + i * slots : nullptr);
   };
-  Batch boxes, forms;
+  Batch boxes, forms, others;
   for (std::size_t i = 0; i < input.pairs.size(); ++i) {
     pairs[i] = ordered(set, input.pairs[i], input.poses);
     const SolidKind kind = kind_of(set, pairs[i].pair);
-    if (i + 1 < input.pairs.size()) prefetch_general(set, input.pairs[i + 1]);
-    if (kind == SolidKind::general)
-      finish(i, kNothingKnown, kNoDistance);
-    else
-      (kind == SolidKind::box ? boxes : forms).add(pairs[i].pair, i);
+    (kind == SolidKind::box              ? boxes
+     : kind == SolidKind::parallelepiped ? forms
+                                         : others)
+        .add(pairs[i].pair, i);
   }
   constexpr std::size_t kAhead = 2;
   Records records;
@@ -247,6 +246,14 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
       }
       finish(batch.slots[i], records.depth[i], records.apart[i]);
     }
+  }
+  if (others.count == 0) return;
+  measure_apart(set, kernels, SolidKind::general, input.poses, std::span(others.pairs).first(others.count),
+                records.apart.data());
+  for (std::size_t i = 0; i < others.count; ++i) {
+    if (i + 1 < others.count && (points || !records.apart[i + 1].found))
+      prefetch_general(set, {others.pairs[i + 1].a, others.pairs[i + 1].b});
+    finish(others.slots[i], kNothingKnown, records.apart[i]);
   }
 }
 
@@ -270,7 +277,7 @@ PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const Narr
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
   const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
   ApartRecord apart = kNoDistance;
-  if (record.certified == Certified::separated) {
+  if (record.certified == Certified::separated || kind_of(set, pair.pair) == SolidKind::general) {
     const PairIndices indices{pair.pair.a, pair.pair.b};
     measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
   }

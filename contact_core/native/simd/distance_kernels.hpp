@@ -392,30 +392,35 @@ struct FormsApart {
   }
 };
 
+/// The first `count` lanes.
+template <class Pack>
+TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std::size_t count,
+                                       ApartRecord* out) {
+  constexpr int kLanes = Traits<Pack>::lanes;
+  const Pack columns[7] = {distances.separation, distances.n.x,      distances.n.y,     distances.n.z,
+                           distances.from_A.x,   distances.from_A.y, distances.from_A.z};
+  double rows[7][kLanes];
+  for (int k = 0; k < 7; ++k) store(columns[k], rows[k]);
+  const unsigned fits = bits(distances.fits), certain = bits(distances.certain);
+  for (std::size_t l = 0; l < count; ++l) {
+    ApartRecord& record = out[l];
+    record.fits = fits >> l & 1u;
+    record.found = fits & certain & 1u << l;
+    record.separation = rows[0][l];
+    for (int k = 0; k < 3; ++k) record.n[k] = rows[1 + k][l];
+    for (int k = 0; k < 3; ++k) record.from_A[k] = rows[4 + k][l];
+  }
+}
+
 template <bool accurate, class Pack, template <class> class Kind, class Shape>
 TOUCHSTONE_INLINE void measure_apart_inline(const PoseRecord* poses, const Shape* shapes,
                                             const PairIndices* pairs, std::size_t count, ApartRecord* out) {
-  constexpr int kLanes = Traits<Pack>::lanes;
   for_each_lanes<Pack>(poses, shapes, pairs, count,
                        [&](std::size_t first, std::size_t here, const auto& poses_a, const auto& shapes_a,
                            const auto& poses_b, const auto& shapes_b) {
                          Zonotope<Pack> W;
                          Kind<Pack>::gather_zonotope(poses_a, shapes_a, poses_b, shapes_b, W);
-                         const LaneDistances<Pack> distances = measure_apart_lanes<accurate>(W);
-                         const Pack columns[7] = {
-                             distances.separation, distances.n.x,      distances.n.y,     distances.n.z,
-                             distances.from_A.x,   distances.from_A.y, distances.from_A.z};
-                         double rows[7][kLanes];
-                         for (int k = 0; k < 7; ++k) store(columns[k], rows[k]);
-                         const unsigned fits = bits(distances.fits), certain = bits(distances.certain);
-                         for (std::size_t l = 0; l < here; ++l) {
-                           ApartRecord& record = out[first + l];
-                           record.fits = fits >> l & 1u;
-                           record.found = fits & certain & 1u << l;
-                           record.separation = rows[0][l];
-                           for (int k = 0; k < 3; ++k) record.n[k] = rows[1 + k][l];
-                           for (int k = 0; k < 3; ++k) record.from_A[k] = rows[4 + k][l];
-                         }
+                         store_distances(measure_apart_lanes<accurate>(W), here, out + first);
                        });
 }
 

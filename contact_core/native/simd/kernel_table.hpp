@@ -3,6 +3,7 @@
 #include "contact_core/native/simd/box_kernels.hpp"
 #include "contact_core/native/simd/depth_kernels.hpp"
 #include "contact_core/native/simd/distance_kernels.hpp"
+#include "contact_core/native/simd/hull_distance_kernels.hpp"
 #include "contact_core/native/simd/hull_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 #include "contact_core/native/simd/portal_kernels.hpp"
@@ -77,6 +78,14 @@ struct Table {
     measure_apart_inline<true, Double2, Kind>(poses, shapes, &pair, 1, &out);
   }
 
+  static void measure_hulls_apart(const PoseRecord* poses, const VertexRecord* shapes,
+                                  const PairIndices* pairs, std::size_t count, ApartRecord* out) {
+    if (count == 1)
+      measure_hulls_apart_inline<Double2>(poses, shapes, pairs, count, out);
+    else
+      measure_hulls_apart_inline<Pack>(poses, shapes, pairs, count, out);
+  }
+
   static constexpr Kernels named(const char* isa) {
     return {.isa = isa,
             .lanes = Traits<Pack>::lanes,
@@ -90,6 +99,7 @@ struct Table {
             .measure_hull_depth = measure_hull_depth,
             .measure_boxes_apart = measure_apart<BoxesApart>,
             .measure_parallelepipeds_apart = measure_apart<FormsApart>,
+            .measure_hulls_apart = measure_hulls_apart,
             .measure_boxes_apart_accurately = measure_apart_accurately<BoxesApart>,
             .measure_parallelepipeds_apart_accurately = measure_apart_accurately<FormsApart>};
   }

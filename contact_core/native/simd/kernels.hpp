@@ -133,7 +133,10 @@ struct Kernels {
                               std::size_t count, ApartRecord* out);
   void (*measure_parallelepipeds_apart)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
                                         const PairIndices* pairs, std::size_t count, ApartRecord* out);
-  /// The same with exact products, for edges at small angles: slower. Of pairs at any distance.
+  /// The same of any two solids (hull_distance_kernels.hpp); only of ordinary magnitudes.
+  void (*measure_hulls_apart)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                              std::size_t count, ApartRecord* out);
+  /// As the first two with exact products, for edges at small angles: slower. Of pairs at any distance.
   void (*measure_boxes_apart_accurately)(const PoseRecord* poses, const BoxRecord* shapes,
                                          const PairIndices& pair, ApartRecord& out);
   void (*measure_parallelepipeds_apart_accurately)(const PoseRecord* poses,
