@@ -6,16 +6,29 @@
 namespace touchstone::native {
 
 /// Distances that the kernels find by themselves: of two boxes or parallelepipeds that are apart by more than
-/// rounding, of other hexahedra by more than a 64th of the pair's extent. Other records are not `found`;
-/// record i depends on pair i alone.
-/// @param pairs all of the one kind, in the order of comes_first().
+/// rounding. Other records are not `found`; record i depends on pair i alone.
+/// @param pairs all of the one kind, not `general`, in the order of comes_first().
 void measure_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
                    std::span<const PairIndices> pairs, ApartRecord* records);
 
-/// A second try, with exact products, and on an exactly scaled copy when the pair's magnitudes ask for it.
-/// @return record.found. When only record.fits is set, the rest is right for a pair that something else
-/// proves to be apart.
-bool measure_apart_accurately(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                              std::span<const Pose> poses, ApartRecord& record);
+/// A second try, with exact products. When only record.fits is set, the rest is right for a pair that
+/// something else proves to be apart.
+void measure_apart_accurately(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                              std::span<const Pose> poses, std::span<const PairIndices> pairs,
+                              ApartRecord* records);
+
+/// Of two solids of any kind: general ones, and others so far from the world's origin that their vertices'
+/// rounding shows. Sets `tried`.
+void measure_hulls_apart(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                         std::span<const PairIndices> pairs, ApartRecord* records);
+
+/// Whether measure_hulls_apart() comes next for boxes or parallelepipeds that are certainly apart.
+bool vertices_decide(const ApartRecord& record);
+
+/// Whatever of this is left to try of one pair, on an exactly scaled copy when its magnitudes ask for it.
+/// @param separated whether the pair is certainly apart.
+/// @return record.found.
+bool finish_apart(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                  std::span<const Pose> poses, bool separated, ApartRecord& record);
 
 }  // namespace touchstone::native

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr ApartRecord kNoDistance{0.0, {}, {}, false, false};
+constexpr ApartRecord kNoDistance{0.0, {}, {}, false, false, false};
 
 const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
@@ -101,10 +101,17 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   const double max_separation = input.query.max_separation;
   const Pose& X_WA = input.poses[pair.a];
   const Pose& X_WB = input.poses[pair.b];
-  if (apart.found) {
+  const auto is_done = [&] {
+    if (!apart.found) return false;
     write_apart(given, apart, input, geometry);
-    if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
-  }
+    return points == nullptr || apart.separation > max_separation;
+  };
+  const auto try_apart = [&] {
+    if (apart.found || record.certified == Certified::overlapping) return false;
+    finish_apart(set, kernels, pair, input.poses, record.certified == Certified::separated, apart);
+    return is_done();
+  };
+  if (is_done()) return PairStatus::separated;
   bool known = is_complete(record) && record.separation <= max_separation;
   bool ordinary = true;
   if (!known && !apart.found) {
@@ -116,20 +123,16 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
     write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
     if (points == nullptr) return PairStatus::overlapping;
   }
-  if (!apart.found && record.certified != Certified::overlapping &&
-      measure_apart_accurately(set, kernels, pair, input.poses, apart)) {
-    write_apart(given, apart, input, geometry);
-    if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
-  }
-  known = known || apart.found;
+  const bool general = kind_of(set, pair) == SolidKind::general;
+  if (!general && try_apart()) return PairStatus::separated;
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
-
-  const bool general = kind_of(set, pair) == SolidKind::general;
-  if (general && !apart.found && record.certified == Certified::unknown) {
+  if (general && !apart.found) {
     record = hull_depth(set, kernels, pair, placed);
     if (!ordinary) record.certified = Certified::unknown;
+    if (try_apart()) return PairStatus::separated;
   }
+  known = known || apart.found;
   Certified certified = apart.found ? Certified::separated : record.certified;
   if (certified == Certified::unknown && ordinary) certified = certify_kinds(set, pair, input.poses);
   if (certified == Certified::unknown)
@@ -194,7 +197,19 @@ struct Records {
   std::array<ApartRecord, kBlock> apart;
 };
 
-/// Depths of one kind's pairs, then the distances of those that this certified to be apart.
+/// Measures the pairs whose records `wanted` picks, and writes those records anew.
+template <class Wanted, class Measure>
+void measure_picked(const Batch& batch, Records& records, const Wanted& wanted, const Measure& measure_them) {
+  Batch picked;
+  for (std::size_t i = 0; i < batch.count; ++i)
+    if (wanted(records.depth[i], records.apart[i])) picked.add({batch.pairs[i].a, batch.pairs[i].b}, i);
+  if (picked.count == 0) return;
+  std::array<ApartRecord, kBlock> found;
+  measure_them(std::span<const PairIndices>(picked.pairs).first(picked.count), found.data());
+  for (std::size_t i = 0; i < picked.count; ++i) records.apart[picked.slots[i]] = found[i];
+}
+
+/// Depths of one kind's pairs, then the distances of those that this did not certify to overlap.
 void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
                  const Batch& batch, Records& records) {
   const PoseRecord* X_W = records_of(poses);
@@ -203,16 +218,29 @@ void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, st
   else
     kernels.measure_form_depths(X_W, set.edge_forms.data(), batch.pairs.data(), batch.count,
                                 records.depth.data());
-  Batch separated;
-  for (std::size_t i = 0; i < batch.count; ++i) {
-    records.apart[i].found = false;
-    if (records.depth[i].certified == Certified::separated)
-      separated.add({batch.pairs[i].a, batch.pairs[i].b}, i);
-  }
-  if (separated.count == 0) return;
-  std::array<ApartRecord, kBlock> found;
-  measure_apart(set, kernels, kind, poses, std::span(separated.pairs).first(separated.count), found.data());
-  for (std::size_t i = 0; i < separated.count; ++i) records.apart[separated.slots[i]] = found[i];
+  std::fill_n(records.apart.begin(), batch.count, kNoDistance);
+  measure_picked(
+      batch, records,
+      [](const DepthRecord& depth, const ApartRecord&) { return depth.certified == Certified::separated; },
+      [&](std::span<const PairIndices> pairs, ApartRecord* out) {
+        measure_apart(set, kernels, kind, poses, pairs, out);
+      });
+  measure_picked(
+      batch, records,
+      [](const DepthRecord& depth, const ApartRecord& apart) {
+        return depth.certified != Certified::overlapping && !apart.found;
+      },
+      [&](std::span<const PairIndices> pairs, ApartRecord* out) {
+        measure_apart_accurately(set, kernels, kind, poses, pairs, out);
+      });
+  measure_picked(
+      batch, records,
+      [](const DepthRecord& depth, const ApartRecord& apart) {
+        return depth.certified == Certified::separated && vertices_decide(apart);
+      },
+      [&](std::span<const PairIndices> pairs, ApartRecord* out) {
+        measure_hulls_apart(set, kernels, poses, pairs, out);
+      });
 }
 
 /// At most kBlock pairs.
@@ -248,8 +276,8 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     }
   }
   if (others.count == 0) return;
-  measure_apart(set, kernels, SolidKind::general, input.poses, std::span(others.pairs).first(others.count),
-                records.apart.data());
+  measure_hulls_apart(set, kernels, input.poses, std::span(others.pairs).first(others.count),
+                      records.apart.data());
   for (std::size_t i = 0; i < others.count; ++i) {
     if (i + 1 < others.count && (points || !records.apart[i + 1].found))
       prefetch_general(set, {others.pairs[i + 1].a, others.pairs[i + 1].b});
@@ -277,7 +305,7 @@ PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const Narr
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
   const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
   ApartRecord apart = kNoDistance;
-  if (record.certified == Certified::separated || kind_of(set, pair.pair) == SolidKind::general) {
+  if (record.certified == Certified::separated) {
     const PairIndices indices{pair.pair.a, pair.pair.b};
     measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
   }

@@ -25,6 +25,8 @@ namespace touchstone::native::TOUCHSTONE_ISA {
 /// Of 4096 random frusta apart no pair needs more than 12.
 constexpr int kSearchSteps = 16;
 constexpr double kSearchRoundoffs = 2.0;
+/// projection_error() of a unit axis: |n|_1 < 2.
+constexpr double kApartRoundoffs = 24.0;
 
 template <class Pack>
 struct HullLanes {
@@ -185,11 +187,11 @@ TOUCHSTONE_INLINE MaskOf<Pack> search_nearest(const HullLanes<Pack>& pair, Searc
 
 // ---- The judgement
 
-/// v across the triangle, and the weights of its corners: those of the nearest point of its plane, of the
-/// line through two corners, or of one.
+/// The nearest point of the flat through the corners: a plane, a line when two are the same, or a point.
 template <class Pack>
 struct Foot {
-  Vector3Of<Pack> v;
+  Vector3Of<Pack> direction;  // from the origin to it, any length; a plane's is its normal
+  MaskOf<Pack> in_plane;
   Pack weight[3];
 };
 
@@ -197,19 +199,18 @@ template <class Pack>
 TOUCHSTONE_INLINE Foot<Pack> foot_of(const Corner<Pack> (&s)[3]) {
   const Pack one = all<Pack>(1.0);
   const Vector3Of<Pack>&p = s[0].w, &q = s[1].w, &r = s[2].w;
-  // On a line when two are the same: from p to the one that differs.
-  const MaskOf<Pack> p_is_q = same(p, q), p_is_r = same(p, r), q_is_r = same(q, r);
-  const MaskOf<Pack> on_line = p_is_q | p_is_r | q_is_r, is_point = p_is_q & p_is_r;
+  const MaskOf<Pack> p_is_q = same(p, q), p_is_r = same(p, r);
   const Vector3Of<Pack> e = select(p_is_q, r, q) - p;
-  const Pack part = where<Pack>(~is_point, -dot(p, e) / dot(e, e));
-  Foot<Pack> line{p + part * e, {one - part, where<Pack>(~p_is_q, part), where<Pack>(p_is_q, part)}};
+  const Pack part = where<Pack>(~(p_is_q & p_is_r), -dot(p, e) / dot(e, e));
+  const Pack on_line[3] = {one - part, where<Pack>(~p_is_q, part), where<Pack>(p_is_q, part)};
 
   const Vector3Of<Pack> n = cross(q - p, r - p);
   const Pack area[3] = {dot(n, cross(q, r)), dot(n, cross(r, p)), dot(n, cross(p, q))};
   const Pack total = (area[0] + area[1]) + area[2];
   Foot<Pack> out;
-  out.v = select(on_line, line.v, (dot(n, p) / dot(n, n)) * n);
-  for (int i = 0; i < 3; ++i) out.weight[i] = select(on_line, line.weight[i], area[i] / total);
+  out.in_plane = ~(p_is_q | p_is_r | same(q, r));
+  out.direction = select(out.in_plane, with_sign_of(one, dot(n, p)) * n, p + part * e);
+  for (int i = 0; i < 3; ++i) out.weight[i] = select(out.in_plane, area[i] / total, on_line[i]);
   return out;
 }
 
@@ -235,21 +236,23 @@ TOUCHSTONE_INLINE Pack separation_along(const HullLanes<Pack>& pair, const Vecto
 template <class Pack>
 TOUCHSTONE_INLINE LaneDistances<Pack> measure_hulls_apart_lanes(const HullLanes<Pack>& pair) {
   LaneDistances<Pack> out{};
+  out.tried = ~MaskOf<Pack>{};
   Search<Pack> search;
   out.fits = search_nearest(pair, search);
   if (!bits(out.fits)) return out;
   const Foot<Pack> foot = foot_of(search.s);
   const Corner<Pack>(&s)[3] = search.s;
   const Vector3Of<Pack> point = combination(foot, s[0].w, s[1].w, s[2].w);
-  const Pack length = square_root(dot(foot.v, foot.v));
-  out.n = {foot.v.x / length, foot.v.y / length, foot.v.z / length};
+  const Pack length = square_root(dot(foot.direction, foot.direction));
+  out.n = {foot.direction.x / length, foot.direction.y / length, foot.direction.z / length};
+  out.separation = select(foot.in_plane, dot(out.n, s[0].w), length);
   const Pack lower = separation_along(pair, out.n);
   const Pack tolerance = all<Pack>(kDistanceGap) * pair.extent;
   const Pack least_weight = least(least(foot.weight[0], foot.weight[1]), foot.weight[2]);
-  out.fits &= (length > all<Pack>(kShortShare) * pair.extent) & (length - lower <= tolerance) &
-              (sum(point - foot.v) <= tolerance) & (least_weight >= Pack{});
-  out.certain = out.fits;  // tolerance and rounding are far below a length that is not short
-  out.separation = length;
+  out.fits &= (foot.in_plane | (length > all<Pack>(kShortShare) * pair.extent)) &
+              (magnitude(out.separation - lower) <= tolerance) &
+              (sum(point - out.separation * out.n) <= tolerance) & (least_weight >= Pack{});
+  out.certain = lower > all<Pack>(kApartRoundoffs * kU) * pair.extent;
   out.from_A = pair.origin + combination(foot, s[0].a, s[1].a, s[2].a);
   return out;
 }
