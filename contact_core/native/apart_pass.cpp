@@ -44,6 +44,22 @@ ParallelepipedRecord scaled_form(const Parallelepiped& form, int exponent) {
   return out;
 }
 
+/// Boxes and parallelepipeds that are certainly apart: whether measure_hulls_apart() comes next.
+bool vertices_decide(const ApartRecord& record) { return record.tried && !record.found && !record.fits; }
+
+/// Measures the pairs whose records `wanted` picks, and writes those records anew.
+template <class Wanted, class Measure>
+void measure_picked(const Batch& batch, const DepthRecord* depths, ApartRecord* records, const Wanted& wanted,
+                    const Measure& measure) {
+  Batch picked;
+  for (std::size_t i = 0; i < batch.count; ++i)
+    if (wanted(depths[i].certified, records[i])) picked.add({batch.pairs[i].a, batch.pairs[i].b}, i);
+  if (picked.count == 0) return;
+  std::array<ApartRecord, kBlock> found;
+  measure(std::span<const PairIndices>(picked.pairs).first(picked.count), found.data());
+  for (std::size_t i = 0; i < picked.count; ++i) records[picked.slots[i]] = found[i];
+}
+
 /// The first try and the second on a scaled copy.
 void measure_scaled(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                     std::span<const Pose> poses, ApartRecord& record) {
@@ -96,7 +112,30 @@ void measure_hulls_apart(const SolidSet& set, const Kernels& kernels, std::span<
   kernels.measure_hulls_apart(records_of(poses), set.vertices.data(), pairs.data(), pairs.size(), records);
 }
 
-bool vertices_decide(const ApartRecord& record) { return record.tried && !record.found && !record.fits; }
+void measure_batch_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                         std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
+                         ApartRecord* records) {
+  using Pairs = std::span<const PairIndices>;
+  std::fill_n(records, batch.count, kNoDistance);
+  measure_picked(
+      batch, depths, records,
+      [](Certified certified, const ApartRecord&) { return certified == Certified::separated; },
+      [&](Pairs pairs, ApartRecord* out) { measure_apart(set, kernels, kind, poses, pairs, out); });
+  measure_picked(
+      batch, depths, records,
+      [](Certified certified, const ApartRecord& record) {
+        return certified != Certified::overlapping && !record.found;
+      },
+      [&](Pairs pairs, ApartRecord* out) {
+        measure_apart_accurately(set, kernels, kind, poses, pairs, out);
+      });
+  measure_picked(
+      batch, depths, records,
+      [](Certified certified, const ApartRecord& record) {
+        return certified == Certified::separated && vertices_decide(record);
+      },
+      [&](Pairs pairs, ApartRecord* out) { measure_hulls_apart(set, kernels, poses, pairs, out); });
+}
 
 bool finish_apart(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                   std::span<const Pose> poses, bool separated, ApartRecord& record) {

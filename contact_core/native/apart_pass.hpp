@@ -1,9 +1,12 @@
 #pragma once
 
 #include "contact_core/narrowphase/narrowphase.hpp"
+#include "contact_core/native/pair_batch.hpp"
 #include "contact_core/native/solid_set.hpp"
 
 namespace touchstone::native {
+
+inline constexpr ApartRecord kNoDistance{0.0, {}, {}, false, false, false};
 
 /// Distances that the kernels find by themselves: of two boxes or parallelepipeds that are apart by more than
 /// rounding. Other records are not `found`; record i depends on pair i alone.
@@ -22,8 +25,11 @@ void measure_apart_accurately(const SolidSet& set, const Kernels& kernels, Solid
 void measure_hulls_apart(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                          std::span<const PairIndices> pairs, ApartRecord* records);
 
-/// Whether measure_hulls_apart() comes next for boxes or parallelepipeds that are certainly apart.
-bool vertices_decide(const ApartRecord& record);
+/// All of this in turn, of the pairs of a batch that their depth records do not show to overlap.
+/// @param kind not `general`.
+void measure_batch_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                         std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
+                         ApartRecord* records);
 
 /// Whatever of this is left to try of one pair, on an exactly scaled copy when its magnitudes ask for it.
 /// @param separated whether the pair is certainly apart.

@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr ApartRecord kNoDistance{0.0, {}, {}, false, false, false};
 
 const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
@@ -197,16 +196,9 @@ struct Records {
   std::array<ApartRecord, kBlock> apart;
 };
 
-/// Measures the pairs whose records `wanted` picks, and writes those records anew.
-template <class Wanted, class Measure>
-void measure_picked(const Batch& batch, Records& records, const Wanted& wanted, const Measure& measure_them) {
-  Batch picked;
-  for (std::size_t i = 0; i < batch.count; ++i)
-    if (wanted(records.depth[i], records.apart[i])) picked.add({batch.pairs[i].a, batch.pairs[i].b}, i);
-  if (picked.count == 0) return;
-  std::array<ApartRecord, kBlock> found;
-  measure_them(std::span<const PairIndices>(picked.pairs).first(picked.count), found.data());
-  for (std::size_t i = 0; i < picked.count; ++i) records.apart[picked.slots[i]] = found[i];
+/// Whether the kernels left something to find.
+bool is_open(const Records& records, std::size_t i) {
+  return !records.apart[i].found && !is_complete(records.depth[i]);
 }
 
 /// Depths of one kind's pairs, then the distances of those that this did not certify to overlap.
@@ -218,29 +210,32 @@ void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, st
   else
     kernels.measure_form_depths(X_W, set.edge_forms.data(), batch.pairs.data(), batch.count,
                                 records.depth.data());
-  std::fill_n(records.apart.begin(), batch.count, kNoDistance);
-  measure_picked(
-      batch, records,
-      [](const DepthRecord& depth, const ApartRecord&) { return depth.certified == Certified::separated; },
-      [&](std::span<const PairIndices> pairs, ApartRecord* out) {
-        measure_apart(set, kernels, kind, poses, pairs, out);
-      });
-  measure_picked(
-      batch, records,
-      [](const DepthRecord& depth, const ApartRecord& apart) {
-        return depth.certified != Certified::overlapping && !apart.found;
-      },
-      [&](std::span<const PairIndices> pairs, ApartRecord* out) {
-        measure_apart_accurately(set, kernels, kind, poses, pairs, out);
-      });
-  measure_picked(
-      batch, records,
-      [](const DepthRecord& depth, const ApartRecord& apart) {
-        return depth.certified == Certified::separated && vertices_decide(apart);
-      },
-      [&](std::span<const PairIndices> pairs, ApartRecord* out) {
-        measure_hulls_apart(set, kernels, poses, pairs, out);
-      });
+  measure_batch_apart(set, kernels, kind, poses, batch, records.depth.data(), records.apart.data());
+}
+
+struct Batches {
+  Batch boxes, forms, others;
+};
+
+void sort_by_kind(const SolidSet& set, std::span<const Pose> poses, std::span<const OrderedPair> pairs,
+                  Batches& out) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const SolidPair& pair = pairs[i].pair;
+    switch (kind_of(set, pair)) {
+      case SolidKind::box:
+        prefetch_pair(set.boxes, poses, pair);
+        out.boxes.add(pair, i);
+        break;
+      case SolidKind::parallelepiped:
+        prefetch_pair(set.edge_forms, poses, pair);
+        out.forms.add(pair, i);
+        break;
+      case SolidKind::general:
+        prefetch_pair(set.vertices, poses, pair);
+        out.others.add(pair, i);
+        break;
+    }
+  }
 }
 
 /// At most kBlock pairs.
@@ -252,29 +247,25 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     status[i] = measure_one(set, kernels, pairs[i], depth, apart, input, geometry[i],
                             points ? points + i * slots : nullptr);
   };
-  Batch boxes, forms, others;
-  for (std::size_t i = 0; i < input.pairs.size(); ++i) {
-    pairs[i] = ordered(set, input.pairs[i], input.poses);
-    const SolidKind kind = kind_of(set, pairs[i].pair);
-    (kind == SolidKind::box              ? boxes
-     : kind == SolidKind::parallelepiped ? forms
-                                         : others)
-        .add(pairs[i].pair, i);
-  }
+  const std::size_t count = input.pairs.size();
+  for (std::size_t i = 0; i < count; ++i) pairs[i] = ordered(set, input.pairs[i], input.poses);
+  Batches batches;
+  sort_by_kind(set, input.poses, std::span(pairs).first(count), batches);
   constexpr std::size_t kAhead = 2;
   Records records;
-  for (const auto& [kind, batch] :
-       {std::pair<SolidKind, const Batch&>{SolidKind::box, boxes}, {SolidKind::parallelepiped, forms}}) {
+  for (const auto& [kind, batch] : {std::pair<SolidKind, const Batch&>{SolidKind::box, batches.boxes},
+                                    {SolidKind::parallelepiped, batches.forms}}) {
     if (batch.count == 0) continue;
     run_kernels(set, kernels, kind, input.poses, batch, records);
     for (std::size_t i = 0; i < batch.count; ++i) {
-      if (points && i + kAhead < batch.count) {
-        prefetch_faces(set.solids[batch.pairs[i + kAhead].a]);
-        prefetch_faces(set.solids[batch.pairs[i + kAhead].b]);
+      if (const std::size_t later = i + kAhead; later < batch.count && (points || is_open(records, later))) {
+        prefetch_faces(set.solids[batch.pairs[later].a]);
+        prefetch_faces(set.solids[batch.pairs[later].b]);
       }
       finish(batch.slots[i], records.depth[i], records.apart[i]);
     }
   }
+  const Batch& others = batches.others;
   if (others.count == 0) return;
   measure_hulls_apart(set, kernels, input.poses, std::span(others.pairs).first(others.count),
                       records.apart.data());
