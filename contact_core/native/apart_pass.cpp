@@ -8,9 +8,6 @@
 namespace touchstone::native {
 namespace {
 
-/// Beyond these magnitudes a pair is measured on an exactly scaled copy; well within what the kernels take.
-constexpr double kUnscaledLow = 0x1p-60;
-constexpr double kUnscaledHigh = 0x1p60;
 /// Below, world vertices round by more than u of the solid's size: the kernels' bounds do not hold there.
 constexpr double kLeastSize = 0x1p-1010;
 
@@ -22,13 +19,6 @@ double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.
 
 double magnitude_of(const Hexahedron& solid, const Pose& X_WS) {
   return std::max(largest(X_WS.p), solid.size() + largest(solid.bounding_sphere().centre));
-}
-
-bool needs_scaling(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
-  const Hexahedron& a = set.solids[pair.a].shape;
-  const Hexahedron& b = set.solids[pair.b].shape;
-  const double high = std::max(magnitude_of(a, poses[pair.a]), magnitude_of(b, poses[pair.b]));
-  return !(high < kUnscaledHigh) || std::min(a.size(), b.size()) < kUnscaledLow;
 }
 
 PoseRecord scaled(const PoseRecord& X, int exponent) {
@@ -54,6 +44,47 @@ ParallelepipedRecord scaled_form(const Parallelepiped& form, int exponent) {
   return out;
 }
 
+/// Boxes and parallelepipeds that are certainly apart: whether measure_hulls_apart() comes next.
+bool vertices_decide(const ApartRecord& record) { return record.tried && !record.found && !record.fits; }
+
+/// Measures the pairs whose records `wanted` picks, and writes those records anew.
+template <class Wanted, class Measure>
+void measure_picked(const Batch& batch, const DepthRecord* depths, ApartRecord* records, const Wanted& wanted,
+                    const Measure& measure) {
+  Batch picked;
+  for (std::size_t i = 0; i < batch.count; ++i)
+    if (wanted(depths[i].certified, records[i])) picked.add({batch.pairs[i].a, batch.pairs[i].b}, i);
+  if (picked.count == 0) return;
+  std::array<ApartRecord, kBlock> found;
+  measure(std::span<const PairIndices>(picked.pairs).first(picked.count), found.data());
+  for (std::size_t i = 0; i < picked.count; ++i) records[picked.slots[i]] = found[i];
+}
+
+/// The first try and the second on a scaled copy.
+void measure_scaled(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                    std::span<const Pose> poses, ApartRecord& record) {
+  const Hexahedron& a = set.solids[pair.a].shape;
+  const Hexahedron& b = set.solids[pair.b].shape;
+  if (!(std::min(a.size(), b.size()) >= kLeastSize)) return;
+  const double high = std::max(magnitude_of(a, poses[pair.a]), magnitude_of(b, poses[pair.b]));
+  const int exponent = -std::ilogb(high);
+  const PoseRecord X[2] = {scaled(records_of(poses)[pair.a], exponent),
+                           scaled(records_of(poses)[pair.b], exponent)};
+  const PairIndices indices{0, 1};
+  if (kind_of(set, pair) == SolidKind::box) {
+    const BoxRecord boxes[2] = {scaled_box(a, exponent), scaled_box(b, exponent)};
+    kernels.measure_boxes_apart(X, boxes, &indices, 1, &record);
+    if (!record.found) kernels.measure_boxes_apart_accurately(X, boxes, &indices, 1, &record);
+  } else {
+    const ParallelepipedRecord forms[2] = {scaled_form(set.parallelepipeds[pair.a], exponent),
+                                           scaled_form(set.parallelepipeds[pair.b], exponent)};
+    kernels.measure_parallelepipeds_apart(X, forms, &indices, 1, &record);
+    if (!record.found) kernels.measure_parallelepipeds_apart_accurately(X, forms, &indices, 1, &record);
+  }
+  record.separation = std::scalbn(record.separation, -exponent);
+  for (double& p : record.from_A) p = std::scalbn(p, -exponent);
+}
+
 }  // namespace
 
 void measure_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
@@ -65,32 +96,68 @@ void measure_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind, 
     kernels.measure_parallelepipeds_apart(X_W, set.forms.data(), pairs.data(), pairs.size(), records);
 }
 
-bool measure_apart_accurately(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                              std::span<const Pose> poses, ApartRecord& record) {
-  record.fits = record.found = false;
+void measure_apart_accurately(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                              std::span<const Pose> poses, std::span<const PairIndices> pairs,
+                              ApartRecord* records) {
+  const PoseRecord* X_W = records_of(poses);
+  if (kind == SolidKind::box)
+    kernels.measure_boxes_apart_accurately(X_W, set.boxes.data(), pairs.data(), pairs.size(), records);
+  else
+    kernels.measure_parallelepipeds_apart_accurately(X_W, set.forms.data(), pairs.data(), pairs.size(),
+                                                     records);
+}
+
+void measure_hulls_apart(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                         std::span<const PairIndices> pairs, ApartRecord* records) {
+  kernels.measure_hulls_apart(records_of(poses), set.vertices.data(), pairs.data(), pairs.size(), records);
+}
+
+bool frames_separate(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                     const PairIndices& pair) {
+  const Vector3 T = poses[pair.b].p - poses[pair.a].p;
+  const PairAxis axis{T.x(), T.y(), T.z(), 0.0};
+  Certified certified = Certified::unknown;
+  kernels.certify_by_axis(records_of(poses), set.vertices.data(), &pair, 1, &axis, &certified);
+  return certified == Certified::separated;
+}
+
+void measure_batch_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                         std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
+                         ApartRecord* records) {
+  using Pairs = std::span<const PairIndices>;
+  std::fill_n(records, batch.count, kNoDistance);
+  measure_picked(
+      batch, depths, records,
+      [](Certified certified, const ApartRecord&) { return certified == Certified::separated; },
+      [&](Pairs pairs, ApartRecord* out) { measure_apart(set, kernels, kind, poses, pairs, out); });
+  measure_picked(
+      batch, depths, records,
+      [](Certified certified, const ApartRecord& record) {
+        return certified != Certified::overlapping && !record.found;
+      },
+      [&](Pairs pairs, ApartRecord* out) {
+        measure_apart_accurately(set, kernels, kind, poses, pairs, out);
+      });
+  measure_picked(
+      batch, depths, records,
+      [](Certified certified, const ApartRecord& record) {
+        return certified == Certified::separated && vertices_decide(record);
+      },
+      [&](Pairs pairs, ApartRecord* out) { measure_hulls_apart(set, kernels, poses, pairs, out); });
+}
+
+bool finish_apart(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                  std::span<const Pose> poses, bool separated, ApartRecord& record) {
   const SolidKind kind = kind_of(set, pair);
-  if (kind == SolidKind::general) return false;
-  const Hexahedron& a = set.solids[pair.a].shape;
-  const Hexahedron& b = set.solids[pair.b].shape;
-  if (!(std::min(a.size(), b.size()) >= kLeastSize)) return false;
-  const bool scaling = needs_scaling(set, pair, poses);
-  const double high = std::max(magnitude_of(a, poses[pair.a]), magnitude_of(b, poses[pair.b]));
-  const int exponent = scaling ? -std::ilogb(high) : 0;
-  const PoseRecord X[2] = {scaled(records_of(poses)[pair.a], exponent),
-                           scaled(records_of(poses)[pair.b], exponent)};
-  const PairIndices indices{0, 1};
-  if (kind == SolidKind::box) {
-    const BoxRecord boxes[2] = {scaled_box(a, exponent), scaled_box(b, exponent)};
-    if (scaling) kernels.measure_boxes_apart(X, boxes, &indices, 1, &record);
-    if (!record.found) kernels.measure_boxes_apart_accurately(X, boxes, indices, record);
-  } else {
-    const ParallelepipedRecord forms[2] = {scaled_form(set.parallelepipeds[pair.a], exponent),
-                                           scaled_form(set.parallelepipeds[pair.b], exponent)};
-    if (scaling) kernels.measure_parallelepipeds_apart(X, forms, &indices, 1, &record);
-    if (!record.found) kernels.measure_parallelepipeds_apart_accurately(X, forms, indices, record);
+  const PairIndices indices{pair.a, pair.b};
+  if (record.tried) return record.found;
+  if (kind == SolidKind::general) {
+    measure_hulls_apart(set, kernels, poses, {&indices, 1}, &record);
+    return record.found;
   }
-  record.separation = std::scalbn(record.separation, -exponent);
-  for (double& p : record.from_A) p = std::scalbn(p, -exponent);
+  measure_apart_accurately(set, kernels, kind, poses, {&indices, 1}, &record);
+  if (!record.tried) measure_scaled(set, kernels, pair, poses, record);
+  if (separated && vertices_decide(record)) measure_hulls_apart(set, kernels, poses, {&indices, 1}, &record);
   return record.found;
 }
 

@@ -1,9 +1,12 @@
 #pragma once
 
 #include "contact_core/narrowphase/narrowphase.hpp"
+#include "contact_core/native/pair_batch.hpp"
 #include "contact_core/native/solid_set.hpp"
 
 namespace touchstone::native {
+
+inline constexpr ApartRecord kNoDistance{0.0, {}, {}, false, false, false};
 
 /// Distances that the kernels find by themselves: of two boxes or parallelepipeds that are apart by more than
 /// rounding. Other records are not `found`; record i depends on pair i alone.
@@ -11,10 +14,32 @@ namespace touchstone::native {
 void measure_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
                    std::span<const PairIndices> pairs, ApartRecord* records);
 
-/// A second try, with exact products, and on an exactly scaled copy when the pair's magnitudes ask for it.
-/// @return record.found. When only record.fits is set, the rest is right for a pair that something else
-/// proves to be apart.
-bool measure_apart_accurately(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                              std::span<const Pose> poses, ApartRecord& record);
+/// A second try, with exact products. When only record.fits is set, the rest is right for a pair that
+/// something else proves to be apart.
+void measure_apart_accurately(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                              std::span<const Pose> poses, std::span<const PairIndices> pairs,
+                              ApartRecord* records);
+
+/// Of two solids of any kind: general ones, and others so far from the world's origin that their vertices'
+/// rounding shows. Sets `tried`.
+void measure_hulls_apart(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                         std::span<const PairIndices> pairs, ApartRecord* records);
+
+/// Whether the axis between their frames separates two solids: then measure_hulls_apart() is all that one
+/// pair of general hexahedra needs, while others are better asked for their depth first.
+bool frames_separate(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                     const PairIndices& pair);
+
+/// All of this in turn, of the pairs of a batch that their depth records do not show to overlap.
+/// @param kind not `general`.
+void measure_batch_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                         std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
+                         ApartRecord* records);
+
+/// Whatever of this is left to try of one pair, on an exactly scaled copy when its magnitudes ask for it.
+/// @param separated whether the pair is certainly apart.
+/// @return record.found.
+bool finish_apart(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                  std::span<const Pose> poses, bool separated, ApartRecord& record);
 
 }  // namespace touchstone::native

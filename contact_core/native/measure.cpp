@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr ApartRecord kNoDistance{0.0, {}, {}, false, false};
 
 const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
@@ -105,10 +104,17 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   const double max_separation = input.query.max_separation;
   const Pose& X_WA = input.poses[pair.a];
   const Pose& X_WB = input.poses[pair.b];
-  if (apart.found) {
+  const auto is_done = [&] {
+    if (!apart.found) return false;
     write_apart(given, apart, input, geometry);
-    if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
-  }
+    return points == nullptr || apart.separation > max_separation;
+  };
+  const auto try_apart = [&] {
+    if (apart.found || record.certified == Certified::overlapping) return false;
+    finish_apart(set, kernels, pair, input.poses, record.certified == Certified::separated, apart);
+    return is_done();
+  };
+  if (is_done()) return PairStatus::separated;
   bool known = is_complete(record) && record.separation <= max_separation;
   bool ordinary = true;
   if (!known && !apart.found) {
@@ -120,20 +126,16 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
     write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
     if (points == nullptr) return PairStatus::overlapping;
   }
-  if (!apart.found && record.certified != Certified::overlapping &&
-      measure_apart_accurately(set, kernels, pair, input.poses, apart)) {
-    write_apart(given, apart, input, geometry);
-    if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
-  }
-  known = known || apart.found;
+  const bool general = kind_of(set, pair) == SolidKind::general;
+  if (!general && try_apart()) return PairStatus::separated;
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
-
-  const bool general = kind_of(set, pair) == SolidKind::general;
-  if (general) {
+  if (general && !apart.found) {
     record = hull_depth(set, kernels, pair, placed);
     if (!ordinary) record.certified = Certified::unknown;
+    if (try_apart()) return PairStatus::separated;
   }
+  known = known || apart.found;
   Certified certified = apart.found ? Certified::separated : record.certified;
   if (certified == Certified::unknown && ordinary) certified = certify_kinds(set, pair, input.poses);
   if (certified == Certified::unknown)
@@ -202,7 +204,12 @@ struct Records {
   std::array<ApartRecord, kBlock> apart;
 };
 
-/// Depths of one kind's pairs, then the distances of those that this certified to be apart.
+/// Whether the kernels left something to find.
+bool is_open(const Records& records, std::size_t i) {
+  return !records.apart[i].found && !is_complete(records.depth[i]);
+}
+
+/// Depths of one kind's pairs, then the distances of those that this did not certify to overlap.
 void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
                  const Batch& batch, Records& records) {
   const PoseRecord* X_W = records_of(poses);
@@ -211,16 +218,32 @@ void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, st
   else
     kernels.measure_form_depths(X_W, set.edge_forms.data(), batch.pairs.data(), batch.count,
                                 records.depth.data());
-  Batch separated;
-  for (std::size_t i = 0; i < batch.count; ++i) {
-    records.apart[i].found = false;
-    if (records.depth[i].certified == Certified::separated)
-      separated.add({batch.pairs[i].a, batch.pairs[i].b}, i);
+  measure_batch_apart(set, kernels, kind, poses, batch, records.depth.data(), records.apart.data());
+}
+
+struct Batches {
+  Batch boxes, forms, others;
+};
+
+void sort_by_kind(const SolidSet& set, std::span<const Pose> poses, std::span<const OrderedPair> pairs,
+                  Batches& out) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const SolidPair& pair = pairs[i].pair;
+    switch (kind_of(set, pair)) {
+      case SolidKind::box:
+        prefetch_pair(set.boxes, poses, pair);
+        out.boxes.add(pair, i);
+        break;
+      case SolidKind::parallelepiped:
+        prefetch_pair(set.edge_forms, poses, pair);
+        out.forms.add(pair, i);
+        break;
+      case SolidKind::general:
+        prefetch_pair(set.vertices, poses, pair);
+        out.others.add(pair, i);
+        break;
+    }
   }
-  if (separated.count == 0) return;
-  std::array<ApartRecord, kBlock> found;
-  measure_apart(set, kernels, kind, poses, std::span(separated.pairs).first(separated.count), found.data());
-  for (std::size_t i = 0; i < separated.count; ++i) records.apart[separated.slots[i]] = found[i];
 }
 
 /// At most kBlock pairs.
@@ -232,29 +255,32 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     status[i] = measure_one(set, kernels, pairs[i], depth, apart, input, geometry[i],
                             points ? points + i * slots : nullptr);
   };
-  Batch boxes, forms;
-  for (std::size_t i = 0; i < input.pairs.size(); ++i) {
-    pairs[i] = ordered(set, input.pairs[i], input.poses);
-    const SolidKind kind = kind_of(set, pairs[i].pair);
-    if (i + 1 < input.pairs.size()) prefetch_general(set, input.pairs[i + 1]);
-    if (kind == SolidKind::general)
-      finish(i, kNothingKnown, kNoDistance);
-    else
-      (kind == SolidKind::box ? boxes : forms).add(pairs[i].pair, i);
-  }
+  const std::size_t count = input.pairs.size();
+  for (std::size_t i = 0; i < count; ++i) pairs[i] = ordered(set, input.pairs[i], input.poses);
+  Batches batches;
+  sort_by_kind(set, input.poses, std::span(pairs).first(count), batches);
   constexpr std::size_t kAhead = 2;
   Records records;
-  for (const auto& [kind, batch] :
-       {std::pair<SolidKind, const Batch&>{SolidKind::box, boxes}, {SolidKind::parallelepiped, forms}}) {
+  for (const auto& [kind, batch] : {std::pair<SolidKind, const Batch&>{SolidKind::box, batches.boxes},
+                                    {SolidKind::parallelepiped, batches.forms}}) {
     if (batch.count == 0) continue;
     run_kernels(set, kernels, kind, input.poses, batch, records);
     for (std::size_t i = 0; i < batch.count; ++i) {
-      if (points && i + kAhead < batch.count) {
-        prefetch_faces(set.solids[batch.pairs[i + kAhead].a]);
-        prefetch_faces(set.solids[batch.pairs[i + kAhead].b]);
+      if (const std::size_t later = i + kAhead; later < batch.count && (points || is_open(records, later))) {
+        prefetch_faces(set.solids[batch.pairs[later].a]);
+        prefetch_faces(set.solids[batch.pairs[later].b]);
       }
       finish(batch.slots[i], records.depth[i], records.apart[i]);
     }
+  }
+  const Batch& others = batches.others;
+  if (others.count == 0) return;
+  measure_hulls_apart(set, kernels, input.poses, std::span(others.pairs).first(others.count),
+                      records.apart.data());
+  for (std::size_t i = 0; i < others.count; ++i) {
+    if (i + 1 < others.count && (points || !records.apart[i + 1].found))
+      prefetch_general(set, {others.pairs[i + 1].a, others.pairs[i + 1].b});
+    finish(others.slots[i], kNothingKnown, records.apart[i]);
   }
 }
 
@@ -274,13 +300,18 @@ DepthRecord alone_depth(const SolidSet& set, const Kernels& kernels, const Solid
 
 PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                          PairGeometry& geometry, ContactPoint* points) {
-  prefetch_general(set, input.pairs[0]);
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
-  const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
+  const PairIndices indices{pair.pair.a, pair.pair.b};
+  DepthRecord record = kNothingKnown;
   ApartRecord apart = kNoDistance;
-  if (record.certified == Certified::separated) {
-    const PairIndices indices{pair.pair.a, pair.pair.b};
-    measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
+  if (kind_of(set, pair.pair) == SolidKind::general) {
+    prefetch_general(set, pair.pair);
+    if (frames_separate(set, kernels, input.poses, indices))
+      measure_hulls_apart(set, kernels, input.poses, {&indices, 1}, &apart);
+  } else {
+    record = alone_depth(set, kernels, pair.pair, input.poses);
+    if (record.certified == Certified::separated)
+      measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
   }
   return measure_one(set, kernels, pair, record, apart, input, geometry, points);
 }

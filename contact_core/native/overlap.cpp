@@ -133,12 +133,15 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     switch (kind_of(set, pairs[i])) {
       case SolidKind::box:
+        prefetch_pair(set.boxes, poses, pairs[i]);
         block.boxes.add(pairs[i], i);
         break;
       case SolidKind::parallelepiped:
+        prefetch_pair(set.forms, poses, pairs[i]);
         block.forms.add(pairs[i], i);
         break;
       case SolidKind::general:
+        prefetch_pair(set.vertices, poses, pairs[i]);
         (!cache.empty() && cache[i].data[3] == kHoldsAxis ? block.hinted : block.others).add(pairs[i], i);
         break;
     }

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "contact_core/narrowphase/narrowphase.hpp"
 #include "contact_core/native/simd/kernels.hpp"
@@ -22,5 +24,22 @@ struct Batch {
     slots[count++] = static_cast<std::uint16_t>(slot);
   }
 };
+
+template <class Object>
+void prefetch(const Object& object) {
+  const auto* const first = reinterpret_cast<const char*>(&object);
+  for (const char* line = first; line < first + sizeof(Object); line += 64) __builtin_prefetch(line);
+  __builtin_prefetch(first + sizeof(Object) - 1);
+}
+
+/// What a kernel reads of a pair. Solids lie in no order: asked for while a block's pairs are sorted by kind,
+/// all of the block's data are on their way at once.
+template <class Record>
+void prefetch_pair(const std::vector<Record>& records, std::span<const Pose> poses, const SolidPair& pair) {
+  for (const SolidIndex solid : {pair.a, pair.b}) {
+    prefetch(poses[solid]);
+    prefetch(records[solid]);
+  }
+}
 
 }  // namespace touchstone::native

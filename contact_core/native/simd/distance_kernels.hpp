@@ -55,7 +55,8 @@ struct Zonotope {
   Vector3Of<Pack> T_low;     // what T's last subtraction lost
   Vector3Of<Pack> centre_A;  // from A's origin, in world axes
   Pack error;                // e + 32 u (h + t)
-  MaskOf<Pack> ordinary;
+  MaskOf<Pack> ordinary;     // in magnitudes
+  MaskOf<Pack> near;         // to the world's origin: not kFar
 };
 
 template <class Pack>
@@ -222,6 +223,7 @@ template <class Pack>
 struct LaneDistances {
   MaskOf<Pack> fits;     // the bounds agree
   MaskOf<Pack> certain;  // the hulls are apart
+  MaskOf<Pack> tried;    // see ApartRecord
   Pack separation;
   Vector3Of<Pack> n;
   Vector3Of<Pack> from_A;  // A's witness, from A's origin, in world axes
@@ -247,7 +249,8 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
   const Vector3Of<Pack>(&g)[6] = W.generator;
   LaneDistances<Pack> out{};
   const FacetChoice<Pack> facet = choose_facet<accurate>(W);
-  out.fits = W.ordinary;
+  if (accurate) out.tried = W.ordinary;
+  out.fits = W.ordinary & W.near;
   if (!accurate) out.fits &= facet.outside;
   if (bits(out.fits) == 0) return out;
 
@@ -339,8 +342,8 @@ TOUCHSTONE_INLINE void finish_zonotope(Pack size, Pack position, Pack deviation,
   const Pack whole = size + sum(W.T);
   W.error = (all<Pack>(kFormRoundoffs * kU) * whole + all<Pack>(kPositionRoundoffs * kU) * position) +
             all<Pack>(2.0) * deviation;
-  W.ordinary = (whole + position < all<Pack>(kDistanceHigh)) & (size > all<Pack>(kDistanceLow)) &
-               (position < all<Pack>(kFar) * whole);
+  W.ordinary = (whole + position < all<Pack>(kDistanceHigh)) & (size > all<Pack>(kDistanceLow));
+  W.near = position < all<Pack>(kFar) * whole;
 }
 
 template <class Pack>
@@ -392,30 +395,37 @@ struct FormsApart {
   }
 };
 
+/// The first `count` lanes.
+template <class Pack>
+TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std::size_t count,
+                                       ApartRecord* out) {
+  constexpr int kLanes = Traits<Pack>::lanes;
+  const Pack columns[7] = {distances.separation, distances.n.x,      distances.n.y,     distances.n.z,
+                           distances.from_A.x,   distances.from_A.y, distances.from_A.z};
+  double rows[7][kLanes];
+  for (int k = 0; k < 7; ++k) store(columns[k], rows[k]);
+  const unsigned fits = bits(distances.fits), certain = bits(distances.certain);
+  const unsigned tried = bits(distances.tried);
+  for (std::size_t l = 0; l < count; ++l) {
+    ApartRecord& record = out[l];
+    record.fits = fits >> l & 1u;
+    record.found = fits & certain & 1u << l;
+    record.tried = tried >> l & 1u;
+    record.separation = rows[0][l];
+    for (int k = 0; k < 3; ++k) record.n[k] = rows[1 + k][l];
+    for (int k = 0; k < 3; ++k) record.from_A[k] = rows[4 + k][l];
+  }
+}
+
 template <bool accurate, class Pack, template <class> class Kind, class Shape>
 TOUCHSTONE_INLINE void measure_apart_inline(const PoseRecord* poses, const Shape* shapes,
                                             const PairIndices* pairs, std::size_t count, ApartRecord* out) {
-  constexpr int kLanes = Traits<Pack>::lanes;
   for_each_lanes<Pack>(poses, shapes, pairs, count,
                        [&](std::size_t first, std::size_t here, const auto& poses_a, const auto& shapes_a,
                            const auto& poses_b, const auto& shapes_b) {
                          Zonotope<Pack> W;
                          Kind<Pack>::gather_zonotope(poses_a, shapes_a, poses_b, shapes_b, W);
-                         const LaneDistances<Pack> distances = measure_apart_lanes<accurate>(W);
-                         const Pack columns[7] = {
-                             distances.separation, distances.n.x,      distances.n.y,     distances.n.z,
-                             distances.from_A.x,   distances.from_A.y, distances.from_A.z};
-                         double rows[7][kLanes];
-                         for (int k = 0; k < 7; ++k) store(columns[k], rows[k]);
-                         const unsigned fits = bits(distances.fits), certain = bits(distances.certain);
-                         for (std::size_t l = 0; l < here; ++l) {
-                           ApartRecord& record = out[first + l];
-                           record.fits = fits >> l & 1u;
-                           record.found = fits & certain & 1u << l;
-                           record.separation = rows[0][l];
-                           for (int k = 0; k < 3; ++k) record.n[k] = rows[1 + k][l];
-                           for (int k = 0; k < 3; ++k) record.from_A[k] = rows[4 + k][l];
-                         }
+                         store_distances(measure_apart_lanes<accurate>(W), here, out + first);
                        });
 }
 

@@ -3,6 +3,7 @@
 #include "contact_core/native/simd/box_kernels.hpp"
 #include "contact_core/native/simd/depth_kernels.hpp"
 #include "contact_core/native/simd/distance_kernels.hpp"
+#include "contact_core/native/simd/hull_distance_kernels.hpp"
 #include "contact_core/native/simd/hull_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 #include "contact_core/native/simd/portal_kernels.hpp"
@@ -62,19 +63,21 @@ struct Table {
     measure_hull_depth_inline<Pack>(a, b, extent, position, *out);
   }
 
-  template <template <class> class Kind, class Shape>
+  template <bool accurate, template <class> class Kind, class Shape>
   static void measure_apart(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
                             std::size_t count, ApartRecord* out) {
     if (count == 1)
-      measure_apart_inline<false, Double2, Kind>(poses, shapes, pairs, count, out);
+      measure_apart_inline<accurate, Double2, Kind>(poses, shapes, pairs, count, out);
     else
-      measure_apart_inline<false, Pack, Kind>(poses, shapes, pairs, count, out);
+      measure_apart_inline<accurate, Pack, Kind>(poses, shapes, pairs, count, out);
   }
 
-  template <template <class> class Kind, class Shape>
-  static void measure_apart_accurately(const PoseRecord* poses, const Shape* shapes, const PairIndices& pair,
-                                       ApartRecord& out) {
-    measure_apart_inline<true, Double2, Kind>(poses, shapes, &pair, 1, &out);
+  static void measure_hulls_apart(const PoseRecord* poses, const VertexRecord* shapes,
+                                  const PairIndices* pairs, std::size_t count, ApartRecord* out) {
+    if (count == 1)
+      measure_hulls_apart_inline<Double2>(poses, shapes, pairs, count, out);
+    else
+      measure_hulls_apart_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
   static constexpr Kernels named(const char* isa) {
@@ -88,10 +91,11 @@ struct Table {
             .measure_box_depths = measure_box_depths,
             .measure_form_depths = measure_form_depths,
             .measure_hull_depth = measure_hull_depth,
-            .measure_boxes_apart = measure_apart<BoxesApart>,
-            .measure_parallelepipeds_apart = measure_apart<FormsApart>,
-            .measure_boxes_apart_accurately = measure_apart_accurately<BoxesApart>,
-            .measure_parallelepipeds_apart_accurately = measure_apart_accurately<FormsApart>};
+            .measure_boxes_apart = measure_apart<false, BoxesApart>,
+            .measure_parallelepipeds_apart = measure_apart<false, FormsApart>,
+            .measure_boxes_apart_accurately = measure_apart<true, BoxesApart>,
+            .measure_parallelepipeds_apart_accurately = measure_apart<true, FormsApart>,
+            .measure_hulls_apart = measure_hulls_apart};
   }
 };
 

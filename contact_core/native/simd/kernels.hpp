@@ -81,13 +81,14 @@ struct alignas(64) DepthRecord {
   bool has_witness;  ///< p_A holds too
 };
 
-/// Of a pair that is apart; see distance_kernels.hpp.
+/// Of a pair that is apart; see distance_kernels.hpp and hull_distance_kernels.hpp.
 struct ApartRecord {
   double separation;
   double n[3];       ///< unit, A to B
   double from_A[3];  ///< from A's origin to its witness point, in world axes
   bool fits;         ///< the rest holds, if the pair is apart at all
   bool found;        ///< and it certainly is
+  bool tried;        ///< no kernel can do better: magnitudes did not hinder the most accurate one
 };
 
 /// From A to B, any length.
@@ -134,10 +135,14 @@ struct Kernels {
                                         const PairIndices* pairs, std::size_t count, ApartRecord* out);
   /// The same with exact products, for edges at small angles: slower. Of pairs at any distance.
   void (*measure_boxes_apart_accurately)(const PoseRecord* poses, const BoxRecord* shapes,
-                                         const PairIndices& pair, ApartRecord& out);
+                                         const PairIndices* pairs, std::size_t count, ApartRecord* out);
   void (*measure_parallelepipeds_apart_accurately)(const PoseRecord* poses,
                                                    const ParallelepipedRecord* shapes,
-                                                   const PairIndices& pair, ApartRecord& out);
+                                                   const PairIndices* pairs, std::size_t count,
+                                                   ApartRecord* out);
+  /// As the first two, of any two solids of ordinary magnitudes; see hull_distance_kernels.hpp.
+  void (*measure_hulls_apart)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                              std::size_t count, ApartRecord* out);
 };
 
 /// Those this machine can run, the plainest first.
