@@ -112,15 +112,6 @@ void measure_hulls_apart(const SolidSet& set, const Kernels& kernels, std::span<
   kernels.measure_hulls_apart(records_of(poses), set.vertices.data(), pairs.data(), pairs.size(), records);
 }
 
-bool frames_separate(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
-                     const PairIndices& pair) {
-  const Vector3 T = poses[pair.b].p - poses[pair.a].p;
-  const PairAxis axis{T.x(), T.y(), T.z(), 0.0};
-  Certified certified = Certified::unknown;
-  kernels.certify_by_axis(records_of(poses), set.vertices.data(), &pair, 1, &axis, &certified);
-  return certified == Certified::separated;
-}
-
 void measure_batch_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind,
                          std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
                          ApartRecord* records) {

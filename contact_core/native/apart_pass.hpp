@@ -25,11 +25,6 @@ void measure_apart_accurately(const SolidSet& set, const Kernels& kernels, Solid
 void measure_hulls_apart(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                          std::span<const PairIndices> pairs, ApartRecord* records);
 
-/// Whether the axis between their frames separates two solids: then measure_hulls_apart() is all that one
-/// pair of general hexahedra needs, while others are better asked for their depth first.
-bool frames_separate(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
-                     const PairIndices& pair);
-
 /// All of this in turn, of the pairs of a batch that their depth records do not show to overlap.
 /// @param kind not `general`.
 void measure_batch_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind,

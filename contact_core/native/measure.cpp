@@ -300,18 +300,13 @@ DepthRecord alone_depth(const SolidSet& set, const Kernels& kernels, const Solid
 
 PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                          PairGeometry& geometry, ContactPoint* points) {
+  prefetch_general(set, input.pairs[0]);
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
-  const PairIndices indices{pair.pair.a, pair.pair.b};
-  DepthRecord record = kNothingKnown;
+  const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
   ApartRecord apart = kNoDistance;
-  if (kind_of(set, pair.pair) == SolidKind::general) {
-    prefetch_general(set, pair.pair);
-    if (frames_separate(set, kernels, input.poses, indices))
-      measure_hulls_apart(set, kernels, input.poses, {&indices, 1}, &apart);
-  } else {
-    record = alone_depth(set, kernels, pair.pair, input.poses);
-    if (record.certified == Certified::separated)
-      measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
+  if (record.certified == Certified::separated) {
+    const PairIndices indices{pair.pair.a, pair.pair.b};
+    measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
   }
   return measure_one(set, kernels, pair, record, apart, input, geometry, points);
 }

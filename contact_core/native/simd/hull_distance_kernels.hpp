@@ -14,17 +14,16 @@
 // taken; of s stay the corners it has, w takes the places of the others.
 //
 // Nothing rests on the search: what it ends with is judged anew, on the vertices about the pair's common
-// origin (shift_to_common_origin) and so by the bounds of distance_apart(). n is the normal of the plane
-// through the corners, which holds however short the distance is; of an edge or a corner v / |v|, if v is not
-// short, or rounding would turn it. Three figures must agree to 16 u * extent: the plane's height along n, or
-// |v|; the point of W that the corners' weights name, which must lie that high along n and nowhere else, a
-// bound from above; and the projections' separation along n, a bound from below. The rest is left to the
-// scalar road: short v of an edge or a corner, slivers, and what seems to overlap.
+// origin (shift_to_common_origin) and so by the bounds of distance_apart(). With v across s the following
+// must agree to 16 u * extent: |v|, the point of W that the weights of s name, and the projections'
+// separation along n = v / |v|, the first two bounds of the distance from above and the third from below.
+// Short v, whose direction rounding turns, and slivers are left to the scalar road, as is what seems to
+// overlap.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
-/// Of 1906 random frusta that are apart one needs more than 9, none more than 11.
-constexpr int kSearchSteps = 12;
+/// Of 4096 random frusta apart no pair needs more than 12.
+constexpr int kSearchSteps = 16;
 constexpr double kSearchRoundoffs = 2.0;
 /// projection_error() of a unit axis: |n|_1 < 2.
 constexpr double kApartRoundoffs = 24.0;

@@ -81,7 +81,7 @@ struct alignas(64) DepthRecord {
   bool has_witness;  ///< p_A holds too
 };
 
-/// Of a pair that is apart; see distance_kernels.hpp and hull_distance_kernels.hpp.
+/// Of a pair that is apart; see distance_kernels.hpp.
 struct ApartRecord {
   double separation;
   double n[3];       ///< unit, A to B

@@ -7,7 +7,7 @@
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
-/// Separated goes first. Looked up, as no predictor can guess it.
+/// Separated goes first. Looked up: no branch.
 TOUCHSTONE_INLINE Certified verdict(bool separated, bool overlapping) {
   static constexpr Certified kVerdicts[] = {Certified::unknown, Certified::separated, Certified::overlapping,
                                             Certified::separated};
