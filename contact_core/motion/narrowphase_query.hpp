@@ -8,41 +8,47 @@
 
 namespace touchstone {
 
+/// True where find_impact() can go by the narrowphase's own separations.
+inline bool gives_signed_distance(const Narrowphase& narrowphase) {
+  return narrowphase.capabilities().distance && narrowphase.capabilities().penetration;
+}
+
 /// Trial poses for a narrowphase that was built over many solids: only the pair in question is placed,
 /// nothing of it is kept. One a thread.
 class NarrowphaseQuery final : public SeparationQuery {
  public:
-  /// Keeps a reference. @param solids as many as `narrowphase` was built with.
-  NarrowphaseQuery(const Narrowphase& narrowphase, std::size_t solids)
-      : narrowphase_(&narrowphase), workspace_(narrowphase.make_workspace()), poses_(solids) {}
+  /// Keeps references. @param solids as many as `narrowphase` was built with.
+  /// @param judge null, or a narrowphase over the same solids that decides about poses in its stead.
+  NarrowphaseQuery(const Narrowphase& narrowphase, std::size_t solids, const Narrowphase* judge = nullptr)
+      : separations_{&narrowphase, narrowphase.make_workspace()}, poses_(solids) {
+    if (judge != nullptr) judge_ = {judge, judge->make_workspace()};
+  }
 
   /// The pair that the next calls ask about, a < b.
   void set_pair(const SolidPair& pair) { pair_ = pair; }
 
   PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept override {
-    poses_[pair_.a] = X_WA;
-    poses_[pair_.b] = X_WB;
-    PairStatus status = PairStatus::failed;
     Query query;
     query.kind = QueryKind::distance;
-    narrowphase_->evaluate({{&pair_, 1}, poses_, query}, {{&status, 1}, {&out, 1}, {}}, *workspace_);
-    ++calls_;
-    return status;
+    return ask(separations_, X_WA, X_WB, query, out, {});
+  }
+
+  bool judges_poses() const noexcept override { return judge_.narrowphase != nullptr; }
+
+  PairStatus verdict(const Pose& X_WA, const Pose& X_WB) noexcept override {
+    PairGeometry unused{};
+    return ask(judge_, X_WA, X_WB, Query{}, unused, {});
   }
 
   /// The pair's contact points too, where the narrowphase has them; else the witness points as one.
   /// @param max_separation pairs further apart get a separation of +inf and no points [m].
   PairStatus manifold(const Pose& X_WA, const Pose& X_WB, double max_separation, PairGeometry& out,
                       std::span<ContactPoint, kMaxManifoldPoints> points) noexcept {
-    poses_[pair_.a] = X_WA;
-    poses_[pair_.b] = X_WB;
-    PairStatus status = PairStatus::failed;
-    const bool has_points = narrowphase_->capabilities().manifold;
+    const bool has_points = separations_.narrowphase->capabilities().manifold;
     Query query;
     query.kind = has_points ? QueryKind::manifold : QueryKind::distance;
     query.max_separation = max_separation;
-    narrowphase_->evaluate({{&pair_, 1}, poses_, query}, {{&status, 1}, {&out, 1}, points}, *workspace_);
-    ++calls_;
+    const PairStatus status = ask(separations_, X_WA, X_WB, query, out, points);
     if (!has_points) {
       out.point_count = out.separation <= max_separation ? 1 : 0;
       points[0] = {out.p_A_W, out.p_B_W, out.separation, 0};
@@ -50,11 +56,27 @@ class NarrowphaseQuery final : public SeparationQuery {
     return status;
   }
 
+  /// Of both narrowphases.
   std::uint64_t calls() const { return calls_; }
 
  private:
-  const Narrowphase* narrowphase_;
-  std::unique_ptr<Narrowphase::Workspace> workspace_;
+  struct Backend {
+    const Narrowphase* narrowphase = nullptr;
+    std::unique_ptr<Narrowphase::Workspace> workspace;
+  };
+
+  PairStatus ask(Backend& backend, const Pose& X_WA, const Pose& X_WB, const Query& query, PairGeometry& out,
+                 std::span<ContactPoint> points) noexcept {
+    poses_[pair_.a] = X_WA;
+    poses_[pair_.b] = X_WB;
+    PairStatus status = PairStatus::failed;
+    backend.narrowphase->evaluate({{&pair_, 1}, poses_, query}, {{&status, 1}, {&out, 1}, points},
+                                  *backend.workspace);
+    ++calls_;
+    return status;
+  }
+
+  Backend separations_, judge_;
   std::vector<Pose> poses_;
   SolidPair pair_{0, 1};
   std::uint64_t calls_ = 0;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "contact_core/input_error.hpp"
+#include "contact_core/native/native.hpp"
 #include "contact_core/world/world_state.hpp"
 
 namespace touchstone {
@@ -54,10 +55,7 @@ ContactWorld::~ContactWorld() = default;
 
 void ContactWorld::set_narrowphase(std::unique_ptr<Narrowphase> narrowphase) {
   if (!narrowphase) throw InputError("contact world: no narrowphase");
-  const Capabilities& can = narrowphase->capabilities();
-  if (!can.distance || !can.penetration)
-    throw InputError("contact world: narrowphase '" + std::string(narrowphase->name()) +
-                     "' gives no signed distance");
+  state_->steps = gives_signed_distance(*narrowphase) ? nullptr : make_native();
   state_->narrowphase = std::move(narrowphase);
   state_->needs_layout = true;
 }
@@ -113,6 +111,11 @@ void ContactWorld::latch(ObjectHandle carrier, ObjectHandle carried) {
 }
 void ContactWorld::unlatch(ObjectHandle carried) { state_->objects.unlatch(carried); }
 
+WorldCapabilities ContactWorld::capabilities() const {
+  return {state_->narrowphase->name(), state_->broadphase->name(),
+          state_->steps ? MotionCheck::sampled : MotionCheck::proven};
+}
+
 void ContactWorld::prepare() {
   State& s = *state_;
   if (!s.needs_layout) return;
@@ -123,7 +126,9 @@ void ContactWorld::prepare() {
   input.margin = std::max(2.0 * s.gap, s.rules.largest_warn_distance());
   input.is_static = layout.is_static;
   s.broadphase->build(input);
-  s.query = std::make_unique<NarrowphaseQuery>(*s.narrowphase, layout.solids.size());
+  if (s.steps) s.steps->build(layout.solids);
+  s.query = std::make_unique<NarrowphaseQuery>(s.separations(), layout.solids.size(),
+                                               s.steps ? s.narrowphase.get() : nullptr);
   s.layout = std::move(layout);
   const std::size_t slots = s.objects.size(), solids = s.layout.solids.size();
   s.paths.assign(slots, CarriedPath(RigidPath(), s.objects.poses_in_root()));
@@ -170,6 +175,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands) {
   State& s = *state_;
   FrameReport report;
   report.frame = s.frame;
+  report.check = capabilities().check;
   s.events.clear();
   const std::uint64_t calls = s.query->calls();
   s.take_selection();
@@ -236,7 +242,7 @@ void ContactWorld::State::lay_paths() {
 }
 
 double ContactWorld::State::gap_of(const SolidPair& pair) const {
-  const Resolution& resolution = narrowphase->capabilities().resolution;
+  const Resolution& resolution = separations().capabilities().resolution;
   const auto reach = [&](SolidIndex i) {
     const Sphere& sphere = layout.solids[i].bounding_sphere();
     return from[i].p.cwiseAbs().maxCoeff() + norm(sphere.centre) + 2.0 * sphere.radius;
@@ -369,12 +375,20 @@ void ContactWorld::State::add_event(EventKind kind, const SolidPair& pair, doubl
                     geometry});
 }
 
+bool ContactWorld::State::is_in_contact(const FramePair& pair, double separation, bool was_in_contact) {
+  const bool is_close = separation <= (was_in_contact ? 2.0 * pair.gap : pair.gap);
+  if (!query->judges_poses()) return is_close;
+  // The backend says what is contact, the gap only how long one lasts: what it does not see is none.
+  if (query->verdict(from[pair.solids.a], from[pair.solids.b]) != PairStatus::separated) return true;
+  return is_close && separation >= 0.0 && (was_in_contact || pair.has_blocked);
+}
+
 void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact) {
   PairGeometry geometry = pair.impact.geometry;
   query->set_pair(pair.solids);
   query->separation(from[pair.solids.a], from[pair.solids.b], geometry);
-  const bool at_start = !was_in_contact && pair.impact.start_separation < 0.0;
-  const bool in_contact = geometry.separation <= (was_in_contact ? 2.0 * pair.gap : pair.gap);
+  const bool in_contact = is_in_contact(pair, geometry.separation, was_in_contact);
+  const bool at_start = !was_in_contact && pair.impact.starts_overlapping;
   if (at_start) add_event(EventKind::penetrating_at_start, pair.solids, 0.0, geometry);
   if (pair.has_blocked) add_event(EventKind::blocked, pair.solids, pair.blocked_at, geometry);
   if (in_contact) {
