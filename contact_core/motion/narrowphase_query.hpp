@@ -17,12 +17,18 @@ inline bool gives_signed_distance(const Narrowphase& narrowphase) {
 /// nothing of it is kept. One a thread.
 class NarrowphaseQuery final : public SeparationQuery {
  public:
-  /// Keeps references. @param solids as many as `narrowphase` was built with.
-  /// @param judge null, or a narrowphase over the same solids that decides about poses in its stead.
-  NarrowphaseQuery(const Narrowphase& narrowphase, std::size_t solids, const Narrowphase* judge = nullptr)
-      : separations_{&narrowphase, narrowphase.make_workspace()}, poses_(solids) {
-    if (judge != nullptr) judge_ = {judge, judge->make_workspace()};
-  }
+  /// Keeps a reference. @param solids as many as `narrowphase` was built with.
+  NarrowphaseQuery(const Narrowphase& narrowphase, std::size_t solids)
+      : NarrowphaseQuery(narrowphase, narrowphase, solids) {}
+
+  /// @param planner native, over the same solids: gives separations where `narrowphase` has none and only
+  /// judges poses, and contact points for plans of motion, which are no more than proposals: an engine's
+  /// single point, or its share of noise, would have a body turn on it and stick.
+  NarrowphaseQuery(const Narrowphase& narrowphase, const Narrowphase& planner, std::size_t solids)
+      : judges_poses_(!gives_signed_distance(narrowphase)),
+        own_{&narrowphase, narrowphase.make_workspace()},
+        planner_{&planner, planner.make_workspace()},
+        poses_(solids) {}
 
   /// The pair that the next calls ask about, a < b.
   void set_pair(const SolidPair& pair) { pair_ = pair; }
@@ -30,25 +36,25 @@ class NarrowphaseQuery final : public SeparationQuery {
   PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept override {
     Query query;
     query.kind = QueryKind::distance;
-    return ask(separations_, X_WA, X_WB, query, out, {});
+    return ask(judges_poses_ ? planner_ : own_, X_WA, X_WB, query, out, {});
   }
 
-  bool judges_poses() const noexcept override { return judge_.narrowphase != nullptr; }
+  bool judges_poses() const noexcept override { return judges_poses_; }
 
   PairStatus verdict(const Pose& X_WA, const Pose& X_WB) noexcept override {
     PairGeometry unused{};
-    return ask(judge_, X_WA, X_WB, Query{}, unused, {});
+    return ask(own_, X_WA, X_WB, Query{}, unused, {});
   }
 
-  /// The pair's contact points too, where the narrowphase has them; else the witness points as one.
+  /// The pair's contact points too, the planner's, where it has them; else the witness points as one.
   /// @param max_separation pairs further apart get a separation of +inf and no points [m].
   PairStatus manifold(const Pose& X_WA, const Pose& X_WB, double max_separation, PairGeometry& out,
                       std::span<ContactPoint, kMaxManifoldPoints> points) noexcept {
-    const bool has_points = separations_.narrowphase->capabilities().manifold;
+    const bool has_points = planner_.narrowphase->capabilities().manifold;
     Query query;
     query.kind = has_points ? QueryKind::manifold : QueryKind::distance;
     query.max_separation = max_separation;
-    const PairStatus status = ask(separations_, X_WA, X_WB, query, out, points);
+    const PairStatus status = ask(planner_, X_WA, X_WB, query, out, points);
     if (!has_points) {
       out.point_count = out.separation <= max_separation ? 1 : 0;
       points[0] = {out.p_A_W, out.p_B_W, out.separation, 0};
@@ -76,7 +82,8 @@ class NarrowphaseQuery final : public SeparationQuery {
     return status;
   }
 
-  Backend separations_, judge_;
+  bool judges_poses_;
+  Backend own_, planner_;
   std::vector<Pose> poses_;
   SolidPair pair_{0, 1};
   std::uint64_t calls_ = 0;

@@ -55,7 +55,6 @@ ContactWorld::~ContactWorld() = default;
 
 void ContactWorld::set_narrowphase(std::unique_ptr<Narrowphase> narrowphase) {
   if (!narrowphase) throw InputError("contact world: no narrowphase");
-  state_->steps = gives_signed_distance(*narrowphase) ? nullptr : make_native();
   state_->narrowphase = std::move(narrowphase);
   state_->needs_layout = true;
 }
@@ -113,7 +112,7 @@ void ContactWorld::unlatch(ObjectHandle carried) { state_->objects.unlatch(carri
 
 WorldCapabilities ContactWorld::capabilities() const {
   return {state_->narrowphase->name(), state_->broadphase->name(),
-          state_->steps ? MotionCheck::sampled : MotionCheck::proven};
+          state_->is_sampled() ? MotionCheck::sampled : MotionCheck::proven};
 }
 
 void ContactWorld::prepare() {
@@ -126,9 +125,9 @@ void ContactWorld::prepare() {
   input.margin = std::max(2.0 * s.gap, s.rules.largest_warn_distance());
   input.is_static = layout.is_static;
   s.broadphase->build(input);
-  if (s.steps) s.steps->build(layout.solids);
-  s.query = std::make_unique<NarrowphaseQuery>(s.separations(), layout.solids.size(),
-                                               s.steps ? s.narrowphase.get() : nullptr);
+  if (!s.planner) s.planner = make_native();
+  s.planner->build(layout.solids);
+  s.query = std::make_unique<NarrowphaseQuery>(*s.narrowphase, *s.planner, layout.solids.size());
   s.layout = std::move(layout);
   const std::size_t slots = s.objects.size(), solids = s.layout.solids.size();
   s.paths.assign(slots, CarriedPath(RigidPath(), s.objects.poses_in_root()));

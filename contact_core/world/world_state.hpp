@@ -16,7 +16,7 @@ namespace touchstone {
 /// What a contact world is made of; its functions stand in contact_world.cpp and world_slide.cpp.
 struct ContactWorld::State {
   std::unique_ptr<Narrowphase> narrowphase;
-  std::unique_ptr<Narrowphase> steps;  // native, where the narrowphase has no signed distance; else null
+  std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges
   std::unique_ptr<Broadphase> broadphase;
   double gap;
 
@@ -63,8 +63,9 @@ struct ContactWorld::State {
   void report_pair(const FramePair& pair, bool was_in_contact);
   void add_event(EventKind kind, const SolidPair& pair, double s, const PairGeometry& geometry);
   double gap_of(const SolidPair& pair) const;
+  bool is_sampled() const { return !gives_signed_distance(*narrowphase); }
   /// Whose separations the motion goes by.
-  const Narrowphase& separations() const { return steps ? *steps : *narrowphase; }
+  const Narrowphase& separations() const { return is_sampled() ? *planner : *narrowphase; }
   bool is_in_contact(const FramePair& pair, double separation, bool was_in_contact);
 
   // Sliding, in world_slide.cpp.

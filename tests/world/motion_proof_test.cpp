@@ -24,7 +24,7 @@ std::vector<std::string> known(const std::vector<std::string>& wanted) {
 TEST(MotionProof, NothingExecutedOverlapsOrDeepensAndOrderDoesNotShow) {
   std::vector<MotionFigures> figures;
   for (const std::string& name : known({"native", "exact"})) {
-    figures.push_back(prove_motions({name, "native", name == "native" ? 6000u : 500u, 7}));
+    figures.push_back(prove_motions({name, "native", name == "native" ? 3000u : 500u, 7}));
     const MotionFigures& f = figures.back();
     EXPECT_FALSE(f.is_sampled);
     EXPECT_EQ(f.actual_overlaps, 0u) << name;
@@ -41,7 +41,7 @@ TEST(MotionProof, NothingExecutedOverlapsOrDeepensAndOrderDoesNotShow) {
 TEST(MotionProof, OtherBackendsAreCounted) {
   std::vector<MotionFigures> figures;
   for (const std::string& name : known({"bullet_gjk", "bullet", "ode", "edge_face"})) {
-    figures.push_back(prove_motions({name, "native", 1000, 7}));
+    figures.push_back(prove_motions({name, "native", 600, 7}));
     EXPECT_EQ(figures.back().is_sampled, name != "bullet_gjk") << name;
     EXPECT_GT(figures.back().blocked, 0u) << name;
   }
@@ -50,14 +50,14 @@ TEST(MotionProof, OtherBackendsAreCounted) {
 
 // Any broadphase in its place: the same poses, so the same figures.
 TEST(MotionProof, BroadphaseDoesNotShow) {
-  const MotionFigures native = prove_motions({"native", "native", 1500, 9});
+  const MotionFigures native = prove_motions({"native", "native", 600, 9});
   for (const char* name : {"brute_force", "bullet", "ode"}) {
     BackendRegistry registry;
     comparison::register_all_backends(registry);
     bool has = false;
     for (const BackendRegistry::BroadphaseEntry& entry : registry.broadphases()) has |= entry.name == name;
     if (!has) continue;
-    const MotionFigures other = prove_motions({"native", name, 1500, 9});
+    const MotionFigures other = prove_motions({"native", name, 600, 9});
     EXPECT_EQ(other.blocked, native.blocked) << name;
     EXPECT_EQ(other.slid_frames, native.slid_frames) << name;
     EXPECT_EQ(other.violations(), 0u) << name;
