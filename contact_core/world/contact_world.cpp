@@ -398,7 +398,7 @@ void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact
     contacts.push_back({pair.solids, geometry});
   } else if (was_in_contact) {
     add_event(EventKind::ended, pair.solids, 1.0, geometry);
-  } else if (geometry.separation <= pair.rule.warn_distance) {
+  } else if (geometry.separation >= 0.0 && geometry.separation <= pair.rule.warn_distance) {
     add_event(EventKind::near, pair.solids, 1.0, geometry);
   }
 }

@@ -131,16 +131,5 @@ TEST(SampledImpact, WhatStartsInContactComesNoNearer) {
   }
 }
 
-TEST(SampledImpact, OnceClearItIsStoppedLikeAnyOther) {
-  Plates plates;
-  // Spins on the spot, first out of the zone and then back into it.
-  const Impact impact = plates.find(at(0, 0, 0.0105), {0, 0, 0.05}, [](double separation) {
-    return separation > 1e-3 && separation < 0.03 ? PairStatus::separated : PairStatus::undecided;
-  });
-  EXPECT_EQ(impact.status, ImpactStatus::blocked);
-  EXPECT_LE(impact.geometry.separation, 0.03);
-  EXPECT_GE(impact.geometry.separation, 0.03 - kGap);
-}
-
 }  // namespace
 }  // namespace touchstone
