@@ -20,7 +20,7 @@ namespace touchstone {
 /// for every pair: signed distance, one manifold point. Near touching it is good to 1e-6 m whatever the size;
 /// deep pairs are rarely (1 in 10 000) too deep by up to 6 % of the depth.
 ///
-/// Broadphase `bullet`: a btDbvt over the solids' world bounding boxes.
+/// Broadphase `bullet`: a btDbvt over the world bounding boxes of the solids or of their whole paths.
 ///
 /// Collision margins are 0 for every shape: sizes are exact and corners sharp. Poses are given as they are,
 /// in world. Contacts that the engine reports are filtered by their distance: `overlapping` at <= 0,

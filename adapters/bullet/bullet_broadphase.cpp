@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "adapters/bullet/backends.hpp"
+#include "contact_core/broadphase/swept_sphere.hpp"
 #include "contact_core/input_error.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
@@ -39,6 +40,12 @@ btDbvtVolume bounding_volume(const WorldVertices& v, double margin) {
                 round_up(grown_up(*high_z, margin))));
 }
 
+btDbvtVolume engine_volume(const Box& box) {
+  return btDbvtVolume::FromMM(
+      btVector3(round_down(box.low[0]), round_down(box.low[1]), round_down(box.low[2])),
+      btVector3(round_up(box.high[0]), round_up(box.high[1]), round_up(box.high[2])));
+}
+
 /// Solids above `a`, of other objects.
 struct RowCollector final : btDbvt::ICollide {
   RowCollector(SolidIndex owner, const std::vector<std::uint32_t>& objects, std::vector<SolidIndex>& out)
@@ -55,8 +62,9 @@ struct RowCollector final : btDbvt::ICollide {
   std::vector<SolidIndex>& row;
 };
 
-/// The leaves hold the solids' bounding boxes. The pairs of solid a are a's box, grown by the margin, against
-/// the tree: one row at a time, so that no list of all pairs is kept and a sweep may stop anywhere.
+/// The leaves hold the solids' bounding boxes, or those of their whole paths. The pairs of solid a are a's
+/// box, grown by the margin, against the tree: one row at a time, so that no list of all pairs is kept and a
+/// sweep may stop anywhere.
 class BulletBroadphase final : public Broadphase {
  public:
   explicit BulletBroadphase(std::string name) : name_(std::move(name)) {}
@@ -92,25 +100,30 @@ class BulletBroadphase final : public Broadphase {
     grown_.swap(grown);
     row_.swap(row);
     margin_ = input.margin;
-    posed_ = false;
+    state_ = State::built;
     row_owner_ = kNoRow;
   }
 
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept override {
-    row_owner_ = kNoRow;
-    if (!posed_) {
-      for (SolidIndex i = 0; i < solids_.size(); ++i) pose_solid(i, poses[i]);
-      tree_.optimizeTopDown();
-      posed_ = true;
-      return;
-    }
-    for (std::uint32_t object : moved)
-      for (SolidIndex i = first_solid_[object]; i < first_solid_[object + 1]; ++i) pose_solid(i, poses[i]);
+    take(State::posed, moved, [&](SolidIndex i) {
+      WorldVertices vertices;
+      world_vertices(solids_[i], poses[i], vertices);
+      place(i, bounding_volume(vertices, 0.0), bounding_volume(vertices, margin_));
+    });
+  }
+
+  bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept override {
+    take(State::swept, moved, [&](SolidIndex i) {
+      const double bulge = paths.bulge.empty() ? 0.0 : paths.bulge[i];
+      const SweptSphere swept = swept_sphere(solids_[i].bounding_sphere(), paths.from[i], paths.to[i], bulge);
+      place(i, engine_volume(bounding_box(swept, 0.0)), engine_volume(bounding_box(swept, margin_)));
+    });
+    return true;
   }
 
   std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept override {
     std::size_t written = 0;
-    if (!posed_) cursor.done = true;
+    if (state_ == State::built) cursor.done = true;
     while (!cursor.done) {
       if (cursor.next.a >= solids_.size()) {
         cursor.done = true;
@@ -131,11 +144,24 @@ class BulletBroadphase final : public Broadphase {
  private:
   static constexpr SolidIndex kNoRow = std::numeric_limits<SolidIndex>::max();
 
-  void pose_solid(SolidIndex i, const Pose& X_WS) {
-    WorldVertices vertices;
-    world_vertices(solids_[i], X_WS, vertices);
-    btDbvtVolume volume = bounding_volume(vertices, 0.0);
-    grown_[i] = bounding_volume(vertices, margin_);
+  enum class State { built, posed, swept };
+
+  /// What update() and update_paths() have in common: the first of its kind places every solid.
+  template <class Place>
+  void take(State kind, std::span<const std::uint32_t> moved, Place place_solid) noexcept {
+    row_owner_ = kNoRow;
+    if (state_ == kind) {
+      for (const std::uint32_t object : moved)
+        for (SolidIndex i = first_solid_[object]; i < first_solid_[object + 1]; ++i) place_solid(i);
+      return;
+    }
+    for (SolidIndex i = 0; i < solids_.size(); ++i) place_solid(i);
+    if (state_ == State::built) tree_.optimizeTopDown();
+    state_ = kind;
+  }
+
+  void place(SolidIndex i, btDbvtVolume volume, const btDbvtVolume& grown) {
+    grown_[i] = grown;
     if (leaves_[i] == nullptr) {
       leaves_[i] = tree_.insert(volume, nullptr);
       leaves_[i]->dataAsInt = static_cast<int>(i);
@@ -165,7 +191,7 @@ class BulletBroadphase final : public Broadphase {
   std::vector<SolidIndex> row_;  ///< of row_owner_
   SolidIndex row_owner_ = kNoRow;
   double margin_ = 0.0;
-  bool posed_ = false;
+  State state_ = State::built;
 };
 
 }  // namespace

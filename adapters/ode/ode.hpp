@@ -21,8 +21,9 @@
 //    is asked.
 //  * Warped and collapsed hexahedra are convexes like any other: MPR reads vertices only.
 //
-// Broadphase. dSAPSpace over axis-aligned box geoms that enclose each solid's world vertices, grown by half
-// the margin and by the rounding of the space's single-precision sort.
+// Broadphase. dSAPSpace over axis-aligned box geoms that enclose each solid's world vertices, or its swept
+// sphere where paths are given, grown by half the margin and by the rounding of the space's single-precision
+// sort.
 //
 // ODE is initialised (dInitODE2) while an instance lives; the library counts, so a user's own
 // dInitODE/dCloseODE may come before, between or after. Each thread that evaluates gets ODE's thread data on

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "adapters/ode/ode_library.hpp"
+#include "contact_core/broadphase/swept_sphere.hpp"
 #include "contact_core/input_error.hpp"
 
 namespace touchstone::ode {
@@ -37,21 +38,28 @@ struct World {
   std::vector<std::uint32_t> first_solid;  ///< of each object, and the number of solids
   std::vector<SolidPair> pairs;            ///< of the last update, sorted
   double margin = 0.0;
-  bool placed = false;
+  enum class State { built, posed, swept };
+  State state = State::built;
 };
 
-void place(const Body& body, const Pose& X_WS, double margin) {
-  WorldVertices vertices;
-  world_vertices(body.solid, X_WS, vertices);
-  double centre[3];
-  double side[3];
+Box bounding_box(const WorldVertices& vertices) {
+  Box box;
   const std::array<double, 8>* axes[3] = {&vertices.x, &vertices.y, &vertices.z};
   for (int k = 0; k < 3; ++k) {
     const auto [low, high] = std::minmax_element(axes[k]->begin(), axes[k]->end());
-    const double growth =
-        0.5 * margin + kLeastHalfSide + kSortRounding * (std::max(std::abs(*low), std::abs(*high)) + margin);
-    const double from = std::clamp(*low - growth, -kLargestCoordinate, kLargestCoordinate);
-    const double to = std::clamp(*high + growth, -kLargestCoordinate, kLargestCoordinate);
+    box.low[k] = *low, box.high[k] = *high;
+  }
+  return box;
+}
+
+void place(const Body& body, const Box& box, double margin) {
+  double centre[3];
+  double side[3];
+  for (int k = 0; k < 3; ++k) {
+    const double growth = 0.5 * margin + kLeastHalfSide +
+                          kSortRounding * (std::max(std::abs(box.low[k]), std::abs(box.high[k])) + margin);
+    const double from = std::clamp(box.low[k] - growth, -kLargestCoordinate, kLargestCoordinate);
+    const double to = std::clamp(box.high[k] + growth, -kLargestCoordinate, kLargestCoordinate);
     centre[k] = 0.5 * (from + to);
     side[k] = std::max(to - from, 2.0 * kLeastHalfSide);
   }
@@ -91,18 +99,20 @@ class OdeBroadphase final : public Broadphase {
   }
 
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept override {
-    if (!world_) return;
-    World& world = *world_;
-    if (world.placed) {
-      for (const std::uint32_t object : moved) place_object(world, object, poses);
-    } else {
-      for (std::size_t object = 0; object + 1 < world.first_solid.size(); ++object)
-        place_object(world, object, poses);
-      world.placed = true;
-    }
-    world.pairs.clear();
-    dSpaceCollide(world.space.get(), &world, &collect_pair);
-    std::sort(world.pairs.begin(), world.pairs.end());
+    take(World::State::posed, moved, [&](const Body& body, SolidIndex i) {
+      WorldVertices vertices;
+      world_vertices(body.solid, poses[i], vertices);
+      return bounding_box(vertices);
+    });
+  }
+
+  bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept override {
+    take(World::State::swept, moved, [&](const Body& body, SolidIndex i) {
+      const double bulge = paths.bulge.empty() ? 0.0 : paths.bulge[i];
+      return touchstone::bounding_box(
+          swept_sphere(body.solid.bounding_sphere(), paths.from[i], paths.to[i], bulge), 0.0);
+    });
+    return true;
   }
 
   std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept override {
@@ -131,10 +141,25 @@ class OdeBroadphase final : public Broadphase {
     }
   }
 
-  static void place_object(World& world, std::size_t object, std::span<const Pose> poses) {
-    for (std::uint32_t i = world.first_solid[object]; i < world.first_solid[object + 1]; ++i) {
-      place(world.bodies[i], poses[i], world.margin);
+  /// What update() and update_paths() have in common: the first of its kind places every solid.
+  template <class BoxOf>
+  void take(World::State kind, std::span<const std::uint32_t> moved, BoxOf box_of) noexcept {
+    if (!world_) return;
+    World& world = *world_;
+    const auto place_solids = [&](std::uint32_t from, std::uint32_t to) {
+      for (std::uint32_t i = from; i < to; ++i)
+        place(world.bodies[i], box_of(world.bodies[i], i), world.margin);
+    };
+    if (world.state == kind) {
+      for (const std::uint32_t object : moved)
+        place_solids(world.first_solid[object], world.first_solid[object + 1]);
+    } else {
+      place_solids(0, world.first_solid.back());
+      world.state = kind;
     }
+    world.pairs.clear();
+    dSpaceCollide(world.space.get(), &world, &collect_pair);
+    std::sort(world.pairs.begin(), world.pairs.end());
   }
 
   LibraryUse library_;

@@ -299,7 +299,8 @@ double read_positive(const YamlReader& reader, double value) {
   return value;
 }
 
-void read_exemptions(const YamlReader& reader, Scene& scene) {
+std::vector<ExemptPair> read_pairs(const YamlReader& reader, const Scene& scene) {
+  std::vector<ExemptPair> pairs;
   for (const YamlReader& item : reader.list()) {
     const std::vector<YamlReader> names = item.list();
     if (names.size() != 2) item.fail("expected a pair of names, got " + std::to_string(names.size()));
@@ -310,13 +311,28 @@ void read_exemptions(const YamlReader& reader, Scene& scene) {
         name.fail_bare(error.what());
       }
     }
-    scene.exempt_pairs.push_back({names[0].text(), names[1].text()});
+    pairs.push_back({names[0].text(), names[1].text()});
+  }
+  return pairs;
+}
+
+void read_latches(const YamlReader& reader, Scene& scene) {
+  for (const YamlReader& item : reader.list()) {
+    item.require_keys({"carrier", "carried", "allowed"});
+    SceneLatch latch{item.at("carrier").text(), item.at("carried").text(), {}};
+    if (item.has("allowed")) latch.allowed = read_pairs(item.at("allowed"), scene);
+    scene.latches.push_back(std::move(latch));
+    try {
+      validate_latch(scene, scene.latches.size() - 1);
+    } catch (const InputError& error) {
+      item.fail_bare(error.what());
+    }
   }
 }
 
 Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParameters& parameters) {
   root.require_keys({"name", "description", "units", "parameters", "frame_rate", "contact_gap", "policy",
-                     "duration", "objects", "exempt"});
+                     "duration", "objects", "exempt", "latches"});
   Scene scene;
   scene.units = read_units(root, source);
   read_parameters(root, parameters, source);
@@ -331,7 +347,8 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
   const YamlReader objects(root.at("objects").node(), source);
   for (const YamlReader& item : objects.list())
     scene.objects.push_back(read_object(item, scene.duration, names, scene));
-  if (root.has("exempt")) read_exemptions(root.at("exempt"), scene);
+  if (root.has("exempt")) scene.exempt_pairs = read_pairs(root.at("exempt"), scene);
+  if (root.has("latches")) read_latches(root.at("latches"), scene);
   return scene;
 }
 

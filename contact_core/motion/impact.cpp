@@ -1,8 +1,10 @@
 #include "contact_core/motion/impact.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include "contact_core/motion/clear_stretch.hpp"
+#include "contact_core/motion/sampled_impact.hpp"
 
 namespace touchstone {
 namespace {
@@ -10,241 +12,10 @@ namespace {
 /// A pair that comes from further away is held above this share of the gap: what lies between it and a half
 /// is room for rounding and for motion along the contact.
 constexpr double kStopShare = 0.75;
-/// A pair in contact whose next step clears less than this share of what is left could not finish within
-/// kImpactIterations: it is blocked.
-constexpr double kStalled = 1.0 / kImpactIterations;
-/// Not in contact, other planes are looked for where the closest points' clears less than this share, or
-/// after so many queries.
-constexpr double kShort = 4.0 * kStalled;
-constexpr int kManyQueries = 12;
-/// Rounding of a separation and of the projections here, per metre of the largest coordinate (native's
-/// declared resolution): a motion along a face must not be stopped by it.
-constexpr double kRounding = 32 * 0x1p-53;
-
-/// A direction on which two solids are projected, and how it turns from s on. What turns with a body is the
-/// plane of one of its faces; two edges that slide over each other span one that turns with both.
-struct Direction {
-  Vector3 n;
-  Vector3 turn = Vector3::Zero();      ///< angular velocity; zero: fixed in the world
-  Vector3 centre = Vector3::Zero();    ///< heights are over this point
-  Vector3 velocity = Vector3::Zero();  ///< its own
-  double longest = 0.0;                ///< how far on curvatures hold
-
-  bool is_fixed() const { return turn == Vector3::Zero(); }
-};
-
-/// A vertex's path along n from s on: value + slope t -+ curvature t^2 / 2.
-struct Extent {
-  std::array<double, Hexahedron::kVertices> value, slope, curvature;
-};
-
-bool is_at_rest(const MovingSolid& moving, double s) { return s >= moving.stop; }
-
-/// A solid at one s.
-struct Placed {
-  const MovingSolid* moving;
-  bool at_rest;
-  BodyState state;  ///< rates are 0 at rest
-  Pose X_WS;
-  WorldVertices vertices;
-};
-
-Placed place(const MovingSolid& moving, double s) {
-  Placed out{&moving, is_at_rest(moving, s), moving.path->at(moving.body, std::min(s, moving.stop)), {}, {}};
-  out.X_WS = compose(out.state.X_WO, moving.X_OS);
-  world_vertices(*moving.solid, out.X_WS, out.vertices);
-  if (out.at_rest) out.state.velocity_W = out.state.angular_velocity_W = Vector3::Zero();
-  return out;
-}
-
-/// Of a point that a steady body carries, seen from a direction that turns. With D from the direction's
-/// centre to the body's, r from there to the point, w the body's and o the direction's angular velocity:
-///   (n . (D + r))'' = (o x (o x n)) . D + 2 (o x n) . D' + n . (d x (d x r) + (d x o) x r),  d = w - o,
-/// where |o x n|, |r| and |D'| stay as they are and D changes by at most `longest` |D'|. A body that does not
-/// turn has its centre in the point.
-double turning_curvature(const Direction& along, const BodyState& state, const Vector3& p) {
-  const bool turns = state.angular_velocity_W != Vector3::Zero();
-  const Vector3 D = (turns ? state.centre_W : p) - along.centre;
-  const Vector3 rate = state.velocity_W - along.velocity;
-  const double tilt = norm(cross(along.turn, along.n));
-  const double reach = norm(cross(along.turn, D)) + along.longest * norm(cross(along.turn, rate));
-  double bound = tilt * (reach + 2.0 * norm(rate));
-  const double relative = norm(state.angular_velocity_W - along.turn);
-  if (turns && relative > 0.0) bound += relative * (relative + norm(along.turn)) * norm(p - state.centre_W);
-  return bound;
-}
-
-Extent extent_along(const Placed& placed, const Direction& along) {
-  Extent out{};
-  const BodyState& state = placed.state;
-  for (int i = 0; i < Hexahedron::kVertices; ++i) {
-    const Vector3 p = placed.vertices.vertex(i);
-    out.value[i] = dot(along.n, p);
-    if (placed.at_rest && along.is_fixed()) continue;
-    out.slope[i] = dot(along.n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
-    if (along.is_fixed()) {
-      out.curvature[i] = placed.moving->path->curvature_bound(placed.moving->body, state, p, along.n);
-      continue;
-    }
-    out.slope[i] += dot(cross(along.turn, along.n), p - along.centre) - dot(along.n, along.velocity);
-    out.curvature[i] = turning_curvature(along, state, p);
-  }
-  return out;
-}
-
-/// The first t at which c + b t - q t^2 / 2 falls below 0; c is taken as at least 0.
-double first_root(double c, double b, double q) {
-  if (c < 0.0) c = 0.0;
-  if (q <= 0.0) return b < 0.0 ? c / -b : std::numeric_limits<double>::infinity();
-  const double root = std::sqrt(b * b + 2.0 * q * c);
-  return b < 0.0 ? 2.0 * c / (root - b) : (root + b) / q;
-}
-
-struct Stretch {
-  double length;
-  bool at_end;
-  double least_at_end;  ///< the projections are at least this far apart there; only if at_end
-};
-
-/// How far on from s the projections on n are sure to stay apart by `threshold`; at most `longest`.
-Stretch clear_stretch(const Placed& a, const Placed& b, const Direction& along, double threshold,
-                      double longest) {
-  const Extent on_a = extent_along(a, along), on_b = extent_along(b, along);
-  double stretch = longest;
-  for (int i = 0; i < Hexahedron::kVertices; ++i) {
-    for (int j = 0; j < Hexahedron::kVertices; ++j) {
-      const double c = (on_b.value[j] - on_a.value[i]) - threshold;
-      const double slope = on_b.slope[j] - on_a.slope[i];
-      const double curvature = on_b.curvature[j] + on_a.curvature[i];
-      if (c + slope * stretch - 0.5 * curvature * stretch * stretch >= 0.0) continue;
-      stretch = std::min(stretch, first_root(c, slope, curvature));
-    }
-  }
-  if (stretch < longest) return {stretch, false, 0.0};
-  double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < Hexahedron::kVertices; ++i)
-    for (int j = 0; j < Hexahedron::kVertices; ++j)
-      least = std::min(least, (on_b.value[j] - on_a.value[i]) + (on_b.slope[j] - on_a.slope[i]) * longest -
-                                  0.5 * (on_b.curvature[j] + on_a.curvature[i]) * longest * longest);
-  return {stretch, true, least};
-}
-
-/// Separation of the two along n, as extents at one s have it.
-double separation_along(const Extent& a, const Extent& b) {
-  return *std::min_element(b.value.begin(), b.value.end()) -
-         *std::max_element(a.value.begin(), a.value.end());
-}
-
-/// Steady on its way, or at rest.
-bool is_steady(const Placed& placed) { return placed.at_rest || placed.moving->path->is_steady(); }
-
-/// The edge that is a solid's extreme along n, to `tolerance`: its direction. Zero if a vertex or a face is.
-Vector3 extreme_edge(const Placed& placed, const Vector3& n, double tolerance) {
-  const WorldVertices& vertices = placed.vertices;
-  std::array<double, Hexahedron::kVertices> height{};
-  for (int i = 0; i < Hexahedron::kVertices; ++i) height[i] = dot(n, vertices.vertex(i));
-  const double highest = *std::max_element(height.begin(), height.end());
-  int count = 0;
-  std::array<int, Hexahedron::kVertices> extreme{};
-  for (int i = 0; i < Hexahedron::kVertices; ++i)
-    if (height[i] >= highest - tolerance) extreme[count++] = i;
-  return count == 2 ? Vector3(vertices.vertex(extreme[1]) - vertices.vertex(extreme[0])) : Vector3::Zero();
-}
-
-/// Of the plane that two edges in contact span, both going their ways: n = e x f / |e x f|, and so is n'.
-Direction edge_direction(const Placed& a, const Placed& b, const PairGeometry& geometry, double tolerance) {
-  Direction along{geometry.n_AB_W};
-  const Vector3& n = geometry.n_AB_W;
-  const Vector3 e = extreme_edge(a, n, tolerance), f = extreme_edge(b, -n, tolerance);
-  const double across = dot(n, cross(e, f));
-  if (!(std::abs(across) > 1e-3 * norm(e) * norm(f))) return along;
-  const BodyState &on_a = a.state, &on_b = b.state;
-  const Vector3 rate =
-      (cross(cross(on_a.angular_velocity_W, e), f) + cross(e, cross(on_b.angular_velocity_W, f))) / across;
-  along.turn = cross(n, rate);
-  // Midway, so that (b, a) gives the same.
-  along.centre = 0.5 * (geometry.p_A_W + geometry.p_B_W);
-  const auto velocity_on = [&](const BodyState& state) {
-    return Vector3(state.velocity_W + cross(state.angular_velocity_W, along.centre - state.centre_W));
-  };
-  along.velocity = 0.5 * (velocity_on(on_a) + velocity_on(on_b));
-  return along;
-}
-
-/// Closest points of two solids that pass each other at the gap's height point across their corners, and
-/// would stop a motion along abutting faces at every seam; a plane fixed in the world is left by a body that
-/// turns on a contact. Any other plane that keeps half the gap will do: of the faces' own, fixed or turning
-/// with their bodies, and of the edges in contact, the one that lets most of the motion through.
-class WidestStretch {
- public:
-  /// @param from_afar the threshold of a pair that is not in contact; 0: it is.
-  WidestStretch(const Placed& a, const Placed& b, const GapRule& rule, double scale, double from_afar,
-                double longest, const Stretch& so_far)
-      : a_(a), b_(b), rule_(rule), scale_(scale), from_afar_(from_afar), longest_(longest), widest_(so_far) {}
-
-  Stretch find(const PairGeometry& geometry) {
-    const bool steady = is_steady(a_) && is_steady(b_);
-    if (steady) try_direction(edge_direction(a_, b_, geometry, 2.0 * kRounding * scale_), false);
-    for (int f = 0; f < 12 && !widest_.at_end; ++f) {
-      const Vector3 outward = f < 6 ? rotate(a_.X_WS.R, a_.moving->solid->face_plane(f).normal)
-                                    : Vector3(-rotate(b_.X_WS.R, b_.moving->solid->face_plane(f - 6).normal));
-      const double length = norm(outward);
-      if (!(length > 0.5)) continue;  // a collapsed face
-      const Vector3 n = outward / length;
-      const BodyState& own = f < 6 ? a_.state : b_.state;
-      if (!try_direction({n}, true)) continue;
-      if (steady) try_direction({n, own.angular_velocity_W, own.centre_W, own.velocity_W}, false);
-    }
-    return widest_;
-  }
-
- private:
-  /// False: the pair is not apart along it.
-  bool try_direction(Direction along, bool may_be_fixed) {
-    if (widest_.at_end) return true;
-    if (!may_be_fixed && along.is_fixed()) return true;
-    along.longest = longest_;
-    const double apart = separation_along(extent_along(a_, along), extent_along(b_, along));
-    if (apart < std::max(from_afar_, 0.5 * rule_.gap - kRounding * scale_)) return false;
-    const double threshold =
-        from_afar_ > 0.0 ? from_afar_ : rule_.threshold(std::min(apart, rule_.gap), scale_);
-    const Stretch other = clear_stretch(a_, b_, along, threshold, longest_);
-    if (other.length > widest_.length) widest_ = other;
-    return true;
-  }
-
-  const Placed& a_;
-  const Placed& b_;
-  const GapRule& rule_;
-  double scale_, from_afar_, longest_;
-  Stretch widest_;
-};
-
-/// Where the next solid comes to rest, or the end: between such points both paths are smooth.
-double next_break(const MovingSolid& a, const MovingSolid& b, double s) {
-  double end = 1.0;
-  if (a.stop > s) end = std::min(end, a.stop);
-  if (b.stop > s) end = std::min(end, b.stop);
-  return end;
-}
-
-double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
-
-/// At least S of the error measures.
-double scale_of(const MovingSolid& a, const Pose& X_WA, const MovingSolid& b, const Pose& X_WB) {
-  const auto reach = [](const Hexahedron& solid, const Pose& X) {
-    const Sphere& sphere = solid.bounding_sphere();
-    return largest(X.p) + (norm(sphere.centre) + 2.0 * sphere.radius);
-  };
-  return std::max(reach(*a.solid, X_WA), reach(*b.solid, X_WB));
-}
-
-bool has_geometry(PairStatus status) {
-  return status == PairStatus::separated || status == PairStatus::overlapping ||
-         status == PairStatus::undecided;
-}
 
 }  // namespace
+
+std::string_view to_string(MotionCheck check) { return check == MotionCheck::proven ? "proven" : "sampled"; }
 
 Pose MovingSolid::pose_at(double s) const noexcept {
   return compose(path->at(body, std::min(s, stop)).X_WO, X_OS);
@@ -254,18 +25,18 @@ double GapRule::threshold(double start, double scale) const {
   if (start > gap) return kStopShare * gap;
   // Below g/2 the room for rounding shrinks, to none at g/4: rounding alone never brings a pair to touch.
   const double room = start < 0.0 ? 1.0 : std::clamp((start - 0.25 * gap) / (0.25 * gap), 0.0, 1.0);
-  return std::min(0.5 * gap, start) - room * kRounding * scale;
+  return std::min(0.5 * gap, start) - room * kSeparationRounding * scale;
 }
 
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
                    double interest) noexcept {
+  if (query.judges_poses()) return find_sampled_impact(a, b, rule, query, interest);
   Impact impact;
   double threshold = 0.0;
   bool from_afar = false;
   for (double s = 0.0;;) {
-    const Placed on_a = place(a, s), on_b = place(b, s);
-    const Pose &X_WA = on_a.X_WS, &X_WB = on_b.X_WS;
-    const PairStatus status = query.separation(X_WA, X_WB, impact.geometry);
+    const PlacedSolid on_a = place(a, s), on_b = place(b, s);
+    const PairStatus status = query.separation(on_a.X_WS, on_b.X_WS, impact.geometry);
     impact.lo = s;
     if (!has_geometry(status)) {
       impact.status = ImpactStatus::failed;
@@ -274,12 +45,15 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
     const double separation = impact.geometry.separation;
     // Once apart, a pair that started in contact is like any other.
     if (impact.queries == 0 || (!from_afar && separation > rule.gap)) {
-      threshold = rule.threshold(separation, scale_of(a, X_WA, b, X_WB));
+      threshold = rule.threshold(separation, scale_of(on_a, on_b));
       from_afar = separation > rule.gap;
     }
-    if (impact.queries++ == 0) impact.start_separation = separation;
+    if (impact.queries++ == 0) {
+      impact.start_separation = separation;
+      impact.starts_overlapping = separation < 0.0;
+    }
     impact.least_separation = std::min(impact.least_separation, separation);
-    if (s >= 1.0 || (is_at_rest(a, s) && is_at_rest(b, s))) {
+    if (s >= 1.0 || (on_a.at_rest && on_b.at_rest)) {
       impact.lo = 1.0;
       return impact;
     }
@@ -289,14 +63,8 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
       return impact;
     }
     const double end = next_break(a, b, s);
-    Stretch stretch = clear_stretch(on_a, on_b, {impact.geometry.n_AB_W}, threshold, end - s);
-    const bool in_contact = separation <= rule.gap;
-    const bool is_slow = stretch.length < kShort * (end - s) || impact.queries > kManyQueries;
-    if (separation > 0.0 && !stretch.at_end && (in_contact || is_slow)) {
-      const double scale = scale_of(a, X_WA, b, X_WB);
-      stretch = WidestStretch(on_a, on_b, rule, scale, in_contact ? 0.0 : threshold, end - s, stretch)
-                    .find(impact.geometry);
-    }
+    const Stretch stretch =
+        find_clear_stretch(on_a, on_b, impact.geometry, rule, threshold, end - s, impact.queries);
     if (stretch.at_end && end == 1.0 && separation > interest && stretch.least_at_end > interest) {
       impact.is_far = true;
       impact.lo = 1.0;
@@ -304,7 +72,7 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
     }
     const double next = stretch.at_end ? end : s + stretch.length;
     const bool stopped = stretch.length < kStalled * (end - s);
-    if (in_contact && !stretch.at_end && stopped) {
+    if (separation <= rule.gap && !stretch.at_end && stopped) {
       impact.status = ImpactStatus::blocked;
       impact.hi = next;
       return impact;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <string_view>
 
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/motion/path.hpp"
@@ -39,20 +40,29 @@ struct GapRule {
   double threshold(double start, double scale) const;
 };
 
+/// What stands behind the answer "clear": see Narrowphase's Capabilities.
+enum class MotionCheck : std::uint8_t {
+  proven,   ///< the whole path, by separations
+  sampled,  ///< poses on the path, judged by a backend without separations; what lies between is not proven
+};
+std::string_view to_string(MotionCheck check);
+
 enum class ImpactStatus : std::uint8_t {
   clear,            ///< the whole path
   blocked,          ///< at lo
   iteration_limit,  ///< stopped early at lo, which is clear; nothing is known beyond
-  failed,           ///< the backend gave no separation at lo
+  failed,           ///< the backend gave no answer: at lo, or, where it judges poses, soon after lo
 };
 
 struct Impact {
   ImpactStatus status = ImpactStatus::clear;
-  double lo = 1.0;          ///< the path is clear on [0, lo]: never late
+  MotionCheck check = MotionCheck::proven;
+  double lo = 1.0;          ///< the path is clear on [0, lo]: never late; sampled: the last pose judged clear
   double hi = 1.0;          ///< beyond this s the pair is below the threshold, as far as is known; lo <= hi
   bool is_far = false;      ///< from the last query on it stays further away than asked about
   PairGeometry geometry{};  ///< at lo; where is_far, at the last query
   double start_separation = 0;                                        ///< at s = 0
+  bool starts_overlapping = false;                                    ///< there, as the backend says
   double least_separation = std::numeric_limits<double>::infinity();  ///< queried on [0, lo]
   int queries = 0;
 };
@@ -62,10 +72,18 @@ class SeparationQuery {
  public:
   virtual ~SeparationQuery() = default;
   virtual PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept = 0;
+  /// True: separations only set the steps; verdict() decides about poses, and answers are `sampled`.
+  virtual bool judges_poses() const noexcept { return false; }
+  /// @pre judges_poses().
+  virtual PairStatus verdict(const Pose& X_WA, const Pose& X_WB) noexcept {
+    PairGeometry unused{};
+    return separation(X_WA, X_WB, unused);
+  }
 };
 
 inline constexpr int kImpactIterations = 256;
 
+/// Where the query judges poses: find_sampled_impact() (sampled_impact.hpp).
 /// A pair that starts at or below the gap, or overlapping, is stopped only by what would bring it below
 /// rule.threshold(): moving away and along is free, and no depth grows.
 /// @param interest a pair that is sure to stay further apart than this to the end is not queried there [m].

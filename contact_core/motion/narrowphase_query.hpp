@@ -8,41 +8,53 @@
 
 namespace touchstone {
 
+/// True where find_impact() can go by the narrowphase's own separations.
+inline bool gives_signed_distance(const Narrowphase& narrowphase) {
+  return narrowphase.capabilities().distance && narrowphase.capabilities().penetration;
+}
+
 /// Trial poses for a narrowphase that was built over many solids: only the pair in question is placed,
 /// nothing of it is kept. One a thread.
 class NarrowphaseQuery final : public SeparationQuery {
  public:
   /// Keeps a reference. @param solids as many as `narrowphase` was built with.
   NarrowphaseQuery(const Narrowphase& narrowphase, std::size_t solids)
-      : narrowphase_(&narrowphase), workspace_(narrowphase.make_workspace()), poses_(solids) {}
+      : NarrowphaseQuery(narrowphase, narrowphase, solids) {}
+
+  /// @param planner native, over the same solids: gives separations where `narrowphase` has none and only
+  /// judges poses, and contact points for plans of motion, which are no more than proposals: an engine's
+  /// single point, or its share of noise, would have a body turn on it and stick.
+  NarrowphaseQuery(const Narrowphase& narrowphase, const Narrowphase& planner, std::size_t solids)
+      : judges_poses_(!gives_signed_distance(narrowphase)),
+        own_{&narrowphase, narrowphase.make_workspace()},
+        planner_{&planner, planner.make_workspace()},
+        poses_(solids) {}
 
   /// The pair that the next calls ask about, a < b.
   void set_pair(const SolidPair& pair) { pair_ = pair; }
 
   PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept override {
-    poses_[pair_.a] = X_WA;
-    poses_[pair_.b] = X_WB;
-    PairStatus status = PairStatus::failed;
     Query query;
     query.kind = QueryKind::distance;
-    narrowphase_->evaluate({{&pair_, 1}, poses_, query}, {{&status, 1}, {&out, 1}, {}}, *workspace_);
-    ++calls_;
-    return status;
+    return ask(judges_poses_ ? planner_ : own_, X_WA, X_WB, query, out, {});
   }
 
-  /// The pair's contact points too, where the narrowphase has them; else the witness points as one.
+  bool judges_poses() const noexcept override { return judges_poses_; }
+
+  PairStatus verdict(const Pose& X_WA, const Pose& X_WB) noexcept override {
+    PairGeometry unused{};
+    return ask(own_, X_WA, X_WB, Query{}, unused, {});
+  }
+
+  /// The pair's contact points too, the planner's, where it has them; else the witness points as one.
   /// @param max_separation pairs further apart get a separation of +inf and no points [m].
   PairStatus manifold(const Pose& X_WA, const Pose& X_WB, double max_separation, PairGeometry& out,
                       std::span<ContactPoint, kMaxManifoldPoints> points) noexcept {
-    poses_[pair_.a] = X_WA;
-    poses_[pair_.b] = X_WB;
-    PairStatus status = PairStatus::failed;
-    const bool has_points = narrowphase_->capabilities().manifold;
+    const bool has_points = planner_.narrowphase->capabilities().manifold;
     Query query;
     query.kind = has_points ? QueryKind::manifold : QueryKind::distance;
     query.max_separation = max_separation;
-    narrowphase_->evaluate({{&pair_, 1}, poses_, query}, {{&status, 1}, {&out, 1}, points}, *workspace_);
-    ++calls_;
+    const PairStatus status = ask(planner_, X_WA, X_WB, query, out, points);
     if (!has_points) {
       out.point_count = out.separation <= max_separation ? 1 : 0;
       points[0] = {out.p_A_W, out.p_B_W, out.separation, 0};
@@ -50,11 +62,28 @@ class NarrowphaseQuery final : public SeparationQuery {
     return status;
   }
 
+  /// Of both narrowphases.
   std::uint64_t calls() const { return calls_; }
 
  private:
-  const Narrowphase* narrowphase_;
-  std::unique_ptr<Narrowphase::Workspace> workspace_;
+  struct Backend {
+    const Narrowphase* narrowphase = nullptr;
+    std::unique_ptr<Narrowphase::Workspace> workspace;
+  };
+
+  PairStatus ask(Backend& backend, const Pose& X_WA, const Pose& X_WB, const Query& query, PairGeometry& out,
+                 std::span<ContactPoint> points) noexcept {
+    poses_[pair_.a] = X_WA;
+    poses_[pair_.b] = X_WB;
+    PairStatus status = PairStatus::failed;
+    backend.narrowphase->evaluate({{&pair_, 1}, poses_, query}, {{&status, 1}, {&out, 1}, points},
+                                  *backend.workspace);
+    ++calls_;
+    return status;
+  }
+
+  bool judges_poses_;
+  Backend own_, planner_;
   std::vector<Pose> poses_;
   SolidPair pair_{0, 1};
   std::uint64_t calls_ = 0;

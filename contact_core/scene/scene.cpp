@@ -33,7 +33,47 @@ void validate_names(const Scene& scene) {
                          "' is empty or has the name of an object");
 }
 
+/// Of the first `count` latches.
+std::size_t carrier_among(const Scene& scene, std::size_t count, std::size_t object) {
+  for (std::size_t i = 0; i < count; ++i)
+    if (scene.latches[i].carried == scene.objects[object].tree.name())
+      return find_object(scene, scene.latches[i].carrier);
+  return kNoObject;
+}
+
 }  // namespace
+
+std::size_t find_object(const Scene& scene, std::string_view name) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (scene.objects[i].tree.name() == name) return i;
+  return kNoObject;
+}
+
+std::size_t carrier_of(const Scene& scene, std::size_t object) {
+  return carrier_among(scene, scene.latches.size(), object);
+}
+
+void validate_latch(const Scene& scene, std::size_t index) {
+  const SceneLatch& latch = scene.latches[index];
+  const auto fail = [&](const std::string& reason) {
+    throw InputError("latch of '" + latch.carried + "' to '" + latch.carrier + "': " + reason);
+  };
+  for (const std::string* name : {&latch.carrier, &latch.carried})
+    if (find_object(scene, *name) == kNoObject) fail("'" + *name + "' names no object of the scene");
+  const std::size_t carried = find_object(scene, latch.carried);
+  const std::size_t other = carrier_among(scene, index, carried);
+  if (other != kNoObject)
+    fail("'" + latch.carried + "' is already carried by '" + scene.objects[other].tree.name() + "'");
+  const Motion& motion = scene.objects[carried].motion;
+  if (!motion.segments.empty() || !motion.keys.empty())
+    fail("'" + latch.carried + "' has a motion of its own");
+  for (std::size_t i = find_object(scene, latch.carrier); i != kNoObject; i = carrier_among(scene, index, i))
+    if (i == carried) fail("closes a cycle");
+  for (const ExemptPair& pair : latch.allowed) {
+    find_solids(scene, pair.first);
+    find_solids(scene, pair.second);
+  }
+}
 
 std::string_view to_string(ContactPolicy policy) {
   switch (policy) {
@@ -77,6 +117,7 @@ void validate(const Scene& scene) {
     find_solids(scene, pair.first);
     find_solids(scene, pair.second);
   }
+  for (std::size_t i = 0; i < scene.latches.size(); ++i) validate_latch(scene, i);
 }
 
 }  // namespace touchstone

@@ -39,6 +39,14 @@ struct ExemptPair {
   std::string second;
 };
 
+/// `carried` moves with `carrier` from the start on, as the two stand. What moves as one is never checked
+/// against itself.
+struct SceneLatch {
+  std::string carrier;
+  std::string carried;              ///< has no motion of its own
+  std::vector<ExemptPair> allowed;  ///< not checked as well: both jaws of a gripper, say
+};
+
 /// A round part stands in the scene as flat facets: by how much they are off.
 struct FacetFigure {
   std::string object;
@@ -59,6 +67,7 @@ struct Scene {
   ContactPolicy policy = ContactPolicy::hold;
   std::vector<SceneObject> objects;  ///< solids of one object are never paired
   std::vector<ExemptPair> exempt_pairs;
+  std::vector<SceneLatch> latches;
   std::vector<FacetFigure> facet_figures;
   std::map<std::string, double> parameters;  ///< the values this scene was made with
 
@@ -68,9 +77,20 @@ struct Scene {
   double frame_time(std::uint64_t frame) const { return static_cast<double>(frame) / frame_rate; }
 };
 
+inline constexpr std::size_t kNoObject = static_cast<std::size_t>(-1);
+
+/// The object's index, or kNoObject.
+std::size_t find_object(const Scene& scene, std::string_view name);
+/// The index of what carries the object, or kNoObject.
+std::size_t carrier_of(const Scene& scene, std::size_t object);
+
 /// @throws InputError naming the object and the figure: no name, no object, duplicate or ambiguous names, a
 /// rate, gap or duration that is not positive and finite, a bad pose or motion, an exemption that names
-/// nothing.
+/// nothing, a bad latch.
 void validate(const Scene& scene);
+
+/// Latch `index` with those before it. @throws InputError: unknown objects, what is already carried or has a
+/// motion of its own, a cycle, an allowed pair that names nothing.
+void validate_latch(const Scene& scene, std::size_t index);
 
 }  // namespace touchstone

@@ -45,10 +45,20 @@ SceneInstance::SceneInstance(const Scene& scene) : scene_(&scene) {
       object_of_.push_back(o);
     }
   }
-  for (const ExemptPair& pair : scene.exempt_pairs)
+  for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
+    std::size_t root = o;
+    while (carrier_of(scene, root) != kNoObject) root = carrier_of(scene, root);
+    root_of_.push_back(static_cast<std::uint32_t>(root));
+    X_RO_.push_back(root == o ? Pose{} : compose(inverse(scene.objects[root].X_WO), scene.objects[o].X_WO));
+  }
+  const auto exempt = [&](const ExemptPair& pair) {
     for (SolidIndex a : find_solids(scene, pair.first))
       for (SolidIndex b : find_solids(scene, pair.second))
         if (object_of_[a] != object_of_[b]) exempt_pairs_.push_back(ordered(a, b));
+  };
+  for (const ExemptPair& pair : scene.exempt_pairs) exempt(pair);
+  for (const SceneLatch& latch : scene.latches)
+    for (const ExemptPair& pair : latch.allowed) exempt(pair);
   std::sort(exempt_pairs_.begin(), exempt_pairs_.end());
   exempt_pairs_.erase(std::unique(exempt_pairs_.begin(), exempt_pairs_.end()), exempt_pairs_.end());
 }
@@ -60,14 +70,15 @@ std::string SceneInstance::solid_name(SolidIndex solid) const {
 
 void SceneInstance::poses_at(double time, std::span<Pose> out) const {
   for (std::uint32_t o = 0; o < trees_.size(); ++o) {
-    const SceneObject& object = scene_->objects[o];
-    const Pose X_WO = pose_at(object.motion, object.X_WO, time);
+    const SceneObject& root = scene_->objects[root_of_[o]];
+    Pose X_WO = pose_at(root.motion, root.X_WO, time);
+    if (root_of_[o] != o) X_WO = compose(X_WO, X_RO_[o]);
     find_global_positions(*trees_[o], X_WO, out.subspan(first_solid_[o], trees_[o]->solids().size()));
   }
 }
 
 bool SceneInstance::is_exempt(SolidIndex a, SolidIndex b) const {
-  if (object_of_[a] == object_of_[b]) return true;
+  if (root_of_[object_of_[a]] == root_of_[object_of_[b]]) return true;
   return std::binary_search(exempt_pairs_.begin(), exempt_pairs_.end(), ordered(a, b));
 }
 

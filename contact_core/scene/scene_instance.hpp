@@ -33,11 +33,12 @@ class SceneInstance {
   /// `object/hexahedron`.
   std::string solid_name(SolidIndex solid) const;
 
-  /// The commanded pose X_WS of every solid at `time` [s]. No allocation.
+  /// The commanded pose X_WS of every solid, with its carrier where it has one, at `time` [s]. No allocation.
   /// @pre out.size() == solids().size()
   void poses_at(double time, std::span<Pose> out) const;
 
-  /// True for solids of one object and for exempted pairs, in either order. No allocation.
+  /// True for solids of one object or of objects latched together and for exempted pairs, in either order. No
+  /// allocation.
   bool is_exempt(SolidIndex a, SolidIndex b) const;
   /// The exempted pairs of solids of different objects, a < b, ascending.
   std::span<const SolidPair> exempt_pairs() const { return exempt_pairs_; }
@@ -50,6 +51,8 @@ class SceneInstance {
   std::vector<Hexahedron> solids_;
   std::vector<std::uint32_t> object_of_;
   std::vector<SolidIndex> first_solid_;
+  std::vector<std::uint32_t> root_of_;  ///< of an object: what it moves with; itself, or what carries it
+  std::vector<Pose> X_RO_;              ///< in its root; the identity for roots
   std::vector<SolidPair> exempt_pairs_;
 };
 

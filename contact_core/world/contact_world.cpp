@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact_core/input_error.hpp"
+#include "contact_core/native/native.hpp"
 #include "contact_core/world/world_state.hpp"
 
 namespace touchstone {
@@ -22,10 +23,6 @@ ContactWorld::~ContactWorld() = default;
 
 void ContactWorld::set_narrowphase(std::unique_ptr<Narrowphase> narrowphase) {
   if (!narrowphase) throw InputError("contact world: no narrowphase");
-  const Capabilities& can = narrowphase->capabilities();
-  if (!can.distance || !can.penetration)
-    throw InputError("contact world: narrowphase '" + std::string(narrowphase->name()) +
-                     "' gives no signed distance");
   state_->narrowphase = std::move(narrowphase);
   state_->needs_layout = true;
 }
@@ -86,6 +83,11 @@ void ContactWorld::unlatch(ObjectHandle carried) {
   if (!state_->needs_layout) state_->place_solids_in_bodies();
 }
 
+WorldCapabilities ContactWorld::capabilities() const {
+  return {state_->narrowphase->name(), state_->broadphase->name(),
+          state_->is_sampled() ? MotionCheck::sampled : MotionCheck::proven};
+}
+
 void ContactWorld::prepare() {
   State& s = *state_;
   if (!s.needs_layout) return;
@@ -97,7 +99,9 @@ void ContactWorld::prepare() {
   input.margin = std::max(2.0 * s.gap, s.rules.largest_warn_distance());
   input.is_static = layout.is_static;
   s.broadphase->build(input);
-  s.query = std::make_unique<NarrowphaseQuery>(*s.narrowphase, layout.solids.size());
+  if (!s.planner) s.planner = make_native();
+  s.planner->build(layout.solids);
+  s.query = std::make_unique<NarrowphaseQuery>(*s.narrowphase, *s.planner, layout.solids.size());
   s.layout = std::move(layout);
   const std::size_t slots = s.objects.size(), solids = s.layout.solids.size();
   s.paths.assign(slots, CarriedPath(RigidPath(), s.objects.poses_in_body()));
@@ -149,6 +153,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   State& s = *state_;
   FrameReport report;
   report.frame = s.frame;
+  report.check = capabilities().check;
   s.events.clear();
   const std::uint64_t calls = s.query->calls();
   s.take_selection();

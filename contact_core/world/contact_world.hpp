@@ -112,10 +112,20 @@ struct FrameReport {
   std::uint64_t frame = 0;
   std::span<const ContactEvent> events;  ///< valid until the next frame; by pair
   std::uint32_t blocked_movers = 0;
-  std::uint32_t candidate_pairs = 0;   ///< looked at; all others are known to stay out of reach
-  std::uint64_t queries = 0;           ///< narrowphase calls
-  std::uint32_t iteration_limits = 0;  ///< pairs stopped early for want of iterations
-  std::uint32_t slide_steps = 0;       ///< sub-steps of slides; at most kMostSlideSteps
+  std::uint32_t candidate_pairs = 0;        ///< looked at; all others are known to stay out of reach
+  std::uint64_t queries = 0;                ///< narrowphase calls
+  std::uint32_t iteration_limits = 0;       ///< pairs stopped early for want of iterations
+  std::uint32_t slide_steps = 0;            ///< sub-steps of slides; at most kMostSlideSteps
+  MotionCheck check = MotionCheck::proven;  ///< what stands behind this frame's poses
+};
+
+/// What a world's answers are worth: those of its narrowphase.
+struct WorldCapabilities {
+  std::string_view narrowphase;
+  std::string_view broadphase;
+  /// `sampled` with a narrowphase that has no signed distance: it judges the poses that native's separations
+  /// lead to (motion/sampled_impact.hpp). An overlap that it does not see is let through.
+  MotionCheck check = MotionCheck::proven;
 };
 
 inline constexpr std::uint32_t kMostSlideSteps = 16;
@@ -170,6 +180,8 @@ class ContactWorld {
   /// Swapped in place, for the next frame on.
   void set_narrowphase(std::unique_ptr<Narrowphase> narrowphase);
   void set_broadphase(std::unique_ptr<Broadphase> broadphase);
+
+  WorldCapabilities capabilities() const;
 
   /// Takes up all set-up so far: what may allocate is done here.
   void prepare();

@@ -24,11 +24,15 @@ SceneWorld::SceneWorld(const Scene& scene, std::unique_ptr<Narrowphase> narrowph
     : scene_(&scene), world_(std::move(narrowphase), std::move(broadphase), scene.contact_gap) {
   const SceneInstance instance(scene);  // validates
   world_.set_default_rule({scene.policy, 0.0});
-  for (const SceneObject& object : scene.objects) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const SceneObject& object = scene.objects[i];
+    const bool is_static = !moves(object.motion) && carrier_of(scene, i) == kNoObject;
     // The scene outlives this, so the world's share of the tree owns nothing.
     const std::shared_ptr<const HexahedronTree> tree(std::shared_ptr<void>(), &object.tree);
-    objects_.push_back(world_.add({tree, object.X_WO, !moves(object.motion), object.groups}));
+    objects_.push_back(world_.add({tree, object.X_WO, is_static, object.groups}));
   }
+  for (const SceneLatch& latch : scene.latches)
+    world_.latch(objects_[find_object(scene, latch.carrier)], objects_[find_object(scene, latch.carried)]);
   for (const SolidPair& pair : instance.exempt_pairs()) {
     const std::uint32_t a = instance.object_of(pair.a), b = instance.object_of(pair.b);
     world_.exempt(objects_[a], scene.objects[a].tree.solids()[pair.a - instance.first_solid(a)].name,

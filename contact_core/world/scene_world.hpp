@@ -13,7 +13,8 @@ namespace touchstone {
 /// stopped is told to go from where it is to where it should be.
 class SceneWorld {
  public:
-  /// Keeps a pointer to `scene`, which must outlive it. Objects without motion are static.
+  /// Keeps a pointer to `scene`, which must outlive it. Objects without motion that nothing
+  /// carries are static.
   /// @throws InputError as validate(scene), and as ContactWorld.
   SceneWorld(const Scene& scene, std::unique_ptr<Narrowphase> narrowphase,
              std::unique_ptr<Broadphase> broadphase);

@@ -33,12 +33,20 @@ void ContactWorld::State::add_event(EventKind kind, const SolidPair& pair, doubl
                     geometry});
 }
 
+bool ContactWorld::State::is_in_contact(const FramePair& pair, double separation, bool was_in_contact) {
+  const bool is_close = separation <= (was_in_contact ? 2.0 * pair.gap : pair.gap);
+  if (!query->judges_poses()) return is_close;
+  // The backend says what is contact, the gap only how long one lasts: what it does not see is none.
+  if (query->verdict(from[pair.solids.a], from[pair.solids.b]) != PairStatus::separated) return true;
+  return is_close && separation >= 0.0 && (was_in_contact || pair.has_blocked);
+}
+
 void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact) {
   PairGeometry geometry = pair.impact.geometry;
   query->set_pair(pair.solids);
   query->separation(from[pair.solids.a], from[pair.solids.b], geometry);
-  const bool at_start = !was_in_contact && pair.impact.start_separation < 0.0;
-  const bool in_contact = geometry.separation <= (was_in_contact ? 2.0 * pair.gap : pair.gap);
+  const bool in_contact = is_in_contact(pair, geometry.separation, was_in_contact);
+  const bool at_start = !was_in_contact && pair.impact.starts_overlapping;
   if (at_start) add_event(EventKind::penetrating_at_start, pair.solids, 0.0, geometry);
   if (pair.has_blocked) add_event(EventKind::blocked, pair.solids, pair.blocked_at, geometry);
   if (in_contact) {
@@ -48,7 +56,7 @@ void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact
     contacts.push_back({pair.solids, geometry});
   } else if (was_in_contact) {
     add_event(EventKind::ended, pair.solids, 1.0, geometry);
-  } else if (geometry.separation <= pair.rule.warn_distance) {
+  } else if (geometry.separation >= 0.0 && geometry.separation <= pair.rule.warn_distance) {
     add_event(EventKind::near, pair.solids, 1.0, geometry);
   }
 }

@@ -75,7 +75,7 @@ BodyState ContactWorld::State::state_at(std::uint32_t slot, double s) const {
 }
 
 double ContactWorld::State::gap_of(const SolidPair& pair) const {
-  const Resolution& resolution = narrowphase->capabilities().resolution;
+  const Resolution& resolution = separations().capabilities().resolution;
   const auto reach = [&](SolidIndex i) {
     const Sphere& sphere = layout.solids[i].bounding_sphere();
     return from[i].p.cwiseAbs().maxCoeff() + norm(sphere.centre) + 2.0 * sphere.radius;
@@ -118,6 +118,7 @@ Impact ContactWorld::State::impact_of(FramePair& pair) {
     first.travel = 0.0, second.travel = travels.last_own[pair.own];
     impact = find_impact(first, second, {pair.gap}, *query, pair.interest);
   }
+  if (query->judges_poses()) return impact;  // separations say nothing about what such a backend sees
   // The gap is far more than separations and sums round.
   const double room = impact.start_separation - pair.interest - pair.gap;
   if (impact.queries > 0 && room > 0.0)

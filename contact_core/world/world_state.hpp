@@ -19,6 +19,7 @@ namespace touchstone {
 /// world_mechanism.cpp, world_slide.cpp and world_events.cpp.
 struct ContactWorld::State {
   std::unique_ptr<Narrowphase> narrowphase;
+  std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges
   std::unique_ptr<Broadphase> broadphase;
   double gap;
 
@@ -88,6 +89,10 @@ struct ContactWorld::State {
   void report_pair(const FramePair& pair, bool was_in_contact);
   void add_event(EventKind kind, const SolidPair& pair, double s, const PairGeometry& geometry);
   double gap_of(const SolidPair& pair) const;
+  bool is_sampled() const { return !gives_signed_distance(*narrowphase); }
+  /// Whose separations the motion goes by.
+  const Narrowphase& separations() const { return is_sampled() ? *planner : *narrowphase; }
+  bool is_in_contact(const FramePair& pair, double separation, bool was_in_contact);
 
   // Mechanisms, in world_mechanism.cpp.
   void accept_joints(std::span<const JointCommand> commands);

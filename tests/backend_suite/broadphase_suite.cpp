@@ -1,5 +1,7 @@
 #include <algorithm>
 
+#include "contact_core/broadphase/swept_sphere.hpp"
+#include "contact_core/scene/motion.hpp"
 #include "tests/backend_suite/suite.hpp"
 #include "tests/support/random_poses.hpp"
 
@@ -163,25 +165,96 @@ TEST_P(BroadphaseSuite, StaticObjectsPairWithMovingOnes) {
   EXPECT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end()));
 }
 
-// Straight paths, sampled; broadphases that know poses only say so.
+// Objects that go and turn from where they are by interpolate(); some rest.
+struct ScenePaths {
+  std::vector<Pose> X_WO_from, X_WO_to;
+  std::vector<Pose> from, to;
+  std::vector<double> bulge;
+
+  SolidPaths paths() const { return {from, to, bulge}; }
+
+  /// Leaves the scene's poses at the start of the paths. Returns the objects that have new ones.
+  std::vector<std::uint32_t> draw(RandomScene& scene, std::mt19937_64& random) {
+    std::vector<std::uint32_t> changed;
+    const bool first = X_WO_from.empty();
+    X_WO_from = scene.X_WO;
+    if (first) X_WO_to = scene.X_WO, bulge.assign(scene.solids.size(), 0.0);
+    for (std::uint32_t k = 0; k < scene.trees.size(); ++k) {
+      const bool had_moved = X_WO_to[k].p != X_WO_from[k].p;
+      const bool moves = random() % 3 != 0;
+      if (moves) {
+        X_WO_to[k] = random_pose(random, scene.centre, scene.extent);
+        if (k % 2 != 0) X_WO_to[k].p = X_WO_from[k].p + random_vector(random, 0.3);
+      } else {
+        X_WO_to[k] = X_WO_from[k];
+      }
+      if (moves || had_moved || first) changed.push_back(k);
+    }
+    from = scene.poses;
+    scene.X_WO = X_WO_to;
+    scene.place();
+    to = scene.poses;
+    std::size_t solid = 0;
+    for (std::size_t k = 0; k < scene.trees.size(); ++k)
+      for (const PlacedHexahedron& placed : scene.trees[k].solids()) {
+        const double arm = norm(transform(placed.X_OS, placed.solid.bounding_sphere().centre)) * (1 + 1e-15);
+        bulge[solid++] = bulge_of_interpolation(arm, X_WO_from[k], X_WO_to[k]);
+      }
+    scene.X_WO = X_WO_from;
+    scene.place();
+    return changed;
+  }
+
+  /// Every object somewhere on its path, each at a time of its own: one of them may have been stopped.
+  void place_along(RandomScene& scene, std::mt19937_64& random) const {
+    for (std::size_t k = 0; k < scene.trees.size(); ++k)
+      scene.X_WO[k] = interpolate(X_WO_from[k], X_WO_to[k], uniform(random, 0, 1));
+    scene.place();
+  }
+};
+
+// Whole paths that bend and turn, sampled; what came to rest and a change back to poses among them.
 TEST_P(BroadphaseSuite, NoPairThatMeetsOnItsPathsIsMissed) {
   RandomScene scene(19, 50, {10, -20, 5}, 4.0);
   const auto trees = scene.pointers();
   broadphase->build({.trees = trees, .margin = 0.01});
-  const std::vector<Pose> from = scene.poses;
   std::mt19937_64 random(23);
-  for (Pose& X : scene.X_WO) X.p += random_pose(random, {0, 0, 0}, 6.0).p;
-  scene.place();
-  const std::vector<Pose> to = scene.poses;
-  if (!broadphase->update_paths({from, to}, {})) return;
-  const std::vector<SolidPair> found = all_pairs(*broadphase, 64);
-  for (int i = 0; i <= 8; ++i) {
-    for (std::size_t s = 0; s < from.size(); ++s)
-      scene.poses[s].p = from[s].p + (i / 8.0) * (to[s].p - from[s].p);
-    const std::vector<SolidPair> needed = pairs_within(scene, 0.01);
-    ASSERT_FALSE(needed.empty());
-    EXPECT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end())) << i;
+  ScenePaths moving;
+  std::size_t found_over = 0, found_at_rest = 0;
+  for (int frame = 0; frame < 6; ++frame) {
+    const std::vector<std::uint32_t> changed = moving.draw(scene, random);
+    ASSERT_TRUE(broadphase->update_paths(moving.paths(), changed)) << GetParam() << " knows poses only";
+    const std::vector<SolidPair> found = all_pairs(*broadphase, 64);
+    found_over += found.size();
+    for (int i = 0; i < 12; ++i) {
+      moving.place_along(scene, random);
+      const std::vector<SolidPair> needed = pairs_within(scene, 0.01);
+      ASSERT_FALSE(needed.empty());
+      EXPECT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end()))
+          << "frame " << frame << " sample " << i;
+    }
+    if (frame == 3) {
+      broadphase->update(scene.poses, {});
+      expect_sound(*broadphase, scene, 0.01);
+      found_at_rest = all_pairs(*broadphase, 64).size();
+    }
   }
+  // Paths are covered, and not everything is a pair.
+  EXPECT_GT(found_over, 6 * found_at_rest);
+  EXPECT_LT(found_over, 6 * scene.solids.size() * (scene.solids.size() - 1) / 2);
+}
+
+TEST_P(BroadphaseSuite, BlockSizeDoesNotShowOnPaths) {
+  RandomScene scene(29, 50, {0, 0, 0}, 3.0);
+  const auto trees = scene.pointers();
+  broadphase->build({.trees = trees, .margin = 0.01});
+  std::mt19937_64 random(31);
+  ScenePaths moving;
+  const std::vector<std::uint32_t> changed = moving.draw(scene, random);
+  ASSERT_TRUE(broadphase->update_paths(moving.paths(), changed));
+  const std::vector<SolidPair> whole = all_pairs(*broadphase, 1 << 16);
+  ASSERT_GT(whole.size(), 10u);
+  for (std::size_t block : {1, 7, 64}) EXPECT_EQ(all_pairs(*broadphase, block), whole) << block;
 }
 
 TEST_P(BroadphaseSuite, BlockSizeDoesNotShow) {

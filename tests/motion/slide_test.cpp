@@ -4,29 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include "contact_core/motion/slide_rows.hpp"
 #include "contact_core/scene/motion.hpp"
+#include "tests/support/random.hpp"
 
 namespace touchstone {
 namespace {
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) {
-    return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
-  }
-  Vector3 vector(double size) {
-    const double x = uniform(-size, size), y = uniform(-size, size), z = uniform(-size, size);
-    return {x, y, z};
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 TEST(MassMetric, OfABoxIsTheTextbooks) {
   const Vector3 size(0.6, 0.5, 0.4);

@@ -181,6 +181,49 @@ TEST(SceneFile, RefusesBadReferencesPosesAndMotions) {
             "10: object 'a': motion: segments: rotation: axis: the axis is zero");
 }
 
+TEST(SceneFile, ReadsLatches) {
+  const std::string box = "hexahedra: [{name: h, box: {size: [1, 1, 1]}}]";
+  const std::string turning = "motion: {segments: [{rotation: {axis: [0, 0, 1], rate: 1}}]}";
+  const Scene scene = load_scene(written(
+      std::string(kHead) + "  - {name: arm, " + box + ", " + turning + "}\n  - {name: oru, pose: " +
+      "{position: [2, 0, 0]}, " + box + "}\n  - {name: lid, pose: {position: [4, 0, 0]}, " + box +
+      "}\n  - {name: wall, pose: {position: [9, 0, 0]}, " + box + "}\nlatches:\n" +
+      "  - {carrier: oru, carried: lid}\n  - {carrier: arm, carried: oru, allowed: [[arm, wall/h]]}\n"));
+  ASSERT_EQ(scene.latches.size(), 2u);
+  EXPECT_EQ(scene.latches[1].carrier, "arm");
+  EXPECT_EQ(scene.latches[1].allowed[0].second, "wall/h");
+  const SceneInstance instance(scene);
+  // What moves as one is not checked, nor is what the latch allows.
+  EXPECT_EQ(instance.checked_pairs(), (std::vector<SolidPair>{{1, 3}, {2, 3}}));
+  std::vector<Pose> poses(4);
+  instance.poses_at(0.5, poses);
+  EXPECT_NEAR(poses[2].p.x(), 4 * std::cos(0.5), 1e-15);
+  EXPECT_NEAR(poses[2].p.y(), 4 * std::sin(0.5), 1e-15);
+}
+
+TEST(SceneFile, RefusesBadLatches) {
+  const auto error_with = [](const std::string& latches) {
+    const std::string box = "hexahedra: [{name: h, box: {size: [1, 1, 1]}}]";
+    return error_in_objects("  - {name: a, " + box + "}\n  - {name: b, " + box + "}\n  - {name: c, " + box +
+                            ", motion: {segments: [{velocity: [1, 0, 0]}]}}\nlatches:\n" + latches);
+  };
+  EXPECT_EQ(error_with("  - {carrier: a, carried: b}\n"), "accepted");
+  EXPECT_EQ(error_with("  - {carrier: a}\n"), "11: latches: missing 'carried'");
+  EXPECT_EQ(error_with("  - {carrier: a, carried: b, until: 3}\n"),
+            "11: latches: unknown key 'until'; known: carrier, carried, allowed");
+  EXPECT_EQ(error_with("  - {carrier: a, carried: d}\n"),
+            "11: latch of 'd' to 'a': 'd' names no object of the scene");
+  EXPECT_EQ(error_with("  - {carrier: a, carried: c}\n"),
+            "11: latch of 'c' to 'a': 'c' has a motion of its own");
+  EXPECT_EQ(error_with("  - {carrier: a, carried: a}\n"), "11: latch of 'a' to 'a': closes a cycle");
+  EXPECT_EQ(error_with("  - {carrier: a, carried: b}\n  - {carrier: b, carried: a}\n"),
+            "12: latch of 'a' to 'b': closes a cycle");
+  EXPECT_EQ(error_with("  - {carrier: a, carried: b}\n  - {carrier: c, carried: b}\n"),
+            "12: latch of 'b' to 'c': 'b' is already carried by 'a'");
+  EXPECT_EQ(error_with("  - carrier: a\n    carried: b\n    allowed:\n      - [a, x]\n"),
+            "14: exempt: 'x' names no object, object/hexahedron or group of the scene");
+}
+
 TEST(SceneFile, RefusesBadHeads) {
   EXPECT_EQ(error_of("name: s\n"), "1: missing 'frame_rate'");
   EXPECT_EQ(error_of("name: s\nframe_rate: 0\n"), "2: frame_rate: must be > 0");
@@ -193,7 +236,7 @@ TEST(SceneFile, RefusesBadHeads) {
   EXPECT_NE(error_of("# a comment\n, stray\nname: s\n"), "accepted");  // yaml-cpp's LoadAll never returns
   EXPECT_EQ(error_of("- a\n"),
             "1: expected a map with the keys name, description, units, parameters, frame_rate, "
-            "contact_gap, policy, duration, objects, exempt, got a list");
+            "contact_gap, policy, duration, objects, exempt, latches, got a list");
   try {
     load_scene("/nonexistent/scene.yaml");
     FAIL();

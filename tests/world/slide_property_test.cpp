@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <iostream>
-#include <random>
 
 #include "contact_core/motion/mass_metric.hpp"
 #include "contact_core/native/native.hpp"
+#include "tests/support/random_solid.hpp"
 #include "world_fixture.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "adapters/exact/exact.hpp"
@@ -17,36 +17,6 @@ namespace touchstone {
 namespace {
 
 #ifdef TOUCHSTONE_HAS_EXACT
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) {
-    return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
-  }
-  Vector3 vector(double size) {
-    const double x = uniform(-size, size), y = uniform(-size, size), z = uniform(-size, size);
-    return {x, y, z};
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
-
-/// A box whose upper corners are drawn in: a frustum, or a wedge.
-Hexahedron random_solid(Random& random, double thin) {
-  const Vector3 half(random.uniform(0.2, 0.7), random.uniform(0.2, 0.7), random.uniform(0.2, 0.7) * thin);
-  const double x = random.uniform(0, 1) < 0.5 ? 1.0 : random.uniform(0.2, 1.0);
-  const double y = random.uniform(0, 1) < 0.5 ? 1.0 : random.uniform(0.2, 1.0);
-  if (x == 1.0 && y == 1.0) return Hexahedron::from_size(2.0 * half);
-  std::array<Vector3, 8> v;
-  for (int i = 0; i < 8; ++i) {
-    const bool up = i & 1;
-    v[i] = {(i & 4 ? 1 : -1) * half.x() * (up ? x : 1.0), (i & 2 ? 1 : -1) * half.y() * (up ? y : 1.0),
-            (up ? 1 : -1) * half.z()};
-  }
-  return Hexahedron::from_vertices(v, WarpPolicy::accept);
-}
 
 /// Five solids in a trough of three slabs, told to crowd together and turn.
 struct Crowd {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include <random>
 
+#include "tests/support/random.hpp"
 #include "world_fixture.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "adapters/exact/exact.hpp"
@@ -11,21 +11,6 @@ namespace touchstone {
 namespace {
 
 #ifdef TOUCHSTONE_HAS_EXACT
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) {
-    return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
-  }
-  Vector3 vector(double size) {
-    const double x = uniform(-size, size), y = uniform(-size, size), z = uniform(-size, size);
-    return {x, y, z};
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 // A few boxes in a small room, told to go anywhere: whatever is executed, `exact` finds no overlap at the
 // ends nor at sampled poses on the way.

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "contact_core/motion/impact.hpp"
+
+// How far two moving solids go on before they could come nearer than a threshold: the step of conservative
+// advancement, shared by find_impact() and find_sampled_impact().
+
+namespace touchstone {
+
+/// A pair in contact whose next step clears less than this share of what is left could not finish within
+/// kImpactIterations: it is blocked.
+inline constexpr double kStalled = 1.0 / kImpactIterations;
+/// Rounding of a separation and of projections, per metre of the largest coordinate (native's declared
+/// resolution): a motion along a face must not be stopped by it.
+inline constexpr double kSeparationRounding = 32 * 0x1p-53;
+
+struct Stretch {
+  double length;
+  bool at_end;
+  double least_at_end;  ///< the projections are at least this far apart there; only if at_end
+};
+
+/// A solid at one s of its path.
+struct PlacedSolid {
+  const MovingSolid* moving = nullptr;
+  bool at_rest = true;
+  BodyState state;  ///< rates are 0 at rest
+  Pose X_WS;
+  WorldVertices vertices;
+};
+
+PlacedSolid place(const MovingSolid& moving, double s);
+
+/// The solids are sure to stay apart by `threshold` for the stretch returned, `longest` at most: by the plane
+/// of the closest points, or, in contact and where that one clears little, by the best of all planes at hand.
+/// @param queries made so far on this path.
+/// @pre both are placed at one s, where `geometry` is theirs; both paths are smooth for `longest` (see
+/// next_break()).
+Stretch find_clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
+                           const GapRule& rule, double threshold, double longest, int queries);
+
+bool is_at_rest(const MovingSolid& moving, double s);
+
+/// Where the next solid comes to rest, or the end: between such points both paths are smooth.
+double next_break(const MovingSolid& a, const MovingSolid& b, double s);
+
+/// At least S of the error measures.
+double scale_of(const PlacedSolid& a, const PlacedSolid& b);
+
+/// The fastest that any point of either solid goes as the other one sees it [m per unit of s].
+double relative_speed(const PlacedSolid& a, const PlacedSolid& b);
+
+/// True where the status carries a separation.
+bool has_geometry(PairStatus status);
+
+}  // namespace touchstone
