@@ -1,0 +1,87 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "examples/compare_backends/text_table.hpp"
+#include "examples/training_run/results.hpp"
+
+namespace touchstone::training {
+namespace {
+
+using comparison::format_count;
+using comparison::TextTable;
+
+constexpr std::size_t kMostStops = 6;
+
+std::string depth_mm(double depth) { return depth == 0.0 ? "0" : fmt::format("{:.3f}", 1e3 * depth); }
+
+std::string length_m(double length) {
+  return std::abs(length) < 1e-4 ? fmt::format("{:.2e}", length) : fmt::format("{:.6f}", length);
+}
+
+std::string label(const WayResult& way) {
+  return way.backend == "-" ? way.way : way.way + ", " + way.backend;
+}
+
+/// When, what and how close, one line a stop; the words that the way itself has for it.
+std::string stops_text(const ScriptResult& result, const WayResult& way) {
+  std::string text;
+  std::size_t lines = 0;
+  const auto add = [&](double time, const std::string& what) {
+    if (++lines <= kMostStops) text += fmt::format("    {:12.6f} s  {}\n", time, what);
+  };
+  for (const Cue& cue : way.verdict.cues)
+    if (result.setting->scene().policy == ContactPolicy::cue || cue.kind == EventKind::penetrating_at_start)
+      add(cue.time, fmt::format("{}: {}", to_string(cue.kind), pair_name(*result.setting, cue.solids)));
+  for (const Stop& stop : way.verdict.stops)
+    add(stop.time, fmt::format("stopped: {}, clearance {} m", pair_name(*result.setting, stop.solids),
+                               length_m(stop.clearance)));
+  if (lines > kMostStops) text += fmt::format("    and {} more\n", lines - kMostStops);
+  return text;
+}
+
+std::string arm_text(const WayResult& way) {
+  std::string text;
+  for (const HandFigures& hand : way.hands)
+    if (hand.is_arm)
+      text += fmt::format("    arm: {} frames at a joint's limit, {} damped, joints follow a stop to {} m\n",
+                          hand.limited_frames, hand.damped_frames, length_m(hand.largest_residual));
+  return text;
+}
+
+void add_row(const WayResult& way, TextTable& table) {
+  if (!way.not_flown.empty()) return;
+  const Verdict& v = way.verdict;
+  table.add({label(way), v.stops.empty() ? "-" : fmt::format("{:.6f}", v.stops[0].time),
+             v.stops.empty() ? "-" : length_m(v.stops[0].clearance), depth_mm(v.deepest_shown),
+             depth_mm(v.deepest_on_way), format_count(v.merged), format_count(v.wrongly_shown),
+             format_count(v.wrongly_told), format_count(v.wrongly_blocked) + "/" + format_count(v.blocked),
+             fmt::format("{:.1f}", way.times.median_us), fmt::format("{:.1f}", way.times.p999_us),
+             fmt::format("{:.1f}", way.times.worst_us),
+             way.allocations ? std::to_string(*way.allocations) : "-"});
+}
+
+}  // namespace
+
+std::string terminal_text(const ScriptResult& result) {
+  const Setting& setting = *result.setting;
+  const Scene& scene = setting.scene();
+  std::string text = fmt::format("\n{}: {}\n  {}, {} Hz, gap {:g} m, {} frames\n", result.file,
+                                 setting.script().name, to_string(scene.policy), scene.frame_rate,
+                                 scene.contact_gap, format_count(setting.frame_count()));
+  TextTable table({"", "stopped s", "clear m", "deep mm", "on way", "merged", "shown!", "told!", "blocked!",
+                   "us med", "99.9%", "worst", "alloc"});
+  for (const WayResult& way : result.ways) add_row(way, table);
+  text += table.str();
+  for (const WayResult& way : result.ways) {
+    if (!way.not_flown.empty()) {
+      text += fmt::format("  {}: not flown: {}\n", label(way), way.not_flown);
+      continue;
+    }
+    const std::string lines = stops_text(result, way) + arm_text(way);
+    if (!lines.empty()) text += "  " + label(way) + "\n" + lines;
+  }
+  return text;
+}
+
+}  // namespace touchstone::training
