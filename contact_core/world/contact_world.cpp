@@ -131,7 +131,7 @@ void ContactWorld::prepare() {
   s.in_motion.assign(slots, 0);
   s.is_restopped.assign(slots, 0);
   s.from.resize(solids), s.to.resize(solids), s.bulges.assign(solids, 0.0);
-  s.moved.reserve(slots), s.moved_before.reserve(slots);
+  s.moved.reserve(2 * slots), s.moved_before.reserve(2 * slots);  // find_pairs() joins the two
   s.pairs.reserve(64 + 16 * solids);
   s.contacts.reserve(64 + 16 * solids), s.contacts_before.reserve(64 + 16 * solids);
   s.contacts.clear();  // solids have new numbers

@@ -21,6 +21,7 @@ FlightLog::FlightLog(const Setting& setting)
   formation.reserve(count);
   slide_steps.reserve(count);
   frame_ns.reserve(count);
+  frame_cpu_ns.reserve(count);
   events.reserve(std::min(kMostEvents, 64 + 2 * count * setting.pairs().size()));
   hand_figures.reserve(hands);
 }

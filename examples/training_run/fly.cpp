@@ -1,5 +1,7 @@
 #include "examples/training_run/fly.hpp"
 
+#include <time.h>
+
 #include <chrono>
 
 #include "examples/measures/allocations.hpp"
@@ -15,6 +17,12 @@ std::vector<std::unique_ptr<Hand>> make_hands(const Setting& setting) {
     hands.push_back(
         make_hand(setting.script().hands[i], setting.scene().objects[setting.object_of_hand(i)].X_WO));
   return hands;
+}
+
+double thread_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
 }
 
 bool is_zero(const HandRates& rates) {
@@ -61,13 +69,15 @@ class Flight {
     const double duration = setting_.time(frame + 1) - setting_.time(frame);
     log_.slide_steps.push_back(0);
     log_.formation.push_back(static_cast<std::uint32_t>(log_.formations.size() - 1));
+    const double cpu_start = thread_ns();
     const Clock::time_point start = Clock::now();
     command(frame, duration);
     way_.frame(commands_, log_);
     for (std::size_t i = 0; i < hands_.size(); ++i)
       if (is_flying_[i]) hands_[i]->follow(way_.poses()[setting_.object_of_hand(i)], duration);
-    log_.frame_ns.push_back(static_cast<double>(
-        std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count()));
+    const std::chrono::duration<double, std::nano> elapsed = Clock::now() - start;
+    log_.frame_ns.push_back(elapsed.count());
+    log_.frame_cpu_ns.push_back(thread_ns() - cpu_start);
     log_.X_WO.insert(log_.X_WO.end(), way_.poses().begin(), way_.poses().end());
     ++log_.frames;
     for (FrameOutput* output : outputs_) output->on_frame(frame + 1, setting_.time(frame + 1), way_.poses());

@@ -215,6 +215,19 @@ struct Judge::State {
     return stop;
   }
 
+  std::size_t index_of(const SolidPair& pair) const {
+    return static_cast<std::size_t>(std::lower_bound(setting.pairs().begin(), setting.pairs().end(), pair) -
+                                    setting.pairs().begin());
+  }
+
+  /// Of the pair where the paths have it at s.
+  double separation_on(const SolidPair& pair, const std::vector<CarriedPath>& paths,
+                       const Formation& formation, double s) const {
+    std::vector<Pose> X_WO(paths.size());
+    for (std::uint32_t i = 0; i < X_WO.size(); ++i) X_WO[i] = paths[formation.root_of(i)].at(i, s).X_WO;
+    return separation(pair, X_WO);
+  }
+
   bool is_rightly_blocked(const SolidPair& pair, std::uint32_t mover, std::span<const LoggedEvent> events,
                           const std::vector<CarriedPath>& paths, const Formation& formation) const {
     const auto solid = [&](SolidIndex index) {
@@ -224,6 +237,11 @@ struct Judge::State {
     };
     query.set_pair(pair);
     const GapRule rule{setting.scene().contact_gap};
+    // In a contact that a check would not have let come about, all but the way out is rightly refused.
+    if (start_separation[index_of(pair)] == 0.0) {
+      const double now = separation_on(pair, paths, formation, 0.0);
+      if (now < 0.0) return separation_on(pair, paths, formation, 1.0) <= now;
+    }
     return find_impact(solid(pair.a), solid(pair.b), rule, query, 2.0 * rule.gap).status !=
            ImpactStatus::clear;
   }

@@ -78,7 +78,8 @@ int run(int argc, char** argv) {
       "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; on way: and between "
       "frames;\n"
       "merged: frames shown in contact; shown!: wrongly so or untold; told!: told of none there was;\n"
-      "blocked!: wrongly blocked of those blocked; us: control and check of a frame\n");
+      "blocked!: wrongly blocked of those blocked; us: control and check of a frame;\n"
+      "cpu: the worst by the thread's own clock\n");
   ProgressLine progress;
   std::vector<ScriptResult> results;
   for (const std::filesystem::path& script : scripts) {

@@ -15,7 +15,8 @@ struct WayResult {
   std::string backend;
   std::string not_flown;  ///< why; empty: it was
   Verdict verdict;
-  FrameTimes times;
+  FrameTimes times;                          ///< by the clock on the wall
+  FrameTimes cpu_times;                      ///< of the thread
   std::optional<std::uint64_t> allocations;  ///< in all frames; none where they cannot be counted
   std::uint64_t queries = 0, iteration_limits = 0;
   std::vector<HandFigures> hands;

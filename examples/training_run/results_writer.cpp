@@ -44,6 +44,12 @@ Json json(const HandFigures& hand) {
           {"largest_residual_m", number(hand.largest_residual)}};
 }
 
+Json json(const FrameTimes& times) {
+  return {{"median", number(times.median_us)},
+          {"p99_9", number(times.p999_us)},
+          {"worst", number(times.worst_us)}};
+}
+
 Json json(const Setting& setting, const WayResult& way) {
   Json out = {{"way", way.way}, {"backend", way.backend}};
   if (!way.not_flown.empty()) {
@@ -70,9 +76,8 @@ Json json(const Setting& setting, const WayResult& way) {
   out["wrongly_told_frames"] = v.wrongly_told;
   out["blocked_frames"] = v.blocked;
   out["wrongly_blocked_frames"] = v.wrongly_blocked;
-  out["frame_us"] = {{"median", number(way.times.median_us)},
-                     {"p99_9", number(way.times.p999_us)},
-                     {"worst", number(way.times.worst_us)}};
+  out["frame_us"] = json(way.times);
+  out["frame_cpu_us"] = json(way.cpu_times);
   out["allocations"] = way.allocations ? Json(*way.allocations) : Json(nullptr);
   out["queries"] = way.queries;
   out["iteration_limits"] = way.iteration_limits;
@@ -119,7 +124,8 @@ std::string results_csv(const std::vector<ScriptResult>& results) {
   std::string text =
       "script,way,backend,not_flown,policy,frame_rate_hz,gap_m,frames,stops,first_stop_s,first_clearance_m,"
       "deepest_shown_m,deepest_on_way_m,merged_frames,passed_through_frames,wrongly_shown_frames,"
-      "wrongly_told_frames,blocked_frames,wrongly_blocked_frames,median_us,p99_9_us,worst_us,allocations,"
+      "wrongly_told_frames,blocked_frames,wrongly_blocked_frames,median_us,p99_9_us,worst_us,median_cpu_us,"
+      "p99_9_cpu_us,worst_cpu_us,allocations,"
       "queries,iteration_limits\n";
   for (const ScriptResult& result : results) {
     const Scene& scene = result.setting->scene();
@@ -128,7 +134,7 @@ std::string results_csv(const std::vector<ScriptResult>& results) {
                           csv_text(way.backend), csv_text(way.not_flown), to_string(scene.policy),
                           scene.frame_rate, scene.contact_gap);
       if (!way.not_flown.empty()) {
-        text += ",,,,,,,,,,,,,,,,,\n";
+        text += std::string(20, ',') + "\n";
         continue;
       }
       const Verdict& v = way.verdict;
@@ -136,11 +142,12 @@ std::string results_csv(const std::vector<ScriptResult>& results) {
       text += fmt::format("{},{},{},{},", v.frames, v.stops.size(),
                           csv_number(v.stops.empty() ? nan : v.stops[0].time),
                           csv_number(v.stops.empty() ? nan : v.stops[0].clearance));
-      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", v.deepest_shown, v.deepest_on_way,
-                          v.merged, v.passed_through, v.wrongly_shown, v.wrongly_told, v.blocked,
-                          v.wrongly_blocked, way.times.median_us, way.times.p999_us, way.times.worst_us,
-                          way.allocations ? std::to_string(*way.allocations) : "", way.queries,
-                          way.iteration_limits);
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", v.deepest_shown,
+                          v.deepest_on_way, v.merged, v.passed_through, v.wrongly_shown, v.wrongly_told,
+                          v.blocked, v.wrongly_blocked, way.times.median_us, way.times.p999_us,
+                          way.times.worst_us, way.cpu_times.median_us, way.cpu_times.p999_us,
+                          way.cpu_times.worst_us, way.allocations ? std::to_string(*way.allocations) : "",
+                          way.queries, way.iteration_limits);
     }
   }
   return text;

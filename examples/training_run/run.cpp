@@ -37,6 +37,7 @@ class Runner {
     out.backend = way.backend();
     out.verdict = judge_.judge(log, resolution, share);
     out.times = frame_times(log.frame_ns);
+    out.cpu_times = frame_times(log.frame_cpu_ns);
     out.allocations = log.allocations;
     out.queries = log.queries;
     out.iteration_limits = log.iteration_limits;

@@ -44,8 +44,8 @@ std::string grid(const Scale& x, const Scale& y) {
                      kRight);
   svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>time [s]</text>", (kLeft + kRight) / 2,
                      kBottom + 36);
-  return svg + fmt::format("<text class='small' x='{}' y='{:.1f}'>in contact below 0</text>", kRight + 8,
-                           y(0.0) + 12);
+  return svg +
+         fmt::format("<text class='small' x='{}' y='{:.1f}'>in contact below</text>", kLeft + 6, y(0.0) + 12);
 }
 
 std::string line(const WayResult& way, std::size_t place, const Scale& x, const Scale& y) {
@@ -57,12 +57,15 @@ std::string line(const WayResult& way, std::size_t place, const Scale& x, const 
                      path, kColours[place], kDashes[place]);
 }
 
-std::string legend(const std::string& text, std::size_t place) {
-  const double at = kTop + 14 + 30 * static_cast<double>(place);
+std::string legend(const WayResult& way, std::size_t place) {
+  const double at = kTop + 14 + 40 * static_cast<double>(place);
+  double least = way.separations[0].separation;
+  for (const SeparationPoint& point : way.separations) least = std::min(least, point.separation);
   return fmt::format(
       "<path d='M{} {:.1f}h26' style='stroke:var({});stroke-width:2;stroke-dasharray:{}'/>"
-      "<text class='label' x='{}' y='{:.1f}'>{}</text>",
-      kRight + 8, at - 4, kColours[place], kDashes[place], kRight + 40, at, comparison::xml_text(text));
+      "<text class='label' x='{}' y='{:.1f}'>{}</text><text class='small' x='{}' y='{:.1f}'>{:.3g} mm</text>",
+      kRight + 8, at - 4, kColours[place], kDashes[place], kRight + 40, at, comparison::xml_text(way.way),
+      kRight + 40, at + 14, 1e3 * least);
 }
 
 }  // namespace
@@ -88,10 +91,10 @@ std::string separation_plot(const ScriptResult& result) {
       "role='img' aria-label='{2}: separation over time'><style>{3}</style>"
       "<rect width='{0}' height='{1}' style='fill:var(--paper)'/>",
       kWidth, kHeight, comparison::xml_text(result.file), comparison::plot_style());
-  svg += fmt::format("<text class='title' x='{}' y='20'>{}: separation shown [mm], by exact</text>", kLeft,
-                     comparison::xml_text(result.setting->script().name));
+  svg += fmt::format("<text class='title' x='{}' y='20'>{}: separation shown [mm], least at the right</text>",
+                     kLeft, comparison::xml_text(result.setting->script().name));
   svg += grid(x, y);
-  for (std::size_t i = 0; i < ways.size(); ++i) svg += line(*ways[i], i, x, y) + legend(ways[i]->way, i);
+  for (std::size_t i = 0; i < ways.size(); ++i) svg += line(*ways[i], i, x, y) + legend(*ways[i], i);
   return svg + "</svg>\n";
 }
 

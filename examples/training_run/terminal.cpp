@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "examples/compare_backends/text_table.hpp"
@@ -23,6 +24,19 @@ std::string label(const WayResult& way) {
   return way.backend == "-" ? way.way : way.way + ", " + way.backend;
 }
 
+/// Stops of one time, between the same two objects, are one line.
+std::size_t end_of_group(const Setting& setting, const std::vector<Stop>& stops, std::size_t first) {
+  const auto objects = [&](const Stop& stop) {
+    return std::pair(setting.instance().object_of(stop.solids.a),
+                     setting.instance().object_of(stop.solids.b));
+  };
+  std::size_t end = first + 1;
+  while (end < stops.size() && stops[end].time == stops[first].time &&
+         objects(stops[end]) == objects(stops[first]))
+    ++end;
+  return end;
+}
+
 /// When, what and how close, one line a stop; the words that the way itself has for it.
 std::string stops_text(const ScriptResult& result, const WayResult& way) {
   std::string text;
@@ -33,9 +47,15 @@ std::string stops_text(const ScriptResult& result, const WayResult& way) {
   for (const Cue& cue : way.verdict.cues)
     if (result.setting->scene().policy == ContactPolicy::cue || cue.kind == EventKind::penetrating_at_start)
       add(cue.time, fmt::format("{}: {}", to_string(cue.kind), pair_name(*result.setting, cue.solids)));
-  for (const Stop& stop : way.verdict.stops)
-    add(stop.time, fmt::format("stopped: {}, clearance {} m", pair_name(*result.setting, stop.solids),
-                               length_m(stop.clearance)));
+  const std::vector<Stop>& stops = way.verdict.stops;
+  for (std::size_t i = 0, end = 0; i < stops.size(); i = end) {
+    end = end_of_group(*result.setting, stops, i);
+    double least = stops[i].clearance;
+    for (std::size_t k = i; k < end; ++k) least = std::min(least, stops[k].clearance);
+    const std::string others = end - i == 1 ? "" : fmt::format(" and {} more pairs", end - i - 1);
+    add(stops[i].time, fmt::format("stopped: {}{}, clearance {} m",
+                                   pair_name(*result.setting, stops[i].solids), others, length_m(least)));
+  }
   if (lines > kMostStops) text += fmt::format("    and {} more\n", lines - kMostStops);
   return text;
 }
@@ -57,7 +77,7 @@ void add_row(const WayResult& way, TextTable& table) {
              depth_mm(v.deepest_on_way), format_count(v.merged), format_count(v.wrongly_shown),
              format_count(v.wrongly_told), format_count(v.wrongly_blocked) + "/" + format_count(v.blocked),
              fmt::format("{:.1f}", way.times.median_us), fmt::format("{:.1f}", way.times.p999_us),
-             fmt::format("{:.1f}", way.times.worst_us),
+             fmt::format("{:.1f}", way.times.worst_us), fmt::format("{:.1f}", way.cpu_times.worst_us),
              way.allocations ? std::to_string(*way.allocations) : "-"});
 }
 
@@ -70,7 +90,7 @@ std::string terminal_text(const ScriptResult& result) {
                                  setting.script().name, to_string(scene.policy), scene.frame_rate,
                                  scene.contact_gap, format_count(setting.frame_count()));
   TextTable table({"", "stopped s", "clear m", "deep mm", "on way", "merged", "shown!", "told!", "blocked!",
-                   "us med", "99.9%", "worst", "alloc"});
+                   "us med", "99.9%", "worst", "cpu", "alloc"});
   for (const WayResult& way : result.ways) add_row(way, table);
   text += table.str();
   for (const WayResult& way : result.ways) {
