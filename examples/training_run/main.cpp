@@ -88,6 +88,7 @@ int run(int argc, char** argv) {
     fmt::print("{}", terminal_text(results.back()));
     std::fflush(stdout);
   }
+  fmt::print("{}", summary_text(results));
   comparison::write_report_folder(options->output, report_files(results));
   fmt::print("\nresults, recordings, plots: {}\n", options->output);
   return 0;

@@ -39,6 +39,8 @@ std::string results_json(const std::vector<ScriptResult>& results);
 std::string results_csv(const std::vector<ScriptResult>& results);
 /// Tables for a terminal of 120 columns.
 std::string terminal_text(const ScriptResult& result);
+/// One row a way and backend: sums over all scripts that it flew.
+std::string summary_text(const std::vector<ScriptResult>& results);
 /// Separation over time for the ways that have it; empty without any.
 std::string separation_plot(const ScriptResult& result);
 

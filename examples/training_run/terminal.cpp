@@ -104,4 +104,46 @@ std::string terminal_text(const ScriptResult& result) {
   return text;
 }
 
+namespace {
+
+struct Sum {
+  std::string label;
+  std::size_t scripts = 0, frames = 0, merged = 0, passed_through = 0, shown = 0, told = 0, blocked = 0,
+              wrongly_blocked = 0;
+  double worst_cpu_us = 0.0;
+};
+
+void add(const WayResult& way, std::vector<Sum>& sums) {
+  auto sum =
+      std::find_if(sums.begin(), sums.end(), [&](const Sum& each) { return each.label == label(way); });
+  if (sum == sums.end()) sum = sums.insert(sums.end(), Sum{label(way)});
+  const Verdict& v = way.verdict;
+  ++sum->scripts;
+  sum->frames += v.frames;
+  sum->merged += v.merged;
+  sum->passed_through += v.passed_through;
+  sum->shown += v.wrongly_shown;
+  sum->told += v.wrongly_told;
+  sum->blocked += v.blocked;
+  sum->wrongly_blocked += v.wrongly_blocked;
+  sum->worst_cpu_us = std::max(sum->worst_cpu_us, way.cpu_times.worst_us);
+}
+
+}  // namespace
+
+std::string summary_text(const std::vector<ScriptResult>& results) {
+  std::vector<Sum> sums;
+  for (const ScriptResult& result : results)
+    for (const WayResult& way : result.ways)
+      if (way.not_flown.empty()) add(way, sums);
+  TextTable table({"all scripts", "scripts", "frames", "merged", "passed through", "shown!", "told!",
+                   "blocked!", "worst cpu us"});
+  for (const Sum& sum : sums)
+    table.add({sum.label, std::to_string(sum.scripts), format_count(sum.frames), format_count(sum.merged),
+               format_count(sum.passed_through), format_count(sum.shown), format_count(sum.told),
+               format_count(sum.wrongly_blocked) + "/" + format_count(sum.blocked),
+               fmt::format("{:.1f}", sum.worst_cpu_us)});
+  return "\n" + table.str();
+}
+
 }  // namespace touchstone::training
