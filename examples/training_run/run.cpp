@@ -47,7 +47,9 @@ class Runner {
     if (keep) kept_.emplace_back(result_.ways.size() - 1, std::move(log));
   }
 
+  /// Where contact is only cued, all ways show the same.
   void plot() {
+    if (setting_.scene().policy == ContactPolicy::cue) return;
     const std::optional<double> centre = first_contact();
     if (!centre) return;
     const double rate = setting_.scene().frame_rate;

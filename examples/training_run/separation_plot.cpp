@@ -10,7 +10,7 @@
 namespace touchstone::training {
 namespace {
 
-constexpr double kWidth = 640, kHeight = 330, kLeft = 66, kRight = 470, kTop = 34, kBottom = 280;
+constexpr double kWidth = 640, kHeight = 330, kLeft = 66, kRight = 470, kTop = 46, kBottom = 284;
 constexpr std::array<const char*, 3> kColours = {"--c2", "--c3", "--c0"};  // of the ways, in their order
 constexpr std::array<const char*, 3> kDashes = {"7 4", "2 3", "none"};
 
@@ -91,8 +91,11 @@ std::string separation_plot(const ScriptResult& result) {
       "role='img' aria-label='{2}: separation over time'><style>{3}</style>"
       "<rect width='{0}' height='{1}' style='fill:var(--paper)'/>",
       kWidth, kHeight, comparison::xml_text(result.file), comparison::plot_style());
-  svg += fmt::format("<text class='title' x='{}' y='20'>{}: separation shown [mm], least at the right</text>",
-                     kLeft, comparison::xml_text(result.setting->script().name));
+  svg += fmt::format(
+      "<text class='title' x='{0}' y='20'>{1}</text>"
+      "<text class='small' x='{0}' y='37'>separation shown [mm], by exact; its least value beside each "
+      "way</text>",
+      kLeft, comparison::xml_text(result.setting->script().name));
   svg += grid(x, y);
   for (std::size_t i = 0; i < ways.size(); ++i) svg += line(*ways[i], i, x, y) + legend(*ways[i], i);
   return svg + "</svg>\n";

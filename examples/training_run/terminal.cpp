@@ -52,7 +52,7 @@ std::string stops_text(const ScriptResult& result, const WayResult& way) {
     end = end_of_group(*result.setting, stops, i);
     double least = stops[i].clearance;
     for (std::size_t k = i; k < end; ++k) least = std::min(least, stops[k].clearance);
-    const std::string others = end - i == 1 ? "" : fmt::format(" and {} more pairs", end - i - 1);
+    const std::string others = end - i == 1 ? "" : fmt::format(" and {} more", end - i - 1);
     add(stops[i].time, fmt::format("stopped: {}{}, clearance {} m",
                                    pair_name(*result.setting, stops[i].solids), others, length_m(least)));
   }
