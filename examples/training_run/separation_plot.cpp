@@ -19,11 +19,11 @@ struct Scale {
   double operator()(double value) const { return from + (to - from) * (value - low) / (high - low); }
 };
 
-/// 1, 2 or 5 times a power of ten, about a sixth of the range.
+/// 1, 2 or 5 times a power of ten, about an eighth of the range.
 double step_for(double range) {
-  const double power = std::pow(10.0, std::floor(std::log10(range / 6.0)));
+  const double power = std::pow(10.0, std::floor(std::log10(range / 8.0)));
   for (const double factor : {1.0, 2.0, 5.0})
-    if (factor * power >= range / 6.0) return factor * power;
+    if (factor * power >= range / 8.0) return factor * power;
   return 10.0 * power;
 }
 
