@@ -5,10 +5,8 @@
 #include <cmath>
 #include <numbers>
 #include <set>
-#include <sstream>
 
 #include "adapters/scene_files/facets.hpp"
-#include "adapters/scene_files/text_file.hpp"
 #include "adapters/scene_files/yaml_reader.hpp"
 #include "contact_core/input_error.hpp"
 #include "contact_core/scene/scene_instance.hpp"
@@ -352,41 +350,12 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
   return scene;
 }
 
-// YAML::Load reads the first document only; what follows it must not be passed over in silence.
-void require_one_document(const std::filesystem::path& path, const std::string& text) {
-  std::istringstream lines(text);
-  bool begun = false;
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    const bool marker = line.substr(0, 3) == "---" || line.substr(0, 3) == "...";
-    if (marker && begun)
-      throw InputError(path.string() + ":" + std::to_string(number) +
-                       ": expected one YAML document, here it ends");
-    if (!line.empty() && line[0] != '#') begun = true;
-  }
-}
-
-YAML::Node parse(const std::filesystem::path& path) {
-  const std::string text = scene_files::read_text_file(path);
-  require_one_document(path, text);
-  try {
-    // Not LoadAll: in yaml-cpp 0.7 it never returns on text such as a line that starts with a comma.
-    return YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    std::string reason = error.msg;  // may quote a line end
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    throw InputError(path.string() + ":" + std::to_string(error.mark.line + 1) +
-                     ": malformed YAML: " + reason);
-  }
-}
-
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& path, const SceneParameters& parameters) {
   YamlSource source;
   source.file = path.string();
-  const YAML::Node document = parse(path);
+  const YAML::Node document = scene_files::parse_yaml(path);
   const YamlReader root(document, source);
   Scene scene = read_scene(root, source, parameters);
   try {

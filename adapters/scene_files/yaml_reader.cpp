@@ -4,7 +4,9 @@
 #include <charconv>
 #include <cmath>
 #include <set>
+#include <sstream>
 
+#include "adapters/scene_files/text_file.hpp"
 #include "contact_core/input_error.hpp"
 
 namespace touchstone::scene_files {
@@ -38,7 +40,36 @@ bool is_infinite_or_nan(std::string_view text) {
   return lower == "nan" || lower == "inf" || lower == "infinity";
 }
 
+// YAML::Load reads the first document only; what follows it must not be passed over in silence.
+void require_one_document(const std::filesystem::path& path, const std::string& text) {
+  std::istringstream lines(text);
+  bool begun = false;
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const bool marker = line.substr(0, 3) == "---" || line.substr(0, 3) == "...";
+    if (marker && begun)
+      throw InputError(path.string() + ":" + std::to_string(number) +
+                       ": expected one YAML document, here it ends");
+    if (!line.empty() && line[0] != '#') begun = true;
+  }
+}
+
 }  // namespace
+
+YAML::Node parse_yaml(const std::filesystem::path& path) {
+  const std::string text = read_text_file(path);
+  require_one_document(path, text);
+  try {
+    // Not LoadAll: in yaml-cpp 0.7 it never returns on text such as a line that starts with a comma.
+    return YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    std::string reason = error.msg;  // may quote a line end
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    throw InputError(path.string() + ":" + std::to_string(error.mark.line + 1) +
+                     ": malformed YAML: " + reason);
+  }
+}
 
 std::string YamlReader::file_and_line() const {
   const YAML::Mark mark = node_.Mark();

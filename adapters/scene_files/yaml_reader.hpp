@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <initializer_list>
 #include <map>
 #include <string>
@@ -22,6 +23,10 @@ struct YamlSource {
   double lengths_per_metre = 1.0;
   double radians_per_angle = 1.0;
 };
+
+/// A file's one YAML document.
+/// @throws InputError `file:line: reason`: unreadable or malformed, or more than one document.
+YAML::Node parse_yaml(const std::filesystem::path& path);
 
 /// A node that knows where it is: every error reads `file:line: object 'x': hexahedron 'y': reason`.
 class YamlReader {

@@ -1,0 +1,193 @@
+#include "adapters/scene_files/script_file.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "adapters/scene_files/yaml_reader.hpp"
+#include "contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+using scene_files::YamlReader;
+using scene_files::YamlSource;
+
+void read_units(const YamlReader& root, YamlSource& source) {
+  if (!root.has("units")) return;
+  const YamlReader units = root.at("units");
+  units.require_keys({"length", "angle"});
+  const auto is = [&](const char* key, const char* plain, const char* other) {
+    if (!units.has(key)) return false;
+    const YamlReader unit = units.at(key);
+    if (unit.text() != plain && unit.text() != other)
+      unit.fail("unknown unit '" + unit.text() + "'; known: " + plain + ", " + other);
+    return unit.text() == other;
+  };
+  source.lengths_per_metre = is("length", "m", "mm") ? 1000.0 : 1.0;
+  source.radians_per_angle = is("angle", "rad", "deg") ? std::numbers::pi / 180.0 : 1.0;
+}
+
+double read_time(const YamlReader& item) {
+  const YamlReader reader = item.at("time");
+  const double time = reader.number();
+  if (time < 0.0) reader.fail("is before the start");
+  return time;
+}
+
+std::string read_object(const YamlReader& reader, const Scene& scene) {
+  const std::string name = reader.text();
+  for (const SceneObject& object : scene.objects)
+    if (object.tree.name() == name) return name;
+  reader.fail("the scene has no object '" + name + "'");
+}
+
+Scene read_scene(const YamlReader& reader, const std::filesystem::path& script) {
+  reader.require_keys({"file", "parameters"});
+  SceneParameters parameters;
+  if (reader.has("parameters")) {
+    const YamlReader list = reader.at("parameters");
+    list.require_keys({});
+    for (const auto& entry : list.node())
+      parameters[entry.first.Scalar()] = list.at(entry.first.Scalar()).number();
+  }
+  const YamlReader file = reader.at("file");
+  try {
+    return load_scene(script.parent_path() / file.text(), parameters);
+  } catch (const InputError& error) {
+    file.fail(error.what());
+  }
+}
+
+ContactPolicy read_policy(const YamlReader& reader) {
+  for (const ContactPolicy policy :
+       {ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide})
+    if (reader.text() == to_string(policy)) return policy;
+  reader.fail("unknown policy '" + reader.text() + "'; known: cue, hold, advance, slide");
+}
+
+void read_frames(const YamlReader& root, Scene& scene) {
+  if (root.has("frame_rate")) scene.frame_rate = root.at("frame_rate").number();
+  if (scene.frame_rate < kLowestFrameRate || scene.frame_rate > kHighestFrameRate) {
+    const YamlReader& where = root.has("frame_rate") ? root.at("frame_rate") : root;
+    where.fail("the frame rate is not within 10 and 1000 Hz");
+  }
+  if (!root.has("duration")) return;
+  const YamlReader reader = root.at("duration");
+  scene.duration = reader.number();
+  if (!(scene.duration > 0.0)) reader.fail("is not above 0");
+}
+
+HandRates read_rates(const YamlReader& item) {
+  item.require_keys({"time", "velocity", "turn", "mode"});
+  HandRates rates;
+  rates.time = read_time(item);
+  if (item.has("velocity")) rates.velocity = item.at("velocity").length3();
+  if (item.has("turn")) rates.turn = item.at("turn").vector3() * item.source().radians_per_angle;
+  if (item.has("mode")) {
+    const YamlReader mode = item.at("mode");
+    if (mode.text() != "world" && mode.text() != "hand")
+      mode.fail("unknown mode '" + mode.text() + "'; known: world, hand");
+    if (mode.text() == "hand") rates.mode = HandRates::Mode::hand;
+  }
+  return rates;
+}
+
+ArmScript read_arm(const YamlReader& reader) {
+  reader.require_keys({"model", "link", "joints", "grip"});
+  ArmScript arm;
+  arm.model = reader.at("model").text();
+  arm.link = reader.at("link").text();
+  for (const YamlReader& joint : reader.at("joints").list()) arm.joints.push_back(joint.angle());
+  const YamlReader grip = reader.at("grip");
+  grip.require_keys({"position", "rpy"});
+  Vector6 position = Vector6::Zero();
+  if (grip.has("position")) position.head<3>() = grip.at("position").length3();
+  if (grip.has("rpy")) position.tail<3>() = grip.at("rpy").vector3() * reader.source().radians_per_angle;
+  arm.X_OL = pose_from_position_vector(position);
+  return arm;
+}
+
+HandScript read_hand(const YamlReader& item, const Script& script) {
+  item.require_keys({"object", "rates", "arm"});
+  HandScript hand;
+  hand.object = read_object(item.at("object"), script.scene);
+  for (const HandScript& other : script.hands)
+    if (other.object == hand.object) item.at("object").fail("two hands fly '" + hand.object + "'");
+  const YamlReader here = item.within("hand on '" + hand.object + "'");
+  const YamlReader list = here.at("rates");
+  for (const YamlReader& row : list.list()) {
+    hand.rates.push_back(read_rates(row));
+    const std::size_t count = hand.rates.size();
+    if (count > 1 && !(hand.rates[count - 1].time > hand.rates[count - 2].time))
+      row.at("time").fail("is not after the row before");
+  }
+  if (hand.rates.empty()) list.fail("expected at least one row");
+  if (here.has("arm")) hand.arm = read_arm(here.at("arm"));
+  return hand;
+}
+
+OperatorAction read_action(const YamlReader& item, const Scene& scene) {
+  item.require_keys({"time", "latch", "release", "switch_on", "switch_off"});
+  using Kind = OperatorAction::Kind;
+  OperatorAction action;
+  action.time = read_time(item);
+  const int named = int{item.has("latch")} + int{item.has("release")} + int{item.has("switch_on")} +
+                    int{item.has("switch_off")};
+  if (named != 1) item.fail("expected one of latch, release, switch_on, switch_off");
+  if (item.has("latch")) {
+    const YamlReader latch = item.at("latch");
+    latch.require_keys({"carrier", "carried"});
+    action.carrier = read_object(latch.at("carrier"), scene);
+    action.object = read_object(latch.at("carried"), scene);
+    return action;
+  }
+  const char* key = item.has("release") ? "release" : item.has("switch_on") ? "switch_on" : "switch_off";
+  action.kind = item.has("release")     ? Kind::release
+                : item.has("switch_on") ? Kind::switch_on
+                                        : Kind::switch_off;
+  action.object = read_object(item.at(key), scene);
+  return action;
+}
+
+void read_actions(const YamlReader& reader, Script& script) {
+  for (const YamlReader& item : reader.list()) {
+    script.actions.push_back(read_action(item, script.scene));
+    const std::size_t count = script.actions.size();
+    if (count > 1 && script.actions[count - 1].time < script.actions[count - 2].time)
+      item.at("time").fail("is before the action above");
+  }
+}
+
+Script read_script(const YamlReader& root, YamlSource& source, const std::filesystem::path& path) {
+  root.require_keys({"name", "description", "scene", "units", "frame_rate", "policy", "translation_only",
+                     "duration", "hands", "actions"});
+  read_units(root, source);
+  Script script;
+  script.name = root.at("name").text();
+  if (root.has("description")) script.description = root.at("description").text();
+  script.scene = read_scene(root.at("scene"), path);
+  for (SceneObject& object : script.scene.objects) object.motion = {};
+  read_frames(root, script.scene);
+  if (root.has("policy")) script.scene.policy = read_policy(root.at("policy"));
+  if (root.has("translation_only")) {
+    const YamlReader choice = root.at("translation_only");
+    if (choice.text() != "true" && choice.text() != "false") choice.fail("expected true or false");
+    script.translation_only = choice.text() == "true";
+  }
+  for (const YamlReader& item : root.at("hands").list()) script.hands.push_back(read_hand(item, script));
+  if (script.hands.empty()) root.at("hands").fail("expected at least one hand");
+  if (root.has("actions")) read_actions(root.at("actions"), script);
+  return script;
+}
+
+}  // namespace
+
+Script load_script(const std::filesystem::path& path) {
+  YamlSource source;
+  source.file = path.string();
+  const YAML::Node document = scene_files::parse_yaml(path);
+  const YamlReader root(document, source);
+  return read_script(root, source, path);
+}
+
+}  // namespace touchstone

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adapters/scene_files/scene_file.hpp"
+
+namespace touchstone {
+
+/// What a pair of hand controllers asks for from a time on, until the next row.
+struct HandRates {
+  double time = 0.0;                   ///< [s]
+  Vector3 velocity = Vector3::Zero();  ///< of the object's origin [m/s]
+  Vector3 turn = Vector3::Zero();      ///< angular velocity about its origin [rad/s]
+  enum class Mode : std::uint8_t {
+    world,  ///< both along the world's axes
+    hand,   ///< both along the object's own axes, as they stand at the frame's start
+  } mode = Mode::world;
+};
+
+/// The arm that holds an object which is flown by resolved rates.
+struct ArmScript {
+  std::string model;           ///< the name of an arm that the program has
+  std::string link;            ///< that holds the object
+  std::vector<double> joints;  ///< values at the start [rad or m]
+  Pose X_OL;  ///< of the link in the object's frame; the arm's base stands where that puts it
+};
+
+/// One hand on one object.
+struct HandScript {
+  std::string object;
+  std::vector<HandRates> rates;  ///< by time, at least one; before the first all are 0
+  std::optional<ArmScript> arm;
+};
+
+/// What the operator does besides flying; in force from the first frame on that starts at `time` or later.
+struct OperatorAction {
+  enum class Kind : std::uint8_t { latch, release, switch_on, switch_off } kind = Kind::latch;
+  double time = 0.0;    ///< [s]
+  std::string object;   ///< carried, released or switched
+  std::string carrier;  ///< latch only
+};
+
+/// A hand-controller script: a scene and what an operator does in it.
+struct Script {
+  std::string name;
+  std::string description;
+  Scene scene;                    ///< with the script's own policy, frame rate and duration
+  bool translation_only = false;  ///< slide: without turning
+  std::vector<HandScript> hands;
+  std::vector<OperatorAction> actions;  ///< by time
+};
+
+inline constexpr double kLowestFrameRate = 10.0, kHighestFrameRate = 1000.0;  // [Hz]
+
+/// Reads a script (YAML; the format is described in adapters/scene_files/README.md) and its scene, which is
+/// named relative to the script. Prescribed motion in the scene file is left out: only hands move objects.
+/// @throws InputError, one line `file:line: reason`, as load_scene; further: a frame rate out of 10 to 1000
+/// Hz, objects that the scene has not or that two hands fly, rows out of order.
+Script load_script(const std::filesystem::path& path);
+
+}  // namespace touchstone

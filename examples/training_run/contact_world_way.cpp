@@ -1,0 +1,108 @@
+#include "examples/training_run/way.hpp"
+
+namespace touchstone::training {
+namespace {
+
+class ContactWorldWay final : public Way {
+ public:
+  ContactWorldWay(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
+                  std::unique_ptr<Broadphase> broadphase)
+      : setting_(&setting),
+        backend_(narrowphase->name()),
+        world_(std::move(narrowphase), std::move(broadphase), setting.scene().contact_gap),
+        formation_(setting.object_count()) {
+    PairRule rule;
+    rule.policy = setting.scene().policy;
+    rule.translation_only = setting.script().translation_only;
+    world_.set_default_rule(rule);
+    add_objects();
+    exempt_pairs();
+    commands_.reserve(setting.script().hands.size());
+    world_.prepare();
+  }
+
+  std::string_view name() const noexcept override { return "contact world"; }
+  std::string_view backend() const noexcept override { return backend_; }
+
+  void act(const Action& action) override {
+    using Kind = OperatorAction::Kind;
+    if (action.kind == Kind::latch) world_.latch(objects_[action.carrier], objects_[action.object]);
+    if (action.kind == Kind::release) world_.unlatch(objects_[action.object]);
+    if (action.kind == Kind::switch_on || action.kind == Kind::switch_off)
+      world_.select(
+          {SelectionChange::Scope::object, objects_[action.object].slot, 0, action.kind == Kind::switch_on});
+    formation_.apply(action, X_WO_);
+    world_.prepare();
+  }
+
+  void frame(std::span<const Command> commands, FlightLog& log) noexcept override {
+    commands_.clear();
+    for (const Command& command : commands) commands_.push_back({objects_[command.object], command.path});
+    const FrameReport report = world_.frame(commands_);
+    for (std::size_t i = 0; i < objects_.size(); ++i) X_WO_[i] = world_.actual_pose(objects_[i]);
+    for (const ContactEvent& event : report.events) log_event(event, log);
+    log.slide_steps.back() = static_cast<std::uint8_t>(report.slide_steps);
+    log.queries += report.queries;
+    log.iteration_limits += report.iteration_limits;
+    ++frame_;
+  }
+
+  std::span<const Pose> poses() const noexcept override { return X_WO_; }
+  const Formation& formation() const noexcept override { return formation_; }
+
+ private:
+  void add_objects() {
+    for (std::uint32_t i = 0; i < setting_->object_count(); ++i) {
+      const SceneObject& object = setting_->scene().objects[i];
+      // The setting outlives this, so the world's share of the tree owns nothing.
+      const std::shared_ptr<const HexahedronTree> tree(std::shared_ptr<void>(), &object.tree);
+      objects_.push_back(world_.add({tree, object.X_WO, !setting_->may_move(i), object.groups}));
+      if (index_of_slot_.size() <= objects_[i].slot) index_of_slot_.resize(objects_[i].slot + 1);
+      index_of_slot_[objects_[i].slot] = i;
+      X_WO_.push_back(object.X_WO);
+    }
+  }
+
+  void exempt_pairs() {
+    const SceneInstance& instance = setting_->instance();
+    const auto name = [&](SolidIndex solid) -> const std::string& {
+      const std::uint32_t object = instance.object_of(solid);
+      return instance.trees()[object]->solids()[solid - instance.first_solid(object)].name;
+    };
+    for (const SolidPair& pair : instance.exempt_pairs())
+      world_.exempt(objects_[instance.object_of(pair.a)], name(pair.a), objects_[instance.object_of(pair.b)],
+                    name(pair.b));
+  }
+
+  SolidIndex solid_in_scene(ObjectHandle object, SolidIndex within) const noexcept {
+    return setting_->instance().first_solid(index_of_slot_[object.slot]) + within;
+  }
+
+  void log_event(const ContactEvent& event, FlightLog& log) const noexcept {
+    LoggedEvent logged{frame_, event.kind, {0, 0}, event.s, event.geometry.separation};
+    if (event.kind != EventKind::refused) {
+      logged.solids = {solid_in_scene(event.a, event.solids.a), solid_in_scene(event.b, event.solids.b)};
+      if (logged.solids.b < logged.solids.a) std::swap(logged.solids.a, logged.solids.b);
+    }
+    log.add(logged);
+  }
+
+  const Setting* setting_;
+  std::string backend_;
+  ContactWorld world_;
+  Formation formation_;
+  std::vector<ObjectHandle> objects_;
+  std::vector<std::uint32_t> index_of_slot_;
+  std::vector<Pose> X_WO_;
+  std::vector<MotionCommand> commands_;
+  std::uint32_t frame_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Way> make_contact_world_way(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
+                                            std::unique_ptr<Broadphase> broadphase) {
+  return std::make_unique<ContactWorldWay>(setting, std::move(narrowphase), std::move(broadphase));
+}
+
+}  // namespace touchstone::training

@@ -1,0 +1,115 @@
+#include "examples/training_run/fly.hpp"
+
+#include <time.h>
+
+#include <chrono>
+
+#include "examples/measures/allocations.hpp"
+
+namespace touchstone::training {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::vector<std::unique_ptr<Hand>> make_hands(const Setting& setting) {
+  std::vector<std::unique_ptr<Hand>> hands;
+  for (std::size_t i = 0; i < setting.script().hands.size(); ++i)
+    hands.push_back(
+        make_hand(setting.script().hands[i], setting.scene().objects[setting.object_of_hand(i)].X_WO));
+  return hands;
+}
+
+double thread_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
+}
+
+bool is_zero(const HandRates& rates) {
+  return rates.velocity == Vector3::Zero() && rates.turn == Vector3::Zero();
+}
+
+/// One flight's loop. What is timed and counted is step(): control, check and log.
+class Flight {
+ public:
+  Flight(const Setting& setting, Way& way, std::span<FrameOutput* const> outputs)
+      : setting_(setting), way_(way), outputs_(outputs), log_(setting), hands_(make_hands(setting)) {
+    commands_.reserve(hands_.size());
+    for (FrameOutput* output : outputs_) output->on_frame(0, 0.0, way_.poses());
+  }
+
+  FlightLog take(const comparison::Progress& progress) {
+    const std::size_t count = setting_.frame_count();
+    for (std::size_t frame = 0; frame < count; ++frame) {
+      take_actions(frame);
+      const auto before = comparison::thread_allocations();
+      step(frame);
+      const auto after = comparison::thread_allocations();
+      if (before && after && log_.allocations)
+        *log_.allocations += *after - *before;
+      else
+        log_.allocations.reset();
+      if (progress) progress(static_cast<double>(frame + 1) / static_cast<double>(count));
+    }
+    for (const auto& hand : hands_) log_.hand_figures.push_back(hand->figures());
+    return std::move(log_);
+  }
+
+ private:
+  void take_actions(std::size_t frame) {
+    const std::span<const Action> actions = setting_.actions();
+    for (; next_action_ < actions.size() && actions[next_action_].time <= setting_.time(frame);
+         ++next_action_) {
+      way_.act(actions[next_action_]);
+      log_.formations.push_back(way_.formation());
+    }
+  }
+
+  void step(std::size_t frame) noexcept {
+    const double duration = setting_.time(frame + 1) - setting_.time(frame);
+    log_.slide_steps.push_back(0);
+    log_.formation.push_back(static_cast<std::uint32_t>(log_.formations.size() - 1));
+    const double cpu_start = thread_ns();
+    const Clock::time_point start = Clock::now();
+    command(frame, duration);
+    way_.frame(commands_, log_);
+    for (std::size_t i = 0; i < hands_.size(); ++i)
+      if (is_flying_[i]) hands_[i]->follow(way_.poses()[setting_.object_of_hand(i)], duration);
+    const std::chrono::duration<double, std::nano> elapsed = Clock::now() - start;
+    log_.frame_ns.push_back(elapsed.count());
+    log_.frame_cpu_ns.push_back(thread_ns() - cpu_start);
+    log_.X_WO.insert(log_.X_WO.end(), way_.poses().begin(), way_.poses().end());
+    ++log_.frames;
+    for (FrameOutput* output : outputs_) output->on_frame(frame + 1, setting_.time(frame + 1), way_.poses());
+  }
+
+  void command(std::size_t frame, double duration) noexcept {
+    commands_.clear();
+    for (std::size_t i = 0; i < hands_.size(); ++i) {
+      const std::uint32_t object = setting_.object_of_hand(i);
+      const Pose& X_WO = way_.poses()[object];
+      const HandRates rates = setting_.rates(i, frame);
+      is_flying_[i] = !is_zero(rates) && way_.formation().carrier[object] == kNone;
+      if (is_flying_[i]) commands_.push_back({object, hands_[i]->command(X_WO, rates, duration)});
+      log_.paths[frame * hands_.size() + i] = is_flying_[i] ? commands_.back().path : RigidPath(X_WO);
+    }
+  }
+
+  const Setting& setting_;
+  Way& way_;
+  std::span<FrameOutput* const> outputs_;
+  FlightLog log_;
+  std::vector<std::unique_ptr<Hand>> hands_;
+  std::vector<char> is_flying_ = std::vector<char>(hands_.size(), 0);
+  std::vector<Command> commands_;
+  std::size_t next_action_ = 0;
+};
+
+}  // namespace
+
+FlightLog fly(const Setting& setting, Way& way, std::span<FrameOutput* const> outputs,
+              const comparison::Progress& progress) {
+  return Flight(setting, way, outputs).take(progress);
+}
+
+}  // namespace touchstone::training

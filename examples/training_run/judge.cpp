@@ -1,0 +1,415 @@
+#include "examples/training_run/judge.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "adapters/exact/exact.hpp"
+#include "adapters/exact/signed_distance.hpp"
+#include "contact_core/motion/impact.hpp"
+#include "contact_core/motion/narrowphase_query.hpp"
+#include "contact_core/registry.hpp"
+
+namespace touchstone::training {
+namespace {
+
+/// Paths are looked at this often [m], and no more than this many times a frame.
+constexpr double kLookEvery = 0.001;
+constexpr std::size_t kMostLooks = 4096;
+
+/// The world vertices of a solid and the box around them, which is exact: doubles are only compared.
+struct PosedSolid {
+  WorldVertices vertices;
+  std::array<double, 3> low, high;
+};
+
+PosedSolid posed(const Hexahedron& solid, const Pose& X_WS) {
+  PosedSolid out;
+  world_vertices(solid, X_WS, out.vertices);
+  const WorldVertices& v = out.vertices;
+  const std::array<const std::array<double, 8>*, 3> axes{&v.x, &v.y, &v.z};
+  for (std::size_t i = 0; i < 3; ++i) {
+    out.low[i] = *std::min_element(axes[i]->begin(), axes[i]->end());
+    out.high[i] = *std::max_element(axes[i]->begin(), axes[i]->end());
+  }
+  return out;
+}
+
+/// No more than the distance of the two, to rounding; below or 0 where the boxes meet.
+double distance_of_boxes(const PosedSolid& a, const PosedSolid& b) {
+  double square = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double gap = std::max({0.0, b.low[i] - a.high[i], a.low[i] - b.high[i]});
+    square += gap * gap;
+  }
+  return std::sqrt(square);
+}
+
+bool boxes_are_apart(const PosedSolid& a, const PosedSolid& b) {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (b.low[i] > a.high[i] || a.low[i] > b.high[i]) return true;
+  return false;
+}
+
+bool same(const Pose& X, const Pose& Y) { return X.p == Y.p && X.R == Y.R; }
+
+struct Contact {
+  std::size_t pair;
+  double separation;  ///< <= 0
+};
+
+}  // namespace
+
+struct Judge::State {
+  const Setting& setting;
+  std::unique_ptr<Narrowphase> exact;
+  mutable NarrowphaseQuery query;
+  std::vector<double> start_separation;  ///< of pairs that overlap at the start; 0 of others
+
+  static std::unique_ptr<Narrowphase> make_exact(const Setting& setting) {
+    BackendRegistry registry;
+    register_exact(registry);
+    std::unique_ptr<Narrowphase> exact = registry.make_narrowphase("exact");
+    exact->build(setting.instance().solids());
+    return exact;
+  }
+
+  explicit State(const Setting& given)
+      : setting(given), exact(make_exact(given)), query(*exact, given.instance().solids().size()) {
+    std::vector<Pose> X_WO;
+    for (const SceneObject& object : setting.scene().objects) X_WO.push_back(object.X_WO);
+    start_separation.assign(setting.pairs().size(), 0.0);
+    for (const Contact& contact : contacts(X_WO, Formation(X_WO.size())))
+      start_separation[contact.pair] = contact.separation;
+  }
+
+  const PlacedHexahedron& placed(SolidIndex solid) const {
+    const std::uint32_t object = setting.instance().object_of(solid);
+    return setting.instance().trees()[object]->solids()[solid - setting.instance().first_solid(object)];
+  }
+  std::uint32_t object_of(SolidIndex solid) const { return setting.instance().object_of(solid); }
+
+  std::vector<PosedSolid> pose_all(std::span<const Pose> X_WO) const {
+    std::vector<PosedSolid> solids;
+    solids.reserve(setting.instance().solids().size());
+    for (SolidIndex i = 0; i < setting.instance().solids().size(); ++i)
+      solids.push_back(posed(placed(i).solid, compose(X_WO[object_of(i)], placed(i).X_OS)));
+    return solids;
+  }
+
+  bool is_checked(const SolidPair& pair, const Formation& formation) const {
+    const std::uint32_t a = object_of(pair.a), b = object_of(pair.b);
+    return formation.is_on[a] && formation.is_on[b] && formation.root_of(a) != formation.root_of(b);
+  }
+
+  std::vector<Contact> contacts(std::span<const Pose> X_WO, const Formation& formation) const {
+    const std::vector<PosedSolid> solids = pose_all(X_WO);
+    std::vector<Contact> found;
+    for (std::size_t i = 0; i < setting.pairs().size(); ++i) {
+      const SolidPair& pair = setting.pairs()[i];
+      const PosedSolid &a = solids[pair.a], &b = solids[pair.b];
+      if (!is_checked(pair, formation) || boxes_are_apart(a, b)) continue;
+      if (exact_pair_class(a.vertices, b.vertices) == PairClass::separated) continue;
+      found.push_back({i, exact_signed_distance(a.vertices, b.vertices).separation});
+    }
+    return found;
+  }
+
+  double separation(const SolidPair& pair, std::span<const Pose> X_WO) const {
+    std::array<WorldVertices, 2> v;
+    world_vertices(placed(pair.a).solid, compose(X_WO[object_of(pair.a)], placed(pair.a).X_OS), v[0]);
+    world_vertices(placed(pair.b).solid, compose(X_WO[object_of(pair.b)], placed(pair.b).X_OS), v[1]);
+    return exact_signed_distance(v[0], v[1]).separation;
+  }
+
+  double scale_of(const SolidPair& pair, std::span<const Pose> X_WO) const {
+    double scale = 0.0;
+    for (const SolidIndex solid : {pair.a, pair.b}) {
+      const Pose X_WS = compose(X_WO[object_of(solid)], placed(solid).X_OS);
+      const Sphere& sphere = placed(solid).solid.bounding_sphere();
+      scale = std::max(scale, X_WS.p.cwiseAbs().maxCoeff() + norm(sphere.centre) + 2.0 * sphere.radius);
+    }
+    return scale;
+  }
+
+  /// True where the pair overlapped at the start and is no deeper now, to the rounding of a separation.
+  bool is_old(const Contact& contact, std::span<const Pose> X_WO) const {
+    const double start = start_separation[contact.pair];
+    return start < 0.0 &&
+           contact.separation >= start - 0x1p-48 * scale_of(setting.pairs()[contact.pair], X_WO);
+  }
+
+  // ---- paths
+
+  /// The path of every root in a frame: as commanded.
+  std::vector<CarriedPath> commanded_paths(const FlightLog& log, std::size_t frame) const {
+    const Formation& formation = log.formations[log.formation[frame]];
+    std::vector<CarriedPath> paths;
+    for (const Pose& X : log.shown(frame)) paths.emplace_back(RigidPath(X), formation.X_RO);
+    for (std::size_t hand = 0; hand < log.hands; ++hand)
+      paths[setting.object_of_hand(hand)] = CarriedPath(log.path(frame, hand), formation.X_RO);
+    return paths;
+  }
+
+  /// As executed. Of a slide nothing but its ends is known here: it counts as at rest where it ended.
+  std::vector<CarriedPath> executed_paths(const FlightLog& log, std::size_t frame) const {
+    const Formation& formation = log.formations[log.formation[frame]];
+    std::vector<CarriedPath> paths = commanded_paths(log, frame);
+    for (std::uint32_t i = 0; i < paths.size(); ++i) {
+      const Pose &before = log.shown(frame)[i], &after = log.shown(frame + 1)[i];
+      if (formation.carrier[i] != kNone || same(paths[i].carrier().to(), after)) continue;
+      const bool slid = log.slide_steps[frame] > 0;
+      paths[i] = CarriedPath(RigidPath::between(slid ? after : before, after), formation.X_RO);
+    }
+    return paths;
+  }
+
+  std::size_t looks_for(const std::vector<CarriedPath>& paths, const Formation& formation) const {
+    double way = 0.0;
+    for (std::uint32_t i = 0; i < paths.size(); ++i) {
+      const CarriedPath& path = paths[formation.root_of(i)];
+      if (path.carrier().at_rest()) continue;
+      const BodyState state = path.at(i, 0.0);
+      const Sphere& sphere = setting.instance().trees()[i]->nodes()[0].sphere_O;
+      const double reach = norm(transform(state.X_WO, sphere.centre) - state.centre_W) + sphere.radius;
+      way = std::max(way, norm(state.velocity_W) + norm(state.angular_velocity_W) * reach);
+    }
+    return std::min(kMostLooks, static_cast<std::size_t>(std::ceil(way / kLookEvery)));
+  }
+
+  /// The deepest depth between the ends of a frame.
+  double deepest_within(const FlightLog& log, std::size_t frame) const {
+    const Formation& formation = log.formations[log.formation[frame]];
+    const std::vector<CarriedPath> paths = executed_paths(log, frame);
+    const std::size_t looks = looks_for(paths, formation);
+    double deepest = 0.0;
+    std::vector<Pose> X_WO(log.objects);
+    for (std::size_t look = 1; look < looks; ++look) {
+      const double s = static_cast<double>(look) / static_cast<double>(looks);
+      for (std::uint32_t i = 0; i < X_WO.size(); ++i) X_WO[i] = paths[formation.root_of(i)].at(i, s).X_WO;
+      for (const Contact& contact : contacts(X_WO, formation))
+        deepest = std::max(deepest, -contact.separation);
+    }
+    return deepest;
+  }
+
+  // ---- blocked frames
+
+  MovingSolid moving(SolidIndex solid, const std::vector<CarriedPath>& paths, const Formation& formation,
+                     double stop) const {
+    const std::uint32_t object = object_of(solid);
+    return {&placed(solid).solid, placed(solid).X_OS, &paths[formation.root_of(object)], object, stop};
+  }
+
+  /// Where a mover was stopped by other pairs in this frame.
+  double stop_by_others(std::uint32_t root, const SolidPair& pair, std::span<const LoggedEvent> events,
+                        const Formation& formation) const {
+    double stop = 1.0;
+    for (const LoggedEvent& event : events) {
+      if (event.kind != EventKind::blocked || event.solids == pair) continue;
+      if (formation.root_of(object_of(event.solids.a)) != root &&
+          formation.root_of(object_of(event.solids.b)) != root)
+        continue;
+      stop = std::min(stop, setting.scene().policy == ContactPolicy::hold ? 0.0 : event.s);
+    }
+    return stop;
+  }
+
+  std::size_t index_of(const SolidPair& pair) const {
+    return static_cast<std::size_t>(std::lower_bound(setting.pairs().begin(), setting.pairs().end(), pair) -
+                                    setting.pairs().begin());
+  }
+
+  /// Of the pair where the paths have it at s.
+  double separation_on(const SolidPair& pair, const std::vector<CarriedPath>& paths,
+                       const Formation& formation, double s) const {
+    std::vector<Pose> X_WO(paths.size());
+    for (std::uint32_t i = 0; i < X_WO.size(); ++i) X_WO[i] = paths[formation.root_of(i)].at(i, s).X_WO;
+    return separation(pair, X_WO);
+  }
+
+  bool is_rightly_blocked(const SolidPair& pair, std::uint32_t mover, std::span<const LoggedEvent> events,
+                          const std::vector<CarriedPath>& paths, const Formation& formation) const {
+    const auto solid = [&](SolidIndex index) {
+      const std::uint32_t root = formation.root_of(object_of(index));
+      return moving(index, paths, formation,
+                    root == mover ? 1.0 : stop_by_others(root, pair, events, formation));
+    };
+    query.set_pair(pair);
+    const GapRule rule{setting.scene().contact_gap};
+    // In a contact that a check would not have let come about, all but the way out is rightly refused.
+    if (start_separation[index_of(pair)] == 0.0) {
+      const double now = separation_on(pair, paths, formation, 0.0);
+      if (now < 0.0) return separation_on(pair, paths, formation, 1.0) <= now;
+    }
+    return find_impact(solid(pair.a), solid(pair.b), rule, query, 2.0 * rule.gap).status !=
+           ImpactStatus::clear;
+  }
+
+  bool is_wrongly_blocked(const FlightLog& log, std::size_t frame,
+                          std::span<const LoggedEvent> events) const {
+    const Formation& formation = log.formations[log.formation[frame]];
+    const std::vector<CarriedPath> paths = commanded_paths(log, frame);
+    for (std::size_t hand = 0; hand < log.hands; ++hand) {
+      const std::uint32_t mover = setting.object_of_hand(hand);
+      if (log.path(frame, hand).at_rest()) continue;
+      bool is_blocked = false, rightly = false;
+      for (const LoggedEvent& event : events) {
+        if (event.kind != EventKind::blocked || rightly) continue;
+        if (formation.root_of(object_of(event.solids.a)) != mover &&
+            formation.root_of(object_of(event.solids.b)) != mover)
+          continue;
+        is_blocked = true;
+        rightly = is_rightly_blocked(event.solids, mover, events, paths, formation);
+      }
+      if (is_blocked && !rightly) return true;
+    }
+    return false;
+  }
+
+  // ---- what was told
+
+  static bool tells_contact(EventKind kind) {
+    return kind == EventKind::began || kind == EventKind::persists || kind == EventKind::penetrating_at_start;
+  }
+
+  static bool is_told(const SolidPair& pair, std::span<const LoggedEvent> events) {
+    return std::any_of(events.begin(), events.end(), [&](const LoggedEvent& event) {
+      return tells_contact(event.kind) && event.solids == pair;
+    });
+  }
+
+  bool is_wrongly_told(std::span<const LoggedEvent> events, std::span<const Pose> X_WO,
+                       const Resolution& resolution) const {
+    bool told = false;
+    for (const LoggedEvent& event : events) {
+      if (!tells_contact(event.kind)) continue;
+      told = true;
+      const double gap =
+          std::max(setting.scene().contact_gap, 4.0 * resolution.at(scale_of(event.solids, X_WO)));
+      if (separation(event.solids, X_WO) <= 2.0 * gap + 0x1p-48 * scale_of(event.solids, X_WO)) return false;
+    }
+    return told;
+  }
+};
+
+Judge::Judge(const Setting& setting) : state_(std::make_unique<State>(setting)) {}
+Judge::~Judge() = default;
+
+namespace {
+
+bool has_blocked(std::span<const LoggedEvent> events, const SolidPair& pair) {
+  return std::any_of(events.begin(), events.end(), [&](const LoggedEvent& event) {
+    return event.kind == EventKind::blocked && event.solids == pair;
+  });
+}
+
+/// The events of each frame in turn.
+class EventsByFrame {
+ public:
+  explicit EventsByFrame(const FlightLog& log) : events_(log.events) {}
+  std::span<const LoggedEvent> next(std::size_t frame) {
+    std::size_t end = begin_;
+    while (end < events_.size() && events_[end].frame == frame) ++end;
+    const std::span<const LoggedEvent> found = events_.subspan(begin_, end - begin_);
+    begin_ = end;
+    return found;
+  }
+
+ private:
+  std::span<const LoggedEvent> events_;
+  std::size_t begin_ = 0;
+};
+
+}  // namespace
+
+Verdict Judge::judge(const FlightLog& log, const Resolution& resolution,
+                     const comparison::Progress& progress) const {
+  const State& s = *state_;
+  Verdict verdict;
+  verdict.frames = log.frames;
+  EventsByFrame by_frame(log);
+  std::span<const LoggedEvent> events_before;
+  std::vector<Contact> contacts = s.contacts(log.shown(0), log.formations[0]);
+  for (std::size_t frame = 0; frame < log.frames; ++frame) {
+    const std::span<const LoggedEvent> events = by_frame.next(frame);
+    const std::span<const Pose> before = log.shown(frame), shown = log.shown(frame + 1);
+    const Formation& formation = log.formations[log.formation[frame]];
+    const bool was_apart = contacts.empty();
+    const bool changed = frame == 0 || log.formation[frame] != log.formation[frame - 1] ||
+                         !std::equal(before.begin(), before.end(), shown.begin(), same);
+    const double within = changed ? s.deepest_within(log, frame) : 0.0;
+    if (changed) contacts = s.contacts(shown, formation);
+    if (was_apart && contacts.empty() && within > 0.0) ++verdict.passed_through;
+
+    bool wrong = false;
+    for (const Contact& contact : contacts) {
+      verdict.deepest_shown = std::max(verdict.deepest_shown, -contact.separation);
+      const bool may = s.setting.scene().policy == ContactPolicy::cue || s.is_old(contact, shown);
+      wrong = wrong || !may || !State::is_told(s.setting.pairs()[contact.pair], events);
+    }
+    verdict.deepest_on_way = std::max({verdict.deepest_on_way, within, verdict.deepest_shown});
+    verdict.merged += !contacts.empty();
+    verdict.wrongly_shown += wrong;
+    verdict.wrongly_told += s.is_wrongly_told(events, shown, resolution);
+
+    bool blocked = false;
+    for (const LoggedEvent& event : events) {
+      const double time =
+          s.setting.time(frame) + event.s * (s.setting.time(frame + 1) - s.setting.time(frame));
+      if (event.kind == EventKind::began || event.kind == EventKind::ended ||
+          event.kind == EventKind::penetrating_at_start)
+        verdict.cues.push_back({event.kind, time, event.solids});
+      if (event.kind != EventKind::blocked) continue;
+      blocked = true;
+      if (!has_blocked(events_before, event.solids))
+        verdict.stops.push_back({time, event.solids, s.separation(event.solids, shown)});
+    }
+    verdict.blocked += blocked;
+    if (blocked) verdict.wrongly_blocked += s.is_wrongly_blocked(log, frame, events);
+    events_before = events;
+    if (progress) progress(static_cast<double>(frame + 1) / static_cast<double>(log.frames));
+  }
+  verdict.last.assign(log.shown(log.frames).begin(), log.shown(log.frames).end());
+  return verdict;
+}
+
+std::vector<SeparationPoint> Judge::separations(const FlightLog& log, std::size_t first,
+                                                std::size_t last) const {
+  const State& s = *state_;
+  std::vector<SeparationPoint> points;
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t frame = first; frame <= std::min(last, log.frames); ++frame) {
+    const Formation& formation = log.formations[log.formation[frame == 0 ? 0 : frame - 1]];
+    const std::vector<PosedSolid> solids = s.pose_all(log.shown(frame));
+    order.clear();
+    for (std::size_t i = 0; i < s.setting.pairs().size(); ++i) {
+      const SolidPair& pair = s.setting.pairs()[i];
+      if (s.is_checked(pair, formation))
+        order.emplace_back(distance_of_boxes(solids[pair.a], solids[pair.b]), i);
+    }
+    std::sort(order.begin(), order.end());
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& [bound, i] : order) {
+      if (bound > least) break;
+      const SolidPair& pair = s.setting.pairs()[i];
+      least =
+          std::min(least, exact_signed_distance(solids[pair.a].vertices, solids[pair.b].vertices).separation);
+    }
+    points.push_back({s.setting.time(frame), least});
+  }
+  return points;
+}
+
+FrameTimes frame_times(std::span<const double> nanoseconds) {
+  if (nanoseconds.empty()) return {};
+  std::vector<double> sorted(nanoseconds.begin(), nanoseconds.end());
+  std::sort(sorted.begin(), sorted.end());
+  const auto at = [&](double share) {
+    const double rank = std::ceil(share * static_cast<double>(sorted.size()));
+    return 1e-3 * sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
+  };
+  return {at(0.5), at(0.999), 1e-3 * sorted.back()};
+}
+
+}  // namespace touchstone::training

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+#include "examples/measures/oracle.hpp"
+#include "examples/training_run/flight_log.hpp"
+#include "examples/training_run/setting.hpp"
+
+namespace touchstone::training {
+
+/// A pair that stopped a mover which it had not stopped the frame before.
+struct Stop {
+  double time;       ///< [s]
+  SolidPair solids;  ///< indices in the scene
+  double clearance;  ///< exact separation of what was shown then [m]
+};
+
+/// A pair of which a way began or ceased to say that it is in contact.
+struct Cue {
+  EventKind kind;  ///< penetrating_at_start, began or ended
+  double time;     ///< [s]
+  SolidPair solids;
+};
+
+/// What a flight is worth, judged by `exact`.
+struct Verdict {
+  std::size_t frames = 0;
+  std::vector<Stop> stops;
+  std::vector<Cue> cues;
+  double deepest_shown = 0.0;      ///< depth of the deepest pair of any shown frame; 0: none overlaps [m]
+  double deepest_on_way = 0.0;     ///< and between the frames too, looked at every millimetre [m]
+  std::size_t merged = 0;          ///< shown frames with a pair in contact
+  std::size_t passed_through = 0;  ///< frames that took a pair through each other, apart at both ends
+  /// Shown frames with a pair in contact that should not be, or that the way did not tell. It may be where
+  /// the policy is `cue`, and where the pair overlapped at the start and is no deeper.
+  std::size_t wrongly_shown = 0;
+  /// Frames in which the way told of a contact, but no such pair was within twice the gap.
+  std::size_t wrongly_told = 0;
+  std::size_t blocked = 0;  ///< frames in which a mover was stopped
+  /// Of those, the ones in which a mover was stopped by pairs of which none would have come below the gap
+  /// rule's threshold on the commanded path. Where a pair is in a contact that it was not in at the start,
+  /// only what would bring it out of there is wrongly stopped.
+  std::size_t wrongly_blocked = 0;
+  std::vector<Pose> last;  ///< of all objects
+};
+
+/// A separation over time, for plots.
+struct SeparationPoint {
+  double time, separation;  ///< of the closest pair, exact [s, m]
+};
+
+/// Judges flights of one setting with the adapter `exact`. One a thread.
+class Judge {
+ public:
+  explicit Judge(const Setting& setting);
+  ~Judge();
+
+  /// @param resolution of the backend: a way may tell of contact within max(g, 4 resolutions) too.
+  Verdict judge(const FlightLog& log, const Resolution& resolution,
+                const comparison::Progress& progress = {}) const;
+  /// Of shown frames `first` to `last`.
+  std::vector<SeparationPoint> separations(const FlightLog& log, std::size_t first, std::size_t last) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Of a sample of frame times; nearest rank.
+struct FrameTimes {
+  double median_us = 0.0, p999_us = 0.0, worst_us = 0.0;
+};
+FrameTimes frame_times(std::span<const double> nanoseconds);
+
+}  // namespace touchstone::training

@@ -1,0 +1,114 @@
+#include <fmt/format.h>
+
+#include <csignal>
+#include <iostream>
+
+#include "contact_core/input_error.hpp"
+#include "examples/compare_backends/report_files.hpp"
+#include "examples/measures/all_backends.hpp"
+#include "examples/training_run/options.hpp"
+#include "examples/training_run/run.hpp"
+
+namespace {
+
+using namespace touchstone;
+using namespace touchstone::training;
+using comparison::ProgressLine;
+
+constexpr int kBadInput = 2;
+constexpr int kInterrupted = 130;
+
+void on_signal(int) { ProgressLine::interrupted = true; }
+
+std::vector<std::string> chosen_backends(const Options& options, const BackendRegistry& registry) {
+  std::vector<std::string> names;
+  for (const std::string& name : options.backends) {
+    if (name == "all")
+      for (const auto& entry : registry.narrowphases()) names.push_back(entry.name);
+    else
+      names.push_back(registry.narrowphase(name).name);
+  }
+  return names;
+}
+
+void print_list(const Options& options, const BackendRegistry& registry) {
+  fmt::print("scripts\n");
+  for (const std::filesystem::path& file : find_scripts(options))
+    fmt::print("  {:26}  {}\n", file.stem().string(), load_script(file).name);
+  fmt::print("backends\n");
+  for (const auto& entry : registry.narrowphases())
+    fmt::print("  {:26}  {}\n", entry.name, entry.description);
+}
+
+std::string file_name(std::string text) {
+  for (char& c : text)
+    if (c == ' ' || c == ',') c = '_';
+  return text;
+}
+
+std::vector<comparison::ReportFile> report_files(const std::vector<ScriptResult>& results) {
+  std::vector<comparison::ReportFile> files = {{"results.json", results_json(results)},
+                                               {"results.csv", results_csv(results)}};
+  for (const ScriptResult& result : results) {
+    const std::string plot = separation_plot(result);
+    if (!plot.empty()) files.emplace_back("plots/" + result.file + ".svg", plot);
+    for (const WayResult& way : result.ways) {
+      if (!way.not_flown.empty()) continue;
+      const std::string backend = way.way == "contact world" ? "_" + way.backend : "";
+      files.emplace_back("recordings/" + result.file + "_" + file_name(way.way + backend) + ".csv",
+                         way.recording);
+    }
+  }
+  return files;
+}
+
+int run(int argc, char** argv) {
+  const std::optional<Options> options = parse_options(argc, argv, TOUCHSTONE_SCRIPTS);
+  if (!options) return 0;
+  BackendRegistry registry;
+  comparison::register_all_backends(registry);
+  if (options->list) {
+    print_list(*options, registry);
+    return 0;
+  }
+  const std::vector<std::string> backends = chosen_backends(*options, registry);
+  const std::vector<std::filesystem::path> scripts = find_scripts(*options);
+  comparison::check_report_folder(options->output);
+  fmt::print(
+      "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; on way: and between "
+      "frames;\n"
+      "merged: frames shown in contact; shown!: wrongly so or untold; told!: told of none there was;\n"
+      "blocked!: wrongly blocked of those blocked; us: control and check of a frame;\n"
+      "cpu: the worst by the thread's own clock\n");
+  ProgressLine progress;
+  std::vector<ScriptResult> results;
+  for (const std::filesystem::path& script : scripts) {
+    results.push_back(run_script(script, options->frame_rate, registry, backends, progress));
+    progress.finish();
+    fmt::print("{}", terminal_text(results.back()));
+    std::fflush(stdout);
+  }
+  fmt::print("{}", summary_text(results));
+  comparison::write_report_folder(options->output, report_files(results));
+  fmt::print("\nresults, recordings, plots: {}\n", options->output);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  try {
+    return run(argc, argv);
+  } catch (const touchstone::comparison::Interrupted& interrupted) {
+    std::cerr << "training_run: " << interrupted.what() << "\n";
+    return kInterrupted;
+  } catch (const InputError& error) {
+    std::cerr << "training_run: " << error.what() << "\n";
+    return kBadInput;
+  } catch (const std::exception& error) {
+    std::cerr << "training_run: " << error.what() << "\n";
+    return 1;
+  }
+}

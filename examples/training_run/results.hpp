@@ -1,0 +1,47 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "examples/training_run/judge.hpp"
+
+namespace touchstone::training {
+
+/// One script flown one way.
+struct WayResult {
+  std::string way;
+  std::string backend;
+  std::string not_flown;  ///< why; empty: it was
+  Verdict verdict;
+  FrameTimes times;                          ///< by the clock on the wall
+  FrameTimes cpu_times;                      ///< of the thread
+  std::optional<std::uint64_t> allocations;  ///< in all frames; none where they cannot be counted
+  std::uint64_t queries = 0, iteration_limits = 0;
+  std::vector<HandFigures> hands;
+  std::vector<SeparationPoint> separations;  ///< around the first contact; of some
+  std::string recording;                     ///< CSV; of some
+};
+
+struct ScriptResult {
+  std::string file;  ///< the script's name without .yaml
+  std::shared_ptr<const Setting> setting;
+  std::vector<WayResult> ways;
+};
+
+/// `object/hexahedron` of both.
+std::string pair_name(const Setting& setting, const SolidPair& pair);
+
+/// The whole run as JSON: figures in SI units; what was not measured is null.
+std::string results_json(const std::vector<ScriptResult>& results);
+/// One row a script, way and backend.
+std::string results_csv(const std::vector<ScriptResult>& results);
+/// Tables for a terminal of 120 columns.
+std::string terminal_text(const ScriptResult& result);
+/// One row a way and backend: sums over all scripts that it flew.
+std::string summary_text(const std::vector<ScriptResult>& results);
+/// Separation over time for the ways that have it; empty without any.
+std::string separation_plot(const ScriptResult& result);
+
+}  // namespace touchstone::training

@@ -1,0 +1,156 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "examples/compare_backends/csv.hpp"
+#include "examples/compare_backends/machine.hpp"
+#include "examples/training_run/results.hpp"
+
+namespace touchstone::training {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kSchema = 1;
+
+Json number(double value) {
+  if (std::isnan(value)) return nullptr;
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return value;
+}
+
+Json json(const Vector3& v) { return Json::array({number(v.x()), number(v.y()), number(v.z())}); }
+
+Json json(const Setting& setting, const SolidPair& pair) {
+  return Json::array({setting.instance().solid_name(pair.a), setting.instance().solid_name(pair.b)});
+}
+
+Json last_poses(const Setting& setting, const Verdict& verdict) {
+  Json poses = Json::object();
+  for (std::uint32_t i = 0; i < verdict.last.size(); ++i) {
+    if (!setting.may_move(i)) continue;
+    const Pose& X = verdict.last[i];
+    poses[setting.object_name(i)] = {
+        {"p_m", json(X.p)}, {"R_rows", Json::array({json(X.R.row(0)), json(X.R.row(1)), json(X.R.row(2))})}};
+  }
+  return poses;
+}
+
+Json json(const HandFigures& hand) {
+  return {{"arm", hand.is_arm},
+          {"limited_frames", hand.limited_frames},
+          {"damped_frames", hand.damped_frames},
+          {"largest_residual_m", number(hand.largest_residual)}};
+}
+
+Json json(const FrameTimes& times) {
+  return {{"median", number(times.median_us)},
+          {"p99_9", number(times.p999_us)},
+          {"worst", number(times.worst_us)}};
+}
+
+Json json(const Setting& setting, const WayResult& way) {
+  Json out = {{"way", way.way}, {"backend", way.backend}};
+  if (!way.not_flown.empty()) {
+    out["not_flown"] = way.not_flown;
+    return out;
+  }
+  const Verdict& v = way.verdict;
+  out["frames"] = v.frames;
+  out["stops"] = Json::array();
+  for (const Stop& stop : v.stops)
+    out["stops"].push_back({{"time_s", number(stop.time)},
+                            {"pair", json(setting, stop.solids)},
+                            {"clearance_m", number(stop.clearance)}});
+  out["cues"] = Json::array();
+  for (const Cue& cue : v.cues)
+    out["cues"].push_back({{"kind", std::string(to_string(cue.kind))},
+                           {"time_s", number(cue.time)},
+                           {"pair", json(setting, cue.solids)}});
+  out["deepest_shown_m"] = number(v.deepest_shown);
+  out["deepest_on_way_m"] = number(v.deepest_on_way);
+  out["merged_frames"] = v.merged;
+  out["passed_through_frames"] = v.passed_through;
+  out["wrongly_shown_frames"] = v.wrongly_shown;
+  out["wrongly_told_frames"] = v.wrongly_told;
+  out["blocked_frames"] = v.blocked;
+  out["wrongly_blocked_frames"] = v.wrongly_blocked;
+  out["frame_us"] = json(way.times);
+  out["frame_cpu_us"] = json(way.cpu_times);
+  out["allocations"] = way.allocations ? Json(*way.allocations) : Json(nullptr);
+  out["queries"] = way.queries;
+  out["iteration_limits"] = way.iteration_limits;
+  out["hands"] = Json::array();
+  for (const HandFigures& hand : way.hands) out["hands"].push_back(json(hand));
+  out["last"] = last_poses(setting, v);
+  return out;
+}
+
+Json machine_json() {
+  const comparison::Machine machine = comparison::describe_machine();
+  return {{"cpu", machine.cpu},           {"system", machine.system},
+          {"compiler", machine.compiler}, {"build_type", machine.build_type},
+          {"flags", machine.flags},       {"version", machine.version}};
+}
+
+}  // namespace
+
+std::string pair_name(const Setting& setting, const SolidPair& pair) {
+  return setting.instance().solid_name(pair.a) + " - " + setting.instance().solid_name(pair.b);
+}
+
+std::string results_json(const std::vector<ScriptResult>& results) {
+  Json out = {{"schema", kSchema}, {"program", "training_run"}, {"machine", machine_json()}};
+  out["scripts"] = Json::array();
+  for (const ScriptResult& result : results) {
+    const Setting& setting = *result.setting;
+    Json script = {{"script", result.file},
+                   {"name", setting.script().name},
+                   {"policy", std::string(to_string(setting.scene().policy))},
+                   {"frame_rate_hz", setting.scene().frame_rate},
+                   {"gap_m", setting.scene().contact_gap},
+                   {"duration_s", setting.scene().duration}};
+    script["ways"] = Json::array();
+    for (const WayResult& way : result.ways) script["ways"].push_back(json(setting, way));
+    out["scripts"].push_back(std::move(script));
+  }
+  return out.dump(1) + "\n";
+}
+
+std::string results_csv(const std::vector<ScriptResult>& results) {
+  using comparison::csv_number;
+  using comparison::csv_text;
+  std::string text =
+      "script,way,backend,not_flown,policy,frame_rate_hz,gap_m,frames,stops,first_stop_s,first_clearance_m,"
+      "deepest_shown_m,deepest_on_way_m,merged_frames,passed_through_frames,wrongly_shown_frames,"
+      "wrongly_told_frames,blocked_frames,wrongly_blocked_frames,median_us,p99_9_us,worst_us,median_cpu_us,"
+      "p99_9_cpu_us,worst_cpu_us,allocations,"
+      "queries,iteration_limits\n";
+  for (const ScriptResult& result : results) {
+    const Scene& scene = result.setting->scene();
+    for (const WayResult& way : result.ways) {
+      text += fmt::format("{},{},{},{},{},{},{},", csv_text(result.file), csv_text(way.way),
+                          csv_text(way.backend), csv_text(way.not_flown), to_string(scene.policy),
+                          scene.frame_rate, scene.contact_gap);
+      if (!way.not_flown.empty()) {
+        text += std::string(20, ',') + "\n";
+        continue;
+      }
+      const Verdict& v = way.verdict;
+      const double nan = std::nan("");
+      text += fmt::format("{},{},{},{},", v.frames, v.stops.size(),
+                          csv_number(v.stops.empty() ? nan : v.stops[0].time),
+                          csv_number(v.stops.empty() ? nan : v.stops[0].clearance));
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", v.deepest_shown,
+                          v.deepest_on_way, v.merged, v.passed_through, v.wrongly_shown, v.wrongly_told,
+                          v.blocked, v.wrongly_blocked, way.times.median_us, way.times.p999_us,
+                          way.times.worst_us, way.cpu_times.median_us, way.cpu_times.p999_us,
+                          way.cpu_times.worst_us, way.allocations ? std::to_string(*way.allocations) : "",
+                          way.queries, way.iteration_limits);
+    }
+  }
+  return text;
+}
+
+}  // namespace touchstone::training

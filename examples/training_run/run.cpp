@@ -1,0 +1,117 @@
+#include "examples/training_run/run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "contact_core/input_error.hpp"
+#include "examples/training_run/fly.hpp"
+
+namespace touchstone::training {
+namespace {
+
+/// Of the plots: before and after what is first blocked or shown merged [s].
+constexpr double kPlotBefore = 0.15, kPlotAfter = 0.35;
+constexpr std::size_t kMostPlotPoints = 500;
+
+class Runner {
+ public:
+  Runner(ScriptResult& result, comparison::ProgressLine& progress)
+      : result_(result), setting_(*result.setting), judge_(setting_), progress_(progress) {}
+
+  /// Flies and judges; the log is kept for plots if asked.
+  void run(Way& way, const Resolution& resolution, bool keep) {
+    const std::string what = fmt::format("{}: {}, {}", result_.file, way.name(), way.backend());
+    const auto share = [&](double done) { progress_.share(done); };
+    progress_.step(what + ": flying");
+    Recording recording(setting_);
+    std::array<FrameOutput*, 1> outputs{&recording};
+    FlightLog log = fly(setting_, way, outputs, share);
+    if (log.lost_events > 0)
+      throw InputError(fmt::format("{}: {} events found no room in the log", what, log.lost_events));
+    progress_.step(what + ": judging");
+    WayResult out;
+    out.way = way.name();
+    out.backend = way.backend();
+    out.verdict = judge_.judge(log, resolution, share);
+    out.times = frame_times(log.frame_ns);
+    out.cpu_times = frame_times(log.frame_cpu_ns);
+    out.allocations = log.allocations;
+    out.queries = log.queries;
+    out.iteration_limits = log.iteration_limits;
+    out.hands = log.hand_figures;
+    out.recording = recording.csv();
+    result_.ways.push_back(std::move(out));
+    if (keep) kept_.emplace_back(result_.ways.size() - 1, std::move(log));
+  }
+
+  /// Where contact is only cued, all ways show the same.
+  void plot() {
+    if (setting_.scene().policy == ContactPolicy::cue) return;
+    const std::optional<double> centre = first_contact();
+    if (!centre) return;
+    const double rate = setting_.scene().frame_rate;
+    const auto frame_at = [&](double time) {
+      return std::min(setting_.frame_count(),
+                      static_cast<std::size_t>(std::max(0.0, std::round(time * rate))));
+    };
+    const std::size_t first = frame_at(*centre - kPlotBefore);
+    const std::size_t last =
+        std::min(frame_at(*centre + std::max(kPlotAfter, 4.0 / rate)), first + kMostPlotPoints);
+    for (const auto& [index, log] : kept_)
+      result_.ways[index].separations = judge_.separations(log, first, last);
+  }
+
+ private:
+  std::optional<double> first_contact() const {
+    for (auto way = result_.ways.rbegin(); way != result_.ways.rend(); ++way) {
+      if (!way->verdict.stops.empty()) return way->verdict.stops[0].time;
+      if (!way->verdict.cues.empty()) return way->verdict.cues[0].time;
+    }
+    return std::nullopt;
+  }
+
+  ScriptResult& result_;
+  const Setting& setting_;
+  Judge judge_;
+  comparison::ProgressLine& progress_;
+  std::vector<std::pair<std::size_t, FlightLog>> kept_;
+};
+
+}  // namespace
+
+ScriptResult run_script(const std::filesystem::path& file, double frame_rate, const BackendRegistry& registry,
+                        const std::vector<std::string>& backends, comparison::ProgressLine& progress) {
+  ScriptResult result;
+  result.file = file.stem().string();
+  result.setting = std::make_shared<const Setting>(load_script(file), frame_rate);
+  Runner runner(result, progress);
+  runner.run(*make_unchecked_way(*result.setting), {}, true);
+  runner.run(*make_late_report_way(*result.setting), {}, true);
+  bool is_first = true;
+  for (const std::string& backend : backends) {
+    std::unique_ptr<Narrowphase> narrowphase = registry.make_narrowphase(backend);
+    std::unique_ptr<Way> way;
+    const Narrowphase& asked =
+        *narrowphase;  // its resolution is known once it is built, and it lives in the way
+    try {
+      way =
+          make_contact_world_way(*result.setting, std::move(narrowphase), registry.make_broadphase("native"));
+    } catch (const InputError& error) {
+      WayResult refused;
+      refused.way = "contact world";
+      refused.backend = backend;
+      refused.not_flown = error.what();
+      result.ways.push_back(std::move(refused));
+      continue;
+    }
+    runner.run(*way, asked.capabilities().resolution, is_first);
+    is_first = false;
+  }
+  runner.plot();
+  return result;
+}
+
+}  // namespace touchstone::training

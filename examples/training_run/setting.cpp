@@ -1,0 +1,63 @@
+#include "examples/training_run/setting.hpp"
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone::training {
+namespace {
+
+constexpr std::uint64_t kMostFrames = 1'000'000;
+
+Script with_rate(Script script, double frame_rate) {
+  if (frame_rate == 0.0) return script;
+  if (!(frame_rate >= kLowestFrameRate && frame_rate <= kHighestFrameRate))
+    throw InputError("a frame rate of " + std::to_string(frame_rate) + " Hz is not within 10 and 1000 Hz");
+  script.scene.frame_rate = frame_rate;
+  return script;
+}
+
+}  // namespace
+
+Setting::Setting(Script script, double frame_rate)
+    : script_(with_rate(std::move(script), frame_rate)), instance_(script_.scene) {
+  if (!(scene().duration * scene().frame_rate <= static_cast<double>(kMostFrames)))
+    throw InputError("script '" + script_.name + "': more than 1 000 000 frames");
+  may_move_.assign(object_count(), 0);
+  for (const HandScript& hand : script_.hands) {
+    object_of_hand_.push_back(find(hand.object));
+    may_move_[object_of_hand_.back()] = 1;
+  }
+  for (const OperatorAction& action : script_.actions) {
+    const bool latches = action.kind == OperatorAction::Kind::latch;
+    actions_.push_back(
+        {action.kind, action.time, find(action.object), latches ? find(action.carrier) : kNone});
+    if (latches) may_move_[actions_.back().object] = may_move_[actions_.back().carrier] = 1;
+  }
+  for (const SolidPair& pair : instance_.checked_pairs())
+    if (may_move(instance_.object_of(pair.a)) || may_move(instance_.object_of(pair.b)))
+      pairs_.push_back(pair);
+}
+
+std::uint32_t Setting::find(const std::string& name) const {
+  for (std::uint32_t i = 0; i < object_count(); ++i)
+    if (object_name(i) == name) return i;
+  throw InputError("script '" + script_.name + "': the scene has no object '" + name + "'");
+}
+
+HandRates Setting::rates(std::size_t hand, std::size_t frame) const {
+  HandRates in_force;
+  for (const HandRates& row : script_.hands[hand].rates)
+    if (row.time <= time(frame)) in_force = row;
+  return in_force;
+}
+
+void Formation::apply(const Action& action, std::span<const Pose> X_WO) {
+  using Kind = OperatorAction::Kind;
+  if (action.kind == Kind::latch) carrier[action.object] = action.carrier;
+  if (action.kind == Kind::release) carrier[action.object] = kNone;
+  if (action.kind == Kind::switch_on || action.kind == Kind::switch_off)
+    is_on[action.object] = action.kind == Kind::switch_on;
+  for (std::uint32_t i = 0; i < X_RO.size(); ++i)
+    X_RO[i] = carrier[i] == kNone ? Pose{} : compose(inverse(X_WO[root_of(i)]), X_WO[i]);
+}
+
+}  // namespace touchstone::training

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "adapters/scene_files/script_file.hpp"
+#include "contact_core/scene/scene_instance.hpp"
+
+namespace touchstone::training {
+
+inline constexpr std::uint32_t kNone = 0xffffffff;
+
+/// An action with its names looked up.
+struct Action {
+  OperatorAction::Kind kind;
+  double time;            ///< [s]
+  std::uint32_t object;   ///< index in the scene
+  std::uint32_t carrier;  ///< kNone unless it latches
+};
+
+/// A script made ready: what all ways of flying it share. Immutable; holds pointers into itself.
+class Setting {
+ public:
+  /// @param frame_rate replaces the script's, if it is not 0 [Hz].
+  /// @throws InputError: a rate out of 10 to 1000 Hz, more than 1 000 000 frames.
+  explicit Setting(Script script, double frame_rate = 0.0);
+  Setting(const Setting&) = delete;
+  Setting& operator=(const Setting&) = delete;
+
+  const Script& script() const { return script_; }
+  const Scene& scene() const { return script_.scene; }
+  const SceneInstance& instance() const { return instance_; }
+  std::size_t object_count() const { return scene().objects.size(); }
+  const std::string& object_name(std::uint32_t object) const { return scene().objects[object].tree.name(); }
+  /// Flown by a hand, or latched to something at some time.
+  bool may_move(std::uint32_t object) const { return may_move_[object]; }
+  std::uint32_t object_of_hand(std::size_t hand) const { return object_of_hand_[hand]; }
+  std::span<const Action> actions() const { return actions_; }
+  /// Every pair of solids that is checked, but for those of two objects that never move.
+  std::span<const SolidPair> pairs() const { return pairs_; }
+
+  /// Frame k goes from time(k) to time(k + 1).
+  std::size_t frame_count() const { return static_cast<std::size_t>(scene().frame_count() - 1); }
+  double time(std::size_t frame) const { return scene().frame_time(frame); }
+  /// What the hand asks for in a frame: the row in force at its start.
+  HandRates rates(std::size_t hand, std::size_t frame) const;
+
+ private:
+  std::uint32_t find(const std::string& name) const;
+
+  Script script_;
+  SceneInstance instance_;
+  std::vector<char> may_move_;
+  std::vector<std::uint32_t> object_of_hand_;
+  std::vector<Action> actions_;
+  std::vector<SolidPair> pairs_;
+};
+
+/// Who carries whom, and who is switched on.
+struct Formation {
+  std::vector<std::uint32_t> carrier;  ///< by object; kNone: nobody
+  std::vector<Pose> X_RO;  ///< in the one that carries all (R); the identity for those not carried
+  std::vector<char> is_on;
+
+  explicit Formation(std::size_t objects) : carrier(objects, kNone), X_RO(objects), is_on(objects, 1) {}
+  std::uint32_t root_of(std::uint32_t object) const {
+    while (carrier[object] != kNone) object = carrier[object];
+    return object;
+  }
+  /// @param X_WO where all stand.
+  void apply(const Action& action, std::span<const Pose> X_WO);
+};
+
+}  // namespace touchstone::training

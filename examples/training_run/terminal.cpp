@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "examples/compare_backends/text_table.hpp"
+#include "examples/training_run/results.hpp"
+
+namespace touchstone::training {
+namespace {
+
+using comparison::format_count;
+using comparison::TextTable;
+
+constexpr std::size_t kMostStops = 6;
+
+std::string depth_mm(double depth) { return depth == 0.0 ? "0" : fmt::format("{:.3f}", 1e3 * depth); }
+
+std::string length_m(double length) {
+  return std::abs(length) < 1e-4 ? fmt::format("{:.2e}", length) : fmt::format("{:.6f}", length);
+}
+
+std::string label(const WayResult& way) {
+  return way.backend == "-" ? way.way : way.way + ", " + way.backend;
+}
+
+/// Stops of one time, between the same two objects, are one line.
+std::size_t end_of_group(const Setting& setting, const std::vector<Stop>& stops, std::size_t first) {
+  const auto objects = [&](const Stop& stop) {
+    return std::pair(setting.instance().object_of(stop.solids.a),
+                     setting.instance().object_of(stop.solids.b));
+  };
+  std::size_t end = first + 1;
+  while (end < stops.size() && stops[end].time == stops[first].time &&
+         objects(stops[end]) == objects(stops[first]))
+    ++end;
+  return end;
+}
+
+/// When, what and how close, one line a stop; the words that the way itself has for it.
+std::string stops_text(const ScriptResult& result, const WayResult& way) {
+  std::string text;
+  std::size_t lines = 0;
+  const auto add = [&](double time, const std::string& what) {
+    if (++lines <= kMostStops) text += fmt::format("    {:12.6f} s  {}\n", time, what);
+  };
+  for (const Cue& cue : way.verdict.cues)
+    if (result.setting->scene().policy == ContactPolicy::cue || cue.kind == EventKind::penetrating_at_start)
+      add(cue.time, fmt::format("{}: {}", to_string(cue.kind), pair_name(*result.setting, cue.solids)));
+  const std::vector<Stop>& stops = way.verdict.stops;
+  for (std::size_t i = 0, end = 0; i < stops.size(); i = end) {
+    end = end_of_group(*result.setting, stops, i);
+    double least = stops[i].clearance;
+    for (std::size_t k = i; k < end; ++k) least = std::min(least, stops[k].clearance);
+    const std::string others = end - i == 1 ? "" : fmt::format(" and {} more", end - i - 1);
+    add(stops[i].time, fmt::format("stopped: {}{}, clearance {} m",
+                                   pair_name(*result.setting, stops[i].solids), others, length_m(least)));
+  }
+  if (lines > kMostStops) text += fmt::format("    and {} more\n", lines - kMostStops);
+  return text;
+}
+
+std::string arm_text(const WayResult& way) {
+  std::string text;
+  for (const HandFigures& hand : way.hands)
+    if (hand.is_arm)
+      text += fmt::format("    arm: {} frames at a joint's limit, {} damped, joints follow a stop to {} m\n",
+                          hand.limited_frames, hand.damped_frames, length_m(hand.largest_residual));
+  return text;
+}
+
+void add_row(const WayResult& way, TextTable& table) {
+  if (!way.not_flown.empty()) return;
+  const Verdict& v = way.verdict;
+  table.add({label(way), v.stops.empty() ? "-" : fmt::format("{:.6f}", v.stops[0].time),
+             v.stops.empty() ? "-" : length_m(v.stops[0].clearance), depth_mm(v.deepest_shown),
+             depth_mm(v.deepest_on_way), format_count(v.merged), format_count(v.wrongly_shown),
+             format_count(v.wrongly_told), format_count(v.wrongly_blocked) + "/" + format_count(v.blocked),
+             fmt::format("{:.1f}", way.times.median_us), fmt::format("{:.1f}", way.times.p999_us),
+             fmt::format("{:.1f}", way.times.worst_us), fmt::format("{:.1f}", way.cpu_times.worst_us),
+             way.allocations ? std::to_string(*way.allocations) : "-"});
+}
+
+}  // namespace
+
+std::string terminal_text(const ScriptResult& result) {
+  const Setting& setting = *result.setting;
+  const Scene& scene = setting.scene();
+  std::string text = fmt::format("\n{}: {}\n  {}, {} Hz, gap {:g} m, {} frames\n", result.file,
+                                 setting.script().name, to_string(scene.policy), scene.frame_rate,
+                                 scene.contact_gap, format_count(setting.frame_count()));
+  TextTable table({"", "stopped s", "clear m", "deep mm", "on way", "merged", "shown!", "told!", "blocked!",
+                   "us med", "99.9%", "worst", "cpu", "alloc"});
+  for (const WayResult& way : result.ways) add_row(way, table);
+  text += table.str();
+  for (const WayResult& way : result.ways) {
+    if (!way.not_flown.empty()) {
+      text += fmt::format("  {}: not flown: {}\n", label(way), way.not_flown);
+      continue;
+    }
+    const std::string lines = stops_text(result, way) + arm_text(way);
+    if (!lines.empty()) text += "  " + label(way) + "\n" + lines;
+  }
+  return text;
+}
+
+namespace {
+
+struct Sum {
+  std::string label;
+  std::size_t scripts = 0, frames = 0, merged = 0, passed_through = 0, shown = 0, told = 0, blocked = 0,
+              wrongly_blocked = 0;
+  double worst_cpu_us = 0.0;
+};
+
+void add(const WayResult& way, std::vector<Sum>& sums) {
+  auto sum =
+      std::find_if(sums.begin(), sums.end(), [&](const Sum& each) { return each.label == label(way); });
+  if (sum == sums.end()) sum = sums.insert(sums.end(), Sum{label(way)});
+  const Verdict& v = way.verdict;
+  ++sum->scripts;
+  sum->frames += v.frames;
+  sum->merged += v.merged;
+  sum->passed_through += v.passed_through;
+  sum->shown += v.wrongly_shown;
+  sum->told += v.wrongly_told;
+  sum->blocked += v.blocked;
+  sum->wrongly_blocked += v.wrongly_blocked;
+  sum->worst_cpu_us = std::max(sum->worst_cpu_us, way.cpu_times.worst_us);
+}
+
+}  // namespace
+
+std::string summary_text(const std::vector<ScriptResult>& results) {
+  std::vector<Sum> sums;
+  for (const ScriptResult& result : results)
+    for (const WayResult& way : result.ways)
+      if (way.not_flown.empty()) add(way, sums);
+  TextTable table({"all scripts", "scripts", "frames", "merged", "passed through", "shown!", "told!",
+                   "blocked!", "worst cpu us"});
+  for (const Sum& sum : sums)
+    table.add({sum.label, std::to_string(sum.scripts), format_count(sum.frames), format_count(sum.merged),
+               format_count(sum.passed_through), format_count(sum.shown), format_count(sum.told),
+               format_count(sum.wrongly_blocked) + "/" + format_count(sum.blocked),
+               fmt::format("{:.1f}", sum.worst_cpu_us)});
+  return "\n" + table.str();
+}
+
+}  // namespace touchstone::training

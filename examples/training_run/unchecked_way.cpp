@@ -1,0 +1,30 @@
+#include "examples/training_run/fleet.hpp"
+#include "examples/training_run/way.hpp"
+
+namespace touchstone::training {
+namespace {
+
+class UncheckedWay final : public Way {
+ public:
+  explicit UncheckedWay(const Setting& setting) : fleet_(setting) {}
+
+  std::string_view name() const noexcept override { return "no check"; }
+  std::string_view backend() const noexcept override { return "-"; }
+  void act(const Action& action) override { fleet_.formation.apply(action, fleet_.X_WO); }
+  void frame(std::span<const Command> commands, FlightLog&) noexcept override {
+    for (const Command& command : commands) fleet_.execute(command);
+  }
+  std::span<const Pose> poses() const noexcept override { return fleet_.X_WO; }
+  const Formation& formation() const noexcept override { return fleet_.formation; }
+
+ private:
+  Fleet fleet_;
+};
+
+}  // namespace
+
+std::unique_ptr<Way> make_unchecked_way(const Setting& setting) {
+  return std::make_unique<UncheckedWay>(setting);
+}
+
+}  // namespace touchstone::training

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "contact_core/motion/narrowphase_query.hpp"
+#include "contact_core/world/contact_world.hpp"
+#include "examples/training_run/flight_log.hpp"
+#include "examples/training_run/setting.hpp"
+
+namespace touchstone::training {
+
+/// Where one object is told to go in a frame.
+struct Command {
+  std::uint32_t object;  ///< index in the scene
+  RigidPath path;        ///< from its actual pose
+};
+
+/// A way to answer commands: what is shown at a frame's end.
+class Way {
+ public:
+  virtual ~Way() = default;
+  virtual std::string_view name() const noexcept = 0;
+  virtual std::string_view backend() const noexcept = 0;
+  /// Between frames; may allocate.
+  virtual void act(const Action& action) = 0;
+  /// Moves what may move and adds events to the log. No allocation.
+  virtual void frame(std::span<const Command> commands, FlightLog& log) noexcept = 0;
+  /// Actual poses of all objects.
+  virtual std::span<const Pose> poses() const noexcept = 0;
+  virtual const Formation& formation() const noexcept = 0;
+};
+
+/// (i) No check: every command is carried out.
+std::unique_ptr<Way> make_unchecked_way(const Setting& setting);
+
+inline constexpr double kImageGeneratorDelay = 0.1;  ///< round trip [s]
+
+/// (ii) The paper's Figure 1. The host carries commands out and sends poses to the image generator, which
+/// shows them, checks what it shows (poses alone, here by `native`, so never wrongly), and reports which
+/// pairs are in contact. The report on a frame is there 100 ms later: at the start of the first frame at or
+/// after that. While the newest report there names a mover in a pair whose policy is not `cue`, the host does
+/// not carry out its commands.
+std::unique_ptr<Way> make_late_report_way(const Setting& setting);
+
+/// (iii) The contact world with the scene's policy and gap.
+/// @throws InputError where it cannot work with the narrowphase.
+std::unique_ptr<Way> make_contact_world_way(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
+                                            std::unique_ptr<Broadphase> broadphase);
+
+}  // namespace touchstone::training
