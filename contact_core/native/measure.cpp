@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "contact_core/native/apart_pass.hpp"
-#include "contact_core/native/manifold.hpp"
+#include "contact_core/native/clip_batch.hpp"
 #include "contact_core/native/overlap.hpp"
 #include "contact_core/native/pair_batch.hpp"
 #include "contact_core/native/pair_depth.hpp"
@@ -29,12 +29,6 @@ void write_beyond(PairGeometry& out) {
   out.n_AB_W = out.p_A_W = out.p_B_W = Vector3::Constant(kNaN);
   out.point_count = 0;
 }
-
-/// A pair in the order of its content, so that (a, b) and (b, a) take the same road.
-struct OrderedPair {
-  SolidPair pair;
-  bool swapped;
-};
 
 OrderedPair ordered(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   const Pose& X_WA = poses[pair.a];
@@ -93,10 +87,10 @@ void write_apart(const OrderedPair& pair, const ApartRecord& apart, const Narrow
 
 PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const OrderedPair& given,
                        const DepthRecord& given_depth, const ApartRecord& given_apart,
-                       const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points) {
+                       const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points,
+                       ClipBatch& clips) {
   DepthRecord record = given_depth;
   ApartRecord apart = given_apart;
-  const bool swapped = given.swapped;
   const SolidPair& pair = given.pair;
   const double max_separation = input.query.max_separation;
   const Pose& X_WA = input.poses[pair.a];
@@ -122,10 +116,15 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
     if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
   }
   known = known || apart.found;
+  const SolidKind kind = kind_of(set, pair);
+  if (known && kind != SolidKind::general && ordinary) {
+    clips.add(given, kind, geometry, points);
+    return apart.found ? PairStatus::separated : PairStatus::overlapping;
+  }
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
 
-  const bool general = kind_of(set, pair) == SolidKind::general;
+  const bool general = kind == SolidKind::general;
   if (general) {
     record = hull_depth(set, kernels, pair, placed);
     if (!ordinary) record.certified = Certified::unknown;
@@ -159,34 +158,16 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   }
   if (points == nullptr) return status;
 
-  Manifold manifold;
-  make_manifold(placed.pair, distance, limit, std::clamp(input.query.max_points, 1, kMaxManifoldPoints),
-                manifold);
-  geometry.point_count = manifold.count;
-  for (int i = 0; i < manifold.count; ++i) {
-    const ContactPoint& from = manifold.points[i];
-    points[i].p_A_W = placed.to_world(swapped ? from.p_B_W : from.p_A_W);
-    points[i].p_B_W = placed.to_world(swapped ? from.p_A_W : from.p_B_W);
-    // The deepest point carries the pair's own bits.
-    points[i].separation =
-        from.separation == distance.separation ? geometry.separation : placed.to_world(from.separation);
-    points[i].feature_id = from.feature_id;
-  }
+  if (kind != SolidKind::general && ordinary)
+    clips.add(given, kind, geometry, points);
+  else
+    write_manifold(placed, distance, given.swapped, input.query, geometry, points);
   return status;
 }
 
 void prefetch_general(const SolidSet& set, const SolidPair& pair) {
   if (kind_of(set, pair) != SolidKind::general) return;
   prefetch_hull(set.solids[pair.a]), prefetch_hull(set.solids[pair.b]);
-}
-
-/// What a manifold reads beyond the kernels' records: the vertices and the faces.
-void prefetch_faces(const SolidData& solid) {
-  constexpr std::size_t kLine = 64;
-  const auto* const vertices = reinterpret_cast<const std::byte*>(&solid.vertices_S);
-  for (std::size_t at = 0; at < sizeof(solid.vertices_S); at += kLine) __builtin_prefetch(vertices + at);
-  const auto* const faces = reinterpret_cast<const std::byte*>(&solid.features.faces);
-  for (std::size_t at = 0; at < 6 * sizeof(HullFace); at += kLine) __builtin_prefetch(faces + at);
 }
 
 struct Records {
@@ -220,9 +201,10 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
                    std::span<PairStatus> status, std::span<PairGeometry> geometry, ContactPoint* points,
                    std::size_t slots) {
   std::array<OrderedPair, kBlock> pairs;
+  ClipBatch clips(set, kernels, input);
   const auto finish = [&](std::size_t i, const DepthRecord& depth, const ApartRecord& apart) {
     status[i] = measure_one(set, kernels, pairs[i], depth, apart, input, geometry[i],
-                            points ? points + i * slots : nullptr);
+                            points ? points + i * slots : nullptr, clips);
   };
   Batch boxes, forms;
   for (std::size_t i = 0; i < input.pairs.size(); ++i) {
@@ -234,19 +216,12 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     else
       (kind == SolidKind::box ? boxes : forms).add(pairs[i].pair, i);
   }
-  constexpr std::size_t kAhead = 2;
   Records records;
   for (const auto& [kind, batch] :
        {std::pair<SolidKind, const Batch&>{SolidKind::box, boxes}, {SolidKind::parallelepiped, forms}}) {
     if (batch.count == 0) continue;
     run_kernels(set, kernels, kind, input.poses, batch, records);
-    for (std::size_t i = 0; i < batch.count; ++i) {
-      if (points && i + kAhead < batch.count) {
-        prefetch_faces(set.solids[batch.pairs[i + kAhead].a]);
-        prefetch_faces(set.solids[batch.pairs[i + kAhead].b]);
-      }
-      finish(batch.slots[i], records.depth[i], records.apart[i]);
-    }
+    for (std::size_t i = 0; i < batch.count; ++i) finish(batch.slots[i], records.depth[i], records.apart[i]);
   }
 }
 
@@ -274,7 +249,8 @@ PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const Narr
     const PairIndices indices{pair.pair.a, pair.pair.b};
     measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
   }
-  return measure_one(set, kernels, pair, record, apart, input, geometry, points);
+  ClipBatch clips(set, kernels, input);
+  return measure_one(set, kernels, pair, record, apart, input, geometry, points, clips);
 }
 
 }  // namespace

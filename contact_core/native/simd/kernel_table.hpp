@@ -4,6 +4,7 @@
 #include "contact_core/native/simd/depth_kernels.hpp"
 #include "contact_core/native/simd/distance_kernels.hpp"
 #include "contact_core/native/simd/hull_kernels.hpp"
+#include "contact_core/native/simd/manifold_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 #include "contact_core/native/simd/portal_kernels.hpp"
 
@@ -77,6 +78,15 @@ struct Table {
     measure_apart_inline<true, Double2, Kind>(poses, shapes, &pair, 1, &out);
   }
 
+  template <template <class> class Solid, class Record>
+  static void clip(const PoseRecord* poses, const Record* shapes, const ClipTask* tasks, std::size_t count,
+                   double max_separation, ClipRecord* out) {
+    if (count == 1)
+      clip_inline<Double2, Solid>(poses, shapes, tasks, count, max_separation, out);
+    else
+      clip_inline<Pack, Solid>(poses, shapes, tasks, count, max_separation, out);
+  }
+
   static constexpr Kernels named(const char* isa) {
     return {.isa = isa,
             .lanes = Traits<Pack>::lanes,
@@ -91,7 +101,9 @@ struct Table {
             .measure_boxes_apart = measure_apart<BoxesApart>,
             .measure_parallelepipeds_apart = measure_apart<FormsApart>,
             .measure_boxes_apart_accurately = measure_apart_accurately<BoxesApart>,
-            .measure_parallelepipeds_apart_accurately = measure_apart_accurately<FormsApart>};
+            .measure_parallelepipeds_apart_accurately = measure_apart_accurately<FormsApart>,
+            .clip_boxes = clip<BoxSolid>,
+            .clip_parallelepipeds = clip<FormSolid>};
   }
 };
 
