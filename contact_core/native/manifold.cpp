@@ -47,7 +47,7 @@ Points write_corners(const Clip<N>& clip, const SignedDistance& distance, double
     point.separation = separations[out.count] = separation;
     point.feature_id = (1 + first * before + second * label) + faces;
     const bool keep = (separation <= limit) & (label != before);
-    least = keep & (separation < least) ? separation : least;
+    least = keep && separation < least ? separation : least;
     out.count += keep ? 1 : 0;
     before = label;
   });

@@ -85,6 +85,11 @@ void write_apart(const OrderedPair& pair, const ApartRecord& apart, const Narrow
   write(pair, apart.separation, vector_of(apart.n), p_A, geometry);
 }
 
+/// Certainly apart, and no query's reach makes up for it.
+bool is_out_of_reach(const DepthRecord& record, const Query& query) {
+  return record.certified == Certified::separated && query.max_separation <= 0.0;
+}
+
 PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const OrderedPair& given,
                        const DepthRecord& given_depth, const ApartRecord& given_apart,
                        const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points,
@@ -95,6 +100,12 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   const double max_separation = input.query.max_separation;
   const Pose& X_WA = input.poses[pair.a];
   const Pose& X_WB = input.poses[pair.b];
+  const auto out_of_reach = [&] {
+    if (!is_out_of_reach(record, input.query)) return false;
+    write_beyond(geometry);
+    return true;
+  };
+  if (out_of_reach()) return PairStatus::separated;
   if (apart.found) {
     write_apart(given, apart, input, geometry);
     if (points == nullptr || apart.separation > max_separation) return PairStatus::separated;
@@ -128,6 +139,7 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   if (general) {
     record = hull_depth(set, kernels, pair, placed);
     if (!ordinary) record.certified = Certified::unknown;
+    if (out_of_reach()) return PairStatus::separated;
   }
   Certified certified = apart.found ? Certified::separated : record.certified;
   if (certified == Certified::unknown && ordinary) certified = certify_kinds(set, pair, input.poses);
@@ -177,7 +189,7 @@ struct Records {
 
 /// Depths of one kind's pairs, then the distances of those that this certified to be apart.
 void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
-                 const Batch& batch, Records& records) {
+                 const Query& query, const Batch& batch, Records& records) {
   const PoseRecord* X_W = records_of(poses);
   if (kind == SolidKind::box)
     kernels.measure_box_depths(X_W, set.boxes.data(), batch.pairs.data(), batch.count, records.depth.data());
@@ -187,7 +199,7 @@ void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, st
   Batch separated;
   for (std::size_t i = 0; i < batch.count; ++i) {
     records.apart[i].found = false;
-    if (records.depth[i].certified == Certified::separated)
+    if (records.depth[i].certified == Certified::separated && !is_out_of_reach(records.depth[i], query))
       separated.add({batch.pairs[i].a, batch.pairs[i].b}, i);
   }
   if (separated.count == 0) return;
@@ -220,7 +232,7 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
   for (const auto& [kind, batch] :
        {std::pair<SolidKind, const Batch&>{SolidKind::box, boxes}, {SolidKind::parallelepiped, forms}}) {
     if (batch.count == 0) continue;
-    run_kernels(set, kernels, kind, input.poses, batch, records);
+    run_kernels(set, kernels, kind, input.poses, input.query, batch, records);
     for (std::size_t i = 0; i < batch.count; ++i) finish(batch.slots[i], records.depth[i], records.apart[i]);
   }
 }
@@ -245,7 +257,7 @@ PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const Narr
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
   const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
   ApartRecord apart = kNoDistance;
-  if (record.certified == Certified::separated) {
+  if (record.certified == Certified::separated && !is_out_of_reach(record, input.query)) {
     const PairIndices indices{pair.pair.a, pair.pair.b};
     measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
   }

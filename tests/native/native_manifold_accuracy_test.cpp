@@ -6,6 +6,8 @@
 #include <functional>
 #include <set>
 
+#include "contact_core/native/manifold.hpp"
+#include "contact_core/native/placed_pair.hpp"
 #include "examples/measures/surface_measure.hpp"
 #include "native_fixture.hpp"
 
@@ -297,6 +299,48 @@ TEST(NativeManifoldAccuracy, FlushFacesKeepTheirFourPointsAndIds) {
   }
 }
 
+/// The pair's manifold by make_manifold(), given the answer's own separation and normal. @pre in the check's
+/// order.
+native::Manifold by_scalar_road(const PairOfSolids& pair, const PairGeometry& geometry, Vector3& origin_W) {
+  const native::SolidSet set = native::make_solid_set(std::array{pair.a, pair.b});
+  native::PlacedPair placed;
+  native::place(set.solids[0], pair.X_WA, set.solids[1], pair.X_WB, true, placed);
+  const native::SignedDistance distance{geometry.separation, geometry.n_AB_W,
+                                        placed.from_world(geometry.p_A_W)};
+  native::Manifold out;
+  native::make_manifold(placed.pair, distance, INFINITY, kMaxManifoldPoints, false, out);
+  origin_W = placed.origin_W;
+  return out;
+}
+
+// The lanes' kernel clips parallelograms by their centres and half edges; the scalar road clips any outlines.
+TEST(NativeManifoldAccuracy, KernelFindsThePointsAndIdsOfTheScalarRoad) {
+  Random random(27);
+  int pairs = 0, points = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const bool boxes = i % 2 == 0;
+    const Hexahedron a = boxes ? random.box() : random.sheared(), b = boxes ? random.box() : random.sheared();
+    PairOfSolids pair = i % 3 == 0 && boxes ? resting(random, a, b, 1) : crossing(random, a, b, 1);
+    if (pair.X_WA.p.x() >= pair.X_WB.p.x()) {
+      std::swap(pair.a, pair.b);
+      std::swap(pair.X_WA, pair.X_WB);
+    }
+    const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB);
+    Vector3 origin_W;
+    const native::Manifold expected = by_scalar_road(pair, answer.geometry, origin_W);
+    ASSERT_EQ(answer.geometry.point_count, expected.count) << i;
+    for (int k = 0; k < expected.count; ++k) {
+      const auto same = [&](const ContactPoint& p) { return p.feature_id == expected.points[k].feature_id; };
+      const auto found = std::find_if(answer.points.begin(), answer.points.end(), same);
+      ASSERT_NE(found, answer.points.end()) << i << " " << std::hex << expected.points[k].feature_id;
+      EXPECT_NEAR(norm(found->p_A_W - (origin_W + expected.points[k].p_A_W)), 0.0, 1e-12) << i;
+      EXPECT_NEAR(found->separation, expected.points[k].separation, 1e-14) << i;
+    }
+    ++pairs, points += expected.count;
+  }
+  EXPECT_GT(points, 4 * pairs);
+}
+
 /// The id of the same corner, for whom A and B are exchanged: see edge_label().
 std::uint32_t exchanged(std::uint32_t id) {
   if (id == 0x10000) return id;
@@ -322,7 +366,9 @@ TEST(NativeManifoldAccuracy, ExchangingTheSolidsExchangesThePoints) {
       ASSERT_EQ(ab.points[k].p_A_W, ba.points[k].p_B_W);
       ASSERT_EQ(ab.points[k].p_B_W, ba.points[k].p_A_W);
       ASSERT_EQ(ab.points[k].separation, ba.points[k].separation);
-      if (boxes) ASSERT_EQ(ab.points[k].feature_id, exchanged(ba.points[k].feature_id));
+      if (boxes) {
+        ASSERT_EQ(ab.points[k].feature_id, exchanged(ba.points[k].feature_id));
+      }
     }
   }
 }

@@ -44,9 +44,10 @@ constexpr double kLeastCross = 0x1p-160;
 constexpr double kFlush = kFlushEdges;
 /// Edges left shorter than this part of the size are dropped.
 constexpr double kShortestPart = 0x1p-44;
-/// As deep as the pair: so many u * size and u * P.
-constexpr double kAsDeepSize = 96.0;
-constexpr double kAsDeepPosition = 8.0;
+/// As deep as the pair: so many u * size and u * P. Of faces that lie flat on each other the corners'
+/// separations are off the pair's by a few; one that were off by more would get the witness point besides.
+constexpr double kAsDeepSize = 20.0;
+constexpr double kAsDeepPosition = 4.0;
 /// Boxes thinner than this many u * (size + P) are left to the scalar road.
 constexpr double kThinRoundoffs = 256.0;
 /// And forms that are off by more than this many u * size, or have a steep face or a sharp corner.
@@ -202,7 +203,8 @@ TOUCHSTONE_INLINE void settle_parallel(const PlaneFaces<Pack>& p, Crossings<Pack
       const Pack part = all<Pack>(kParallelPart);
       // A's edge is kept when no more than the tolerance outside. B's too where both count as one edge, else
       // when more than that inside.
-      of_a.reach[i][j] = (p.area_b + (aligned | (slack_a * inverse > part) ? slack_a : zero)) * inverse;
+      const MaskOf<Pack> kept = aligned | (slack_a * inverse > part);
+      of_a.reach[i][j] = (p.area_b + (kept ? slack_a : zero)) * inverse;
       of_b.reach[j][i] =
           (p.area_a + (aligned ? slack_b : (slack_b * inverse > part ? -slack_b : zero))) * inverse;
 
