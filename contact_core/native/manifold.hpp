@@ -46,7 +46,7 @@ struct Manifold {
 /// thickness; for right-angled faces across n 170 u S = 2e-14 S. p_B - p_A = separation * n holds to 8 u S,
 /// at the deepest point p_B lies off B by another 64 u extent at most. The bound supposes that n and the
 /// separation belong together: a point that lies deeper than `distance.separation` is given that separation.
-/// Seen: 5e-16 S, on thin solids 4e-15 S (native_manifold_accuracy_test.cpp).
+/// Seen: 5e-16 S, on thin solids 5e-15 S (native_manifold_accuracy_test.cpp).
 ///
 /// Boxes and parallelepipeds go through a kernel (manifold_kernels.hpp, where its own bound, 2^-40 S,
 /// stands).

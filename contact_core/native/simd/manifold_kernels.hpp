@@ -22,7 +22,7 @@
 //
 // Error. size = the sum of all half edges, centres and |T|_1, P = |p_A|_inf + |p_B|_inf. A projected
 // coordinate is off by 8 u |v|, of d by 12 u size; cross(d, b_j) by 24 u size |b_j|, C_ij by 20 u |a_i|
-// |b_j|, so the corner lies on its own edge and within 48 u size of the lines that cut it; 32 more where
+// |b_j|, so the corner lies on its own edge and within 48 u size of the lines that cut it; 8 more where
 // edges are parallel to rounding. Beyond two sides of a corner of 30 degrees that is 4 times as much, on a
 // face at cosine c by 1 / c more: 640 u size. The other face's plane is met to 32 u size along n. Off the
 // hull of the rounded world vertices: by another 32 u size + 4 u P + D (box_box_overlap.cpp,
@@ -33,8 +33,9 @@ namespace touchstone::native::TOUCHSTONE_ISA {
 
 /// Face normals closer to n than this are equally close.
 constexpr double kSameLean = 4 * kU;
-/// Parallel edges no further apart than this many u * size coincide.
-constexpr double kCoincideRoundoffs = 32.0;
+/// Parallel edges no further apart than this many u * size coincide: some times what the distance between
+/// them is off by as a rule.
+constexpr double kCoincideRoundoffs = 8.0;
 /// Edges are parallel to rounding when moving one across by that moves their crossing by more than this
 /// part of the other's half.
 constexpr double kParallelPart = 0x1p-19;
@@ -361,8 +362,8 @@ TOUCHSTONE_INLINE void clip_lanes(const Solid& A, const Solid& B, ContactLanes<P
     }
   }
   // Takes in all that settle_parallel() would change: as |a_i| + |b_j| <= size, flush edges have 1 / |C_ij|
-  // >= 4 / (kFlush size^2), which 32 u size^2 makes 2^-20.
-  const Pack bound = all<Pack>(kParallelPart / 4);
+  // >= 4 / (kFlush size^2), which 8 u size^2 makes 2^-22.
+  const Pack bound = all<Pack>(kParallelPart / 16);
   if (__builtin_expect(bits((all<Pack>(kCoincideRoundoffs) * unit_size * plane.size) * steepest > bound) != 0,
                        0))
     settle_parallel<Pack>(plane, of_a, of_b, out.flush);
