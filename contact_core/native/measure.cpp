@@ -182,6 +182,14 @@ void prefetch_general(const SolidSet& set, const SolidPair& pair) {
   prefetch_hull(set.solids[pair.a]), prefetch_hull(set.solids[pair.b]);
 }
 
+/// Fetches the poses of a pair some iterations ahead: where they lie no prefetcher can guess.
+void prefetch_poses(const SolidPair& pair, std::span<const Pose> poses) {
+  for (const SolidIndex i : {pair.a, pair.b}) {
+    __builtin_prefetch(&poses[i].R);
+    __builtin_prefetch(&poses[i].p.z());
+  }
+}
+
 struct Records {
   std::array<DepthRecord, kBlock> depth;
   std::array<ApartRecord, kBlock> apart;
@@ -219,7 +227,9 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
                             points ? points + i * slots : nullptr, clips);
   };
   Batch boxes, forms;
+  constexpr std::size_t kAhead = 12;
   for (std::size_t i = 0; i < input.pairs.size(); ++i) {
+    if (i + kAhead < input.pairs.size()) prefetch_poses(input.pairs[i + kAhead], input.poses);
     pairs[i] = ordered(set, input.pairs[i], input.poses);
     const SolidKind kind = kind_of(set, pairs[i].pair);
     if (i + 1 < input.pairs.size()) prefetch_general(set, input.pairs[i + 1]);
