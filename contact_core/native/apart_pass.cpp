@@ -114,25 +114,28 @@ void measure_hulls_apart(const SolidSet& set, const Kernels& kernels, std::span<
 
 void measure_batch_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind,
                          std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
-                         ApartRecord* records) {
+                         bool separated_too, ApartRecord* records) {
   using Pairs = std::span<const PairIndices>;
   std::fill_n(records, batch.count, kNoDistance);
   measure_picked(
       batch, depths, records,
-      [](Certified certified, const ApartRecord&) { return certified == Certified::separated; },
+      [&](Certified certified, const ApartRecord&) {
+        return separated_too && certified == Certified::separated;
+      },
       [&](Pairs pairs, ApartRecord* out) { measure_apart(set, kernels, kind, poses, pairs, out); });
   measure_picked(
       batch, depths, records,
-      [](Certified certified, const ApartRecord& record) {
-        return certified != Certified::overlapping && !record.found;
+      [&](Certified certified, const ApartRecord& record) {
+        if (certified == Certified::separated) return separated_too && !record.found;
+        return certified == Certified::unknown;
       },
       [&](Pairs pairs, ApartRecord* out) {
         measure_apart_accurately(set, kernels, kind, poses, pairs, out);
       });
   measure_picked(
       batch, depths, records,
-      [](Certified certified, const ApartRecord& record) {
-        return certified == Certified::separated && vertices_decide(record);
+      [&](Certified certified, const ApartRecord& record) {
+        return separated_too && certified == Certified::separated && vertices_decide(record);
       },
       [&](Pairs pairs, ApartRecord* out) { measure_hulls_apart(set, kernels, poses, pairs, out); });
 }

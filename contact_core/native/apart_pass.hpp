@@ -26,10 +26,10 @@ void measure_hulls_apart(const SolidSet& set, const Kernels& kernels, std::span<
                          std::span<const PairIndices> pairs, ApartRecord* records);
 
 /// All of this in turn, of the pairs of a batch that their depth records do not show to overlap.
-/// @param kind not `general`.
+/// @param kind not `general`. @param separated_too of pairs, too, that the depth records show to be apart.
 void measure_batch_apart(const SolidSet& set, const Kernels& kernels, SolidKind kind,
                          std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
-                         ApartRecord* records);
+                         bool separated_too, ApartRecord* records);
 
 /// Whatever of this is left to try of one pair, on an exactly scaled copy when its magnitudes ask for it.
 /// @param separated whether the pair is certainly apart.

@@ -4,6 +4,7 @@
 
 #include "contact_core/narrowphase/narrowphase.hpp"
 #include "contact_core/native/distance.hpp"
+#include "contact_core/native/simd/kernels.hpp"
 
 namespace touchstone::native {
 
@@ -20,6 +21,12 @@ struct Manifold {
 /// than `max_separation` are left out. A face whose normal leans more than 83 degrees from n counts as its
 /// edge furthest along n; faces that are points seen along n (edges on end, solids flattened by rounding)
 /// clip nothing.
+///
+/// Flush edges are one: an edge of A and one of B that run the same way to 2^-26 (1.5e-8 rad) and lie no
+/// further apart than 2^-26 of the shorter one (or coincide to rounding). The clip's corner between them, if
+/// they cross, is left out, which takes no more than 2^-26 of the faces' sizes off its area; all other
+/// corners keep their places. So faces laid flush on each other have the corners that they have when they lie
+/// there exactly, whichever way rounding or a solver's noise turns them.
 ///
 /// The deepest point always is there with exactly the pair's separation: the corner that reaches it, the
 /// first of several, else the pair's witness point as one more.
@@ -39,15 +46,25 @@ struct Manifold {
 /// thickness; for right-angled faces across n 170 u S = 2e-14 S. p_B - p_A = separation * n holds to 8 u S,
 /// at the deepest point p_B lies off B by another 64 u extent at most. The bound supposes that n and the
 /// separation belong together: a point that lies deeper than `distance.separation` is given that separation.
-/// Seen: 5e-16 S, on thin solids 4e-15 S (native_manifold_accuracy_test.cpp).
+/// Seen: 5e-16 S, on thin solids 5e-15 S (native_manifold_accuracy_test.cpp).
+///
+/// Boxes and parallelepipeds go through a kernel (manifold_kernels.hpp, where its own bound, 2^-40 S,
+/// stands).
 ///
 /// Tiny motion moves the corners by as much (by that over the sine of the angle, where edges cross at a small
-/// one); the ids and the number of points change only where a corner comes to lie across an edge.
+/// one); the ids and the number of points change only where a corner comes to lie across an edge that it is
+/// not flush with.
 ///
 /// feature_id: 1 + edge + 16 * edge' + 256 * face of A + 4096 * face of B, where the corner is the meeting of
-/// two of the faces' edges (0-7: A's, 8-15: B's); 0x10000 for the witness point. It names A and B in the
-/// check's own order of the pair.
+/// two of the faces' edges (0-7: A's, 8-15: B's; flush ones go by A's); 0x10000 for the witness point. A and
+/// B are the caller's, in whichever order the check takes the pair. @param swapped whether the caller's is
+/// (b, a).
 void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_separation,
-                   int max_points, Manifold& manifold);
+                   int max_points, bool swapped, Manifold& manifold);
+
+/// The same from the points of a kernel's clip, which stand in `points` (room for eight) as those of (b, a)
+/// where swapped. Returns their number. @param distance_W of (a, b), its p_A in the world.
+int finish_clip(const SignedDistance& distance_W, bool swapped, const ClipRecord& clipped, int max_points,
+                ContactPoint* points);
 
 }  // namespace touchstone::native

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "contact_core/native/apart_pass.hpp"
-#include "contact_core/native/manifold.hpp"
+#include "contact_core/native/clip_batch.hpp"
 #include "contact_core/native/overlap.hpp"
 #include "contact_core/native/pair_batch.hpp"
 #include "contact_core/native/pair_depth.hpp"
@@ -32,12 +32,6 @@ void write_beyond(PairGeometry& out) {
   out.n_AB_W = out.p_A_W = out.p_B_W = Vector3::Constant(kNaN);
   out.point_count = 0;
 }
-
-/// A pair in the order of its content, so that (a, b) and (b, a) take the same road.
-struct OrderedPair {
-  SolidPair pair;
-  bool swapped;
-};
 
 OrderedPair ordered(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   const Pose& X_WA = poses[pair.a];
@@ -94,16 +88,28 @@ void write_apart(const OrderedPair& pair, const ApartRecord& apart, const Narrow
   write(pair, apart.separation, vector_of(apart.n), p_A, geometry);
 }
 
+/// Whether more than the status of a pair that is apart is asked for.
+bool reaches_apart(const Query& query) { return query.max_separation > 0.0; }
+
+bool is_out_of_reach(const DepthRecord& record, const Query& query) {
+  return record.certified == Certified::separated && !reaches_apart(query);
+}
+
 PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const OrderedPair& given,
                        const DepthRecord& given_depth, const ApartRecord& given_apart,
-                       const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points) {
+                       const NarrowphaseInput& input, PairGeometry& geometry, ContactPoint* points,
+                       ClipBatch& clips) {
   DepthRecord record = given_depth;
   ApartRecord apart = given_apart;
-  const bool swapped = given.swapped;
   const SolidPair& pair = given.pair;
   const double max_separation = input.query.max_separation;
   const Pose& X_WA = input.poses[pair.a];
   const Pose& X_WB = input.poses[pair.b];
+  const auto out_of_reach = [&] {
+    if (!is_out_of_reach(record, input.query)) return false;
+    write_beyond(geometry);
+    return true;
+  };
   const auto is_done = [&] {
     if (!apart.found) return false;
     write_apart(given, apart, input, geometry);
@@ -114,7 +120,7 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
     finish_apart(set, kernels, pair, input.poses, record.certified == Certified::separated, apart);
     return is_done();
   };
-  if (is_done()) return PairStatus::separated;
+  if (out_of_reach() || is_done()) return PairStatus::separated;
   bool known = is_complete(record) && record.separation <= max_separation;
   bool ordinary = true;
   if (!known && !apart.found) {
@@ -126,14 +132,19 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
     write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
     if (points == nullptr) return PairStatus::overlapping;
   }
-  const bool general = kind_of(set, pair) == SolidKind::general;
+  const SolidKind kind = kind_of(set, pair);
+  const bool general = kind == SolidKind::general;
   if (!general && try_apart()) return PairStatus::separated;
+  if ((known || apart.found) && !general && ordinary) {
+    clips.add(given, kind, geometry, points);
+    return apart.found ? PairStatus::separated : PairStatus::overlapping;
+  }
   PlacedPair placed;
   place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
   if (general && !apart.found) {
     record = hull_depth(set, kernels, pair, placed);
     if (!ordinary) record.certified = Certified::unknown;
-    if (try_apart()) return PairStatus::separated;
+    if (out_of_reach() || try_apart()) return PairStatus::separated;
   }
   known = known || apart.found;
   Certified certified = apart.found ? Certified::separated : record.certified;
@@ -167,21 +178,10 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
   }
   if (points == nullptr) return status;
 
-  Manifold manifold;
-  make_manifold(placed.pair, distance, limit, std::clamp(input.query.max_points, 1, kMaxManifoldPoints),
-                manifold);
-  geometry.point_count = manifold.count;
-  for (int i = 0; i < manifold.count; ++i) {
-    const ContactPoint& from = manifold.points[i];
-    points[i].p_A_W = placed.to_world(swapped ? from.p_B_W : from.p_A_W);
-    points[i].p_B_W = placed.to_world(swapped ? from.p_A_W : from.p_B_W);
-    // The deepest point carries the pair's own bits.
-    points[i].separation =
-        from.separation == distance.separation ? geometry.separation : placed.to_world(from.separation);
-    // A distance lost in rounding is the least there is, for every point.
-    if (!meet) points[i].separation = std::max(points[i].separation, geometry.separation);
-    points[i].feature_id = from.feature_id;
-  }
+  if (!general && ordinary)
+    clips.add(given, kind, geometry, points);
+  else
+    write_manifold(placed, distance, given.swapped, input.query, geometry, points);
   return status;
 }
 
@@ -190,13 +190,12 @@ void prefetch_general(const SolidSet& set, const SolidPair& pair) {
   prefetch_hull(set.solids[pair.a]), prefetch_hull(set.solids[pair.b]);
 }
 
-/// What a manifold reads beyond the kernels' records: the vertices and the faces.
-void prefetch_faces(const SolidData& solid) {
-  constexpr std::size_t kLine = 64;
-  const auto* const vertices = reinterpret_cast<const std::byte*>(&solid.vertices_S);
-  for (std::size_t at = 0; at < sizeof(solid.vertices_S); at += kLine) __builtin_prefetch(vertices + at);
-  const auto* const faces = reinterpret_cast<const std::byte*>(&solid.features.faces);
-  for (std::size_t at = 0; at < 6 * sizeof(HullFace); at += kLine) __builtin_prefetch(faces + at);
+/// Fetches the poses of a pair some iterations ahead: where they lie no prefetcher can guess.
+void prefetch_poses(const SolidPair& pair, std::span<const Pose> poses) {
+  for (const SolidIndex i : {pair.a, pair.b}) {
+    __builtin_prefetch(&poses[i].R);
+    __builtin_prefetch(&poses[i].p.z());
+  }
 }
 
 struct Records {
@@ -204,21 +203,17 @@ struct Records {
   std::array<ApartRecord, kBlock> apart;
 };
 
-/// Whether the kernels left something to find.
-bool is_open(const Records& records, std::size_t i) {
-  return !records.apart[i].found && !is_complete(records.depth[i]);
-}
-
 /// Depths of one kind's pairs, then the distances of those that this did not certify to overlap.
 void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
-                 const Batch& batch, Records& records) {
+                 const Query& query, const Batch& batch, Records& records) {
   const PoseRecord* X_W = records_of(poses);
   if (kind == SolidKind::box)
     kernels.measure_box_depths(X_W, set.boxes.data(), batch.pairs.data(), batch.count, records.depth.data());
   else
     kernels.measure_form_depths(X_W, set.edge_forms.data(), batch.pairs.data(), batch.count,
                                 records.depth.data());
-  measure_batch_apart(set, kernels, kind, poses, batch, records.depth.data(), records.apart.data());
+  measure_batch_apart(set, kernels, kind, poses, batch, records.depth.data(), reaches_apart(query),
+                      records.apart.data());
 }
 
 struct Batches {
@@ -251,32 +246,32 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
                    std::span<PairStatus> status, std::span<PairGeometry> geometry, ContactPoint* points,
                    std::size_t slots) {
   std::array<OrderedPair, kBlock> pairs;
+  ClipBatch clips(set, kernels, input);
   const auto finish = [&](std::size_t i, const DepthRecord& depth, const ApartRecord& apart) {
     status[i] = measure_one(set, kernels, pairs[i], depth, apart, input, geometry[i],
-                            points ? points + i * slots : nullptr);
+                            points ? points + i * slots : nullptr, clips);
   };
   const std::size_t count = input.pairs.size();
-  for (std::size_t i = 0; i < count; ++i) pairs[i] = ordered(set, input.pairs[i], input.poses);
+  constexpr std::size_t kAhead = 12;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i + kAhead < count) prefetch_poses(input.pairs[i + kAhead], input.poses);
+    pairs[i] = ordered(set, input.pairs[i], input.poses);
+  }
   Batches batches;
   sort_by_kind(set, input.poses, std::span(pairs).first(count), batches);
-  constexpr std::size_t kAhead = 2;
   Records records;
   for (const auto& [kind, batch] : {std::pair<SolidKind, const Batch&>{SolidKind::box, batches.boxes},
                                     {SolidKind::parallelepiped, batches.forms}}) {
     if (batch.count == 0) continue;
-    run_kernels(set, kernels, kind, input.poses, batch, records);
-    for (std::size_t i = 0; i < batch.count; ++i) {
-      if (const std::size_t later = i + kAhead; later < batch.count && (points || is_open(records, later))) {
-        prefetch_faces(set.solids[batch.pairs[later].a]);
-        prefetch_faces(set.solids[batch.pairs[later].b]);
-      }
-      finish(batch.slots[i], records.depth[i], records.apart[i]);
-    }
+    run_kernels(set, kernels, kind, input.poses, input.query, batch, records);
+    for (std::size_t i = 0; i < batch.count; ++i) finish(batch.slots[i], records.depth[i], records.apart[i]);
   }
   const Batch& others = batches.others;
   if (others.count == 0) return;
-  measure_hulls_apart(set, kernels, input.poses, std::span(others.pairs).first(others.count),
-                      records.apart.data());
+  std::fill_n(records.apart.data(), others.count, kNoDistance);
+  if (reaches_apart(input.query))
+    measure_hulls_apart(set, kernels, input.poses, std::span(others.pairs).first(others.count),
+                        records.apart.data());
   for (std::size_t i = 0; i < others.count; ++i) {
     if (i + 1 < others.count && (points || !records.apart[i + 1].found))
       prefetch_general(set, {others.pairs[i + 1].a, others.pairs[i + 1].b});
@@ -304,11 +299,12 @@ PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const Narr
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
   const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
   ApartRecord apart = kNoDistance;
-  if (record.certified == Certified::separated) {
+  if (record.certified == Certified::separated && !is_out_of_reach(record, input.query)) {
     const PairIndices indices{pair.pair.a, pair.pair.b};
     measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
   }
-  return measure_one(set, kernels, pair, record, apart, input, geometry, points);
+  ClipBatch clips(set, kernels, input);
+  return measure_one(set, kernels, pair, record, apart, input, geometry, points, clips);
 }
 
 }  // namespace

@@ -56,9 +56,9 @@ void gather(const HullFace& face, const WorldVertices& v, double sign, Outline<4
 }
 
 /// False when a corner is sharp.
-bool project_plain(const TangentFrame& frame, int first_label, Outline<4>& out) {
+bool project_plain(const TangentFrame& frame, bool is_b, bool swapped, Outline<4>& out) {
   out.count = 4;
-  for (int i = 0; i < 4; ++i) out.label[i] = static_cast<std::uint8_t>(first_label + i);
+  for (int i = 0; i < 4; ++i) out.label[i] = edge_label(i, 4, is_b, swapped);
   for (int i = 0; i < 2; ++i) {
     const Double2 px = out.p_x.d[i], py = out.p_y.d[i], pz = out.p_z.d[i];
     out.x.d[i] = (px * frame.x.x() + py * frame.x.y()) + pz * frame.x.z();
@@ -204,7 +204,8 @@ bool plain_outlines(const PosedPair& pair, const TangentFrame& frame, const Faci
   if (face_a.count != 4 || face_b.count != 4 || a.is_steep || b.is_steep) return false;
   gather(face_a, pair.hulls.a, 1.0, outline_a);
   gather(face_b, pair.hulls.b, -1.0, outline_b);
-  const bool plain_a = project_plain(frame, 0, outline_a), plain_b = project_plain(frame, 8, outline_b);
+  const bool plain_a = project_plain(frame, false, a.swapped, outline_a),
+             plain_b = project_plain(frame, true, b.swapped, outline_b);
   return plain_a && plain_b;
 }
 
@@ -215,7 +216,7 @@ bool careful_outline(const HullFace& face, const WorldVertices& vertices, double
   for (int k = 0; k < face.count; ++k) {
     const Vector3 p = vertices.vertex(vertex_of(face, sign, k));
     polygon.corners[k] = {p, dot(p, frame.x), dot(p, frame.y),
-                          static_cast<std::uint8_t>(sign > 0.0 ? k : 8 + k)};
+                          edge_label(k, face.count, sign < 0.0, facing.swapped)};
   }
   if (facing.is_steep && !keep_edge(frame, sign, polygon, facing)) return false;
   polygon = distinct_corners(polygon, kSameCorner * kRoundoff * extent);

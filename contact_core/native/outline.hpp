@@ -33,7 +33,7 @@ struct Outline {
   Row<N> x, y;                        ///< corners in the tangent frame
   Row<N> edge_x, edge_y;              ///< to the next corner in the tangent frame, or a bevel's direction
   Row<N> length2;                     ///< of the edge, squared; 0: bevel
-  std::array<std::uint8_t, N> label;  ///< which of the face's edges
+  std::array<std::uint8_t, N> label;  ///< see edge_label()
 };
 
 /// A face has up to eight corners, two of which can be sharp.
@@ -45,8 +45,16 @@ struct Facing {
   Vector3 normal;  ///< outward, in world, of about unit length
   Vector3 anchor;  ///< a point of the face's plane
   double inverse;  ///< 1 / normal . n
-  bool is_steep;   ///< see steep_facing()
+  bool is_steep;   ///< see kSteep
+  bool swapped;    ///< whether the caller's pair is (b, a): edges then are named as of that
 };
+
+/// The name of edge k of an outline of `count`, for the caller: 0-7 of its first solid, counter-clockwise
+/// seen from outside, 8-15 of its second, the other way round, whichever of them is the check's A.
+inline std::uint8_t edge_label(int k, int count, bool is_b, bool swapped) {
+  const int named = swapped ? (2 * count - 2 - k) % count : k;
+  return static_cast<std::uint8_t>(is_b == swapped ? named : 8 + named);
+}
 
 /// Cosine between a face's normal and n below which the face counts as its edge furthest along n.
 inline constexpr double kSteep = 0x1p-3;

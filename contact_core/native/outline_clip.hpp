@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "contact_core/native/outline.hpp"
+#include "contact_core/native/simd/kernels.hpp"
 
 namespace touchstone::native {
 
@@ -55,9 +56,9 @@ int last_corner(const Clip<N>& clip) {
 
 /// Clips each edge of either outline against the lines of all edges of the other (Cyrus, Beck 1978), which
 /// needs no branches; what is left of the edges, in the order of their directions, is the common region's
-/// boundary. Where edges coincide to kCoincide u * extent A's count. Edges left no longer than kShortest *
-/// extent are dropped. A corner lies on its own edge by construction, and within rounding of the lines that
-/// cut it.
+/// boundary. Where edges coincide to kCoincide u * extent A's count; flush edges (kFlushEdges) go by A's
+/// label. Edges left no longer than kShortest * extent are dropped. A corner lies on its own edge by
+/// construction, and within rounding of the lines that cut it.
 /// @param extent at least every |coordinate|
 template <int N>
 void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const Facing& plane_b,
@@ -74,6 +75,9 @@ constexpr double kCoincide = 16;
 /// Edges are parallel to rounding when moving one across by the tolerance moves their crossing by more than
 /// this part of the other.
 constexpr double kParallel = 0x1p-20;
+/// Looked at more closely from this part on: takes in all that are flush, as 16 u * 8 / kFlushEdges / 12 >
+/// 2^-24.
+constexpr double kNearlyParallel = 0x1p-24;
 
 inline Double2 splat(double x) { return Double2{x, x}; }
 
@@ -137,14 +141,41 @@ bool any_parallel(const std::array<Row<N>, N>& r, double tolerance, double reach
   Double2 low = splat(0.0), high = splat(0.0);
   for (int j = 0; j < N; ++j)
     for (int i = 0; i < N / 2; ++i) low = least(r[j].d[i], low), high = greatest(r[j].d[i], high);
-  const Double2 bound = splat(kParallel / (tolerance * reach));
+  const Double2 bound = splat(kNearlyParallel / (tolerance * reach));
   return any_of((high > bound) | (low < -bound));
+}
+
+/// 1 where edges lie at an angle of no more than kFlushEdges to each other. @param length4 the product of
+/// their squared lengths; 0 (bevels) has no direction.
+inline Double2 is_aligned(Double2 length4, Double2 r) {
+  return (kFlushEdges * kFlushEdges * length4) * (r * r) >= 1.0 ? splat(1.0) : splat(0.0);
+}
+
+/// Gives B's edges that lie flush along one of A's that one's label; A's B's where swapped.
+template <int N>
+void join_flush_edges(const Outline<N>& a, const Outline<N>& b, const std::array<Row<N>, N>& r,
+                      double tolerance, bool swapped, Clip<N>& out) {
+  for (int j = 0; j < b.count; ++j) {
+    for (int i = 0; i < a.count; ++i) {
+      const double ax = a.edge_x[i], ay = a.edge_y[i], bx = b.edge_x[j], by = b.edge_y[j];
+      const double a2 = a.length2[i], b2 = b.length2[j];
+      if (!(is_aligned(splat(a2 * b2), splat(r[j][i]))[0] > 0.0) || !(ax * bx + ay * by > 0.0)) continue;
+      const double x = (a.x[i] + 0.5 * ax) - b.x[j], y = (a.y[i] + 0.5 * ay) - b.y[j];
+      const double side = bx * y - by * x, shorter2 = a2 < b2 ? a2 : b2;
+      const double near2 = 0.25 * kFlushEdges * kFlushEdges * shorter2 + 16.0 * (tolerance * tolerance);
+      if (!(side * side <= near2 * b2)) continue;
+      if (swapped)
+        out.label[i] = b.label[j];
+      else
+        out.label[N + j] = a.label[i];
+    }
+  }
 }
 
 /// The other outline's lines cut `edges`. r[k] = 1 / cross(edge of A, edge of B) for the other's edge k. A's
 /// edges (kOfA) that are parallel to a line to rounding are kept when no more than `tolerance` outside, B's
-/// only when more than that inside. (Where r is infinite, t is infinite or NaN, and from and to stay or
-/// cross.)
+/// too where the two may count as one, else only when more than that inside. (Where r is infinite, t is
+/// infinite or NaN, and from and to stay or cross.)
 template <int N, bool kOfA, bool kAnyParallel>
 Parts<N> cut(const Outline<N>& edges, const Outline<N>& lines, const std::array<Row<N>, N>& r,
              double tolerance) {
@@ -159,7 +190,9 @@ Parts<N> cut(const Outline<N>& edges, const Outline<N>& lines, const std::array<
       if constexpr (kAnyParallel) {
         const Double2 slack = splat(tolerance * (std::abs(ex) + std::abs(ey)));
         const Double2 part = slack * r[k].d[i];
-        side += part * part > kParallel * kParallel ? slack : splat(0.0);
+        const Double2 aligned = is_aligned(edges.length2.d[i] * splat(lines.length2[k]), r[k].d[i]);
+        const Double2 of_parallel = part * part > kParallel * kParallel ? slack : splat(0.0);
+        side += aligned > 0.0 ? (kOfA ? slack : -slack) : of_parallel;
       }
       const Double2 t = side * r[k].d[i];
       const auto enters = kOfA ? r[k].d[i] < 0.0 : r[k].d[i] >= 0.0;
@@ -228,7 +261,8 @@ void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const
   }
   transpose<N>(r, r_transposed);
   Parts<N> of_a, of_b;
-  if (any_parallel<N>(r, tolerance, 8 * extent)) {
+  const bool parallel = any_parallel<N>(r, tolerance, 8 * extent);
+  if (parallel) {
     of_a = cut<N, true, true>(a, b, r, tolerance);
     of_b = cut<N, false, true>(b, a, r_transposed, tolerance);
   } else {
@@ -237,6 +271,7 @@ void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const
   }
   place<N>(a, of_a.from, plane_b, 1.0, 0, out);
   place<N>(b, of_b.from, plane_a, -1.0, N, out);
+  if (parallel) join_flush_edges<N>(a, b, r, tolerance, plane_a.swapped, out);
   // Four where it is four by type, so that the loop over B's edges is unrolled.
   out.order =
       order<N>(N == 4 ? 4 : b.count, r, longer(of_a, a.length2, shortest), longer(of_b, b.length2, shortest));

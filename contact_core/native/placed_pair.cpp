@@ -49,7 +49,7 @@ bool comes_first(const SolidData& a, const Pose& X_WA, const SolidData& b, const
   return true;
 }
 
-Vector3 PlacedPair::to_world(const Vector3& p) const { return origin_W + scaled(p, -exponent); }
+Vector3 PlacedPair::scaled_to_world(const Vector3& p) const { return origin_W + scaled(p, -exponent); }
 
 double PlacedPair::to_world(double length) const { return scaled(length, -exponent); }
 

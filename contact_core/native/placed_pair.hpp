@@ -21,11 +21,16 @@ struct PlacedPair {
   int exponent = 0;
 
   /// From the checks' frame to the world.
-  Vector3 to_world(const Vector3& p) const;
+  Vector3 to_world(const Vector3& p) const {
+    return exponent == 0 ? Vector3(origin_W + p) : scaled_to_world(p);
+  }
   double to_world(double length) const;
   /// And back.
   Vector3 from_world(const Vector3& p_W) const;
   double from_world(double length) const;
+
+ private:
+  Vector3 scaled_to_world(const Vector3& p) const;
 };
 
 void place(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB, bool ordinary,

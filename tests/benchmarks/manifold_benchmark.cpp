@@ -154,7 +154,7 @@ void run_alone(benchmark::State& state, const std::string& family) {
   for (auto _ : state) {
     points = 0.0;
     for (std::size_t i = 0; i < kPairs; ++i) {
-      native::make_manifold(prepared.pairs[i], prepared.distances[i], INFINITY, max_points, manifold);
+      native::make_manifold(prepared.pairs[i], prepared.distances[i], INFINITY, max_points, false, manifold);
       benchmark::DoNotOptimize(manifold);
       points += manifold.count;
     }

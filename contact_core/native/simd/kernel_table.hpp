@@ -5,6 +5,7 @@
 #include "contact_core/native/simd/distance_kernels.hpp"
 #include "contact_core/native/simd/hull_distance_kernels.hpp"
 #include "contact_core/native/simd/hull_kernels.hpp"
+#include "contact_core/native/simd/manifold_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 #include "contact_core/native/simd/portal_kernels.hpp"
 
@@ -80,6 +81,15 @@ struct Table {
       measure_hulls_apart_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
+  template <template <class> class Solid, class Record>
+  static void clip(const PoseRecord* poses, const Record* shapes, const ClipTask* tasks, std::size_t count,
+                   double max_separation, ClipRecord* out) {
+    if (count == 1)
+      clip_inline<Double2, Solid>(poses, shapes, tasks, count, max_separation, out);
+    else
+      clip_inline<Pack, Solid>(poses, shapes, tasks, count, max_separation, out);
+  }
+
   static constexpr Kernels named(const char* isa) {
     return {.isa = isa,
             .lanes = Traits<Pack>::lanes,
@@ -95,7 +105,9 @@ struct Table {
             .measure_parallelepipeds_apart = measure_apart<false, FormsApart>,
             .measure_boxes_apart_accurately = measure_apart<true, BoxesApart>,
             .measure_parallelepipeds_apart_accurately = measure_apart<true, FormsApart>,
-            .measure_hulls_apart = measure_hulls_apart};
+            .measure_hulls_apart = measure_hulls_apart,
+            .clip_boxes = clip<BoxSolid>,
+            .clip_parallelepipeds = clip<FormSolid>};
   }
 };
 

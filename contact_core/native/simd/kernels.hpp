@@ -91,6 +91,31 @@ struct ApartRecord {
   bool tried;        ///< no kernel can do better: magnitudes did not hinder the most accurate one
 };
 
+/// Edges of two faces that run the same way to this angle, and lie this part of the shorter one apart, are
+/// one edge; see manifold.hpp.
+inline constexpr double kFlushEdges = 0x1p-26;
+
+/// What ContactPoint is in memory.
+struct PointRecord {
+  double p_A[3], p_B[3], separation;
+  std::uint32_t feature_id, padding;
+};
+
+/// A pair whose faces are to be clipped against each other along a known normal.
+struct ClipTask {
+  double n_separation[4];  ///< n, A to B, unit; separation along it
+  PairIndices pair;        ///< in the order of comes_first()
+  bool swapped;            ///< points are written for (b, a)
+  PointRecord* points;     ///< room for eight
+};
+
+/// Of one pair; see manifold.hpp.
+struct ClipRecord {
+  int count;    ///< points written
+  int deepest;  ///< the first as deep as the pair, or -1
+  bool fits;    ///< the rest holds
+};
+
 /// From A to B, any length.
 struct PairAxis {
   double x, y, z, padding;
@@ -143,6 +168,13 @@ struct Kernels {
   /// As the first two, of any two solids of ordinary magnitudes; see hull_distance_kernels.hpp.
   void (*measure_hulls_apart)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
                               std::size_t count, ApartRecord* out);
+
+  /// Clips the faces that two solids turn towards each other; what the kernel does not settle does not `fit`.
+  /// The bits do not depend on which pairs come together.
+  void (*clip_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const ClipTask* tasks,
+                     std::size_t count, double max_separation, ClipRecord* out);
+  void (*clip_parallelepipeds)(const PoseRecord* poses, const FormRecord* shapes, const ClipTask* tasks,
+                               std::size_t count, double max_separation, ClipRecord* out);
 };
 
 /// Those this machine can run, the plainest first.
