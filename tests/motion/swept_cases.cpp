@@ -74,7 +74,7 @@ SweptAnswer answer(const SweptCase& swept, Narrowphase& narrowphase) {
   const MovingSolid a{&swept.solids[0], swept.X_OS[0], &swept.paths[0]};
   const MovingSolid b{&swept.solids[1], swept.X_OS[1], &swept.paths[1]};
   const double scale =
-      std::max(scale_of(a, a.pose_at(0), b, b.pose_at(0)), scale_of(a, a.pose_at(1), b, b.pose_at(1)));
+      std::max(scale_of(place(a, 0.0), place(b, 0.0)), scale_of(place(a, 1.0), place(b, 1.0)));
   SweptAnswer out{};
   // Those that are right to rounding have 1e-9 m, as far out as that is more than rounding.
   out.gap = std::max(1e-9, 4 * separations.capabilities().resolution.at(scale));

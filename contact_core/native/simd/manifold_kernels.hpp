@@ -52,7 +52,7 @@ constexpr double kAsDeepPosition = 4.0;
 /// Boxes thinner than this many u * (size + P) are left to the scalar road.
 constexpr double kThinRoundoffs = 256.0;
 /// And forms that are off by more than this many u * size, or have a steep face or a sharp corner.
-constexpr double kDeviationRoundoffs = 16.0;
+constexpr double kClipDeviationRoundoffs = 16.0;
 constexpr double kSteepFace = 0.5;
 constexpr double kSharpCorner = 0.5;
 
@@ -94,8 +94,8 @@ TOUCHSTONE_INLINE ContactFace<Pack> contact_face(const DepthSolid<Pack>& s, cons
   const Pack side = positive ? all<Pack>(1.0) : all<Pack>(-1.0);
   out.centre = centre + side * main.of(half);
   const Vector3Of<Pack> second = main.of(next), third_half = main.of(after);
-  out.half[0] = pick<Pack>(positive, second, third_half);
-  out.half[1] = all<Pack>(is_b ? -1.0 : 1.0) * pick<Pack>(positive, third_half, second);
+  out.half[0] = select<Pack>(positive, second, third_half);
+  out.half[1] = all<Pack>(is_b ? -1.0 : 1.0) * select<Pack>(positive, third_half, second);
   const Pack axis = main.first ? Pack{} : (main.second ? all<Pack>(2.0) : all<Pack>(4.0));
   out.index = axis + (positive ? all<Pack>(1.0) : Pack{});
   out.lean = third ? magnitude_of[2] : best;
@@ -299,8 +299,8 @@ TOUCHSTONE_INLINE void write_corners(const ContactLanes<Pack>& contact, const Co
     const Vector3Of<Pack> on_this = p + contact.p_WA;
     const Vector3Of<Pack> on_other = (is_b ? p - across : p + across) + contact.p_WA;
     const MaskOf<Pack> this_first = is_b ? contact.swapped : ~contact.swapped;
-    const Vector3Of<Pack> first = pick<Pack>(this_first, on_this, on_other);
-    const Vector3Of<Pack> second = pick<Pack>(this_first, on_other, on_this);
+    const Vector3Of<Pack> first = select<Pack>(this_first, on_this, on_other);
+    const Vector3Of<Pack> second = select<Pack>(this_first, on_other, on_this);
 
     double *head[kLanes], *tail[kLanes];
     for (int l = 0; l < kLanes; ++l) {
@@ -379,7 +379,7 @@ TOUCHSTONE_INLINE void clip_lanes(const Solid& A, const Solid& B, ContactLanes<P
   const Pack thin = all<Pack>(kThinRoundoffs) * (unit_size + unit_position);
   MaskOf<Pack> fits = (least(a.least_height, b.least_height) > thin) &
                       (plane.size + position < all<Pack>(kOrdinaryHigh)) &
-                      (deviation <= all<Pack>(kDeviationRoundoffs) * unit_size);
+                      (deviation <= all<Pack>(kClipDeviationRoundoffs) * unit_size);
   if constexpr (!kIsBox) {
     const Pack sharp2 = all<Pack>(kSharpCorner * kSharpCorner);
     fits &= (plane.area_a * plane.area_a > sharp2 * (plane.a2[0] * plane.a2[1])) &
