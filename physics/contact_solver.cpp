@@ -1,6 +1,7 @@
 #include "physics/contact_solver.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -14,6 +15,8 @@ namespace {
 // and far below 1.
 constexpr double kProximal = 0x1p-40;
 // How a path of softened problems goes on, and where it ends.
+// The natural map y - P(y - rho u) has the same zeros for every rho > 0, but other cycles of Newton's method.
+constexpr std::array<double, 7> kRho = {1.0, 1.0, 0.1, 10.0, 0.3, 3.0, 0.01};
 constexpr double kSoftening = 0.25, kLeastSoftness = 1e-9;
 
 /// x = A^-1 x by elimination with row pivots; A, n x n, is spoilt.
@@ -149,8 +152,8 @@ void ContactSolver::slip(std::size_t contact, double z1, double z2, double lengt
     double* const row = &A_[(i + 1 + r) * n_];
     for (std::size_t s = 0; s < 2; ++s) {
       const double across = ratio * ((r == s ? 1.0 : 0.0) - e[r] * e[s]);
-      for (std::size_t k = 0; k < n_; ++k) row[k] += across * W_[(i + 1 + s) * n_ + k];
-      row[i + 1 + s] += ((r == s ? 1.0 : 0.0) - across) + across * softness_;
+      for (std::size_t k = 0; k < n_; ++k) row[k] += (rho_ * across) * W_[(i + 1 + s) * n_ + k];
+      row[i + 1 + s] += ((r == s ? 1.0 : 0.0) - across) + (rho_ * across) * softness_;
     }
     if (y_[i] > 0.0) row[i] -= friction * e[r];
     step_[i + 1 + r] = radius * e[r] - y_[i + 1 + r];
@@ -160,12 +163,12 @@ void ContactSolver::slip(std::size_t contact, double z1, double z2, double lengt
 void ContactSolver::linearise_contact(std::size_t contact) {
   const std::size_t i = 3 * contact;
   const Status status = status_[contact];
-  if (scale_[i] == 0.0 || status == Status::open || (status == Status::by_value && y_[i] - u_[i] <= 0.0)) {
+  if (scale_[i] == 0.0 || status == Status::open || (status == Status::by_value && y_[i] - rho_ * u_[i] <= 0.0)) {
     for (std::size_t k = 0; k < 3; ++k) hold_at(i + k, 0.0);
     return;
   }
   stop(i);
-  const double z1 = y_[i + 1] - u_[i + 1], z2 = y_[i + 2] - u_[i + 2];
+  const double z1 = y_[i + 1] - rho_ * u_[i + 1], z2 = y_[i + 2] - rho_ * u_[i + 2];
   const double length = std::sqrt(z1 * z1 + z2 * z2);
   const bool sticks = status == Status::by_value ? length <= problem_.friction[contact] * std::max(y_[i], 0.0)
                                                  : status == Status::stick;
@@ -180,7 +183,7 @@ void ContactSolver::linearise_contact(std::size_t contact) {
 void ContactSolver::linearise_joint_row(std::size_t joint) {
   const std::size_t i = 3 * problem_.contacts + joint;
   const auto& bounds = bounds_[joint];
-  const double z = y_[i] - u_[i];
+  const double z = y_[i] - rho_ * u_[i];
   if (scale_[i] == 0.0) return hold_at(i, 0.0);
   if (z <= bounds.lower) return hold_at(i, bounds.lower);
   if (z >= bounds.upper) return hold_at(i, bounds.upper);
@@ -281,6 +284,7 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
   const bool with_newton = n_ <= settings_.most_newton_rows;
   bool done = report_.residual <= settings_.tolerance;
   for (int round = 0; round < settings_.rounds && !done; ++round) {
+    rho_ = kRho[round % kRho.size()];
     if (round > 0 && with_newton) start_anew(round);
     for (int i = 0; i < settings_.sweeps; ++i, ++report_.sweeps) sweep();
     done = keep_better(residual_of(y_));

@@ -27,7 +27,7 @@ class ContactSolver {
     double tolerance = 1e-10;  ///< of the residual [m/s]
     int sweeps = 4;            ///< before each round's Newton steps
     int newton_steps = 15;     ///< a round
-    int rounds = 100;          ///< the iteration cap
+    int rounds = 600;                    ///< the iteration cap: one problem in thousands needs more than 10
     std::size_t most_newton_rows =
         192;  ///< larger problems are left to the sweeps, as many as come to the cap
   };
@@ -68,7 +68,7 @@ class ContactSolver {
   SolveReport report_;
   std::size_t n_ = 0;
   std::uint64_t random_ = 0;
-  double softness_ = 0.0;
+  double softness_ = 0.0, rho_ = 1.0;
   // Scaled so that the largest diagonal entry of every block is 1: x = scale y, W' = scale W scale.
   std::vector<double> scale_, W_, b_, y_, u_, best_, trial_, step_, A_;
   std::vector<ContactProblem::Bounds> bounds_;

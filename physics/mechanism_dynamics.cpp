@@ -265,6 +265,13 @@ void MechanismDynamics::point_jacobian(std::uint32_t link, const Vector3& p_W, c
   }
 }
 
+void MechanismDynamics::turn_jacobian(std::uint32_t link, const Vector3& axis_W, std::span<double> J,
+                                      const Workspace& workspace) const noexcept {
+  for (double& entry : J) entry = 0.0;
+  for (std::uint32_t i = body_of_[link]; i != kBase; i = bodies_[i].inner)
+    if (bodies_[i].is_revolute) J[bodies_[i].value] = dot(workspace.bodies[i].axis_W, axis_W);
+}
+
 Vector3 MechanismDynamics::point_velocity(std::uint32_t link, const Vector3& p_W,
                                           const Workspace& workspace) const noexcept {
   if (body_of_[link] == kBase) return Vector3::Zero();

@@ -75,6 +75,9 @@ class MechanismDynamics {
   /// joint torques that balance a force f there. @pre place(), J.size() == size()
   void point_jacobian(std::uint32_t link, const Vector3& p_W, const Vector3& direction_W, std::span<double> J,
                       const Workspace& workspace) const noexcept;
+  /// The same for the link's angular velocity about `axis_W`. @pre place(), J.size() == size()
+  void turn_jacobian(std::uint32_t link, const Vector3& axis_W, std::span<double> J,
+                     const Workspace& workspace) const noexcept;
   Vector3 point_velocity(std::uint32_t link, const Vector3& p_W, const Workspace& workspace) const noexcept;
   Pose link_pose(std::uint32_t link, const Workspace& workspace) const noexcept;
   double kinetic_energy(const Workspace& workspace) const noexcept;                              ///< [J]
