@@ -163,7 +163,8 @@ void ContactSolver::slip(std::size_t contact, double z1, double z2, double lengt
 void ContactSolver::linearise_contact(std::size_t contact) {
   const std::size_t i = 3 * contact;
   const Status status = status_[contact];
-  if (scale_[i] == 0.0 || status == Status::open || (status == Status::by_value && y_[i] - rho_ * u_[i] <= 0.0)) {
+  if (scale_[i] == 0.0 || status == Status::open ||
+      (status == Status::by_value && y_[i] - rho_ * u_[i] <= 0.0)) {
     for (std::size_t k = 0; k < 3; ++k) hold_at(i + k, 0.0);
     return;
   }

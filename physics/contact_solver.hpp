@@ -27,7 +27,7 @@ class ContactSolver {
     double tolerance = 1e-10;  ///< of the residual [m/s]
     int sweeps = 4;            ///< before each round's Newton steps
     int newton_steps = 15;     ///< a round
-    int rounds = 600;                    ///< the iteration cap: one problem in thousands needs more than 10
+    int rounds = 600;          ///< the iteration cap: one problem in thousands needs more than 10
     std::size_t most_newton_rows =
         192;  ///< larger problems are left to the sweeps, as many as come to the cap
   };

@@ -91,8 +91,8 @@ std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, co
   arm.X_WBase = rigid_frame(X_WBase);
   arm.q.assign(q.begin(), q.end());
   arm.qd.assign(qd.begin(), qd.end());
-  for (auto* vector : {&arm.torque, &arm.start_torque, &arm.last_torque, &arm.tau, &arm.change, &arm.kept_q, &arm.kept_qd,
-                       &arm.start_q, &arm.start_qd, &arm.flown_q, &arm.flown_qd})
+  for (auto* vector : {&arm.torque, &arm.start_torque, &arm.last_torque, &arm.tau, &arm.change, &arm.kept_q,
+                       &arm.kept_qd, &arm.start_q, &arm.start_qd, &arm.flown_q, &arm.flown_qd})
     vector->assign(n, 0.0);
   arm.M.resize(n * n);
   arm.drives.resize(n);
