@@ -129,11 +129,21 @@ void DynamicsWorld::reserve(std::size_t contacts) {
   joint_rows_.reserve(3 * joints);
   bounds_.reserve(3 * joints);
   rows_.reserve(rows);
-  for (auto* vector : {&b_, &x_, &u_}) vector->reserve(rows);
+  for (auto* vector : {&b_, &x_, &u_, &local_b_, &local_x_, &local_u_}) vector->reserve(rows);
   J_.reserve(2 * widest * rows);
   Y_.reserve(2 * widest * rows);
-  W_.reserve(rows * rows);
-  solver_.reserve(rows);
+  local_friction_.reserve(contacts);
+  local_bounds_.reserve(3 * joints);
+  local_rows_.reserve(rows);
+  for (auto* vector : {&block_order_, &island_of_block_}) vector->reserve(contacts + 3 * joints);
+  const std::size_t units = bodies_.size() + mechanisms_.size();
+  leader_.reserve(units);
+  island_of_unit_.reserve(units);
+  islands_.reserve(units);
+  // Of the largest island: who expects larger ones than a thousand rows pays for them when they come.
+  const std::size_t island_rows = std::min<std::size_t>(rows, 1024);
+  W_.reserve(island_rows * island_rows);
+  solver_.reserve(island_rows);
 }
 
 // ---- where things are
@@ -404,37 +414,114 @@ void DynamicsWorld::gather(Phase phase, double t, bool all) {
   for (std::size_t i = 0; i < points_.size(); ++i)
     if (all || points_[i].separation <= settings_.contact_gap) add_contact_rows(i, phase, t);
   for (std::uint32_t m = 0; m < mechanisms_.size(); ++m) add_joint_rows(m, phase, t, all);
-  fill_matrix();
 }
 
-/// J M^-1 J^T: rows meet where they act on the same body or mechanism.
-void DynamicsWorld::fill_matrix() {
-  const std::size_t n = rows_.size();
-  W_.resize(n * n);
-  for (std::size_t r = 0; r < n; ++r)
-    for (std::size_t s = 0; s <= r; ++s) {
-      double sum = 0.0;
-      for (int i = 0; i < rows_[r].count; ++i)
-        for (int k = 0; k < rows_[s].count; ++k) {
-          const Side &a = rows_[r].sides[i], &b = rows_[s].sides[k];
-          if (a.mover.kind != b.mover.kind || a.mover.index != b.mover.index) continue;
-          for (std::size_t c = 0; c < a.size; ++c) sum += J_[a.first + c] * Y_[b.first + c];
-        }
-      W_[r * n + s] = W_[s * n + r] = sum;
+std::size_t DynamicsWorld::unit_of(const Mover& mover) const {
+  return mover.kind == Mover::Kind::link ? bodies_.size() + mover.index : mover.index;
+}
+
+std::size_t DynamicsWorld::leader_of(std::size_t unit) {
+  while (leader_[unit] != unit) unit = leader_[unit] = leader_[leader_[unit]];
+  return unit;
+}
+
+/// Rows that do not meet, directly or through others, are problems of their own. Islands come in the order of
+/// their first row, rows in theirs. Contacts that move nothing are in none.
+void DynamicsWorld::find_islands() {
+  const std::size_t units = bodies_.size() + mechanisms_.size();
+  leader_.resize(units);
+  for (std::size_t i = 0; i < units; ++i) leader_[i] = i;
+  for (const Row& row : rows_)
+    if (row.count == 2)
+      leader_[leader_of(unit_of(row.sides[1].mover))] = leader_of(unit_of(row.sides[0].mover));
+  island_of_unit_.assign(units, kNoIsland);
+  islands_.clear();
+  const std::size_t blocks = active_.size() + joint_rows_.size();
+  island_of_block_.resize(blocks);
+  for (std::size_t i = 0; i < blocks; ++i) {
+    const Row& row = rows_[first_row(i)];
+    island_of_block_[i] = kNoIsland;
+    if (row.count == 0) continue;
+    std::size_t& island = island_of_unit_[leader_of(unit_of(row.sides[0].mover))];
+    if (island == kNoIsland) {
+      island = islands_.size();
+      islands_.push_back({0, 0, 0});
     }
+    island_of_block_[i] = island;
+    ++(i < active_.size() ? islands_[island].contacts : islands_[island].joints);
+  }
+  std::size_t first = 0;
+  for (Island& island : islands_) {
+    island.first_block = first;
+    first += island.contacts + island.joints;
+    island.contacts = island.joints = 0;
+  }
+  block_order_.resize(first);
+  for (std::size_t i = 0; i < blocks; ++i) {
+    if (island_of_block_[i] == kNoIsland) continue;
+    Island& island = islands_[island_of_block_[i]];
+    block_order_[island.first_block + island.contacts + island.joints] = i;
+    ++(i < active_.size() ? island.contacts : island.joints);
+  }
+}
+
+/// Its rows, one after the other, and J M^-1 J^T: rows meet where they act on the same body or mechanism.
+void DynamicsWorld::load_island(const Island& island) {
+  local_rows_.clear();
+  local_friction_.clear();
+  local_bounds_.clear();
+  for (std::size_t k = 0; k < island.contacts + island.joints; ++k) {
+    const std::size_t block = block_order_[island.first_block + k];
+    const bool is_contact = block < active_.size();
+    for (std::size_t i = 0; i < (is_contact ? 3U : 1U); ++i) local_rows_.push_back(first_row(block) + i);
+    if (is_contact) {
+      local_friction_.push_back(friction_[block]);
+    } else {
+      local_bounds_.push_back(bounds_[block - active_.size()]);
+    }
+  }
+  const std::size_t n = local_rows_.size();
+  for (auto* vector : {&local_b_, &local_x_, &local_u_}) vector->resize(n);
+  W_.resize(n * n);
+  for (std::size_t r = 0; r < n; ++r) {
+    local_b_[r] = b_[local_rows_[r]];
+    local_x_[r] = x_[local_rows_[r]];
+    for (std::size_t s = 0; s <= r; ++s)
+      W_[r * n + s] = W_[s * n + r] = coupling(rows_[local_rows_[r]], rows_[local_rows_[s]]);
+  }
+}
+
+double DynamicsWorld::coupling(const Row& r, const Row& s) const {
+  double sum = 0.0;
+  for (int i = 0; i < r.count; ++i)
+    for (int k = 0; k < s.count; ++k) {
+      const Side &a = r.sides[i], &b = s.sides[k];
+      if (a.mover.kind != b.mover.kind || a.mover.index != b.mover.index) continue;
+      for (std::size_t c = 0; c < a.size; ++c) sum += J_[a.first + c] * Y_[b.first + c];
+    }
+  return sum;
 }
 
 void DynamicsWorld::solve(StepReport& report) {
-  u_.resize(rows_.size());
-  if (rows_.empty()) return;
-  const ContactProblem problem{active_.size(), friction_, bounds_, W_, b_};
-  const SolveReport solved = solver_.solve(problem, x_);
-  natural_residual(problem, x_, u_);
-  ++report.solves;
-  report.unconverged += solved.converged ? 0 : 1;
-  report.sweeps += static_cast<std::uint32_t>(solved.sweeps);
-  report.newton_steps += static_cast<std::uint32_t>(solved.newton_steps);
-  report.worst_residual = std::max(report.worst_residual, solved.residual);
+  u_ = b_;
+  find_islands();
+  for (std::size_t r = 0; r < rows_.size(); ++r)
+    if (rows_[r].count == 0) x_[r] = 0.0;
+  for (const Island& island : islands_) {
+    load_island(island);
+    const ContactProblem problem{island.contacts, local_friction_, local_bounds_, W_, local_b_};
+    const SolveReport solved = solver_.solve(problem, local_x_);
+    natural_residual(problem, local_x_, local_u_);
+    for (std::size_t k = 0; k < local_rows_.size(); ++k) {
+      x_[local_rows_[k]] = local_x_[k];
+      u_[local_rows_[k]] = local_u_[k];
+    }
+    ++report.solves;
+    report.unconverged += solved.converged ? 0 : 1;
+    report.sweeps += static_cast<std::uint32_t>(solved.sweeps);
+    report.newton_steps += static_cast<std::uint32_t>(solved.newton_steps);
+    report.worst_residual = std::max(report.worst_residual, solved.residual);
+  }
 }
 
 /// Impulses of the rows on each body and mechanism.

@@ -178,6 +178,11 @@ class DynamicsWorld {
     double sign;
     bool is_stop;
   };
+  /// Contacts and joint rows that have to do with each other: a run of block_order_, contacts first.
+  struct Island {
+    std::size_t first_block, contacts, joints;
+  };
+  static constexpr std::size_t kNoIsland = static_cast<std::size_t>(-1);
   enum class Phase { impact, forces };
 
   bool check(std::span<const Contact> contacts, StepReport& report) const;
@@ -207,7 +212,14 @@ class DynamicsWorld {
   void add_side(Row& row, const Mover& mover, const Point& point, const Vector3& direction_W, double sign,
                 Phase phase);
   double velocity_of(const Row& row, Phase phase) const;
-  void fill_matrix();
+  std::size_t first_row(std::size_t block) const {
+    return block < active_.size() ? 3 * block : 2 * active_.size() + block;
+  }
+  std::size_t unit_of(const Mover& mover) const;
+  std::size_t leader_of(std::size_t unit);
+  void find_islands();
+  void load_island(const Island& island);
+  double coupling(const Row& r, const Row& s) const;
   void solve(StepReport& report);
   void accumulate();
 
@@ -219,8 +231,15 @@ class DynamicsWorld {
   std::vector<std::size_t> active_;  // points with rows, in order
   std::vector<JointRow> joint_rows_;
   std::vector<Row> rows_;
-  std::vector<double> J_, Y_, W_, b_, x_, u_, friction_;
+  std::vector<double> J_, Y_, b_, x_, u_, friction_;  // of all rows
   std::vector<ContactProblem::Bounds> bounds_;
+  // Blocks are contacts, then joint rows.
+  std::vector<std::size_t> leader_, island_of_unit_, island_of_block_, block_order_;
+  std::vector<Island> islands_;
+  // Of the island being solved.
+  std::vector<std::size_t> local_rows_;
+  std::vector<double> W_, local_b_, local_x_, local_u_, local_friction_;
+  std::vector<ContactProblem::Bounds> local_bounds_;
   struct Warm {
     std::uint64_t key;
     Vector3 force_W;

@@ -275,6 +275,30 @@ TEST(NarrowphaseContacts, AStackOfBoxesRestsAndAllocatesNothing) {
   for (std::uint32_t i = 0; i < 5; ++i) EXPECT_NEAR(world.state(i).p_W.z(), 0.1 + 0.2 * i, 1e-7);
 }
 
+TEST(NarrowphaseContacts, StacksApartAreProblemsApart) {
+  // What a leaning stack does has the same bits beside others as alone (where no other cuts the step).
+  const HexahedronTree ground = box_tree("ground", {50, 50, 1}, {0, 0, -0.5}),
+                       cube = box_tree("cube", {0.2, 0.2, 0.2});
+  const RigidBody body(inertia_of_density(cube.solids(), 1000.0, "cube"), "cube");
+  const auto run = [&](int stacks) {
+    Finder finder(1e-3);
+    DynamicsWorld world({.gravity_W = {0, 0, -9.81}});
+    finder.contacts->add(Mover::ground(), ground, {});
+    for (int k = 0; k < stacks; ++k)
+      for (int i = 0; i < 3; ++i)
+        finder.contacts->add(Mover::of_body(world.add_body(
+                                 body, body.state(at({1.0 * k, 0.01 * i, 0.1 + 0.2 * i}), kZero, kZero))),
+                             cube, {});
+    finder.contacts->build();
+    std::uint32_t solves = 0;
+    for (int step = 0; step < 30; ++step) solves = world.step(1e-3, finder.contacts->find(world)).solves;
+    EXPECT_GE(solves, static_cast<std::uint32_t>(stacks));
+    return world.state(2).p_W;
+  };
+  const Vector3 alone = run(1), beside = run(4);
+  EXPECT_EQ(alone, beside);
+}
+
 TEST(NarrowphaseContacts, SeamsBetweenHexahedraCostNoSpeed) {
   // A cube slides without friction over a floor of abutting tiles.
   Finder finder(1e-3);
