@@ -43,6 +43,19 @@ std::string_view to_string(StepFailure failure) {
   return kNames[static_cast<std::size_t>(failure)];
 }
 
+Wrench wrench_on(const Mover& mover, std::span<const Contact> contacts,
+                 std::span<const ContactForce> forces) {
+  Wrench out;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    for (const double sign : {-1.0, 1.0}) {
+      if (!((sign < 0.0 ? contacts[i].a : contacts[i].b) == mover)) continue;
+      const Vector3 force = sign * forces[i].force_W;
+      out.force_W += force;
+      out.moment_W += cross(0.5 * (contacts[i].p_A_W + contacts[i].p_B_W), force);
+    }
+  return out;
+}
+
 // ---- set-up
 
 DynamicsWorld::DynamicsWorld(const Settings& settings) : settings_(settings), solver_(settings.solver) {
@@ -113,6 +126,9 @@ void DynamicsWorld::set_drive(std::uint32_t mechanism, std::uint32_t value, cons
   if (!std::isfinite(drive.torque) || !std::isfinite(drive.rate))
     throw InputError(name + ": torque or rate is not finite");
   arm.drives[value] = drive;
+  for (const Mechanism::Joint& joint : arm.dynamics->mechanism().joints())
+    if (joint.value == value)
+      arm.drives[value].rate = std::min(std::max(drive.rate, -joint.rate), joint.rate);
 }
 
 void DynamicsWorld::reserve(std::size_t contacts) {

@@ -61,6 +61,15 @@ struct ContactForce {
   Vector3 impact_W;  ///< the impulse of impacts alone, on B [N s]
 };
 
+/// What contacts do to one body or link, about the world's origin.
+struct Wrench {
+  Vector3 force_W = Vector3::Zero();   ///< [N]
+  Vector3 moment_W = Vector3::Zero();  ///< [N m]
+};
+/// Sum over the contacts of a step and what DynamicsWorld::step() wrote for them; each acts in the middle
+/// between its points. @pre one force a contact.
+Wrench wrench_on(const Mover& mover, std::span<const Contact> contacts, std::span<const ContactForce> forces);
+
 enum class StepFailure : std::uint8_t {
   none,
   bad_contact,  ///< a contact that names nothing, a normal that is not unit, figures out of range
@@ -100,6 +109,7 @@ class DynamicsWorld {
   /// @throws InputError: another number of values, values out of the joints' limits or not finite.
   std::uint32_t add_mechanism(const MechanismDynamics& dynamics, const Pose& X_WBase,
                               std::span<const double> q, std::span<const double> qd);
+  /// A commanded rate is cut to the joint's own limit.
   /// @throws InputError: an unknown mechanism or joint value, a limit below 0, figures that are not finite.
   void set_drive(std::uint32_t mechanism, std::uint32_t value, const JointDrive& drive);
   /// Velocities of a kinematic body from now on. @throws InputError: not one.

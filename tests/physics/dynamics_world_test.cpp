@@ -100,6 +100,37 @@ TEST(DynamicsWorld, JointsFollowCommandedRatesWithinTheirTorque) {
   for (std::size_t i = 0; i < 7; ++i) EXPECT_NEAR(world.joint_rates(mechanism)[i], rates[i], 1e-9);
 }
 
+TEST(DynamicsWorld, ForcesOnARestingBodyAreItsWeight) {
+  const double g = 9.81;
+  DynamicsWorld world({.gravity_W = {0, 0, -g}});
+  const RigidBody cube(box_inertia(3.0, {0.2, 0.2, 0.2}), "cube");
+  const auto body = world.add_body(cube, cube.state(at({1, 0, 0.1}), kZero, kZero));
+  std::array<Contact, 2> contacts;
+  std::array<ContactForce, 2> forces;
+  for (unsigned i = 0; i < 2; ++i) {
+    const Vector3 p(1.0, i == 0 ? -0.1 : 0.1, 0.0);
+    contacts[i] = {Mover::ground(), Mover::of_body(body), Vector3::UnitZ(), p, p, 0.5, 0.0, i + 1};
+  }
+  ASSERT_EQ(world.step(1e-3, contacts, forces).failure, StepFailure::none);
+  const Wrench on_cube = wrench_on(Mover::of_body(body), contacts, forces);
+  EXPECT_LT(norm(on_cube.force_W - Vector3(0, 0, 3.0 * g)), 1e-6);
+  EXPECT_LT(norm(on_cube.moment_W - Vector3(0, -3.0 * g, 0)), 1e-6);
+  const Wrench on_ground = wrench_on(Mover::ground(), contacts, forces);
+  EXPECT_EQ(on_ground.force_W, -on_cube.force_W);
+}
+
+TEST(DynamicsWorld, CommandedRatesAreCutToTheJointsOwn) {
+  const Arm arm = ssrms_arm();
+  const MechanismDynamics dynamics(arm.mechanism, arm.links);
+  DynamicsWorld world({});
+  const std::vector<double> zero(7, 0.0);
+  const auto mechanism = world.add_mechanism(dynamics, {}, zero, zero);
+  for (std::uint32_t i = 0; i < 7; ++i)
+    world.set_drive(mechanism, i, {.mode = JointDrive::Mode::rate, .rate = i == 6 ? 1.0 : 0.0});
+  ASSERT_EQ(world.step(1e-3, {}).failure, StepFailure::none);
+  EXPECT_NEAR(world.joint_rates(mechanism)[6], arm.mechanism.joints()[6].rate, 1e-9);
+}
+
 TEST(DynamicsWorld, JointsStopAtTheirLimits) {
   MechanismDescription description{
       .name = "slider", .links = {{.name = "base"}, {.name = "block"}}, .joints = {}};
