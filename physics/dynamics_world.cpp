@@ -15,8 +15,12 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A piece of a step that is this close to its whole is the whole.
 constexpr double kWhole = 1.0 - 1e-6;
-// Pieces tried for one: each try lands closer by the square of what is left.
+// Arrivals tried for one piece: each try lands closer by the square of what is left.
 constexpr int kMostTries = 6;
+// Where points stop one by one (a body that turns as it slides) their stops are many and none is sharp: this
+// many pieces of a step end at one, each found in at most two tries.
+constexpr std::uint32_t kMostStops = 4;
+constexpr int kStopTries = 2;
 
 /// Two directions at right angles to n and each other.
 void tangents(const Vector3& n, Vector3& t1, Vector3& t2) {
@@ -253,6 +257,7 @@ bool DynamicsWorld::check(std::span<const Contact> contacts, StepReport& report)
 
 void DynamicsWorld::attach(std::span<const Contact> contacts) {
   points_.clear();
+  std::size_t next = 0;
   for (const Contact& contact : contacts) {
     Point& point = points_.emplace_back();
     point.contact = contact;
@@ -260,16 +265,22 @@ void DynamicsWorld::attach(std::span<const Contact> contacts) {
     point.p_B = touchstone::transform(inverse(mover_pose(contact.b)), contact.p_B_W);
     tangents(contact.n_AB_W, point.t1_W, point.t2_W);
     point.impulse_W = point.impact_W = Vector3::Zero();
-    point.last_force_W = last_force(contact.key, points_.size() - 1);
+    point.last_force_W = last_force(contact.key, next);
   }
 }
 
-/// What the contact of this name had in the last step; contacts mostly come in the same order.
-Vector3 DynamicsWorld::last_force(std::uint64_t key, std::size_t index) const {
-  if (key == 0) return Vector3::Zero();
-  if (index < warm_.size() && warm_[index].key == key) return warm_[index].force_W;
-  for (const Warm& warm : warm_)
-    if (warm.key == key) return warm.force_W;
+/// What the contact of this name had in the last step. Contacts mostly come in the same order: looked for a
+/// little way on from where the last one was found, so that many of them do not cost their square.
+Vector3 DynamicsWorld::last_force(std::uint64_t key, std::size_t& next) const {
+  constexpr std::size_t kReach = 64;
+  if (key == 0 || warm_.empty()) return Vector3::Zero();
+  const std::size_t reach = std::min(kReach, warm_.size());
+  for (std::size_t i = 0; i < reach; ++i) {
+    const std::size_t at = (next + i) % warm_.size();
+    if (warm_[at].key != key) continue;
+    next = at + 1;
+    return warm_[at].force_W;
+  }
   return Vector3::Zero();
 }
 
@@ -754,6 +765,7 @@ double DynamicsWorld::piece(double left, double h, bool all, StepReport& report)
   }
   for (Arm& arm : mechanisms_) arm.start_torque = arm.torque;
   double t = left;
+  int stop_tries = 0;
   for (int attempt = 0;; ++attempt) {
     const bool is_last = all || attempt == kMostTries;
     if (!fly(t, report)) return 0.0;
@@ -761,7 +773,8 @@ double DynamicsWorld::piece(double left, double h, bool all, StepReport& report)
     solve(report);
     bool stops = false;
     const double stop = first_stop(t, stops);
-    if (!is_last && stop < kWhole * t) {
+    if (!is_last && stop < kWhole * t && report.substeps <= kMostStops && stop_tries < kStopTries) {
+      ++stop_tries;
       t = stop;
       continue;
     }

@@ -202,7 +202,7 @@ class DynamicsWorld {
   Pose mover_pose(const Mover& mover) const;
   Vector3 point_velocity(const Mover& mover, const Vector3& p_W) const;
   Vector3 relative_velocity(const Point& point) const;
-  Vector3 last_force(std::uint64_t key, std::size_t index) const;
+  Vector3 last_force(std::uint64_t key, std::size_t& next) const;
 
   void factor_masses();
   bool needs_impact() const;
