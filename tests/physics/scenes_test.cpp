@@ -8,6 +8,12 @@
 #include <numbers>
 
 #include "contact_core/registry.hpp"
+#ifdef TOUCHSTONE_HAS_BULLET
+#include "adapters/bullet/bullet.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_ODE
+#include "adapters/ode/ode.hpp"
+#endif
 #include "physics/narrowphase_contacts.hpp"
 #include "tests/support/counting_allocator.hpp"
 
@@ -273,6 +279,36 @@ TEST(NarrowphaseContacts, AStackOfBoxesRestsAndAllocatesNothing) {
   }
   EXPECT_EQ(allocation_count(), allocations);
   for (std::uint32_t i = 0; i < 5; ++i) EXPECT_NEAR(world.state(i).p_W.z(), 0.1 + 0.2 * i, 1e-7);
+}
+
+TEST(NarrowphaseContacts, ABoxRestsOnWhateverBackend) {
+  // The same scene, another word: within 1e-4 m, which is Bullet's and ODE's own slack, not native's.
+  BackendRegistry registry;
+  register_core(registry);
+  std::vector<std::pair<std::string, double>> backends = {{"native", 1e-9}};
+#ifdef TOUCHSTONE_HAS_BULLET
+  register_bullet(registry);
+  backends.emplace_back("bullet", 1e-4);
+#endif
+#ifdef TOUCHSTONE_HAS_ODE
+  register_ode(registry);
+  backends.emplace_back("ode", 1e-4);
+#endif
+  const HexahedronTree ground = box_tree("ground", {4, 4, 1}, {0, 0, -0.5}),
+                       cube = box_tree("cube", {0.2, 0.2, 0.2});
+  const RigidBody body(inertia_of_density(cube.solids(), 1000.0, "cube"), "cube");
+  for (const auto& [name, tolerance] : backends) {
+    DynamicsWorld world({.gravity_W = {0, 0, -9.81}});
+    const auto box = world.add_body(body, body.state(at({0, 0, 0.1}), kZero, kZero));
+    NarrowphaseContacts contacts(registry.make_broadphase("native"), registry.make_narrowphase(name), 1e-3);
+    contacts.add(Mover::ground(), ground, {});
+    contacts.add(Mover::of_body(box), cube, {});
+    contacts.build();
+    for (int step = 0; step < 300; ++step)
+      ASSERT_EQ(world.step(1e-3, contacts.find(world)).failure, StepFailure::none) << name;
+    EXPECT_NEAR(world.state(box).p_W.z(), 0.1, tolerance) << name;
+    EXPECT_LT(norm(world.velocity(box)), 1e-3) << name;
+  }
 }
 
 TEST(NarrowphaseContacts, StacksApartAreProblemsApart) {
