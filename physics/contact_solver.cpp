@@ -1,0 +1,303 @@
+#include "physics/contact_solver.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "physics/contact_laws.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+// Held rows say u = 0, which redundant contacts say several times over: the proximal term makes them
+// independent and, vanishing with the step, moves no solution. 2^-40 of the diagonal is far above rounding
+// and far below 1.
+constexpr double kProximal = 0x1p-40;
+// How a path of softened problems goes on, and where it ends.
+// The natural map y - P(y - rho u) has the same zeros for every rho > 0, but other cycles of Newton's method.
+constexpr std::array<double, 7> kRho = {1.0, 1.0, 0.1, 10.0, 0.3, 3.0, 0.01};
+constexpr double kSoftening = 0.25, kLeastSoftness = 1e-9;
+
+/// x = A^-1 x by elimination with row pivots; A, n x n, is spoilt.
+bool solve_linear(std::vector<double>& A, std::vector<double>& x) {
+  const std::size_t n = x.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    std::size_t pivot = k;
+    for (std::size_t i = k + 1; i < n; ++i)
+      if (std::abs(A[i * n + k]) > std::abs(A[pivot * n + k])) pivot = i;
+    if (!(std::abs(A[pivot * n + k]) > 0.0)) return false;
+    if (pivot != k) {
+      for (std::size_t j = k; j < n; ++j) std::swap(A[k * n + j], A[pivot * n + j]);
+      std::swap(x[k], x[pivot]);
+    }
+    const double* const row_k = &A[k * n];
+    for (std::size_t i = k + 1; i < n; ++i) {
+      double* const row = &A[i * n];
+      if (row[k] == 0.0) continue;
+      const double factor = row[k] / row_k[k];
+      for (std::size_t j = k + 1; j < n; ++j) row[j] -= factor * row_k[j];
+      x[i] -= factor * x[k];
+    }
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    double sum = x[i];
+    for (std::size_t j = i + 1; j < n; ++j) sum -= A[i * n + j] * x[j];
+    x[i] = sum / A[i * n + i];
+    if (!std::isfinite(x[i])) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void ContactSolver::reserve(std::size_t rows) {
+  for (auto* vector : {&scale_, &b_, &y_, &u_, &best_, &trial_, &step_}) vector->reserve(rows);
+  W_.reserve(rows * rows);
+  const std::size_t newton_rows = std::min(rows, settings_.most_newton_rows);
+  A_.reserve(newton_rows * newton_rows);
+  bounds_.reserve(rows);
+  status_.reserve(rows);
+}
+
+void ContactSolver::load(const ContactProblem& problem, std::span<const double> x) {
+  problem_ = problem;
+  report_ = {};
+  softness_ = 0.0;
+  random_ = 0x9e3779b97f4a7c15;
+  n_ = problem.rows();
+  for (auto* vector : {&scale_, &b_, &y_, &u_, &best_, &trial_, &step_}) vector->resize(n_);
+  W_.resize(n_ * n_);
+  status_.assign(problem.contacts, Status::by_value);
+  bounds_.assign(problem.bounds.begin(), problem.bounds.end());
+  const auto scale_block = [&](std::size_t row, std::size_t size) {
+    const double w = block_scale(problem.W, n_, row, size);
+    for (std::size_t i = row; i < row + size; ++i) scale_[i] = w > 0.0 ? 1.0 / std::sqrt(w) : 0.0;
+  };
+  for (std::size_t c = 0; c < problem.contacts; ++c) scale_block(3 * c, 3);
+  for (std::size_t i = 3 * problem.contacts; i < n_; ++i) {
+    scale_block(i, 1);
+    auto& bounds = bounds_[i - 3 * problem.contacts];
+    if (scale_[i] > 0.0) bounds = {bounds.lower / scale_[i], bounds.upper / scale_[i]};
+  }
+  for (std::size_t i = 0; i < n_; ++i) {
+    for (std::size_t k = 0; k < n_; ++k) W_[i * n_ + k] = scale_[i] * problem.W[i * n_ + k] * scale_[k];
+    b_[i] = scale_[i] * problem.b[i];
+    y_[i] = scale_[i] > 0.0 ? x[i] / scale_[i] : 0.0;
+  }
+}
+
+void ContactSolver::update_velocities(const std::vector<double>& y) {
+  for (std::size_t i = 0; i < n_; ++i) u_[i] = row_velocity(W_, b_, y, i) + softness_ * y[i];
+}
+
+/// Of the (softened) problem, in unscaled velocities; leaves the scaled ones in u_.
+double ContactSolver::residual_of(const std::vector<double>& y) {
+  update_velocities(y);
+  double worst = 0.0;
+  for (std::size_t c = 0; c < problem_.contacts; ++c)
+    if (scale_[3 * c] > 0.0)
+      worst =
+          std::max(worst, contact_residual(1.0, problem_.friction[c], &y[3 * c], &u_[3 * c]) / scale_[3 * c]);
+  for (std::size_t i = 3 * problem_.contacts; i < n_; ++i)
+    if (scale_[i] > 0.0)
+      worst = std::max(
+          worst, std::abs(y[i] - clamped(y[i] - u_[i], bounds_[i - 3 * problem_.contacts])) / scale_[i]);
+  return worst;
+}
+
+/// One block after the other, the others held: the normal to its solution, the tangents by one projected step
+/// as long as their own block's largest eigenvalue allows.
+void ContactSolver::sweep() {
+  for (std::size_t c = 0; c < problem_.contacts; ++c) {
+    const std::size_t i = 3 * c;
+    if (scale_[i] == 0.0) continue;
+    const double normal = W_[i * n_ + i];
+    if (normal > 0.0) y_[i] = std::max(0.0, y_[i] - row_velocity(W_, b_, y_, i) / normal);
+    const double u1 = row_velocity(W_, b_, y_, i + 1), u2 = row_velocity(W_, b_, y_, i + 2);
+    const double a = W_[(i + 1) * n_ + i + 1], d = W_[(i + 2) * n_ + i + 2], off = W_[(i + 1) * n_ + i + 2];
+    const double largest = 0.5 * (a + d) + std::sqrt(0.25 * (a - d) * (a - d) + off * off);
+    if (largest > 0.0) {
+      y_[i + 1] -= u1 / largest;
+      y_[i + 2] -= u2 / largest;
+    }
+    project_on_disc(problem_.friction[c] * y_[i], y_[i + 1], y_[i + 2]);
+  }
+  for (std::size_t i = 3 * problem_.contacts; i < n_; ++i)
+    if (scale_[i] > 0.0)
+      y_[i] = clamped(y_[i] - row_velocity(W_, b_, y_, i), bounds_[i - 3 * problem_.contacts]);
+}
+
+/// y = value.
+void ContactSolver::hold_at(std::size_t row, double value) {
+  A_[row * n_ + row] = 1.0;
+  step_[row] = value - y_[row];
+}
+
+/// u = 0.
+void ContactSolver::stop(std::size_t row) {
+  for (std::size_t k = 0; k < n_; ++k) A_[row * n_ + k] = W_[row * n_ + k];
+  A_[row * n_ + row] += kProximal + softness_;
+  step_[row] = -u_[row];
+}
+
+/// y_t = f y_n z / |z|: its derivative turns with z across z, and grows with y_n along it.
+void ContactSolver::slip(std::size_t contact, double z1, double z2, double length) {
+  const std::size_t i = 3 * contact;
+  const double friction = problem_.friction[contact];
+  const double radius = friction * std::max(y_[i], 0.0);
+  const double e[2] = {z1 / length, z2 / length};
+  const double ratio = std::min(radius / length, 1.0);
+  for (std::size_t r = 0; r < 2; ++r) {
+    double* const row = &A_[(i + 1 + r) * n_];
+    for (std::size_t s = 0; s < 2; ++s) {
+      const double across = ratio * ((r == s ? 1.0 : 0.0) - e[r] * e[s]);
+      for (std::size_t k = 0; k < n_; ++k) row[k] += (rho_ * across) * W_[(i + 1 + s) * n_ + k];
+      row[i + 1 + s] += ((r == s ? 1.0 : 0.0) - across) + (rho_ * across) * softness_;
+    }
+    if (y_[i] > 0.0) row[i] -= friction * e[r];
+    step_[i + 1 + r] = radius * e[r] - y_[i + 1 + r];
+  }
+}
+
+void ContactSolver::linearise_contact(std::size_t contact) {
+  const std::size_t i = 3 * contact;
+  const Status status = status_[contact];
+  if (scale_[i] == 0.0 || status == Status::open ||
+      (status == Status::by_value && y_[i] - rho_ * u_[i] <= 0.0)) {
+    for (std::size_t k = 0; k < 3; ++k) hold_at(i + k, 0.0);
+    return;
+  }
+  stop(i);
+  const double z1 = y_[i + 1] - rho_ * u_[i + 1], z2 = y_[i + 2] - rho_ * u_[i + 2];
+  const double length = std::sqrt(z1 * z1 + z2 * z2);
+  const bool sticks = status == Status::by_value ? length <= problem_.friction[contact] * std::max(y_[i], 0.0)
+                                                 : status == Status::stick;
+  if (sticks || length == 0.0) {
+    stop(i + 1);
+    stop(i + 2);
+  } else {
+    slip(contact, z1, z2, length);
+  }
+}
+
+void ContactSolver::linearise_joint_row(std::size_t joint) {
+  const std::size_t i = 3 * problem_.contacts + joint;
+  const auto& bounds = bounds_[joint];
+  const double z = y_[i] - rho_ * u_[i];
+  if (scale_[i] == 0.0) return hold_at(i, 0.0);
+  if (z <= bounds.lower) return hold_at(i, bounds.lower);
+  if (z >= bounds.upper) return hold_at(i, bounds.upper);
+  stop(i);
+}
+
+/// Into step_, by the natural map's generalised Jacobian at y_, which u_ belongs to.
+bool ContactSolver::newton_step() {
+  A_.assign(n_ * n_, 0.0);
+  for (std::size_t c = 0; c < problem_.contacts; ++c) linearise_contact(c);
+  for (std::size_t j = 0; j < bounds_.size(); ++j) linearise_joint_row(j);
+  return solve_linear(A_, step_);
+}
+
+/// One step from y_, with line search a shorter one where the whole one makes it worse. Returns the residual
+/// there.
+double ContactSolver::newton(bool with_line_search) {
+  ++report_.newton_steps;
+  const double before = residual_of(y_);
+  if (!newton_step()) return before;
+  const int halvings = with_line_search ? 6 : 1;
+  double best = std::numeric_limits<double>::infinity();
+  double factor = 1.0, best_factor = 0.0;
+  for (int i = 0; i < halvings; ++i, factor *= 0.5) {
+    for (std::size_t k = 0; k < n_; ++k) trial_[k] = y_[k] + factor * step_[k];
+    const double residual = residual_of(trial_);
+    if (residual < best) best = residual, best_factor = factor;
+    if (residual < before) break;
+  }
+  for (std::size_t k = 0; k < n_; ++k) y_[k] += best_factor * step_[k];
+  return best;
+}
+
+void ContactSolver::follow_softened() {
+  for (softness_ = 1.0; softness_ > kLeastSoftness; softness_ *= kSoftening)
+    for (int i = 0; i < settings_.newton_steps; ++i)
+      if (newton(true) <= softness_ * 1e-6) break;  // far closer than the next problem is
+  softness_ = 0.0;
+}
+
+/// [0, 1), xorshift64.
+double ContactSolver::draw() {
+  random_ ^= random_ << 13;
+  random_ ^= random_ >> 7;
+  random_ ^= random_ << 17;
+  return static_cast<double>(random_ >> 11) * 0x1p-53;
+}
+
+/// The solution if contacts were to open, stick or slip as drawn.
+void ContactSolver::draw_statuses(double share_kept) {
+  for (Status& status : status_) {
+    if (draw() < share_kept) continue;
+    const double which = draw();
+    status = which < 0.3 ? Status::open : which < 0.7 ? Status::stick : Status::slip;
+  }
+  update_velocities(y_);
+  if (newton_step())
+    for (std::size_t i = 0; i < n_; ++i) y_[i] += step_[i];
+  status_.assign(problem_.contacts, Status::by_value);
+}
+
+void ContactSolver::draw_values() {
+  double largest = 0.0;
+  for (const double y : best_) largest = std::max(largest, std::abs(y));
+  for (std::size_t c = 0; c < problem_.contacts; ++c) {
+    const double normal = draw() < 0.3 ? 0.0 : draw() * largest;
+    const double radius = problem_.friction[c] * normal;
+    const double t1 = (2.0 * draw() - 1.0) * radius, t2 = (2.0 * draw() - 1.0) * radius;
+    y_[3 * c] = normal, y_[3 * c + 1] = t1, y_[3 * c + 2] = t2;
+  }
+}
+
+void ContactSolver::start_anew(int round) {
+  const bool from_best = round % 2 == 0;
+  for (std::size_t i = 0; i < n_; ++i) y_[i] = from_best ? best_[i] : 0.0;
+  if (round < 3) return follow_softened();
+  switch (round / 2 % 4) {
+    case 0:
+      return draw_statuses(0.0);
+    case 1:
+      return draw_statuses(0.5);
+    case 2:
+      return draw_statuses(0.8);
+    default:
+      return draw_values();
+  }
+}
+
+bool ContactSolver::keep_better(double residual) {
+  if (residual < report_.residual) report_.residual = residual, best_ = y_;
+  return report_.residual <= settings_.tolerance;
+}
+
+SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double> x) {
+  load(problem, x);
+  best_ = y_;
+  report_.residual = residual_of(y_);
+  const bool with_newton = n_ <= settings_.most_newton_rows;
+  bool done = report_.residual <= settings_.tolerance;
+  for (int round = 0; round < settings_.rounds && !done; ++round) {
+    rho_ = kRho[round % kRho.size()];
+    if (round > 0 && with_newton) start_anew(round);
+    for (int i = 0; i < settings_.sweeps; ++i, ++report_.sweeps) sweep();
+    done = keep_better(residual_of(y_));
+    if (!with_newton) continue;
+    // Where steps that get better all the time lead nowhere, those that need not may.
+    const bool with_line_search = round % 4 < 2;
+    const int steps = with_line_search ? settings_.newton_steps : 3 * settings_.newton_steps;
+    for (int i = 0; i < steps && !done; ++i) done = keep_better(newton(with_line_search));
+  }
+  for (std::size_t i = 0; i < n_; ++i) x[i] = best_[i] * scale_[i];
+  report_.converged = done;
+  return report_;
+}
+
+}  // namespace touchstone::physics

@@ -1,0 +1,148 @@
+#include "physics/inertia.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <sstream>
+#include <string>
+
+#include "contact_core/input_error.hpp"
+#include "contact_core/motion/mass_metric.hpp"
+#include "physics/matrix3.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+// The eigenvalues of a 3x3 matrix are found to a few roundings of the largest; 64 leaves room for those made
+// on the way to the matrix (a rotation, a parallel-axis shift).
+constexpr double kMomentTolerance = 64 * 0x1p-52;
+
+[[noreturn]] void reject(std::string_view name, const std::string& reason) {
+  throw InputError(std::string(name) + ": " + reason);
+}
+
+std::string figure(double value) {
+  std::ostringstream text;
+  text.precision(6);
+  text << value;
+  return text.str();
+}
+
+/// m (|r|^2 1 - r r^T): what a shift of a mass by r adds to its inertia.
+Matrix3 point_inertia(double mass, const Vector3& r) {
+  return mass * (dot(r, r) * Matrix3::Identity() - outer(r, r));
+}
+
+/// The tetrahedron between the origin and a triangle, counter-clockwise from outside: with the sum s of its
+/// corners, the integral of x is V s / 4, that of x x^T is V / 20 (sum of c c^T + s s^T).
+MassMoments tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c) {
+  MassMoments out;
+  out.volume = dot(a, cross(b, c)) / 6.0;
+  const Vector3 sum = (a + b) + c;
+  out.first = (0.25 * out.volume) * sum;
+  out.second = (0.05 * out.volume) * (((outer(a, a) + outer(b, b)) + outer(c, c)) + outer(sum, sum));
+  return out;
+}
+
+/// As mass_moments(), but a warped face is cut along the diagonal that the hull has.
+MassMoments hull_moments(const Hexahedron& solid) {
+  Pose X;
+  X.p = solid.bounding_sphere().centre;
+  MassMoments about;
+  for (const auto& face : Hexahedron::kFaceVertices) {
+    const auto corner = [&](int i) { return Vector3(solid.vertices()[face[i]] - X.p); };
+    const Vector3 a = corner(0), b = corner(1), c = corner(2), d = corner(3);
+    // d beyond the plane of a, b, c: the ridge of the hull is b d, not a c.
+    const bool ridge_ac = dot(d - a, cross(b - a, c - a)) <= 0.0;
+    about += ridge_ac ? tetrahedron(a, b, c) : tetrahedron(a, b, d);
+    about += ridge_ac ? tetrahedron(a, c, d) : tetrahedron(b, c, d);
+  }
+  return touchstone::transform(X, about);
+}
+
+MassMoments total_moments(std::span<const PlacedHexahedron> solids, std::string_view name) {
+  if (solids.empty()) reject(name, "no hexahedron to compute the inertia from");
+  MassMoments sum;
+  for (const PlacedHexahedron& placed : solids)
+    sum += touchstone::transform(placed.X_OS, hull_moments(placed.solid));
+  return sum;
+}
+
+BodyInertia of_moments(const MassMoments& moments, double mass) {
+  const MassMetric metric = mass_metric(moments);
+  return {mass, metric.centre, mass * metric.J};
+}
+
+void require_positive(double value, const char* what, std::string_view name) {
+  if (!std::isfinite(value) || value <= 0.0)
+    reject(name, std::string("the ") + what + " is " + figure(value) + ", not a positive number");
+}
+
+void validate_moments(const Matrix3& inertia, Thinness thinness, std::string_view name) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (!std::isfinite(inertia(i, j)) || inertia(i, j) != inertia(j, i))
+        reject(name, "inertia entry (" + std::to_string(i) + ", " + std::to_string(j) + ") is " +
+                         figure(inertia(i, j)) + ": the matrix must be finite and symmetric");
+  const Vector3 moments =
+      Eigen::SelfAdjointEigenSolver<Matrix3>(inertia, Eigen::EigenvaluesOnly).eigenvalues();
+  const double tolerance = kMomentTolerance * std::abs(moments[2]);
+  if (moments[0] < -tolerance || (thinness == Thinness::solid && moments[0] <= tolerance))
+    reject(name, "principal moment " + figure(moments[0]) + " kg m2 is not positive");
+  if (moments[2] > (moments[0] + moments[1]) + 2.0 * tolerance)
+    reject(name, "principal moments " + figure(moments[0]) + ", " + figure(moments[1]) + ", " +
+                     figure(moments[2]) + " kg m2: no solid has one larger than the sum of the others");
+}
+
+}  // namespace
+
+void validate(const BodyInertia& inertia, Thinness thinness, std::string_view name) {
+  const bool is_massless = thinness == Thinness::thin && inertia.mass == 0.0;
+  if (!is_massless) require_positive(inertia.mass, "mass", name);
+  if (!touchstone::is_finite(inertia.centre_B)) reject(name, "the centre of mass is not finite");
+  if (is_massless && inertia.inertia_B != Matrix3::Zero()) reject(name, "inertia without mass");
+  validate_moments(inertia.inertia_B, thinness, name);
+}
+
+BodyInertia inertia_of_density(std::span<const PlacedHexahedron> solids, double density,
+                               std::string_view name) {
+  require_positive(density, "density", name);
+  const MassMoments moments = total_moments(solids, name);
+  return of_moments(moments, density * moments.volume);
+}
+
+BodyInertia inertia_of_mass(std::span<const PlacedHexahedron> solids, double mass, std::string_view name) {
+  require_positive(mass, "mass", name);
+  return of_moments(total_moments(solids, name), mass);
+}
+
+BodyInertia box_inertia(double mass, const Vector3& size) {
+  BodyInertia out{mass, Vector3::Zero(), Matrix3::Zero()};
+  const Vector3 squares = size.cwiseProduct(size);
+  out.inertia_B(0, 0) = mass / 12.0 * (squares.y() + squares.z());
+  out.inertia_B(1, 1) = mass / 12.0 * (squares.z() + squares.x());
+  out.inertia_B(2, 2) = mass / 12.0 * (squares.x() + squares.y());
+  return out;
+}
+
+BodyInertia inertia_of(const MassProperties& mass, std::string_view name) {
+  const Vector3 r = mass.centre_L - mass.inertia_about_L;
+  const BodyInertia out{mass.mass, mass.centre_L, mass.inertia_L - point_inertia(mass.mass, r)};
+  validate(out, Thinness::thin, name);
+  return out;
+}
+
+BodyInertia transform(const Pose& X_AB, const BodyInertia& inertia_B) {
+  return {inertia_B.mass, touchstone::transform(X_AB, inertia_B.centre_B),
+          turned(X_AB.R, inertia_B.inertia_B)};
+}
+
+BodyInertia combined(const BodyInertia& a, const BodyInertia& b) {
+  const double mass = a.mass + b.mass;
+  if (mass == 0.0) return a;
+  const Vector3 centre = (a.mass * a.centre_B + b.mass * b.centre_B) / mass;
+  return {mass, centre,
+          (a.inertia_B + point_inertia(a.mass, a.centre_B - centre)) +
+              (b.inertia_B + point_inertia(b.mass, b.centre_B - centre))};
+}
+
+}  // namespace touchstone::physics

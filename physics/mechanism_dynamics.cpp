@@ -1,0 +1,346 @@
+#include "physics/mechanism_dynamics.hpp"
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "contact_core/input_error.hpp"
+#include "contact_core/scene/motion.hpp"
+#include "physics/matrix3.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+using PlacedBody = MechanismDynamics::PlacedBody;
+
+/// The rigid body's own inertia about its origin.
+void take_own_inertia(const BodyInertia& inertia, PlacedBody& body) {
+  const Matrix3 cross_c = skew(body.c_W);
+  body.C = inertia.mass * Matrix3::Identity();
+  body.B = inertia.mass * cross_c;
+  body.A =
+      body.I_W + inertia.mass * (dot(body.c_W, body.c_W) * Matrix3::Identity() - outer(body.c_W, body.c_W));
+}
+
+/// Adds what hangs at `outer.arm_W` to the inner body's inertia, as blocks of X^T I X (Featherstone 2.66).
+void add_shifted(const Matrix3& A, const Matrix3& B, const Matrix3& C, const Vector3& arm,
+                 PlacedBody& inner) {
+  const Matrix3 r = skew(arm);
+  const Matrix3 rC = product(r, C);
+  const Matrix3 rB = product(r, B.transpose());
+  // A - B r + r B^T - r C r; -(B r) is (r B^T)^T, and r C r symmetric.
+  inner.A += (A + (rB + rB.transpose())) - product(rC, r);
+  inner.B += B + rC;
+  inner.C += C;
+}
+
+Vector3 moment_of_axis(bool is_revolute, const PlacedBody& body) {
+  return is_revolute ? rotate(body.A, body.axis_W) : rotate(body.B, body.axis_W);
+}
+Vector3 force_of_axis(bool is_revolute, const PlacedBody& body) {
+  return is_revolute ? rotate_back(body.B, body.axis_W) : rotate(body.C, body.axis_W);
+}
+/// Butcher's method of order 6 in seven stages (Hairer, Norsett, Wanner I, II.5; Butcher 1964): weights of
+/// the stages before each, and of all.
+constexpr std::size_t kStages = MechanismDynamics::kStages;
+using StageWeights = std::array<double, kStages>;
+constexpr std::array<StageWeights, kStages> kStageWeights = {{
+    {},
+    {1.0 / 3},
+    {0.0, 2.0 / 3},
+    {1.0 / 12, 1.0 / 3, -1.0 / 12},
+    {-1.0 / 16, 9.0 / 8, -3.0 / 16, -3.0 / 8},
+    {0.0, 9.0 / 8, -3.0 / 8, -3.0 / 4, 1.0 / 2},
+    {9.0 / 44, -9.0 / 11, 63.0 / 44, 18.0 / 11, 0.0, -16.0 / 11},
+}};
+constexpr StageWeights kWeights = {11.0 / 120, 0.0, 27.0 / 40, 27.0 / 40, -4.0 / 15, -4.0 / 15, 11.0 / 120};
+
+double weighted(const StageWeights& weights, const std::array<std::vector<double>, kStages>& stages,
+                std::size_t count, std::size_t i) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < count; ++k) sum += weights[k] * stages[k][i];
+  return sum;
+}
+
+double along_axis(bool is_revolute, const PlacedBody& body, const Vector3& n, const Vector3& f) {
+  return dot(body.axis_W, is_revolute ? n : f);
+}
+
+}  // namespace
+
+MechanismDynamics::MechanismDynamics(const Mechanism& mechanism, std::span<const BodyInertia> links)
+    : mechanism_(&mechanism) {
+  const std::string name = "mechanism '" + mechanism.name() + "'";
+  if (!links.empty() && links.size() != mechanism.links().size())
+    throw InputError(name + ": " + std::to_string(links.size()) + " inertias for " +
+                     std::to_string(mechanism.links().size()) + " links");
+  std::vector<BodyInertia> inertias;
+  for (std::size_t i = 0; i < mechanism.links().size(); ++i) {
+    const std::string link = name + ", link '" + mechanism.links()[i].name + "'";
+    inertias.push_back(links.empty() ? inertia_of(mechanism.links()[i].mass, link) : links[i]);
+    validate(inertias.back(), Thinness::thin, link);
+  }
+  gather_bodies(inertias);
+  require_inertia();
+}
+
+void MechanismDynamics::gather_bodies(std::span<const BodyInertia> links) {
+  body_of_.assign(links.size(), kBase);
+  X_BL_.assign(links.size(), Pose{});
+  for (const std::uint32_t j : mechanism_->outwards()) {
+    const Mechanism::Joint& joint = mechanism_->joints()[j];
+    const Pose X_IJ = compose(X_BL_[joint.inner], joint.X_PJ);
+    if (joint.value == Mechanism::kNone) {
+      body_of_[joint.outer] = body_of_[joint.inner];
+      X_BL_[joint.outer] = compose(X_IJ, joint.X_JC);
+    } else {
+      body_of_[joint.outer] = static_cast<std::uint32_t>(bodies_.size());
+      X_BL_[joint.outer] = joint.X_JC;
+      bodies_.push_back({body_of_[joint.inner], joint.value, joint.kind == JointKind::revolute, X_IJ,
+                         joint.axis_J, BodyInertia{}});
+    }
+    if (body_of_[joint.outer] == kBase) continue;
+    BodyInertia& body = bodies_[body_of_[joint.outer]].inertia;
+    body = combined(body, transform(X_BL_[joint.outer], links[joint.outer]));
+  }
+}
+
+void MechanismDynamics::require_inertia() const {
+  Workspace workspace = make_workspace();
+  const std::vector<double> zero(size(), 0.0);
+  std::vector<double> M(size() * size());
+  place(Pose{}, mechanism_->reference(), zero, workspace);
+  mass_matrix(M, workspace);
+  for (const Mechanism::Joint& joint : mechanism_->joints())
+    if (joint.value != Mechanism::kNone && !(M[joint.value * size() + joint.value] > 0.0))
+      throw InputError("mechanism '" + mechanism_->name() + "', joint '" + joint.name +
+                       "': nothing with inertia moves with it");
+}
+
+MechanismDynamics::Workspace MechanismDynamics::make_workspace() const {
+  Workspace out;
+  out.bodies.resize(bodies_.size());
+  out.q.resize(size());
+  out.qd.resize(size());
+  for (auto& stage : out.rate) stage.resize(size());
+  for (auto& stage : out.slope) stage.resize(size());
+  return out;
+}
+
+void MechanismDynamics::place(const Pose& X_WBase, std::span<const double> q, std::span<const double> qd,
+                              Workspace& workspace) const noexcept {
+  workspace.X_WBase = X_WBase;
+  const Vector3 zero = Vector3::Zero();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& body = bodies_[i];
+    PlacedBody& out = workspace.bodies[i];
+    const PlacedBody* inner = body.inner == kBase ? nullptr : &workspace.bodies[body.inner];
+    const Matrix3& R_WI = inner ? inner->R_WB : X_WBase.R;
+    const Vector3 w = inner ? inner->w_W : zero, v = inner ? inner->v_W : zero;
+    const double value = q[body.value], rate = qd[body.value];
+
+    const Matrix3 R_WJ = product(R_WI, body.X_IJ.R);
+    out.axis_W = rotate(R_WJ, body.axis_B);
+    out.arm_W = rotate(R_WI, body.X_IJ.p);
+    if (body.is_revolute) {
+      out.R_WB = product(R_WJ, rotation_about(body.axis_B, value));
+      out.w_W = w + rate * out.axis_W;
+      out.v_W = v + cross(w, out.arm_W);
+      out.bias_w = rate * cross(w, out.axis_W);
+      out.bias_v = cross(w, cross(w, out.arm_W));
+    } else {
+      out.R_WB = R_WJ;
+      out.arm_W += value * out.axis_W;
+      out.w_W = w;
+      out.v_W = (v + cross(w, out.arm_W)) + rate * out.axis_W;
+      out.bias_w = zero;
+      out.bias_v = cross(w, cross(w, out.arm_W)) + (2.0 * rate) * cross(w, out.axis_W);
+    }
+    out.origin_W = (inner ? inner->origin_W : X_WBase.p) + out.arm_W;
+    out.c_W = rotate(out.R_WB, body.inertia.centre_B);
+    out.I_W = turned(out.R_WB, body.inertia.inertia_B);
+  }
+}
+
+void MechanismDynamics::inverse_dynamics(const Vector3& gravity_W, std::span<const double> qdd,
+                                         std::span<double> tau, Workspace& workspace) const noexcept {
+  const Vector3 zero = Vector3::Zero();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& body = bodies_[i];
+    PlacedBody& b = workspace.bodies[i];
+    const PlacedBody* inner = body.inner == kBase ? nullptr : &workspace.bodies[body.inner];
+    const Vector3 alpha = inner ? inner->alpha : zero;
+    const Vector3 a = inner ? inner->a : Vector3(-gravity_W);  // gravity as an acceleration of the base
+    b.alpha = alpha + b.bias_w;
+    b.a = (a + cross(alpha, b.arm_W)) + b.bias_v;
+    (body.is_revolute ? b.alpha : b.a) += qdd[body.value] * b.axis_W;
+    const Vector3 a_centre = (b.a + cross(b.alpha, b.c_W)) + cross(b.w_W, cross(b.w_W, b.c_W));
+    b.f = body.inertia.mass * a_centre;
+    b.n = (cross(b.c_W, b.f) + rotate(b.I_W, b.alpha)) + cross(b.w_W, rotate(b.I_W, b.w_W));
+  }
+  for (std::size_t i = bodies_.size(); i-- > 0;) {
+    const Body& body = bodies_[i];
+    const PlacedBody& b = workspace.bodies[i];
+    tau[body.value] = along_axis(body.is_revolute, b, b.n, b.f);
+    if (body.inner == kBase) continue;
+    PlacedBody& inner = workspace.bodies[body.inner];
+    inner.f += b.f;
+    inner.n += b.n + cross(b.arm_W, b.f);
+  }
+}
+
+void MechanismDynamics::mass_matrix(std::span<double> M, Workspace& workspace) const noexcept {
+  const std::size_t size = this->size();
+  for (double& entry : M) entry = 0.0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) take_own_inertia(bodies_[i].inertia, workspace.bodies[i]);
+  for (std::size_t i = bodies_.size(); i-- > 0;) {
+    const Body& body = bodies_[i];
+    const PlacedBody& b = workspace.bodies[i];
+    if (body.inner != kBase) add_shifted(b.A, b.B, b.C, b.arm_W, workspace.bodies[body.inner]);
+    Vector3 n = moment_of_axis(body.is_revolute, b), f = force_of_axis(body.is_revolute, b);
+    M[body.value * size + body.value] = along_axis(body.is_revolute, b, n, f);
+    Vector3 arm = b.arm_W;
+    for (std::uint32_t j = body.inner; j != kBase; j = bodies_[j].inner) {
+      const PlacedBody& inner = workspace.bodies[j];
+      n += cross(arm, f);
+      const double entry = along_axis(bodies_[j].is_revolute, inner, n, f);
+      M[body.value * size + bodies_[j].value] = M[bodies_[j].value * size + body.value] = entry;
+      arm = inner.arm_W;
+    }
+  }
+}
+
+bool MechanismDynamics::forward_dynamics(const Vector3& gravity_W, std::span<const double> tau,
+                                         std::span<double> qdd, Workspace& workspace) const noexcept {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    PlacedBody& b = workspace.bodies[i];
+    take_own_inertia(bodies_[i].inertia, b);
+    b.f = bodies_[i].inertia.mass * cross(b.w_W, cross(b.w_W, b.c_W));
+    b.n = cross(b.c_W, b.f) + cross(b.w_W, rotate(b.I_W, b.w_W));
+  }
+  for (std::size_t i = bodies_.size(); i-- > 0;) {
+    const Body& body = bodies_[i];
+    PlacedBody& b = workspace.bodies[i];
+    b.U_n = moment_of_axis(body.is_revolute, b);
+    b.U_f = force_of_axis(body.is_revolute, b);
+    b.D = along_axis(body.is_revolute, b, b.U_n, b.U_f);
+    b.u = tau[body.value] - along_axis(body.is_revolute, b, b.n, b.f);
+    if (!(b.D > 0.0)) return false;
+    if (body.inner == kBase) continue;
+    const Matrix3 A = b.A - outer(b.U_n, b.U_n) / b.D;
+    const Matrix3 B = b.B - outer(b.U_n, b.U_f) / b.D;
+    const Matrix3 C = b.C - outer(b.U_f, b.U_f) / b.D;
+    const double gain = b.u / b.D;
+    const Vector3 n = (b.n + (rotate(A, b.bias_w) + rotate(B, b.bias_v))) + gain * b.U_n;
+    const Vector3 f = (b.f + (rotate_back(B, b.bias_w) + rotate(C, b.bias_v))) + gain * b.U_f;
+    PlacedBody& inner = workspace.bodies[body.inner];
+    add_shifted(A, B, C, b.arm_W, inner);
+    inner.f += f;
+    inner.n += n + cross(b.arm_W, f);
+  }
+  bool is_sound = true;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& body = bodies_[i];
+    PlacedBody& b = workspace.bodies[i];
+    const PlacedBody* inner = body.inner == kBase ? nullptr : &workspace.bodies[body.inner];
+    const Vector3 alpha = inner ? inner->alpha : Vector3(Vector3::Zero());
+    const Vector3 a = inner ? inner->a : Vector3(-gravity_W);
+    b.alpha = alpha + b.bias_w;
+    b.a = (a + cross(alpha, b.arm_W)) + b.bias_v;
+    const double acceleration = (b.u - (dot(b.U_n, b.alpha) + dot(b.U_f, b.a))) / b.D;
+    (body.is_revolute ? b.alpha : b.a) += acceleration * b.axis_W;
+    qdd[body.value] = acceleration;
+    is_sound = is_sound && std::isfinite(acceleration);
+  }
+  return is_sound;
+}
+
+void MechanismDynamics::point_jacobian(std::uint32_t link, const Vector3& p_W, const Vector3& direction_W,
+                                       std::span<double> J, const Workspace& workspace) const noexcept {
+  for (double& entry : J) entry = 0.0;
+  for (std::uint32_t i = body_of_[link]; i != kBase; i = bodies_[i].inner) {
+    const PlacedBody& b = workspace.bodies[i];
+    J[bodies_[i].value] = bodies_[i].is_revolute ? dot(b.axis_W, cross(p_W - b.origin_W, direction_W))
+                                                 : dot(b.axis_W, direction_W);
+  }
+}
+
+void MechanismDynamics::turn_jacobian(std::uint32_t link, const Vector3& axis_W, std::span<double> J,
+                                      const Workspace& workspace) const noexcept {
+  for (double& entry : J) entry = 0.0;
+  for (std::uint32_t i = body_of_[link]; i != kBase; i = bodies_[i].inner)
+    if (bodies_[i].is_revolute) J[bodies_[i].value] = dot(workspace.bodies[i].axis_W, axis_W);
+}
+
+Vector3 MechanismDynamics::point_velocity(std::uint32_t link, const Vector3& p_W,
+                                          const Workspace& workspace) const noexcept {
+  if (body_of_[link] == kBase) return Vector3::Zero();
+  const PlacedBody& b = workspace.bodies[body_of_[link]];
+  return b.v_W + cross(b.w_W, p_W - b.origin_W);
+}
+
+Pose MechanismDynamics::link_pose(std::uint32_t link, const Workspace& workspace) const noexcept {
+  if (body_of_[link] == kBase) return compose(workspace.X_WBase, X_BL_[link]);
+  const PlacedBody& b = workspace.bodies[body_of_[link]];
+  return compose(Pose{b.R_WB, b.origin_W}, X_BL_[link]);
+}
+
+double MechanismDynamics::kinetic_energy(const Workspace& workspace) const noexcept {
+  double twice = 0.0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const PlacedBody& b = workspace.bodies[i];
+    const Vector3 v = b.v_W + cross(b.w_W, b.c_W);
+    twice += bodies_[i].inertia.mass * dot(v, v) + dot(b.w_W, rotate(b.I_W, b.w_W));
+  }
+  return 0.5 * twice;
+}
+
+double MechanismDynamics::potential_energy(const Vector3& gravity_W,
+                                           const Workspace& workspace) const noexcept {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    sum -= bodies_[i].inertia.mass * dot(gravity_W, workspace.bodies[i].origin_W + workspace.bodies[i].c_W);
+  return sum;
+}
+
+Vector3 MechanismDynamics::linear_momentum(const Workspace& workspace) const noexcept {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const PlacedBody& b = workspace.bodies[i];
+    sum += bodies_[i].inertia.mass * (b.v_W + cross(b.w_W, b.c_W));
+  }
+  return sum;
+}
+
+Vector3 MechanismDynamics::angular_momentum(const Workspace& workspace) const noexcept {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const PlacedBody& b = workspace.bodies[i];
+    const Vector3 p = bodies_[i].inertia.mass * (b.v_W + cross(b.w_W, b.c_W));
+    sum += cross(b.origin_W + b.c_W, p) + rotate(b.I_W, b.w_W);
+  }
+  return sum;
+}
+
+bool MechanismDynamics::step(const Pose& X_WBase, const Vector3& gravity_W, std::span<const double> tau,
+                             double h, std::span<double> q, std::span<double> qd,
+                             Workspace& workspace) const noexcept {
+  for (std::size_t stage = 0; stage < kStages; ++stage) {
+    for (std::size_t i = 0; i < size(); ++i) {
+      workspace.q[i] = q[i] + h * weighted(kStageWeights[stage], workspace.rate, stage, i);
+      workspace.rate[stage][i] = qd[i] + h * weighted(kStageWeights[stage], workspace.slope, stage, i);
+    }
+    place(X_WBase, workspace.q, workspace.rate[stage], workspace);
+    if (!forward_dynamics(gravity_W, tau, workspace.slope[stage], workspace)) return false;
+  }
+  for (std::size_t i = 0; i < size(); ++i) {
+    workspace.q[i] = q[i] + h * weighted(kWeights, workspace.rate, kStages, i);
+    workspace.qd[i] = qd[i] + h * weighted(kWeights, workspace.slope, kStages, i);
+    if (!std::isfinite(workspace.q[i]) || !std::isfinite(workspace.qd[i])) return false;
+  }
+  for (std::size_t i = 0; i < size(); ++i) q[i] = workspace.q[i], qd[i] = workspace.qd[i];
+  place(X_WBase, q, qd, workspace);
+  return true;
+}
+
+}  // namespace touchstone::physics
