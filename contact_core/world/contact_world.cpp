@@ -160,6 +160,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.accept(commands);
   s.accept_joints(joint_commands);
   s.take_movers();
+  s.restart_travels();
   s.lay_paths();
   s.find_pairs(report);
   s.resolve_stops(s.pairs);
@@ -183,7 +184,9 @@ const Pose& ContactWorld::commanded_pose(ObjectHandle object) const {
 }
 
 std::span<const Pose> ContactWorld::solid_poses(ObjectHandle object) const {
-  const std::uint32_t index = state_->layout.index_of_slot(state_->objects.slot_of(object));
+  const std::uint32_t slot = state_->objects.slot_of(object);
+  if (state_->needs_layout) return {};
+  const std::uint32_t index = state_->layout.index_of_slot(slot);
   const SolidIndex first = state_->layout.first_solid[index];
   return std::span(state_->from).subspan(first, state_->layout.first_solid[index + 1] - first);
 }

@@ -207,7 +207,7 @@ class ContactWorld {
 
   const Pose& actual_pose(ObjectHandle object) const;
   const Pose& commanded_pose(ObjectHandle object) const;
-  /// X_WS of the object's solids.
+  /// X_WS of the object's solids; empty between set-up and the prepare() or frame() that takes it up.
   std::span<const Pose> solid_poses(ObjectHandle object) const;
   double gap() const;
 

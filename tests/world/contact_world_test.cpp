@@ -69,6 +69,32 @@ TEST(ContactWorld, CueReportsAndLetsItMove) {
   EXPECT_NEAR(report.events[0].geometry.separation, -0.3, 1e-12);
 }
 
+// 1e155 m squared overflows: how far the cube may have gone is not known, and stays so if sums are kept.
+TEST(ContactWorld, CommandBeyondTheSquareRootOfAllNumbersIsNoLicenceToTunnel) {
+  CubeOverTable scene;
+  scene.world->set_default_rule(rule(ContactPolicy::advance));
+  scene.world->add({box_tree("roof", {4, 4, 1}), at(0, 0, 10), true});
+  EXPECT_EQ(scene.move({0, 0, -1e155}).blocked_movers, 1u);
+  EXPECT_GT(scene.height(), 0.0);
+  scene.move({0, 0, 3});
+  EXPECT_EQ(scene.move({0, 0, 30}).blocked_movers, 1u);
+  EXPECT_LT(scene.height(), 8.5);
+  EXPECT_EQ(scene.move({0, 0, -30}).blocked_movers, 1u);
+  EXPECT_GT(scene.height(), 0.0);
+}
+
+TEST(ContactWorld, SolidPosesAreThereOnceSetUpIsTakenUp) {
+  CubeOverTable scene;
+  EXPECT_TRUE(scene.world->solid_poses(scene.cube).empty());
+  scene.world->prepare();
+  ASSERT_EQ(scene.world->solid_poses(scene.cube).size(), 1u);
+  EXPECT_EQ(scene.world->solid_poses(scene.cube)[0].p, Vector3(0, 0, 1));
+  const ObjectHandle other = scene.world->add({box_tree("other", {1, 1, 1}), at(5, 0, 1)});
+  EXPECT_TRUE(scene.world->solid_poses(other).empty());
+  scene.world->frame({});
+  EXPECT_EQ(scene.world->solid_poses(other).size(), 1u);
+}
+
 TEST(ContactWorld, WarnsWhenNear) {
   CubeOverTable scene;
   scene.world->set_default_rule(rule(ContactPolicy::hold, 0.1));
