@@ -44,6 +44,7 @@ void ContactWorld::remove(ObjectHandle object) {
   state_->objects.remove(object);
   state_->rules.forget(slot);
   state_->selection.forget(slot);
+  state_->queue.forget(slot);
   state_->needs_layout = true;
 }
 
@@ -130,6 +131,7 @@ void ContactWorld::prepare() {
 void ContactWorld::reset() {
   state_->objects.reset();
   state_->reset_mechanisms();
+  state_->queue.clear();
   state_->selection.select_all();
   state_->needs_layout = true;
 }

@@ -95,6 +95,25 @@ TEST(ContactWorld, SolidPosesAreThereOnceSetUpIsTakenUp) {
   EXPECT_EQ(scene.world->solid_poses(other).size(), 1u);
 }
 
+TEST(ContactWorld, SelectionThatWaitsDoesNotOutliveReset) {
+  CubeOverTable scene;
+  scene.world->select({SelectionChange::Scope::everything, 0, 0, false});
+  scene.world->reset();
+  EXPECT_EQ(scene.move({0, 0, -0.8}).blocked_movers, 1u);
+}
+
+TEST(ContactWorld, SelectionThatWaitsDoesNotPassToTheSlotsNextObject) {
+  for (const auto scope : {SelectionChange::Scope::object, SelectionChange::Scope::pair}) {
+    CubeOverTable scene;
+    const ObjectHandle gone = scene.cube;
+    scene.world->select({scope, gone.slot, scene.table.slot, false});
+    scene.world->remove(gone);
+    scene.cube = scene.world->add({box_tree("next", {1, 1, 1}), at(0, 0, 1.0)});
+    ASSERT_EQ(scene.cube.slot, gone.slot);
+    EXPECT_EQ(scene.move({0, 0, -0.8}).blocked_movers, 1u);
+  }
+}
+
 TEST(ContactWorld, WarnsWhenNear) {
   CubeOverTable scene;
   scene.world->set_default_rule(rule(ContactPolicy::hold, 0.1));
