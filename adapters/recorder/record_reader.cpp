@@ -158,7 +158,7 @@ class RecordParser {
   }
 
   EventKind kind() const {
-    for (int i = 0; i <= static_cast<int>(EventKind::refused); ++i)
+    for (int i = 0; i <= static_cast<int>(EventKind::at_limit); ++i)
       if (to_string(static_cast<EventKind>(i)) == in_.fields()[kEvent]) return static_cast<EventKind>(i);
     in_.reject("unknown event '" + in_.fields()[kEvent] + "'");
   }

@@ -6,6 +6,13 @@
 namespace touchstone {
 namespace {
 
+/// Only pairs that are apart are withheld: a limit below 0, or none at all, is one of 0.
+NarrowphaseInput with_sound_limit(const NarrowphaseInput& input) {
+  NarrowphaseInput out = input;
+  if (!(out.query.max_separation >= 0.0)) out.query.max_separation = 0.0;
+  return out;
+}
+
 class NativeNarrowphase final : public Narrowphase {
  public:
   NativeNarrowphase() {
@@ -25,9 +32,9 @@ class NativeNarrowphase final : public Narrowphase {
     if (input.query.kind == QueryKind::overlap)
       native::overlap(set_, kernels_, input.pairs, input.poses, output.status, input.cache);
     else if (input.query.kind == QueryKind::distance)
-      native::measure(set_, kernels_, input, output.status, output.geometry, {});
+      native::measure(set_, kernels_, with_sound_limit(input), output.status, output.geometry, {});
     else
-      native::measure(set_, kernels_, input, output.status, output.geometry, output.points);
+      native::measure(set_, kernels_, with_sound_limit(input), output.status, output.geometry, output.points);
   }
 
  private:

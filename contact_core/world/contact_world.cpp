@@ -44,6 +44,7 @@ void ContactWorld::remove(ObjectHandle object) {
   state_->objects.remove(object);
   state_->rules.forget(slot);
   state_->selection.forget(slot);
+  state_->queue.forget(slot);
   state_->needs_layout = true;
 }
 
@@ -130,6 +131,7 @@ void ContactWorld::prepare() {
 void ContactWorld::reset() {
   state_->objects.reset();
   state_->reset_mechanisms();
+  state_->queue.clear();
   state_->selection.select_all();
   state_->needs_layout = true;
 }
@@ -160,6 +162,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.accept(commands);
   s.accept_joints(joint_commands);
   s.take_movers();
+  s.restart_travels();
   s.lay_paths();
   s.find_pairs(report);
   s.resolve_stops(s.pairs);
@@ -183,7 +186,9 @@ const Pose& ContactWorld::commanded_pose(ObjectHandle object) const {
 }
 
 std::span<const Pose> ContactWorld::solid_poses(ObjectHandle object) const {
-  const std::uint32_t index = state_->layout.index_of_slot(state_->objects.slot_of(object));
+  const std::uint32_t slot = state_->objects.slot_of(object);
+  if (state_->needs_layout) return {};
+  const std::uint32_t index = state_->layout.index_of_slot(slot);
   const SolidIndex first = state_->layout.first_solid[index];
   return std::span(state_->from).subspan(first, state_->layout.first_solid[index + 1] - first);
 }

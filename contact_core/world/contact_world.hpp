@@ -185,12 +185,13 @@ class ContactWorld {
 
   /// Takes up all set-up so far: what may allocate is done here.
   void prepare();
-  /// Initial poses, no latches, everything selected; objects and rules stay.
+  /// Initial poses, no latches, everything selected, whatever waits in the queue; objects and rules stay.
   void reset();
 
   // ---- selection, from any thread
 
-  /// Queued; in force from the start of the next frame on.
+  /// Queued; in force from the start of the next frame on, unless reset() or the object's removal comes
+  /// first.
   void select(const SelectionChange& change);
   /// All changes that came into force, with their frames, for a replay.
   std::span<const SelectionRecord> selection_record() const;
@@ -207,7 +208,7 @@ class ContactWorld {
 
   const Pose& actual_pose(ObjectHandle object) const;
   const Pose& commanded_pose(ObjectHandle object) const;
-  /// X_WS of the object's solids.
+  /// X_WS of the object's solids; empty between set-up and the prepare() or frame() that takes it up.
   std::span<const Pose> solid_poses(ObjectHandle object) const;
   double gap() const;
 

@@ -42,6 +42,21 @@ class SelectionQueue {
     waiting_.swap(out);
   }
 
+  /// Drops what waits for an object that is gone: its slot may be another's by the next frame.
+  void forget(std::uint32_t slot) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(waiting_, [slot](const SelectionChange& change) {
+      const bool is_pair = change.scope == SelectionChange::Scope::pair;
+      return (is_pair && change.second == slot) ||
+             ((is_pair || change.scope == SelectionChange::Scope::object) && change.first == slot);
+    });
+  }
+
+  void clear() {
+    const std::lock_guard lock(mutex_);
+    waiting_.clear();
+  }
+
   void reserve(std::size_t count) {
     const std::lock_guard lock(mutex_);
     waiting_.reserve(count);

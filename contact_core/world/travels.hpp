@@ -15,6 +15,9 @@ struct Travels {
   std::vector<double> solid_limit;  ///< of_solid up to which the watched pairs are all that may come near
   std::vector<double> last_solid, last_own;  ///< of the path that was laid last [m]; 0: at rest
 
+  /// Sums above say nothing: the squares of lengths may have overflowed.
+  static constexpr double kMost = 0x1p500;
+
   /// Sums round up: what is lost in one addition is less than the last term.
   static double sum(double travelled, double more) {
     return travelled + more * (1.0 + 0x1p-20) + travelled * 0x1p-50;

@@ -121,7 +121,7 @@ Impact ContactWorld::State::impact_of(FramePair& pair) {
   if (query->judges_poses()) return impact;  // separations say nothing about what such a backend sees
   // The gap is far more than separations and sums round.
   const double room = impact.start_separation - pair.interest - pair.gap;
-  if (impact.queries > 0 && room > 0.0)
+  if (impact.queries > 0 && room > 0.0 && now <= Travels::kMost)
     pair.clear_until = now * (1.0 - 0x1p-50) - last_travel(pair.solids, pair.own) * (1.0 + 0x1p-19) + room;
   return impact;
 }

@@ -59,6 +59,7 @@ void ContactWorld::remove_mechanism(MechanismHandle handle) {
     state_->objects.remove_link(state_->objects.handle(slot));
     state_->rules.forget(slot);
     state_->selection.forget(slot);
+    state_->queue.forget(slot);
   }
   state_->mechanisms.remove(handle);
   state_->needs_layout = true;

@@ -66,6 +66,7 @@ struct ContactWorld::State {
   void lay_travels(std::uint32_t root);
   void lay_travel(SolidIndex solid, const BodyState& start);
   void lay_own_travels(std::uint32_t root);
+  void restart_travels();
   void watch_pairs();
   double travelled(const SolidPair& pair, std::uint32_t own) const {
     return own != kNotOwn ? travels.of_own[own] : travels.of_solid[pair.a] + travels.of_solid[pair.b];

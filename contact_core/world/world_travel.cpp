@@ -46,7 +46,19 @@ void ContactWorld::State::lay_travel(SolidIndex solid, const BodyState& start) {
   }
   travels.last_solid[solid] = travel * kUp;
   travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
-  needs_watch = needs_watch || travels.of_solid[solid] > travels.solid_limit[solid];
+  needs_watch = needs_watch || !(travels.of_solid[solid] <= travels.solid_limit[solid]);
+}
+
+/// Sums that overflowed know nothing any more: counting begins anew.
+void ContactWorld::State::restart_travels() {
+  const auto is_known = [](double travel) { return travel <= Travels::kMost; };
+  if (std::all_of(travels.of_solid.begin(), travels.of_solid.end(), is_known) &&
+      std::all_of(travels.of_own.begin(), travels.of_own.end(), is_known))
+    return;
+  std::fill(travels.of_solid.begin(), travels.of_solid.end(), 0.0);
+  std::fill(travels.of_own.begin(), travels.of_own.end(), 0.0);
+  watched.clear();
+  needs_watch = true;
 }
 
 /// Of two links each joint between them moves the outer one's points about it: by its change times how far

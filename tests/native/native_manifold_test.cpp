@@ -57,6 +57,25 @@ TEST(NativeManifold, FlushSidesKeepTheWholeArea) {
   EXPECT_DOUBLE_EQ(area_in_order(answer), 1.0);
 }
 
+// An overlapping pair came with a separation of +inf and no points, and with NaN some separated ones with
+// theirs.
+TEST(NativeManifold, LimitThatIsNoDistanceIsOneOfZero) {
+  for (const double limit : {-1e-300, -0.1, -HUGE_VAL, std::nan("")}) {
+    Query query{QueryKind::manifold};
+    query.max_separation = limit;
+    const Answer deep = ask(kCube, at(0, 0, 0), kCube, at(0.25, 0, 0.75), query);
+    EXPECT_EQ(deep.status, PairStatus::overlapping);
+    EXPECT_EQ(deep.geometry.separation, -0.25);
+    EXPECT_EQ(deep.geometry.point_count, 4);
+    for (const double height : {1 + 0x1p-52, 1.5, 100.0}) {
+      const Answer apart = ask(kCube, at(0, 0, 0), kCube, at(0.25, 0, height), query);
+      EXPECT_EQ(apart.status, PairStatus::separated);
+      EXPECT_EQ(apart.geometry.separation, INFINITY);
+      EXPECT_EQ(apart.geometry.point_count, 0);
+    }
+  }
+}
+
 TEST(NativeManifold, SquaresTurned45DegreesMeetInAnOctagon) {
   const Answer answer = ask(kCube, turned(0.0, 0.0), kCube, turned(kPi / 4, 0.875));
   ASSERT_EQ(answer.geometry.point_count, 8);

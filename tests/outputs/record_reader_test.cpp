@@ -52,6 +52,35 @@ TEST(RecordReader, CutOffAnywhereGivesTheWholeFrames) {
   EXPECT_EQ(read_recording(file.path()).objects.at(0), "two\nlines");
 }
 
+TEST(RecordReader, KnowsEveryKindOfEvent) {
+  const TemporaryFile file("kinds.csv");
+  constexpr int kKinds = static_cast<int>(EventKind::at_limit) + 1;
+  {
+    Recorder recorder(file.path());
+    recorder.add_object({{0, 0}, "a"});
+    MadeFrame made = make_frames(1, 1, 20)[0];
+    for (int i = 0; i < kKinds; ++i)
+      made.events.push_back({static_cast<EventKind>(i), {0, 0}, {}, {}, 0, {}});
+    recorder.write(made.view());
+  }
+  const Recording recording = read_recording(file.path());
+  ASSERT_EQ(recording.frames.at(0).events.size(), static_cast<std::size_t>(kKinds));
+  for (int i = 0; i < kKinds; ++i)
+    EXPECT_EQ(recording.frames[0].events[static_cast<std::size_t>(i)].kind, static_cast<EventKind>(i));
+}
+
+// A command for a mechanism that is gone.
+TEST(RecordReader, KnowsAnEventOfNoObject) {
+  const TemporaryFile file("nobody.csv");
+  {
+    Recorder recorder(file.path());
+    MadeFrame made = make_frames(1, 0, 20)[0];
+    made.events.push_back({EventKind::refused, {}, {}, {}, 0, {}});
+    recorder.write(made.view());
+  }
+  EXPECT_EQ(read_recording(file.path()).frames.at(0).events.at(0).b, RecordedEvent::kNone);
+}
+
 TEST(RecordReader, NamesFileAndLine) {
   const std::string text = made_record();
   EXPECT_THAT(message_of("frame,1\n"), HasSubstr("line 1: no record"));

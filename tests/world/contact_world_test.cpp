@@ -69,6 +69,51 @@ TEST(ContactWorld, CueReportsAndLetsItMove) {
   EXPECT_NEAR(report.events[0].geometry.separation, -0.3, 1e-12);
 }
 
+// 1e155 m squared overflows: how far the cube may have gone is not known, and stays so if sums are kept.
+TEST(ContactWorld, CommandBeyondTheSquareRootOfAllNumbersIsNoLicenceToTunnel) {
+  CubeOverTable scene;
+  scene.world->set_default_rule(rule(ContactPolicy::advance));
+  scene.world->add({box_tree("roof", {4, 4, 1}), at(0, 0, 10), true});
+  EXPECT_EQ(scene.move({0, 0, -1e155}).blocked_movers, 1u);
+  EXPECT_GT(scene.height(), 0.0);
+  scene.move({0, 0, 3});
+  EXPECT_EQ(scene.move({0, 0, 30}).blocked_movers, 1u);
+  EXPECT_LT(scene.height(), 8.5);
+  EXPECT_EQ(scene.move({0, 0, -30}).blocked_movers, 1u);
+  EXPECT_GT(scene.height(), 0.0);
+}
+
+TEST(ContactWorld, SolidPosesAreThereOnceSetUpIsTakenUp) {
+  CubeOverTable scene;
+  EXPECT_TRUE(scene.world->solid_poses(scene.cube).empty());
+  scene.world->prepare();
+  ASSERT_EQ(scene.world->solid_poses(scene.cube).size(), 1u);
+  EXPECT_EQ(scene.world->solid_poses(scene.cube)[0].p, Vector3(0, 0, 1));
+  const ObjectHandle other = scene.world->add({box_tree("other", {1, 1, 1}), at(5, 0, 1)});
+  EXPECT_TRUE(scene.world->solid_poses(other).empty());
+  scene.world->frame({});
+  EXPECT_EQ(scene.world->solid_poses(other).size(), 1u);
+}
+
+TEST(ContactWorld, SelectionThatWaitsDoesNotOutliveReset) {
+  CubeOverTable scene;
+  scene.world->select({SelectionChange::Scope::everything, 0, 0, false});
+  scene.world->reset();
+  EXPECT_EQ(scene.move({0, 0, -0.8}).blocked_movers, 1u);
+}
+
+TEST(ContactWorld, SelectionThatWaitsDoesNotPassToTheSlotsNextObject) {
+  for (const auto scope : {SelectionChange::Scope::object, SelectionChange::Scope::pair}) {
+    CubeOverTable scene;
+    const ObjectHandle gone = scene.cube;
+    scene.world->select({scope, gone.slot, scene.table.slot, false});
+    scene.world->remove(gone);
+    scene.cube = scene.world->add({box_tree("next", {1, 1, 1}), at(0, 0, 1.0)});
+    ASSERT_EQ(scene.cube.slot, gone.slot);
+    EXPECT_EQ(scene.move({0, 0, -0.8}).blocked_movers, 1u);
+  }
+}
+
 TEST(ContactWorld, WarnsWhenNear) {
   CubeOverTable scene;
   scene.world->set_default_rule(rule(ContactPolicy::hold, 0.1));
