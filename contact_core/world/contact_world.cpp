@@ -103,6 +103,7 @@ void ContactWorld::prepare() {
   if (!s.planner) s.planner = make_native();
   s.planner->build(layout.solids);
   s.query = std::make_unique<NarrowphaseQuery>(*s.narrowphase, *s.planner, layout.solids.size());
+  s.keep_contacts(layout);
   s.layout = std::move(layout);
   const std::size_t slots = s.objects.size(), solids = s.layout.solids.size();
   s.paths.assign(slots, CarriedPath(RigidPath(), s.objects.poses_in_body()));
@@ -114,7 +115,6 @@ void ContactWorld::prepare() {
   s.moved.clear();  // objects have new indices
   s.pairs.reserve(64 + 16 * solids);
   s.contacts.reserve(64 + 16 * solids), s.contacts_before.reserve(64 + 16 * solids);
-  s.contacts.clear();  // solids have new numbers
   s.prepare_travels();
   s.place_solids_in_bodies();
   s.events.reserve(256 + 16 * solids);
@@ -132,6 +132,7 @@ void ContactWorld::reset() {
   state_->objects.reset();
   state_->reset_mechanisms();
   state_->queue.clear();
+  state_->contacts.clear();
   state_->selection.select_all();
   state_->needs_layout = true;
 }

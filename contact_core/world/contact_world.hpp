@@ -90,7 +90,7 @@ enum class EventKind : std::uint8_t {
   near,                  ///< within the warn distance, not in contact
   began,                 ///< came within the gap
   persists,              ///< still within twice the gap
-  ended,                 ///< further apart than twice the gap again
+  ended,                 ///< further apart than twice the gap again, or one of the two was removed
   penetrating_at_start,  ///< overlaps at the frame's start: a bad initial pose, or switched on or unlatched
                          ///< there
   blocked,               ///< stopped its movers in this frame

@@ -188,12 +188,20 @@ std::uint32_t Layout::index_of_slot(std::uint32_t slot) const {
   return static_cast<std::uint32_t>(std::lower_bound(slots.begin(), slots.end(), slot) - slots.begin());
 }
 
+std::optional<SolidIndex> Layout::find(const Layout& other, SolidIndex solid) const {
+  const ObjectHandle object = other.handle_of(solid);
+  const std::uint32_t index = index_of_slot(object.slot);
+  if (index == slots.size() || handles[index] != object) return std::nullopt;
+  return first_solid[index] + (solid - other.first_solid_of(solid));
+}
+
 Layout make_layout(const ObjectTable& objects) {
   Layout out;
   for (std::uint32_t slot = 0; slot < objects.size(); ++slot) {
     const ObjectRecord& object = objects[slot];
     if (!object.alive) continue;
     out.slots.push_back(slot);
+    out.handles.push_back(objects.handle(slot));
     out.first_solid.push_back(static_cast<SolidIndex>(out.solids.size()));
     out.trees.push_back(object.description.tree.get());
     out.is_static.push_back(object.is_static());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -83,6 +84,7 @@ class ObjectTable {
 /// slots.
 struct Layout {
   std::vector<std::uint32_t> slots;
+  std::vector<ObjectHandle> handles;    ///< one a slot of `slots`
   std::vector<SolidIndex> first_solid;  ///< one more than slots
   std::vector<std::uint32_t> slot_of;   ///< by solid
   std::vector<Hexahedron> solids;
@@ -94,6 +96,9 @@ struct Layout {
   bool is_exempt(const SolidPair& pair) const;
   std::uint32_t index_of_slot(std::uint32_t slot) const;
   SolidIndex first_solid_of(SolidIndex solid) const { return first_solid[index_of_slot(slot_of[solid])]; }
+  ObjectHandle handle_of(SolidIndex solid) const { return handles[index_of_slot(slot_of[solid])]; }
+  /// Where a solid of another layout is in this one; none if its object is not.
+  std::optional<SolidIndex> find(const Layout& other, SolidIndex solid) const;
 };
 
 Layout make_layout(const ObjectTable& objects);

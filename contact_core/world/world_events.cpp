@@ -22,15 +22,29 @@ ContactEvent command_event(EventKind kind, ObjectHandle object) {
   return event;
 }
 
+ContactEvent ContactWorld::State::pair_event(EventKind kind, const SolidPair& pair, double s,
+                                             const PairGeometry& geometry) const {
+  const auto within = [&](SolidIndex solid) { return solid - layout.first_solid_of(solid); };
+  return {kind,    layout.handle_of(pair.a), layout.handle_of(pair.b), {within(pair.a), within(pair.b)}, s,
+          geometry};
+}
+
 void ContactWorld::State::add_event(EventKind kind, const SolidPair& pair, double s,
                                     const PairGeometry& geometry) {
-  const auto within = [&](SolidIndex solid) { return solid - layout.first_solid_of(solid); };
-  events.push_back({kind,
-                    objects.handle(layout.slot_of[pair.a]),
-                    objects.handle(layout.slot_of[pair.b]),
-                    {within(pair.a), within(pair.b)},
-                    s,
-                    geometry});
+  events.push_back(pair_event(kind, pair, s, geometry));
+}
+
+/// Set-up gives solids new numbers, in the same order; contacts stay what they are.
+void ContactWorld::State::keep_contacts(const Layout& next) {
+  std::erase_if(contacts, [&](ContactState& contact) {
+    const auto a = next.find(layout, contact.solids.a), b = next.find(layout, contact.solids.b);
+    if (a && b) {
+      contact.solids = {*a, *b};
+      return false;
+    }
+    left_contacts.push_back(pair_event(EventKind::ended, contact.solids, 0.0, contact.geometry));
+    return true;
+  });
 }
 
 bool ContactWorld::State::is_in_contact(const FramePair& pair, double separation, bool was_in_contact) {
@@ -62,6 +76,8 @@ void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact
 }
 
 void ContactWorld::State::report_pairs() {
+  events.insert(events.end(), left_contacts.begin(), left_contacts.end());
+  left_contacts.clear();
   contacts_before.swap(contacts);
   contacts.clear();
   auto before = contacts_before.begin();

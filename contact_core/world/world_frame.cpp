@@ -76,9 +76,11 @@ BodyState ContactWorld::State::state_at(std::uint32_t slot, double s) const {
 
 double ContactWorld::State::gap_of(const SolidPair& pair) const {
   const Resolution& resolution = separations().capabilities().resolution;
+  // What is carried rounds as its body does, which may be further out.
   const auto reach = [&](SolidIndex i) {
     const Sphere& sphere = layout.solids[i].bounding_sphere();
-    return from[i].p.cwiseAbs().maxCoeff() + norm(sphere.centre) + 2.0 * sphere.radius;
+    const double body = objects[body_of(i)].X_WO.p.cwiseAbs().maxCoeff();
+    return std::max(body, from[i].p.cwiseAbs().maxCoeff()) + norm(sphere.centre) + 2.0 * sphere.radius;
   };
   return std::max(gap, 4.0 * resolution.at(std::max(reach(pair.a), reach(pair.b))));
 }

@@ -55,6 +55,7 @@ struct ContactWorld::State {
   bool needs_watch = true;
   std::vector<FramePair> pairs;
   std::vector<ContactState> contacts, contacts_before;
+  std::vector<ContactEvent> left_contacts;  // ended with the removal of an object
   std::vector<ContactEvent> events;
   SlideState slides;
 
@@ -87,7 +88,10 @@ struct ContactWorld::State {
   void recheck(std::uint32_t root, std::vector<FramePair>& among);
   void execute();
   void report_pairs();
+  void keep_contacts(const Layout& next);
   void report_pair(const FramePair& pair, bool was_in_contact);
+  ContactEvent pair_event(EventKind kind, const SolidPair& pair, double s,
+                          const PairGeometry& geometry) const;
   void add_event(EventKind kind, const SolidPair& pair, double s, const PairGeometry& geometry);
   double gap_of(const SolidPair& pair) const;
   bool is_sampled() const { return !gives_signed_distance(*narrowphase); }

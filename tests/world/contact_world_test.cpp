@@ -114,6 +114,23 @@ TEST(ContactWorld, SelectionThatWaitsDoesNotPassToTheSlotsNextObject) {
   }
 }
 
+TEST(ContactWorld, ContactsOutliveSetUpAndEndWithTheirObjects) {
+  CubeOverTable scene;
+  scene.world->set_default_rule(rule(ContactPolicy::advance));
+  scene.move({0, 0, -0.8});
+  const ObjectHandle first = scene.world->add({box_tree("first", {1, 1, 1}), at(0, 9, 9)});
+  EXPECT_THAT(kinds(scene.move({0, 0, 0})), ElementsAre(EventKind::persists));
+  scene.world->remove(first);
+  scene.world->set_default_rule(rule(ContactPolicy::slide));
+  EXPECT_THAT(kinds(scene.move({0, 0, 0})), ElementsAre(EventKind::persists));
+  scene.world->remove(scene.table);
+  const FrameReport report = scene.move({0, 0, 0});
+  ASSERT_THAT(kinds(report), ElementsAre(EventKind::ended));
+  EXPECT_EQ(report.events[0].a, scene.table);
+  EXPECT_EQ(report.events[0].b, scene.cube);
+  EXPECT_THAT(kinds(scene.move({0, 0, 0})), IsEmpty());
+}
+
 TEST(ContactWorld, WarnsWhenNear) {
   CubeOverTable scene;
   scene.world->set_default_rule(rule(ContactPolicy::hold, 0.1));
