@@ -24,7 +24,6 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
       path(*mechanism),
       relative(*mechanism),
       frame(*mechanism),
-      X_WL_goal(X_WL.size()),
       radius_of_link(X_WL.size(), 0.0) {
   const std::string label = "mechanism '" + mechanism->name() + "'";
   validate_pose(placement.X_WB, label + ", base");

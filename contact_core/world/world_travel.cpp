@@ -14,6 +14,8 @@ namespace {
 /// broadphase is asked again.
 constexpr double kReserveFrames = 16.0;
 constexpr double kReserveRadius = 0.125;
+/// And so many times as far as slides ask.
+constexpr double kReserveNeeds = 1.5;
 /// Rounding of bounds.
 constexpr double kUp = 1.0 + 0x1p-20;
 
@@ -35,28 +37,30 @@ void ContactWorld::State::lay_travels(std::uint32_t root) {
 
 void ContactWorld::State::lay_travel(SolidIndex solid, const BodyState& start) {
   const Sphere& sphere = layout.solids[solid].bounding_sphere();
-  double travel = 0.0;
   if (const MechanismMover* mover = mechanism_of(layout.slot_of[solid])) {
-    const std::uint32_t link = objects[body_of(solid)].link;
-    travel = mover->path.speed_bound(link, transform(X_BS[solid], sphere.centre)) +
-             mover->path.turn_bound(link) * sphere.radius;
+    travels.last_solid[solid] = travel_on(*mover, solid);
   } else {
     const double arm = norm(transform(from[solid], sphere.centre) - start.centre_W) + sphere.radius;
-    travel = norm(start.velocity_W) + norm(start.angular_velocity_W) * arm;
+    travels.last_solid[solid] = (norm(start.velocity_W) + norm(start.angular_velocity_W) * arm) * kUp;
   }
-  travels.last_solid[solid] = travel * kUp;
   travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
   needs_watch = needs_watch || travels.of_solid[solid] > travels.solid_limit[solid];
 }
 
+double ContactWorld::State::travel_on(const MechanismMover& mover, SolidIndex solid) const {
+  const Sphere& sphere = layout.solids[solid].bounding_sphere();
+  const std::uint32_t link = objects[body_of(solid)].link;
+  return (mover.path.speed_bound(link, transform(X_BS[solid], sphere.centre)) +
+          mover.path.turn_bound(link) * sphere.radius) *
+         kUp;
+}
+
 /// Of two links each joint between them moves the outer one's points about it: by its change times how far
 /// the joint is from the furthest of them, at most.
-void ContactWorld::State::lay_own_travels(std::uint32_t root) {
-  const MechanismMover& mover = *mechanism_of(root);
+void ContactWorld::State::measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const {
   const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
   for (std::uint32_t a = 0; a < links; ++a)
     for (std::uint32_t b = a + 1; b < links; ++b) {
-      const std::uint32_t own = mover.first_own + a * links + b;
       double travel = 0.0;
       for (std::uint32_t k = 0; k < mover.actual.size(); ++k) {
         const int way = mover.frame.sign(k, b, a);
@@ -65,9 +69,16 @@ void ContactWorld::State::lay_own_travels(std::uint32_t root) {
         travel += std::abs(mover.path.to()[k] - mover.path.from()[k]) *
                   mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
       }
-      travels.last_own[own] = travel * kUp;
-      travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]);
+      out[mover.first_own + a * links + b] = travel * kUp;
     }
+}
+
+void ContactWorld::State::lay_own_travels(std::uint32_t root) {
+  const MechanismMover& mover = *mechanism_of(root);
+  measure_own_travels(mover, travels.last_own);
+  const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
+  for (std::uint32_t own = mover.first_own; own < mover.first_own + links * links; ++own)
+    travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]);
 }
 
 std::uint32_t ContactWorld::State::own_index(const SolidPair& pair) const {
@@ -83,7 +94,8 @@ void ContactWorld::State::watch_pairs() {
   for (const std::uint32_t i : movable)
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
       const double radius = layout.solids[solid].bounding_sphere().radius;
-      const double reserve = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
+      const double usual = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
+      const double reserve = std::max(usual, kReserveNeeds * travels.needed[solid]);
       to[solid] = from[solid];
       bulges[solid] = reserve * kUp;
       // The path at hand is counted already, but not gone yet.
