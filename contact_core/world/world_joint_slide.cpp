@@ -20,10 +20,9 @@ class ArmBends final : public JointBends {
   ArmBends(MechanismMover& arm, std::span<const SlideRow> rows, std::span<const JointRow> joint_rows)
       : arm_(arm), rows_(rows), joint_rows_(joint_rows) {}
 
-  void measure(const JointVector& dq, std::span<double> bend) noexcept override {
-    lay_path(arm_, dq);
-    for (std::size_t i = 0; i < bend.size(); ++i) bend[i] = bend_of(rows_[i], joint_rows_[i]);
-  }
+  void lay(const JointVector& dq) noexcept override { lay_path(arm_, dq); }
+  double most(std::size_t row) noexcept override { return most_of(rows_[row], joint_rows_[row]); }
+  double bend(std::size_t row) noexcept override { return bend_of(rows_[row], joint_rows_[row]); }
 
   static void lay_path(MechanismMover& arm, const JointVector& dq) noexcept {
     JointVector to{};
@@ -33,18 +32,30 @@ class ArmBends final : public JointBends {
   }
 
  private:
-  /// A plane of the mover's own turns with it. With o the mover's point that is in the obstacle's at p at
-  /// first, T and T' bounds on its turning and V on o's speed:
-  ///   |(n . (p - o))''| <= |n''| |p - o| + 2 |n'| |o'| + |n . o''| <= (T^2 + T') V + 2 T V + |n . o''|.
+  const MechanismPath& path_of(const JointRow& at) { return arm_.relative.seen_from(at.other, arm_.path); }
+
+  double most_of(const SlideRow& row, const JointRow& at) noexcept {
+    const MechanismPath& path = path_of(at);
+    const Vector3 p_L = rotate(Matrix3(arm_.X_WL[at.link].R.transpose()), row.r);
+    const double straight = path.acceleration_bound(at.link, p_L);
+    return row.turns ? straight + bend_of_plane(path, at.link, p_L) : straight;
+  }
+
   double bend_of(const SlideRow& row, const JointRow& at) noexcept {
-    const MechanismPath& path = arm_.relative.seen_from(at.other, arm_.path);
+    const MechanismPath& path = path_of(at);
     const BodyState state = path.at(at.link, 0.0);
     const Vector3 p_W = row.r + arm_.X_WL[at.link].p;
     const double straight = path.curvature_bound(at.link, state, p_W, row.n);
     if (!row.turns) return straight;
-    const double V = path.speed_bound(at.link, transform(inverse(state.X_WO), p_W));
-    const double T = path.turn_bound(at.link);
-    return straight + ((T * T + path.turn_change_bound(at.link)) + 2.0 * T) * V;
+    return straight + bend_of_plane(path, at.link, transform(inverse(state.X_WO), p_W));
+  }
+
+  /// A plane of the mover's own turns with it. With o the mover's point that is in the obstacle's at p at
+  /// first, T and T' bounds on its turning and V on o's speed:
+  ///   |(n . (p - o))''| <= |n''| |p - o| + 2 |n'| |o'| + |n . o''| <= (T^2 + T') V + 2 T V + |n . o''|.
+  static double bend_of_plane(const MechanismPath& path, std::uint32_t link, const Vector3& p_L) noexcept {
+    const double V = path.speed_bound(link, p_L), T = path.turn_bound(link);
+    return ((T * T + path.turn_change_bound(link)) + 2.0 * T) * V;
   }
 
   MechanismMover& arm_;

@@ -43,6 +43,7 @@ struct ContactWorld::State {
   std::vector<std::uint8_t> has_path;      // by slot: its path may be another than to rest
   std::vector<std::uint32_t> movers;       // roots in motion, by slot
   std::vector<double> stops;               // by slot; a root's
+  std::vector<double> stop_bounds;         // by slot; a root's: it goes no further, within find_pairs
   std::vector<std::uint8_t> in_motion;     // by slot; a root's
   std::vector<std::uint8_t> is_restopped;  // by slot; a root's, within resolve_stops
   std::vector<Pose> from, to;              // by solid
@@ -53,6 +54,7 @@ struct ContactWorld::State {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
   Travels travels;
   std::vector<WatchedPair> watched, watched_before;  // by solids
+  std::vector<std::uint32_t> deferred;               // watched pairs by index, within find_pairs
   bool needs_watch = true;
   std::vector<FramePair> pairs;
   std::vector<ContactState> contacts, contacts_before;
@@ -78,6 +80,10 @@ struct ContactWorld::State {
   }
   std::uint32_t own_index(const SolidPair& pair) const;
   void find_pairs(FrameReport& report);
+  bool is_clear_before(const WatchedPair& watch) const;
+  bool is_clear_to_bounds(const WatchedPair& watch) const;
+  void bound_stops();
+  void take_back_travels(std::uint32_t root);
   bool is_checked(const SolidPair& pair) const;
   FramePair frame_pair(const SolidPair& pair) const;
   void examine(WatchedPair& watch, FrameReport& report);

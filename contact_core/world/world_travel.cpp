@@ -81,6 +81,54 @@ void ContactWorld::State::lay_own_travels(std::uint32_t root) {
     travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]);
 }
 
+/// What a mover does not go: rates are bounded, so that up to s it goes s times as far at most. A sum less
+/// its last term is not below the sum before: see Travels::sum().
+void ContactWorld::State::take_back_travels(std::uint32_t root) {
+  const auto shorten = [&](double& sum, double& last) {
+    const double gone = last * stops[root];
+    sum = (sum - last) + gone;
+    last = gone;
+  };
+  const std::pair<std::uint32_t, std::uint32_t> first{root, 0};
+  for (auto member = std::lower_bound(members.begin(), members.end(), first);
+       member != members.end() && member->first == root; ++member) {
+    const std::uint32_t i = member->second;
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+      shorten(travels.of_solid[solid], travels.last_solid[solid]);
+  }
+  const MechanismMover* mover = mechanism_of(root);
+  if (mover == nullptr) return;
+  const std::size_t links = mover->X_WL.size();
+  for (std::size_t own = mover->first_own; own < mover->first_own + links * links; ++own)
+    shorten(travels.of_own[own], travels.last_own[own]);
+}
+
+/// Clear where it stood before the path that is laid.
+bool ContactWorld::State::is_clear_before(const WatchedPair& watch) const {
+  const SolidPair pair{watch.a, watch.b};
+  return travelled(pair, watch.own) - last_travel(pair, watch.own) <= watch.clear_until;
+}
+
+/// Clear as far as stop_bounds let its movers go.
+bool ContactWorld::State::is_clear_to_bounds(const WatchedPair& watch) const {
+  const double a = stop_bounds[root_of(watch.a)], b = stop_bounds[root_of(watch.b)];
+  const double gone = watch.own != kNotOwn
+                          ? a * travels.last_own[watch.own]
+                          : a * travels.last_solid[watch.a] + b * travels.last_solid[watch.b];
+  const SolidPair pair{watch.a, watch.b};
+  return (travelled(pair, watch.own) - last_travel(pair, watch.own)) + gone <= watch.clear_until;
+}
+
+/// What one mover meets by itself ends its path there, whatever else happens.
+void ContactWorld::State::bound_stops() {
+  std::fill(stop_bounds.begin(), stop_bounds.end(), 1.0);
+  for (const FramePair& pair : pairs) {
+    const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
+    if (!pair.stops_movers() || (a != b && in_motion[a] && in_motion[b])) continue;
+    for (const std::uint32_t root : {a, b}) stop_bounds[root] = std::min(stop_bounds[root], pair.impact.lo);
+  }
+}
+
 std::uint32_t ContactWorld::State::own_index(const SolidPair& pair) const {
   const std::uint32_t a = body_of(pair.a), b = body_of(pair.b);
   if (objects[a].root != objects[b].root || !objects[a].is_link()) return kNotOwn;
