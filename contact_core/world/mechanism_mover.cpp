@@ -49,8 +49,12 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
 }
 
 void MechanismMover::go(std::span<const double> from, std::span<const double> to) noexcept {
-  path.set(path.X_WB(), from, to);
-  relative.forget();
+  // Plans lay the same path more than once.
+  if (!std::equal(from.begin(), from.end(), path.from().begin()) ||
+      !std::equal(to.begin(), to.end(), path.to().begin())) {
+    path.set(path.X_WB(), from, to);
+    relative.forget();
+  }
   is_resting = false;
   double largest = 0.0;
   for (const double q : to) largest = std::max(largest, std::abs(q));

@@ -12,7 +12,7 @@ namespace {
 
 /// Solids may go so many times as far as on the path at hand, and so much of their radius, before the
 /// broadphase is asked again.
-constexpr double kReserveFrames = 16.0;
+constexpr double kReserveFrames = 8.0;
 constexpr double kReserveRadius = 0.125;
 /// And so many times as far as slides ask.
 constexpr double kReserveNeeds = 1.5;
