@@ -50,16 +50,26 @@ bool project_any(const JointVector& goal, std::span<const double> weights, std::
                              : project<kMostSlideJoints>(goal, weights, rows, lift, plan);
 }
 
+/// How far a row is from where it binds.
+double row_left(const JointRow& row, const JointVector& dq, std::size_t size) {
+  double sum = row.slack;
+  for (std::size_t k = 0; k < size; ++k) sum += row.g[k] * dq[k];
+  return sum;
+}
+
 bool project_lifted(const JointVector& goal, std::span<const double> weights, std::span<const JointRow> rows,
                     JointBends& bends, JointSlidePlan& plan) {
-  Lifts lift{}, bend{};
+  Lifts lift{};
   for (int round = 0; round < kLiftRounds; ++round) {
     if (!project_any(goal, weights, rows, lift, plan)) return false;
-    bends.measure(plan.dq, std::span(bend).first(rows.size()));
+    bends.lay(plan.dq);
     bool raised = false;
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double needed = 0.5 * bend[i] - rows[i].room;
-      if (needed <= lift[i]) continue;
+      // A row that would hold when raised changes nothing.
+      const double left = row_left(rows[i], plan.dq, weights.size());
+      if (0.5 * bends.most(i) - rows[i].room <= std::max(lift[i], left)) continue;
+      const double needed = 0.5 * bends.bend(i) - rows[i].room;
+      if (needed <= std::max(lift[i], left)) continue;
       lift[i] = needed;
       raised = true;
     }

@@ -69,8 +69,11 @@ struct JointRow {
 class JointBends {
  public:
   virtual ~JointBends() = default;
-  /// @param bend one a row: bounds |d^2/ds^2| of the row's distance on the path [m].
-  virtual void measure(const JointVector& dq, std::span<double> bend) noexcept = 0;
+  /// The path to q + dq, of which the others speak.
+  virtual void lay(const JointVector& dq) noexcept = 0;
+  /// Bounds |d^2/ds^2| of the row's distance on the path [m]; the first is coarse and costs little.
+  virtual double most(std::size_t row) noexcept = 0;
+  virtual double bend(std::size_t row) noexcept = 0;
 };
 
 struct JointSlidePlan {

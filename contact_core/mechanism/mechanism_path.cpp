@@ -231,29 +231,48 @@ MechanismPath::Acceleration MechanismPath::acceleration_of(std::uint32_t link,
   return out;
 }
 
+/// Bounds |n x turn|.
+double MechanismPath::rate_across(const Section& section, const Vector3& n_W) const noexcept {
+  return std::min(section.turn,
+                  norm(cross(n_W, section.turn_W)) + 0.5 * section.change + section.slack * section.turn);
+}
+
+/// What the vectors and shifts between the base and a section's entry add, term by term inwards.
+double MechanismPath::curvature_inwards(const Section& own, const Vector3& n_W) const noexcept {
+  double sum = 0.0;
+  for (const Section* outer = &own; outer != sections_.data(); outer = &sections_[outer->inner]) {
+    const Section& section = sections_[outer->inner];
+    const double across = rate_across(section, n_W);
+    sum += across * outer->vector_rate + section.change * outer->length;
+    sum += 2.0 * outer->shift_rate * std::min(across, outer->axis_rate) +
+           outer->shift * (across * outer->axis_rate + section.change);
+  }
+  return sum;
+}
+
 double MechanismPath::curvature_bound(std::uint32_t link, const BodyState& state, const Vector3& p_W,
                                       const Vector3& n_W) const noexcept {
-  if (!moves(link)) return 0.0;
-  const Acceleration p = acceleration_of(link, transform(inverse(state.X_WO), p_W));
-  const Section* section = &sections_[section_of_[link]];
-  const double near_half =
-      std::abs(dot(n_W, p.at_half_W)) + 0.5 * p.rates.third + section->slack * p.rates.second;
+  double bound = 0.0;
+  curvature_bounds(link, state, {&p_W, 1}, n_W, {&bound, 1});
+  return bound;
+}
 
-  // Term by term from the point inwards. `across` bounds |n x turn|.
-  double sum = 0.0;
-  double length = norm(p.r_W), rate = p.rates.first - section->entry_rates.first;
-  double shift = 0.0, shift_rate = 0.0, axis_rate = 0.0;
-  for (;;) {
-    const double across = std::min(section->turn, norm(cross(n_W, section->turn_W)) + 0.5 * section->change +
-                                                      section->slack * section->turn);
-    sum += across * rate + section->change * length;
-    sum += 2.0 * shift_rate * std::min(across, axis_rate) + shift * (across * axis_rate + section->change);
-    if (section == sections_.data()) break;
-    length = section->length, rate = section->vector_rate;
-    shift = section->shift, shift_rate = section->shift_rate, axis_rate = section->axis_rate;
-    section = &sections_[section->inner];
+void MechanismPath::curvature_bounds(std::uint32_t link, const BodyState& state,
+                                     std::span<const Vector3> points_W, const Vector3& n_W,
+                                     std::span<double> out) const noexcept {
+  std::fill(out.begin(), out.end(), 0.0);
+  if (!moves(link)) return;
+  const Section& section = sections_[section_of_[link]];
+  const double across = rate_across(section, n_W), inwards = curvature_inwards(section, n_W);
+  const Pose X_LW = inverse(state.X_WO);
+  for (std::size_t i = 0; i < points_W.size(); ++i) {
+    const Acceleration p = acceleration_of(link, transform(X_LW, points_W[i]));
+    const double near_half =
+        std::abs(dot(n_W, p.at_half_W)) + 0.5 * p.rates.third + section.slack * p.rates.second;
+    const double own_rate = p.rates.first - section.entry_rates.first;
+    const double sum = (across * own_rate + section.change * norm(p.r_W)) + inwards;
+    out[i] = std::min(sum, near_half) * kEnlarge;
   }
-  return std::min(sum, near_half) * kEnlarge;
 }
 
 double MechanismPath::speed_bound(std::uint32_t link, const Vector3& p_L) const noexcept {
@@ -261,6 +280,13 @@ double MechanismPath::speed_bound(std::uint32_t link, const Vector3& p_L) const 
   const Section& section = sections_[section_of_[link]];
   const Vector3 r_W = transform(half_[link].X_WO, p_L) - section.entry_W;
   return (section.entry_rates.first + rates_of_vector(section, r_W).first) * kEnlarge;
+}
+
+double MechanismPath::acceleration_bound(std::uint32_t link, const Vector3& p_L) const noexcept {
+  if (!moves(link)) return 0.0;
+  const Section& section = sections_[section_of_[link]];
+  const Vector3 r_W = transform(half_[link].X_WO, p_L) - section.entry_W;
+  return (section.entry_rates.second + rates_of_vector(section, r_W).second) * kEnlarge;
 }
 
 double MechanismPath::turn_bound(std::uint32_t link) const noexcept {

@@ -39,9 +39,14 @@ class MechanismPath final : public MotionPath {
   double curvature_bound(std::uint32_t link, const BodyState& state, const Vector3& p_W,
                          const Vector3& n_W) const noexcept override;
 
+  void curvature_bounds(std::uint32_t link, const BodyState& state, std::span<const Vector3> points_W,
+                        const Vector3& n_W, std::span<double> out) const noexcept override;
+
   /// Bounds over all of [0, 1] on the speed of a point fixed in the link [m], on the link's angular velocity
   /// [rad] and on that one's derivative.
   double speed_bound(std::uint32_t link, const Vector3& p_L) const noexcept;
+  /// On the acceleration of a point fixed in the link, in any direction [m].
+  double acceleration_bound(std::uint32_t link, const Vector3& p_L) const noexcept;
   double turn_bound(std::uint32_t link) const noexcept;
   double turn_change_bound(std::uint32_t link) const noexcept;
 
@@ -89,6 +94,8 @@ class MechanismPath final : public MotionPath {
   void divide_into_sections() noexcept;
   void add_section(const Mechanism::Joint& joint) noexcept;
   void turn_on(Section& section, const Vector3& axis_W, double rate) const noexcept;
+  double rate_across(const Section& section, const Vector3& n_W) const noexcept;
+  double curvature_inwards(const Section& own, const Vector3& n_W) const noexcept;
   Rates rates_of_vector(const Section& section, const Vector3& v_W) const noexcept;
   Acceleration acceleration_of(std::uint32_t link, const Vector3& p_L) const noexcept;
 

@@ -49,18 +49,19 @@ double turning_curvature(const Direction& along, const BodyState& state, const V
 Extent extent_along(const PlacedSolid& placed, const Direction& along) {
   Extent out{};
   const BodyState& state = placed.state;
+  std::array<Vector3, Hexahedron::kVertices> points;
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
     const Vector3 p = placed.vertices.vertex(i);
     out.value[i] = dot(along.n, p);
     if (placed.at_rest && along.is_fixed()) continue;
     out.slope[i] = dot(along.n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
-    if (along.is_fixed()) {
-      out.curvature[i] = placed.moving->path->curvature_bound(placed.moving->body, state, p, along.n);
-      continue;
-    }
+    points[i] = p;
+    if (along.is_fixed()) continue;
     out.slope[i] += dot(cross(along.turn, along.n), p - along.centre) - dot(along.n, along.velocity);
     out.curvature[i] = turning_curvature(along, state, p);
   }
+  if (!placed.at_rest && along.is_fixed())
+    placed.moving->path->curvature_bounds(placed.moving->body, state, points, along.n, out.curvature);
   return out;
 }
 
@@ -95,10 +96,14 @@ Stretch clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const Directio
   return {stretch, true, least};
 }
 
-/// Separation of the two along n, as extents at one s have it.
-double separation_along(const Extent& a, const Extent& b) {
-  return *std::min_element(b.value.begin(), b.value.end()) -
-         *std::max_element(a.value.begin(), a.value.end());
+/// Separation of the two along n as they are placed.
+double separation_along(const PlacedSolid& a, const PlacedSolid& b, const Vector3& n) {
+  double highest = dot(n, a.vertices.vertex(0)), lowest = dot(n, b.vertices.vertex(0));
+  for (int i = 1; i < Hexahedron::kVertices; ++i) {
+    highest = std::max(highest, dot(n, a.vertices.vertex(i)));
+    lowest = std::min(lowest, dot(n, b.vertices.vertex(i)));
+  }
+  return lowest - highest;
 }
 
 /// Steady on its way, or at rest.
@@ -171,7 +176,7 @@ class WidestStretch {
     if (widest_.at_end) return true;
     if (!may_be_fixed && along.is_fixed()) return true;
     along.longest = longest_;
-    const double apart = separation_along(extent_along(a_, along), extent_along(b_, along));
+    const double apart = separation_along(a_, b_, along.n);
     if (apart < std::max(from_afar_, 0.5 * rule_.gap - kSeparationRounding * scale_)) return false;
     const double threshold =
         from_afar_ > 0.0 ? from_afar_ : rule_.threshold(std::min(apart, rule_.gap), scale_);

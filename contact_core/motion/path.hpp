@@ -35,6 +35,11 @@ class MotionPath {
   /// @param n unit, fixed in the world.
   virtual double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& offset_W,
                                  const Vector3& n_W) const noexcept = 0;
+  /// Of several points of the body, which may share terms. @pre as many `out`.
+  virtual void curvature_bounds(std::uint32_t body, const BodyState& state, std::span<const Vector3> points_W,
+                                const Vector3& n_W, std::span<double> out) const noexcept {
+    for (std::size_t i = 0; i < points_W.size(); ++i) out[i] = curvature_bound(body, state, points_W[i], n_W);
+  }
 };
 
 /// A free object's: its origin moves straight, it turns about a fixed axis at a constant rate (lerp and

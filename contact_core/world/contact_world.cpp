@@ -107,7 +107,7 @@ void ContactWorld::prepare() {
   s.layout = std::move(layout);
   const std::size_t slots = s.objects.size(), solids = s.layout.solids.size();
   s.paths.assign(slots, CarriedPath(RigidPath(), s.objects.poses_in_body()));
-  s.stops.assign(slots, 1.0);
+  s.stops.assign(slots, 1.0), s.stop_bounds.assign(slots, 1.0);
   s.in_motion.assign(slots, 0);
   s.is_restopped.assign(slots, 0);
   s.from.resize(solids), s.to.resize(solids), s.bulges.assign(solids, 0.0);

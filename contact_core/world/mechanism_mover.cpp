@@ -24,7 +24,6 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
       path(*mechanism),
       relative(*mechanism),
       frame(*mechanism),
-      X_WL_goal(X_WL.size()),
       radius_of_link(X_WL.size(), 0.0) {
   const std::string label = "mechanism '" + mechanism->name() + "'";
   validate_pose(placement.X_WB, label + ", base");
@@ -50,8 +49,12 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
 }
 
 void MechanismMover::go(std::span<const double> from, std::span<const double> to) noexcept {
-  path.set(path.X_WB(), from, to);
-  relative.forget();
+  // Plans lay the same path more than once.
+  if (!std::equal(from.begin(), from.end(), path.from().begin()) ||
+      !std::equal(to.begin(), to.end(), path.to().begin())) {
+    path.set(path.X_WB(), from, to);
+    relative.forget();
+  }
   is_resting = false;
   double largest = 0.0;
   for (const double q : to) largest = std::max(largest, std::abs(q));

@@ -23,8 +23,7 @@ struct MechanismMover {
   std::uint32_t lead = 0xffffffff;          ///< slot that stands for all
   MechanismPath path;                       ///< of this frame, or sub-step of a slide
   RelativePaths relative;
-  JointFrame frame;             ///< of a slide
-  std::vector<Pose> X_WL_goal;  ///< of a slide, by link
+  JointFrame frame;  ///< of a slide
   bool is_resting = true;
   double shift_limit = -1.0;           ///< no prismatic value has been further from 0, or is told to go [m]
   std::vector<double> radius_of_link;  ///< of all that the link carries, about its origin [m]

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -24,6 +25,9 @@ struct Slider {
   double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]
   bool done = false;
+
+  /// No turn of a rigid body is longer than this for each metre of distance in the metric [rad/m].
+  double turn_rate() const { return 1.0 / std::sqrt(least_inertia(metric.J)); }
 };
 
 /// What a mover did in one part of a frame: the commanded path is part 0, each sub-step of slides another.
@@ -43,9 +47,12 @@ struct SlideState {
   std::vector<std::uint8_t> translation_only;  // by slot
   std::vector<MassMoments> moments;            // by solid, in its object
   std::vector<Slider> sliders;
-  std::vector<std::uint32_t> slider_of;                          // by slot: index into sliders, or kNone
-  std::vector<FramePair> pairs;                                  // all that a slider may meet
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> by_root;  // (slider's slot, index into pairs), sorted
+  std::vector<std::uint32_t> slider_of;  // by slot: index into sliders, or kNone
+  std::vector<FramePair> pairs;          // those of the watched pairs that had to be looked at
+  std::vector<std::uint32_t> met;        // watched pairs of which a slider is part, by index
+  std::vector<std::uint32_t> pair_of;    // by watched pair: index into pairs, or kNone
+  std::vector<std::uint8_t> is_near;     // by watched pair: in `near`, within one plan
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> by_root;  // (slider's slot, watched pair), sorted
   std::vector<NearPair> near;
   std::vector<SlideRow> rows;
   std::vector<JointRow> joint_rows;  // of an arm: rows[i] in its joint values

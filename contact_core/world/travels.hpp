@@ -13,7 +13,9 @@ struct Travels {
   std::vector<double> of_solid;     ///< [m]
   std::vector<double> of_own;       ///< by pair of links [m]
   std::vector<double> solid_limit;  ///< of_solid up to which the watched pairs are all that may come near
-  std::vector<double> last_solid, last_own;  ///< of the path that was laid last [m]; 0: at rest
+  std::vector<double> last_solid, last_own;        ///< of the path that was laid last [m]; 0: at rest
+  std::vector<double> planned_solid, planned_own;  ///< of a path that a slide may take [m]
+  std::vector<double> needed;  ///< how far on slides of rigid bodies ask what is watched [m]
 
   /// Sums above say nothing: the squares of lengths may have overflowed.
   static constexpr double kMost = 0x1p500;

@@ -128,11 +128,26 @@ Impact ContactWorld::State::impact_of(FramePair& pair) {
   return impact;
 }
 
+// Those that may be near at the start come first: where they stop a mover, all others need only be clear up
+// to there.
 void ContactWorld::State::find_pairs(FrameReport& report) {
   if (needs_watch) watch_pairs();
   pairs.clear();
-  for (WatchedPair& watch : watched)
-    if (!(travelled({watch.a, watch.b}, watch.own) <= watch.clear_until)) examine(watch, report);
+  deferred.clear();
+  for (std::uint32_t i = 0; i < watched.size(); ++i) {
+    if (is_clear(watched[i])) continue;
+    if (is_clear_before(watched[i]))
+      deferred.push_back(i);
+    else
+      examine(watched[i], report);
+  }
+  const std::size_t first = pairs.size();
+  bound_stops();
+  for (const std::uint32_t i : deferred)
+    if (!is_clear_to_bounds(watched[i])) examine(watched[i], report);
+  if (first > 0 && first < pairs.size())
+    std::sort(pairs.begin(), pairs.end(),
+              [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; });
 }
 
 bool ContactWorld::State::is_checked(const SolidPair& pair) const {
@@ -234,6 +249,8 @@ void ContactWorld::State::execute() {
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
       from[solid] = compose(objects[slot].X_WO, layout.X_OS[solid]);
   }
+  for (const std::uint32_t root : movers)
+    if (in_motion[root] && stops[root] < 1.0) take_back_travels(root);
 }
 
 }  // namespace touchstone

@@ -11,8 +11,8 @@ namespace {
 
 /// What is planned is executed where it gains this share.
 constexpr double kWorthwhile = 0x1p-30;
-/// Rounding of distances and of poses.
-constexpr double kUp = 1.0 + 0x1p-20;
+/// A plan changes what may come near, and what is near the plan.
+constexpr int kRounds = 2 * kSlidePlaneRounds;
 
 /// By the bounds of the path that a change of joint values makes.
 class ArmBends final : public JointBends {
@@ -20,10 +20,9 @@ class ArmBends final : public JointBends {
   ArmBends(MechanismMover& arm, std::span<const SlideRow> rows, std::span<const JointRow> joint_rows)
       : arm_(arm), rows_(rows), joint_rows_(joint_rows) {}
 
-  void measure(const JointVector& dq, std::span<double> bend) noexcept override {
-    lay_path(arm_, dq);
-    for (std::size_t i = 0; i < bend.size(); ++i) bend[i] = bend_of(rows_[i], joint_rows_[i]);
-  }
+  void lay(const JointVector& dq) noexcept override { lay_path(arm_, dq); }
+  double most(std::size_t row) noexcept override { return most_of(rows_[row], joint_rows_[row]); }
+  double bend(std::size_t row) noexcept override { return bend_of(rows_[row], joint_rows_[row]); }
 
   static void lay_path(MechanismMover& arm, const JointVector& dq) noexcept {
     JointVector to{};
@@ -33,18 +32,30 @@ class ArmBends final : public JointBends {
   }
 
  private:
-  /// A plane of the mover's own turns with it. With o the mover's point that is in the obstacle's at p at
-  /// first, T and T' bounds on its turning and V on o's speed:
-  ///   |(n . (p - o))''| <= |n''| |p - o| + 2 |n'| |o'| + |n . o''| <= (T^2 + T') V + 2 T V + |n . o''|.
+  const MechanismPath& path_of(const JointRow& at) { return arm_.relative.seen_from(at.other, arm_.path); }
+
+  double most_of(const SlideRow& row, const JointRow& at) noexcept {
+    const MechanismPath& path = path_of(at);
+    const Vector3 p_L = rotate(Matrix3(arm_.X_WL[at.link].R.transpose()), row.r);
+    const double straight = path.acceleration_bound(at.link, p_L);
+    return row.turns ? straight + bend_of_plane(path, at.link, p_L) : straight;
+  }
+
   double bend_of(const SlideRow& row, const JointRow& at) noexcept {
-    const MechanismPath& path = arm_.relative.seen_from(at.other, arm_.path);
+    const MechanismPath& path = path_of(at);
     const BodyState state = path.at(at.link, 0.0);
     const Vector3 p_W = row.r + arm_.X_WL[at.link].p;
     const double straight = path.curvature_bound(at.link, state, p_W, row.n);
     if (!row.turns) return straight;
-    const double V = path.speed_bound(at.link, transform(inverse(state.X_WO), p_W));
-    const double T = path.turn_bound(at.link);
-    return straight + ((T * T + path.turn_change_bound(at.link)) + 2.0 * T) * V;
+    return straight + bend_of_plane(path, at.link, transform(inverse(state.X_WO), p_W));
+  }
+
+  /// A plane of the mover's own turns with it. With o the mover's point that is in the obstacle's at p at
+  /// first, T and T' bounds on its turning and V on o's speed:
+  ///   |(n . (p - o))''| <= |n''| |p - o| + 2 |n'| |o'| + |n . o''| <= (T^2 + T') V + 2 T V + |n . o''|.
+  static double bend_of_plane(const MechanismPath& path, std::uint32_t link, const Vector3& p_L) noexcept {
+    const double V = path.speed_bound(link, p_L), T = path.turn_bound(link);
+    return ((T * T + path.turn_change_bound(link)) + 2.0 * T) * V;
   }
 
   MechanismMover& arm_;
@@ -56,23 +67,12 @@ class ArmBends final : public JointBends {
 
 void ContactWorld::State::begin_joint_slide(Slider& slider) {
   MechanismMover& arm = *slider.arm;
-  for (std::uint32_t link = 0; link < arm.X_WL_goal.size(); ++link)
-    arm.X_WL_goal[link] = arm.path.at(link, 1.0).X_WO;
   // No value is ever further from its goal than now in the metric.
   const double distance = distance_of(slider);
   double shift_limit = 0.0;
   for (std::size_t k = 0; k < arm.actual.size(); ++k)
     shift_limit = std::max(shift_limit, std::abs(arm.commanded[k]) + distance / std::sqrt(arm.weights[k]));
   if (shift_limit > arm.shift_limit) arm.frame.set_reaches(arm.shift_limit = 2.0 * shift_limit);
-}
-
-/// Where the solid's sphere can come: around where it is to be.
-void ContactWorld::State::bound_joint_slide(const Slider& slider, std::uint32_t slot, SolidIndex solid) {
-  const MechanismMover& arm = *slider.arm;
-  const std::uint32_t link = objects[objects[slot].body].link;
-  to[solid] = compose(arm.X_WL_goal[link], X_BS[solid]);
-  const double radius = norm(transform(X_BS[solid], layout.solids[solid].bounding_sphere().centre));
-  bulges[solid] = kUp * slider.distance * arm.frame.reach(link, arm.mechanism->base(), radius, arm.weights);
 }
 
 std::uint32_t ContactWorld::State::other_link(const Slider& slider, SolidIndex other) const {
@@ -105,6 +105,19 @@ Twist ContactWorld::State::joint_twist(const Slider& slider, const JointVector& 
                                  near.centre_W);
 }
 
+/// How far the path that is laid takes each solid, for add_pairs_in_way().
+void ContactWorld::State::measure_plan(const Slider& slider) {
+  const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
+  for (auto member = std::lower_bound(members.begin(), members.end(), first);
+       member != members.end() && member->first == slider.root; ++member) {
+    const std::uint32_t i = member->second;
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+      travels.planned_solid[solid] = moves(layout.slots[i]) ? travel_on(*slider.arm, solid) : 0.0;
+  }
+  measure_own_travels(*slider.arm, travels.planned_own);
+}
+
+/// Rows of what the plan could meet only: with the others it would be the same.
 bool ContactWorld::State::plan_joints(Slider& slider) {
   MechanismMover& arm = *slider.arm;
   arm.frame.set(arm.X_WL);
@@ -118,8 +131,10 @@ bool ContactWorld::State::plan_joints(Slider& slider) {
     return plan_joint_slide(goal, arm.weights, slides.joint_rows, bends);
   };
   JointSlidePlan plan = plan_with(false);
-  for (int round = 0; round < kSlidePlaneRounds; ++round) {
-    bool changed = round == 0;
+  for (int round = 0; round < kRounds; ++round) {
+    ArmBends::lay_path(arm, plan.dq);
+    measure_plan(slider);
+    bool changed = add_pairs_in_way(slider) || round == 0;
     for (NearPair& near : slides.near)
       if (!near.is_sure && choose_plane(near, joint_twist(slider, plan.dq, near))) changed = true;
     if (!changed) break;

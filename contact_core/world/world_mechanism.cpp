@@ -183,10 +183,13 @@ void ContactWorld::State::prepare_travels() {
     mover->first_own = own;
     own += static_cast<std::uint32_t>(mover->X_WL.size() * mover->X_WL.size());
   }
-  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.last_solid})
+  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.last_solid,
+                                      &travels.planned_solid, &travels.needed})
     values->assign(solids, 0.0);
-  for (std::vector<double>* values : {&travels.of_own, &travels.last_own}) values->assign(own, 0.0);
+  for (std::vector<double>* values : {&travels.of_own, &travels.last_own, &travels.planned_own})
+    values->assign(own, 0.0);
   watched.reserve(256 + 64 * solids), watched_before.reserve(256 + 64 * solids);
+  deferred.reserve(watched.capacity());
 }
 
 Pose ContactWorld::State::executed_link_pose(std::uint32_t slot, std::size_t part, double s) const {

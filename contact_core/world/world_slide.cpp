@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -23,8 +22,6 @@ constexpr double kLeastShare = 0.125;
 constexpr double kNearEnd = 0.875;
 constexpr int kShortenings = 16;
 constexpr double kShorter = 0.75;
-/// Rounding of distances and of poses.
-constexpr double kUp = 1.0 + 0x1p-20;
 
 Twist twist_to(const Pose& X_WR, const Slider& slider) {
   const BodyState way = RigidPath::between(X_WR, slider.goal).at(0, 0.0);
@@ -36,9 +33,6 @@ double distance_to_goal(const Pose& X_WR, const Slider& slider) {
   const Twist left = twist_to(X_WR, slider);
   return std::sqrt(inner_product(rotated(X_WR.R, slider.metric.J), left, left));
 }
-
-/// No turn of the slider is longer than this for each metre of distance in the metric [rad/m].
-double turn_rate(const Slider& slider) { return 1.0 / std::sqrt(least_inertia(slider.metric.J)); }
 
 /// How fast a slider would come along n if it went straight to its goal.
 double rate_along(const Vector3& n, const Vector3& p_W, const Pose& X_WR, const Slider& slider) {
@@ -76,7 +70,8 @@ void ContactWorld::State::prepare_slides() {
   slides.sliders.clear();
   slides.slider_of.assign(slots, SlideState::kNone);
   slides.pairs.reserve(64 + 16 * solids);
-  slides.by_root.reserve(128 + 32 * solids);
+  slides.met.reserve(watched.capacity()), slides.by_root.reserve(2 * watched.capacity());
+  slides.pair_of.reserve(watched.capacity()), slides.is_near.reserve(watched.capacity());
   slides.near.reserve(64 + 16 * solids);
   slides.rows.reserve(1024 + 8 * solids);
   slides.joint_rows.reserve(mechanisms.size() > 0 ? kMostSlideRows : 0);
@@ -167,124 +162,11 @@ double ContactWorld::State::distance_of(const Slider& slider) const {
   return std::sqrt(joint_product(left, left, slider.arm->weights));
 }
 
-double ContactWorld::State::watched_until(const SolidPair& pair) const {
-  const auto place = std::lower_bound(
-      watched.begin(), watched.end(), pair,
-      [](const WatchedPair& x, const SolidPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
-  return place != watched.end() && place->a == pair.a && place->b == pair.b ? place->clear_until : kNotKnown;
-}
-
-void ContactWorld::State::find_slide_pairs() {
-  // As the distance to the goal never grows, a slider stays within what it is now around its goal.
-  // All others are where they are: what the broadphase knew was where they could be.
-  for (const std::uint32_t i : movable) {
-    const std::uint32_t slot = layout.slots[i];
-    const Slider* slider = slides.find(objects[slot].root);
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
-      bulges[solid] = 0.0;
-      to[solid] = from[solid];
-      if (slider == nullptr) continue;
-      if (slider->arm != nullptr) {
-        bound_joint_slide(*slider, slot, solid);
-        continue;
-      }
-      to[solid] = compose(compose(slider->goal, objects.poses_in_body()[slot]), layout.X_OS[solid]);
-      const Vector3 centre_W = transform(to[solid], layout.solids[solid].bounding_sphere().centre);
-      const double radius = norm(centre_W - transform(slider->goal, slider->metric.centre));
-      const double turn = std::min(2.0, slider->distance * turn_rate(*slider));
-      bulges[solid] = kUp * (slider->distance + turn * radius);
-    }
-  }
-  broadphase->update_paths({to, to, bulges}, movable);
-  slides.pairs.clear();
-  slides.by_root.clear();
-  PairCursor cursor;
-  std::array<SolidPair, 256> block;
-  while (!cursor.done) {
-    const std::size_t count = broadphase->find_pairs(cursor, block);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!is_checked(block[i])) continue;
-      const auto index = static_cast<std::uint32_t>(slides.pairs.size());
-      bool met = false;
-      for (const SolidIndex solid : {block[i].a, block[i].b}) {
-        if (slides.find(root_of(solid)) == nullptr) continue;
-        if (solid == block[i].b && root_of(block[i].a) == root_of(solid)) continue;  // an arm's own
-        slides.by_root.emplace_back(root_of(solid), index);
-        met = true;
-      }
-      if (!met) continue;
-      slides.pairs.push_back(frame_pair(block[i]));
-      slides.pairs.back().clear_until = watched_until(block[i]);
-    }
-  }
-  std::sort(slides.by_root.begin(), slides.by_root.end());
-}
-
-Vector3 ContactWorld::State::slide_centre(const Slider& slider, SolidIndex solid) const {
-  if (slider.arm != nullptr) return slider.arm->X_WL[objects[body_of(solid)].link].p;
-  return transform(objects[slider.root].X_WO, slider.metric.centre);
-}
-
-/// How far a slider's solid can still go, as seen from the other one.
-double ContactWorld::State::slide_reach(const Slider& slider, SolidIndex solid, SolidIndex other) const {
-  const Vector3 centre_W = slide_centre(slider, solid);
-  const Sphere& sphere = layout.solids[solid].bounding_sphere();
-  const double furthest = norm(transform(from[solid], sphere.centre) - centre_W) + sphere.radius;
-  if (slider.arm == nullptr) return kUp * slider.distance * (1.0 + turn_rate(slider) * furthest);
-  return kUp * slider.distance *
-         slider.arm->frame.reach(objects[body_of(solid)].link, other_link(slider, other), furthest,
-                                 slider.arm->weights);
-}
-
 double ContactWorld::State::share_of_pair(const Slider& slider, const Slider& other,
                                           const NearPair& near) const {
   if (slider.arm != nullptr || other.arm != nullptr) return 0.5;
   return share_of(-rate_along(near.n, near.points[0].p_B_W, objects[slider.root].X_WO, slider),
                   rate_along(near.n, near.points[0].p_A_W, objects[other.root].X_WO, other));
-}
-
-void ContactWorld::State::add_near_pair(const Slider& slider, const FramePair& pair, std::uint32_t source) {
-  const auto [mover, obstacle] = mover_first(pair.solids, slider.root);
-  const bool is_b = mover == pair.solids.b;
-  NearPair near;
-  near.centre_W = slide_centre(slider, mover);
-  near.reach = slide_reach(slider, mover, obstacle);
-  const Slider* other = slides.find(root_of(obstacle));
-  if (other != nullptr && other->done) other = nullptr;
-  if (other == &slider) near.reach += slide_reach(slider, obstacle, mover), other = nullptr;
-  const double both = near.reach + (other != nullptr ? slide_reach(*other, obstacle, mover) : 0.0);
-  // At rest it has at least so much left.
-  if (pair.clear_until - travelled(pair.solids, pair.own) > both) return;
-  query->set_pair(pair.solids);
-  PairGeometry geometry{};
-  const PairStatus status =
-      query->manifold(from[pair.solids.a], from[pair.solids.b], both + 2.0 * pair.gap, geometry, near.points);
-  const bool has_geometry =
-      status == PairStatus::separated || status == PairStatus::overlapping || status == PairStatus::undecided;
-  if (!has_geometry || !(geometry.separation < both + 2.0 * pair.gap)) return;
-  near.mover = &layout.solids[mover], near.obstacle = &layout.solids[obstacle];
-  near.X_WM = from[mover], near.X_WB = from[obstacle];
-  near.gap = pair.gap;
-  near.source = source;
-  near.separation = geometry.separation;
-  near.n = is_b ? geometry.n_AB_W : Vector3(-geometry.n_AB_W);
-  near.point_count = geometry.point_count;
-  if (!is_b)
-    for (int i = 0; i < near.point_count; ++i) std::swap(near.points[i].p_A_W, near.points[i].p_B_W);
-  near.share = 1.0;
-  if (other != nullptr) near.share = share_of_pair(slider, *other, near);
-  classify(near);
-  slides.near.push_back(near);
-}
-
-void ContactWorld::State::find_near_pairs(const Slider& slider) {
-  slides.near.clear();
-  const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
-  for (auto entry = std::lower_bound(slides.by_root.begin(), slides.by_root.end(), first);
-       entry != slides.by_root.end() && entry->first == slider.root; ++entry) {
-    const FramePair& pair = slides.pairs[entry->second];
-    if (pair.rule.policy == ContactPolicy::slide) add_near_pair(slider, pair, entry->second);
-  }
 }
 
 /// @param all the rows of pairs that are not sure too.
@@ -349,13 +231,8 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
   }
   if (!any) return false;
   lay_paths();
-  for (FramePair& pair : slides.pairs) {
-    pair.is_settled = false;
-    pair.impact.status = ImpactStatus::clear;
-    if (!in_motion[root_of(pair.solids.a)] && !in_motion[root_of(pair.solids.b)]) continue;
-    pair.impact = impact_of(pair);
-    if (pair.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
-  }
+  if (needs_watch) watch_slide_pairs();
+  find_slide_impacts(report);
   return true;
 }
 
@@ -370,29 +247,6 @@ bool ContactWorld::State::finish_step() {
     rest(slider.root);
   }
   return gained;
-}
-
-void ContactWorld::State::merge_slide_pairs() {
-  const auto by_solids = [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; };
-  const std::size_t known = pairs.size();
-  for (FramePair& met : slides.pairs) {
-    const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
-    const auto place = std::lower_bound(pairs.begin(), end, met, by_solids);
-    double stop = 1.0;
-    for (const SolidIndex solid : {met.solids.a, met.solids.b})
-      if (const Slider* slider = slides.find(root_of(solid))) stop = std::min(stop, slider->stop);
-    if (place != end && place->solids == met.solids) {
-      place->impact.is_far = false;
-      place->impact.lo = std::min(place->impact.lo, stop);
-      if (met.has_blocked && !place->has_blocked) place->blocked_at = stop;
-      place->has_blocked = place->has_blocked || met.has_blocked;
-      continue;
-    }
-    met.impact.is_far = false;
-    met.impact.lo = met.blocked_at = stop;
-    pairs.push_back(met);
-  }
-  std::sort(pairs.begin(), pairs.end(), by_solids);
 }
 
 }  // namespace touchstone

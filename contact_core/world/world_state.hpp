@@ -16,7 +16,8 @@
 namespace touchstone {
 
 /// What a contact world is made of; its functions stand in contact_world.cpp, world_frame.cpp,
-/// world_mechanism.cpp, world_slide.cpp and world_events.cpp.
+/// world_mechanism.cpp, world_travel.cpp, world_slide.cpp, world_slide_pairs.cpp, world_joint_slide.cpp and
+/// world_events.cpp.
 struct ContactWorld::State {
   std::unique_ptr<Narrowphase> narrowphase;
   std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges
@@ -42,6 +43,7 @@ struct ContactWorld::State {
   std::vector<std::uint8_t> has_path;      // by slot: its path may be another than to rest
   std::vector<std::uint32_t> movers;       // roots in motion, by slot
   std::vector<double> stops;               // by slot; a root's
+  std::vector<double> stop_bounds;         // by slot; a root's: it goes no further, within find_pairs
   std::vector<std::uint8_t> in_motion;     // by slot; a root's
   std::vector<std::uint8_t> is_restopped;  // by slot; a root's, within resolve_stops
   std::vector<Pose> from, to;              // by solid
@@ -52,6 +54,7 @@ struct ContactWorld::State {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
   Travels travels;
   std::vector<WatchedPair> watched, watched_before;  // by solids
+  std::vector<std::uint32_t> deferred;               // watched pairs by index, within find_pairs
   bool needs_watch = true;
   std::vector<FramePair> pairs;
   std::vector<ContactState> contacts, contacts_before;
@@ -68,6 +71,8 @@ struct ContactWorld::State {
   void lay_travel(SolidIndex solid, const BodyState& start);
   void lay_own_travels(std::uint32_t root);
   void restart_travels();
+  double travel_on(const MechanismMover& mover, SolidIndex solid) const;
+  void measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const;
   void watch_pairs();
   double travelled(const SolidPair& pair, std::uint32_t own) const {
     return own != kNotOwn ? travels.of_own[own] : travels.of_solid[pair.a] + travels.of_solid[pair.b];
@@ -77,6 +82,10 @@ struct ContactWorld::State {
   }
   std::uint32_t own_index(const SolidPair& pair) const;
   void find_pairs(FrameReport& report);
+  bool is_clear_before(const WatchedPair& watch) const;
+  bool is_clear_to_bounds(const WatchedPair& watch) const;
+  void bound_stops();
+  void take_back_travels(std::uint32_t root);
   bool is_checked(const SolidPair& pair) const;
   FramePair frame_pair(const SolidPair& pair) const;
   void examine(WatchedPair& watch, FrameReport& report);
@@ -125,29 +134,43 @@ struct ContactWorld::State {
   void record_parts(std::uint32_t part);
   bool begin_slides();
   void weigh_sliders();
-  double watched_until(const SolidPair& pair) const;
-  void find_slide_pairs();
   bool plan_slides(FrameReport& report);
   double distance_of(const Slider& slider) const;
-  Vector3 slide_centre(const Slider& slider, SolidIndex solid) const;
-  double slide_reach(const Slider& slider, SolidIndex solid, SolidIndex other) const;
   double share_of_pair(const Slider& slider, const Slider& other, const NearPair& near) const;
   /// The mover's solid, then the obstacle's; of an arm's own pair b counts as the mover's.
   std::pair<SolidIndex, SolidIndex> mover_first(const SolidPair& pair, std::uint32_t root) const {
     return root_of(pair.b) == root ? std::pair{pair.b, pair.a} : std::pair{pair.a, pair.b};
   }
-  void find_near_pairs(const Slider& slider);
   void order_near_rows(bool all);
   void mark_active(std::uint32_t row, double stop);
   RigidPath plan_of(Slider& slider);
-  void add_near_pair(const Slider& slider, const FramePair& pair, std::uint32_t source);
   bool finish_step();
-  void merge_slide_pairs();
   void rest(std::uint32_t root);
+
+  // What slides may meet, in world_slide_pairs.cpp.
+  void find_slide_pairs();
+  void need_watch_of(const Slider& slider);
+  void gather_slide_pairs();
+  void watch_slide_pairs();
+  bool is_clear(const WatchedPair& watch) const {
+    return travelled({watch.a, watch.b}, watch.own) <= watch.clear_until;
+  }
+  std::uint32_t take_in(std::uint32_t watch);
+  void find_slide_impacts(FrameReport& report);
+  Vector3 slide_centre(const Slider& slider, SolidIndex solid) const;
+  double slide_reach(const Slider& slider, SolidIndex solid, SolidIndex other) const;
+  double reach_of_pair(const Slider& slider, const SolidPair& pair);
+  void add_near_pair(const Slider& slider, std::uint32_t source);
+  void find_near_pairs(const Slider& slider);
+  double other_reach(const Slider& slider, const SolidPair& pair);
+  bool stays_apart(std::uint32_t watch, double way);
+  bool add_pairs_in_way(const Slider& slider);
+  bool was_in_contact(const SolidPair& pair) const;
+  void merge_slide_pairs();
 
   // Of mechanisms, in world_joint_slide.cpp.
   void begin_joint_slide(Slider& slider);
-  void bound_joint_slide(const Slider& slider, std::uint32_t slot, SolidIndex solid);
+  void measure_plan(const Slider& slider);
   std::uint32_t other_link(const Slider& slider, SolidIndex other) const;
   Twist joint_twist(const Slider& slider, const JointVector& dq, const NearPair& near) const;
   void add_joint_rows(const Slider& slider);

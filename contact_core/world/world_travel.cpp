@@ -12,8 +12,10 @@ namespace {
 
 /// Solids may go so many times as far as on the path at hand, and so much of their radius, before the
 /// broadphase is asked again.
-constexpr double kReserveFrames = 16.0;
+constexpr double kReserveFrames = 8.0;
 constexpr double kReserveRadius = 0.125;
+/// And so many times as far as slides ask.
+constexpr double kReserveNeeds = 1.5;
 /// Rounding of bounds.
 constexpr double kUp = 1.0 + 0x1p-20;
 
@@ -35,16 +37,12 @@ void ContactWorld::State::lay_travels(std::uint32_t root) {
 
 void ContactWorld::State::lay_travel(SolidIndex solid, const BodyState& start) {
   const Sphere& sphere = layout.solids[solid].bounding_sphere();
-  double travel = 0.0;
   if (const MechanismMover* mover = mechanism_of(layout.slot_of[solid])) {
-    const std::uint32_t link = objects[body_of(solid)].link;
-    travel = mover->path.speed_bound(link, transform(X_BS[solid], sphere.centre)) +
-             mover->path.turn_bound(link) * sphere.radius;
+    travels.last_solid[solid] = travel_on(*mover, solid);
   } else {
     const double arm = norm(transform(from[solid], sphere.centre) - start.centre_W) + sphere.radius;
-    travel = norm(start.velocity_W) + norm(start.angular_velocity_W) * arm;
+    travels.last_solid[solid] = (norm(start.velocity_W) + norm(start.angular_velocity_W) * arm) * kUp;
   }
-  travels.last_solid[solid] = travel * kUp;
   travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
   needs_watch = needs_watch || !(travels.of_solid[solid] <= travels.solid_limit[solid]);
 }
@@ -61,14 +59,20 @@ void ContactWorld::State::restart_travels() {
   needs_watch = true;
 }
 
+double ContactWorld::State::travel_on(const MechanismMover& mover, SolidIndex solid) const {
+  const Sphere& sphere = layout.solids[solid].bounding_sphere();
+  const std::uint32_t link = objects[body_of(solid)].link;
+  return (mover.path.speed_bound(link, transform(X_BS[solid], sphere.centre)) +
+          mover.path.turn_bound(link) * sphere.radius) *
+         kUp;
+}
+
 /// Of two links each joint between them moves the outer one's points about it: by its change times how far
 /// the joint is from the furthest of them, at most.
-void ContactWorld::State::lay_own_travels(std::uint32_t root) {
-  const MechanismMover& mover = *mechanism_of(root);
+void ContactWorld::State::measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const {
   const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
   for (std::uint32_t a = 0; a < links; ++a)
     for (std::uint32_t b = a + 1; b < links; ++b) {
-      const std::uint32_t own = mover.first_own + a * links + b;
       double travel = 0.0;
       for (std::uint32_t k = 0; k < mover.actual.size(); ++k) {
         const int way = mover.frame.sign(k, b, a);
@@ -77,9 +81,64 @@ void ContactWorld::State::lay_own_travels(std::uint32_t root) {
         travel += std::abs(mover.path.to()[k] - mover.path.from()[k]) *
                   mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
       }
-      travels.last_own[own] = travel * kUp;
-      travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]);
+      out[mover.first_own + a * links + b] = travel * kUp;
     }
+}
+
+void ContactWorld::State::lay_own_travels(std::uint32_t root) {
+  const MechanismMover& mover = *mechanism_of(root);
+  measure_own_travels(mover, travels.last_own);
+  const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
+  for (std::uint32_t own = mover.first_own; own < mover.first_own + links * links; ++own)
+    travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]);
+}
+
+/// What a mover does not go: rates are bounded, so that up to s it goes s times as far at most. A sum less
+/// its last term is not below the sum before: see Travels::sum().
+void ContactWorld::State::take_back_travels(std::uint32_t root) {
+  const auto shorten = [&](double& sum, double& last) {
+    const double gone = last * stops[root];
+    sum = (sum - last) + gone;
+    last = gone;
+  };
+  const std::pair<std::uint32_t, std::uint32_t> first{root, 0};
+  for (auto member = std::lower_bound(members.begin(), members.end(), first);
+       member != members.end() && member->first == root; ++member) {
+    const std::uint32_t i = member->second;
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+      shorten(travels.of_solid[solid], travels.last_solid[solid]);
+  }
+  const MechanismMover* mover = mechanism_of(root);
+  if (mover == nullptr) return;
+  const std::size_t links = mover->X_WL.size();
+  for (std::size_t own = mover->first_own; own < mover->first_own + links * links; ++own)
+    shorten(travels.of_own[own], travels.last_own[own]);
+}
+
+/// Clear where it stood before the path that is laid.
+bool ContactWorld::State::is_clear_before(const WatchedPair& watch) const {
+  const SolidPair pair{watch.a, watch.b};
+  return travelled(pair, watch.own) - last_travel(pair, watch.own) <= watch.clear_until;
+}
+
+/// Clear as far as stop_bounds let its movers go.
+bool ContactWorld::State::is_clear_to_bounds(const WatchedPair& watch) const {
+  const double a = stop_bounds[root_of(watch.a)], b = stop_bounds[root_of(watch.b)];
+  const double gone = watch.own != kNotOwn
+                          ? a * travels.last_own[watch.own]
+                          : a * travels.last_solid[watch.a] + b * travels.last_solid[watch.b];
+  const SolidPair pair{watch.a, watch.b};
+  return (travelled(pair, watch.own) - last_travel(pair, watch.own)) + gone <= watch.clear_until;
+}
+
+/// What one mover meets by itself ends its path there, whatever else happens.
+void ContactWorld::State::bound_stops() {
+  std::fill(stop_bounds.begin(), stop_bounds.end(), 1.0);
+  for (const FramePair& pair : pairs) {
+    const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
+    if (!pair.stops_movers() || (a != b && in_motion[a] && in_motion[b])) continue;
+    for (const std::uint32_t root : {a, b}) stop_bounds[root] = std::min(stop_bounds[root], pair.impact.lo);
+  }
 }
 
 std::uint32_t ContactWorld::State::own_index(const SolidPair& pair) const {
@@ -95,7 +154,8 @@ void ContactWorld::State::watch_pairs() {
   for (const std::uint32_t i : movable)
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
       const double radius = layout.solids[solid].bounding_sphere().radius;
-      const double reserve = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
+      const double usual = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
+      const double reserve = std::max(usual, kReserveNeeds * travels.needed[solid]);
       to[solid] = from[solid];
       bulges[solid] = reserve * kUp;
       // The path at hand is counted already, but not gone yet.

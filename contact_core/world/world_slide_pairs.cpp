@@ -1,0 +1,262 @@
+#include <algorithm>
+#include <cmath>
+
+#include "contact_core/world/world_state.hpp"
+
+// Which pairs slides have to look at: those of the watched pairs (world_travel.cpp) that are not known to
+// stay apart. What a plan leaves out stops no motion later than it may: every sub-step's path is checked
+// against all of them.
+
+namespace touchstone {
+namespace {
+
+/// Rounding of distances and of poses.
+constexpr double kUp = 1.0 + 0x1p-20;
+/// Rounds sums of travels down.
+constexpr double kDown = 1.0 - 0x1p-50;
+
+}  // namespace
+
+void ContactWorld::State::find_slide_pairs() {
+  std::fill(travels.needed.begin(), travels.needed.end(), 0.0);
+  for (const Slider& slider : slides.sliders)
+    if (slider.arm == nullptr) need_watch_of(slider);
+  slides.pairs.clear();
+  if (needs_watch) watch_pairs();
+  gather_slide_pairs();
+}
+
+/// A rigid body plans with all that it could reach: as the distance to its goal never grows, it goes no
+/// further than there and beyond by the same.
+void ContactWorld::State::need_watch_of(const Slider& slider) {
+  const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
+  for (auto member = std::lower_bound(members.begin(), members.end(), first);
+       member != members.end() && member->first == slider.root; ++member) {
+    const std::uint32_t i = member->second;
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
+      // watch_pairs() takes the last path, gone by now, from its reserve.
+      const double needed = 2.0 * (slide_reach(slider, solid, solid) + travels.last_solid[solid]);
+      travels.needed[solid] = needed;
+      needs_watch = needs_watch || travels.of_solid[solid] + needed > travels.solid_limit[solid];
+    }
+  }
+}
+
+void ContactWorld::State::gather_slide_pairs() {
+  slides.met.clear(), slides.by_root.clear();
+  slides.pair_of.assign(watched.size(), SlideState::kNone);
+  slides.is_near.assign(watched.size(), 0);
+  for (std::uint32_t i = 0; i < watched.size(); ++i) {
+    const std::uint32_t a = root_of(watched[i].a), b = root_of(watched[i].b);
+    const bool of_a = slides.find(a) != nullptr, of_b = b != a && slides.find(b) != nullptr;
+    if (of_a) slides.by_root.emplace_back(a, i);
+    if (of_b) slides.by_root.emplace_back(b, i);
+    if (of_a || of_b) slides.met.push_back(i);
+  }
+  if (slides.sliders.size() > 1) std::sort(slides.by_root.begin(), slides.by_root.end());
+}
+
+/// Asks the broadphase again within a frame.
+void ContactWorld::State::watch_slide_pairs() {
+  watch_pairs();
+  gather_slide_pairs();
+  for (std::uint32_t i = 0; i < slides.pairs.size(); ++i) {
+    const SolidPair& pair = slides.pairs[i].solids;
+    const auto place = std::lower_bound(
+        watched.begin(), watched.end(), pair,
+        [](const WatchedPair& x, const SolidPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+    if (place != watched.end() && place->a == pair.a && place->b == pair.b)
+      slides.pair_of[static_cast<std::size_t>(place - watched.begin())] = i;
+  }
+}
+
+/// Its index in slides.pairs, or kNone where it is not checked.
+std::uint32_t ContactWorld::State::take_in(std::uint32_t watch) {
+  std::uint32_t& index = slides.pair_of[watch];
+  const SolidPair pair{watched[watch].a, watched[watch].b};
+  if (index == SlideState::kNone && is_checked(pair)) {
+    index = static_cast<std::uint32_t>(slides.pairs.size());
+    slides.pairs.push_back(frame_pair(pair));
+  }
+  return index;
+}
+
+void ContactWorld::State::find_slide_impacts(FrameReport& report) {
+  for (FramePair& pair : slides.pairs) {
+    pair.is_settled = false;
+    pair.impact.status = ImpactStatus::clear;
+  }
+  for (const std::uint32_t watch : slides.met) {
+    if (is_clear(watched[watch])) continue;
+    if (!in_motion[root_of(watched[watch].a)] && !in_motion[root_of(watched[watch].b)]) continue;
+    const std::uint32_t index = take_in(watch);
+    if (index == SlideState::kNone) continue;
+    FramePair& pair = slides.pairs[index];
+    pair.clear_until = watched[watch].clear_until;
+    pair.impact = impact_of(pair);
+    watched[watch].clear_until = pair.clear_until;
+    if (pair.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
+  }
+}
+
+Vector3 ContactWorld::State::slide_centre(const Slider& slider, SolidIndex solid) const {
+  if (slider.arm != nullptr) return slider.arm->X_WL[objects[body_of(solid)].link].p;
+  return transform(objects[slider.root].X_WO, slider.metric.centre);
+}
+
+/// How far a slider's solid can still go, as seen from the other one.
+double ContactWorld::State::slide_reach(const Slider& slider, SolidIndex solid, SolidIndex other) const {
+  const Vector3 centre_W = slide_centre(slider, solid);
+  const Sphere& sphere = layout.solids[solid].bounding_sphere();
+  const double furthest = norm(transform(from[solid], sphere.centre) - centre_W) + sphere.radius;
+  if (slider.arm == nullptr) return kUp * slider.distance * (1.0 + slider.turn_rate() * furthest);
+  return kUp * slider.distance *
+         slider.arm->frame.reach(objects[body_of(solid)].link, other_link(slider, other), furthest,
+                                 slider.arm->weights);
+}
+
+/// How far the solid that is not the slider's can still come; 0: it does not slide, or with the slider.
+double ContactWorld::State::other_reach(const Slider& slider, const SolidPair& pair) {
+  const auto [mover, obstacle] = mover_first(pair, slider.root);
+  const Slider* other = slides.find(root_of(obstacle));
+  if (other == nullptr || other == &slider || other->done) return 0.0;
+  return slide_reach(*other, obstacle, mover);
+}
+
+/// How far the slider's side of a pair can still go.
+double ContactWorld::State::reach_of_pair(const Slider& slider, const SolidPair& pair) {
+  const auto [mover, obstacle] = mover_first(pair, slider.root);
+  double reach = slide_reach(slider, mover, obstacle);
+  if (root_of(obstacle) == slider.root) reach += slide_reach(slider, obstacle, mover);
+  return reach;
+}
+
+void ContactWorld::State::add_near_pair(const Slider& slider, std::uint32_t source) {
+  const FramePair& pair = slides.pairs[source];
+  const auto [mover, obstacle] = mover_first(pair.solids, slider.root);
+  const bool is_b = mover == pair.solids.b;
+  NearPair near;
+  near.centre_W = slide_centre(slider, mover);
+  near.reach = reach_of_pair(slider, pair.solids);
+  const double furthest = near.reach + other_reach(slider, pair.solids) + 2.0 * pair.gap;
+  query->set_pair(pair.solids);
+  PairGeometry geometry{};
+  const PairStatus status =
+      query->manifold(from[pair.solids.a], from[pair.solids.b], furthest, geometry, near.points);
+  const bool has_geometry =
+      status == PairStatus::separated || status == PairStatus::overlapping || status == PairStatus::undecided;
+  if (!has_geometry || !(geometry.separation < furthest)) return;
+  near.mover = &layout.solids[mover], near.obstacle = &layout.solids[obstacle];
+  near.X_WM = from[mover], near.X_WB = from[obstacle];
+  near.gap = pair.gap;
+  near.source = source;
+  near.separation = geometry.separation;
+  near.n = is_b ? geometry.n_AB_W : Vector3(-geometry.n_AB_W);
+  near.point_count = geometry.point_count;
+  if (!is_b)
+    for (int i = 0; i < near.point_count; ++i) std::swap(near.points[i].p_A_W, near.points[i].p_B_W);
+  const Slider* other = slides.find(root_of(obstacle));
+  const bool is_shared = other != nullptr && other != &slider && !other->done;
+  near.share = is_shared ? share_of_pair(slider, *other, near) : 1.0;
+  classify(near);
+  slides.near.push_back(near);
+}
+
+/// Of a rigid body: all that it could reach. Of an arm: all that is not known to be apart.
+void ContactWorld::State::find_near_pairs(const Slider& slider) {
+  slides.near.clear();
+  if (slider.arm != nullptr) {
+    std::fill(slides.is_near.begin(), slides.is_near.end(), std::uint8_t{0});
+    std::fill(travels.planned_solid.begin(), travels.planned_solid.end(), 0.0);
+    std::fill(travels.planned_own.begin(), travels.planned_own.end(), 0.0);
+    add_pairs_in_way(slider);
+    return;
+  }
+  const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
+  for (auto entry = std::lower_bound(slides.by_root.begin(), slides.by_root.end(), first);
+       entry != slides.by_root.end() && entry->first == slider.root; ++entry) {
+    const WatchedPair& watch = watched[entry->second];
+    const SolidPair pair{watch.a, watch.b};
+    // At rest it has at least so much left.
+    const double left = watch.clear_until - travelled(pair, watch.own);
+    if (left > reach_of_pair(slider, pair) + other_reach(slider, pair)) continue;
+    const std::uint32_t source = take_in(entry->second);
+    if (source != SlideState::kNone && slides.pairs[source].rule.policy == ContactPolicy::slide)
+      add_near_pair(slider, source);
+  }
+}
+
+/// Whether a pair that is taken in is further apart than `way` and what is of interest: then this is noted.
+bool ContactWorld::State::stays_apart(std::uint32_t watch, double way) {
+  if (query->judges_poses()) return false;  // what separations say is not what such a backend sees
+  const FramePair& pair = slides.pairs[slides.pair_of[watch]];
+  PairGeometry geometry{};
+  query->set_pair(pair.solids);
+  if (query->separation(from[pair.solids.a], from[pair.solids.b], geometry) != PairStatus::separated)
+    return false;
+  // The gap is far more than separations and sums round.
+  const double room = geometry.separation - pair.interest - pair.gap;
+  if (!(room > 0.0)) return false;
+  double& clear_until = watched[watch].clear_until;
+  clear_until = std::max(clear_until, travelled(pair.solids, pair.own) * kDown + room);
+  return room > way;
+}
+
+/// Takes up what an arm's plan could bring together. @returns whether there is any.
+bool ContactWorld::State::add_pairs_in_way(const Slider& slider) {
+  const std::size_t before = slides.near.size();
+  const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
+  for (auto entry = std::lower_bound(slides.by_root.begin(), slides.by_root.end(), first);
+       entry != slides.by_root.end() && entry->first == slider.root; ++entry) {
+    const WatchedPair& watch = watched[entry->second];
+    const SolidPair pair{watch.a, watch.b};
+    const double planned = watch.own != kNotOwn
+                               ? travels.planned_own[watch.own]
+                               : travels.planned_solid[watch.a] + travels.planned_solid[watch.b];
+    const bool meets_slider = slides.sliders.size() > 1 && other_reach(slider, pair) > 0.0;
+    const double way = meets_slider ? planned + other_reach(slider, pair) : planned;
+    if (travelled(pair, watch.own) + way <= watch.clear_until || slides.is_near[entry->second]) continue;
+    const std::uint32_t source = take_in(entry->second);
+    if (source == SlideState::kNone || stays_apart(entry->second, way)) continue;
+    slides.is_near[entry->second] = 1;
+    if (slides.pairs[source].rule.policy == ContactPolicy::slide) add_near_pair(slider, source);
+  }
+  return slides.near.size() > before;
+}
+
+bool ContactWorld::State::was_in_contact(const SolidPair& pair) const {
+  const auto place = std::lower_bound(contacts.begin(), contacts.end(), pair,
+                                      [](const ContactState& x, const SolidPair& y) { return x.solids < y; });
+  return place != contacts.end() && place->solids == pair;
+}
+
+void ContactWorld::State::merge_slide_pairs() {
+  const auto by_solids = [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; };
+  const std::size_t known = pairs.size();
+  for (std::uint32_t watch = 0; watch < watched.size(); ++watch)
+    if (slides.pair_of[watch] != SlideState::kNone)
+      slides.pairs[slides.pair_of[watch]].clear_until = watched[watch].clear_until;
+  for (FramePair& met : slides.pairs) {
+    const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
+    const auto place = std::lower_bound(pairs.begin(), end, met, by_solids);
+    double stop = 1.0;
+    for (const SolidIndex solid : {met.solids.a, met.solids.b})
+      if (const Slider* slider = slides.find(root_of(solid))) stop = std::min(stop, slider->stop);
+    if (place != end && place->solids == met.solids) {
+      place->impact.is_far = false;
+      place->impact.lo = std::min(place->impact.lo, stop);
+      if (met.has_blocked && !place->has_blocked) place->blocked_at = stop;
+      place->has_blocked = place->has_blocked || met.has_blocked;
+      continue;
+    }
+    // What is known to be further apart than anything of interest has nothing to report.
+    const bool is_apart = travelled(met.solids, met.own) <= met.clear_until;
+    if (is_apart && !met.has_blocked && !was_in_contact(met.solids)) continue;
+    met.impact.is_far = false;
+    met.impact.lo = met.blocked_at = stop;
+    pairs.push_back(met);
+  }
+  std::sort(pairs.begin(), pairs.end(), by_solids);
+}
+
+}  // namespace touchstone
