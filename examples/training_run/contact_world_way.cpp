@@ -1,3 +1,4 @@
+#include "contact_core/output/output_feed.hpp"
 #include "examples/training_run/way.hpp"
 
 namespace touchstone::training {
@@ -18,11 +19,13 @@ class ContactWorldWay final : public Way {
     add_objects();
     exempt_pairs();
     commands_.reserve(setting.script().hands.size());
+    for (const ObjectHandle object : objects_) feed_.show(object);
     world_.prepare();
   }
 
   std::string_view name() const noexcept override { return "contact world"; }
   std::string_view backend() const noexcept override { return backend_; }
+  MotionCheck check() const noexcept override { return world_.capabilities().check; }
 
   void act(const Action& action) override {
     using Kind = OperatorAction::Kind;
@@ -38,13 +41,19 @@ class ContactWorldWay final : public Way {
   void frame(std::span<const Command> commands, FlightLog& log) noexcept override {
     commands_.clear();
     for (const Command& command : commands) commands_.push_back({objects_[command.object], command.path});
-    const FrameReport report = world_.frame(commands_);
+    report_ = world_.frame(commands_);
     for (std::size_t i = 0; i < objects_.size(); ++i) X_WO_[i] = world_.actual_pose(objects_[i]);
-    for (const ContactEvent& event : report.events) log_event(event, log);
-    log.slide_steps.back() = static_cast<std::uint8_t>(report.slide_steps);
-    log.queries += report.queries;
-    log.iteration_limits += report.iteration_limits;
+    for (const ContactEvent& event : report_.events) log_event(event, log);
+    log.slide_steps.back() = static_cast<std::uint8_t>(report_.slide_steps);
+    log.queries += report_.queries;
+    log.iteration_limits += report_.iteration_limits;
     ++frame_;
+  }
+
+  void attach(FrameOutput& output) override { feed_.add_output(output); }
+  void send(double time) noexcept override {
+    report_.frame = frame_;  // poses at the end of that many frames
+    feed_.send(report_, time);
   }
 
   std::span<const Pose> poses() const noexcept override { return X_WO_; }
@@ -90,6 +99,8 @@ class ContactWorldWay final : public Way {
   const Setting* setting_;
   std::string backend_;
   ContactWorld world_;
+  OutputFeed feed_{world_};
+  FrameReport report_;
   Formation formation_;
   std::vector<ObjectHandle> objects_;
   std::vector<std::uint32_t> index_of_slot_;

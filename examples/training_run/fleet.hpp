@@ -10,9 +10,24 @@ namespace touchstone::training {
 struct Fleet {
   std::vector<Pose> X_WO;
   Formation formation;
+  std::vector<FrameOutput*> outputs;
+  std::vector<ShownPose> shown;
+  std::uint64_t frames_sent = 0;
 
   explicit Fleet(const Setting& setting) : formation(setting.object_count()) {
     for (const SceneObject& object : setting.scene().objects) X_WO.push_back(object.X_WO);
+    shown.reserve(X_WO.size());
+  }
+
+  void attach(const Setting& setting, FrameOutput& output) {
+    for (std::uint32_t i = 0; i < X_WO.size(); ++i) output.add_object({{i, 0}, setting.object_name(i)});
+    outputs.push_back(&output);
+  }
+  void send(double time) noexcept {
+    shown.clear();
+    for (std::uint32_t i = 0; i < X_WO.size(); ++i) shown.push_back({{i, 0}, X_WO[i]});
+    for (FrameOutput* output : outputs) output->write({frames_sent, time, shown, {}});
+    ++frames_sent;
   }
 
   void execute(const Command& command) noexcept {

@@ -3,6 +3,7 @@
 #include <time.h>
 
 #include <chrono>
+#include <thread>
 
 #include "examples/measures/allocations.hpp"
 
@@ -32,16 +33,21 @@ bool is_zero(const HandRates& rates) {
 /// One flight's loop. What is timed and counted is step(): control, check and log.
 class Flight {
  public:
-  Flight(const Setting& setting, Way& way, std::span<FrameOutput* const> outputs)
-      : setting_(setting), way_(way), outputs_(outputs), log_(setting), hands_(make_hands(setting)) {
+  Flight(const Setting& setting, Way& way, bool in_real_time)
+      : setting_(setting),
+        way_(way),
+        in_real_time_(in_real_time),
+        log_(setting),
+        hands_(make_hands(setting)) {
     commands_.reserve(hands_.size());
-    for (FrameOutput* output : outputs_) output->on_frame(0, 0.0, way_.poses());
+    way_.send(0.0);
   }
 
   FlightLog take(const comparison::Progress& progress) {
     const std::size_t count = setting_.frame_count();
     for (std::size_t frame = 0; frame < count; ++frame) {
       take_actions(frame);
+      if (in_real_time_) wait_for(frame);
       const auto before = comparison::thread_allocations();
       step(frame);
       const auto after = comparison::thread_allocations();
@@ -65,6 +71,11 @@ class Flight {
     }
   }
 
+  void wait_for(std::size_t frame) const {
+    const std::chrono::duration<double> due(setting_.time(frame));
+    std::this_thread::sleep_until(start_ + std::chrono::duration_cast<Clock::duration>(due));
+  }
+
   void step(std::size_t frame) noexcept {
     const double duration = setting_.time(frame + 1) - setting_.time(frame);
     log_.slide_steps.push_back(0);
@@ -80,7 +91,7 @@ class Flight {
     log_.frame_cpu_ns.push_back(thread_ns() - cpu_start);
     log_.X_WO.insert(log_.X_WO.end(), way_.poses().begin(), way_.poses().end());
     ++log_.frames;
-    for (FrameOutput* output : outputs_) output->on_frame(frame + 1, setting_.time(frame + 1), way_.poses());
+    way_.send(setting_.time(frame + 1));
   }
 
   void command(std::size_t frame, double duration) noexcept {
@@ -97,7 +108,8 @@ class Flight {
 
   const Setting& setting_;
   Way& way_;
-  std::span<FrameOutput* const> outputs_;
+  bool in_real_time_;
+  Clock::time_point start_ = Clock::now();
   FlightLog log_;
   std::vector<std::unique_ptr<Hand>> hands_;
   std::vector<char> is_flying_ = std::vector<char>(hands_.size(), 0);
@@ -107,9 +119,8 @@ class Flight {
 
 }  // namespace
 
-FlightLog fly(const Setting& setting, Way& way, std::span<FrameOutput* const> outputs,
-              const comparison::Progress& progress) {
-  return Flight(setting, way, outputs).take(progress);
+FlightLog fly(const Setting& setting, Way& way, bool in_real_time, const comparison::Progress& progress) {
+  return Flight(setting, way, in_real_time).take(progress);
 }
 
 }  // namespace touchstone::training

@@ -89,6 +89,8 @@ class LateReportWay final : public Way {
     image_generator_.show(frame_, fleet_);
   }
 
+  void attach(FrameOutput& output) override { fleet_.attach(*setting_, output); }
+  void send(double time) noexcept override { fleet_.send(time); }
   std::span<const Pose> poses() const noexcept override { return fleet_.X_WO; }
   const Formation& formation() const noexcept override { return fleet_.formation; }
 

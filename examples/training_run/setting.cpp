@@ -7,6 +7,20 @@ namespace {
 
 constexpr std::uint64_t kMostFrames = 1'000'000;
 
+/// Latches of the scene become actions at its start: a script may release what they carry. The pairs that
+/// they allow stay exempt.
+Script with_latches_as_actions(Script script) {
+  std::vector<OperatorAction> actions;
+  for (const SceneLatch& latch : script.scene.latches) {
+    actions.push_back({OperatorAction::Kind::latch, 0.0, latch.carried, latch.carrier});
+    auto& exempt = script.scene.exempt_pairs;
+    exempt.insert(exempt.end(), latch.allowed.begin(), latch.allowed.end());
+  }
+  script.scene.latches.clear();
+  script.actions.insert(script.actions.begin(), actions.begin(), actions.end());
+  return script;
+}
+
 Script with_rate(Script script, double frame_rate) {
   if (frame_rate == 0.0) return script;
   if (!(frame_rate >= kLowestFrameRate && frame_rate <= kHighestFrameRate))
@@ -18,7 +32,7 @@ Script with_rate(Script script, double frame_rate) {
 }  // namespace
 
 Setting::Setting(Script script, double frame_rate)
-    : script_(with_rate(std::move(script), frame_rate)), instance_(script_.scene) {
+    : script_(with_latches_as_actions(with_rate(std::move(script), frame_rate))), instance_(script_.scene) {
   if (!(scene().duration * scene().frame_rate <= static_cast<double>(kMostFrames)))
     throw InputError("script '" + script_.name + "': more than 1 000 000 frames");
   may_move_.assign(object_count(), 0);

@@ -38,6 +38,7 @@ class Setting {
   /// Flown by a hand, or latched to something at some time.
   bool may_move(std::uint32_t object) const { return may_move_[object]; }
   std::uint32_t object_of_hand(std::size_t hand) const { return object_of_hand_[hand]; }
+  /// By time; the scene's own latches first.
   std::span<const Action> actions() const { return actions_; }
   /// Every pair of solids that is checked, but for those of two objects that never move.
   std::span<const SolidPair> pairs() const { return pairs_; }

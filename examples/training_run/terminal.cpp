@@ -21,7 +21,9 @@ std::string length_m(double length) {
 }
 
 std::string label(const WayResult& way) {
-  return way.backend == "-" ? way.way : way.way + ", " + way.backend;
+  if (way.backend == "-") return way.way;
+  if (way.way != "contact world") return way.way + ", " + way.backend;
+  return "world, " + way.backend + (way.check == MotionCheck::sampled ? " (sampled)" : "");
 }
 
 /// Stops of one time, between the same two objects, are one line.
@@ -69,6 +71,18 @@ std::string arm_text(const WayResult& way) {
   return text;
 }
 
+/// Of receivers that lost something.
+std::string losses_text(const WayResult& way) {
+  std::string text;
+  for (const OutputFigures& output : way.outputs) {
+    if (output.status.dropped > 0 || output.status.errors > 0)
+      text += fmt::format("    {}: {} of {} frames lost, {} errors\n", output.receiver, output.status.dropped,
+                          output.status.offered, output.status.errors);
+    if (!output.error.empty()) text += fmt::format("    {}: {}\n", output.receiver, output.error);
+  }
+  return text;
+}
+
 void add_row(const WayResult& way, TextTable& table) {
   if (!way.not_flown.empty()) return;
   const Verdict& v = way.verdict;
@@ -98,7 +112,7 @@ std::string terminal_text(const ScriptResult& result) {
       text += fmt::format("  {}: not flown: {}\n", label(way), way.not_flown);
       continue;
     }
-    const std::string lines = stops_text(result, way) + arm_text(way);
+    const std::string lines = stops_text(result, way) + arm_text(way) + losses_text(way);
     if (!lines.empty()) text += "  " + label(way) + "\n" + lines;
   }
   return text;

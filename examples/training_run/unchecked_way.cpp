@@ -6,7 +6,7 @@ namespace {
 
 class UncheckedWay final : public Way {
  public:
-  explicit UncheckedWay(const Setting& setting) : fleet_(setting) {}
+  explicit UncheckedWay(const Setting& setting) : setting_(&setting), fleet_(setting) {}
 
   std::string_view name() const noexcept override { return "no check"; }
   std::string_view backend() const noexcept override { return "-"; }
@@ -14,10 +14,13 @@ class UncheckedWay final : public Way {
   void frame(std::span<const Command> commands, FlightLog&) noexcept override {
     for (const Command& command : commands) fleet_.execute(command);
   }
+  void attach(FrameOutput& output) override { fleet_.attach(*setting_, output); }
+  void send(double time) noexcept override { fleet_.send(time); }
   std::span<const Pose> poses() const noexcept override { return fleet_.X_WO; }
   const Formation& formation() const noexcept override { return fleet_.formation; }
 
  private:
+  const Setting* setting_;
   Fleet fleet_;
 };
 
