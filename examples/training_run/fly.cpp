@@ -12,11 +12,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::vector<std::unique_ptr<Hand>> make_hands(const Setting& setting) {
-  std::vector<std::unique_ptr<Hand>> hands;
-  for (std::size_t i = 0; i < setting.script().hands.size(); ++i)
-    hands.push_back(
-        make_hand(setting.script().hands[i], setting.scene().objects[setting.object_of_hand(i)].X_WO));
+/// By hand; null: it flies a free object.
+std::vector<std::unique_ptr<ArmHand>> make_arm_hands(const Setting& setting) {
+  std::vector<std::unique_ptr<ArmHand>> hands(setting.script().hands.size());
+  for (const Arm& arm : setting.arms()) hands[arm.hand] = std::make_unique<ArmHand>(arm);
   return hands;
 }
 
@@ -38,8 +37,9 @@ class Flight {
         way_(way),
         in_real_time_(in_real_time),
         log_(setting),
-        hands_(make_hands(setting)) {
+        hands_(make_arm_hands(setting)) {
     commands_.reserve(hands_.size());
+    arm_commands_.reserve(setting.arms().size());
     way_.send(0.0);
   }
 
@@ -57,7 +57,7 @@ class Flight {
         log_.allocations.reset();
       if (progress) progress(static_cast<double>(frame + 1) / static_cast<double>(count));
     }
-    for (const auto& hand : hands_) log_.hand_figures.push_back(hand->figures());
+    for (const auto& hand : hands_) log_.hand_figures.push_back(hand ? hand->figures() : HandFigures{});
     return std::move(log_);
   }
 
@@ -83,27 +83,39 @@ class Flight {
     const double cpu_start = thread_ns();
     const Clock::time_point start = Clock::now();
     command(frame, duration);
-    way_.frame(commands_, log_);
-    for (std::size_t i = 0; i < hands_.size(); ++i)
-      if (is_flying_[i]) hands_[i]->follow(way_.poses()[setting_.object_of_hand(i)], duration);
+    way_.frame(commands_, arm_commands_, log_);
     const std::chrono::duration<double, std::nano> elapsed = Clock::now() - start;
     log_.frame_ns.push_back(elapsed.count());
     log_.frame_cpu_ns.push_back(thread_ns() - cpu_start);
     log_.X_WO.insert(log_.X_WO.end(), way_.poses().begin(), way_.poses().end());
+    log_.joints.insert(log_.joints.end(), way_.joints().begin(), way_.joints().end());
     ++log_.frames;
     way_.send(setting_.time(frame + 1));
   }
 
   void command(std::size_t frame, double duration) noexcept {
     commands_.clear();
+    arm_commands_.clear();
     for (std::size_t i = 0; i < hands_.size(); ++i) {
+      if (hands_[i]) continue;
       const std::uint32_t object = setting_.object_of_hand(i);
       const Pose& X_WO = way_.poses()[object];
       const HandRates rates = setting_.rates(i, frame);
-      is_flying_[i] = !is_zero(rates) && way_.formation().carrier[object] == kNone;
-      if (is_flying_[i]) commands_.push_back({object, hands_[i]->command(X_WO, rates, duration)});
-      log_.paths[frame * hands_.size() + i] = is_flying_[i] ? commands_.back().path : RigidPath(X_WO);
+      const bool is_flying = !is_zero(rates) && way_.formation().carrier[object] == kNone;
+      if (is_flying) commands_.push_back({object, flown(X_WO, rates, duration)});
+      log_.paths[frame * hands_.size() + i] = is_flying ? commands_.back().path : RigidPath(X_WO);
     }
+    log_.joint_goals.insert(log_.joint_goals.end(), way_.joints().begin(), way_.joints().end());
+    for (const Arm& arm : setting_.arms()) command(arm, frame, duration);
+  }
+
+  void command(const Arm& arm, std::size_t frame, double duration) noexcept {
+    const HandRates rates = setting_.rates(arm.hand, frame);
+    if (is_zero(rates)) return;
+    const std::span<double> goals =
+        std::span(log_.joint_goals).subspan(frame * log_.values + arm.first_value, arm.joints.size());
+    hands_[arm.hand]->command(way_.joints().subspan(arm.first_value, goals.size()), rates, duration, goals);
+    arm_commands_.push_back({&arm, goals});
   }
 
   const Setting& setting_;
@@ -111,9 +123,9 @@ class Flight {
   bool in_real_time_;
   Clock::time_point start_ = Clock::now();
   FlightLog log_;
-  std::vector<std::unique_ptr<Hand>> hands_;
-  std::vector<char> is_flying_ = std::vector<char>(hands_.size(), 0);
+  std::vector<std::unique_ptr<ArmHand>> hands_;
   std::vector<Command> commands_;
+  std::vector<ArmCommand> arm_commands_;
   std::size_t next_action_ = 0;
 };
 

@@ -19,6 +19,12 @@ struct Command {
   RigidPath path;        ///< from its actual pose
 };
 
+/// Where an arm's joints are told to go in a frame, evenly from where they are.
+struct ArmCommand {
+  const Arm* arm;
+  std::span<const double> values;
+};
+
 /// A way to answer commands: what is shown at a frame's end.
 class Way {
  public:
@@ -30,13 +36,16 @@ class Way {
   /// Between frames; may allocate.
   virtual void act(const Action& action) = 0;
   /// Moves what may move and adds events to the log. No allocation.
-  virtual void frame(std::span<const Command> commands, FlightLog& log) noexcept = 0;
+  virtual void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
+                     FlightLog& log) noexcept = 0;
   /// Set-up. @throws InputError as FrameOutput::add_object.
   virtual void attach(FrameOutput& output) = 0;
   /// Brings what is shown now to the outputs; 0 frames have been flown at the start. No allocation.
   virtual void send(double time) noexcept = 0;
   /// Actual poses of all objects.
   virtual std::span<const Pose> poses() const noexcept = 0;
+  /// Of all arms, actual.
+  virtual std::span<const double> joints() const noexcept = 0;
   virtual const Formation& formation() const noexcept = 0;
 };
 
