@@ -66,7 +66,7 @@ std::string arm_text(const WayResult& way) {
   std::string text;
   for (const HandFigures& hand : way.hands)
     if (hand.is_arm)
-      text += fmt::format("    arm: {} frames at a joint's limit, {} damped, joints follow a stop to {} m\n",
+      text += fmt::format("    arm: {} frames at a joint's limit, {} damped, {} m off where the hand asked\n",
                           hand.limited_frames, hand.damped_frames, length_m(hand.largest_residual));
   return text;
 }
