@@ -41,8 +41,16 @@ std::string read_object(const YamlReader& reader, const Scene& scene) {
   reader.fail("the scene has no object '" + name + "'");
 }
 
+void leave_out(const YamlReader& list, Scene& scene) {
+  for (const YamlReader& item : list.list()) {
+    const std::string name = read_object(item, scene);
+    std::erase_if(scene.objects, [&](const SceneObject& object) { return object.tree.name() == name; });
+  }
+  validate(scene);  // something else may have named it
+}
+
 Scene read_scene(const YamlReader& reader, const std::filesystem::path& script) {
-  reader.require_keys({"file", "parameters"});
+  reader.require_keys({"file", "parameters", "without"});
   SceneParameters parameters;
   if (reader.has("parameters")) {
     const YamlReader list = reader.at("parameters");
@@ -52,7 +60,9 @@ Scene read_scene(const YamlReader& reader, const std::filesystem::path& script) 
   }
   const YamlReader file = reader.at("file");
   try {
-    return load_scene(script.parent_path() / file.text(), parameters);
+    Scene scene = load_scene(script.parent_path() / file.text(), parameters);
+    if (reader.has("without")) leave_out(reader.at("without"), scene);
+    return scene;
   } catch (const InputError& error) {
     file.fail(error.what());
   }
@@ -93,27 +103,32 @@ HandRates read_rates(const YamlReader& item) {
 }
 
 ArmScript read_arm(const YamlReader& reader) {
-  reader.require_keys({"model", "link", "joints", "grip"});
+  reader.require_keys({"model", "link", "joints", "pose"});
   ArmScript arm;
   arm.model = reader.at("model").text();
   arm.link = reader.at("link").text();
   for (const YamlReader& joint : reader.at("joints").list()) arm.joints.push_back(joint.angle());
-  const YamlReader grip = reader.at("grip");
-  grip.require_keys({"position", "rpy"});
+  const YamlReader pose = reader.at("pose");
+  pose.require_keys({"position", "rpy"});
   Vector6 position = Vector6::Zero();
-  if (grip.has("position")) position.head<3>() = grip.at("position").length3();
-  if (grip.has("rpy")) position.tail<3>() = grip.at("rpy").vector3() * reader.source().radians_per_angle;
-  arm.X_OL = pose_from_position_vector(position);
+  if (pose.has("position")) position.head<3>() = pose.at("position").length3();
+  if (pose.has("rpy")) position.tail<3>() = pose.at("rpy").vector3() * reader.source().radians_per_angle;
+  arm.X_WL = pose_from_position_vector(position);
   return arm;
 }
 
 HandScript read_hand(const YamlReader& item, const Script& script) {
   item.require_keys({"object", "rates", "arm"});
   HandScript hand;
-  hand.object = read_object(item.at("object"), script.scene);
+  if (item.has("object") == item.has("arm")) item.fail("expected one of object, arm");
+  if (item.has("object"))
+    hand.object = read_object(item.at("object"), script.scene);
+  else
+    hand.arm = read_arm(item.at("arm"));
   for (const HandScript& other : script.hands)
-    if (other.object == hand.object) item.at("object").fail("two hands fly '" + hand.object + "'");
-  const YamlReader here = item.within("hand on '" + hand.object + "'");
+    if (hand.arm ? other.arm && other.arm->model == hand.arm->model : other.object == hand.object)
+      item.fail("two hands fly '" + (hand.arm ? hand.arm->model : hand.object) + "'");
+  const YamlReader here = item.within("hand on '" + (hand.arm ? hand.arm->model : hand.object) + "'");
   const YamlReader list = here.at("rates");
   for (const YamlReader& row : list.list()) {
     hand.rates.push_back(read_rates(row));
@@ -122,7 +137,6 @@ HandScript read_hand(const YamlReader& item, const Script& script) {
       row.at("time").fail("is not after the row before");
   }
   if (hand.rates.empty()) list.fail("expected at least one row");
-  if (here.has("arm")) hand.arm = read_arm(here.at("arm"));
   return hand;
 }
 

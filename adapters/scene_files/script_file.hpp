@@ -20,19 +20,19 @@ struct HandRates {
   } mode = Mode::world;
 };
 
-/// The arm that holds an object which is flown by resolved rates.
+/// An arm in the scene, one of whose links is flown by resolved rates.
 struct ArmScript {
   std::string model;           ///< the name of an arm that the program has
-  std::string link;            ///< that holds the object
+  std::string link;            ///< that is flown
   std::vector<double> joints;  ///< values at the start [rad or m]
-  Pose X_OL;  ///< of the link in the object's frame; the arm's base stands where that puts it
+  Pose X_WL;                   ///< of the link at the start; the arm's base stands where that puts it
 };
 
-/// One hand on one object.
+/// One hand on one object or arm.
 struct HandScript {
-  std::string object;
+  std::string object;            ///< empty: it flies the arm
   std::vector<HandRates> rates;  ///< by time, at least one; before the first all are 0
-  std::optional<ArmScript> arm;
+  std::optional<ArmScript> arm;  ///< exactly where there is no object
 };
 
 /// What the operator does besides flying; in force from the first frame on that starts at `time` or later.

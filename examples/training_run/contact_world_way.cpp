@@ -1,3 +1,6 @@
+#include <algorithm>
+
+#include "contact_core/output/output_feed.hpp"
 #include "examples/training_run/way.hpp"
 
 namespace touchstone::training {
@@ -18,11 +21,16 @@ class ContactWorldWay final : public Way {
     add_objects();
     exempt_pairs();
     commands_.reserve(setting.script().hands.size());
+    joint_commands_.reserve(setting.arms().size());
+    joints_.resize(setting.value_count());
+    for (const Arm& arm : setting.arms()) take_joints(arm);
+    for (const ObjectHandle object : objects_) feed_.show(object);
     world_.prepare();
   }
 
   std::string_view name() const noexcept override { return "contact world"; }
   std::string_view backend() const noexcept override { return backend_; }
+  MotionCheck check() const noexcept override { return world_.capabilities().check; }
 
   void act(const Action& action) override {
     using Kind = OperatorAction::Kind;
@@ -35,28 +43,58 @@ class ContactWorldWay final : public Way {
     world_.prepare();
   }
 
-  void frame(std::span<const Command> commands, FlightLog& log) noexcept override {
+  void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
+             FlightLog& log) noexcept override {
     commands_.clear();
     for (const Command& command : commands) commands_.push_back({objects_[command.object], command.path});
-    const FrameReport report = world_.frame(commands_);
+    joint_commands_.clear();
+    for (const ArmCommand& command : arm_commands)
+      joint_commands_.push_back({mechanisms_[index_of(*command.arm)], command.values});
+    report_ = world_.frame(commands_, joint_commands_);
+    for (const Arm& arm : setting_->arms()) take_joints(arm);
     for (std::size_t i = 0; i < objects_.size(); ++i) X_WO_[i] = world_.actual_pose(objects_[i]);
-    for (const ContactEvent& event : report.events) log_event(event, log);
-    log.slide_steps.back() = static_cast<std::uint8_t>(report.slide_steps);
-    log.queries += report.queries;
-    log.iteration_limits += report.iteration_limits;
+    for (const ContactEvent& event : report_.events) log_event(event, log);
+    log.slide_steps.back() = static_cast<std::uint8_t>(report_.slide_steps);
+    log.queries += report_.queries;
+    log.iteration_limits += report_.iteration_limits;
     ++frame_;
   }
 
+  void attach(FrameOutput& output) override { feed_.add_output(output); }
+  void send(double time) noexcept override {
+    report_.frame = frame_;  // poses at the end of that many frames
+    feed_.send(report_, time);
+  }
+
   std::span<const Pose> poses() const noexcept override { return X_WO_; }
+  std::span<const double> joints() const noexcept override { return joints_; }
   const Formation& formation() const noexcept override { return formation_; }
 
  private:
+  std::size_t index_of(const Arm& arm) const noexcept {
+    return static_cast<std::size_t>(&arm - setting_->arms().data());
+  }
+
+  void take_joints(const Arm& arm) noexcept {
+    const std::span<const double> values = world_.joint_values(mechanisms_[index_of(arm)]);
+    std::copy(values.begin(), values.end(), joints_.begin() + static_cast<std::ptrdiff_t>(arm.first_value));
+  }
+
+  ObjectHandle add_link(const Arm& arm, std::uint32_t object) {
+    if (object == arm.first_object)
+      mechanisms_.push_back(world_.add_mechanism({arm.mechanism, arm.X_WB, arm.joints, {}, {}}));
+    const std::uint32_t link = arm.link_of_object[object - arm.first_object];
+    return world_.link(mechanisms_.back(), arm.mechanism->links()[link].name);
+  }
+
   void add_objects() {
     for (std::uint32_t i = 0; i < setting_->object_count(); ++i) {
       const SceneObject& object = setting_->scene().objects[i];
       // The setting outlives this, so the world's share of the tree owns nothing.
       const std::shared_ptr<const HexahedronTree> tree(std::shared_ptr<void>(), &object.tree);
-      objects_.push_back(world_.add({tree, object.X_WO, !setting_->may_move(i), object.groups}));
+      const Arm* arm = setting_->arm_of(i);
+      objects_.push_back(arm ? add_link(*arm, i)
+                             : world_.add({tree, object.X_WO, !setting_->may_move(i), object.groups}));
       if (index_of_slot_.size() <= objects_[i].slot) index_of_slot_.resize(objects_[i].slot + 1);
       index_of_slot_[objects_[i].slot] = i;
       X_WO_.push_back(object.X_WO);
@@ -80,7 +118,7 @@ class ContactWorldWay final : public Way {
 
   void log_event(const ContactEvent& event, FlightLog& log) const noexcept {
     LoggedEvent logged{frame_, event.kind, {0, 0}, event.s, event.geometry.separation};
-    if (event.kind != EventKind::refused) {
+    if (event.kind != EventKind::refused && event.kind != EventKind::at_limit) {
       logged.solids = {solid_in_scene(event.a, event.solids.a), solid_in_scene(event.b, event.solids.b)};
       if (logged.solids.b < logged.solids.a) std::swap(logged.solids.a, logged.solids.b);
     }
@@ -90,11 +128,16 @@ class ContactWorldWay final : public Way {
   const Setting* setting_;
   std::string backend_;
   ContactWorld world_;
+  OutputFeed feed_{world_};
+  FrameReport report_;
   Formation formation_;
   std::vector<ObjectHandle> objects_;
   std::vector<std::uint32_t> index_of_slot_;
   std::vector<Pose> X_WO_;
   std::vector<MotionCommand> commands_;
+  std::vector<MechanismHandle> mechanisms_;  // by arm
+  std::vector<JointCommand> joint_commands_;
+  std::vector<double> joints_;  // of all arms
   std::uint32_t frame_ = 0;
 };
 

@@ -13,7 +13,7 @@ namespace touchstone::training {
 struct LoggedEvent {
   std::uint32_t frame;
   EventKind kind;
-  SolidPair solids;   ///< indices in the scene, a < b; {0, 0} for `refused`
+  SolidPair solids;   ///< indices in the scene, a < b; {0, 0} for `refused` and `at_limit`
   double s;           ///< within the frame
   double separation;  ///< as the way that reports it knows it; NaN where it does not [m]
 };
@@ -23,9 +23,12 @@ struct FlightLog {
   explicit FlightLog(const Setting& setting);
 
   std::size_t objects, hands;
+  std::size_t values;                    ///< joint values of all arms
   std::size_t frames = 0;                ///< flown
   std::vector<Pose> X_WO;                ///< by frame and object, the start first: what was shown
   std::vector<RigidPath> paths;          ///< by frame and hand: what was commanded; at rest where nothing was
+  std::vector<double> joints;            ///< by frame and value, the start first: as shown
+  std::vector<double> joint_goals;       ///< by frame and value: as commanded
   std::vector<Formation> formations;     ///< one after each change
   std::vector<std::uint32_t> formation;  ///< by frame: its index
   std::vector<std::uint8_t> slide_steps;  ///< by frame
@@ -41,6 +44,12 @@ struct FlightLog {
     return std::span(X_WO).subspan(frame * objects, objects);
   }
   const RigidPath& path(std::size_t frame, std::size_t hand) const { return paths[frame * hands + hand]; }
+  std::span<const double> shown_joints(std::size_t frame) const {
+    return std::span(joints).subspan(frame * values, values);
+  }
+  std::span<const double> goals(std::size_t frame) const {
+    return std::span(joint_goals).subspan(frame * values, values);
+  }
   void add(const LoggedEvent& event) noexcept;
 };
 

@@ -3,6 +3,7 @@
 #include <time.h>
 
 #include <chrono>
+#include <thread>
 
 #include "examples/measures/allocations.hpp"
 
@@ -11,11 +12,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::vector<std::unique_ptr<Hand>> make_hands(const Setting& setting) {
-  std::vector<std::unique_ptr<Hand>> hands;
-  for (std::size_t i = 0; i < setting.script().hands.size(); ++i)
-    hands.push_back(
-        make_hand(setting.script().hands[i], setting.scene().objects[setting.object_of_hand(i)].X_WO));
+/// By hand; null: it flies a free object.
+std::vector<std::unique_ptr<ArmHand>> make_arm_hands(const Setting& setting) {
+  std::vector<std::unique_ptr<ArmHand>> hands(setting.script().hands.size());
+  for (const Arm& arm : setting.arms()) hands[arm.hand] = std::make_unique<ArmHand>(arm);
   return hands;
 }
 
@@ -32,16 +32,22 @@ bool is_zero(const HandRates& rates) {
 /// One flight's loop. What is timed and counted is step(): control, check and log.
 class Flight {
  public:
-  Flight(const Setting& setting, Way& way, std::span<FrameOutput* const> outputs)
-      : setting_(setting), way_(way), outputs_(outputs), log_(setting), hands_(make_hands(setting)) {
+  Flight(const Setting& setting, Way& way, bool in_real_time)
+      : setting_(setting),
+        way_(way),
+        in_real_time_(in_real_time),
+        log_(setting),
+        hands_(make_arm_hands(setting)) {
     commands_.reserve(hands_.size());
-    for (FrameOutput* output : outputs_) output->on_frame(0, 0.0, way_.poses());
+    arm_commands_.reserve(setting.arms().size());
+    way_.send(0.0);
   }
 
   FlightLog take(const comparison::Progress& progress) {
     const std::size_t count = setting_.frame_count();
     for (std::size_t frame = 0; frame < count; ++frame) {
       take_actions(frame);
+      if (in_real_time_) wait_for(frame);
       const auto before = comparison::thread_allocations();
       step(frame);
       const auto after = comparison::thread_allocations();
@@ -51,7 +57,7 @@ class Flight {
         log_.allocations.reset();
       if (progress) progress(static_cast<double>(frame + 1) / static_cast<double>(count));
     }
-    for (const auto& hand : hands_) log_.hand_figures.push_back(hand->figures());
+    for (const auto& hand : hands_) log_.hand_figures.push_back(hand ? hand->figures() : HandFigures{});
     return std::move(log_);
   }
 
@@ -65,6 +71,11 @@ class Flight {
     }
   }
 
+  void wait_for(std::size_t frame) const {
+    const std::chrono::duration<double> due(setting_.time(frame));
+    std::this_thread::sleep_until(start_ + std::chrono::duration_cast<Clock::duration>(due));
+  }
+
   void step(std::size_t frame) noexcept {
     const double duration = setting_.time(frame + 1) - setting_.time(frame);
     log_.slide_steps.push_back(0);
@@ -72,44 +83,56 @@ class Flight {
     const double cpu_start = thread_ns();
     const Clock::time_point start = Clock::now();
     command(frame, duration);
-    way_.frame(commands_, log_);
-    for (std::size_t i = 0; i < hands_.size(); ++i)
-      if (is_flying_[i]) hands_[i]->follow(way_.poses()[setting_.object_of_hand(i)], duration);
+    way_.frame(commands_, arm_commands_, log_);
     const std::chrono::duration<double, std::nano> elapsed = Clock::now() - start;
     log_.frame_ns.push_back(elapsed.count());
     log_.frame_cpu_ns.push_back(thread_ns() - cpu_start);
     log_.X_WO.insert(log_.X_WO.end(), way_.poses().begin(), way_.poses().end());
+    log_.joints.insert(log_.joints.end(), way_.joints().begin(), way_.joints().end());
     ++log_.frames;
-    for (FrameOutput* output : outputs_) output->on_frame(frame + 1, setting_.time(frame + 1), way_.poses());
+    way_.send(setting_.time(frame + 1));
   }
 
   void command(std::size_t frame, double duration) noexcept {
     commands_.clear();
+    arm_commands_.clear();
     for (std::size_t i = 0; i < hands_.size(); ++i) {
+      if (hands_[i]) continue;
       const std::uint32_t object = setting_.object_of_hand(i);
       const Pose& X_WO = way_.poses()[object];
       const HandRates rates = setting_.rates(i, frame);
-      is_flying_[i] = !is_zero(rates) && way_.formation().carrier[object] == kNone;
-      if (is_flying_[i]) commands_.push_back({object, hands_[i]->command(X_WO, rates, duration)});
-      log_.paths[frame * hands_.size() + i] = is_flying_[i] ? commands_.back().path : RigidPath(X_WO);
+      const bool is_flying = !is_zero(rates) && way_.formation().carrier[object] == kNone;
+      if (is_flying) commands_.push_back({object, flown(X_WO, rates, duration)});
+      log_.paths[frame * hands_.size() + i] = is_flying ? commands_.back().path : RigidPath(X_WO);
     }
+    log_.joint_goals.insert(log_.joint_goals.end(), way_.joints().begin(), way_.joints().end());
+    for (const Arm& arm : setting_.arms()) command(arm, frame, duration);
+  }
+
+  void command(const Arm& arm, std::size_t frame, double duration) noexcept {
+    const HandRates rates = setting_.rates(arm.hand, frame);
+    if (is_zero(rates)) return;
+    const std::span<double> goals =
+        std::span(log_.joint_goals).subspan(frame * log_.values + arm.first_value, arm.joints.size());
+    hands_[arm.hand]->command(way_.joints().subspan(arm.first_value, goals.size()), rates, duration, goals);
+    arm_commands_.push_back({&arm, goals});
   }
 
   const Setting& setting_;
   Way& way_;
-  std::span<FrameOutput* const> outputs_;
+  bool in_real_time_;
+  Clock::time_point start_ = Clock::now();
   FlightLog log_;
-  std::vector<std::unique_ptr<Hand>> hands_;
-  std::vector<char> is_flying_ = std::vector<char>(hands_.size(), 0);
+  std::vector<std::unique_ptr<ArmHand>> hands_;
   std::vector<Command> commands_;
+  std::vector<ArmCommand> arm_commands_;
   std::size_t next_action_ = 0;
 };
 
 }  // namespace
 
-FlightLog fly(const Setting& setting, Way& way, std::span<FrameOutput* const> outputs,
-              const comparison::Progress& progress) {
-  return Flight(setting, way, outputs).take(progress);
+FlightLog fly(const Setting& setting, Way& way, bool in_real_time, const comparison::Progress& progress) {
+  return Flight(setting, way, in_real_time).take(progress);
 }
 
 }  // namespace touchstone::training

@@ -6,6 +6,7 @@
 
 #include "adapters/exact/exact.hpp"
 #include "adapters/exact/signed_distance.hpp"
+#include "contact_core/mechanism/mechanism_path.hpp"
 #include "contact_core/motion/impact.hpp"
 #include "contact_core/motion/narrowphase_query.hpp"
 #include "contact_core/registry.hpp"
@@ -52,6 +53,12 @@ bool boxes_are_apart(const PosedSolid& a, const PosedSolid& b) {
 }
 
 bool same(const Pose& X, const Pose& Y) { return X.p == Y.p && X.R == Y.R; }
+
+/// The paths of a frame: of free objects, by object, with what they carry; and of arms.
+struct FramePaths {
+  std::vector<CarriedPath> free;
+  std::vector<MechanismPath> arms;
+};
 
 struct Contact {
   std::size_t pair;
@@ -141,53 +148,99 @@ struct Judge::State {
 
   // ---- paths
 
-  /// The path of every root in a frame: as commanded.
-  std::vector<CarriedPath> commanded_paths(const FlightLog& log, std::size_t frame) const {
+  FramePaths paths_at_rest(const FlightLog& log, std::size_t frame) const {
+    FramePaths paths;
     const Formation& formation = log.formations[log.formation[frame]];
-    std::vector<CarriedPath> paths;
-    for (const Pose& X : log.shown(frame)) paths.emplace_back(RigidPath(X), formation.X_RO);
+    for (const Pose& X : log.shown(frame)) paths.free.emplace_back(RigidPath(X), formation.X_RO);
+    for (const Arm& arm : setting.arms()) paths.arms.emplace_back(*arm.mechanism);
+    return paths;
+  }
+
+  static std::span<const double> values_of(const Arm& arm, std::span<const double> values) {
+    return values.subspan(arm.first_value, arm.joints.size());
+  }
+
+  std::size_t index_of(const Arm& arm) const {
+    return static_cast<std::size_t>(&arm - setting.arms().data());
+  }
+
+  /// Every path of a frame: as commanded.
+  FramePaths commanded_paths(const FlightLog& log, std::size_t frame) const {
+    const Formation& formation = log.formations[log.formation[frame]];
+    FramePaths paths = paths_at_rest(log, frame);
     for (std::size_t hand = 0; hand < log.hands; ++hand)
-      paths[setting.object_of_hand(hand)] = CarriedPath(log.path(frame, hand), formation.X_RO);
+      if (!setting.script().hands[hand].arm)
+        paths.free[setting.object_of_hand(hand)] = CarriedPath(log.path(frame, hand), formation.X_RO);
+    for (const Arm& arm : setting.arms())
+      paths.arms[index_of(arm)].set(arm.X_WB, values_of(arm, log.shown_joints(frame)),
+                                    values_of(arm, log.goals(frame)));
     return paths;
   }
 
   /// As executed. Of a slide nothing but its ends is known here: it counts as at rest where it ended.
-  std::vector<CarriedPath> executed_paths(const FlightLog& log, std::size_t frame) const {
+  FramePaths executed_paths(const FlightLog& log, std::size_t frame) const {
     const Formation& formation = log.formations[log.formation[frame]];
-    std::vector<CarriedPath> paths = commanded_paths(log, frame);
-    for (std::uint32_t i = 0; i < paths.size(); ++i) {
+    const bool slid = log.slide_steps[frame] > 0;
+    FramePaths paths = commanded_paths(log, frame);
+    for (std::uint32_t i = 0; i < paths.free.size(); ++i) {
       const Pose &before = log.shown(frame)[i], &after = log.shown(frame + 1)[i];
-      if (formation.carrier[i] != kNone || same(paths[i].carrier().to(), after)) continue;
-      const bool slid = log.slide_steps[frame] > 0;
-      paths[i] = CarriedPath(RigidPath::between(slid ? after : before, after), formation.X_RO);
+      if (formation.carrier[i] != kNone || same(paths.free[i].carrier().to(), after)) continue;
+      paths.free[i] = CarriedPath(RigidPath::between(slid ? after : before, after), formation.X_RO);
+    }
+    for (const Arm& arm : setting.arms()) {
+      const std::span<const double> after = values_of(arm, log.shown_joints(frame + 1));
+      paths.arms[index_of(arm)].set(arm.X_WB, slid ? after : values_of(arm, log.shown_joints(frame)), after);
     }
     return paths;
   }
 
-  std::size_t looks_for(const std::vector<CarriedPath>& paths, const Formation& formation) const {
-    double way = 0.0;
-    for (std::uint32_t i = 0; i < paths.size(); ++i) {
-      const CarriedPath& path = paths[formation.root_of(i)];
-      if (path.carrier().at_rest()) continue;
-      const BodyState state = path.at(i, 0.0);
-      const Sphere& sphere = setting.instance().trees()[i]->nodes()[0].sphere_O;
-      const double reach = norm(transform(state.X_WO, sphere.centre) - state.centre_W) + sphere.radius;
-      way = std::max(way, norm(state.velocity_W) + norm(state.angular_velocity_W) * reach);
+  struct BodyPath {
+    const MotionPath* path;
+    std::uint32_t body;
+  };
+  BodyPath path_of(std::uint32_t object, const FramePaths& paths, const Formation& formation) const {
+    if (const Arm* arm = setting.arm_of(object))
+      return {&paths.arms[index_of(*arm)], arm->link_of_object[object - arm->first_object]};
+    return {&paths.free[formation.root_of(object)], object};
+  }
+
+  std::vector<Pose> poses_on(const FramePaths& paths, const Formation& formation, double s) const {
+    std::vector<Pose> X_WO(paths.free.size());
+    for (std::uint32_t i = 0; i < X_WO.size(); ++i) {
+      const BodyPath on = path_of(i, paths, formation);
+      X_WO[i] = on.path->at(on.body, s).X_WO;
     }
+    return X_WO;
+  }
+
+  /// No point of the object goes further than this in the frame [m].
+  double way_of(std::uint32_t object, const FramePaths& paths, const Formation& formation) const {
+    const Sphere& sphere = setting.instance().trees()[object]->nodes()[0].sphere_O;
+    const BodyPath on = path_of(object, paths, formation);
+    if (const Arm* arm = setting.arm_of(object)) {
+      const MechanismPath& path = paths.arms[index_of(*arm)];
+      return path.speed_bound(on.body, sphere.centre) + path.turn_bound(on.body) * sphere.radius;
+    }
+    const BodyState state = on.path->at(on.body, 0.0);
+    const double reach = norm(transform(state.X_WO, sphere.centre) - state.centre_W) + sphere.radius;
+    return norm(state.velocity_W) + norm(state.angular_velocity_W) * reach;
+  }
+
+  std::size_t looks_for(const FramePaths& paths, const Formation& formation) const {
+    double way = 0.0;
+    for (std::uint32_t i = 0; i < paths.free.size(); ++i) way = std::max(way, way_of(i, paths, formation));
     return std::min(kMostLooks, static_cast<std::size_t>(std::ceil(way / kLookEvery)));
   }
 
   /// The deepest depth between the ends of a frame.
   double deepest_within(const FlightLog& log, std::size_t frame) const {
     const Formation& formation = log.formations[log.formation[frame]];
-    const std::vector<CarriedPath> paths = executed_paths(log, frame);
+    const FramePaths paths = executed_paths(log, frame);
     const std::size_t looks = looks_for(paths, formation);
     double deepest = 0.0;
-    std::vector<Pose> X_WO(log.objects);
     for (std::size_t look = 1; look < looks; ++look) {
       const double s = static_cast<double>(look) / static_cast<double>(looks);
-      for (std::uint32_t i = 0; i < X_WO.size(); ++i) X_WO[i] = paths[formation.root_of(i)].at(i, s).X_WO;
-      for (const Contact& contact : contacts(X_WO, formation))
+      for (const Contact& contact : contacts(poses_on(paths, formation, s), formation))
         deepest = std::max(deepest, -contact.separation);
     }
     return deepest;
@@ -195,20 +248,24 @@ struct Judge::State {
 
   // ---- blocked frames
 
-  MovingSolid moving(SolidIndex solid, const std::vector<CarriedPath>& paths, const Formation& formation,
+  MovingSolid moving(SolidIndex solid, const FramePaths& paths, const Formation& formation,
                      double stop) const {
-    const std::uint32_t object = object_of(solid);
-    return {&placed(solid).solid, placed(solid).X_OS, &paths[formation.root_of(object)], object, stop};
+    const BodyPath on = path_of(object_of(solid), paths, formation);
+    return {&placed(solid).solid, placed(solid).X_OS, on.path, on.body, stop};
+  }
+
+  /// The object that stands for all that moves with the solid.
+  std::uint32_t mover_of(SolidIndex solid, const Formation& formation) const {
+    return setting.mover_of(formation.root_of(object_of(solid)));
   }
 
   /// Where a mover was stopped by other pairs in this frame.
-  double stop_by_others(std::uint32_t root, const SolidPair& pair, std::span<const LoggedEvent> events,
+  double stop_by_others(std::uint32_t mover, const SolidPair& pair, std::span<const LoggedEvent> events,
                         const Formation& formation) const {
     double stop = 1.0;
     for (const LoggedEvent& event : events) {
       if (event.kind != EventKind::blocked || event.solids == pair) continue;
-      if (formation.root_of(object_of(event.solids.a)) != root &&
-          formation.root_of(object_of(event.solids.b)) != root)
+      if (mover_of(event.solids.a, formation) != mover && mover_of(event.solids.b, formation) != mover)
         continue;
       stop = std::min(stop, setting.scene().policy == ContactPolicy::hold ? 0.0 : event.s);
     }
@@ -221,19 +278,17 @@ struct Judge::State {
   }
 
   /// Of the pair where the paths have it at s.
-  double separation_on(const SolidPair& pair, const std::vector<CarriedPath>& paths,
-                       const Formation& formation, double s) const {
-    std::vector<Pose> X_WO(paths.size());
-    for (std::uint32_t i = 0; i < X_WO.size(); ++i) X_WO[i] = paths[formation.root_of(i)].at(i, s).X_WO;
-    return separation(pair, X_WO);
+  double separation_on(const SolidPair& pair, const FramePaths& paths, const Formation& formation,
+                       double s) const {
+    return separation(pair, poses_on(paths, formation, s));
   }
 
   bool is_rightly_blocked(const SolidPair& pair, std::uint32_t mover, std::span<const LoggedEvent> events,
-                          const std::vector<CarriedPath>& paths, const Formation& formation) const {
+                          const FramePaths& paths, const Formation& formation) const {
     const auto solid = [&](SolidIndex index) {
-      const std::uint32_t root = formation.root_of(object_of(index));
+      const std::uint32_t own = mover_of(index, formation);
       return moving(index, paths, formation,
-                    root == mover ? 1.0 : stop_by_others(root, pair, events, formation));
+                    own == mover ? 1.0 : stop_by_others(own, pair, events, formation));
     };
     query.set_pair(pair);
     const GapRule rule{setting.scene().contact_gap};
@@ -246,18 +301,24 @@ struct Judge::State {
            ImpactStatus::clear;
   }
 
+  bool is_at_rest(const FlightLog& log, std::size_t frame, std::size_t hand) const {
+    const Arm* arm = setting.arm_of(setting.object_of_hand(hand));
+    if (arm == nullptr) return log.path(frame, hand).at_rest();
+    const std::span<const double> from = values_of(*arm, log.shown_joints(frame));
+    return std::equal(from.begin(), from.end(), values_of(*arm, log.goals(frame)).begin());
+  }
+
   bool is_wrongly_blocked(const FlightLog& log, std::size_t frame,
                           std::span<const LoggedEvent> events) const {
     const Formation& formation = log.formations[log.formation[frame]];
-    const std::vector<CarriedPath> paths = commanded_paths(log, frame);
+    const FramePaths paths = commanded_paths(log, frame);
     for (std::size_t hand = 0; hand < log.hands; ++hand) {
       const std::uint32_t mover = setting.object_of_hand(hand);
-      if (log.path(frame, hand).at_rest()) continue;
+      if (is_at_rest(log, frame, hand)) continue;
       bool is_blocked = false, rightly = false;
       for (const LoggedEvent& event : events) {
         if (event.kind != EventKind::blocked || rightly) continue;
-        if (formation.root_of(object_of(event.solids.a)) != mover &&
-            formation.root_of(object_of(event.solids.b)) != mover)
+        if (mover_of(event.solids.a, formation) != mover && mover_of(event.solids.b, formation) != mover)
           continue;
         is_blocked = true;
         rightly = is_rightly_blocked(event.solids, mover, events, paths, formation);
@@ -385,7 +446,8 @@ std::vector<SeparationPoint> Judge::separations(const FlightLog& log, std::size_
     order.clear();
     for (std::size_t i = 0; i < s.setting.pairs().size(); ++i) {
       const SolidPair& pair = s.setting.pairs()[i];
-      if (s.is_checked(pair, formation))
+      const bool is_own = s.mover_of(pair.a, formation) == s.mover_of(pair.b, formation);  // links of one arm
+      if (s.is_checked(pair, formation) && !is_own)
         order.emplace_back(distance_of_boxes(solids[pair.a], solids[pair.b]), i);
     }
     std::sort(order.begin(), order.end());

@@ -59,7 +59,8 @@ class Judge {
   explicit Judge(const Setting& setting);
   ~Judge();
 
-  /// @param resolution of the backend: a way may tell of contact within max(g, 4 resolutions) too.
+  /// @param resolution of the backend's distances, none where it has none: a way may tell of contact within
+  /// twice max(g, 4 resolutions).
   Verdict judge(const FlightLog& log, const Resolution& resolution,
                 const comparison::Progress& progress = {}) const;
   /// Of shown frames `first` to `last`.

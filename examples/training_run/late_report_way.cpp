@@ -80,16 +80,22 @@ class LateReportWay final : public Way {
   std::string_view backend() const noexcept override { return "native, poses"; }
   void act(const Action& action) override { fleet_.formation.apply(action, fleet_.X_WO); }
 
-  void frame(std::span<const Command> commands, FlightLog& log) noexcept override {
+  void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
+             FlightLog& log) noexcept override {
     const std::span<const PairStatus> report = image_generator_.report_at(frame_);
     log_changes(report, log);
     for (const Command& command : commands)
-      if (!is_stopped(command, report, log)) fleet_.execute(command);
+      if (!is_stopped(command.object, report, log)) fleet_.execute(command);
+    for (const ArmCommand& command : arm_commands)
+      if (!is_stopped(command.arm->first_object, report, log)) fleet_.execute(command);
     ++frame_;
     image_generator_.show(frame_, fleet_);
   }
 
+  void attach(FrameOutput& output) override { fleet_.attach(*setting_, output); }
+  void send(double time) noexcept override { fleet_.send(time); }
   std::span<const Pose> poses() const noexcept override { return fleet_.X_WO; }
+  std::span<const double> joints() const noexcept override { return fleet_.joints; }
   const Formation& formation() const noexcept override { return fleet_.formation; }
 
  private:
@@ -107,14 +113,15 @@ class LateReportWay final : public Way {
     }
   }
 
-  bool is_stopped(const Command& command, std::span<const PairStatus> report, FlightLog& log) const noexcept {
+  bool is_stopped(std::uint32_t mover, std::span<const PairStatus> report, FlightLog& log) const noexcept {
     if (setting_->scene().policy == ContactPolicy::cue) return false;
     bool stopped = false;
     for (std::size_t i = 0; i < report.size(); ++i) {
       if (report[i] == PairStatus::separated) continue;
       const SolidPair& pair = setting_->pairs()[i];
       for (const SolidIndex solid : {pair.a, pair.b}) {
-        if (fleet_.formation.root_of(setting_->instance().object_of(solid)) != command.object) continue;
+        const std::uint32_t root = fleet_.formation.root_of(setting_->instance().object_of(solid));
+        if (setting_->mover_of(root) != mover) continue;
         stopped = true;
         log_event(EventKind::blocked, i, log);
       }

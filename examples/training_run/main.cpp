@@ -38,12 +38,7 @@ void print_list(const Options& options, const BackendRegistry& registry) {
   fmt::print("backends\n");
   for (const auto& entry : registry.narrowphases())
     fmt::print("  {:26}  {}\n", entry.name, entry.description);
-}
-
-std::string file_name(std::string text) {
-  for (char& c : text)
-    if (c == ' ' || c == ',') c = '_';
-  return text;
+  fmt::print("outputs\n{}", outputs_text());
 }
 
 std::vector<comparison::ReportFile> report_files(const std::vector<ScriptResult>& results) {
@@ -52,12 +47,6 @@ std::vector<comparison::ReportFile> report_files(const std::vector<ScriptResult>
   for (const ScriptResult& result : results) {
     const std::string plot = separation_plot(result);
     if (!plot.empty()) files.emplace_back("plots/" + result.file + ".svg", plot);
-    for (const WayResult& way : result.ways) {
-      if (!way.not_flown.empty()) continue;
-      const std::string backend = way.way == "contact world" ? "_" + way.backend : "";
-      files.emplace_back("recordings/" + result.file + "_" + file_name(way.way + backend) + ".csv",
-                         way.recording);
-    }
   }
   return files;
 }
@@ -74,6 +63,7 @@ int run(int argc, char** argv) {
   const std::vector<std::string> backends = chosen_backends(*options, registry);
   const std::vector<std::filesystem::path> scripts = find_scripts(*options);
   comparison::check_report_folder(options->output);
+  prepare_outputs(options->outputs);
   fmt::print(
       "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; on way: and between "
       "frames;\n"
@@ -83,14 +73,14 @@ int run(int argc, char** argv) {
   ProgressLine progress;
   std::vector<ScriptResult> results;
   for (const std::filesystem::path& script : scripts) {
-    results.push_back(run_script(script, options->frame_rate, registry, backends, progress));
+    results.push_back(run_script(script, *options, registry, backends, progress));
     progress.finish();
     fmt::print("{}", terminal_text(results.back()));
     std::fflush(stdout);
   }
   fmt::print("{}", summary_text(results));
   comparison::write_report_folder(options->output, report_files(results));
-  fmt::print("\nresults, recordings, plots: {}\n", options->output);
+  fmt::print("\nresults, plots: {}\n", options->output);
   return 0;
 }
 

@@ -54,8 +54,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const fs
                  "Narrowphases of the contact world (default: native; 'all' for every one)");
   auto* rate =
       app.add_option("--rate", options.frame_rate, "Frames a second, 10 to 1000 (default: the script's)");
-  app.add_option("--out,--output", options.output, "Folder of results, recordings and plots")
-      ->capture_default_str();
+  app.add_option("--record", options.outputs.records, "Folder of records of all flights (CSV)");
+  app.add_option("--gltf", options.outputs.animations, "Folder of animations made from the records");
+  app.add_option("--cigi", options.outputs.cigi,
+                 "HOST:PORT of an image generator, for the contact world's flights with the first backend, "
+                 "in real time");
+  app.add_option("--out,--output", options.output, "Folder of results and plots")->capture_default_str();
   std::string folder;
   app.add_option("--scripts", folder, "Folder with the scripts");
   app.add_flag("--list", options.list, "List scripts and backends");

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "examples/training_run/outputs.hpp"
+
 namespace touchstone::training {
 
 struct Options {
@@ -13,6 +15,7 @@ struct Options {
   double frame_rate = 0.0;              ///< [Hz]; 0: each script's own
   std::string output = "training";      ///< folder
   std::filesystem::path scripts;        ///< folder
+  OutputOptions outputs{};
   bool list = false;
 };
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "examples/training_run/judge.hpp"
+#include "examples/training_run/outputs.hpp"
 
 namespace touchstone::training {
 
@@ -13,7 +14,8 @@ namespace touchstone::training {
 struct WayResult {
   std::string way;
   std::string backend;
-  std::string not_flown;  ///< why; empty: it was
+  MotionCheck check = MotionCheck::proven;  ///< of the contact world
+  std::string not_flown;                    ///< why; empty: it was
   Verdict verdict;
   FrameTimes times;                          ///< by the clock on the wall
   FrameTimes cpu_times;                      ///< of the thread
@@ -21,7 +23,7 @@ struct WayResult {
   std::uint64_t queries = 0, iteration_limits = 0;
   std::vector<HandFigures> hands;
   std::vector<SeparationPoint> separations;  ///< around the first contact; of some
-  std::string recording;                     ///< CSV; of some
+  std::vector<OutputFigures> outputs;
 };
 
 struct ScriptResult {

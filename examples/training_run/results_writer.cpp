@@ -44,6 +44,15 @@ Json json(const HandFigures& hand) {
           {"largest_residual_m", number(hand.largest_residual)}};
 }
 
+Json json(const OutputFigures& output) {
+  return {{"receiver", output.receiver},
+          {"offered_frames", output.status.offered},
+          {"delivered_frames", output.status.delivered},
+          {"dropped_frames", output.status.dropped},
+          {"errors", output.status.errors},
+          {"error", output.error}};
+}
+
 Json json(const FrameTimes& times) {
   return {{"median", number(times.median_us)},
           {"p99_9", number(times.p999_us)},
@@ -57,6 +66,7 @@ Json json(const Setting& setting, const WayResult& way) {
     return out;
   }
   const Verdict& v = way.verdict;
+  out["check"] = std::string(to_string(way.check));
   out["frames"] = v.frames;
   out["stops"] = Json::array();
   for (const Stop& stop : v.stops)
@@ -83,6 +93,8 @@ Json json(const Setting& setting, const WayResult& way) {
   out["iteration_limits"] = way.iteration_limits;
   out["hands"] = Json::array();
   for (const HandFigures& hand : way.hands) out["hands"].push_back(json(hand));
+  out["outputs"] = Json::array();
+  for (const OutputFigures& output : way.outputs) out["outputs"].push_back(json(output));
   out["last"] = last_poses(setting, v);
   return out;
 }
@@ -122,7 +134,8 @@ std::string results_csv(const std::vector<ScriptResult>& results) {
   using comparison::csv_number;
   using comparison::csv_text;
   std::string text =
-      "script,way,backend,not_flown,policy,frame_rate_hz,gap_m,frames,stops,first_stop_s,first_clearance_m,"
+      "script,way,backend,check,not_flown,policy,frame_rate_hz,gap_m,frames,stops,first_stop_s,first_"
+      "clearance_m,"
       "deepest_shown_m,deepest_on_way_m,merged_frames,passed_through_frames,wrongly_shown_frames,"
       "wrongly_told_frames,blocked_frames,wrongly_blocked_frames,median_us,p99_9_us,worst_us,median_cpu_us,"
       "p99_9_cpu_us,worst_cpu_us,allocations,"
@@ -130,9 +143,10 @@ std::string results_csv(const std::vector<ScriptResult>& results) {
   for (const ScriptResult& result : results) {
     const Scene& scene = result.setting->scene();
     for (const WayResult& way : result.ways) {
-      text += fmt::format("{},{},{},{},{},{},{},", csv_text(result.file), csv_text(way.way),
-                          csv_text(way.backend), csv_text(way.not_flown), to_string(scene.policy),
-                          scene.frame_rate, scene.contact_gap);
+      text +=
+          fmt::format("{},{},{},{},{},{},{},{},", csv_text(result.file), csv_text(way.way),
+                      csv_text(way.backend), way.not_flown.empty() ? to_string(way.check) : "",
+                      csv_text(way.not_flown), to_string(scene.policy), scene.frame_rate, scene.contact_gap);
       if (!way.not_flown.empty()) {
         text += std::string(20, ',') + "\n";
         continue;

@@ -18,23 +18,28 @@ constexpr std::size_t kMostPlotPoints = 500;
 
 class Runner {
  public:
-  Runner(ScriptResult& result, comparison::ProgressLine& progress)
-      : result_(result), setting_(*result.setting), judge_(setting_), progress_(progress) {}
+  Runner(ScriptResult& result, const OutputOptions& outputs, comparison::ProgressLine& progress)
+      : result_(result),
+        setting_(*result.setting),
+        outputs_(outputs),
+        judge_(setting_),
+        progress_(progress) {}
 
-  /// Flies and judges; the log is kept for plots if asked.
-  void run(Way& way, const Resolution& resolution, bool keep) {
+  /// Flies and judges; the log is kept for plots if asked. @param is_shown on the image generator.
+  void run(Way& way, const Resolution& resolution, bool keep, bool is_shown) {
     const std::string what = fmt::format("{}: {}, {}", result_.file, way.name(), way.backend());
     const auto share = [&](double done) { progress_.share(done); };
     progress_.step(what + ": flying");
-    Recording recording(setting_);
-    std::array<FrameOutput*, 1> outputs{&recording};
-    FlightLog log = fly(setting_, way, outputs, share);
+    FlightOutputs outputs(outputs_, setting_, flight_name(way), is_shown);
+    for (FrameOutput* receiver : outputs.receivers()) way.attach(*receiver);
+    FlightLog log = fly(setting_, way, outputs.is_in_real_time(), share);
     if (log.lost_events > 0)
       throw InputError(fmt::format("{}: {} events found no room in the log", what, log.lost_events));
     progress_.step(what + ": judging");
     WayResult out;
     out.way = way.name();
     out.backend = way.backend();
+    out.check = way.check();
     out.verdict = judge_.judge(log, resolution, share);
     out.times = frame_times(log.frame_ns);
     out.cpu_times = frame_times(log.frame_cpu_ns);
@@ -42,7 +47,7 @@ class Runner {
     out.queries = log.queries;
     out.iteration_limits = log.iteration_limits;
     out.hands = log.hand_figures;
-    out.recording = recording.csv();
+    out.outputs = outputs.close();
     result_.ways.push_back(std::move(out));
     if (keep) kept_.emplace_back(result_.ways.size() - 1, std::move(log));
   }
@@ -65,6 +70,13 @@ class Runner {
   }
 
  private:
+  std::string flight_name(const Way& way) const {
+    std::string name = fmt::format("{}_{}", result_.file, way.name());
+    if (way.name() == "contact world") name += fmt::format("_{}", way.backend());
+    std::replace(name.begin(), name.end(), ' ', '_');
+    return name;
+  }
+
   std::optional<double> first_contact() const {
     for (auto way = result_.ways.rbegin(); way != result_.ways.rend(); ++way) {
       if (!way->verdict.stops.empty()) return way->verdict.stops[0].time;
@@ -75,6 +87,7 @@ class Runner {
 
   ScriptResult& result_;
   const Setting& setting_;
+  const OutputOptions& outputs_;
   Judge judge_;
   comparison::ProgressLine& progress_;
   std::vector<std::pair<std::size_t, FlightLog>> kept_;
@@ -82,14 +95,15 @@ class Runner {
 
 }  // namespace
 
-ScriptResult run_script(const std::filesystem::path& file, double frame_rate, const BackendRegistry& registry,
-                        const std::vector<std::string>& backends, comparison::ProgressLine& progress) {
+ScriptResult run_script(const std::filesystem::path& file, const Options& options,
+                        const BackendRegistry& registry, const std::vector<std::string>& backends,
+                        comparison::ProgressLine& progress) {
   ScriptResult result;
   result.file = file.stem().string();
-  result.setting = std::make_shared<const Setting>(load_script(file), frame_rate);
-  Runner runner(result, progress);
-  runner.run(*make_unchecked_way(*result.setting), {}, true);
-  runner.run(*make_late_report_way(*result.setting), {}, true);
+  result.setting = std::make_shared<const Setting>(load_script(file), options.frame_rate);
+  Runner runner(result, options.outputs, progress);
+  runner.run(*make_unchecked_way(*result.setting), {}, true, false);
+  runner.run(*make_late_report_way(*result.setting), {}, true, false);
   bool is_first = true;
   for (const std::string& backend : backends) {
     std::unique_ptr<Narrowphase> narrowphase = registry.make_narrowphase(backend);
@@ -107,7 +121,9 @@ ScriptResult run_script(const std::filesystem::path& file, double frame_rate, co
       result.ways.push_back(std::move(refused));
       continue;
     }
-    runner.run(*way, asked.capabilities().resolution, is_first);
+    // A sampled world takes native's separations: the backend's resolution of depths says nothing there.
+    const bool is_proven = way->check() == MotionCheck::proven;
+    runner.run(*way, is_proven ? asked.capabilities().resolution : Resolution{}, is_first, is_first);
     is_first = false;
   }
   runner.plot();

@@ -11,7 +11,7 @@ namespace touchstone::training {
 namespace {
 
 constexpr double kWidth = 640, kHeight = 330, kLeft = 66, kRight = 470, kTop = 46, kBottom = 284;
-constexpr std::array<const char*, 3> kColours = {"--c2", "--c3", "--c0"};  // of the ways, in their order
+constexpr std::array<const char*, 3> kColours = {"--c2", "--c4", "--c0"};  // of the ways, in their order
 constexpr std::array<const char*, 3> kDashes = {"7 4", "2 3", "none"};
 
 struct Scale {
@@ -57,15 +57,21 @@ std::string line(const WayResult& way, std::size_t place, const Scale& x, const 
                      path, kColours[place], kDashes[place]);
 }
 
+std::string length_text(double length) {
+  if (std::abs(length) < 1e-6) return fmt::format("{:.3g} nm", 1e9 * length);
+  if (std::abs(length) < 1e-4) return fmt::format("{:.3g} um", 1e6 * length);
+  return fmt::format("{:.4g} mm", 1e3 * length);
+}
+
 std::string legend(const WayResult& way, std::size_t place) {
   const double at = kTop + 14 + 40 * static_cast<double>(place);
   double least = way.separations[0].separation;
   for (const SeparationPoint& point : way.separations) least = std::min(least, point.separation);
   return fmt::format(
       "<path d='M{} {:.1f}h26' style='stroke:var({});stroke-width:2;stroke-dasharray:{}'/>"
-      "<text class='label' x='{}' y='{:.1f}'>{}</text><text class='small' x='{}' y='{:.1f}'>{:.3g} mm</text>",
+      "<text class='label' x='{}' y='{:.1f}'>{}</text><text class='small' x='{}' y='{:.1f}'>{}{}</text>",
       kRight + 8, at - 4, kColours[place], kDashes[place], kRight + 40, at, comparison::xml_text(way.way),
-      kRight + 40, at + 14, 1e3 * least);
+      kRight + 40, at + 14, length_text(least), way.verdict.passed_through > 0 ? ", went through" : "");
 }
 
 }  // namespace

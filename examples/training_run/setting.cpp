@@ -7,6 +7,20 @@ namespace {
 
 constexpr std::uint64_t kMostFrames = 1'000'000;
 
+/// Latches of the scene become actions at its start: a script may release what they carry. The pairs that
+/// they allow stay exempt.
+Script with_latches_as_actions(Script script) {
+  std::vector<OperatorAction> actions;
+  for (const SceneLatch& latch : script.scene.latches) {
+    actions.push_back({OperatorAction::Kind::latch, 0.0, latch.carried, latch.carrier});
+    auto& exempt = script.scene.exempt_pairs;
+    exempt.insert(exempt.end(), latch.allowed.begin(), latch.allowed.end());
+  }
+  script.scene.latches.clear();
+  script.actions.insert(script.actions.begin(), actions.begin(), actions.end());
+  return script;
+}
+
 Script with_rate(Script script, double frame_rate) {
   if (frame_rate == 0.0) return script;
   if (!(frame_rate >= kLowestFrameRate && frame_rate <= kHighestFrameRate))
@@ -18,13 +32,18 @@ Script with_rate(Script script, double frame_rate) {
 }  // namespace
 
 Setting::Setting(Script script, double frame_rate)
-    : script_(with_rate(std::move(script), frame_rate)), instance_(script_.scene) {
+    : script_(with_latches_as_actions(with_rate(std::move(script), frame_rate))),
+      arms_(add_arms(script_)),
+      instance_(script_.scene) {
   if (!(scene().duration * scene().frame_rate <= static_cast<double>(kMostFrames)))
     throw InputError("script '" + script_.name + "': more than 1 000 000 frames");
   may_move_.assign(object_count(), 0);
+  arm_of_.assign(object_count(), nullptr);
+  for (const Arm& arm : arms_) place(arm);
+  auto arm = arms_.begin();
   for (const HandScript& hand : script_.hands) {
-    object_of_hand_.push_back(find(hand.object));
-    may_move_[object_of_hand_.back()] = 1;
+    object_of_hand_.push_back(hand.arm ? (arm++)->first_object : find(hand.object));
+    if (!hand.arm) may_move_[object_of_hand_.back()] = 1;
   }
   for (const OperatorAction& action : script_.actions) {
     const bool latches = action.kind == OperatorAction::Kind::latch;
@@ -35,6 +54,17 @@ Setting::Setting(Script script, double frame_rate)
   for (const SolidPair& pair : instance_.checked_pairs())
     if (may_move(instance_.object_of(pair.a)) || may_move(instance_.object_of(pair.b)))
       pairs_.push_back(pair);
+}
+
+void Setting::place(const Arm& arm) {
+  value_count_ += arm.joints.size();
+  for (std::uint32_t i = 0; i < arm.object_count; ++i) {
+    arm_of_[arm.first_object + i] = &arm;
+    bool moves = false;
+    for (const std::uint32_t joint : arm.mechanism->chain(arm.link_of_object[i]))
+      moves = moves || arm.mechanism->joints()[joint].value != Mechanism::kNone;
+    may_move_[arm.first_object + i] = moves;
+  }
 }
 
 std::uint32_t Setting::find(const std::string& name) const {

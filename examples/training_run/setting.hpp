@@ -8,6 +8,7 @@
 
 #include "adapters/scene_files/script_file.hpp"
 #include "contact_core/scene/scene_instance.hpp"
+#include "examples/training_run/arm.hpp"
 
 namespace touchstone::training {
 
@@ -37,7 +38,19 @@ class Setting {
   const std::string& object_name(std::uint32_t object) const { return scene().objects[object].tree.name(); }
   /// Flown by a hand, or latched to something at some time.
   bool may_move(std::uint32_t object) const { return may_move_[object]; }
+  /// Of an arm's hand: the arm's first link.
   std::uint32_t object_of_hand(std::size_t hand) const { return object_of_hand_[hand]; }
+  /// By hand.
+  std::span<const Arm> arms() const { return arms_; }
+  /// Null: no link of an arm.
+  const Arm* arm_of(std::uint32_t object) const { return arm_of_[object]; }
+  /// Joint values of all arms.
+  std::size_t value_count() const { return value_count_; }
+  /// What moves as one with it but for latches: the arm's first link, or the object itself.
+  std::uint32_t mover_of(std::uint32_t object) const {
+    return arm_of_[object] ? arm_of_[object]->first_object : object;
+  }
+  /// By time; the scene's own latches first.
   std::span<const Action> actions() const { return actions_; }
   /// Every pair of solids that is checked, but for those of two objects that never move.
   std::span<const SolidPair> pairs() const { return pairs_; }
@@ -49,10 +62,14 @@ class Setting {
   HandRates rates(std::size_t hand, std::size_t frame) const;
 
  private:
+  void place(const Arm& arm);
   std::uint32_t find(const std::string& name) const;
 
   Script script_;
+  std::vector<Arm> arms_;  // their links are in script_.scene
   SceneInstance instance_;
+  std::vector<const Arm*> arm_of_;
+  std::size_t value_count_ = 0;
   std::vector<char> may_move_;
   std::vector<std::uint32_t> object_of_hand_;
   std::vector<Action> actions_;

@@ -21,7 +21,9 @@ std::string length_m(double length) {
 }
 
 std::string label(const WayResult& way) {
-  return way.backend == "-" ? way.way : way.way + ", " + way.backend;
+  if (way.backend == "-") return way.way;
+  if (way.way != "contact world") return way.way + ", " + way.backend;
+  return "world, " + way.backend + (way.check == MotionCheck::sampled ? " (sampled)" : "");
 }
 
 /// Stops of one time, between the same two objects, are one line.
@@ -64,8 +66,20 @@ std::string arm_text(const WayResult& way) {
   std::string text;
   for (const HandFigures& hand : way.hands)
     if (hand.is_arm)
-      text += fmt::format("    arm: {} frames at a joint's limit, {} damped, joints follow a stop to {} m\n",
+      text += fmt::format("    arm: {} frames at a joint's limit, {} damped, {} m off where the hand asked\n",
                           hand.limited_frames, hand.damped_frames, length_m(hand.largest_residual));
+  return text;
+}
+
+/// Of receivers that lost something.
+std::string losses_text(const WayResult& way) {
+  std::string text;
+  for (const OutputFigures& output : way.outputs) {
+    if (output.status.dropped > 0 || output.status.errors > 0)
+      text += fmt::format("    {}: {} of {} frames lost, {} errors\n", output.receiver, output.status.dropped,
+                          output.status.offered, output.status.errors);
+    if (!output.error.empty()) text += fmt::format("    {}: {}\n", output.receiver, output.error);
+  }
   return text;
 }
 
@@ -98,7 +112,7 @@ std::string terminal_text(const ScriptResult& result) {
       text += fmt::format("  {}: not flown: {}\n", label(way), way.not_flown);
       continue;
     }
-    const std::string lines = stops_text(result, way) + arm_text(way);
+    const std::string lines = stops_text(result, way) + arm_text(way) + losses_text(way);
     if (!lines.empty()) text += "  " + label(way) + "\n" + lines;
   }
   return text;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_core/motion/narrowphase_query.hpp"
+#include "contact_core/output/frame_output.hpp"
 #include "contact_core/world/contact_world.hpp"
 #include "examples/training_run/flight_log.hpp"
 #include "examples/training_run/setting.hpp"
@@ -18,18 +19,33 @@ struct Command {
   RigidPath path;        ///< from its actual pose
 };
 
+/// Where an arm's joints are told to go in a frame, evenly from where they are.
+struct ArmCommand {
+  const Arm* arm;
+  std::span<const double> values;
+};
+
 /// A way to answer commands: what is shown at a frame's end.
 class Way {
  public:
   virtual ~Way() = default;
   virtual std::string_view name() const noexcept = 0;
   virtual std::string_view backend() const noexcept = 0;
+  /// What stands behind what it shows.
+  virtual MotionCheck check() const noexcept { return MotionCheck::proven; }
   /// Between frames; may allocate.
   virtual void act(const Action& action) = 0;
   /// Moves what may move and adds events to the log. No allocation.
-  virtual void frame(std::span<const Command> commands, FlightLog& log) noexcept = 0;
+  virtual void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
+                     FlightLog& log) noexcept = 0;
+  /// Set-up. @throws InputError as FrameOutput::add_object.
+  virtual void attach(FrameOutput& output) = 0;
+  /// Brings what is shown now to the outputs; 0 frames have been flown at the start. No allocation.
+  virtual void send(double time) noexcept = 0;
   /// Actual poses of all objects.
   virtual std::span<const Pose> poses() const noexcept = 0;
+  /// Of all arms, actual.
+  virtual std::span<const double> joints() const noexcept = 0;
   virtual const Formation& formation() const noexcept = 0;
 };
 

@@ -78,7 +78,8 @@ hands:
     rates:
       - {time: 0, velocity: [0, 0, -20]}
       - {time: 1.5, turn: [0, 90, 0], mode: hand}
-    arm: {model: ssrms, link: tip, joints: [1, 2, 3, 4, 5, 6, 90], grip: {position: [1000, 0, 0], rpy: [0, 90, 0]}}
+  - arm: {model: ssrms, link: tip, joints: [1, 2, 3, 4, 5, 6, 90], pose: {position: [1000, 0, 0], rpy: [0, 90, 0]}}
+    rates: [{time: 0, velocity: [20, 0, 0]}]
 actions:
   - {time: 1, latch: {carrier: cube, carried: table}}
   - {time: 2, release: table}
@@ -90,7 +91,7 @@ actions:
   EXPECT_TRUE(script.translation_only);
   EXPECT_EQ(script.scene.objects[1].X_WO.p.z(), 2.0);
   EXPECT_TRUE(script.scene.objects[1].motion.segments.empty());  // only hands move objects
-  ASSERT_EQ(script.hands.size(), 1u);
+  ASSERT_EQ(script.hands.size(), 2u);
   const HandScript& hand = script.hands[0];
   ASSERT_EQ(hand.rates.size(), 2u);
   EXPECT_EQ(hand.rates[0].velocity, Vector3(0, 0, -0.02));
@@ -98,13 +99,23 @@ actions:
   EXPECT_EQ(hand.rates[1].mode, HandRates::Mode::hand);
   EXPECT_NEAR(hand.rates[1].turn.y(), std::numbers::pi / 2, 1e-15);
   EXPECT_EQ(hand.rates[1].velocity, Vector3::Zero());
-  ASSERT_TRUE(hand.arm);
-  EXPECT_NEAR(hand.arm->joints[6], std::numbers::pi / 2, 1e-15);
-  EXPECT_EQ(hand.arm->X_OL.p.x(), 1.0);
-  EXPECT_NEAR(hand.arm->X_OL.R(2, 0), -1.0, 1e-15);
+  EXPECT_FALSE(hand.arm);
+  EXPECT_TRUE(script.hands[1].object.empty());
+  ASSERT_TRUE(script.hands[1].arm);
+  EXPECT_NEAR(script.hands[1].arm->joints[6], std::numbers::pi / 2, 1e-15);
+  EXPECT_EQ(script.hands[1].arm->X_WL.p.x(), 1.0);
+  EXPECT_NEAR(script.hands[1].arm->X_WL.R(2, 0), -1.0, 1e-15);
   ASSERT_EQ(script.actions.size(), 3u);
   EXPECT_EQ(script.actions[0].carrier, "cube");
   EXPECT_EQ(script.actions[2].kind, OperatorAction::Kind::switch_off);
+}
+
+TEST_F(ScriptFile, LeavesObjectsOfTheSceneOut) {
+  const Script script = load(
+      "name: x\nscene: {file: scene.yaml, without: [table]}\nhands:\n  - object: cube\n    rates: [{time: "
+      "0}]\n");
+  ASSERT_EQ(script.scene.objects.size(), 1u);
+  EXPECT_EQ(script.scene.objects[0].tree.name(), "cube");
 }
 
 TEST_F(ScriptFile, RefusesWithFileAndLine) {
@@ -112,6 +123,11 @@ TEST_F(ScriptFile, RefusesWithFileAndLine) {
   expect_refused("name: x\nscene: {file: scene.yaml, parameters: {hight: 2}}\nhands: []\n", 2, "'hight'");
   expect_refused("name: x\nscene: {file: nowhere.yaml}\nhands: []\n", 2, "cannot be read");
   expect_refused(std::string(kHead) + "hands: []\n", 3, "at least one hand");
+  expect_refused("name: x\nscene: {file: scene.yaml, without: [ball]}\nhands: []\n", 2, "no object 'ball'");
+  const std::string arm =
+      "  - arm: {model: ssrms, link: tip, joints: [1], pose: {}}\n    rates: [{time: 0}]\n";
+  expect_refused(std::string(kHead) + "hands:\n" + arm + arm, 6, "two hands fly 'ssrms'");
+  expect_refused(std::string(kHead) + "hands:\n  - rates: [{time: 0}]\n", 4, "expected one of object, arm");
   expect_refused(std::string(kHead) + "frame_rate: 9\nhands: []\n", 3, "not within 10 and 1000 Hz");
   expect_refused(std::string(kHead) + "frame_rate: 1001\nhands: []\n", 3, "not within 10 and 1000 Hz");
   expect_refused(std::string(kHead) + "duration: 0\nhands: []\n", 3, "not above 0");

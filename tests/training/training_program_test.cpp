@@ -1,10 +1,16 @@
 // The program as a user runs it: what its results say, against the closed forms of the scenes. Poses are met
 // to 2 g, times to 2 g / closing speed, the rounding of summed steps and 1e-12 s.
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -145,19 +151,49 @@ TEST_F(TrainingRun, GrappleRimMeetsTheTaperOrClearsIt) {
 
 TEST_F(TrainingRun, ArmFliesTheApproachUnderResolvedRates) {
   const json script = fly("01_grapple_by_arm");
-  // 10 s down, 4.5 s across, 15 s down. The joints go evenly within a frame, the hand then does not: it
-  // strays by a few (rate of a joint x frame)^2 x reach / 8, (0.02 / 4 / 50)^2 x 17 / 8 = 2e-8 m here, from
-  // the straight way.
-  EXPECT_NEAR(stopped(ours(script), "lee"), 29.5, 1e-5);
-  EXPECT_NEAR(last_z(ours(script), "lee"), 0.0, 1e-7);
-  EXPECT_NEAR(ours(script)["last"]["lee"]["p_m"][0].get<double>(), 0.0, 1e-7);
+  // 10 s down, 4.5 s across, 15 s down. Joint values at a frame's end put the mouth where the hand asked, and
+  // the contact is at one: met to the gap rule. Within a frame the joints go evenly and the mouth strays from
+  // the straight way by (joint rate x frame)^2 x reach / 8, (0.02 / 4 / 50)^2 x 17 / 8 = 2e-8 m here: a
+  // contact there would be known to no better than that.
+  const std::string lee = "ssrms.tip_lee";
+  expect_time(stopped(ours(script), lee), 29.5, 0.02);
+  const json joint = ours(script)["last"][lee]["p_m"];  // the mouth is 1.3589 m below
+  EXPECT_NEAR(joint[2].get<double>(), 1.3589, 2 * kGap);
+  EXPECT_NEAR(joint[0].get<double>(), 0.0, 2 * kGap);
+  EXPECT_NEAR(joint[1].get<double>(), 0.0, 2 * kGap);
   const json hand = ours(script)["hands"][0];
   EXPECT_EQ(hand["arm"], true);
   EXPECT_EQ(hand["limited_frames"], 0);
   EXPECT_EQ(hand["damped_frames"], 0);
-  EXPECT_LE(hand["largest_residual_m"].get<double>(), 1e-12);
+  EXPECT_LE(hand["largest_residual_m"].get<double>(), 1e-13);
+  for (const json& stop : ours(script)["stops"]) {
+    EXPECT_TRUE(names(stop, lee));
+    EXPECT_TRUE(names(stop, "fixture"));
+  }
+  // The other links move too, and are shown.
+  EXPECT_TRUE(ours(script)["last"].contains("ssrms.upper_boom"));
+  EXPECT_FALSE(ours(script)["last"].contains("ssrms.base_lee"));
+  const json reported = late(script);
+  EXPECT_NEAR(reported["deepest_shown_m"].get<double>(), 0.002, 0.0005);  // 100 ms and up to a frame
   expect_clean(script);
   expect_no_allocation(script);
+}
+
+TEST_F(TrainingRun, ArmAtItsLimitsSlowsDown) {
+  // 1 m/s is more than joints of 4 deg/s give: rates are scaled together, and nothing is saved up.
+  const fs::path fast =
+      write("fast.yaml", std::string("name: x\nscene: {file: ") + TOUCHSTONE_SCENES +
+                             "/grapple_approach.yaml, without: [lee]}\nunits: {angle: deg}\n"
+                             "duration: 1\nhands:\n  - arm: {model: ssrms, link: tip, "
+                             "joints: [10, 25, -70, 110, -35, 20, 15], pose: {position: "
+                             "[0, 0, 2], rpy: [0, 90, 0]}}\n"
+                             "    rates: [{time: 0, velocity: [0, 0, 1]}, {time: 0.5}]\n");
+  const json script = fly(fast.string());
+  EXPECT_EQ(ours(script)["hands"][0]["limited_frames"], 25);
+  const double height = ours(script)["last"]["ssrms.tip_lee"]["p_m"][2];
+  EXPECT_GT(height, 2 + 1.3589 + 0.01);
+  EXPECT_LT(height, 2 + 1.3589 + 0.45);
+  expect_clean(script);
 }
 
 TEST_F(TrainingRun, JawsStopEachForItself) {
@@ -265,7 +301,7 @@ TEST_F(TrainingRun, LatchedOruMeetsTheGateAndReleasedDoesSoAsItself) {
   const json script = fly("06_gate");
   expect_time(stopped(ours(script), "oru"), a / (4 * kDegree), along);
   expect_time(stopped(ours(script), "oru", 6.0), 8.0, along);
-  for (const json& stop : ours(script)["stops"]) EXPECT_FALSE(names(stop, "tool"));
+  for (const json& stop : ours(script)["stops"]) EXPECT_FALSE(names(stop, "tip"));
   expect_clean(script);
   expect_no_allocation(script);
   const json jump = fly("06_gate_jump", "--backend native exact");
@@ -328,13 +364,48 @@ TEST_F(TrainingRun, FigureOneGhostsAndTheWorldDoesNot) {
   }
 }
 
-TEST_F(TrainingRun, RecordingsAreTheSameOfTwoRuns) {
-  const std::string where = (folder_ / "run").string();
+TEST_F(TrainingRun, EveryBackendFliesAndSaysWhatItProves) {
+  // Of these scripts no sampled backend has a blind spot; edge_face has in the contained cube, see below.
+  const std::set<std::string> sampled = {"edge_face", "bullet", "ode"};
+  for (const char* name : {"05_plates", "05_bar", "02_jaws_offset", "06_gate_jump", "10_figure_1_unloaded"}) {
+    const json script = fly(name, "--backend all");
+    std::size_t flown = 0;
+    for (const json& each : script["ways"]) {
+      if (each["way"] != "contact world") continue;
+      ASSERT_FALSE(each.contains("not_flown")) << each["backend"];
+      EXPECT_EQ(each["check"], sampled.contains(each["backend"]) ? "sampled" : "proven") << each["backend"];
+      for (const char* figure :
+           {"merged_frames", "passed_through_frames", "wrongly_shown_frames", "wrongly_told_frames"})
+        EXPECT_EQ(each[figure], 0) << name << " " << each["backend"] << " " << figure;
+      ++flown;
+    }
+    EXPECT_GE(flown, 3u);  // native, edge_face and exact are in every build that has this program
+  }
+}
+
+TEST_F(TrainingRun, EdgeFaceMergesWhereItIsBlind) {
+  // The paper's check sees no contact in a contained cube: edges that cross no face. It is shown so, untold.
+  const json script = fly("07_contained_solid", "--backend edge_face");
+  const json world = ours(script);
+  EXPECT_EQ(world["check"], "sampled");
+  EXPECT_EQ(world["frames"], 10);
+  EXPECT_EQ(world["merged_frames"], 10);
+  EXPECT_EQ(world["wrongly_shown_frames"], 10);
+  EXPECT_TRUE(world["cues"].empty());
+}
+
+TEST_F(TrainingRun, RecordsAreTheSameOfTwoRuns) {
+  if (run("--list").out.find("records, CSV") == std::string::npos)
+    GTEST_SKIP() << "this build has no recorder";
   std::map<std::string, std::string> first;
   for (int i = 0; i < 2; ++i) {
-    ASSERT_EQ(run("--scene 06_gate 03_oru_rim --out " + where).code, 0);
+    const fs::path records = folder_ / ("records" + std::to_string(i));
+    ASSERT_EQ(run("--scene 06_gate 03_oru_rim --record " + records.string() + " --out " +
+                  (folder_ / "run").string())
+                  .code,
+              0);
     std::size_t files = 0;
-    for (const fs::directory_entry& entry : fs::directory_iterator(where + "/recordings")) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(records)) {
       const std::string content = read(entry.path());
       EXPECT_GT(content.size(), 1000u);
       ++files;
@@ -347,16 +418,110 @@ TEST_F(TrainingRun, RecordingsAreTheSameOfTwoRuns) {
   }
 }
 
-TEST_F(TrainingRun, RecordingHoldsEveryFrameOfEveryMover) {
-  fly("02_jaws_offset");
-  std::ifstream stream(folder_ / "run/recordings/02_jaws_offset_contact_world_native.csv");
-  std::string line, last;
-  std::getline(stream, line);
-  EXPECT_EQ(line, "frame,time,object,x,y,z,r00,r01,r02,r10,r11,r12,r20,r21,r22");
-  std::size_t rows = 0;
-  while (std::getline(stream, line)) ++rows, last = line;
-  EXPECT_EQ(rows, 2u * 201u);
-  EXPECT_THAT(last, ::testing::StartsWith("200,4,right jaw,0.032"));
+/// How many lines of a kind the record has.
+std::size_t lines_of(const fs::path& record, const std::string& kind) {
+  std::ifstream stream(record);
+  std::size_t count = 0;
+  for (std::string line; std::getline(stream, line);) count += line.starts_with(kind + ",");
+  return count;
+}
+
+TEST_F(TrainingRun, RecordHoldsEveryFrameOfEveryObject) {
+  if (run("--list").out.find("records, CSV") == std::string::npos)
+    GTEST_SKIP() << "this build has no recorder";
+  const fs::path records = folder_ / "records";
+  const json script = fly("02_jaws_offset", "--record " + records.string());
+  for (const char* name : {"no_check", "figure_1", "contact_world_native"}) {
+    const fs::path record = records / ("02_jaws_offset_" + std::string(name) + ".csv");
+    EXPECT_EQ(lines_of(record, "frame"), 201u) << name;
+    EXPECT_EQ(lines_of(record, "pose"), 3u * 201u) << name;
+    EXPECT_EQ(lines_of(record, "end"), 1u) << name;
+    EXPECT_EQ(lines_of(record, "lost"), 0u) << name;
+  }
+  const json output = ours(script)["outputs"][0];
+  EXPECT_EQ(output["receiver"], "record");
+  EXPECT_EQ(output["delivered_frames"], 201);
+  EXPECT_EQ(output["dropped_frames"], 0);
+}
+
+TEST_F(TrainingRun, AnimationsAreMadeFromTheRecords) {
+  if (run("--list").out.find("glTF") == std::string::npos) GTEST_SKIP() << "this build has no gltf";
+  const fs::path records = folder_ / "records", animations = folder_ / "animations";
+  fly("06_gate", "--record " + records.string() + " --gltf " + animations.string());
+  const json gltf = json::parse(read(animations / "06_gate_contact_world_native.gltf"));
+  EXPECT_EQ(gltf["asset"]["version"], "2.0");
+  std::set<std::string> nodes;
+  for (const json& node : gltf["nodes"])
+    if (node.contains("name")) nodes.insert(node["name"].get<std::string>());
+  for (const char* name : {"tip", "oru", "gate"}) EXPECT_TRUE(nodes.contains(name)) << name;
+  EXPECT_EQ(gltf["animations"].size(), 1u);
+  EXPECT_EQ(run("--scene 5 --gltf " + animations.string()).code, 2);  // from records only
+}
+
+/// What a flight shows, told and blocked; not how long it took.
+json without_times(json way) {
+  for (const char* key : {"frame_us", "frame_cpu_us", "outputs"}) way.erase(key);
+  return way;
+}
+
+TEST_F(TrainingRun, MissingReceiversNeitherDelayNorLoseTheRun) {
+  if (run("--list").out.find("records, CSV") == std::string::npos)
+    GTEST_SKIP() << "this build has no recorder";
+  if (run("--list").out.find("CIGI 3.3") == std::string::npos) GTEST_SKIP() << "this build has no CIGI";
+  const json plain = fly("02_jaws_offset");
+  // A disk that is full from the start, and an image generator that is not there.
+  const fs::path records = folder_ / "records";
+  fs::create_directories(records);
+  for (const char* name : {"no_check", "figure_1", "contact_world_native"})
+    fs::create_symlink("/dev/full", records / ("02_jaws_offset_" + std::string(name) + ".csv"));
+  const int socket_fd = socket(AF_INET, SOCK_DGRAM, 0);  // a port that nobody else has
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(bind(socket_fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(getsockname(socket_fd, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  close(socket_fd);
+  const auto start = std::chrono::steady_clock::now();
+  const json alone =
+      fly("02_jaws_offset",
+          "--record " + records.string() + " --cigi 127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  for (std::size_t i = 0; i < plain["ways"].size(); ++i)
+    EXPECT_EQ(without_times(alone["ways"][i]), without_times(plain["ways"][i]));
+  const json outputs = ours(alone)["outputs"];
+  ASSERT_EQ(outputs.size(), 2u);
+  EXPECT_EQ(outputs[0]["dropped_frames"], 201);
+  EXPECT_GT(outputs[0]["errors"], 0);
+  EXPECT_EQ(outputs[1]["offered_frames"], 201);
+  EXPECT_GT(outputs[1]["errors"], 0);  // the system says that nobody listens
+  // The script's 4 s in real time, three records' patience of 1 s at most, and room for a busy machine:
+  // a wait of a tenth of a second a frame would take 20 s.
+  EXPECT_GE(elapsed.count(), 3.9);
+  EXPECT_LE(elapsed.count(), 15.0);
+}
+
+TEST_F(TrainingRun, ImageGeneratorIsSentEveryFrame) {
+  if (run("--list").out.find("CIGI 3.3") == std::string::npos) GTEST_SKIP() << "this build has no CIGI";
+  const int socket_fd = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(bind(socket_fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(getsockname(socket_fd, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  const json script = fly("05_plates", "--cigi 127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
+  std::array<char, 2048> datagram{};
+  int count = 0;
+  while (recv(socket_fd, datagram.data(), datagram.size(), MSG_DONTWAIT) > 0) {
+    EXPECT_EQ(datagram[0], 1);   // IG Control comes first
+    EXPECT_EQ(datagram[1], 24);  // bytes
+    EXPECT_EQ(datagram[2], 3);   // CIGI 3
+    ++count;
+  }
+  close(socket_fd);
+  EXPECT_EQ(count, 6);  // the start and five frames
+  EXPECT_EQ(ours(script)["outputs"][0]["delivered_frames"], 6);
 }
 
 TEST_F(TrainingRun, TableOfResultsHasAColumnForEachName) {
@@ -399,13 +564,16 @@ TEST_F(TrainingRun, SaysWhatIsWrongWithItsInput) {
   expect("--scene 5 --backend magic", "magic");
   expect("--rate 5", "not within 10 and 1000 Hz");
   expect("--rate", "--rate");
+  expect("--scene 5 --cigi localhost", "no HOST:PORT");
+  expect("--scene 5 --cigi localhost:99999", "no HOST:PORT");
+  expect("--scene 5 --record /dev/null/x", "--record /dev/null/x: ");
   const fs::path bad = write("bad.yaml", "name: x\nscene: {file: nowhere.yaml}\nhands: []\n");
   expect("--scene " + bad.string(), bad.string() + ":2: ");
   const std::string scenes = TOUCHSTONE_SCENES;
   const fs::path arm = write("arm.yaml", "name: x\nscene: {file: " + scenes +
-                                             "/tunnelling_plates.yaml}\nhands:\n  - object: payload\n"
-                                             "    rates: [{time: 0}]\n    arm: {model: ssrms, link: tip, "
-                                             "joints: [1, 2], grip: {}}\n");
+                                             "/tunnelling_plates.yaml}\nhands:\n  - arm: {model: ssrms, "
+                                             "link: tip, joints: [1, 2], pose: {}}\n"
+                                             "    rates: [{time: 0}]\n");
   expect("--scene " + arm.string(), "2 joint values for 7 joints");
 }
 
@@ -415,6 +583,7 @@ TEST_F(TrainingRun, HelpsAndLists) {
   EXPECT_EQ(list.code, 0);
   EXPECT_THAT(list.out, HasSubstr("10_figure_1_unloaded"));
   EXPECT_THAT(list.out, HasSubstr("native"));
+  for (const char* option : {"--record", "--gltf", "--cigi"}) EXPECT_THAT(list.out, HasSubstr(option));
 }
 
 }  // namespace

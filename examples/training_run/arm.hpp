@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "adapters/scene_files/script_file.hpp"
+#include "contact_core/mechanism/mechanism.hpp"
+
+namespace touchstone::training {
+
+/// An arm in a scene: each link with hexahedra is an object of it.
+struct Arm {
+  std::shared_ptr<const Mechanism> mechanism;
+  Pose X_WB;                   ///< of the base
+  std::vector<double> joints;  ///< at the start
+  std::uint32_t flown_link;
+  std::size_t hand;         ///< that flies it
+  std::size_t first_value;  ///< of its joint values among those of all arms
+  std::uint32_t first_object, object_count;
+  std::vector<std::uint32_t> object_of_link;  ///< kNone: no hexahedra
+  std::vector<std::uint32_t> link_of_object;  ///< from first_object on
+};
+
+/// Adds the links of all arms that hands fly to the script's scene, and the pairs that they exempt.
+/// @throws InputError: an unknown model or link, joint values that do not fit, or out of limits.
+std::vector<Arm> add_arms(Script& script);
+
+}  // namespace touchstone::training
