@@ -14,10 +14,15 @@ namespace {
 // independent and, vanishing with the step, moves no solution. 2^-40 of the diagonal is far above rounding
 // and far below 1.
 constexpr double kProximal = 0x1p-40;
-// How a path of softened problems goes on, and where it ends.
 // The natural map y - P(y - rho u) has the same zeros for every rho > 0, but other cycles of Newton's method.
 constexpr std::array<double, 7> kRho = {1.0, 1.0, 0.1, 10.0, 0.3, 3.0, 0.01};
-constexpr double kSoftening = 0.25, kLeastSoftness = 1e-9;
+// Newton's method is tried off the path from this softness on, and again each time it has fallen this much.
+constexpr double kFirstPolish = 1e-2, kPolishAgain = 0.05;
+// A path that got here has gone back the way it came.
+constexpr double kLostSoftness = 1e3;
+constexpr int kMostPathSolves = 600;
+// Widths of smoothing of the paths tried.
+constexpr std::array<double, 3> kSmoothing = {1.0, 0.1, 10.0};
 
 /// x = A^-1 x by elimination with row pivots; A, n x n, is spoilt.
 bool solve_linear(std::vector<double>& A, std::vector<double>& x) {
@@ -57,13 +62,13 @@ void ContactSolver::reserve(std::size_t rows) {
   const std::size_t newton_rows = std::min(rows, settings_.most_newton_rows);
   A_.reserve(newton_rows * newton_rows);
   bounds_.reserve(rows);
+  path_.reserve(newton_rows);
   status_.reserve(rows);
 }
 
 void ContactSolver::load(const ContactProblem& problem, std::span<const double> x) {
   problem_ = problem;
   report_ = {};
-  softness_ = 0.0;
   random_ = 0x9e3779b97f4a7c15;
   n_ = problem.rows();
   for (auto* vector : {&scale_, &b_, &y_, &u_, &best_, &trial_, &step_}) vector->resize(n_);
@@ -88,10 +93,10 @@ void ContactSolver::load(const ContactProblem& problem, std::span<const double> 
 }
 
 void ContactSolver::update_velocities(const std::vector<double>& y) {
-  for (std::size_t i = 0; i < n_; ++i) u_[i] = row_velocity(W_, b_, y, i) + softness_ * y[i];
+  for (std::size_t i = 0; i < n_; ++i) u_[i] = row_velocity(W_, b_, y, i);
 }
 
-/// Of the (softened) problem, in unscaled velocities; leaves the scaled ones in u_.
+/// In unscaled velocities; leaves the scaled ones in u_.
 double ContactSolver::residual_of(const std::vector<double>& y) {
   update_velocities(y);
   double worst = 0.0;
@@ -137,7 +142,7 @@ void ContactSolver::hold_at(std::size_t row, double value) {
 /// u = 0.
 void ContactSolver::stop(std::size_t row) {
   for (std::size_t k = 0; k < n_; ++k) A_[row * n_ + k] = W_[row * n_ + k];
-  A_[row * n_ + row] += kProximal + softness_;
+  A_[row * n_ + row] += kProximal;
   step_[row] = -u_[row];
 }
 
@@ -153,7 +158,7 @@ void ContactSolver::slip(std::size_t contact, double z1, double z2, double lengt
     for (std::size_t s = 0; s < 2; ++s) {
       const double across = ratio * ((r == s ? 1.0 : 0.0) - e[r] * e[s]);
       for (std::size_t k = 0; k < n_; ++k) row[k] += (rho_ * across) * W_[(i + 1 + s) * n_ + k];
-      row[i + 1 + s] += ((r == s ? 1.0 : 0.0) - across) + (rho_ * across) * softness_;
+      row[i + 1 + s] += ((r == s ? 1.0 : 0.0) - across);
     }
     if (y_[i] > 0.0) row[i] -= friction * e[r];
     step_[i + 1 + r] = radius * e[r] - y_[i + 1 + r];
@@ -218,11 +223,32 @@ double ContactSolver::newton(bool with_line_search) {
   return best;
 }
 
-void ContactSolver::follow_softened() {
-  for (softness_ = 1.0; softness_ > kLeastSoftness; softness_ *= kSoftening)
-    for (int i = 0; i < settings_.newton_steps; ++i)
-      if (newton(true) <= softness_ * 1e-6) break;  // far closer than the next problem is
-  softness_ = 0.0;
+/// Newton's steps from y_ as long as they help. @return whether the best found is good enough.
+bool ContactSolver::polish(int steps) {
+  double last = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < steps; ++i) {
+    const double residual = newton(false);
+    if (keep_better(residual)) return true;
+    if (i >= 2 && !(residual < 0.5 * last)) return false;
+    last = residual;
+  }
+  return false;
+}
+
+/// Along the path of softened problems, and off it to the solution where it is near enough.
+bool ContactSolver::follow_path(double smoothing) {
+  if (!path_.start({problem_.contacts, problem_.friction, bounds_, W_, b_}, smoothing)) return false;
+  double next = kFirstPolish;
+  while (path_.linear_solves() < kMostPathSolves && path_.advance()) {
+    const double softness = path_.softness();
+    if (softness > kLostSoftness) break;
+    if (softness > next) continue;
+    next = softness * kPolishAgain;
+    std::copy(path_.y().begin(), path_.y().end(), y_.begin());
+    if (keep_better(residual_of(y_)) || polish(settings_.newton_steps)) break;
+  }
+  report_.newton_steps += path_.linear_solves();
+  return report_.residual <= settings_.tolerance;
 }
 
 /// [0, 1), xorshift64.
@@ -260,7 +286,6 @@ void ContactSolver::draw_values() {
 void ContactSolver::start_anew(int round) {
   const bool from_best = round % 2 == 0;
   for (std::size_t i = 0; i < n_; ++i) y_[i] = from_best ? best_[i] : 0.0;
-  if (round < 3) return follow_softened();
   switch (round / 2 % 4) {
     case 0:
       return draw_statuses(0.0);
@@ -285,8 +310,15 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
   const bool with_newton = n_ <= settings_.most_newton_rows;
   bool done = report_.residual <= settings_.tolerance;
   for (int round = 0; round < settings_.rounds && !done; ++round) {
+    report_.rounds = round + 1;
     rho_ = kRho[round % kRho.size()];
-    if (round > 0 && with_newton) start_anew(round);
+    if (round > 0 && with_newton) {
+      const auto path = static_cast<std::size_t>(round - 1);
+      rho_ = 1.0;
+      if (path < kSmoothing.size() && (done = follow_path(kSmoothing[path]))) break;
+      rho_ = kRho[round % kRho.size()];
+      start_anew(round);
+    }
     for (int i = 0; i < settings_.sweeps; ++i, ++report_.sweeps) sweep();
     done = keep_better(residual_of(y_));
     if (!with_newton) continue;

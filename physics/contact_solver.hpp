@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "physics/contact_path.hpp"
 #include "physics/contact_problem.hpp"
 
 namespace touchstone::physics {
@@ -10,7 +11,8 @@ namespace touchstone::physics {
 struct SolveReport {
   double residual = 0.0;  ///< natural_residual() of what is returned [m/s]
   int sweeps = 0;         ///< projected Gauss-Seidel
-  int newton_steps = 0;
+  int newton_steps = 0;   ///< those along paths included
+  int rounds = 0;
   bool converged = true;
 };
 
@@ -57,18 +59,20 @@ class ContactSolver {
   double newton(bool with_line_search);
 
   void start_anew(int round);
-  void follow_softened();
+  bool follow_path(double smoothing);
+  bool polish(int steps);
   void draw_statuses(double share_kept);
   void draw_values();
   double draw();
   bool keep_better(double residual);
 
   Settings settings_;
+  ContactPath path_;
   ContactProblem problem_;
   SolveReport report_;
   std::size_t n_ = 0;
   std::uint64_t random_ = 0;
-  double softness_ = 0.0, rho_ = 1.0;
+  double rho_ = 1.0;
   // Scaled so that the largest diagonal entry of every block is 1: x = scale y, W' = scale W scale.
   std::vector<double> scale_, W_, b_, y_, u_, best_, trial_, step_, A_;
   std::vector<ContactProblem::Bounds> bounds_;
