@@ -10,10 +10,8 @@ namespace touchstone::physics {
 namespace {
 
 constexpr double kFirstLogSoftness = 1.5;
-constexpr double kFirstStep = 0.5, kLongestStep = 3.0, kShortestStep = 1e-4;
+constexpr double kFirstStep = 0.5, kLongestStep = 3.0;
 constexpr int kMostCorrections = 5, kMostFirstCorrections = 40;
-// Of the width of smoothing: what a point may be off the path.
-constexpr double kOff = 0.2;
 
 /// max(x, 0) rounded off over `width`, and its derivatives by x and width.
 struct SmoothPositive {
@@ -188,7 +186,7 @@ void ContactPath::keep() {
   softness_ = std::exp(y_[n_]);
 }
 
-bool ContactPath::start(const Problem& problem, double smoothing) {
+bool ContactPath::start(const Problem& problem, const Way& way) {
   problem_ = problem;
   n_ = problem.b.size();
   linear_solves_ = 0;
@@ -198,18 +196,19 @@ bool ContactPath::start(const Problem& problem, double smoothing) {
   double largest = 0.0;
   for (const double b : problem.b) largest = std::max(largest, std::abs(b));
   if (!(largest > 0.0)) return false;
-  smoothing_ = smoothing * largest;
+  way_ = way;
+  smoothing_ = way.smoothing * largest;
   size_ = least_size_ = largest;
   tangent_[n_] = -1.0;
   trial_[n_] = kFirstLogSoftness;
-  if (!correct(kOff, kMostFirstCorrections)) return false;
+  if (!correct(way_.most_off, kMostFirstCorrections)) return false;
   keep();
   step_ = kFirstStep;
   return true;
 }
 
 bool ContactPath::advance() {
-  for (; step_ > kShortestStep; step_ *= 0.35) {
+  for (; step_ > way_.shortest_step; step_ *= 0.35) {
     size_ = least_size_;
     for (std::size_t i = 0; i < n_; ++i) size_ = std::max(size_, std::abs(y_[i]));
     double length = 0.0;
@@ -223,7 +222,7 @@ bool ContactPath::advance() {
       trial_[i] = y_[i] + step_ * tangent_[i];
     }
     const int before = linear_solves_;
-    if (!correct(kOff, kMostCorrections)) continue;
+    if (!correct(way_.most_off, kMostCorrections)) continue;
     double turn = 0.0;
     for (std::size_t i = 0; i <= n_; ++i)
       turn += tangent_[i] * next_tangent_[i] / (i < n_ ? size_ * size_ : 1.0);

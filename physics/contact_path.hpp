@@ -29,10 +29,16 @@ class ContactPath {
     std::span<const double> W, b;
   };
 
+  struct Way {
+    double smoothing;      ///< width over softness, in units of the largest |b|: other widths, other paths
+    double most_off;       ///< of the width: how far from the path a point may be
+    double shortest_step;  ///< of the length in log softness and in y over its size
+    int most_solves;       ///< linear systems
+  };
+
   void reserve(std::size_t rows);
-  /// @param smoothing width over softness, in units of the largest |b|: other paths to the same problem.
   /// @return false where even the softest problem was not solved.
-  bool start(const Problem& problem, double smoothing);
+  bool start(const Problem& problem, const Way& way);
   /// One step along the path. @return false where it got too short to go on.
   bool advance();
 
@@ -53,6 +59,7 @@ class ContactPath {
   Problem problem_;
   std::size_t n_ = 0;
   int linear_solves_ = 0;
+  Way way_ = {};
   double smoothing_ = 0.0;  // width over softness
   double step_ = 0.0, softness_ = 0.0;
   double s_ = 1.0, rho_ = 1.0, width_ = 1.0, size_ = 1.0, least_size_ = 1.0;

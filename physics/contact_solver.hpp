@@ -59,7 +59,7 @@ class ContactSolver {
   double newton(bool with_line_search);
 
   void start_anew(int round);
-  bool follow_path(double smoothing);
+  bool follow_path(const ContactPath::Way& way);
   bool polish(int steps);
   void draw_statuses(double share_kept);
   void draw_values();
