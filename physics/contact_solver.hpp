@@ -46,6 +46,7 @@ class ContactSolver {
   enum class Status : std::uint8_t { by_value, open, stick, slip };
 
   void load(const ContactProblem& problem, std::span<const double> x);
+  double velocity_of(std::size_t row, const std::vector<double>& y) const;
   void update_velocities(const std::vector<double>& y);
   double residual_of(const std::vector<double>& y);
   void sweep();
@@ -55,6 +56,7 @@ class ContactSolver {
   void slip(std::size_t contact, double z1, double z2, double length);
   void linearise_contact(std::size_t contact);
   void linearise_joint_row(std::size_t joint);
+  bool solve_step();
   bool newton_step();
   double newton(bool with_line_search);
 
@@ -76,7 +78,12 @@ class ContactSolver {
   // Scaled so that the largest diagonal entry of every block is 1: x = scale y, W' = scale W scale.
   std::vector<double> scale_, W_, b_, y_, u_, best_, trial_, step_, A_;
   std::vector<ContactProblem::Bounds> bounds_;
-  std::vector<Status> status_;  // by contact, of the next linearisation
+  struct Columns {
+    std::size_t first, end;
+  };
+  std::vector<Columns> columns_;              // of W_, by row: all else is 0
+  std::vector<std::size_t> end_, block_end_;  // of A_, by row; before elimination, by block
+  std::vector<Status> status_;                // by contact, of the next linearisation
 };
 
 }  // namespace touchstone::physics

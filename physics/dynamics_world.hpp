@@ -228,8 +228,11 @@ class DynamicsWorld {
   std::size_t unit_of(const Mover& mover) const;
   std::size_t leader_of(std::size_t unit);
   void find_islands();
-  void load_island(const Island& island);
+  void load_rows(const Island& island);
+  void load_couplings();
+  double velocities_from_impulses();
   double coupling(const Row& r, const Row& s) const;
+  bool meet(const Row& r, const Row& s) const;
   void solve(StepReport& report);
   void accumulate();
 
@@ -248,6 +251,8 @@ class DynamicsWorld {
   std::vector<Island> islands_;
   // Of the island being solved.
   std::vector<std::size_t> local_rows_;
+  std::vector<double> spread_;              // change of each unit's velocities
+  std::vector<std::size_t> first_of_unit_;  // in spread_
   std::vector<double> W_, local_b_, local_x_, local_u_, local_friction_;
   std::vector<ContactProblem::Bounds> local_bounds_;
   struct Warm {

@@ -1,8 +1,8 @@
 // Time of dynamics.  dynamics_benchmark sets [per friction] [seed]  |  dynamics_benchmark stacks [steps]
 //
 // sets: the random contact problems of tests/physics, processor time and residual of each solve.
-// stacks: a hundred stacks of ten boxes, step by step in turn with Bullet's own dynamics in double precision (its
-// default solver, no box ever put to sleep). Contacts are found anew by both in every step.
+// stacks: a hundred stacks of ten boxes, step by step in turn with Bullet's own dynamics in double precision
+// (its default solver, no box ever put to sleep). Contacts are found anew by both in every step.
 
 #include <algorithm>
 #include <cstdio>
@@ -66,7 +66,8 @@ void run_sets(int count, unsigned seed) {
       failed += residuals.back() <= 1e-9 ? 0 : 1;
       slow += times.back() > 2000.0 ? 1 : 0;
     }
-    std::printf("friction %.1f: %d of %d sets above 1e-9 m/s, %d above 2 ms\n", friction, failed, count, slow);
+    std::printf("friction %.1f: %d of %d sets above 1e-9 m/s, %d above 2 ms\n", friction, failed, count,
+                slow);
     print_quantiles("  processor time [us]", times, "%12.1f");
     print_quantiles("  residual [m/s]", residuals, "%12.1e");
   }
@@ -123,8 +124,8 @@ struct OurStacks {
   double worst_sinking() const {
     double worst = 0.0;
     for (int i = 0; i < kStacks * kHeight; ++i)
-      worst = std::max(worst, norm(world->pose(static_cast<std::uint32_t>(i) + 1).p -
-                                   place_of(i / kHeight, i % kHeight)));
+      worst = std::max(
+          worst, norm(world->pose(static_cast<std::uint32_t>(i) + 1).p - place_of(i / kHeight, i % kHeight)));
     return worst;
   }
 };
@@ -201,6 +202,8 @@ void run_stacks(int steps) {
   std::vector<double> both;
   for (std::size_t i = 0; i < ours.finding.size(); ++i) both.push_back(ours.finding[i] + ours.stepping[i]);
   print("ours: both", both);
+  std::printf("last: solves %u sweeps %u newton %u substeps %u\n", ours.last.solves, ours.last.sweeps,
+              ours.last.newton_steps, ours.last.substeps);
   std::printf("ours: worst residual %.1e m/s, %u islands unconverged, farthest box from its place %.1e m\n",
               ours.worst_residual, ours.unconverged, ours.worst_sinking());
 #ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
