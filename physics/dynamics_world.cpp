@@ -33,6 +33,10 @@ void tangents(const Vector3& n, Vector3& t1, Vector3& t2) {
   t2 = cross(n, t1);
 }
 
+/// Contacts mostly come in the same order: what one had in the last step is looked for a little way on from
+/// where the one before was found, so that many of them do not cost their square.
+constexpr std::size_t kReach = 64;
+
 RigidBody unit_body() { return {box_inertia(1.0, {1, 1, 1}), "unit"}; }
 
 double cut_torque(const JointDrive& drive) {
@@ -268,23 +272,53 @@ void DynamicsWorld::attach(std::span<const Contact> contacts) {
     point.p_B = touchstone::transform(inverse(mover_pose(contact.b)), contact.p_B_W);
     tangents(contact.n_AB_W, point.t1_W, point.t2_W);
     point.impulse_W = point.impact_W = Vector3::Zero();
-    point.last_force_W = last_force(contact.key, next);
+    point.is_new = !take_by_key(point, next);
   }
+  next = 0;
+  for (Point& point : points_) take_nearest(point, next);
 }
 
-/// What the contact of this name had in the last step. Contacts mostly come in the same order: looked for a
-/// little way on from where the last one was found, so that many of them do not cost their square.
-Vector3 DynamicsWorld::last_force(std::uint64_t key, std::size_t& next) const {
-  constexpr std::size_t kReach = 64;
-  if (key == 0 || warm_.empty()) return Vector3::Zero();
+/// What the contact of this name had in the last step, if there was one.
+bool DynamicsWorld::take_by_key(Point& point, std::size_t& next) {
+  point.last_force_W = Vector3::Zero();
+  if (point.contact.key == 0) return false;
+  for (std::size_t i = 0; i < std::min(kReach, warm_.size()); ++i) {
+    Warm& warm = warm_[(next + i) % warm_.size()];
+    if (warm.key != point.contact.key) continue;
+    next = (next + i + 1) % warm_.size();
+    point.last_force_W = warm.force_W;
+    warm.is_taken = true;
+    return true;
+  }
+  return false;
+}
+
+/// Where corners lie on edges, a point's feature is named one way or another as rounding will have it: a
+/// point of a new name goes on with what the nearest of the same movers' points had whose name is gone.
+void DynamicsWorld::take_nearest(Point& point, std::size_t& next) {
+  const auto is_pair = [&](const Warm& warm) {
+    return warm.a == point.contact.a && warm.b == point.contact.b;
+  };
+  if (point.contact.key == 0) return;
   const std::size_t reach = std::min(kReach, warm_.size());
+  Warm* nearest = nullptr;
+  double least = kInfinity;
   for (std::size_t i = 0; i < reach; ++i) {
     const std::size_t at = (next + i) % warm_.size();
-    if (warm_[at].key != key) continue;
-    next = at + 1;
-    return warm_[at].force_W;
+    if (!is_pair(warm_[at])) {
+      if (nearest != nullptr) break;
+      continue;
+    }
+    if (!point.is_new) {
+      next = at;  // the first of this pair's
+      return;
+    }
+    const double distance = norm(warm_[at].p_A - point.p_A);
+    if (!warm_[at].is_taken && distance < least) least = distance, nearest = &warm_[at];
   }
-  return Vector3::Zero();
+  if (nearest == nullptr) return;
+  point.last_force_W = nearest->force_W;
+  nearest->is_taken = true;
 }
 
 /// Where the points are now, the normal kept as it was.
@@ -330,7 +364,7 @@ void DynamicsWorld::add_side(Row& row, const Mover& mover, const Point& point, c
   const RigidBodyState& state = phase == Phase::impact ? body.state : body.flown;
   const Vector3 angular = cross(point.act_W - 0.5 * (body.state.p_W + state.p_W), linear);
   const Vector3 v = linear / body.body.inertia().mass;
-  const Vector3 w = rotate(body.body.inverse_inertia_W(state), angular);
+  const Vector3 w = rotate(body.row_inverse_W, angular);
   for (int i = 0; i < 3; ++i) {
     J[i] = linear[i], J[3 + i] = angular[i];
     Y[i] = v[i], Y[3 + i] = w[i];
@@ -349,8 +383,7 @@ double DynamicsWorld::velocity_of(const Row& row, Phase phase) const {
       for (std::size_t k = 0; k < side.size; ++k) sum += J[k] * rates[k];
     } else {
       const Body& body = bodies_[side.mover.index];
-      const RigidBodyState& state = phase == Phase::impact ? body.state : body.flown;
-      const Vector3 v = body.body.velocity(state), w = body.body.angular_velocity(state);
+      const Vector3 &v = body.row_v_W, &w = body.row_w_W;
       sum += (J[0] * v[0] + J[1] * v[1]) + J[2] * v[2];
       sum += (J[3] * w[0] + J[4] * w[1]) + J[5] * w[2];
     }
@@ -441,6 +474,13 @@ void DynamicsWorld::gather(Phase phase, double t, bool all) {
   joint_rows_.clear();
   for (auto* vector : {&J_, &Y_, &b_, &x_, &friction_}) vector->clear();
   bounds_.clear();
+  for (Body& body : bodies_) {
+    if (body.is_kinematic) continue;
+    const RigidBodyState& state = phase == Phase::impact ? body.state : body.flown;
+    body.row_v_W = body.body.velocity(state);
+    body.row_w_W = body.body.angular_velocity(state);
+    body.row_inverse_W = body.body.inverse_inertia_W(state);
+  }
   for (std::size_t i = 0; i < points_.size(); ++i)
     if (all || points_[i].separation <= settings_.contact_gap) add_contact_rows(i, phase, t);
   for (std::uint32_t m = 0; m < mechanisms_.size(); ++m) add_joint_rows(m, phase, t, all);
@@ -904,7 +944,8 @@ void DynamicsWorld::finish(double h, std::span<ContactForce> forces) {
   warm_.clear();
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Point& point = points_[i];
-    warm_.push_back({point.contact.key, point.last_force_W});
+    warm_.push_back(
+        {point.contact.key, point.contact.a, point.contact.b, point.p_A, point.last_force_W, false});
     if (i < forces.size()) forces[i] = {point.impulse_W / h, point.impact_W};
   }
 }
