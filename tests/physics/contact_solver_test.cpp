@@ -46,7 +46,7 @@ void expect_laws(const ContactProblem& problem, const std::vector<double>& x, do
   }
 }
 
-void solve_random_sets(double mu, int count, int most_failed) {
+void solve_random_sets(double mu, int count) {
   std::mt19937_64 random(61);
   ContactSolver solver;
   solver.reserve(RandomSet::kRows);
@@ -73,13 +73,41 @@ void solve_random_sets(double mu, int count, int most_failed) {
   }
   std::printf("friction %.1f: %d of %d above 1e-9 m/s (%d of them below 1e-8), worst %.1e\n", mu, failed,
               count, rounding, worst);
-  // Short of the goal, which is none: a set of two bodies jammed by eight contacts, of 3000 (README, Limits).
-  EXPECT_LE(failed, most_failed);
+  EXPECT_EQ(failed, 0);
 }
 
-TEST(ContactSolver, RandomSetsOfFriction3) { solve_random_sets(0.3, 1000, 0); }
-TEST(ContactSolver, RandomSetsOfFriction5) { solve_random_sets(0.5, 1000, 0); }
-TEST(ContactSolver, RandomSetsOfFriction9) { solve_random_sets(0.9, 1000, 0); }
+TEST(ContactSolver, RandomSetsOfFriction3) { solve_random_sets(0.3, 1000); }
+TEST(ContactSolver, RandomSetsOfFriction5) { solve_random_sets(0.5, 1000); }
+TEST(ContactSolver, RandomSetsOfFriction9) { solve_random_sets(0.9, 1000); }
+
+/// Without Newton's method and restarts: the path alone ends at a solution.
+TEST(ContactPath, EndsAtASolution) {
+  std::mt19937_64 random(5);
+  int arrived = 0;
+  constexpr int kCount = 50;
+  for (int i = 0; i < kCount; ++i) {
+    const RandomSet set(random, 0.5, i % 2 == 1);
+    std::vector<double> scale(RandomSet::kRows), W = set.W, b = set.b, x(RandomSet::kRows), u = x;
+    for (std::size_t r = 0; r < RandomSet::kRows; ++r) {
+      const std::size_t block = r - r % 3;
+      double w = 0.0;
+      for (std::size_t k = block; k < block + 3; ++k) w = std::max(w, set.W[k * RandomSet::kRows + k]);
+      scale[r] = 1.0 / std::sqrt(w);
+    }
+    for (std::size_t r = 0; r < RandomSet::kRows; ++r) {
+      b[r] *= scale[r];
+      for (std::size_t k = 0; k < RandomSet::kRows; ++k) W[r * RandomSet::kRows + k] *= scale[r] * scale[k];
+    }
+    ContactPath path;
+    path.reserve(RandomSet::kRows);
+    ASSERT_TRUE(path.start({RandomSet::kContacts, set.friction, {}, W, b}, {1.0, 0.02, 1e-7, 2000}));
+    while (path.softness() > 1e-9 && path.linear_solves() < 2000 && path.advance()) {
+    }
+    for (std::size_t r = 0; r < RandomSet::kRows; ++r) x[r] = path.y()[r] * scale[r];
+    arrived += natural_residual(set.problem(), x, u) < 1e-6 ? 1 : 0;  // softness times impulses of up to 1e3
+  }
+  EXPECT_GE(arrived, kCount - 1);  // a path may be lost to rounding: the solver has others
+}
 
 TEST(ContactSolver, OneContactIsTheClosedForm) {
   // A unit mass point: W = 1. It arrives at (-1, 2, 0): friction 0.5 takes 0.5 of the sliding; 3 would take
