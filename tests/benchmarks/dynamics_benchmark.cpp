@@ -77,7 +77,8 @@ constexpr int kStacks = 100, kHeight = 10;
 constexpr double kSide = 0.2, kMass = 1.0, kStep = 1e-3, kGravity = 9.81;
 
 Vector3 place_of(int stack, int level) {
-  return {1.0 * (stack % 10), 1.0 * (stack / 10), kSide * (0.5 + level)};
+  const int row = stack / 10;
+  return {1.0 * (stack % 10), 1.0 * row, kSide * (0.5 + level)};
 }
 
 struct OurStacks {
@@ -202,8 +203,8 @@ void run_stacks(int steps) {
   std::vector<double> both;
   for (std::size_t i = 0; i < ours.finding.size(); ++i) both.push_back(ours.finding[i] + ours.stepping[i]);
   print("ours: both", both);
-  std::printf("last: solves %u sweeps %u newton %u substeps %u\n", ours.last.solves, ours.last.sweeps,
-              ours.last.newton_steps, ours.last.substeps);
+  std::printf("ours: last step: solves %u sweeps %u newton %u substeps %u\n", ours.last.solves,
+              ours.last.sweeps, ours.last.newton_steps, ours.last.substeps);
   std::printf("ours: worst residual %.1e m/s, %u islands unconverged, farthest box from its place %.1e m\n",
               ours.worst_residual, ours.unconverged, ours.worst_sinking());
 #ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
