@@ -14,39 +14,28 @@ namespace {
 // independent and, vanishing with the step, moves no solution. 2^-40 of the diagonal is far above rounding
 // and far below 1.
 constexpr double kProximal = 0x1p-40;
-// How a path of softened problems goes on, and where it ends.
 // The natural map y - P(y - rho u) has the same zeros for every rho > 0, but other cycles of Newton's method.
 constexpr std::array<double, 7> kRho = {1.0, 1.0, 0.1, 10.0, 0.3, 3.0, 0.01};
-constexpr double kSoftening = 0.25, kLeastSoftness = 1e-9;
+// Newton's method is tried off the path from this softness on, and again each time it has fallen this much.
+constexpr double kFirstPolish = 1e-2, kPolishAgain = 0.05;
+// A path that got here has gone back the way it came.
+constexpr double kLostSoftness = 1e3;
+// Paths tried: coarse ones, which nine in ten of the problems that Newton's method did not solve end with;
+// fine ones for what is left after some other starts.
+constexpr std::array<ContactPath::Way, 7> kWays = {{{1.0, 0.2, 1e-4, 300},
+                                                    {0.1, 0.2, 1e-4, 300},
+                                                    {10.0, 0.2, 1e-4, 300},
+                                                    {1.0, 0.02, 1e-7, 2000},
+                                                    {0.1, 0.02, 1e-7, 2000},
+                                                    {10.0, 0.02, 1e-7, 2000},
+                                                    {0.01, 0.02, 1e-7, 2000}}};
+constexpr int kCoarseWays = 3, kFirstFineRound = 12;
 
-/// x = A^-1 x by elimination with row pivots; A, n x n, is spoilt.
-bool solve_linear(std::vector<double>& A, std::vector<double>& x) {
-  const std::size_t n = x.size();
-  for (std::size_t k = 0; k < n; ++k) {
-    std::size_t pivot = k;
-    for (std::size_t i = k + 1; i < n; ++i)
-      if (std::abs(A[i * n + k]) > std::abs(A[pivot * n + k])) pivot = i;
-    if (!(std::abs(A[pivot * n + k]) > 0.0)) return false;
-    if (pivot != k) {
-      for (std::size_t j = k; j < n; ++j) std::swap(A[k * n + j], A[pivot * n + j]);
-      std::swap(x[k], x[pivot]);
-    }
-    const double* const row_k = &A[k * n];
-    for (std::size_t i = k + 1; i < n; ++i) {
-      double* const row = &A[i * n];
-      if (row[k] == 0.0) continue;
-      const double factor = row[k] / row_k[k];
-      for (std::size_t j = k + 1; j < n; ++j) row[j] -= factor * row_k[j];
-      x[i] -= factor * x[k];
-    }
-  }
-  for (std::size_t i = n; i-- > 0;) {
-    double sum = x[i];
-    for (std::size_t j = i + 1; j < n; ++j) sum -= A[i * n + j] * x[j];
-    x[i] = sum / A[i * n + i];
-    if (!std::isfinite(x[i])) return false;
-  }
-  return true;
+/// The path of a round, if it is one.
+const ContactPath::Way* way_of(int round) {
+  const int way = round <= kCoarseWays ? round - 1 : kCoarseWays + round - kFirstFineRound;
+  const bool is_path = round <= kCoarseWays || round >= kFirstFineRound;
+  return is_path && way < static_cast<int>(kWays.size()) ? &kWays[static_cast<std::size_t>(way)] : nullptr;
 }
 
 }  // namespace
@@ -57,17 +46,21 @@ void ContactSolver::reserve(std::size_t rows) {
   const std::size_t newton_rows = std::min(rows, settings_.most_newton_rows);
   A_.reserve(newton_rows * newton_rows);
   bounds_.reserve(rows);
+  columns_.reserve(rows);
+  end_.reserve(newton_rows);
+  block_end_.reserve(newton_rows);
+  path_.reserve(newton_rows);
   status_.reserve(rows);
 }
 
 void ContactSolver::load(const ContactProblem& problem, std::span<const double> x) {
   problem_ = problem;
   report_ = {};
-  softness_ = 0.0;
   random_ = 0x9e3779b97f4a7c15;
   n_ = problem.rows();
   for (auto* vector : {&scale_, &b_, &y_, &u_, &best_, &trial_, &step_}) vector->resize(n_);
   W_.resize(n_ * n_);
+  columns_.resize(n_);
   status_.assign(problem.contacts, Status::by_value);
   bounds_.assign(problem.bounds.begin(), problem.bounds.end());
   const auto scale_block = [&](std::size_t row, std::size_t size) {
@@ -82,16 +75,35 @@ void ContactSolver::load(const ContactProblem& problem, std::span<const double> 
   }
   for (std::size_t i = 0; i < n_; ++i) {
     for (std::size_t k = 0; k < n_; ++k) W_[i * n_ + k] = scale_[i] * problem.W[i * n_ + k] * scale_[k];
+    Columns& columns = columns_[i];
+    columns = {i, i + 1};
+    for (std::size_t k = 0; k < i; ++k)
+      if (W_[i * n_ + k] != 0.0) {
+        columns.first = k;
+        break;
+      }
+    for (std::size_t k = n_; k > i + 1; --k)
+      if (W_[i * n_ + k - 1] != 0.0) {
+        columns.end = k;
+        break;
+      }
     b_[i] = scale_[i] * problem.b[i];
     y_[i] = scale_[i] > 0.0 ? x[i] / scale_[i] : 0.0;
   }
 }
 
-void ContactSolver::update_velocities(const std::vector<double>& y) {
-  for (std::size_t i = 0; i < n_; ++i) u_[i] = row_velocity(W_, b_, y, i) + softness_ * y[i];
+double ContactSolver::velocity_of(std::size_t row, const std::vector<double>& y) const {
+  double sum = b_[row];
+  const double* const entries = &W_[row * n_];
+  for (std::size_t k = columns_[row].first; k < columns_[row].end; ++k) sum += entries[k] * y[k];
+  return sum;
 }
 
-/// Of the (softened) problem, in unscaled velocities; leaves the scaled ones in u_.
+void ContactSolver::update_velocities(const std::vector<double>& y) {
+  for (std::size_t i = 0; i < n_; ++i) u_[i] = velocity_of(i, y);
+}
+
+/// In unscaled velocities; leaves the scaled ones in u_.
 double ContactSolver::residual_of(const std::vector<double>& y) {
   update_velocities(y);
   double worst = 0.0;
@@ -113,8 +125,8 @@ void ContactSolver::sweep() {
     const std::size_t i = 3 * c;
     if (scale_[i] == 0.0) continue;
     const double normal = W_[i * n_ + i];
-    if (normal > 0.0) y_[i] = std::max(0.0, y_[i] - row_velocity(W_, b_, y_, i) / normal);
-    const double u1 = row_velocity(W_, b_, y_, i + 1), u2 = row_velocity(W_, b_, y_, i + 2);
+    if (normal > 0.0) y_[i] = std::max(0.0, y_[i] - velocity_of(i, y_) / normal);
+    const double u1 = velocity_of(i + 1, y_), u2 = velocity_of(i + 2, y_);
     const double a = W_[(i + 1) * n_ + i + 1], d = W_[(i + 2) * n_ + i + 2], off = W_[(i + 1) * n_ + i + 2];
     const double largest = 0.5 * (a + d) + std::sqrt(0.25 * (a - d) * (a - d) + off * off);
     if (largest > 0.0) {
@@ -124,8 +136,7 @@ void ContactSolver::sweep() {
     project_on_disc(problem_.friction[c] * y_[i], y_[i + 1], y_[i + 2]);
   }
   for (std::size_t i = 3 * problem_.contacts; i < n_; ++i)
-    if (scale_[i] > 0.0)
-      y_[i] = clamped(y_[i] - row_velocity(W_, b_, y_, i), bounds_[i - 3 * problem_.contacts]);
+    if (scale_[i] > 0.0) y_[i] = clamped(y_[i] - velocity_of(i, y_), bounds_[i - 3 * problem_.contacts]);
 }
 
 /// y = value.
@@ -136,8 +147,8 @@ void ContactSolver::hold_at(std::size_t row, double value) {
 
 /// u = 0.
 void ContactSolver::stop(std::size_t row) {
-  for (std::size_t k = 0; k < n_; ++k) A_[row * n_ + k] = W_[row * n_ + k];
-  A_[row * n_ + row] += kProximal + softness_;
+  for (std::size_t k = columns_[row].first; k < columns_[row].end; ++k) A_[row * n_ + k] = W_[row * n_ + k];
+  A_[row * n_ + row] += kProximal;
   step_[row] = -u_[row];
 }
 
@@ -152,8 +163,10 @@ void ContactSolver::slip(std::size_t contact, double z1, double z2, double lengt
     double* const row = &A_[(i + 1 + r) * n_];
     for (std::size_t s = 0; s < 2; ++s) {
       const double across = ratio * ((r == s ? 1.0 : 0.0) - e[r] * e[s]);
-      for (std::size_t k = 0; k < n_; ++k) row[k] += (rho_ * across) * W_[(i + 1 + s) * n_ + k];
-      row[i + 1 + s] += ((r == s ? 1.0 : 0.0) - across) + (rho_ * across) * softness_;
+      const Columns columns = columns_[i + 1 + s];
+      for (std::size_t k = columns.first; k < columns.end; ++k)
+        row[k] += (rho_ * across) * W_[(i + 1 + s) * n_ + k];
+      row[i + 1 + s] += ((r == s ? 1.0 : 0.0) - across);
     }
     if (y_[i] > 0.0) row[i] -= friction * e[r];
     step_[i + 1 + r] = radius * e[r] - y_[i + 1 + r];
@@ -191,12 +204,58 @@ void ContactSolver::linearise_joint_row(std::size_t joint) {
   stop(i);
 }
 
+/// step_ = A_^-1 step_ by elimination with row pivots, each row as far as it may hold anything; A_ is spoilt.
+bool ContactSolver::solve_step() {
+  const std::size_t n = n_;
+  end_.resize(n);
+  block_end_.resize(n);
+  std::size_t reach = 0;  // rows up to here may hold something in the columns so far: W is symmetric
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t block = i < 3 * problem_.contacts ? i - i % 3 : i;
+    const std::size_t last = i < 3 * problem_.contacts ? block + 3 : i + 1;
+    end_[i] = last;
+    for (std::size_t k = block; k < last; ++k) end_[i] = std::max(end_[i], columns_[k].end);
+    // Rows of a contact take each other's columns, so whole contacts are reached.
+    block_end_[i] = end_[i];
+    if (end_[i] < 3 * problem_.contacts) block_end_[i] += (3 - end_[i] % 3) % 3;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    reach = std::max(reach, block_end_[k]);
+    std::size_t pivot = k;
+    for (std::size_t i = k + 1; i < reach; ++i)
+      if (std::abs(A_[i * n + k]) > std::abs(A_[pivot * n + k])) pivot = i;
+    if (!(std::abs(A_[pivot * n + k]) > 0.0)) return false;
+    if (pivot != k) {
+      const std::size_t most = std::max(end_[k], end_[pivot]);
+      std::swap_ranges(&A_[k * n + k], &A_[k * n] + most, &A_[pivot * n + k]);
+      std::swap(end_[k], end_[pivot]);
+      std::swap(step_[k], step_[pivot]);
+    }
+    const double* const row_k = &A_[k * n];
+    for (std::size_t i = k + 1; i < reach; ++i) {
+      double* const row = &A_[i * n];
+      if (row[k] == 0.0) continue;
+      const double factor = row[k] / row_k[k];
+      for (std::size_t j = k + 1; j < end_[k]; ++j) row[j] -= factor * row_k[j];
+      end_[i] = std::max(end_[i], end_[k]);
+      step_[i] -= factor * step_[k];
+    }
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    double sum = step_[i];
+    for (std::size_t j = i + 1; j < end_[i]; ++j) sum -= A_[i * n + j] * step_[j];
+    step_[i] = sum / A_[i * n + i];
+    if (!std::isfinite(step_[i])) return false;
+  }
+  return true;
+}
+
 /// Into step_, by the natural map's generalised Jacobian at y_, which u_ belongs to.
 bool ContactSolver::newton_step() {
   A_.assign(n_ * n_, 0.0);
   for (std::size_t c = 0; c < problem_.contacts; ++c) linearise_contact(c);
   for (std::size_t j = 0; j < bounds_.size(); ++j) linearise_joint_row(j);
-  return solve_linear(A_, step_);
+  return solve_step();
 }
 
 /// One step from y_, with line search a shorter one where the whole one makes it worse. Returns the residual
@@ -218,11 +277,33 @@ double ContactSolver::newton(bool with_line_search) {
   return best;
 }
 
-void ContactSolver::follow_softened() {
-  for (softness_ = 1.0; softness_ > kLeastSoftness; softness_ *= kSoftening)
-    for (int i = 0; i < settings_.newton_steps; ++i)
-      if (newton(true) <= softness_ * 1e-6) break;  // far closer than the next problem is
-  softness_ = 0.0;
+/// Newton's steps from y_ as long as they help. @return whether the best found is good enough.
+bool ContactSolver::polish(int steps) {
+  double last = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < steps; ++i) {
+    const double residual = newton(false);
+    if (keep_better(residual)) return true;
+    if (i >= 2 && !(residual < 0.5 * last)) return false;
+    last = residual;
+  }
+  return false;
+}
+
+/// Along the path of softened problems, and off it to the solution where it is near enough.
+bool ContactSolver::follow_path(const ContactPath::Way& way) {
+  rho_ = 1.0;
+  if (!path_.start({problem_.contacts, problem_.friction, bounds_, W_, b_}, way)) return false;
+  double next = kFirstPolish;
+  while (path_.linear_solves() < way.most_solves && path_.advance()) {
+    const double softness = path_.softness();
+    if (softness > kLostSoftness) break;
+    if (softness > next) continue;
+    next = softness * kPolishAgain;
+    std::copy(path_.y().begin(), path_.y().end(), y_.begin());
+    if (keep_better(residual_of(y_)) || polish(settings_.newton_steps)) break;
+  }
+  report_.newton_steps += path_.linear_solves();
+  return report_.residual <= settings_.tolerance;
 }
 
 /// [0, 1), xorshift64.
@@ -260,7 +341,6 @@ void ContactSolver::draw_values() {
 void ContactSolver::start_anew(int round) {
   const bool from_best = round % 2 == 0;
   for (std::size_t i = 0; i < n_; ++i) y_[i] = from_best ? best_[i] : 0.0;
-  if (round < 3) return follow_softened();
   switch (round / 2 % 4) {
     case 0:
       return draw_statuses(0.0);
@@ -285,8 +365,15 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
   const bool with_newton = n_ <= settings_.most_newton_rows;
   bool done = report_.residual <= settings_.tolerance;
   for (int round = 0; round < settings_.rounds && !done; ++round) {
-    rho_ = kRho[round % kRho.size()];
-    if (round > 0 && with_newton) start_anew(round);
+    report_.rounds = round + 1;
+    rho_ = kRho[static_cast<std::size_t>(round) % kRho.size()];
+    if (round > 0 && with_newton) {
+      if (const ContactPath::Way* const way = way_of(round)) {
+        done = follow_path(*way);
+        continue;
+      }
+      start_anew(round);
+    }
     for (int i = 0; i < settings_.sweeps; ++i, ++report_.sweeps) sweep();
     done = keep_better(residual_of(y_));
     if (!with_newton) continue;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "physics/contact_path.hpp"
 #include "physics/contact_problem.hpp"
 
 namespace touchstone::physics {
@@ -10,7 +11,8 @@ namespace touchstone::physics {
 struct SolveReport {
   double residual = 0.0;  ///< natural_residual() of what is returned [m/s]
   int sweeps = 0;         ///< projected Gauss-Seidel
-  int newton_steps = 0;
+  int newton_steps = 0;   ///< those along paths included
+  int rounds = 0;
   bool converged = true;
 };
 
@@ -44,6 +46,7 @@ class ContactSolver {
   enum class Status : std::uint8_t { by_value, open, stick, slip };
 
   void load(const ContactProblem& problem, std::span<const double> x);
+  double velocity_of(std::size_t row, const std::vector<double>& y) const;
   void update_velocities(const std::vector<double>& y);
   double residual_of(const std::vector<double>& y);
   void sweep();
@@ -53,26 +56,34 @@ class ContactSolver {
   void slip(std::size_t contact, double z1, double z2, double length);
   void linearise_contact(std::size_t contact);
   void linearise_joint_row(std::size_t joint);
+  bool solve_step();
   bool newton_step();
   double newton(bool with_line_search);
 
   void start_anew(int round);
-  void follow_softened();
+  bool follow_path(const ContactPath::Way& way);
+  bool polish(int steps);
   void draw_statuses(double share_kept);
   void draw_values();
   double draw();
   bool keep_better(double residual);
 
   Settings settings_;
+  ContactPath path_;
   ContactProblem problem_;
   SolveReport report_;
   std::size_t n_ = 0;
   std::uint64_t random_ = 0;
-  double softness_ = 0.0, rho_ = 1.0;
+  double rho_ = 1.0;
   // Scaled so that the largest diagonal entry of every block is 1: x = scale y, W' = scale W scale.
   std::vector<double> scale_, W_, b_, y_, u_, best_, trial_, step_, A_;
   std::vector<ContactProblem::Bounds> bounds_;
-  std::vector<Status> status_;  // by contact, of the next linearisation
+  struct Columns {
+    std::size_t first, end;
+  };
+  std::vector<Columns> columns_;              // of W_, by row: all else is 0
+  std::vector<std::size_t> end_, block_end_;  // of A_, by row; before elimination, by block
+  std::vector<Status> status_;                // by contact, of the next linearisation
 };
 
 }  // namespace touchstone::physics

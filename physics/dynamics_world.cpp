@@ -7,6 +7,7 @@
 
 #include "contact_core/input_error.hpp"
 #include "physics/cholesky.hpp"
+#include "physics/contact_laws.hpp"
 #include "physics/matrix3.hpp"
 
 namespace touchstone::physics {
@@ -31,6 +32,10 @@ void tangents(const Vector3& n, Vector3& t1, Vector3& t2) {
   t1 = t1 / norm(t1);
   t2 = cross(n, t1);
 }
+
+/// Contacts mostly come in the same order: what one had in the last step is looked for a little way on from
+/// where the one before was found, so that many of them do not cost their square.
+constexpr std::size_t kReach = 64;
 
 RigidBody unit_body() { return {box_inertia(1.0, {1, 1, 1}), "unit"}; }
 
@@ -158,6 +163,8 @@ void DynamicsWorld::reserve(std::size_t contacts) {
   for (auto* vector : {&block_order_, &island_of_block_}) vector->reserve(contacts + 3 * joints);
   const std::size_t units = bodies_.size() + mechanisms_.size();
   leader_.reserve(units);
+  first_of_unit_.reserve(units);
+  spread_.reserve(6 * bodies_.size() + joints);
   island_of_unit_.reserve(units);
   islands_.reserve(units);
   // Of the largest island: who expects larger ones than a thousand rows pays for them when they come.
@@ -265,23 +272,53 @@ void DynamicsWorld::attach(std::span<const Contact> contacts) {
     point.p_B = touchstone::transform(inverse(mover_pose(contact.b)), contact.p_B_W);
     tangents(contact.n_AB_W, point.t1_W, point.t2_W);
     point.impulse_W = point.impact_W = Vector3::Zero();
-    point.last_force_W = last_force(contact.key, next);
+    point.is_new = !take_by_key(point, next);
   }
+  next = 0;
+  for (Point& point : points_) take_nearest(point, next);
 }
 
-/// What the contact of this name had in the last step. Contacts mostly come in the same order: looked for a
-/// little way on from where the last one was found, so that many of them do not cost their square.
-Vector3 DynamicsWorld::last_force(std::uint64_t key, std::size_t& next) const {
-  constexpr std::size_t kReach = 64;
-  if (key == 0 || warm_.empty()) return Vector3::Zero();
+/// What the contact of this name had in the last step, if there was one.
+bool DynamicsWorld::take_by_key(Point& point, std::size_t& next) {
+  point.last_force_W = Vector3::Zero();
+  if (point.contact.key == 0) return false;
+  for (std::size_t i = 0; i < std::min(kReach, warm_.size()); ++i) {
+    Warm& warm = warm_[(next + i) % warm_.size()];
+    if (warm.key != point.contact.key) continue;
+    next = (next + i + 1) % warm_.size();
+    point.last_force_W = warm.force_W;
+    warm.is_taken = true;
+    return true;
+  }
+  return false;
+}
+
+/// Where corners lie on edges, a point's feature is named one way or another as rounding will have it: a
+/// point of a new name goes on with what the nearest of the same movers' points had whose name is gone.
+void DynamicsWorld::take_nearest(Point& point, std::size_t& next) {
+  const auto is_pair = [&](const Warm& warm) {
+    return warm.a == point.contact.a && warm.b == point.contact.b;
+  };
+  if (point.contact.key == 0) return;
   const std::size_t reach = std::min(kReach, warm_.size());
+  Warm* nearest = nullptr;
+  double least = kInfinity;
   for (std::size_t i = 0; i < reach; ++i) {
     const std::size_t at = (next + i) % warm_.size();
-    if (warm_[at].key != key) continue;
-    next = at + 1;
-    return warm_[at].force_W;
+    if (!is_pair(warm_[at])) {
+      if (nearest != nullptr) break;
+      continue;
+    }
+    if (!point.is_new) {
+      next = at;  // the first of this pair's
+      return;
+    }
+    const double distance = norm(warm_[at].p_A - point.p_A);
+    if (!warm_[at].is_taken && distance < least) least = distance, nearest = &warm_[at];
   }
-  return Vector3::Zero();
+  if (nearest == nullptr) return;
+  point.last_force_W = nearest->force_W;
+  nearest->is_taken = true;
 }
 
 /// Where the points are now, the normal kept as it was.
@@ -327,7 +364,7 @@ void DynamicsWorld::add_side(Row& row, const Mover& mover, const Point& point, c
   const RigidBodyState& state = phase == Phase::impact ? body.state : body.flown;
   const Vector3 angular = cross(point.act_W - 0.5 * (body.state.p_W + state.p_W), linear);
   const Vector3 v = linear / body.body.inertia().mass;
-  const Vector3 w = rotate(body.body.inverse_inertia_W(state), angular);
+  const Vector3 w = rotate(body.row_inverse_W, angular);
   for (int i = 0; i < 3; ++i) {
     J[i] = linear[i], J[3 + i] = angular[i];
     Y[i] = v[i], Y[3 + i] = w[i];
@@ -346,8 +383,7 @@ double DynamicsWorld::velocity_of(const Row& row, Phase phase) const {
       for (std::size_t k = 0; k < side.size; ++k) sum += J[k] * rates[k];
     } else {
       const Body& body = bodies_[side.mover.index];
-      const RigidBodyState& state = phase == Phase::impact ? body.state : body.flown;
-      const Vector3 v = body.body.velocity(state), w = body.body.angular_velocity(state);
+      const Vector3 &v = body.row_v_W, &w = body.row_w_W;
       sum += (J[0] * v[0] + J[1] * v[1]) + J[2] * v[2];
       sum += (J[3] * w[0] + J[4] * w[1]) + J[5] * w[2];
     }
@@ -438,6 +474,13 @@ void DynamicsWorld::gather(Phase phase, double t, bool all) {
   joint_rows_.clear();
   for (auto* vector : {&J_, &Y_, &b_, &x_, &friction_}) vector->clear();
   bounds_.clear();
+  for (Body& body : bodies_) {
+    if (body.is_kinematic) continue;
+    const RigidBodyState& state = phase == Phase::impact ? body.state : body.flown;
+    body.row_v_W = body.body.velocity(state);
+    body.row_w_W = body.body.angular_velocity(state);
+    body.row_inverse_W = body.body.inverse_inertia_W(state);
+  }
   for (std::size_t i = 0; i < points_.size(); ++i)
     if (all || points_[i].separation <= settings_.contact_gap) add_contact_rows(i, phase, t);
   for (std::uint32_t m = 0; m < mechanisms_.size(); ++m) add_joint_rows(m, phase, t, all);
@@ -492,8 +535,8 @@ void DynamicsWorld::find_islands() {
   }
 }
 
-/// Its rows, one after the other, and J M^-1 J^T: rows meet where they act on the same body or mechanism.
-void DynamicsWorld::load_island(const Island& island) {
+/// Its rows, one after the other.
+void DynamicsWorld::load_rows(const Island& island) {
   local_rows_.clear();
   local_friction_.clear();
   local_bounds_.clear();
@@ -509,13 +552,72 @@ void DynamicsWorld::load_island(const Island& island) {
   }
   const std::size_t n = local_rows_.size();
   for (auto* vector : {&local_b_, &local_x_, &local_u_}) vector->resize(n);
-  W_.resize(n * n);
   for (std::size_t r = 0; r < n; ++r) {
     local_b_[r] = b_[local_rows_[r]];
     local_x_[r] = x_[local_rows_[r]];
-    for (std::size_t s = 0; s <= r; ++s)
-      W_[r * n + s] = W_[s * n + r] = coupling(rows_[local_rows_[r]], rows_[local_rows_[s]]);
   }
+}
+
+/// J M^-1 J^T of the loaded rows: those meet that act on the same body or mechanism, and the rows of one
+/// contact all act on the same.
+void DynamicsWorld::load_couplings() {
+  const std::size_t n = local_rows_.size(), contact_rows = 3 * local_friction_.size();
+  W_.assign(n * n, 0.0);
+  const auto size_at = [&](std::size_t row) { return row < contact_rows ? 3U : 1U; };
+  for (std::size_t r = 0; r < n; r += size_at(r))
+    for (std::size_t s = 0; s <= r; s += size_at(s)) {
+      if (!meet(rows_[local_rows_[r]], rows_[local_rows_[s]])) continue;
+      for (std::size_t i = r; i < r + size_at(r); ++i)
+        for (std::size_t k = s; k < s + size_at(s) && k <= i; ++k)
+          W_[i * n + k] = W_[k * n + i] = coupling(rows_[local_rows_[i]], rows_[local_rows_[k]]);
+    }
+}
+
+/// local_u_ = W x + b by way of the units' velocities, without W: what rows cost, not their square. Returns
+/// the natural residual.
+double DynamicsWorld::velocities_from_impulses() {
+  const auto spread_of = [&](const Side& side) { return &spread_[first_of_unit_[unit_of(side.mover)]]; };
+  const std::size_t n = local_rows_.size(), contacts = local_friction_.size();
+  for (const std::size_t r : local_rows_)
+    for (int i = 0; i < rows_[r].count; ++i)
+      std::fill_n(spread_of(rows_[r].sides[i]), rows_[r].sides[i].size, 0.0);
+  for (std::size_t k = 0; k < n; ++k)
+    for (int i = 0; i < rows_[local_rows_[k]].count; ++i) {
+      const Side& side = rows_[local_rows_[k]].sides[i];
+      double* const spread = spread_of(side);
+      for (std::size_t c = 0; c < side.size; ++c) spread[c] += Y_[side.first + c] * local_x_[k];
+    }
+  double worst = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    double sum = local_b_[k];
+    for (int i = 0; i < rows_[local_rows_[k]].count; ++i) {
+      const Side& side = rows_[local_rows_[k]].sides[i];
+      const double* const spread = spread_of(side);
+      for (std::size_t c = 0; c < side.size; ++c) sum += J_[side.first + c] * spread[c];
+    }
+    local_u_[k] = sum;
+  }
+  const auto scale = [&](std::size_t k) { return coupling(rows_[local_rows_[k]], rows_[local_rows_[k]]); };
+  for (std::size_t c = 0; c < contacts; ++c) {
+    const std::size_t k = 3 * c;
+    const double w = std::max({scale(k), scale(k + 1), scale(k + 2)});
+    if (w > 0.0) worst = std::max(worst, contact_residual(w, local_friction_[c], &local_x_[k], &local_u_[k]));
+  }
+  for (std::size_t k = 3 * contacts; k < n; ++k) {
+    const double w = scale(k);
+    if (w > 0.0)
+      worst = std::max(worst, w * std::abs(local_x_[k] - clamped(local_x_[k] - local_u_[k] / w,
+                                                                 local_bounds_[k - 3 * contacts])));
+  }
+  return worst;
+}
+
+bool DynamicsWorld::meet(const Row& r, const Row& s) const {
+  for (int i = 0; i < r.count; ++i)
+    for (int k = 0; k < s.count; ++k)
+      if (r.sides[i].mover.kind == s.sides[k].mover.kind && r.sides[i].mover.index == s.sides[k].mover.index)
+        return true;
+  return false;
 }
 
 double DynamicsWorld::coupling(const Row& r, const Row& s) const {
@@ -532,13 +634,25 @@ double DynamicsWorld::coupling(const Row& r, const Row& s) const {
 void DynamicsWorld::solve(StepReport& report) {
   u_ = b_;
   find_islands();
+  first_of_unit_.clear();
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < bodies_.size() + mechanisms_.size(); ++i) {
+    first_of_unit_.push_back(size);
+    size += i < bodies_.size() ? 6 : mechanisms_[i - bodies_.size()].q.size();
+  }
+  spread_.resize(size);
   for (std::size_t r = 0; r < rows_.size(); ++r)
     if (rows_[r].count == 0) x_[r] = 0.0;
   for (const Island& island : islands_) {
-    load_island(island);
-    const ContactProblem problem{island.contacts, local_friction_, local_bounds_, W_, local_b_};
-    const SolveReport solved = solver_.solve(problem, local_x_);
-    natural_residual(problem, local_x_, local_u_);
+    load_rows(island);
+    SolveReport solved;
+    // Most of what rests goes on resting: what held it in the last step does in this.
+    solved.residual = velocities_from_impulses();
+    if (!(solved.residual <= settings_.solver.tolerance)) {
+      load_couplings();
+      solved = solver_.solve({island.contacts, local_friction_, local_bounds_, W_, local_b_}, local_x_);
+      solved.residual = velocities_from_impulses();
+    }
     for (std::size_t k = 0; k < local_rows_.size(); ++k) {
       x_[local_rows_[k]] = local_x_[k];
       u_[local_rows_[k]] = local_u_[k];
@@ -830,7 +944,8 @@ void DynamicsWorld::finish(double h, std::span<ContactForce> forces) {
   warm_.clear();
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Point& point = points_[i];
-    warm_.push_back({point.contact.key, point.last_force_W});
+    warm_.push_back(
+        {point.contact.key, point.contact.a, point.contact.b, point.p_A, point.last_force_W, false});
     if (i < forces.size()) forces[i] = {point.impulse_W / h, point.impact_W};
   }
 }

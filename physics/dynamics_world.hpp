@@ -154,6 +154,9 @@ class DynamicsWorld {
     Vector3 v_W = Vector3::Zero(), w_W = Vector3::Zero();  // kinematic
     RigidBodyState kept = {}, start = {},
                    flown = {};  // before the step, before its piece, after without impulses
+    // Of the rows being gathered: velocities before impulses, and what impulses turn.
+    Vector3 row_v_W = Vector3::Zero(), row_w_W = Vector3::Zero();
+    Matrix3 row_inverse_W = Matrix3::Zero();
     Vector3 impulse_W = Vector3::Zero(), moment_W = Vector3::Zero();  // the moment about the world's origin
   };
   struct Arm {
@@ -173,6 +176,7 @@ class DynamicsWorld {
     Vector3 t1_W, t2_W;
     double separation, start_separation, start_speed;
     Vector3 impulse_W, start_impulse_W, impact_W, last_force_W;  // on B
+    bool is_new;  // in the last step it had another name, or was not
   };
   struct Side {
     Mover mover;
@@ -202,7 +206,8 @@ class DynamicsWorld {
   Pose mover_pose(const Mover& mover) const;
   Vector3 point_velocity(const Mover& mover, const Vector3& p_W) const;
   Vector3 relative_velocity(const Point& point) const;
-  Vector3 last_force(std::uint64_t key, std::size_t& next) const;
+  bool take_by_key(Point& point, std::size_t& next);
+  void take_nearest(Point& point, std::size_t& next);
 
   void factor_masses();
   bool needs_impact() const;
@@ -228,8 +233,11 @@ class DynamicsWorld {
   std::size_t unit_of(const Mover& mover) const;
   std::size_t leader_of(std::size_t unit);
   void find_islands();
-  void load_island(const Island& island);
+  void load_rows(const Island& island);
+  void load_couplings();
+  double velocities_from_impulses();
   double coupling(const Row& r, const Row& s) const;
+  bool meet(const Row& r, const Row& s) const;
   void solve(StepReport& report);
   void accumulate();
 
@@ -248,11 +256,16 @@ class DynamicsWorld {
   std::vector<Island> islands_;
   // Of the island being solved.
   std::vector<std::size_t> local_rows_;
+  std::vector<double> spread_;              // change of each unit's velocities
+  std::vector<std::size_t> first_of_unit_;  // in spread_
   std::vector<double> W_, local_b_, local_x_, local_u_, local_friction_;
   std::vector<ContactProblem::Bounds> local_bounds_;
   struct Warm {
     std::uint64_t key;
+    Mover a, b;
+    Vector3 p_A;  // in A's frame
     Vector3 force_W;
+    bool is_taken;
   };
   std::vector<Warm> warm_;
 };

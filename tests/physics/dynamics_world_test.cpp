@@ -119,6 +119,28 @@ TEST(DynamicsWorld, ForcesOnARestingBodyAreItsWeight) {
   EXPECT_EQ(on_ground.force_W, -on_cube.force_W);
 }
 
+TEST(DynamicsWorld, RestingPointsThatGetAnotherNameKeepTheirForces) {
+  const RigidBody box(box_inertia(3.0, {1, 1, 1}), "box");
+  DynamicsWorld::Settings settings;
+  settings.gravity_W = {0, 0, -9.81};
+  DynamicsWorld world(settings);
+  world.add_body(box, box.state(at({0, 0, 0.5}), kZero, kZero));
+  std::vector<Contact> contacts;
+  for (const Vector3& corner : {Vector3(0.5, 0.5, 0), Vector3(-0.4, 0.5, 0), Vector3(0, -0.5, 0)}) {
+    const auto key = static_cast<std::uint64_t>(contacts.size() + 1);
+    contacts.push_back({Mover::ground(), Mover::of_body(0), {0, 0, 1}, corner, corner, 0.5, 0.0, key});
+  }
+  EXPECT_GT(world.step(1e-3, contacts).sweeps, 0U);
+  EXPECT_EQ(world.step(1e-3, contacts).sweeps, 0U);
+  contacts[0].key = 77;
+  contacts[2].key = 78;
+  std::swap(contacts[0], contacts[1]);
+  const StepReport renamed = world.step(1e-3, contacts);
+  EXPECT_EQ(renamed.sweeps, 0U);
+  EXPECT_EQ(renamed.newton_steps, 0U);
+  EXPECT_LE(renamed.worst_residual, 1e-10);
+}
+
 TEST(DynamicsWorld, CommandedRatesAreCutToTheJointsOwn) {
   const Arm arm = ssrms_arm();
   const MechanismDynamics dynamics(arm.mechanism, arm.links);

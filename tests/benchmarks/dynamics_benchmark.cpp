@@ -1,0 +1,230 @@
+// Time of dynamics.  dynamics_benchmark sets [per friction] [seed]  |  dynamics_benchmark stacks [steps]
+//
+// sets: the random contact problems of tests/physics, processor time and residual of each solve.
+// stacks: a hundred stacks of ten boxes, step by step in turn with Bullet's own dynamics in double precision
+// (its default solver, no box ever put to sleep). Contacts are found anew by both in every step.
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
+#include <btBulletDynamicsCommon.h>
+#endif
+
+#include "contact_core/registry.hpp"
+#include "physics/narrowphase_contacts.hpp"
+#include "tests/physics/random_contact_sets.hpp"
+
+using namespace touchstone;
+using namespace touchstone::physics;
+
+namespace {
+
+/// Of this thread [us].
+double processor_time() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+double timed(const std::function<void()>& work) {
+  const double start = processor_time();
+  work();
+  return processor_time() - start;
+}
+
+void print_quantiles(const char* what, std::vector<double> values, const char* format) {
+  std::sort(values.begin(), values.end());
+  std::printf("%-28s", what);
+  for (const double share : {0.0, 0.5, 0.9, 0.99, 0.999, 1.0}) {
+    const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+    std::printf(format, values[at]);
+  }
+  std::printf("\n");
+}
+
+void run_sets(int count, unsigned seed) {
+  ContactSolver solver;
+  solver.reserve(RandomSet::kRows);
+  std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
+  for (const double friction : {0.3, 0.5, 0.9}) {
+    std::mt19937_64 random(seed);
+    std::vector<double> times, residuals, u(RandomSet::kRows);
+    int failed = 0, slow = 0;
+    for (int i = 0; i < count; ++i) {
+      const RandomSet set(random, friction, i % 2 == 1);
+      const ContactProblem problem = set.problem();
+      std::vector<double> x(RandomSet::kRows, 0.0);
+      times.push_back(timed([&] { solver.solve(problem, x); }));
+      residuals.push_back(natural_residual(problem, x, u));
+      failed += residuals.back() <= 1e-9 ? 0 : 1;
+      slow += times.back() > 2000.0 ? 1 : 0;
+    }
+    std::printf("friction %.1f: %d of %d sets above 1e-9 m/s, %d above 2 ms\n", friction, failed, count,
+                slow);
+    print_quantiles("  processor time [us]", times, "%12.1f");
+    print_quantiles("  residual [m/s]", residuals, "%12.1e");
+  }
+}
+
+constexpr int kStacks = 100, kHeight = 10;
+constexpr double kSide = 0.2, kMass = 1.0, kStep = 1e-3, kGravity = 9.81;
+
+Vector3 place_of(int stack, int level) {
+  const int row = stack / 10;
+  return {1.0 * (stack % 10), 1.0 * row, kSide * (0.5 + level)};
+}
+
+struct OurStacks {
+  RigidBody box{box_inertia(kMass, {kSide, kSide, kSide}), "box"};
+  HexahedronTree box_tree{{{"box", Hexahedron::from_size({kSide, kSide, kSide}), {}}}, "box"};
+  HexahedronTree ground_tree{{{"slab", Hexahedron::from_size({20, 20, 1}), {}}}, "ground"};
+  BackendRegistry registry;
+  std::unique_ptr<NarrowphaseContacts> contacts;
+  std::unique_ptr<DynamicsWorld> world;
+  std::vector<double> finding, stepping;
+  StepReport last;
+  std::size_t points = 0;
+  double worst_residual = 0.0;
+  std::uint32_t unconverged = 0;
+
+  OurStacks() {
+    register_core(registry);
+    contacts = std::make_unique<NarrowphaseContacts>(registry.make_broadphase("native"),
+                                                     registry.make_narrowphase("native"), 1e-3);
+    DynamicsWorld::Settings settings;
+    settings.gravity_W = {0, 0, -kGravity};
+    world = std::make_unique<DynamicsWorld>(settings);
+    Pose ground;
+    ground.p = {5, 5, -0.5};
+    contacts->add(Mover::of_body(world->add_kinematic(ground, Vector3::Zero(), Vector3::Zero())), ground_tree,
+                  {0.5, 0.0});
+    for (int i = 0; i < kStacks * kHeight; ++i) {
+      Pose X_WB;
+      X_WB.p = place_of(i / kHeight, i % kHeight);
+      const auto body = world->add_body(box, box.state(X_WB, Vector3::Zero(), Vector3::Zero()));
+      contacts->add(Mover::of_body(body), box_tree, {0.5, 0.0});
+    }
+    contacts->build();
+    world->reserve(4 * kStacks * kHeight);
+  }
+  void step() {
+    std::span<const Contact> found;
+    finding.push_back(timed([&] { found = contacts->find(*world); }));
+    points = found.size();
+    stepping.push_back(timed([&] { last = world->step(kStep, found); }));
+    worst_residual = std::max(worst_residual, last.worst_residual);
+    unconverged += last.unconverged;
+  }
+  double worst_sinking() const {
+    double worst = 0.0;
+    for (int i = 0; i < kStacks * kHeight; ++i)
+      worst = std::max(
+          worst, norm(world->pose(static_cast<std::uint32_t>(i) + 1).p - place_of(i / kHeight, i % kHeight)));
+    return worst;
+  }
+};
+
+#ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
+struct BulletStacks {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
+  btBoxShape ground_shape{btVector3(10, 10, 0.5)}, box_shape{btVector3(kSide / 2, kSide / 2, kSide / 2)};
+  std::vector<std::unique_ptr<btRigidBody>> bodies;
+  std::vector<double> stepping;
+
+  BulletStacks() {
+    world.setGravity({0, 0, -kGravity});
+    add(0.0, ground_shape, {5, 5, -0.5});
+    for (int i = 0; i < kStacks * kHeight; ++i) {
+      const Vector3 p = place_of(i / kHeight, i % kHeight);
+      add(kMass, box_shape, {p.x(), p.y(), p.z()});
+    }
+  }
+  ~BulletStacks() {
+    for (const auto& body : bodies) world.removeRigidBody(body.get());
+  }
+  BulletStacks(const BulletStacks&) = delete;
+  BulletStacks& operator=(const BulletStacks&) = delete;
+
+  void add(double mass, btCollisionShape& shape, const btVector3& p) {
+    btVector3 inertia(0, 0, 0);
+    if (mass > 0.0) shape.calculateLocalInertia(mass, inertia);
+    btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, &shape, inertia);
+    info.m_startWorldTransform.setIdentity();
+    info.m_startWorldTransform.setOrigin(p);
+    bodies.push_back(std::make_unique<btRigidBody>(info));
+    bodies.back()->setActivationState(DISABLE_DEACTIVATION);
+    world.addRigidBody(bodies.back().get());
+  }
+  void step() {
+    stepping.push_back(timed([&] { world.stepSimulation(kStep, 1, kStep); }));
+  }
+  double worst_sinking() const {
+    double worst = 0.0;
+    for (int i = 0; i < kStacks * kHeight; ++i) {
+      const btVector3 p = bodies[static_cast<std::size_t>(i) + 1]->getWorldTransform().getOrigin();
+      worst = std::max(worst, norm(Vector3(p.x(), p.y(), p.z()) - place_of(i / kHeight, i % kHeight)));
+    }
+    return worst;
+  }
+};
+#endif
+
+void run_stacks(int steps) {
+  OurStacks ours;
+#ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
+  BulletStacks bullet;
+#endif
+  for (int i = 0; i < steps; ++i) {
+    ours.step();
+#ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
+    bullet.step();
+#endif
+  }
+  std::printf("%d stacks of %d boxes, %d steps of %g s, %zu contact points; processor time [ms]\n", kStacks,
+              kHeight, steps, kStep, ours.points);
+  std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
+  const auto print = [](const char* what, std::vector<double> times) {
+    for (double& time : times) time *= 1e-3;
+    print_quantiles(what, std::move(times), "%12.3f");
+  };
+  print("ours: contacts", ours.finding);
+  print("ours: step", ours.stepping);
+  std::vector<double> both;
+  for (std::size_t i = 0; i < ours.finding.size(); ++i) both.push_back(ours.finding[i] + ours.stepping[i]);
+  print("ours: both", both);
+  std::printf("ours: last step: solves %u sweeps %u newton %u substeps %u\n", ours.last.solves,
+              ours.last.sweeps, ours.last.newton_steps, ours.last.substeps);
+  std::printf("ours: worst residual %.1e m/s, %u islands unconverged, farthest box from its place %.1e m\n",
+              ours.worst_residual, ours.unconverged, ours.worst_sinking());
+#ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
+  print("Bullet: stepSimulation", bullet.stepping);
+  std::printf("Bullet: farthest box from its place %.1e m\n", bullet.worst_sinking());
+#endif
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string_view what = argc > 1 ? argv[1] : "";
+  const int count = argc > 2 ? std::atoi(argv[2]) : what == "sets" ? 3500 : 200;
+  if (what == "sets" && count > 0) {
+    run_sets(count, argc > 3 ? static_cast<unsigned>(std::atoi(argv[3])) : 61);
+  } else if (what == "stacks" && count > 0) {
+    run_stacks(count);
+  } else {
+    std::fprintf(stderr, "usage: dynamics_benchmark sets [per friction] [seed] | stacks [steps]\n");
+    return 1;
+  }
+  return 0;
+}
