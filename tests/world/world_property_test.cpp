@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-
 #include "tests/support/random.hpp"
 #include "world_fixture.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
