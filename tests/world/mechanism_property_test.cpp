@@ -66,6 +66,7 @@ struct ArmScene {
     objects.pop_back();
     while (!object_of.empty() && object_of.back() == objects.size())
       object_of.pop_back(), solids.pop_back(), X_OS.pop_back();
+    built_ = 0;  // the next box may be another one of the same number
   }
 
   /// Solids that are never checked: of one object, or exempt.
@@ -80,7 +81,7 @@ struct ArmScene {
 #ifdef TOUCHSTONE_HAS_EXACT
     BackendRegistry registry;
     register_exact(registry);
-    if (!exact_ || built_ != solids.size()) {
+    if (built_ != solids.size()) {
       exact_ = registry.make_narrowphase("exact");
       exact_->build(solids);
       workspace_ = exact_->make_workspace();
