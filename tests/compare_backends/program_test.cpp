@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "examples/compare_backends/text_table.hpp"
+#include "tests/support/program_test.hpp"
 
 extern char** environ;
 
@@ -25,39 +26,11 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-class Program : public ::testing::Test {
+class Program : public touchstone::ProgramTest {
  protected:
-  Program() {
-    std::string name = (fs::temp_directory_path() / "compare_test.XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~Program() override { fs::remove_all(folder_); }
+  Program() : ProgramTest(COMPARE_BACKENDS) {}
 
-  struct Outcome {
-    int code;
-    std::string out, err;
-  };
-  Outcome run(const std::string& arguments) const {
-    const fs::path out = folder_ / "out", err = folder_ / "err";
-    const std::string command =
-        std::string(COMPARE_BACKENDS) + " " + arguments + " >" + out.string() + " 2>" + err.string();
-    const int status = std::system(command.c_str());
-    Outcome outcome{WEXITSTATUS(status), read(out), read(err)};
-    fs::remove(out);
-    fs::remove(err);
-    return outcome;
-  }
-  static std::string read(const fs::path& path) {
-    std::ifstream stream(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-  fs::path write(const std::string& name, const std::string& content) const {
-    std::ofstream(folder_ / name) << content;
-    return folder_ / name;
-  }
   std::string report() const { return " --output " + (folder_ / "report").string() + " "; }
-
-  fs::path folder_;
 };
 
 TEST_F(Program, TheFiguresOnThePageAndInTheTerminalAreThoseOfTheJson) {

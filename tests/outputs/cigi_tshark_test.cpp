@@ -21,10 +21,10 @@ using nlohmann::json;
 /// Datagrams as a capture file: raw IPv4, from the host to port 8004 of the image generator.
 std::string capture_file(const std::vector<Bytes>& datagrams) {
   std::string out;
-  const auto little = [&](std::uint32_t value, int bytes) {
+  const auto little = [&](std::uint64_t value, int bytes) {
     for (int i = 0; i < bytes; ++i) out += static_cast<char>(value >> (8 * i));
   };
-  const auto big = [&](std::uint32_t value, int bytes) {
+  const auto big = [&](std::uint64_t value, int bytes) {
     for (int i = bytes - 1; i >= 0; --i) out += static_cast<char>(value >> (8 * i));
   };
   little(0xa1b2c3d4, 4), little(2, 2), little(4, 2), little(0, 8), little(65535, 4), little(228, 4);

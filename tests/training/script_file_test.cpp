@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "contact_core/input_error.hpp"
+#include "tests/support/program_test.hpp"
 
 namespace touchstone {
 namespace {
@@ -31,19 +32,10 @@ objects:
       segments: [{velocity: [0, 0, -1]}]
 )";
 
-class ScriptFile : public ::testing::Test {
+class ScriptFile : public FolderTest {
  protected:
-  ScriptFile() {
-    std::string name = (fs::temp_directory_path() / "script_test.XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-    write("scene.yaml", kScene);
-  }
-  ~ScriptFile() override { fs::remove_all(folder_); }
+  ScriptFile() { write("scene.yaml", kScene); }
 
-  fs::path write(const std::string& name, const std::string& content) const {
-    std::ofstream(folder_ / name) << content;
-    return folder_ / name;
-  }
   Script load(const std::string& content) const { return load_script(write("script.yaml", content)); }
 
   /// The script is refused; the message names file and line, and says `reason`.
@@ -58,8 +50,6 @@ class ScriptFile : public ::testing::Test {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
     }
   }
-
-  fs::path folder_;
 };
 
 constexpr const char* kHead = "name: x\nscene: {file: scene.yaml}\n";

@@ -5,19 +5,19 @@
 #include <gmock/gmock.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
+
+#include "tests/support/program_test.hpp"
 
 namespace {
 
@@ -28,33 +28,9 @@ using ::testing::HasSubstr;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kGap = 1e-9;
 
-class TrainingRun : public ::testing::Test {
+class TrainingRun : public touchstone::ProgramTest {
  protected:
-  TrainingRun() {
-    std::string name = (fs::temp_directory_path() / "training_test.XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~TrainingRun() override { fs::remove_all(folder_); }
-
-  struct Outcome {
-    int code;
-    std::string out, err;
-  };
-  Outcome run(const std::string& arguments) const {
-    const fs::path out = folder_ / "out", err = folder_ / "err";
-    const std::string command =
-        std::string(TRAINING_RUN) + " " + arguments + " >" + out.string() + " 2>" + err.string();
-    const int status = std::system(command.c_str());
-    return {WEXITSTATUS(status), read(out), read(err)};
-  }
-  static std::string read(const fs::path& path) {
-    std::ifstream stream(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-  fs::path write(const std::string& name, const std::string& content) const {
-    std::ofstream(folder_ / name) << content;
-    return folder_ / name;
-  }
+  TrainingRun() : ProgramTest(TRAINING_RUN) {}
 
   /// Flies one script; its part of results.json.
   json fly(const std::string& script, const std::string& more = "") const {
@@ -65,8 +41,6 @@ class TrainingRun : public ::testing::Test {
     EXPECT_EQ(results["scripts"].size(), 1u);
     return results["scripts"][0];
   }
-
-  fs::path folder_;
 };
 
 json way(const json& script, const std::string& name) {

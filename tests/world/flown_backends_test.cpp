@@ -271,15 +271,7 @@ TEST_P(FlownBackends, ScenesWithinWhatIsDeclared) {
   for (const Row& row : rows.rows) EXPECT_EQ(row.check, sampled ? MotionCheck::sampled : MotionCheck::proven);
 }
 
-std::vector<std::string> backends() {
-  BackendRegistry registry;
-  comparison::register_all_backends(registry);
-  std::vector<std::string> names;
-  for (const BackendRegistry::NarrowphaseEntry& entry : registry.narrowphases()) names.push_back(entry.name);
-  return names;
-}
-
-INSTANTIATE_TEST_SUITE_P(AllBackends, FlownBackends, ::testing::ValuesIn(backends()),
+INSTANTIATE_TEST_SUITE_P(AllBackends, FlownBackends, ::testing::ValuesIn(comparison::all_backend_names()),
                          [](const auto& test) { return test.param; });
 
 }  // namespace

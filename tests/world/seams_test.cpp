@@ -105,15 +105,7 @@ TEST_P(Seams, SlidingParallelTakesAtMost16CallsAPair) {
   EXPECT_LE(worst, 16);
 }
 
-std::vector<std::string> backends() {
-  BackendRegistry registry;
-  comparison::register_all_backends(registry);
-  std::vector<std::string> names;
-  for (const BackendRegistry::NarrowphaseEntry& entry : registry.narrowphases()) names.push_back(entry.name);
-  return names;
-}
-
-INSTANTIATE_TEST_SUITE_P(AllBackends, Seams, ::testing::ValuesIn(backends()),
+INSTANTIATE_TEST_SUITE_P(AllBackends, Seams, ::testing::ValuesIn(comparison::all_backend_names()),
                          [](const auto& test) { return test.param; });
 
 }  // namespace
