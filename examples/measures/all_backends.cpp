@@ -25,4 +25,12 @@ void register_all_backends(BackendRegistry& registry) {
 #endif
 }
 
+std::vector<std::string> all_backend_names() {
+  BackendRegistry registry;
+  register_all_backends(registry);
+  std::vector<std::string> names;
+  for (const BackendRegistry::NarrowphaseEntry& entry : registry.narrowphases()) names.push_back(entry.name);
+  return names;
+}
+
 }  // namespace touchstone::comparison

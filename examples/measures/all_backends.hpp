@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "contact_core/registry.hpp"
 
 namespace touchstone::comparison {
@@ -7,5 +10,8 @@ namespace touchstone::comparison {
 /// Registers every backend of this build that one process can hold: the single-precision Bullet cannot stand
 /// beside the double one and is left out.
 void register_all_backends(BackendRegistry& registry);
+
+/// Their narrowphases' names, in the order of registration.
+std::vector<std::string> all_backend_names();
 
 }  // namespace touchstone::comparison

@@ -24,7 +24,7 @@ std::vector<std::string> chosen_backends(const Options& options, const BackendRe
   std::vector<std::string> names;
   for (const std::string& name : options.backends) {
     if (name == "all")
-      for (const auto& entry : registry.narrowphases()) names.push_back(entry.name);
+      names = comparison::all_backend_names();
     else
       names.push_back(registry.narrowphase(name).name);
   }
