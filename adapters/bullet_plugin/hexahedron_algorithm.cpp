@@ -1,0 +1,136 @@
+#include "adapters/bullet_plugin/hexahedron_algorithm.hpp"
+
+#include <BulletCollision/BroadphaseCollision/btDispatcher.h>
+
+#include <new>
+#include <typeinfo>
+
+namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
+namespace {
+
+using native::SolidHandle;
+
+std::optional<SolidHandle> acquire(native::SolidStore& store, const btCollisionShape& shape) {
+  const std::optional<native::SolidContent> content = content_of(shape);
+  return content ? store.acquire(*content) : std::nullopt;
+}
+
+/// The points of an answer as Bullet's, the margins taken off; those beyond `limit` are left out.
+std::size_t to_engine(const native::PairAnswer& answer, double margin_a, double margin_b, btScalar limit,
+                      std::span<FoundPoint, MANIFOLD_CACHE_SIZE> out) {
+  const Vector3& n_AB_W = answer.geometry.n_AB_W;
+  std::size_t count = 0;
+  for (int i = 0; i < answer.geometry.point_count; ++i) {
+    const ContactPoint& point = answer.points[i];
+    const btScalar distance =
+        TOUCHSTONE_BULLET_NAMESPACE::to_engine(point.separation - (margin_a + margin_b));
+    if (distance > limit) continue;
+    const Vector3 p_B_W = point.p_B_W - margin_b * n_AB_W;
+    out[count++] = {TOUCHSTONE_BULLET_NAMESPACE::to_engine(Vector3(-n_AB_W)),
+                    TOUCHSTONE_BULLET_NAMESPACE::to_engine(p_B_W), distance, point.feature_id};
+  }
+  return count;
+}
+
+}  // namespace
+
+HexahedronAlgorithm::HexahedronAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
+                                         const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                                         std::shared_ptr<PluginState> state, const SolidHandle& solid_a,
+                                         const SolidHandle& solid_b)
+    : btCollisionAlgorithm(info),
+      state_(std::move(state)),
+      solids_{solid_a, solid_b},
+      manifold_(info.m_manifold) {
+  const btCollisionObject *object_a = a.getCollisionObject(), *object_b = b.getCollisionObject();
+  if (manifold_ == nullptr && m_dispatcher->needsCollision(object_a, object_b)) {
+    manifold_ = m_dispatcher->getNewManifold(object_a, object_b);
+    owns_manifold_ = manifold_ != nullptr;
+  }
+}
+
+HexahedronAlgorithm::~HexahedronAlgorithm() {
+  if (owns_manifold_) m_dispatcher->releaseManifold(manifold_);
+  for (const SolidHandle& solid : solids_) state_->store.release(solid);
+}
+
+bool HexahedronAlgorithm::hold_shapes(const btCollisionShape& a, const btCollisionShape& b) {
+  const btCollisionShape* const shapes[2] = {&a, &b};
+  for (int i = 0; i < 2; ++i) {
+    if (is_content_of(*solids_[i].content, *shapes[i])) continue;
+    const std::optional<SolidHandle> now = acquire(state_->store, *shapes[i]);
+    if (!now) return false;
+    state_->store.release(solids_[i]);
+    solids_[i] = *now;
+  }
+  return true;
+}
+
+void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
+                                           const btCollisionObjectWrapper* b, const btDispatcherInfo&,
+                                           btManifoldResult* result) {
+  if (manifold_ == nullptr) return;
+  result->setPersistentManifold(manifold_);
+  const btCollisionShape &shape_a = *a->getCollisionShape(), &shape_b = *b->getCollisionShape();
+  state_->checks.fetch_add(1, std::memory_order_relaxed);
+
+  std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points;
+  std::size_t count = 0;
+  native::PairAnswer answer;
+  answer.status = PairStatus::failed;
+  if (hold_shapes(shape_a, shape_b)) {
+    const double margin_a = outer_margin(shape_a), margin_b = outer_margin(shape_b);
+    const btScalar limit = manifold_->getContactBreakingThreshold() + result->m_closestPointDistanceThreshold;
+    state_->store.measure(solids_[0], from_engine(a->getWorldTransform()), solids_[1],
+                          from_engine(b->getWorldTransform()), limit + (margin_a + margin_b),
+                          MANIFOLD_CACHE_SIZE, answer);
+    count = to_engine(answer, margin_a, margin_b, limit, points);
+  }
+  if (answer.status == PairStatus::failed) state_->refused.fetch_add(1, std::memory_order_relaxed);
+  report({*a, *b}, {points.data(), count}, *result);
+}
+
+void HexahedronAlgorithm::report(const ObjectPair& objects, std::span<const FoundPoint> points,
+                                 btManifoldResult& result) {
+  // A result of another class (contactTest's, a user's) wants the points for itself.
+  const bool is_plain = typeid(result) == typeid(btManifoldResult);
+  if (is_plain && owns_manifold_ && manifold_->getBody0() == objects.a.getCollisionObject()) {
+    const auto within = [this](const FoundPoint& point) {
+      return point.distance <= manifold_->getContactBreakingThreshold();
+    };
+    std::array<FoundPoint, MANIFOLD_CACHE_SIZE> kept;
+    std::size_t count = 0;
+    for (const FoundPoint& point : points)
+      if (within(point)) kept[count++] = point;
+    update_manifold(objects, {kept.data(), count}, *manifold_, features_);
+    return;
+  }
+  for (const FoundPoint& point : points)
+    result.addContactPoint(point.normal_on_B, point.point_on_B, point.distance);
+  if (owns_manifold_) result.refreshContactPoints();
+}
+
+btScalar HexahedronAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionObject*,
+                                                    const btDispatcherInfo&, btManifoldResult*) {
+  return btScalar(1);
+}
+
+void HexahedronAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
+  if (owns_manifold_) manifolds.push_back(manifold_);
+}
+
+btCollisionAlgorithm* HexahedronCreateFunc::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+    const btCollisionObjectWrapper* b) {
+  const std::optional<SolidHandle> solid_a = acquire(state_->store, *a->getCollisionShape());
+  const std::optional<SolidHandle> solid_b = acquire(state_->store, *b->getCollisionShape());
+  if (!solid_a || !solid_b) {
+    if (solid_a) state_->store.release(*solid_a);
+    if (solid_b) state_->store.release(*solid_b);
+    return fallback_->CreateCollisionAlgorithm(info, a, b);
+  }
+  void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(HexahedronAlgorithm));
+  return new (memory) HexahedronAlgorithm(info, *a, *b, state_, *solid_a, *solid_b);
+}
+
+}  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE
