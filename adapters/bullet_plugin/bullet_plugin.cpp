@@ -10,8 +10,10 @@
 #include "adapters/bullet_plugin/hexahedron_algorithm.hpp"
 #include "contact_core/input_error.hpp"
 
-namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
+namespace touchstone {
 namespace {
+
+using namespace TOUCHSTONE_BULLET_NAMESPACE;
 
 /// The dispatcher's tables, which it lets derived classes read and everyone write.
 struct Tables : btCollisionDispatcher {
@@ -89,4 +91,4 @@ BulletPlugin::Statistics BulletPlugin::statistics() const {
   return {state.checks.load(), state.refused.load()};
 }
 
-}  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE
+}  // namespace touchstone

@@ -21,10 +21,11 @@
 // to 0 for what you see.
 //
 // Conventions. Bullet's: the normal is on B and points to A, distances below 0 penetrate, the point is on B.
-// A manifold holds the points closer than the contact breaking threshold (as Bullet's hull check does; its
-// box check adds penetrating points only): a non-empty manifold is not overlap. For closest-point queries it
-// is the threshold plus the one asked for. Points further apart than touching restrain the solver only as far
-// as they would come to penetrate within the step.
+// A contact begins when the solids (with their margins) touch, and goes on while they are apart by less than
+// the contact breaking threshold along much the same normal (45 degrees): a non-empty manifold is not
+// overlap. So it is with the engine's box check; its hull check also begins contacts across that gap, with
+// the normal of the gap, and a box that slides over flush neighbours catches on their sides. Closest-point
+// queries get what is within the threshold plus the one asked for.
 //
 // Persistence. At most 4 points: the deepest, and of all choices of the others the one with the largest area.
 // Each step they are found anew; a point made by the same features as one of the last step is that point, and
@@ -42,9 +43,9 @@ class btCollisionDispatcher;
 namespace touchstone {
 
 #ifdef BT_USE_DOUBLE_PRECISION
-inline namespace bullet_double {
+inline namespace bullet_plugin_double {
 #else
-inline namespace bullet_single {
+inline namespace bullet_plugin_single {
 #endif
 
 /// While it lives, new pairs of the dispatcher are checked by us, contacts and closest points; then the
@@ -71,5 +72,5 @@ class BulletPlugin {
   std::unique_ptr<Registration> registration_;
 };
 
-}  // namespace bullet_double or bullet_single
+}  // namespace bullet_plugin_double or bullet_plugin_single
 }  // namespace touchstone

@@ -10,24 +10,25 @@ namespace {
 
 using native::SolidHandle;
 
+/// Least cosine between the normals of two steps for one contact that goes on while apart: 45 degrees.
+constexpr double kSameNormal = 0.7071;
+
 std::optional<SolidHandle> acquire(native::SolidStore& store, const btCollisionShape& shape) {
   const std::optional<native::SolidContent> content = content_of(shape);
   return content ? store.acquire(*content) : std::nullopt;
 }
 
 /// The points of an answer as Bullet's, the margins taken off; those beyond `limit` are left out.
-std::size_t to_engine(const native::PairAnswer& answer, double margin_a, double margin_b, btScalar limit,
-                      std::span<FoundPoint, MANIFOLD_CACHE_SIZE> out) {
+std::size_t write_points(const native::PairAnswer& answer, double margin_a, double margin_b, btScalar limit,
+                         std::span<FoundPoint, MANIFOLD_CACHE_SIZE> out) {
   const Vector3& n_AB_W = answer.geometry.n_AB_W;
   std::size_t count = 0;
   for (int i = 0; i < answer.geometry.point_count; ++i) {
     const ContactPoint& point = answer.points[i];
-    const btScalar distance =
-        TOUCHSTONE_BULLET_NAMESPACE::to_engine(point.separation - (margin_a + margin_b));
+    const btScalar distance = to_engine(point.separation - (margin_a + margin_b));
     if (distance > limit) continue;
     const Vector3 p_B_W = point.p_B_W - margin_b * n_AB_W;
-    out[count++] = {TOUCHSTONE_BULLET_NAMESPACE::to_engine(Vector3(-n_AB_W)),
-                    TOUCHSTONE_BULLET_NAMESPACE::to_engine(p_B_W), distance, point.feature_id};
+    out[count++] = {to_engine(Vector3(-n_AB_W)), to_engine(p_B_W), distance, point.feature_id};
   }
   return count;
 }
@@ -66,48 +67,58 @@ bool HexahedronAlgorithm::hold_shapes(const btCollisionShape& a, const btCollisi
   return true;
 }
 
+bool HexahedronAlgorithm::keeps_manifold(const btCollisionObjectWrapper& a,
+                                         const btManifoldResult& result) const {
+  // A result of another class (contactTest's, a user's) wants the points for itself.
+  return owns_manifold_ && typeid(result) == typeid(btManifoldResult) &&
+         manifold_->getBody0() == a.getCollisionObject();
+}
+
+bool HexahedronAlgorithm::goes_on(const native::PairAnswer& answer, btScalar separation) const {
+  if (separation <= btScalar(0)) return true;
+  if (manifold_->getNumContacts() == 0) return false;
+  const Vector3 before = from_engine(manifold_->getContactPoint(0).m_normalWorldOnB);
+  return -dot(before, answer.geometry.n_AB_W) >= kSameNormal;
+}
+
+std::size_t HexahedronAlgorithm::find_points(const ObjectPair& objects, const btManifoldResult& result,
+                                             std::span<FoundPoint, MANIFOLD_CACHE_SIZE> points) {
+  const btCollisionShape &a = *objects.a.getCollisionShape(), &b = *objects.b.getCollisionShape();
+  state_->checks.fetch_add(1, std::memory_order_relaxed);
+  native::PairAnswer answer;
+  answer.status = PairStatus::failed;
+  std::size_t count = 0;
+  if (hold_shapes(a, b)) {
+    const double margin_a = outer_margin(a), margin_b = outer_margin(b), margins = margin_a + margin_b;
+    const bool keeps = keeps_manifold(objects.a, result);
+    const btScalar threshold = result.m_closestPointDistanceThreshold;
+    const btScalar limit = manifold_->getContactBreakingThreshold() + threshold;
+    const bool may_be_apart = !keeps || threshold > 0 || manifold_->getNumContacts() > 0;
+    state_->store.measure(solids_[0], from_engine(objects.a.getWorldTransform()), solids_[1],
+                          from_engine(objects.b.getWorldTransform()), margins + (may_be_apart ? limit : 0.0),
+                          MANIFOLD_CACHE_SIZE, answer);
+    const btScalar separation = to_engine(answer.geometry.separation - margins);
+    if (!keeps || threshold > 0 || (answer.geometry.point_count > 0 && goes_on(answer, separation)))
+      count = write_points(answer, margin_a, margin_b,
+                           keeps ? manifold_->getContactBreakingThreshold() : limit, points);
+  }
+  if (answer.status == PairStatus::failed) state_->refused.fetch_add(1, std::memory_order_relaxed);
+  return count;
+}
+
 void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
                                            const btCollisionObjectWrapper* b, const btDispatcherInfo&,
                                            btManifoldResult* result) {
   if (manifold_ == nullptr) return;
   result->setPersistentManifold(manifold_);
-  const btCollisionShape &shape_a = *a->getCollisionShape(), &shape_b = *b->getCollisionShape();
-  state_->checks.fetch_add(1, std::memory_order_relaxed);
-
+  const ObjectPair objects{*a, *b};
   std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points;
-  std::size_t count = 0;
-  native::PairAnswer answer;
-  answer.status = PairStatus::failed;
-  if (hold_shapes(shape_a, shape_b)) {
-    const double margin_a = outer_margin(shape_a), margin_b = outer_margin(shape_b);
-    const btScalar limit = manifold_->getContactBreakingThreshold() + result->m_closestPointDistanceThreshold;
-    state_->store.measure(solids_[0], from_engine(a->getWorldTransform()), solids_[1],
-                          from_engine(b->getWorldTransform()), limit + (margin_a + margin_b),
-                          MANIFOLD_CACHE_SIZE, answer);
-    count = to_engine(answer, margin_a, margin_b, limit, points);
-  }
-  if (answer.status == PairStatus::failed) state_->refused.fetch_add(1, std::memory_order_relaxed);
-  report({*a, *b}, {points.data(), count}, *result);
-}
-
-void HexahedronAlgorithm::report(const ObjectPair& objects, std::span<const FoundPoint> points,
-                                 btManifoldResult& result) {
-  // A result of another class (contactTest's, a user's) wants the points for itself.
-  const bool is_plain = typeid(result) == typeid(btManifoldResult);
-  if (is_plain && owns_manifold_ && manifold_->getBody0() == objects.a.getCollisionObject()) {
-    const auto within = [this](const FoundPoint& point) {
-      return point.distance <= manifold_->getContactBreakingThreshold();
-    };
-    std::array<FoundPoint, MANIFOLD_CACHE_SIZE> kept;
-    std::size_t count = 0;
-    for (const FoundPoint& point : points)
-      if (within(point)) kept[count++] = point;
-    update_manifold(objects, {kept.data(), count}, *manifold_, features_);
-    return;
-  }
-  for (const FoundPoint& point : points)
-    result.addContactPoint(point.normal_on_B, point.point_on_B, point.distance);
-  if (owns_manifold_) result.refreshContactPoints();
+  const std::size_t count = find_points(objects, *result, points);
+  if (keeps_manifold(*a, *result))
+    return update_manifold(objects, {points.data(), count}, *manifold_, features_);
+  for (const FoundPoint& point : std::span(points).first(count))
+    result->addContactPoint(point.normal_on_B, point.point_on_B, point.distance);
+  if (owns_manifold_) result->refreshContactPoints();
 }
 
 btScalar HexahedronAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionObject*,

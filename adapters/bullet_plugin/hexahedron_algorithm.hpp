@@ -36,7 +36,12 @@ class HexahedronAlgorithm final : public btCollisionAlgorithm {
 
  private:
   bool hold_shapes(const btCollisionShape& a, const btCollisionShape& b);
-  void report(const ObjectPair& objects, std::span<const FoundPoint> points, btManifoldResult& result);
+  /// Whether the points are for our own manifold alone.
+  bool keeps_manifold(const btCollisionObjectWrapper& a, const btManifoldResult& result) const;
+  /// Whether a pair at this distance is in contact: begun at touching, gone on with while apart.
+  bool goes_on(const native::PairAnswer& answer, btScalar separation) const;
+  std::size_t find_points(const ObjectPair& objects, const btManifoldResult& result,
+                          std::span<FoundPoint, MANIFOLD_CACHE_SIZE> points);
 
   std::shared_ptr<PluginState> state_;
   native::SolidHandle solids_[2];
