@@ -47,6 +47,7 @@ class BulletWorld {
  public:
   BulletWorld(const World& world, Check check) : world_(world) {
     if (check == Check::native) plugin_.emplace(dispatcher_);
+    dynamics_.getSolverInfo().m_numIterations = kIterations;
     dynamics_.setGravity({0, 0, btScalar(-kGravity)});
     for (const Body& body : world.bodies) add(body);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,14 +15,17 @@ namespace {
 
 using Run = Outcome (*)(const World&, Check);
 
-/// The same outcome each time; the least of the times.
-std::pair<Outcome, Outcome> run_both(const World& world, Run run, int repetitions) {
-  std::pair<Outcome, Outcome> best{run(world, Check::engine), run(world, Check::native)};
+/// The outcome is the same each time; the least of the times. Both checks in turn, so that a busy machine
+/// meets both.
+std::vector<Outcome> run_checks(const World& world, Run run, const std::vector<Check>& checks,
+                                int repetitions) {
+  std::vector<Outcome> best;
+  for (const Check check : checks) best.push_back(run(world, check));
   for (int i = 1; i < repetitions; ++i) {
-    for (auto [kept, check] : {std::pair{&best.first, Check::engine}, {&best.second, Check::native}}) {
-      const Outcome again = run(world, check);
-      kept->check_us = std::min(kept->check_us, again.check_us);
-      kept->step_us = std::min(kept->step_us, again.step_us);
+    for (std::size_t k = 0; k < checks.size(); ++k) {
+      const Outcome again = run(world, checks[k]);
+      best[k].check_us = std::min(best[k].check_us, again.check_us);
+      best[k].step_us = std::min(best[k].step_us, again.step_us);
     }
   }
   return best;
@@ -56,9 +60,14 @@ int run_all(int repetitions) {
   };
   for (const auto& [engine, run] : engines) {
     for (const World& world : worlds) {
-      const auto [own, native] = run_both(world, run, repetitions);
-      print(engine, world, "own", own);
-      print(engine, world, "native", native);
+      std::vector<Check> checks = {Check::engine, Check::native};
+      if (world.ode_aborts && std::string_view(engine) == "ODE") {
+        std::printf("| ODE | %s | own | aborts the process: a rotation is no number |\n", world.name.c_str());
+        checks = {Check::native};
+      }
+      const std::vector<Outcome> outcomes = run_checks(world, run, checks, repetitions);
+      for (std::size_t k = 0; k < checks.size(); ++k)
+        print(engine, world, checks[k] == Check::engine ? "own" : "native", outcomes[k]);
     }
   }
   return 0;

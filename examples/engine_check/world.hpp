@@ -30,7 +30,8 @@ struct World {
   int steps = 600;
   /// Where the last body's centre of mass is at the end. Empty: no closed form that is exact.
   std::optional<Vector3> end = std::nullopt;
-  bool by_hulls = false;  ///< boxes are given to the engine as hulls of 8 points
+  bool by_hulls = false;    ///< boxes are given to the engine as hulls of 8 points
+  bool ode_aborts = false;  ///< ODE ends the process (an assertion) with its own check, 0.16.2
 };
 
 /// A stack of `count` unit boxes on a slab. Nothing moves.
@@ -57,6 +58,8 @@ struct Outcome {
   double step_us = 0.0;           ///< the whole step [us]
   std::size_t contacts = 0;       ///< contact points in the last step
 };
+
+inline constexpr int kIterations = 50;  ///< of each engine's solver
 
 enum class Check { engine, native };
 

@@ -94,6 +94,7 @@ World frustum_stack(int count) {
 World wall(int rows, bool by_hulls) {
   World world{with_hulls("wall of " + std::to_string(rows) + " rows", by_hulls), {floor()}};
   world.by_hulls = by_hulls;
+  world.ode_aborts = by_hulls;
   const double length = 1.0, gap = 0.01;
   for (int row = 0; row < rows; ++row)
     for (int i = 0; i < rows - row; ++i)
@@ -105,6 +106,7 @@ World wall(int rows, bool by_hulls) {
 World seams(bool by_hulls) {
   World world{with_hulls("slide over seams", by_hulls), {}};
   world.by_hulls = by_hulls;
+  world.ode_aborts = by_hulls;
   world.friction = 0.3;
   world.step = 1.0 / 240.0;
   world.steps = 480;
