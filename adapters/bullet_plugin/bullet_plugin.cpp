@@ -35,9 +35,11 @@ void check_pool(btCollisionDispatcher& dispatcher) {
 
 class BulletPlugin::Registration {
  public:
-  explicit Registration(btCollisionDispatcher& dispatcher)
+  Registration(btCollisionDispatcher& dispatcher, const Options& options)
       : dispatcher_(dispatcher), state_(std::make_shared<PluginState>()) {
     check_pool(dispatcher);
+    state_->check = options.check;
+    state_->observer = options.observer;
     constexpr int kTypes[2] = {BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE};
     for (const int a : kTypes) {
       for (const int b : kTypes) {
@@ -50,6 +52,7 @@ class BulletPlugin::Registration {
   }
 
   ~Registration() {
+    state_->observer = nullptr;
     for (const Entry& entry : entries_)
       write(entry.a, entry.b, entry.contacts->fallback(), entry.closest_points->fallback());
   }
@@ -82,8 +85,8 @@ class BulletPlugin::Registration {
   std::vector<Entry> entries_;
 };
 
-BulletPlugin::BulletPlugin(btCollisionDispatcher& dispatcher)
-    : registration_(std::make_unique<Registration>(dispatcher)) {}
+BulletPlugin::BulletPlugin(btCollisionDispatcher& dispatcher, const Options& options)
+    : registration_(std::make_unique<Registration>(dispatcher, options)) {}
 BulletPlugin::~BulletPlugin() = default;
 
 BulletPlugin::Statistics BulletPlugin::statistics() const {

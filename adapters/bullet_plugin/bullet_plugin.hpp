@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "contact_core/narrowphase/pair_observer.hpp"
+
 // Our check inside Bullet, in place of the engine's own, for boxes and hexahedral hulls. Bullet's headers are
 // not needed here. The library `touchstone::bullet_plugin` is for Bullet in double precision (compile with
 // BT_USE_DOUBLE_PRECISION, as pkg-config's bullet-float64 says), `touchstone::bullet_plugin_single` for the
@@ -32,6 +34,9 @@
 // keeps its impulses, lifetime and user data; failing that, the nearest within the breaking threshold. No
 // point is kept that the check did not find.
 //
+// Capture. With an observer (say, a PairCapture of adapters/scene_files) each pair, its poses and the answer
+// are told, ours or, with EngineCheck::own, the engine's; a hull's margin is taken out of the answer then.
+//
 // Memory. An algorithm is smaller than an element of the default configuration's pool; the constructor throws
 // where it is not (Bullet would write beyond the element in release builds). Nothing is allocated in steps
 // that bring no new pair and no new shape.
@@ -58,9 +63,15 @@ class BulletPlugin {
     std::uint64_t refused = 0;  ///< of these without an answer: a pose not finite, a shape that became none
   };
 
+  struct Options {
+    EngineCheck check = EngineCheck::native;
+    PairObserver* observer = nullptr;  ///< told of every pair of hexahedra; must outlive the plugin
+  };
+
   /// @throws InputError when the dispatcher's pool has elements too small for our algorithm.
   /// @pre the dispatcher outlives this.
-  explicit BulletPlugin(btCollisionDispatcher& dispatcher);
+  explicit BulletPlugin(btCollisionDispatcher& dispatcher) : BulletPlugin(dispatcher, Options{}) {}
+  BulletPlugin(btCollisionDispatcher& dispatcher, const Options& options);
   ~BulletPlugin();
   BulletPlugin(const BulletPlugin&) = delete;
   BulletPlugin& operator=(const BulletPlugin&) = delete;

@@ -5,6 +5,8 @@
 #include <new>
 #include <typeinfo>
 
+#include "adapters/bullet_plugin/observed_algorithm.hpp"
+
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
 
@@ -102,6 +104,8 @@ std::size_t HexahedronAlgorithm::find_points(const ObjectPair& objects, const bt
       count = write_points(answer, margin_a, margin_b,
                            keeps ? manifold_->getContactBreakingThreshold() : limit, points);
   }
+  if (PairObserver* const observer = state_->observer.load(std::memory_order_relaxed))
+    observe_ours(objects, state_->store, solids_, answer, *observer);
   if (answer.status == PairStatus::failed) state_->refused.fetch_add(1, std::memory_order_relaxed);
   return count;
 }
@@ -139,6 +143,12 @@ btCollisionAlgorithm* HexahedronCreateFunc::CreateCollisionAlgorithm(
     if (solid_a) state_->store.release(*solid_a);
     if (solid_b) state_->store.release(*solid_b);
     return fallback_->CreateCollisionAlgorithm(info, a, b);
+  }
+  if (state_->check == EngineCheck::own) {
+    static_assert(sizeof(ObservedAlgorithm) <= sizeof(HexahedronAlgorithm));  // whose size the pool has
+    btCollisionAlgorithm* const own = fallback_->CreateCollisionAlgorithm(info, a, b);
+    void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(ObservedAlgorithm));
+    return new (memory) ObservedAlgorithm(info, own, state_, *solid_a, *solid_b);
   }
   void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(HexahedronAlgorithm));
   return new (memory) HexahedronAlgorithm(info, *a, *b, state_, *solid_a, *solid_b);

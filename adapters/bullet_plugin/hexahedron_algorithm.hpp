@@ -8,6 +8,7 @@
 
 #include "adapters/bullet_plugin/manifold_update.hpp"
 #include "adapters/bullet_plugin/shape_content.hpp"
+#include "contact_core/narrowphase/pair_observer.hpp"
 
 // Our collision algorithm, as the dispatcher creates one for each pair.
 
@@ -16,6 +17,8 @@ namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 /// What the algorithms of a plugin share. They hold it too: a pair may outlive the plugin.
 struct PluginState {
   native::SolidStore store;
+  EngineCheck check = EngineCheck::native;
+  std::atomic<PairObserver*> observer = nullptr;
   std::atomic<std::uint64_t> checks = 0;
   std::atomic<std::uint64_t> refused = 0;
 };
@@ -50,7 +53,8 @@ class HexahedronAlgorithm final : public btCollisionAlgorithm {
   ManifoldFeatures features_;
 };
 
-/// Creates our algorithm for a pair of hexahedra, what `fallback` creates for the rest.
+/// Creates our algorithm for a pair of hexahedra (or, to observe, the engine's in an ObservedAlgorithm), what
+/// `fallback` creates for the rest.
 class HexahedronCreateFunc final : public btCollisionAlgorithmCreateFunc {
  public:
   HexahedronCreateFunc(std::shared_ptr<PluginState> state, btCollisionAlgorithmCreateFunc* fallback)

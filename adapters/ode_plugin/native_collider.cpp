@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <limits>
 
 #include "adapters/ode_plugin/ode_plugin.hpp"
 
@@ -15,6 +16,7 @@ using native::SolidHandle;
 using native::SolidStore;
 
 std::atomic<std::uint64_t> checks{0};
+std::atomic<PairObserver*> told{nullptr};
 
 /// The solids of the boxes that a thread has met, by their sides. A size that falls on another's place takes
 /// it.
@@ -56,6 +58,14 @@ class BoxMemory {
   std::shared_ptr<SolidStore> store_;
   std::array<std::optional<SolidHandle>, kPlaces> solids_;
 };
+
+/// How much of the depth lies between `pos` and the first box's surface; the rest lies between it and the
+/// second's.
+double share_of_first(int code) {
+  if (code >= 1 && code <= 3) return 1.0;  // a face of the first is the reference: pos is on the second
+  if (code >= 4 && code <= 6) return 0.0;
+  return 0.5;
+}
 
 void write_contact(const ContactPoint& point, const Vector3& n_12_W, dGeomID geom1, dGeomID geom2,
                    dContactGeom& contact) {
@@ -107,6 +117,16 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
   native::PairAnswer answer;
   store.measure(solid1, pose_of(geom1), solid2, pose_of(geom2), 0.0, any_will_do ? kMaxManifoldPoints : most,
                 answer);
+  if (PairObserver* const who = observer()) {
+    const Hexahedron a = store.solid(solid1), b = store.solid(solid2);
+    if (answer.status != PairStatus::failed)
+      who->observe({{&a, &b},
+                    {pose_of(geom1), pose_of(geom2)},
+                    answer.status,
+                    answer.geometry,
+                    {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},
+                    "native inside ODE, double precision"});
+  }
   if (answer.status != PairStatus::overlapping) return 0;
   int count = 0;
   for (int i = 0; i < answer.geometry.point_count && count < most; ++i) {
@@ -117,12 +137,11 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
   return count;
 }
 
-int collide_boxes_as_ode(dGeomID box1, dGeomID box2, int flags, dContactGeom* contacts, int skip) {
+int collide_boxes_as_ode(dGeomID box1, dGeomID box2, int flags, dContactGeom* contacts, int skip, int& code) {
   dVector3 sides1, sides2, normal;
   dGeomBoxGetLengths(box1, sides1);
   dGeomBoxGetLengths(box2, sides2);
   dReal depth;
-  int code;
   const int count = dBoxBox(dGeomGetPosition(box1), dGeomGetRotation(box1), sides1, dGeomGetPosition(box2),
                             dGeomGetRotation(box2), sides2, normal, &depth, &code, flags, contacts, skip);
   for (int i = 0; i < count; ++i) {
@@ -132,6 +151,41 @@ int collide_boxes_as_ode(dGeomID box1, dGeomID box2, int flags, dContactGeom* co
     contact.side1 = contact.side2 = -1;
   }
   return count;
+}
+
+PairObserver* observer() { return told.load(std::memory_order_acquire); }
+void set_observer(PairObserver* who) { told.store(who, std::memory_order_release); }
+
+void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int skip, int count, int code,
+                      PairObserver& who) {
+  const auto solid1 = solid_of_box(box1);
+  const auto solid2 = solid1 ? solid_of_box(box2) : solid1;
+  if (!solid1 || !solid2) return;
+  count_check();
+  const std::shared_ptr<SolidStore> store = solid_store();
+  const Hexahedron a = store->solid(*solid1), b = store->solid(*solid2);
+  std::array<ContactPoint, kMaxManifoldPoints> points;
+  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  PairGeometry geometry{std::numeric_limits<double>::quiet_NaN(), unknown, unknown, unknown, 0};
+  geometry.point_count = std::min(count, kMaxManifoldPoints);
+  for (int i = 0; i < geometry.point_count; ++i) {
+    const dContactGeom& contact = contact_at(contacts, skip, i);
+    const Vector3 n_AB_W = -Vector3(contact.normal[0], contact.normal[1], contact.normal[2]);
+    points[i].separation = -contact.depth;
+    points[i].p_A_W = Vector3(contact.pos[0], contact.pos[1], contact.pos[2]) +
+                      share_of_first(code) * contact.depth * n_AB_W;
+    points[i].p_B_W = points[i].p_A_W + points[i].separation * n_AB_W;
+    points[i].feature_id = 0;
+    if (i > 0 && points[i].separation >= geometry.separation) continue;
+    geometry.separation = points[i].separation;
+    geometry.n_AB_W = n_AB_W, geometry.p_A_W = points[i].p_A_W, geometry.p_B_W = points[i].p_B_W;
+  }
+  who.observe({{&a, &b},
+               {pose_of(box1), pose_of(box2)},
+               count > 0 ? PairStatus::overlapping : PairStatus::separated,
+               geometry,
+               {points.data(), static_cast<std::size_t>(geometry.point_count)},
+               "ODE, double precision, its own check"});
 }
 
 }  // namespace ode_plugin

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "contact_core/narrowphase/pair_observer.hpp"
 #include "contact_core/native/solid_store.hpp"
 
 // What the box override and the hexahedron geom share.
@@ -31,7 +32,18 @@ inline int most_contacts(int flags) { return flags & 0xffff; }
 Pose pose_of(dGeomID geom);
 
 /// ODE's own answer for two boxes: what its collider makes of dBoxBox.
-int collide_boxes_as_ode(dGeomID box1, dGeomID box2, int flags, dContactGeom* contacts, int skip);
+/// @param code dBoxBox's: which features met
+int collide_boxes_as_ode(dGeomID box1, dGeomID box2, int flags, dContactGeom* contacts, int skip, int& code);
+
+/// Who is told of the pairs; may be null.
+PairObserver* observer();
+void set_observer(PairObserver* observer);
+
+/// Tells of contacts that ODE's own check, or a program's, has found.
+/// @param code dBoxBox's, 0 where it is not known: each contact's `pos` is then taken to be half-way between
+/// the surfaces
+void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int skip, int count, int code,
+                      PairObserver& observer);
 
 void count_check();
 

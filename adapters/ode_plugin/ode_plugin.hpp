@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "contact_core/geometry/hexahedron.hpp"
+#include "contact_core/narrowphase/pair_observer.hpp"
 
 // Our check inside the Open Dynamics Engine (double precision), in place of its own for boxes, and a geom for
 // any convex hexahedron. ODE's headers are not needed here.
@@ -36,9 +37,17 @@ class OdeBoxOverride {
  public:
   using Collider = int(dxGeom*, dxGeom*, int, dContactGeom*, int);
 
-  /// @param previous null: ODE's own. Counts in the first of several that live at once.
+  /// All of it counts in the first of several that live at once.
+  struct Options {
+    Collider* previous = nullptr;             ///< null: ODE's own
+    EngineCheck check = EngineCheck::native;  ///< own: `previous` decides, and is observed
+    /// Told of every pair of boxes, and of hexahedra and boxes; must outlive this. Null: nobody.
+    PairObserver* observer = nullptr;
+  };
+
   /// Initialises ODE where that is not done, and keeps it so; allocates ODE's data for this thread.
-  explicit OdeBoxOverride(Collider* previous = nullptr);
+  OdeBoxOverride() : OdeBoxOverride(Options{}) {}
+  explicit OdeBoxOverride(const Options& options);
   ~OdeBoxOverride();
   OdeBoxOverride(const OdeBoxOverride&) = delete;
   OdeBoxOverride& operator=(const OdeBoxOverride&) = delete;

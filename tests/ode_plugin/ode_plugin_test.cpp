@@ -201,7 +201,7 @@ TEST_F(OdePlugin, WhatWasThereIsThereAgain) {
   dSetColliderOverride(dBoxClass, dBoxClass, users_own);
   EXPECT_THAT(answers(geoms_), testing::IsEmpty());
   {
-    const OdeBoxOverride native(users_own);
+    const OdeBoxOverride native({.previous = users_own});
     EXPECT_EQ(answers(geoms_), ours);
   }
   EXPECT_THAT(answers(geoms_), testing::IsEmpty());
