@@ -45,8 +45,11 @@ std::unique_ptr<btConvexInternalShape> make_shape(const World& world, const Body
 
 class BulletWorld {
  public:
-  BulletWorld(const World& world, Check check) : world_(world) {
-    if (check == Check::native) plugin_.emplace(dispatcher_);
+  BulletWorld(const World& world, Check check, PairObserver* observer) : world_(world) {
+    if (check == Check::native || observer != nullptr) {
+      const EngineCheck whose = check == Check::native ? EngineCheck::native : EngineCheck::own;
+      plugin_.emplace(dispatcher_, BulletPlugin::Options{whose, observer});
+    }
     dynamics_.getSolverInfo().m_numIterations = kIterations;
     dynamics_.setGravity({0, 0, btScalar(-kGravity)});
     for (const Body& body : world.bodies) add(body);
@@ -109,6 +112,8 @@ class BulletWorld {
 
 }  // namespace
 
-Outcome run_bullet(const World& world, Check check) { return BulletWorld(world, check).run(); }
+Outcome run_bullet(const World& world, Check check, PairObserver* observer) {
+  return BulletWorld(world, check, observer).run();
+}
 
 }  // namespace touchstone::engine_check

@@ -55,8 +55,11 @@ class Library {
 
 class OdeWorld {
  public:
-  OdeWorld(const World& world, Check check) : world_(world), check_(check) {
-    if (check == Check::native) override_.emplace();
+  OdeWorld(const World& world, Check check, PairObserver* observer) : world_(world), check_(check) {
+    if (check == Check::native || observer != nullptr) {
+      const EngineCheck whose = check == Check::native ? EngineCheck::native : EngineCheck::own;
+      override_.emplace(OdeBoxOverride::Options{.check = whose, .observer = observer});
+    }
     dWorldSetGravity(dynamics_, 0, 0, -kGravity);
     dWorldSetQuickStepNumIterations(dynamics_, kIterations);
     convexes_.reserve(world.bodies.size());
@@ -164,6 +167,8 @@ class OdeWorld {
 
 }  // namespace
 
-Outcome run_ode(const World& world, Check check) { return OdeWorld(world, check).run(); }
+Outcome run_ode(const World& world, Check check, PairObserver* observer) {
+  return OdeWorld(world, check, observer).run();
+}
 
 }  // namespace touchstone::engine_check

@@ -6,6 +6,7 @@
 
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/geometry/pose.hpp"
+#include "contact_core/narrowphase/pair_observer.hpp"
 
 // Small dynamic scenes with closed-form answers, as plain data that any engine can be given. SI units;
 // gravity along -z.
@@ -63,8 +64,10 @@ inline constexpr int kIterations = 50;  ///< of each engine's solver
 
 enum class Check { engine, native };
 
-Outcome run_bullet(const World& world, Check check);
-Outcome run_ode(const World& world, Check check);
+/// @param observer told of every pair and of the check's answer to it; null: nobody. ODE's own check on
+/// hexahedra (its dConvex) is not observed.
+Outcome run_bullet(const World& world, Check check, PairObserver* observer = nullptr);
+Outcome run_ode(const World& world, Check check, PairObserver* observer = nullptr);
 
 /// Shared by the runs: fills what is measured of positions.
 class Tracker {

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <optional>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "contact_core/input_error.hpp"
@@ -207,6 +208,61 @@ TEST_F(OdePlugin, WhatWasThereIsThereAgain) {
   EXPECT_THAT(answers(geoms_), testing::IsEmpty());
   { const OdeBoxOverride native; }  // back to ODE's own, for the other tests
   EXPECT_EQ(answers(geoms_), engines);
+}
+
+/// Keeps what it is told.
+struct Observer final : PairObserver {
+  struct Told {
+    std::array<Vector3, 2> half_extents;
+    std::array<Pose, 2> X_WS;
+    PairStatus status;
+    PairGeometry geometry;
+    std::vector<ContactPoint> points;
+    std::string by;
+  };
+  std::vector<Told> all;
+
+  void observe(const ObservedPair& pair) noexcept override {
+    all.push_back({{pair.solids[0]->half_extents(), pair.solids[1]->half_extents()},
+                   pair.X_WS,
+                   pair.status,
+                   pair.geometry,
+                   {pair.points.begin(), pair.points.end()},
+                   std::string(pair.by)});
+  }
+};
+
+TEST_F(OdePlugin, AnObserverIsToldOfBothChecksInOurTerms) {
+  const dGeomID a = box(2, 2, 2, at(0, 0, 0)), b = box(1, 1, 1, at(1.25, 0, 0));
+  const dGeomID far = box(1, 1, 1, at(9, 0, 0));
+  const auto engines = collide(a, b);
+  for (const EngineCheck check : {EngineCheck::own, EngineCheck::native}) {
+    Observer observer;
+    const OdeBoxOverride native({.check = check, .observer = &observer});
+    const auto contacts = collide(a, b);
+    collide(a, far);
+    ASSERT_EQ(observer.all.size(), 2u);
+    const Observer::Told& told = observer.all[0];
+    EXPECT_EQ(told.status, PairStatus::overlapping);
+    EXPECT_NEAR(told.geometry.separation, -0.25, kTolerance);
+    ASSERT_EQ(told.points.size(), contacts.size());
+    // In whichever order ODE asks: A is where its half extents say, and n points from it to the other.
+    const double from_a = told.half_extents[0].x() == 1.0 ? 1.0 : -1.0;
+    EXPECT_NEAR(told.geometry.n_AB_W.x(), from_a, kTolerance);
+    for (const ContactPoint& point : told.points) {
+      EXPECT_NEAR((from_a > 0 ? point.p_A_W : point.p_B_W).x(), 1.0, kTolerance);
+      EXPECT_NEAR((from_a > 0 ? point.p_B_W : point.p_A_W).x(), 0.75, kTolerance);
+    }
+    EXPECT_EQ(observer.all[1].status, PairStatus::separated);
+    EXPECT_TRUE(observer.all[1].points.empty());
+    if (check == EngineCheck::native) continue;
+    ASSERT_EQ(contacts.size(), engines.size());  // the engine goes on as it was
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      EXPECT_EQ(contacts[i].depth, engines[i].depth);
+      EXPECT_EQ(contacts[i].normal[0], engines[i].normal[0]);
+      EXPECT_EQ(contacts[i].g1, a);
+    }
+  }
 }
 
 TEST_F(OdePlugin, TheGuardKeepsOdeInitialised) {
