@@ -12,10 +12,6 @@ namespace touchstone::engine_check {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double microseconds(Clock::duration duration) {
-  return std::chrono::duration<double, std::micro>(duration).count();
-}
-
 constexpr int kMostContacts = 8;
 
 constexpr std::array<unsigned int, 30> kPolygons = [] {
@@ -75,20 +71,19 @@ class OdeWorld {
 
   Outcome run() {
     Tracker tracker(world_);
-    Clock::duration check_time{};
-    const auto start = Clock::now();
+    StepTimes times(world_.steps);
     for (int i = 0; i < world_.steps; ++i) {
       contacts_ = 0;
-      const auto check_start = Clock::now();
+      const auto start = Clock::now();
       dSpaceCollide(space_, this, &collide);
-      check_time += Clock::now() - check_start;
+      const auto checked = Clock::now();
       dWorldQuickStep(dynamics_, world_.step);
+      times.add(checked - start, Clock::now() - start);
       dJointGroupEmpty(joints_);
       tracker.see_last(pose(geoms_.back()).p);
     }
     Outcome out;
-    out.step_us = microseconds(Clock::now() - start) / world_.steps;
-    out.check_us = microseconds(check_time) / world_.steps;
+    times.finish(out);
     out.contacts = contacts_;
     for (std::size_t i = 0; i < geoms_.size(); ++i) {
       Vector3 v = Vector3::Zero(), w = Vector3::Zero();

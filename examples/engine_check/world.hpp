@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,8 +56,8 @@ struct Outcome {
   double rise = 0.0;              ///< largest |z - z at the start| of the last body over the run [m]
   double speed = 0.0;             ///< largest of any body's at the end [m/s]
   double turn = 0.0;              ///< largest angular speed of any body at the end [rad/s]
-  double check_us = 0.0;          ///< the engine's collision detection, a step [us]
-  double step_us = 0.0;           ///< the whole step [us]
+  double check_us = 0.0;          ///< the engine's collision detection, median of the steps [us]
+  double step_us = 0.0;           ///< the whole step, likewise [us]
   std::size_t contacts = 0;       ///< contact points in the last step
 };
 
@@ -68,6 +69,20 @@ enum class Check { engine, native };
 /// hexahedra (its dConvex) is not observed.
 Outcome run_bullet(const World& world, Check check, PairObserver* observer = nullptr);
 Outcome run_ode(const World& world, Check check, PairObserver* observer = nullptr);
+
+/// Times of each step. Medians: a busy machine interrupts some of them.
+class StepTimes {
+ public:
+  explicit StepTimes(int steps) {
+    check_.reserve(static_cast<std::size_t>(steps));
+    step_.reserve(static_cast<std::size_t>(steps));
+  }
+  void add(std::chrono::steady_clock::duration check, std::chrono::steady_clock::duration step);
+  void finish(Outcome& out);
+
+ private:
+  std::vector<double> check_, step_;  ///< [us]
+};
 
 /// Shared by the runs: fills what is measured of positions.
 class Tracker {

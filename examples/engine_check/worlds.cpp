@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
+#include <utility>
 
 #include "examples/engine_check/world.hpp"
 
@@ -95,6 +95,7 @@ World wall(int rows, bool by_hulls) {
   World world{with_hulls("wall of " + std::to_string(rows) + " rows", by_hulls), {floor()}};
   world.by_hulls = by_hulls;
   world.ode_aborts = by_hulls;
+  world.steps = 200;
   const double length = 1.0, gap = 0.01;
   for (int row = 0; row < rows; ++row)
     for (int i = 0; i < rows - row; ++i)
@@ -134,6 +135,20 @@ World toppling(double share) {
   X.p = Vector3(0.5 * side, 0, 0) - edge;
   world.bodies.push_back(box({side, side, height}, X));
   return world;
+}
+
+void StepTimes::add(std::chrono::steady_clock::duration check, std::chrono::steady_clock::duration step) {
+  using Microseconds = std::chrono::duration<double, std::micro>;
+  check_.push_back(Microseconds(check).count());
+  step_.push_back(Microseconds(step).count());
+}
+
+void StepTimes::finish(Outcome& out) {
+  for (const auto& [times, median] : {std::pair{&check_, &out.check_us}, {&step_, &out.step_us}}) {
+    const auto middle = times->begin() + static_cast<std::ptrdiff_t>(times->size() / 2);
+    std::nth_element(times->begin(), middle, times->end());
+    *median = *middle;
+  }
 }
 
 void Tracker::see_last(const Vector3& p) {
