@@ -23,7 +23,7 @@ struct MovingSolid {
   const MotionPath* path;
   std::uint32_t body = 0;
   double stop = 1.0;  ///< the body goes no further than this s and rests there
-  /// No point of the solid goes further than this on the whole path [m].
+  /// Up to s no point of the solid has gone further than s times this [m].
   double travel = std::numeric_limits<double>::infinity();
 
   Pose pose_at(double s) const noexcept;
@@ -87,8 +87,10 @@ inline constexpr int kImpactIterations = 256;
 /// A pair that starts at or below the gap, or overlapping, is stopped only by what would bring it below
 /// rule.threshold(): moving away and along is free, and no depth grows.
 /// @param interest a pair that is sure to stay further apart than this to the end is not queried there [m].
+/// @param until what comes after this s is of no use: beyond it the pair is not followed, and "clear" with lo
+/// past it. Not where the query judges poses.
 /// @pre rule.gap > 0.
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
-                   double interest = std::numeric_limits<double>::infinity()) noexcept;
+                   double interest = std::numeric_limits<double>::infinity(), double until = 1.0) noexcept;
 
 }  // namespace touchstone

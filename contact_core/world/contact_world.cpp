@@ -103,6 +103,7 @@ void ContactWorld::prepare() {
   if (!s.planner) s.planner = make_native();
   s.planner->build(layout.solids);
   s.query = std::make_unique<NarrowphaseQuery>(*s.narrowphase, *s.planner, layout.solids.size());
+  s.query->remember();
   s.keep_contacts(layout);
   s.layout = std::move(layout);
   const std::size_t slots = s.objects.size(), solids = s.layout.solids.size();

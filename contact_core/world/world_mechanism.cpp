@@ -189,7 +189,9 @@ void ContactWorld::State::prepare_travels() {
   for (std::vector<double>* values : {&travels.of_own, &travels.last_own, &travels.planned_own})
     values->assign(own, 0.0);
   watched.reserve(256 + 64 * solids), watched_before.reserve(256 + 64 * solids);
-  deferred.reserve(watched.capacity());
+  for (std::vector<std::uint32_t>* watches : {&touching, &close, &deferred}) watches->reserve(watched.capacity());
+  ahead.reserve(watched.capacity());
+  travels.vertices.resize(solids), travels.has_vertices.assign(solids, 0);
 }
 
 Pose ContactWorld::State::executed_link_pose(std::uint32_t slot, std::size_t part, double s) const {

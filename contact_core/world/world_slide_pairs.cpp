@@ -86,15 +86,25 @@ void ContactWorld::State::find_slide_impacts(FrameReport& report) {
     pair.is_settled = false;
     pair.impact.status = ImpactStatus::clear;
   }
+  ahead.clear(), close.clear();
   for (const std::uint32_t watch : slides.met) {
+    const SolidPair solids{watched[watch].a, watched[watch].b};
     if (is_clear(watched[watch])) continue;
-    if (!in_motion[root_of(watched[watch].a)] && !in_motion[root_of(watched[watch].b)]) continue;
+    if (!in_motion[root_of(solids.a)] && !in_motion[root_of(solids.b)]) continue;
     const std::uint32_t index = take_in(watch);
     if (index == SlideState::kNone) continue;
+    slides.pairs[index].watch = watch;
+    close.push_back(index);
+    if (watched[watch].own == kNotOwn) ahead.push_back(solids);
+  }
+  query->look_ahead(ahead, from);
+  for (const std::uint32_t index : close) {
     FramePair& pair = slides.pairs[index];
-    pair.clear_until = watched[watch].clear_until;
+    WatchedPair& watch = watched[pair.watch];
+    pair.clear_until = watch.clear_until;
     pair.impact = impact_of(pair);
-    watched[watch].clear_until = pair.clear_until;
+    watch.clear_until = pair.clear_until;
+    if (pair.impact.queries > 0) watch.axis_W = pair.impact.geometry.n_AB_W;
     if (pair.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
   }
 }
@@ -196,6 +206,7 @@ bool ContactWorld::State::stays_apart(std::uint32_t watch, double way) {
     return false;
   // The gap is far more than separations and sums round.
   const double room = geometry.separation - pair.interest - pair.gap;
+  watched[watch].axis_W = geometry.n_AB_W;
   if (!(room > 0.0)) return false;
   double& clear_until = watched[watch].clear_until;
   clear_until = std::max(clear_until, travelled(pair.solids, pair.own) * kDown + room);
@@ -205,6 +216,7 @@ bool ContactWorld::State::stays_apart(std::uint32_t watch, double way) {
 /// Takes up what an arm's plan could bring together. @returns whether there is any.
 bool ContactWorld::State::add_pairs_in_way(const Slider& slider) {
   const std::size_t before = slides.near.size();
+  ahead.clear(), close.clear();
   const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
   for (auto entry = std::lower_bound(slides.by_root.begin(), slides.by_root.end(), first);
        entry != slides.by_root.end() && entry->first == slider.root; ++entry) {
@@ -217,8 +229,17 @@ bool ContactWorld::State::add_pairs_in_way(const Slider& slider) {
     const double way = meets_slider ? planned + other_reach(slider, pair) : planned;
     if (travelled(pair, watch.own) + way <= watch.clear_until || slides.is_near[entry->second]) continue;
     const std::uint32_t source = take_in(entry->second);
-    if (source == SlideState::kNone || stays_apart(entry->second, way)) continue;
-    slides.is_near[entry->second] = 1;
+    if (source == SlideState::kNone) continue;
+    FramePair& met = slides.pairs[source];
+    if (is_apart_by_axis(watched[entry->second], met, travelled(pair, watch.own) * kDown, way)) continue;
+    met.watch = entry->second, met.way = way;
+    close.push_back(source), ahead.push_back(pair);
+  }
+  query->look_ahead(ahead, from);
+  for (const std::uint32_t source : close) {
+    const std::uint32_t watch = slides.pairs[source].watch;
+    if (stays_apart(watch, slides.pairs[source].way)) continue;
+    slides.is_near[watch] = 1;
     if (slides.pairs[source].rule.policy == ContactPolicy::slide) add_near_pair(slider, source);
   }
   return slides.near.size() > before;

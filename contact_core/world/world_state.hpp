@@ -54,7 +54,8 @@ struct ContactWorld::State {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
   Travels travels;
   std::vector<WatchedPair> watched, watched_before;  // by solids
-  std::vector<std::uint32_t> deferred;               // watched pairs by index, within find_pairs
+  std::vector<std::uint32_t> touching, close, deferred;  // watched pairs by index, within find_pairs
+  std::vector<SolidPair> ahead;                          // what is asked about next
   bool needs_watch = true;
   std::vector<FramePair> pairs;
   std::vector<ContactState> contacts, contacts_before;
@@ -85,13 +86,19 @@ struct ContactWorld::State {
   bool is_clear_before(const WatchedPair& watch) const;
   bool is_clear_to_bounds(const WatchedPair& watch) const;
   void bound_stops();
+  const WorldVertices& vertices_of(SolidIndex solid);
+  double apart_at_least(const WatchedPair& watch);
+  bool is_apart_by_axis(WatchedPair& watch, const FramePair& pair, double standing, double way);
   void take_back_travels(std::uint32_t root);
   bool is_checked(const SolidPair& pair) const;
   FramePair frame_pair(const SolidPair& pair) const;
-  void examine(WatchedPair& watch, FrameReport& report);
+  double matters_until(const SolidPair& pair) const;
+  void examine(std::span<const std::uint32_t> watches, FrameReport& report);
+  void open_pair(std::uint32_t watch, FrameReport& report);
+  bool is_of_interest(FramePair& pair, FrameReport& report);
   MovingSolid moving_solid(SolidIndex solid) const;
   MovingSolid seen_from(std::uint32_t link, SolidIndex solid) const;
-  Impact impact_of(FramePair& pair);
+  Impact impact_of(FramePair& pair, double until = 1.0);
   void resolve_stops(std::vector<FramePair>& among);
   void stop_movers(const FramePair& pair);
   void recheck(std::uint32_t root, std::vector<FramePair>& among);

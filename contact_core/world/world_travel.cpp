@@ -131,6 +131,44 @@ bool ContactWorld::State::is_clear_to_bounds(const WatchedPair& watch) const {
   return (travelled(pair, watch.own) - last_travel(pair, watch.own)) + gone <= watch.clear_until;
 }
 
+const WorldVertices& ContactWorld::State::vertices_of(SolidIndex solid) {
+  if (!travels.has_vertices[solid]) world_vertices(layout.solids[solid], from[solid], travels.vertices[solid]);
+  travels.has_vertices[solid] = 1;
+  return travels.vertices[solid];
+}
+
+/// A lower bound of the separation of two solids as they stand: how far apart they are along the axis that
+/// parted them last, or the line of their centres. A tenth of what a narrowphase call costs.
+double ContactWorld::State::apart_at_least(const WatchedPair& watch) {
+  const WorldVertices &a = vertices_of(watch.a), &b = vertices_of(watch.b);
+  Vector3 n = watch.axis_W;
+  if (n == Vector3::Zero()) {
+    const Vector3 way = transform(from[watch.b], layout.solids[watch.b].bounding_sphere().centre) -
+                        transform(from[watch.a], layout.solids[watch.a].bounding_sphere().centre);
+    const double length = norm(way);
+    if (!(length > 0.0)) return -1.0;
+    n = way / length;
+  }
+  double highest = dot(n, a.vertex(0)), lowest = dot(n, b.vertex(0));
+  for (int i = 1; i < Hexahedron::kVertices; ++i) {
+    highest = std::max(highest, dot(n, a.vertex(i)));
+    lowest = std::min(lowest, dot(n, b.vertex(i)));
+  }
+  return lowest - highest;
+}
+
+/// Whether a pair is further apart than `way` and what is of interest by that bound: then this is noted.
+/// @param standing travels of the two where they stand. @param axis kept for the next time.
+bool ContactWorld::State::is_apart_by_axis(WatchedPair& watch, const FramePair& pair, double standing,
+                                           double way) {
+  if (query->judges_poses() || !(standing <= Travels::kMost)) return false;
+  // The gap is far more than separations and sums round.
+  const double room = apart_at_least(watch) - pair.interest - pair.gap;
+  if (!(room > way)) return false;
+  watch.clear_until = std::max(watch.clear_until, standing + room);
+  return true;
+}
+
 /// What one mover meets by itself ends its path there, whatever else happens.
 void ContactWorld::State::bound_stops() {
   std::fill(stop_bounds.begin(), stop_bounds.end(), 1.0);
@@ -179,7 +217,7 @@ void ContactWorld::State::watch_pairs() {
       WatchedPair watch{block[i].a, block[i].b, own_index(block[i]), kNotKnown};
       while (before != watched_before.end() && by_solids(*before, watch)) ++before;
       if (before != watched_before.end() && !by_solids(watch, *before))
-        watch.clear_until = before->clear_until;
+        watch.clear_until = before->clear_until, watch.axis_W = before->axis_W;
       watched.push_back(watch);
     }
   }
