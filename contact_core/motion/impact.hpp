@@ -23,7 +23,7 @@ struct MovingSolid {
   const MotionPath* path;
   std::uint32_t body = 0;
   double stop = 1.0;  ///< the body goes no further than this s and rests there
-  /// Up to s no point of the solid has gone further than s times this [m].
+  /// No point of the solid goes faster than this anywhere on the path [m per unit of s].
   double travel = std::numeric_limits<double>::infinity();
 
   Pose pose_at(double s) const noexcept;

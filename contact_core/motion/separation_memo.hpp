@@ -73,8 +73,7 @@ class SeparationMemo {
       Words words;
       std::memcpy(words.data(), X->R.data(), 9 * sizeof(double));
       std::memcpy(words.data() + 9, X->p.data(), 3 * sizeof(double));
-      for (std::size_t i = 0; i < kWords; ++i)
-        sum[i % 4] = (std::rotl(sum[i % 4], 23) ^ words[i]) * kFactor;
+      for (std::size_t i = 0; i < kWords; ++i) sum[i % 4] = (std::rotl(sum[i % 4], 23) ^ words[i]) * kFactor;
     }
     return (((sum[0] * kFactor + sum[1]) * kFactor + sum[2]) * kFactor + sum[3]) | 1;
   }

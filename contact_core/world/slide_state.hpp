@@ -39,6 +39,12 @@ struct ExecutedPart {
   std::uint32_t joints;  ///< an arm's joint values at both ends: SlideState::joints from here on
 };
 
+/// What held an arm back in its last sub-step.
+struct HeldPair {
+  std::uint32_t root;
+  std::uint32_t source;  ///< index into SlideState::pairs
+};
+
 /// Memory of the slides within one frame.
 struct SlideState {
   static constexpr std::uint32_t kNone = 0xffffffff;
@@ -53,6 +59,7 @@ struct SlideState {
   std::vector<std::uint32_t> pair_of;    // by watched pair: index into pairs, or kNone
   std::vector<std::uint8_t> is_near;     // by watched pair: in `near`, within one plan
   std::vector<std::pair<std::uint32_t, std::uint32_t>> by_root;  // (slider's slot, watched pair), sorted
+  std::vector<HeldPair> held;                                    // by slider, in the order in which rows held
   std::vector<NearPair> near;
   std::vector<SlideRow> rows;
   std::vector<JointRow> joint_rows;  // of an arm: rows[i] in its joint values

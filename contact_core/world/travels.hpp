@@ -15,9 +15,11 @@ struct Travels {
   std::vector<double> of_solid;     ///< [m]
   std::vector<double> of_own;       ///< by pair of links [m]
   std::vector<double> solid_limit;  ///< of_solid up to which the watched pairs are all that may come near
+  std::vector<double> lively_solid, lively_own;    ///< of_solid and of_own up to which the lively pairs are
+                                                   ///< all of the watched ones that may come near
   std::vector<double> last_solid, last_own;        ///< of the path that was laid last [m]; 0: at rest
   std::vector<double> planned_solid, planned_own;  ///< of a path that a slide may take [m]
-  std::vector<double> needed;  ///< how far on slides of rigid bodies ask what is watched [m]
+  std::vector<double> needed;              ///< how far on slides of rigid bodies ask what is watched [m]
   std::vector<WorldVertices> vertices;     ///< as it stands, once asked for
   std::vector<std::uint8_t> has_vertices;  ///< by solid
 

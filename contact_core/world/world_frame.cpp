@@ -18,7 +18,10 @@ void ContactWorld::State::take_selection() {
   queue.take(changes);
   for (const SelectionChange& change : changes) {
     selection.apply(change);
-    record.push_back({frame, change});
+    if (record.size() < record_room)
+      record.push_back({frame, change});
+    else
+      ++left_out;
   }
 }
 
@@ -134,7 +137,8 @@ void ContactWorld::State::find_pairs(FrameReport& report) {
   if (needs_watch) watch_pairs();
   pairs.clear();
   touching.clear(), close.clear(), deferred.clear();
-  for (std::uint32_t i = 0; i < watched.size(); ++i) {
+  if (needs_lively) choose_lively();
+  for (const std::uint32_t i : lively) {
     if (is_clear(watched[i])) continue;
     if (is_clear_before(watched[i]))
       deferred.push_back(i);

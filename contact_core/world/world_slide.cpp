@@ -73,6 +73,7 @@ void ContactWorld::State::prepare_slides() {
   slides.met.reserve(watched.capacity()), slides.by_root.reserve(2 * watched.capacity());
   slides.pair_of.reserve(watched.capacity()), slides.is_near.reserve(watched.capacity());
   slides.near.reserve(64 + 16 * solids);
+  slides.held.reserve(mechanisms.size() * kMostSlideJoints);
   slides.rows.reserve(1024 + 8 * solids);
   slides.joint_rows.reserve(mechanisms.size() > 0 ? kMostSlideRows : 0);
   slides.parts.reserve((kMostSlideSteps + 1) * slots);
@@ -122,7 +123,7 @@ void ContactWorld::State::slide(FrameReport& report) {
 
 bool ContactWorld::State::begin_slides() {
   for (const Slider& slider : slides.sliders) slides.slider_of[slider.root] = SlideState::kNone;
-  slides.sliders.clear();
+  slides.sliders.clear(), slides.held.clear();
   for (const std::uint32_t slot : movers) {
     const double stop = stops[slot];
     MechanismMover* arm = mechanism_of(slot);
@@ -231,7 +232,7 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
   }
   if (!any) return false;
   lay_paths();
-  if (needs_watch) watch_slide_pairs();
+  take_up_slide_pairs();
   find_slide_impacts(report);
   return true;
 }

@@ -39,6 +39,8 @@ struct ContactWorld::State {
   std::uint64_t frame = 0;
   std::vector<SelectionChange> changes;
   std::vector<SelectionRecord> record;
+  std::size_t record_room = 0;
+  std::uint64_t left_out = 0;              // of the record, for want of room
   std::vector<CarriedPath> paths;          // by slot; a root's
   std::vector<std::uint8_t> has_path;      // by slot: its path may be another than to rest
   std::vector<std::uint32_t> movers;       // roots in motion, by slot
@@ -53,10 +55,11 @@ struct ContactWorld::State {
   std::vector<std::uint32_t> movable;      // the same, all that are not static
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
   Travels travels;
-  std::vector<WatchedPair> watched, watched_before;  // by solids
+  std::vector<WatchedPair> watched, watched_before;      // by solids
   std::vector<std::uint32_t> touching, close, deferred;  // watched pairs by index, within find_pairs
   std::vector<SolidPair> ahead;                          // what is asked about next
-  bool needs_watch = true;
+  std::vector<std::uint32_t> lively;  // of the watched pairs, by index: those that soon may come near
+  bool needs_watch = true, needs_lively = true;
   std::vector<FramePair> pairs;
   std::vector<ContactState> contacts, contacts_before;
   std::vector<ContactEvent> left_contacts;  // ended with the removal of an object
@@ -75,6 +78,7 @@ struct ContactWorld::State {
   double travel_on(const MechanismMover& mover, SolidIndex solid) const;
   void measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const;
   void watch_pairs();
+  void choose_lively();
   double travelled(const SolidPair& pair, std::uint32_t own) const {
     return own != kNotOwn ? travels.of_own[own] : travels.of_solid[pair.a] + travels.of_solid[pair.b];
   }
@@ -158,6 +162,7 @@ struct ContactWorld::State {
   void find_slide_pairs();
   void need_watch_of(const Slider& slider);
   void gather_slide_pairs();
+  void take_up_slide_pairs();
   void watch_slide_pairs();
   bool is_clear(const WatchedPair& watch) const {
     return travelled({watch.a, watch.b}, watch.own) <= watch.clear_until;
@@ -171,6 +176,7 @@ struct ContactWorld::State {
   void find_near_pairs(const Slider& slider);
   double other_reach(const Slider& slider, const SolidPair& pair);
   bool stays_apart(std::uint32_t watch, double way);
+  bool is_passed_by(const Slider& slider, const FramePair& pair);
   bool add_pairs_in_way(const Slider& slider);
   bool was_in_contact(const SolidPair& pair) const;
   void merge_slide_pairs();
@@ -181,6 +187,8 @@ struct ContactWorld::State {
   std::uint32_t other_link(const Slider& slider, SolidIndex other) const;
   Twist joint_twist(const Slider& slider, const JointVector& dq, const NearPair& near) const;
   void add_joint_rows(const Slider& slider);
+  void note_held_pairs(const Slider& slider, const JointSlidePlan& plan);
+  bool add_held_pairs(const Slider& slider);
   bool plan_joints(Slider& slider);
 
   std::uint32_t root_of(SolidIndex solid) const { return objects[layout.slot_of[solid]].root; }

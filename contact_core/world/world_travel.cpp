@@ -14,6 +14,9 @@ namespace {
 /// broadphase is asked again.
 constexpr double kReserveFrames = 8.0;
 constexpr double kReserveRadius = 0.125;
+/// The same of the lively ones of the watched pairs.
+constexpr double kLivelyFrames = 6.0;
+constexpr double kLivelyRadius = 0x1p-6;
 /// And so many times as far as slides ask.
 constexpr double kReserveNeeds = 1.5;
 /// Rounding of bounds.
@@ -45,6 +48,7 @@ void ContactWorld::State::lay_travel(SolidIndex solid, const BodyState& start) {
   }
   travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
   needs_watch = needs_watch || !(travels.of_solid[solid] <= travels.solid_limit[solid]);
+  needs_lively = needs_lively || !(travels.of_solid[solid] <= travels.lively_solid[solid]);
 }
 
 /// Sums that overflowed know nothing any more: counting begins anew.
@@ -90,7 +94,8 @@ void ContactWorld::State::lay_own_travels(std::uint32_t root) {
   measure_own_travels(mover, travels.last_own);
   const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
   for (std::uint32_t own = mover.first_own; own < mover.first_own + links * links; ++own)
-    travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]);
+    travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]),
+    needs_lively = needs_lively || !(travels.of_own[own] <= travels.lively_own[own]);
 }
 
 /// What a mover does not go: rates are bounded, so that up to s it goes s times as far at most. A sum less
@@ -132,7 +137,8 @@ bool ContactWorld::State::is_clear_to_bounds(const WatchedPair& watch) const {
 }
 
 const WorldVertices& ContactWorld::State::vertices_of(SolidIndex solid) {
-  if (!travels.has_vertices[solid]) world_vertices(layout.solids[solid], from[solid], travels.vertices[solid]);
+  if (!travels.has_vertices[solid])
+    world_vertices(layout.solids[solid], from[solid], travels.vertices[solid]);
   travels.has_vertices[solid] = 1;
   return travels.vertices[solid];
 }
@@ -222,6 +228,35 @@ void ContactWorld::State::watch_pairs() {
     }
   }
   needs_watch = false;
+  needs_lively = true;
+}
+
+/// Most watched pairs stay out of reach for many frames: those that may not are found now and then.
+void ContactWorld::State::choose_lively() {
+  for (const std::uint32_t i : movable)
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+      travels.lively_solid[solid] = travels.of_solid[solid] + kLivelyFrames * travels.last_solid[solid] +
+                                    2.0 * travels.planned_solid[solid] +
+                                    kLivelyRadius * layout.solids[solid].bounding_sphere().radius;
+  for (std::uint32_t i = 0; i < mechanisms.size(); ++i) {
+    const MechanismMover* mover = mechanisms.at(i);
+    if (mover == nullptr) continue;
+    const std::size_t links = mover->X_WL.size();
+    for (std::size_t k = 0; k < links * links; ++k) {
+      const std::size_t own = mover->first_own + k;
+      travels.lively_own[own] = travels.of_own[own] + kLivelyFrames * travels.last_own[own] +
+                                2.0 * travels.planned_own[own] +
+                                kLivelyRadius * mover->radius_of_link[k % links];
+    }
+  }
+  lively.clear();
+  for (std::uint32_t i = 0; i < watched.size(); ++i) {
+    const WatchedPair& watch = watched[i];
+    const double limit = watch.own != kNotOwn ? travels.lively_own[watch.own]
+                                              : travels.lively_solid[watch.a] + travels.lively_solid[watch.b];
+    if (!(limit <= watch.clear_until)) lively.push_back(i);
+  }
+  needs_lively = false;
 }
 
 }  // namespace touchstone
