@@ -29,7 +29,7 @@ double GapRule::threshold(double start, double scale) const {
 }
 
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
-                   double interest, double until) noexcept {
+                   double interest, double until, bool ask_at_end) noexcept {
   if (query.judges_poses()) return find_sampled_impact(a, b, rule, query, interest);
   Impact impact;
   double threshold = 0.0;
@@ -68,6 +68,10 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
         find_clear_stretch(on_a, on_b, impact.geometry, rule, threshold, end - s, impact.queries);
     if (stretch.at_end && end == 1.0 && separation > interest && stretch.least_at_end > interest) {
       impact.is_far = true;
+      impact.lo = 1.0;
+      return impact;
+    }
+    if (stretch.at_end && end == 1.0 && !ask_at_end) {
       impact.lo = 1.0;
       return impact;
     }

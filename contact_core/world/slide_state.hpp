@@ -20,7 +20,7 @@ struct Slider {
   double stop;            ///< s at which its commanded path ended
   MechanismMover* arm;    ///< null: one rigid body
   Pose goal;              ///< of the root: the commanded pose; an arm's is its commanded joint values
-  MassMoments moments;    ///< of all that moves with it, in the root's frame
+  MassMoments moments;    ///< of all that moves with it, but for what is too far out, in the root's frame
   MassMetric metric;      ///< the same
   double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]

@@ -116,12 +116,12 @@ Impact ContactWorld::State::impact_of(FramePair& pair, double until) {
   const auto [a, b] = pair.solids;
   Impact impact;
   if (pair.own == kNotOwn) {
-    impact = find_impact(moving_solid(a), moving_solid(b), {pair.gap}, *query, pair.interest, until);
+    impact = find_impact(moving_solid(a), moving_solid(b), {pair.gap}, *query, pair.interest, until, false);
   } else {  // two links: the first stands still
     const std::uint32_t link = objects[body_of(a)].link;
     MovingSolid first = seen_from(link, a), second = seen_from(link, b);
     first.travel = 0.0, second.travel = travels.last_own[pair.own];
-    impact = find_impact(first, second, {pair.gap}, *query, pair.interest, until);
+    impact = find_impact(first, second, {pair.gap}, *query, pair.interest, until, false);
   }
   if (query->judges_poses()) return impact;  // separations say nothing about what such a backend sees
   // The gap is far more than separations and sums round.

@@ -21,7 +21,7 @@ constexpr double kDown = 1.0 - 0x1p-50;
 void ContactWorld::State::find_slide_pairs() {
   std::fill(travels.needed.begin(), travels.needed.end(), 0.0);
   for (const Slider& slider : slides.sliders)
-    if (slider.arm == nullptr) need_watch_of(slider);
+    if (slider.arm == nullptr && !slider.done) need_watch_of(slider);
   slides.pairs.clear();
   if (needs_watch) watch_pairs();
   slides.pair_of.assign(watched.size(), SlideState::kNone);

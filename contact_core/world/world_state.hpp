@@ -144,6 +144,7 @@ struct ContactWorld::State {
   void slide(FrameReport& report);
   void record_parts(std::uint32_t part);
   bool begin_slides();
+  double longest_lever() const;
   void weigh_sliders();
   bool plan_slides(FrameReport& report);
   double distance_of(const Slider& slider) const;

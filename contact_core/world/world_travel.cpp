@@ -15,7 +15,7 @@ namespace {
 constexpr double kReserveFrames = 8.0;
 constexpr double kReserveRadius = 0.125;
 /// The same of the lively ones of the watched pairs.
-constexpr double kLivelyFrames = 6.0;
+constexpr double kLivelyFrames = 1.0;
 constexpr double kLivelyRadius = 0x1p-6;
 /// And so many times as far as slides ask.
 constexpr double kReserveNeeds = 1.5;
