@@ -131,25 +131,19 @@ Impact ContactWorld::State::impact_of(FramePair& pair, double until) {
   return impact;
 }
 
-// Those that were in contact come first, then those that may be near at the start: where a mover is stopped,
-// all others need only be clear up to there.
+// Those that may be near at the start come first: where they stop a mover, all others need only be clear up
+// to there.
 void ContactWorld::State::find_pairs(FrameReport& report) {
   if (needs_watch) watch_pairs();
   pairs.clear();
-  touching.clear(), close.clear(), deferred.clear();
+  close.clear(), deferred.clear();
   if (needs_lively) choose_lively();
   for (const std::uint32_t i : lively) {
     if (is_clear(watched[i])) continue;
-    if (is_clear_before(watched[i]))
-      deferred.push_back(i);
-    else
-      (was_in_contact({watched[i].a, watched[i].b}) ? touching : close).push_back(i);
+    (is_clear_before(watched[i]) ? deferred : close).push_back(i);
   }
   std::fill(stop_bounds.begin(), stop_bounds.end(), 1.0);
-  examine(touching, report);
-  bound_stops();
   examine(close, report);
-  bound_stops();
   std::erase_if(deferred, [&](std::uint32_t i) { return is_clear_to_bounds(watched[i]); });
   examine(deferred, report);
   std::sort(pairs.begin(), pairs.end(),
@@ -180,20 +174,45 @@ double ContactWorld::State::matters_until(const SolidPair& pair) const {
   return stop_bounds[in_motion[a] ? a : b];
 }
 
-/// Finds the impacts of watched pairs and keeps those that are not known to stay apart.
+/// Finds the impacts of watched pairs and keeps those that are not known to stay apart. The nearest come
+/// first, and each group of equally near ones bounds how far the paths of all after it matter.
 void ContactWorld::State::examine(std::span<const std::uint32_t> watches, FrameReport& report) {
-  constexpr std::size_t kAtOnce = 32;
+  constexpr std::size_t kAtOnce = 256;
   for (std::size_t first = 0; first < watches.size(); first += kAtOnce) {
     const std::size_t open = pairs.size();
     ahead.clear();
     for (const std::uint32_t i : watches.subspan(first, std::min(kAtOnce, watches.size() - first)))
       open_pair(i, report);
     query->look_ahead(ahead, from);
-    std::size_t kept = open;
-    for (std::size_t k = open; k < pairs.size(); ++k)
+    order_by_separation(std::span(pairs).subspan(open));
+    std::size_t kept = open, bounded = open;
+    double nearest = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = open; k < pairs.size(); ++k) {
+      if (pairs[k].start_separation > nearest) {
+        bound_stops(std::span(pairs).first(kept).subspan(bounded));
+        nearest = pairs[k].start_separation, bounded = kept;
+      }
       if (is_of_interest(pairs[k], report)) pairs[kept++] = pairs[k];
+    }
     pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(kept), pairs.end());
+    bound_stops(std::span(pairs).subspan(bounded));
   }
+}
+
+/// Pairs of a mechanism's own links come last: they are seen from a link, and in other poses.
+void ContactWorld::State::order_by_separation(std::span<FramePair> among) {
+  for (FramePair& pair : among) {
+    pair.start_separation = std::numeric_limits<double>::infinity();
+    if (pair.own != kNotOwn) continue;
+    PairGeometry geometry{};
+    query->set_pair(pair.solids);
+    query->separation(from[pair.solids.a], from[pair.solids.b], geometry);
+    if (geometry.separation < pair.start_separation) pair.start_separation = geometry.separation;
+  }
+  std::sort(among.begin(), among.end(), [](const FramePair& a, const FramePair& b) {
+    return a.start_separation != b.start_separation ? a.start_separation < b.start_separation
+                                                    : a.solids < b.solids;
+  });
 }
 
 void ContactWorld::State::open_pair(std::uint32_t watch, FrameReport& report) {
@@ -215,6 +234,7 @@ void ContactWorld::State::open_pair(std::uint32_t watch, FrameReport& report) {
 
 bool ContactWorld::State::is_of_interest(FramePair& pair, FrameReport& report) {
   pair.impact = impact_of(pair, matters_until(pair.solids));
+  if (pair.impact.status == ImpactStatus::clear) pair.impact.lo = 1.0;  // what is beyond a stop is not gone
   watched[pair.watch].clear_until = pair.clear_until;
   if (pair.impact.queries > 0) watched[pair.watch].axis_W = pair.impact.geometry.n_AB_W;
   if (pair.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;

@@ -187,7 +187,7 @@ void ContactWorld::State::prepare_travels() {
        {&travels.of_own, &travels.lively_own, &travels.last_own, &travels.planned_own})
     values->assign(own, 0.0);
   watched.reserve(256 + 64 * solids), watched_before.reserve(256 + 64 * solids);
-  for (std::vector<std::uint32_t>* watches : {&lively, &touching, &close, &deferred})
+  for (std::vector<std::uint32_t>* watches : {&lively, &close, &deferred})
     watches->reserve(watched.capacity());
   ahead.reserve(watched.capacity());
   travels.vertices.resize(solids), travels.has_vertices.assign(solids, 0);

@@ -55,9 +55,9 @@ struct ContactWorld::State {
   std::vector<std::uint32_t> movable;      // the same, all that are not static
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
   Travels travels;
-  std::vector<WatchedPair> watched, watched_before;      // by solids
-  std::vector<std::uint32_t> touching, close, deferred;  // watched pairs by index, within find_pairs
-  std::vector<SolidPair> ahead;                          // what is asked about next
+  std::vector<WatchedPair> watched, watched_before;  // by solids
+  std::vector<std::uint32_t> close, deferred;        // watched pairs by index, within find_pairs
+  std::vector<SolidPair> ahead;                      // what is asked about next
   std::vector<std::uint32_t> lively;  // of the watched pairs, by index: those that soon may come near
   bool needs_watch = true, needs_lively = true;
   std::vector<FramePair> pairs;
@@ -89,7 +89,8 @@ struct ContactWorld::State {
   void find_pairs(FrameReport& report);
   bool is_clear_before(const WatchedPair& watch) const;
   bool is_clear_to_bounds(const WatchedPair& watch) const;
-  void bound_stops();
+  void bound_stops(std::span<const FramePair> among);
+  void order_by_separation(std::span<FramePair> among);
   const WorldVertices& vertices_of(SolidIndex solid);
   double apart_at_least(const WatchedPair& watch);
   bool is_apart_by_axis(WatchedPair& watch, const FramePair& pair, double standing, double way);

@@ -176,9 +176,8 @@ bool ContactWorld::State::is_apart_by_axis(WatchedPair& watch, const FramePair& 
 }
 
 /// What one mover meets by itself ends its path there, whatever else happens.
-void ContactWorld::State::bound_stops() {
-  std::fill(stop_bounds.begin(), stop_bounds.end(), 1.0);
-  for (const FramePair& pair : pairs) {
+void ContactWorld::State::bound_stops(std::span<const FramePair> among) {
+  for (const FramePair& pair : among) {
     const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
     if (!pair.stops_movers() || (a != b && in_motion[a] && in_motion[b])) continue;
     for (const std::uint32_t root : {a, b}) stop_bounds[root] = std::min(stop_bounds[root], pair.impact.lo);
