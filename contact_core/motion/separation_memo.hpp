@@ -60,19 +60,21 @@ class SeparationMemo {
     return {first, first + 1};
   }
 
-  static bool is_same(const Pose& a, const Pose& b) noexcept {
-    return std::memcmp(a.R.data(), b.R.data(), 9 * sizeof(double)) == 0 &&
-           std::memcmp(a.p.data(), b.p.data(), 3 * sizeof(double)) == 0;
+  static Words words_of(const Pose& X) noexcept {
+    Words words;
+    std::memcpy(words.data(), X.R.data(), 9 * sizeof(double));
+    std::memcpy(words.data() + 9, X.p.data(), 3 * sizeof(double));
+    return words;
   }
+
+  static bool is_same(const Pose& a, const Pose& b) noexcept { return words_of(a) == words_of(b); }
 
   /// Never 0, which stands for nothing. Four chains of three words each, so that products overlap.
   static std::uint64_t key_of(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB) noexcept {
     constexpr std::uint64_t kFactor = 0x9e3779b97f4a7c15;
     std::array<std::uint64_t, 4> sum{pair.a, pair.b, 2, 3};
     for (const Pose* X : {&X_WA, &X_WB}) {
-      Words words;
-      std::memcpy(words.data(), X->R.data(), 9 * sizeof(double));
-      std::memcpy(words.data() + 9, X->p.data(), 3 * sizeof(double));
+      const Words words = words_of(*X);
       for (std::size_t i = 0; i < kWords; ++i) sum[i % 4] = (std::rotl(sum[i % 4], 23) ^ words[i]) * kFactor;
     }
     return (((sum[0] * kFactor + sum[1]) * kFactor + sum[2]) * kFactor + sum[3]) | 1;
