@@ -1,0 +1,78 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "examples/engine_check/world.hpp"
+
+// Worlds with closed-form answers, stepped in each engine with our check, and with its own where that is to
+// be beaten. Every run is deterministic: the figures are those of the table, with room.
+
+namespace touchstone::engine_check {
+namespace {
+
+using Run = Outcome (*)(const World&, Check, PairObserver*);
+
+class EngineWorlds : public testing::TestWithParam<Run> {
+ protected:
+  static Outcome run(const World& world, Check check = Check::native) {
+    return GetParam()(world, check, nullptr);
+  }
+  static double off(const World& world, const Outcome& outcome) {
+    return norm(Vector3(outcome.end - *world.end));
+  }
+  static double off_in_height(const World& world, const Outcome& outcome) {
+    return std::abs(outcome.end.z() - world.end->z());
+  }
+};
+
+TEST_P(EngineWorlds, AStackOfBoxesStandsAsHighAsWithTheEnginesOwnCheck) {
+  for (const bool by_hulls : {false, true}) {
+    const World world = stack(10, by_hulls);
+    const Outcome ours = run(world);
+    const Outcome own = run(stack(10, false), Check::engine);
+    EXPECT_LT(off_in_height(world, ours), off_in_height(world, own) + 0.002) << world.name;
+    EXPECT_LT(ours.drift, 0.2) << world.name;
+    EXPECT_LT(ours.speed, 0.05) << world.name;
+    EXPECT_LT(ours.lean, 0.05) << world.name;
+  }
+}
+
+TEST_P(EngineWorlds, AStackOfFrustaStands) {
+  const World world = frustum_stack(8);
+  const Outcome ours = run(world);
+  EXPECT_LT(off_in_height(world, ours), 0.005);
+  EXPECT_LT(ours.drift, 0.2);
+}
+
+TEST_P(EngineWorlds, ABoxSlidesOverFlushBoxesAsOverOne) {
+  for (const bool by_hulls : {false, true}) {
+    const World world = seams(by_hulls);
+    const Outcome ours = run(world);
+    EXPECT_LT(off(world, ours), 0.02) << world.name;  // the step is 0.02 m long at the start
+    EXPECT_LT(ours.rise, 0.001) << world.name;
+    EXPECT_LT(ours.lean, 1e-3) << world.name;
+  }
+}
+
+TEST_P(EngineWorlds, ALeaningBoxComesBackBelowTheTippingAngleAndFallsAboveIt) {
+  EXPECT_LT(run(toppling(0.95)).lean, 0.2);
+  EXPECT_NEAR(run(toppling(1.05)).lean, 1.5707963, 0.01);
+}
+
+#ifdef TOUCHSTONE_ENGINE_CHECK_BULLET
+INSTANTIATE_TEST_SUITE_P(Bullet, EngineWorlds, testing::Values(&run_bullet));
+
+TEST(BulletsOwnCheck, CatchesOnSeamsOfHulls) {
+  const World world = seams(true);
+  EXPECT_GT(norm(Vector3(run_bullet(world, Check::engine).end - *world.end)), 1.0);
+}
+#endif
+
+#ifdef TOUCHSTONE_ENGINE_CHECK_ODE
+INSTANTIATE_TEST_SUITE_P(Ode, EngineWorlds, testing::Values(&run_ode));
+
+TEST(OdesOwnCheck, LetsAStackOfHullsFall) { EXPECT_GT(run_ode(stack(10, true), Check::engine).drift, 1.0); }
+#endif
+
+}  // namespace
+}  // namespace touchstone::engine_check
