@@ -21,12 +21,12 @@ double DynamicsWorld::first_stop(double t, bool& stops) const {
   double friction = 0.0, most = 0.0;
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const Point& point = points_[active_[i]];
-    const Vector3 before = relative_velocity(point);
-    const double slide = std::max(std::abs(dot(before, point.t1_W)), std::abs(dot(before, point.t2_W)));
+    const double slide = std::max(std::abs(dot(point.v_W, point.t1_W)), std::abs(dot(point.v_W, point.t2_W)));
+    if (slide <= rest) continue;
     const double* const x = &x_[3 * i];
     const double used = std::sqrt(x[1] * x[1] + x[2] * x[2]), cone = friction_[i] * x[0];
     const bool sticks = std::max(std::abs(u_[3 * i + 1]), std::abs(u_[3 * i + 2])) <= rest;
-    if (slide <= rest || !sticks || !(cone > 0.0)) continue;
+    if (!sticks || !(cone > 0.0)) continue;
     stops = true;
     friction += used;
     most += cone;
@@ -58,14 +58,18 @@ double DynamicsWorld::first_arrival(double t) const {
     const double when = 2.0 * room / (root - speed);
     first = std::min(first, when > 0.0 ? std::min(when, t) : t);
   };
-  for (const Point& point : points_) arrive(point.start_separation, point.start_speed, point.separation);
-  for (const Arm& arm : mechanisms_)
+  for (const Point& point : points_)
+    if (point.separation > settings_.contact_gap)
+      arrive(point.separation, point.approach_v, separation_now(point));
+  for (const std::uint32_t m : group_.mechanisms) {
+    const Arm& arm = mechanisms_[m];
     for (const Mechanism::Joint& joint : arm.dynamics->mechanism().joints()) {
       const std::uint32_t i = joint.value;
       if (i == Mechanism::kNone) continue;
       arrive(arm.start_q[i] - joint.lower, arm.start_qd[i], arm.q[i] - joint.lower);
       arrive(joint.upper - arm.start_q[i], -arm.start_qd[i], joint.upper - arm.q[i]);
     }
+  }
   return first;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/compensated_sum.hpp"
 #include "physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
@@ -14,26 +15,42 @@ double cut_torque(const JointDrive& drive) {
 
 }  // namespace
 
+/// Poses and velocities of what points are on.
+void DynamicsWorld::update_motions() {
+  const auto update = [&](Body& body) {
+    body.X_WB = body.body.pose(body.state);
+    body.v_W = body.is_kinematic ? body.told_v_W : body.body.velocity(body.state);
+    body.w_W =
+        body.is_kinematic ? body.told_w_W : body.body.angular_velocity(body.X_WB.R, body.state.angular_W);
+  };
+  for (const std::uint32_t i : group_.bodies) update(bodies_[i]);
+  for (const std::uint32_t i : kinematics_) update(bodies_[i]);
+}
+
+/// Where they were told to be by then: from where the step found them, so that no group's clock shows.
+void DynamicsWorld::place_kinematics(double elapsed) {
+  for (const std::uint32_t i : kinematics_) {
+    Body& body = bodies_[i];
+    if (body.told_v_W == Vector3::Zero() && body.told_w_W == Vector3::Zero()) continue;
+    body.state.p_W = body.kept.p_W + elapsed * body.told_v_W;
+    body.state.q_WB = normalized(quaternion_of_turn(elapsed * body.told_w_W) * body.kept.q_WB);
+  }
+}
+
 /// Without contacts, drives of rows and stops: into the flown states.
 bool DynamicsWorld::fly(double t, StepReport& report) {
-  const auto fail = [&](StepFailure failure, std::size_t index) {
+  const auto fail = [&](StepFailure failure, std::uint32_t index) {
     report.failure = failure;
-    report.failed_index = static_cast<std::uint32_t>(index);
+    report.failed_index = index;
     return false;
   };
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+  for (const std::uint32_t i : group_.bodies) {
     Body& body = bodies_[i];
     body.flown = body.state;
-    if (body.is_kinematic) {
-      body.flown.p_W = body.state.p_W + t * body.v_W;
-      body.flown.q_WB = normalized(quaternion_of_turn(t * body.w_W) * body.state.q_WB);
-      if (!is_finite(body.flown)) return fail(StepFailure::body, i);
-    } else if (!body.body.fly(body.flown, t, settings_.gravity_W)) {
-      return fail(StepFailure::body, i);
-    }
+    if (!body.body.fly(body.flown, t, settings_.gravity_W)) return fail(StepFailure::body, i);
   }
-  for (std::size_t i = 0; i < mechanisms_.size(); ++i) {
-    Arm& arm = mechanisms_[i];
+  for (const std::uint32_t m : group_.mechanisms) {
+    Arm& arm = mechanisms_[m];
     arm.flown_q = arm.q;
     arm.flown_qd = arm.qd;
     for (std::size_t k = 0; k < arm.q.size(); ++k) {
@@ -42,53 +59,58 @@ bool DynamicsWorld::fly(double t, StepReport& report) {
     }
     if (!arm.dynamics->step(arm.X_WBase, settings_.gravity_W, arm.tau, t, arm.flown_q, arm.flown_qd,
                             arm.scratch))
-      return fail(StepFailure::mechanism, i);
+      return fail(StepFailure::mechanism, m);
   }
   return true;
 }
 
 /// Impulses of the rows on each body and mechanism.
 void DynamicsWorld::accumulate() {
-  for (Body& body : bodies_) body.impulse_W = body.moment_W = Vector3::Zero();
-  for (Arm& arm : mechanisms_) std::fill(arm.change.begin(), arm.change.end(), 0.0);
+  for (const std::uint32_t i : group_.bodies) bodies_[i].impulse_W = bodies_[i].moment_W = Vector3::Zero();
+  for (const std::uint32_t m : group_.mechanisms)
+    std::fill(mechanisms_[m].change.begin(), mechanisms_[m].change.end(), 0.0);
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const Point& point = points_[active_[i]];
-    const Vector3 impulse =
-        (x_[3 * i] * point.contact.n_AB_W + x_[3 * i + 1] * point.t1_W) + x_[3 * i + 2] * point.t2_W;
+    const Vector3 impulse = impulse_of(i);
     const Vector3 moment = cross(point.act_W, impulse);
-    const auto act = [&](const Mover& mover, double sign) {
-      if (mover.kind != Mover::Kind::body) return;
-      bodies_[mover.index].impulse_W += sign * impulse;
-      bodies_[mover.index].moment_W += sign * moment;
-    };
-    act(point.contact.a, -1.0);
-    act(point.contact.b, 1.0);
-  }
-  for (std::size_t r = 0; r < rows_.size(); ++r)
-    for (int s = 0; s < rows_[r].count; ++s) {
-      const Side& side = rows_[r].sides[s];
-      if (side.mover.kind != Mover::Kind::link) continue;
-      std::vector<double>& change = mechanisms_[side.mover.index].change;
-      for (std::size_t k = 0; k < side.size; ++k) change[k] += Y_[side.first + k] * x_[r];
+    for (const Side& side : point.sides) {
+      if (side.unit == kNone) continue;
+      if (is_body(side.unit)) {
+        bodies_[side.unit].impulse_W += side.sign * impulse;
+        bodies_[side.unit].moment_W += side.sign * moment;
+        continue;
+      }
+      std::vector<double>& change = arm_of(side.unit).change;
+      for (std::size_t r = 0; r < 3; ++r)
+        for (std::size_t k = 0; k < change.size(); ++k)
+          change[k] += Y_[side.first + r * change.size() + k] * x_[3 * i + r];
     }
+  }
+  for (std::size_t j = 0; j < joint_rows_.size(); ++j) {
+    std::vector<double>& change = mechanisms_[joint_rows_[j].mechanism].change;
+    for (std::size_t k = 0; k < change.size(); ++k)
+      change[k] += Y_[joint_rows_[j].first + k] * x_[3 * active_.size() + j];
+  }
 }
 
 void DynamicsWorld::commit(double t, double h) {
   accumulate();
-  for (Body& body : bodies_) {
+  for (const std::uint32_t i : group_.bodies) {
+    Body& body = bodies_[i];
     RigidBodyState& state = body.flown;
-    if (!body.is_kinematic && body.impulse_W != Vector3::Zero()) {
+    if (body.impulse_W != Vector3::Zero()) {
       // About the mean of where the body was and is: so that the moment of momentum of all stays.
-      state.p_W += (0.5 * t / body.body.inertia().mass) * body.impulse_W;
+      add_compensated(state.p_W, state.p_low_W, (0.5 * t / body.body.inertia().mass) * body.impulse_W);
       const Vector3 twist = body.moment_W - cross(0.5 * (body.state.p_W + state.p_W), body.impulse_W);
-      const Vector3 turn = rotate(body.body.inverse_inertia_W(state), (0.5 * t) * twist);
-      state.momentum_W += body.impulse_W;
+      const Vector3 turn = rotate(body.row_inverse_W, (0.5 * t) * twist);
+      add_compensated(state.momentum_W, state.low_W, body.impulse_W);
       state.angular_W += twist;
       state.q_WB = normalized(quaternion_of_turn(turn) * state.q_WB);
     }
     body.state = state;
   }
-  for (Arm& arm : mechanisms_) {
+  for (const std::uint32_t m : group_.mechanisms) {
+    Arm& arm = mechanisms_[m];
     for (std::size_t i = 0; i < arm.q.size(); ++i) {
       arm.q[i] = arm.flown_q[i] + (0.5 * t) * arm.change[i];
       arm.qd[i] = arm.flown_qd[i] + arm.change[i];
@@ -99,8 +121,7 @@ void DynamicsWorld::commit(double t, double h) {
   for (Point& point : points_) point.last_force_W = Vector3::Zero();
   for (std::size_t i = 0; i < active_.size(); ++i) {
     Point& point = points_[active_[i]];
-    const Vector3 impulse =
-        (x_[3 * i] * point.contact.n_AB_W + x_[3 * i + 1] * point.t1_W) + x_[3 * i + 2] * point.t2_W;
+    const Vector3 impulse = impulse_of(i);
     point.impulse_W += impulse;
     point.last_force_W = impulse / t;
   }
@@ -111,16 +132,6 @@ void DynamicsWorld::commit(double t, double h) {
     arm.torque[joint_rows_[j].value] += impulse / h;
     arm.last_torque[joint_rows_[j].value] = impulse / t;
   }
-}
-
-void DynamicsWorld::go_back() {
-  for (Body& body : bodies_) body.state = body.start;
-  for (Arm& arm : mechanisms_) {
-    arm.q = arm.start_q, arm.qd = arm.start_qd, arm.torque = arm.start_torque;
-    arm.dynamics->place(arm.X_WBase, arm.q, arm.qd, arm.placed);
-  }
-  for (Point& point : points_) point.impulse_W = point.start_impulse_W;
-  refresh();
 }
 
 }  // namespace touchstone::physics

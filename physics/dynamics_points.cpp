@@ -5,11 +5,10 @@
 #include <limits>
 
 #include "physics/dynamics_world.hpp"
+#include "physics/matrix3.hpp"
 
 namespace touchstone::physics {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Two directions at right angles to n and each other.
 void tangents(const Vector3& n, Vector3& t1, Vector3& t2) {
@@ -20,6 +19,8 @@ void tangents(const Vector3& n, Vector3& t1, Vector3& t2) {
   t1 = t1 / norm(t1);
   t2 = cross(n, t1);
 }
+
+Vector3 transform_back(const Pose& X_WA, const Vector3& p_W) { return rotate_back(X_WA.R, p_W - X_WA.p); }
 
 /// Contacts mostly come in the same order: what one had in the last step is looked for a little way on from
 /// where the one before was found, so that many of them do not cost their square.
@@ -50,31 +51,31 @@ bool DynamicsWorld::check(std::span<const Contact> contacts, StepReport& report)
   return true;
 }
 
-void DynamicsWorld::attach(std::span<const Contact> contacts) {
-  points_.clear();
+/// What each contact had in the last step.
+void DynamicsWorld::carry_forces(std::span<const Contact> contacts) {
+  carried_.resize(contacts.size());
+  bool is_any_new = false;
   std::size_t next = 0;
-  for (const Contact& contact : contacts) {
-    Point& point = points_.emplace_back();
-    point.contact = contact;
-    point.p_A = touchstone::transform(inverse(mover_pose(contact.a)), contact.p_A_W);
-    point.p_B = touchstone::transform(inverse(mover_pose(contact.b)), contact.p_B_W);
-    tangents(contact.n_AB_W, point.t1_W, point.t2_W);
-    point.impulse_W = point.impact_W = Vector3::Zero();
-    point.is_new = !take_by_key(point, next);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    carried_[i].is_new = !take_by_key(contacts[i], carried_[i], next);
+    is_any_new = is_any_new || carried_[i].is_new;
   }
+  if (!is_any_new) return;
   next = 0;
-  for (Point& point : points_) take_nearest(point, next);
+  for (std::size_t i = 0; i < contacts.size(); ++i) take_nearest(contacts[i], carried_[i], next);
 }
 
-/// What the contact of this name had in the last step, if there was one.
-bool DynamicsWorld::take_by_key(Point& point, std::size_t& next) {
-  point.last_force_W = Vector3::Zero();
-  if (point.contact.key == 0) return false;
-  for (std::size_t i = 0; i < std::min(kReach, warm_.size()); ++i) {
-    Warm& warm = warm_[(next + i) % warm_.size()];
-    if (warm.key != point.contact.key) continue;
-    next = (next + i + 1) % warm_.size();
-    point.last_force_W = warm.force_W;
+/// What the contact of this name had, if there was one.
+bool DynamicsWorld::take_by_key(const Contact& contact, Carried& carried, std::size_t& next) {
+  carried.force_W = Vector3::Zero();
+  if (contact.key == 0) return false;
+  std::size_t at = next;
+  for (std::size_t i = std::min(kReach, warm_.size()); i-- > 0;) {
+    Warm& warm = warm_[at];
+    if (++at == warm_.size()) at = 0;
+    if (warm.key != contact.key) continue;
+    next = at;
+    carried.force_W = warm.force_W;
     warm.is_taken = true;
     return true;
   }
@@ -83,40 +84,106 @@ bool DynamicsWorld::take_by_key(Point& point, std::size_t& next) {
 
 /// Where corners lie on edges, a point's feature is named one way or another as rounding will have it: a
 /// point of a new name goes on with what the nearest of the same movers' points had whose name is gone.
-void DynamicsWorld::take_nearest(Point& point, std::size_t& next) {
-  const auto is_pair = [&](const Warm& warm) {
-    return warm.a == point.contact.a && warm.b == point.contact.b;
-  };
-  if (point.contact.key == 0) return;
+void DynamicsWorld::take_nearest(const Contact& contact, Carried& carried, std::size_t& next) {
+  const auto is_pair = [&](const Warm& warm) { return warm.a == contact.a && warm.b == contact.b; };
+  if (contact.key == 0) return;
   const std::size_t reach = std::min(kReach, warm_.size());
+  Vector3 p_A = Vector3::Zero();
+  if (carried.is_new) {
+    const Mover& a = contact.a;
+    p_A = transform_back(a.kind == Mover::Kind::body ? pose(a.index) : mover_pose(a), contact.p_A_W);
+  }
   Warm* nearest = nullptr;
-  double least = kInfinity;
+  double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < reach; ++i) {
     const std::size_t at = (next + i) % warm_.size();
     if (!is_pair(warm_[at])) {
       if (nearest != nullptr) break;
       continue;
     }
-    if (!point.is_new) {
+    if (!carried.is_new) {
       next = at;  // the first of this pair's
       return;
     }
-    const double distance = norm(warm_[at].p_A - point.p_A);
+    const double distance = norm(warm_[at].p_A - p_A);
     if (!warm_[at].is_taken && distance < least) least = distance, nearest = &warm_[at];
   }
   if (nearest == nullptr) return;
-  point.last_force_W = nearest->force_W;
+  carried.force_W = nearest->force_W;
   nearest->is_taken = true;
+}
+
+/// The group's points, and the kinematic bodies among what they touch.
+void DynamicsWorld::attach(std::span<const Contact> contacts) {
+  kinematics_.clear();
+  for (const std::uint32_t i : group_.contacts)
+    for (const Mover* mover : {&contacts[i].a, &contacts[i].b}) {
+      if (mover->kind != Mover::Kind::body) continue;
+      Body& body = bodies_[mover->index];
+      if (!body.is_kinematic || body.is_met) continue;
+      body.is_met = true;
+      kinematics_.push_back(mover->index);
+    }
+  place_kinematics(0.0);
+  update_motions();
+  points_.resize(group_.contacts.size());
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    Point& point = points_[i];
+    const Contact& contact = contacts[group_.contacts[i]];
+    point.contact = &contact;
+    point.index = group_.contacts[i];
+    point.p_A = transform_back(mover_pose(contact.a), contact.p_A_W);
+    point.p_B = transform_back(mover_pose(contact.b), contact.p_B_W);
+    tangents(contact.n_AB_W, point.t1_W, point.t2_W);
+    point.impulse_W = point.impact_W = Vector3::Zero();
+    point.last_force_W = carried_[point.index].force_W;
+  }
+}
+
+/// Of the state as update_motions() left it.
+Pose DynamicsWorld::mover_pose(const Mover& mover) const {
+  if (mover.kind == Mover::Kind::body) return bodies_[mover.index].X_WB;
+  if (mover.kind == Mover::Kind::link) return link_pose(mover.index, mover.link);
+  return {};
+}
+
+Vector3 DynamicsWorld::point_velocity(const Mover& mover, const Vector3& p_W) const {
+  if (mover.kind == Mover::Kind::body) {
+    const Body& body = bodies_[mover.index];
+    return body.v_W + cross(body.w_W, p_W - body.state.p_W);
+  }
+  if (mover.kind == Mover::Kind::link) {
+    const Arm& arm = mechanisms_[mover.index];
+    return arm.dynamics->point_velocity(mover.link, p_W, arm.placed);
+  }
+  return Vector3::Zero();
 }
 
 /// Where the points are now, the normal kept as it was.
 void DynamicsWorld::refresh() {
   for (Point& point : points_) {
-    const Vector3 p_A = touchstone::transform(mover_pose(point.contact.a), point.p_A);
-    const Vector3 p_B = touchstone::transform(mover_pose(point.contact.b), point.p_B);
-    point.separation = dot(point.contact.n_AB_W, p_B - p_A);
+    const Vector3 p_A = touchstone::transform(mover_pose(point.contact->a), point.p_A);
+    const Vector3 p_B = touchstone::transform(mover_pose(point.contact->b), point.p_B);
+    point.separation = dot(point.contact->n_AB_W, p_B - p_A);
     point.p_W = 0.5 * (p_A + p_B);
   }
+  update_speeds();
+}
+
+void DynamicsWorld::update_speeds() {
+  for (Point& point : points_) {
+    const Vector3 v_A = point_velocity(point.contact->a, point.p_W);
+    const Vector3 v_B = point_velocity(point.contact->b, point.p_W);
+    point.v_W = v_B - v_A;
+    point.mean_v_W = 0.5 * (v_A + v_B);
+    point.approach_v = dot(point.contact->n_AB_W, point.v_W);
+  }
+}
+
+double DynamicsWorld::separation_now(const Point& point) const {
+  const Vector3 p_A = touchstone::transform(mover_pose(point.contact->a), point.p_A);
+  const Vector3 p_B = touchstone::transform(mover_pose(point.contact->b), point.p_B);
+  return dot(point.contact->n_AB_W, p_B - p_A);
 }
 
 }  // namespace touchstone::physics

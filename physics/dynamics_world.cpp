@@ -52,7 +52,7 @@ std::uint32_t DynamicsWorld::add_kinematic(const Pose& X_WB, const Vector3& v_W,
   const RigidBody body = unit_body();
   const std::uint32_t index = add_body(body, body.state(X_WB, Vector3::Zero(), Vector3::Zero()));
   bodies_[index].is_kinematic = true;
-  bodies_[index].v_W = v_W, bodies_[index].w_W = w_W;
+  bodies_[index].told_v_W = v_W, bodies_[index].told_w_W = w_W;
   return index;
 }
 
@@ -61,7 +61,7 @@ void DynamicsWorld::set_velocity(std::uint32_t kinematic, const Vector3& v_W, co
     throw InputError(indexed("body", kinematic) + " is not kinematic");
   if (!touchstone::is_finite(v_W) || !touchstone::is_finite(w_W))
     throw InputError(indexed("kinematic body", kinematic) + ": velocities are not finite");
-  bodies_[kinematic].v_W = v_W, bodies_[kinematic].w_W = w_W;
+  bodies_[kinematic].told_v_W = v_W, bodies_[kinematic].told_w_W = w_W;
 }
 
 std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, const Pose& X_WBase,
@@ -114,65 +114,52 @@ void DynamicsWorld::reserve(std::size_t contacts) {
     widest = std::max(widest, arm.q.size());
   }
   const std::size_t rows = 3 * contacts + 3 * joints;  // a joint: its drive, two stops
+  const std::size_t units = bodies_.size() + mechanisms_.size(), blocks = contacts + 3 * joints;
   points_.reserve(contacts);
   active_.reserve(contacts);
   warm_.reserve(contacts);
-  friction_.reserve(contacts);
-  joint_rows_.reserve(3 * joints);
-  bounds_.reserve(3 * joints);
-  rows_.reserve(rows);
-  for (auto* vector : {&b_, &x_, &u_, &local_b_, &local_x_, &local_u_}) vector->reserve(rows);
-  J_.reserve(2 * widest * rows);
-  Y_.reserve(2 * widest * rows);
-  local_friction_.reserve(contacts);
-  local_bounds_.reserve(3 * joints);
-  local_rows_.reserve(rows);
-  for (auto* vector : {&block_order_, &island_of_block_}) vector->reserve(contacts + 3 * joints);
-  const std::size_t units = bodies_.size() + mechanisms_.size();
-  leader_.reserve(units);
-  first_of_unit_.reserve(units);
-  spread_.reserve(6 * bodies_.size() + joints);
-  island_of_unit_.reserve(units);
+  next_warm_.reserve(contacts);
+  carried_.reserve(contacts);
+  for (auto* vector : {&group_of_contact_, &contact_order_}) vector->reserve(contacts);
+  for (auto* vector : {&leader_, &group_of_unit_, &island_of_unit_, &body_order_, &loose_, &kinematics_,
+                       &unit_order_, &mechanism_order_})
+    vector->reserve(units);
+  fill_.reserve(units + 1);
+  groups_.reserve(units);
   islands_.reserve(units);
+  block_order_.reserve(blocks);
+  island_of_block_.reserve(blocks);
+  joint_rows_.reserve(3 * joints);
+  for (auto* vector : {&bounds_, &local_bounds_}) vector->reserve(3 * joints);
+  rows_.reserve(rows);
+  local_rows_.reserve(rows);
+  for (auto* vector : {&b_, &x_, &u_, &local_b_, &local_x_}) vector->reserve(rows);
+  for (auto* vector : {&friction_, &local_friction_}) vector->reserve(contacts);
+  for (auto* vector : {&J_, &Y_}) vector->reserve(2 * widest * rows);
   // Of the largest island: who expects larger ones than a thousand rows pays for them when they come.
   const std::size_t island_rows = std::min<std::size_t>(rows, 1024);
   W_.reserve(island_rows * island_rows);
   solver_.reserve(island_rows);
 }
 
+std::uint32_t DynamicsWorld::unit_of(const Mover& mover) const {
+  if (mover.kind == Mover::Kind::link) return static_cast<std::uint32_t>(bodies_.size()) + mover.index;
+  return mover.kind == Mover::Kind::body && !bodies_[mover.index].is_kinematic ? mover.index : kNone;
+}
+
 Vector3 DynamicsWorld::velocity(std::uint32_t body) const {
   const Body& b = bodies_[body];
-  return b.is_kinematic ? b.v_W : b.body.velocity(b.state);
+  return b.is_kinematic ? b.told_v_W : b.body.velocity(b.state);
 }
 
 Vector3 DynamicsWorld::angular_velocity(std::uint32_t body) const {
   const Body& b = bodies_[body];
-  return b.is_kinematic ? b.w_W : b.body.angular_velocity(b.state);
+  return b.is_kinematic ? b.told_w_W : b.body.angular_velocity(b.state);
 }
 
 Pose DynamicsWorld::link_pose(std::uint32_t mechanism, std::uint32_t link) const {
   const Arm& arm = mechanisms_[mechanism];
   return arm.dynamics->link_pose(link, arm.placed);
-}
-
-Pose DynamicsWorld::mover_pose(const Mover& mover) const {
-  if (mover.kind == Mover::Kind::body) return pose(mover.index);
-  if (mover.kind == Mover::Kind::link) return link_pose(mover.index, mover.link);
-  return {};
-}
-
-Vector3 DynamicsWorld::point_velocity(const Mover& mover, const Vector3& p_W) const {
-  if (mover.kind == Mover::Kind::body)
-    return velocity(mover.index) + cross(angular_velocity(mover.index), p_W - bodies_[mover.index].state.p_W);
-  if (mover.kind == Mover::Kind::link) {
-    const Arm& arm = mechanisms_[mover.index];
-    return arm.dynamics->point_velocity(mover.link, p_W, arm.placed);
-  }
-  return Vector3::Zero();
-}
-
-Vector3 DynamicsWorld::relative_velocity(const Point& point) const {
-  return point_velocity(point.contact.b, point.p_W) - point_velocity(point.contact.a, point.p_W);
 }
 
 Vector3 DynamicsWorld::linear_momentum() const {

@@ -34,6 +34,8 @@ class RigidBody {
   Pose pose(const RigidBodyState& state) const;
   Vector3 velocity(const RigidBodyState& state) const { return state.momentum_W / inertia_.mass; }
   Vector3 angular_velocity(const RigidBodyState& state) const;
+  /// The same with the attitude's matrix at hand.
+  Vector3 angular_velocity(const Matrix3& R_WB, const Vector3& angular_W) const;
   /// Inverse inertia about the centre of mass in world axes [1/(kg m2)].
   Matrix3 inverse_inertia_W(const RigidBodyState& state) const;
   double kinetic_energy(const RigidBodyState& state) const;  ///< [J]
@@ -57,7 +59,7 @@ class RigidBody {
   static constexpr double kMostTurn = 64.0;  ///< [rad]
 
  private:
-  void turn(Quaternion& q, const Vector3& angular_W, double h) const noexcept;
+  void turn(Quaternion& q, const Vector3& l_B, const Vector3& w_B, double h) const noexcept;
 
   BodyInertia inertia_;
   Matrix3 inverse_B_;
