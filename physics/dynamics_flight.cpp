@@ -72,12 +72,11 @@ void DynamicsWorld::accumulate() {
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const Point& point = points_[active_[i]];
     const Vector3 impulse = impulse_of(i);
-    const Vector3 moment = cross(point.act_W, impulse);
     for (const Side& side : point.sides) {
       if (side.unit == kNone) continue;
       if (is_body(side.unit)) {
         bodies_[side.unit].impulse_W += side.sign * impulse;
-        bodies_[side.unit].moment_W += side.sign * moment;
+        bodies_[side.unit].moment_W += cross(side.lever_W, side.sign * impulse);
         continue;
       }
       std::vector<double>& change = arm_of(side.unit).change;
@@ -101,11 +100,13 @@ void DynamicsWorld::commit(double t, double h) {
     if (body.impulse_W != Vector3::Zero()) {
       // About the mean of where the body was and is: so that the moment of momentum of all stays.
       add_compensated(state.p_W, state.p_low_W, (0.5 * t / body.body.inertia().mass) * body.impulse_W);
-      const Vector3 twist = body.moment_W - cross(0.5 * (body.state.p_W + state.p_W), body.impulse_W);
+      const Vector3 middle = 0.5 * (body.state.p_W + state.p_W);
+      const Vector3 twist = body.moment_W - cross(middle - body.middle_W, body.impulse_W);
       const Vector3 turn = rotate(body.row_inverse_W, (0.5 * t) * twist);
       add_compensated(state.momentum_W, state.low_W, body.impulse_W);
       state.angular_W += twist;
-      state.q_WB = normalized(quaternion_of_turn(turn) * state.q_WB);
+      RigidBody::turn_by(state, turn);
+      body.body.keep_place(state, body.state);
     }
     body.state = state;
   }

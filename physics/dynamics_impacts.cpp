@@ -30,7 +30,7 @@ void DynamicsWorld::impact(double h, StepReport& report) {
   for (const std::uint32_t i : group_.bodies) {
     Body& body = bodies_[i];
     add_compensated(body.state.momentum_W, body.state.low_W, body.impulse_W);
-    body.state.angular_W += body.moment_W - cross(body.state.p_W, body.impulse_W);
+    body.state.angular_W += body.moment_W;
   }
   for (const std::uint32_t m : group_.mechanisms) {
     Arm& arm = mechanisms_[m];

@@ -7,6 +7,16 @@
 #include "physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
+namespace {
+
+// What rests is held at rest by the last step's forces as long as its points move less than the tolerance.
+// But forces that are off by their rounding move it faster from step to step; so beyond this share of the
+// velocities that the impulses could make (the sum of sqrt(w) |x|, a little above rounding) they are found
+// anew, though not more often than every kPatience steps: where rounding is larger than that, nothing is won.
+constexpr double kStill = 0x1p-52;
+constexpr std::uint8_t kPatience = 16;
+
+}  // namespace
 
 std::uint32_t DynamicsWorld::unit_of_block(std::size_t block) const {
   if (block >= active_.size())
@@ -110,7 +120,7 @@ void DynamicsWorld::spread_impulses(const Island& island) {
 /// Velocities of a contact after what spread_impulses() left. Returns its natural residual or more: the trace
 /// of its block stands for the largest diagonal entry, and the residual grows with the scale (Gafni and
 /// Bertsekas, Two-Metric Projection Methods, 1984, lemma 1).
-double DynamicsWorld::contact_velocities(std::size_t block) {
+double DynamicsWorld::contact_velocities(std::size_t block, double& scale) {
   const Point& point = points_[active_[block]];
   Vector3 v = Vector3::Zero();
   double* const u = &u_[3 * block];
@@ -138,28 +148,39 @@ double DynamicsWorld::contact_velocities(std::size_t block) {
   u[0] += dot(point.contact->n_AB_W, v);
   u[1] += dot(point.t1_W, v);
   u[2] += dot(point.t2_W, v);
+  scale = std::sqrt(trace);
   return trace > 0.0 ? contact_residual(trace, friction_[block], &x_[3 * block], u) : 0.0;
 }
 
-double DynamicsWorld::joint_velocity(std::size_t block) {
+double DynamicsWorld::joint_velocity(std::size_t block, double& scale) {
   const std::size_t j = block - active_.size(), row = first_row(block);
   const JointRow& joint = joint_rows_[j];
   const double u = b_[row] + joint.sign * mechanisms_[joint.mechanism].change[joint.value];
   const double w = joint.sign * Y_[joint.first + joint.value];
   u_[row] = u;
+  scale = std::sqrt(w);
   return w > 0.0 ? w * std::abs(x_[row] - clamped(x_[row] - u / w, bounds_[j])) : 0.0;
 }
 
 /// u = W x + b by way of the units' velocities, without W: what rows cost, not their square. Returns the
 /// natural residual or a little more.
-double DynamicsWorld::update_velocities(const Island& island) {
+DynamicsWorld::Residual DynamicsWorld::update_velocities(const Island& island) {
   spread_impulses(island);
-  double worst = 0.0;
-  for (std::size_t i = 0; i < island.contacts + island.joints; ++i) {
+  const std::size_t blocks = island.contacts + island.joints;
+  residuals_.resize(blocks);
+  scales_.resize(blocks);
+  double worst = 0.0, sum = 0.0;
+  for (std::size_t i = 0; i < blocks; ++i) {
     const std::size_t block = block_order_[island.first_block + i];
-    worst = std::max(worst, i < island.contacts ? contact_velocities(block) : joint_velocity(block));
+    const bool is_contact = i < island.contacts;
+    residuals_[i] = is_contact ? contact_velocities(block, scales_[i]) : joint_velocity(block, scales_[i]);
+    worst = std::max(worst, residuals_[i]);
+    sum += scales_[i] * std::abs(x_[first_row(block)]);
   }
-  return worst;
+  bool is_still = true;
+  for (std::size_t i = 0; i < blocks; ++i)
+    is_still = is_still && residuals_[i] <= kStill * (scales_[i] * sum);
+  return {worst, is_still};
 }
 
 /// Rows of a contact or joint in full, after those of the mechanisms.
@@ -253,20 +274,56 @@ double DynamicsWorld::coupling(const Row& r, const Row& s) const {
 
 void DynamicsWorld::solve(StepReport& report) {
   u_ = b_;
+  // Not all that came to rest together at the same time.
+  for (std::size_t i = patience_.size(); i < bodies_.size() + mechanisms_.size(); ++i)
+    patience_.push_back(static_cast<std::uint8_t>(i % (kPatience - 1)));
   find_islands();
   for (const Island& island : islands_) solve_island(island, report);
 }
 
+SolveReport DynamicsWorld::solve_loaded(const Island& island) {
+  const SolveReport solved =
+      solver_.solve({island.contacts, local_friction_, local_bounds_, W_, local_b_}, local_x_);
+  for (std::size_t k = 0; k < local_rows_.size(); ++k) x_[local_rows_[k]] = local_x_[k];
+  return solved;
+}
+
+/// Once more, with what W x + b lacks of the velocities that the units will have.
+void DynamicsWorld::refine(const Island& island) {
+  update_velocities(island);
+  // In place: each row's own b is read once, by itself.
+  for (std::size_t k = 0; k < local_rows_.size(); ++k)
+    local_b_[k] += u_[local_rows_[k]] - row_velocity(W_, local_b_, local_x_, k);
+  solve_loaded(island);
+}
+
+/// Two steps on end: the first stops what moves, the second finds the forces without what stopped it.
+bool DynamicsWorld::may_refine(const Island& island) {
+  bool may = true;
+  const std::span<const std::uint32_t> units =
+      std::span(unit_order_).subspan(island.first_unit, island.units);
+  for (const std::uint32_t unit : units) {
+    may = may && (patience_[unit] == 0 || patience_[unit] == kPatience);
+    if (patience_[unit] > 0) --patience_[unit];
+  }
+  if (may)
+    for (const std::uint32_t unit : units)
+      patience_[unit] = patience_[unit] == kPatience - 1 ? kPatience - 1 : kPatience;
+  return may;
+}
+
 void DynamicsWorld::solve_island(const Island& island, StepReport& report) {
-  SolveReport solved;
   // Most of what rests goes on resting: what held it in the last step does in this.
-  solved.residual = update_velocities(island);
-  if (!(solved.residual <= settings_.solver.tolerance)) {
+  const Residual warm = update_velocities(island);
+  const bool holds = warm.worst <= settings_.solver.tolerance;
+  SolveReport solved;
+  solved.residual = warm.worst;
+  if (!holds || (!warm.is_still && may_refine(island))) {
     const std::size_t mechanism_rows = J_.size();
     load_island(island);
     load_couplings();
-    solved = solver_.solve({island.contacts, local_friction_, local_bounds_, W_, local_b_}, local_x_);
-    for (std::size_t k = 0; k < local_rows_.size(); ++k) x_[local_rows_[k]] = local_x_[k];
+    solved = solve_loaded(island);
+    if (holds) refine(island);
     update_velocities(island);
     J_.resize(mechanism_rows);
     Y_.resize(mechanism_rows);

@@ -125,6 +125,8 @@ void DynamicsWorld::reserve(std::size_t contacts) {
                        &unit_order_, &mechanism_order_})
     vector->reserve(units);
   fill_.reserve(units + 1);
+  patience_.reserve(units);
+  for (auto* vector : {&residuals_, &scales_}) vector->reserve(blocks);
   groups_.reserve(units);
   islands_.reserve(units);
   block_order_.reserve(blocks);

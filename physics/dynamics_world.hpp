@@ -163,7 +163,7 @@ class DynamicsWorld {
     Vector3 middle_W = Vector3::Zero(), row_v_W = Vector3::Zero(), row_w_W = Vector3::Zero();
     Matrix3 row_inverse_W = Matrix3::Zero();
     Vector3 change_v_W = Vector3::Zero(), change_w_W = Vector3::Zero();  // by the rows' impulses
-    Vector3 impulse_W = Vector3::Zero(), moment_W = Vector3::Zero();  // the moment about the world's origin
+    Vector3 impulse_W = Vector3::Zero(), moment_W = Vector3::Zero();     // the moment about its middle
   };
   struct Arm {
     const MechanismDynamics* dynamics;
@@ -298,10 +298,17 @@ class DynamicsWorld {
   std::uint32_t unit_of_block(std::size_t block) const;
   void solve(StepReport& report);
   void solve_island(const Island& island, StepReport& report);
-  double update_velocities(const Island& island);
+  struct Residual {
+    double worst;   // the natural residual or a little more
+    bool is_still;  // to rounding, or almost
+  };
+  Residual update_velocities(const Island& island);
+  bool may_refine(const Island& island);
+  void refine(const Island& island);
   void spread_impulses(const Island& island);
-  double contact_velocities(std::size_t block);
-  double joint_velocity(std::size_t block);
+  double contact_velocities(std::size_t block, double& scale);
+  double joint_velocity(std::size_t block, double& scale);
+  SolveReport solve_loaded(const Island& island);
   void load_island(const Island& island);
   void write_out(std::size_t block, std::size_t i);
   void load_couplings();
@@ -332,6 +339,8 @@ class DynamicsWorld {
   std::vector<std::size_t> block_order_;
   std::vector<std::uint32_t> island_of_block_, unit_order_;
   std::vector<Island> islands_;
+  std::vector<double> residuals_, scales_;  // by block of the island
+  std::vector<std::uint8_t> patience_;      // by unit: steps until its rest may be refined again
   // Of the island being solved.
   std::vector<Row> rows_;
   std::vector<std::size_t> local_rows_;

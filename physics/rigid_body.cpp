@@ -9,6 +9,7 @@
 namespace touchstone::physics {
 namespace {
 
+constexpr double kSmallestTurn = 0x1p-53;  // [rad]
 constexpr double kCutOff = 0x1p-55;
 constexpr double kLargestAngle = 0.125;              // [rad] of one series
 constexpr int kMostTerms = 19;                       // (1/8)^19 < kCutOff
@@ -32,6 +33,8 @@ bool is_finite(const RigidBodyState& state) {
 RigidBody::RigidBody(const BodyInertia& inertia, std::string_view name) : inertia_(inertia) {
   validate(inertia, Thinness::solid, name);
   inverse_B_ = symmetric_inverse(inertia.inertia_B);
+  const Matrix3& I = inertia.inertia_B;
+  smallest_way_ = kSmallestTurn * std::sqrt(0.5 * ((I(0, 0) + I(1, 1)) + I(2, 2)) / inertia.mass);
 }
 
 RigidBodyState RigidBody::state(const Pose& X_WB, const Vector3& v_W, const Vector3& w_W) const {
@@ -80,6 +83,10 @@ bool RigidBody::fly(RigidBodyState& state, double h, const Vector3& gravity_W) c
   RigidBodyState next = state;
   add_compensated(next.p_W, next.p_low_W, h * (state.momentum_W / inertia_.mass + (0.5 * h) * gravity_W));
   add_compensated(next.momentum_W, next.low_W, (h * inertia_.mass) * gravity_W);
+  if (rate * std::abs(h) < kSmallestTurn) {
+    turn_by(next, h * rotate(rotation_matrix(state.q_WB), w_B));
+    rate = 0.0;
+  }
   // A body may turn up to I_max / I_min faster on its way; the series that follow each look for themselves.
   for (double left = rate > 0.0 ? h : 0.0; left != 0.0;) {
     const double part =
@@ -94,6 +101,20 @@ bool RigidBody::fly(RigidBodyState& state, double h, const Vector3& gravity_W) c
   if (!is_finite(next)) return false;
   state = next;
   return true;
+}
+
+void RigidBody::turn_by(RigidBodyState& state, const Vector3& angles_W) {
+  const Vector3 turn = state.turn_low_W + angles_W;
+  const bool is_small = norm(turn) < kSmallestTurn;
+  state.turn_low_W = is_small ? turn : Vector3(Vector3::Zero());
+  if (!is_small) state.q_WB = normalized(quaternion_of_turn(turn) * state.q_WB);
+}
+
+void RigidBody::keep_place(RigidBodyState& state, const RigidBodyState& from) const {
+  const Vector3 way = (state.p_W - from.p_W) + state.p_low_W;
+  if (!(norm(way) < smallest_way_)) return;
+  state.p_W = from.p_W;
+  state.p_low_W = way;
 }
 
 void RigidBody::turn(Quaternion& q, const Vector3& l_B, const Vector3& w_B, double h) const noexcept {
