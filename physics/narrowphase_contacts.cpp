@@ -1,8 +1,8 @@
 #include "physics/narrowphase_contacts.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <string>
 
 #include "contact_core/input_error.hpp"
@@ -20,8 +20,11 @@ Pose pose_of(const Mover& mover, const DynamicsWorld& world) {
 
 /// To the bit: -0.0 is not 0.0.
 bool is_same(const Pose& X, const Pose& Y) {
-  return std::memcmp(X.R.data(), Y.R.data(), 9 * sizeof(double)) == 0 &&
-         std::memcmp(X.p.data(), Y.p.data(), 3 * sizeof(double)) == 0;
+  const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
+  bool same = true;
+  for (int i = 0; i < 9; ++i) same = same && bits(X.R.data()[i]) == bits(Y.R.data()[i]);
+  for (int i = 0; i < 3; ++i) same = same && bits(X.p[i]) == bits(Y.p[i]);
+  return same;
 }
 
 /// Never 0, which names nothing.
