@@ -6,6 +6,7 @@
 #include <span>
 
 #include "physics/contact_problem.hpp"
+#include "physics/elimination.hpp"
 
 // The laws of one block, shared by the residual and the solver.
 
@@ -27,11 +28,7 @@ inline double clamped(double x, const ContactProblem::Bounds& bounds) {
 /// (W x + b) of one row.
 inline double row_velocity(std::span<const double> W, std::span<const double> b, std::span<const double> x,
                            std::size_t row) {
-  double sum = b[row];
-  const std::size_t n = x.size();
-  const double* const entries = &W[row * n];
-  for (std::size_t k = 0; k < n; ++k) sum += entries[k] * x[k];
-  return sum;
+  return b[row] + sum_of_products(&W[row * x.size()], x.data(), x.size());
 }
 
 /// The natural map's residual of a contact of scale w: normal, then two tangents.

@@ -95,7 +95,7 @@ void ContactPath::tangential_rows(std::size_t i, double friction, const double* 
     for (std::size_t c = 0; c < 2; ++c) {
       const double by_z = (a == c ? ratio : 0.0) + z[a] * (by_length * (z[c] / length));
       const double* const W = &problem_.W[(i + 1 + c) * n_];
-      for (std::size_t k = 0; k < n_; ++k) row[k] += (by_z * rho_) * W[k];
+      subtract_multiple(row, W, -(by_z * rho_), n_);
       row[i + 1 + c] -= by_z * (1.0 - rho_ * s_);
       row[n_] += by_z * ((rho_ * s_) * (y[i + 1 + c] - rho_ * u_[i + 1 + c]));
     }
@@ -141,12 +141,8 @@ bool ContactPath::solve_bordered() {
     if (pivot != k) std::swap_ranges(&A_[k * width + k], &A_[k * width + width], &A_[pivot * width + k]);
     const double* const row_k = &A_[k * width];
     const double inverse = 1.0 / row_k[k];
-    for (std::size_t i = k + 1; i < n; ++i) {
-      double* const row = &A_[i * width];
-      if (row[k] == 0.0) continue;
-      const double factor = row[k] * inverse;
-      for (std::size_t j = k + 1; j < width; ++j) row[j] -= factor * row_k[j];
-    }
+    for (std::size_t i = k + 1; i < n; ++i) A_[i * width + k] *= inverse;
+    eliminate(A_.data(), width, k, n, width);
   }
   double length = 0.0;
   for (std::size_t i = n; i-- > 0;) {

@@ -20,28 +20,49 @@ constexpr std::array<double, 7> kRho = {1.0, 1.0, 0.1, 10.0, 0.3, 3.0, 0.01};
 constexpr double kFirstPolish = 1e-2, kPolishAgain = 0.05;
 // A path that got here has gone back the way it came.
 constexpr double kLostSoftness = 1e3;
-// Paths tried: coarse ones, which nine in ten of the problems that Newton's method did not solve end with;
-// fine ones for what is left after some other starts.
+// Sweeps between Newton's tries off them, and how many tries: most of what Newton's method does not solve at
+// once, it does from there, for a tenth of what a path costs.
+constexpr int kSweepsBetween = 30, kSweptTries = 4, kSweptSteps = 8;
+// Paths tried: a coarse one, which three in four of what is left end with; then finer ones.
 constexpr std::array<ContactPath::Way, 7> kWays = {{{1.0, 0.2, 1e-4, 300},
-                                                    {0.1, 0.2, 1e-4, 300},
+                                                    {1.0, 0.05, 1e-6, 1500},
                                                     {10.0, 0.2, 1e-4, 300},
-                                                    {1.0, 0.02, 1e-7, 2000},
+                                                    {0.1, 0.2, 1e-4, 300},
                                                     {0.1, 0.02, 1e-7, 2000},
                                                     {10.0, 0.02, 1e-7, 2000},
                                                     {0.01, 0.02, 1e-7, 2000}}};
-constexpr int kCoarseWays = 3, kFirstFineRound = 12;
+constexpr int kDrawnTries = 10;
+// A residual below this share of what the sums of W y + b are made of is rounding: more than the square root
+// of the number of rows times the unit roundoff, so that no problem is given up that could be solved better.
+constexpr double kRounding = 0x1p-49;
+// In units of the tolerance: what is more does not count as solved. More is let pass when all paths are
+// tried.
+constexpr double kMostRounding = 5.0, kMostLateRounding = 9.0;
+constexpr int kLate = 30;
 
-/// The path of a round, if it is one.
-const ContactPath::Way* way_of(int round) {
-  const int way = round <= kCoarseWays ? round - 1 : kCoarseWays + round - kFirstFineRound;
-  const bool is_path = round <= kCoarseWays || round >= kFirstFineRound;
-  return is_path && way < static_cast<int>(kWays.size()) ? &kWays[static_cast<std::size_t>(way)] : nullptr;
+/// What a round tries, cheap things first.
+enum class Round : std::uint8_t { sweeps, path, drawn_sweeps, drawn_newton };
+struct Plan {
+  Round round;
+  const ContactPath::Way* way = nullptr;
+};
+
+/// Of the rounds after the first.
+Plan plan_of(int round) {
+  constexpr int kSecondPath = 3 + kDrawnTries, kDrawn = kSecondPath + 3, kFine = kDrawn + 8, kCoarse = 4;
+  if (round == 1) return {Round::sweeps};
+  if (round == 2) return {Round::path, &kWays[0]};
+  if (round < kSecondPath) return {Round::drawn_sweeps};
+  if (round < kDrawn) return {Round::path, &kWays[static_cast<std::size_t>(1 + round - kSecondPath)]};
+  const auto way = static_cast<std::size_t>(kCoarse + round - kFine);
+  if (round < kFine || way >= kWays.size()) return {Round::drawn_newton};
+  return {Round::path, &kWays[way]};
 }
 
 }  // namespace
 
 void ContactSolver::reserve(std::size_t rows) {
-  for (auto* vector : {&scale_, &b_, &y_, &u_, &best_, &trial_, &step_}) vector->reserve(rows);
+  for (auto* vector : {&scale_, &b_, &y_, &u_, &best_, &trial_, &step_, &swept_}) vector->reserve(rows);
   W_.reserve(rows * rows);
   const std::size_t newton_rows = std::min(rows, settings_.most_newton_rows);
   A_.reserve(newton_rows * newton_rows);
@@ -58,7 +79,7 @@ void ContactSolver::load(const ContactProblem& problem, std::span<const double> 
   report_ = {};
   random_ = 0x9e3779b97f4a7c15;
   n_ = problem.rows();
-  for (auto* vector : {&scale_, &b_, &y_, &u_, &best_, &trial_, &step_}) vector->resize(n_);
+  for (auto* vector : {&scale_, &b_, &y_, &u_, &best_, &trial_, &step_, &swept_}) vector->resize(n_);
   W_.resize(n_ * n_);
   columns_.resize(n_);
   status_.assign(problem.contacts, Status::by_value);
@@ -93,10 +114,8 @@ void ContactSolver::load(const ContactProblem& problem, std::span<const double> 
 }
 
 double ContactSolver::velocity_of(std::size_t row, const std::vector<double>& y) const {
-  double sum = b_[row];
-  const double* const entries = &W_[row * n_];
-  for (std::size_t k = columns_[row].first; k < columns_[row].end; ++k) sum += entries[k] * y[k];
-  return sum;
+  const auto [first, end] = columns_[row];
+  return b_[row] + sum_of_products(&W_[row * n_ + first], &y[first], end - first);
 }
 
 void ContactSolver::update_velocities(const std::vector<double>& y) {
@@ -164,8 +183,8 @@ void ContactSolver::slip(std::size_t contact, double z1, double z2, double lengt
     for (std::size_t s = 0; s < 2; ++s) {
       const double across = ratio * ((r == s ? 1.0 : 0.0) - e[r] * e[s]);
       const Columns columns = columns_[i + 1 + s];
-      for (std::size_t k = columns.first; k < columns.end; ++k)
-        row[k] += (rho_ * across) * W_[(i + 1 + s) * n_ + k];
+      subtract_multiple(row + columns.first, &W_[(i + 1 + s) * n_ + columns.first], -(rho_ * across),
+                        columns.end - columns.first);
       row[i + 1 + s] += ((r == s ? 1.0 : 0.0) - across);
     }
     if (y_[i] > 0.0) row[i] -= friction * e[r];
@@ -233,13 +252,13 @@ bool ContactSolver::solve_step() {
     }
     const double* const row_k = &A_[k * n];
     for (std::size_t i = k + 1; i < reach; ++i) {
-      double* const row = &A_[i * n];
-      if (row[k] == 0.0) continue;
-      const double factor = row[k] / row_k[k];
-      for (std::size_t j = k + 1; j < end_[k]; ++j) row[j] -= factor * row_k[j];
+      double& entry = A_[i * n + k];
+      if (entry == 0.0) continue;
+      entry /= row_k[k];
       end_[i] = std::max(end_[i], end_[k]);
-      step_[i] -= factor * step_[k];
+      step_[i] -= entry * step_[k];
     }
+    eliminate(A_.data(), n, k, reach, end_[k]);
   }
   for (std::size_t i = n; i-- > 0;) {
     double sum = step_[i];
@@ -287,6 +306,37 @@ bool ContactSolver::polish(int steps) {
     last = residual;
   }
   return false;
+}
+
+/// From where sweeps lead.
+bool ContactSolver::sweep_and_polish(int tries) {
+  bool done = false;
+  for (int i = 0; i < tries && !done; ++i) {
+    for (int k = 0; k < kSweepsBetween; ++k, ++report_.sweeps) sweep();
+    swept_ = y_;
+    rho_ = kRho[static_cast<std::size_t>(i)];
+    done = polish(kSweptSteps);
+    y_ = swept_;
+  }
+  return done;
+}
+
+/// Whether the best is as good as rounding lets it be, though not as good as asked: by the problem's own
+/// figures as well as by the scaled ones.
+bool ContactSolver::is_rounding() {
+  const double most = (report_.rounds < kLate ? kMostRounding : kMostLateRounding) * settings_.tolerance;
+  if (!(report_.residual <= most)) return false;
+  double worst = 0.0;
+  for (std::size_t i = 0; i < n_; ++i) {
+    if (scale_[i] == 0.0) continue;
+    double sum = std::abs(b_[i]);
+    for (std::size_t k = columns_[i].first; k < columns_[i].end; ++k)
+      sum += std::abs(W_[i * n_ + k] * best_[k]);
+    worst = std::max(worst, sum / scale_[i]);
+  }
+  if (!(report_.residual <= kRounding * worst)) return false;
+  for (std::size_t i = 0; i < n_; ++i) trial_[i] = best_[i] * scale_[i];
+  return natural_residual(problem_, trial_, step_) <= most;
 }
 
 /// Along the path of softened problems, and off it to the solution where it is near enough.
@@ -368,11 +418,25 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
     report_.rounds = round + 1;
     rho_ = kRho[static_cast<std::size_t>(round) % kRho.size()];
     if (round > 0 && with_newton) {
-      if (const ContactPath::Way* const way = way_of(round)) {
-        done = follow_path(*way);
+      if (is_rounding()) {
+        done = true;
+        break;
+      }
+      const Plan plan = plan_of(round);
+      if (plan.round == Round::path) {
+        done = follow_path(*plan.way);
+        continue;
+      }
+      if (plan.round == Round::sweeps) {
+        y_ = best_;
+        done = sweep_and_polish(kSweptTries);
         continue;
       }
       start_anew(round);
+      if (plan.round == Round::drawn_sweeps) {
+        done = sweep_and_polish(1);
+        continue;
+      }
     }
     for (int i = 0; i < settings_.sweeps; ++i, ++report_.sweeps) sweep();
     done = keep_better(residual_of(y_));
@@ -381,6 +445,13 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
     const bool with_line_search = round % 4 < 2;
     const int steps = with_line_search ? settings_.newton_steps : 3 * settings_.newton_steps;
     for (int i = 0; i < steps && !done; ++i) done = keep_better(newton(with_line_search));
+  }
+  if (done && with_newton) {
+    // One more step pays: it converges quadratically, and what goes on as it was is then held by the same
+    // impulses for a long time.
+    rho_ = 1.0;
+    y_ = best_;
+    keep_better(newton(false));
   }
   for (std::size_t i = 0; i < n_; ++i) x[i] = best_[i] * scale_[i];
   report_.converged = done;

@@ -13,7 +13,7 @@ struct SolveReport {
   int sweeps = 0;         ///< projected Gauss-Seidel
   int newton_steps = 0;   ///< those along paths included
   int rounds = 0;
-  bool converged = true;
+  bool converged = true;  ///< to the tolerance, or to rounding where that is less than ten times as much
 };
 
 /// Solves ContactProblems: projected Gauss-Seidel sweeps, then a semismooth Newton method on the natural map
@@ -63,6 +63,8 @@ class ContactSolver {
   void start_anew(int round);
   bool follow_path(const ContactPath::Way& way);
   bool polish(int steps);
+  bool sweep_and_polish(int tries);
+  bool is_rounding();
   void draw_statuses(double share_kept);
   void draw_values();
   double draw();
@@ -76,7 +78,7 @@ class ContactSolver {
   std::uint64_t random_ = 0;
   double rho_ = 1.0;
   // Scaled so that the largest diagonal entry of every block is 1: x = scale y, W' = scale W scale.
-  std::vector<double> scale_, W_, b_, y_, u_, best_, trial_, step_, A_;
+  std::vector<double> scale_, W_, b_, y_, u_, best_, trial_, step_, swept_, A_;
   std::vector<ContactProblem::Bounds> bounds_;
   struct Columns {
     std::size_t first, end;

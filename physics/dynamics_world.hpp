@@ -147,17 +147,23 @@ class DynamicsWorld {
   StepReport step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces = {});
 
  private:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
   struct Body {
     RigidBody body;
     RigidBodyState state;
-    bool is_kinematic = false;
-    Vector3 v_W = Vector3::Zero(), w_W = Vector3::Zero();  // kinematic
+    bool is_kinematic = false, is_met = false;
+    Vector3 told_v_W = Vector3::Zero(), told_w_W = Vector3::Zero();  // kinematic
     RigidBodyState kept = {}, start = {},
                    flown = {};  // before the step, before its piece, after without impulses
-    // Of the rows being gathered: velocities before impulses, and what impulses turn.
-    Vector3 row_v_W = Vector3::Zero(), row_w_W = Vector3::Zero();
+    // Of the state.
+    Pose X_WB = {};
+    Vector3 v_W = Vector3::Zero(), w_W = Vector3::Zero();
+    // Of the rows being gathered: the middle of its way, velocities before impulses, what impulses turn.
+    Vector3 middle_W = Vector3::Zero(), row_v_W = Vector3::Zero(), row_w_W = Vector3::Zero();
     Matrix3 row_inverse_W = Matrix3::Zero();
-    Vector3 impulse_W = Vector3::Zero(), moment_W = Vector3::Zero();  // the moment about the world's origin
+    Vector3 change_v_W = Vector3::Zero(), change_w_W = Vector3::Zero();  // by the rows' impulses
+    Vector3 impulse_W = Vector3::Zero(), moment_W = Vector3::Zero();     // the moment about its middle
   };
   struct Arm {
     const MechanismDynamics* dynamics;
@@ -167,107 +173,179 @@ class DynamicsWorld {
     std::vector<JointDrive> drives;
     MechanismDynamics::Workspace placed, scratch;
   };
+  /// A mover at a point.
+  struct Side {
+    std::uint32_t unit;  // kNone: nothing moves it but what it was told
+    double sign;
+    Vector3 lever_W;    // a body's: from the middle of its way to where impulses act
+    std::size_t first;  // a mechanism's: of its three rows in J_ and Y_
+  };
   /// A contact on its way through the step.
   struct Point {
-    Contact contact;
-    Vector3 p_A, p_B;  // in the movers' frames
-    Vector3 p_W;       // between the points, at the start of the piece
-    Vector3 act_W;     // where impulses act
-    Vector3 t1_W, t2_W;
-    double separation, start_separation, start_speed;
-    Vector3 impulse_W, start_impulse_W, impact_W, last_force_W;  // on B
-    bool is_new;  // in the last step it had another name, or was not
-  };
-  struct Side {
-    Mover mover;
-    std::size_t first, size;  // of its row in J_ and Y_
-  };
-  struct Row {
+    const Contact* contact;
+    std::uint32_t index;  // of the contact
     Side sides[2];
-    int count;
+    Vector3 p_A, p_B;               // in the movers' frames
+    Vector3 p_W;                    // between the points, at the start of the piece
+    Vector3 v_W;                    // of B's point seen from A's, there
+    Vector3 mean_v_W;               // of both
+    Vector3 act_W;                  // where impulses act
+    Vector3 t1_W, t2_W;             // at right angles to the normal
+    double separation, approach_v;  // at the start of the piece; the speed after its impact
+    Vector3 impulse_W, start_impulse_W, impact_W, last_force_W;  // on B
   };
   /// A row of a joint: its drive, or an end stop.
   struct JointRow {
     std::uint32_t mechanism, value;
     double sign;
     bool is_stop;
+    std::size_t first;  // of its row in Y_
   };
-  /// Contacts and joint rows that have to do with each other: a run of block_order_, contacts first.
+  /// A row of the island being solved, written out: velocities of its units are J_, what it does to them Y_.
+  struct Row {
+    std::uint32_t units[2];
+    std::size_t first[2];
+    int count;
+  };
+  /// What contacts join, touching or near, directly or through others: it goes through the step by a clock of
+  /// its own, and nothing of it is seen by the rest.
+  struct Group {
+    std::span<const std::uint32_t> contacts, bodies, mechanisms;
+  };
+  /// Contacts and joint rows of a group that have to do with each other: a run of block_order_, contacts
+  /// first; and the units they move.
   struct Island {
-    std::size_t first_block, contacts, joints;
+    std::size_t first_block, contacts, joints, first_unit, units;
   };
-  static constexpr std::size_t kNoIsland = static_cast<std::size_t>(-1);
+  /// What a contact of the last step leaves to the next.
+  struct Warm {
+    std::uint64_t key = 0;
+    Mover a = {}, b = {};
+    Vector3 p_A = Vector3::Zero();  // in A's frame
+    Vector3 force_W = Vector3::Zero();
+    bool is_taken = false;
+  };
+  struct Carried {
+    Vector3 force_W;
+    bool is_new;  // in the last step it had another name, or was not
+  };
   enum class Phase { impact, forces };
 
+  // dynamics_world.cpp
+  std::uint32_t unit_of(const Mover& mover) const;  // kNone: the ground, a kinematic body
+  bool is_body(std::uint32_t unit) const { return unit < bodies_.size(); }
+  Arm& arm_of(std::uint32_t unit) { return mechanisms_[unit - bodies_.size()]; }
+  const Arm& arm_of(std::uint32_t unit) const { return mechanisms_[unit - bodies_.size()]; }
+
+  // dynamics_points.cpp
   bool check(std::span<const Contact> contacts, StepReport& report) const;
   bool is_known(const Mover& mover) const;
+  void carry_forces(std::span<const Contact> contacts);
+  bool take_by_key(const Contact& contact, Carried& carried, std::size_t& next);
+  void take_nearest(const Contact& contact, Carried& carried, std::size_t& next);
   void attach(std::span<const Contact> contacts);
   void refresh();
+  void update_speeds();
+  double separation_now(const Point& point) const;
   Pose mover_pose(const Mover& mover) const;
   Vector3 point_velocity(const Mover& mover, const Vector3& p_W) const;
-  Vector3 relative_velocity(const Point& point) const;
-  bool take_by_key(Point& point, std::size_t& next);
-  void take_nearest(Point& point, std::size_t& next);
 
-  void factor_masses();
-  bool needs_impact() const;
-  void impact(double h, StepReport& report);
-  double piece(double left, double h, bool all, StepReport& report);
-  bool fly(double t, StepReport& report);
-  double first_stop(double t, bool& stops) const;
-  double first_arrival(double t) const;
-  void commit(double t, double h);
+  // dynamics_groups.cpp
+  std::uint32_t leader_of(std::uint32_t unit);
+  void join(std::uint32_t a, std::uint32_t b);
+  void find_groups(std::span<const Contact> contacts);
+  void sort_by_group(std::span<const Contact> contacts, std::uint32_t groups);
+
+  // dynamics_step.cpp
+  bool step_group(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
+                  StepReport& report);
+  bool step_loose(double h, StepReport& report);
+  double piece(double left, double h, bool all, std::uint32_t pieces, StepReport& report);
+  void undo();
   void go_back();
   void finish(double h, std::span<ContactForce> forces);
 
+  // dynamics_impacts.cpp
+  bool needs_impact() const;
+  void impact(double h, StepReport& report);
+
+  // dynamics_flight.cpp
+  void update_motions();
+  void place_kinematics(double elapsed);
+  bool fly(double t, StepReport& report);
+  void accumulate();
+  void commit(double t, double h);
+
+  // dynamics_events.cpp
+  double first_stop(double t, bool& stops) const;
+  double first_arrival(double t) const;
+
+  // dynamics_rows.cpp
+  void factor_masses();
   void gather(Phase phase, double t, bool all);
-  void add_contact_rows(std::size_t index, Phase phase, double t);
+  void prepare_bodies(Phase phase);
+  void add_contact(std::size_t index, Phase phase, double t);
+  Vector3 add_side(Side& side, const Mover& mover, const Point& point, Phase phase, double* b);
   void add_joint_rows(std::uint32_t mechanism, Phase phase, double t, bool all);
   void add_joint_row(const JointRow& row, double b, ContactProblem::Bounds bounds, double warm);
-  void add_side(Row& row, const Mover& mover, const Point& point, const Vector3& direction_W, double sign,
-                Phase phase);
-  double velocity_of(const Row& row, Phase phase) const;
+  Vector3 impulse_of(std::size_t contact) const;
   std::size_t first_row(std::size_t block) const {
     return block < active_.size() ? 3 * block : 2 * active_.size() + block;
   }
-  std::size_t unit_of(const Mover& mover) const;
-  std::size_t leader_of(std::size_t unit);
+
+  // dynamics_islands.cpp
   void find_islands();
-  void load_rows(const Island& island);
-  void load_couplings();
-  double velocities_from_impulses();
-  double coupling(const Row& r, const Row& s) const;
-  bool meet(const Row& r, const Row& s) const;
+  std::uint32_t unit_of_block(std::size_t block) const;
   void solve(StepReport& report);
-  void accumulate();
+  void solve_island(const Island& island, StepReport& report);
+  struct Residual {
+    double worst;   // the natural residual or a little more
+    bool is_still;  // to rounding, or almost
+  };
+  Residual update_velocities(const Island& island);
+  bool may_refine(const Island& island);
+  void refine(const Island& island);
+  void spread_impulses(const Island& island);
+  double contact_velocities(std::size_t block, double& scale);
+  double joint_velocity(std::size_t block, double& scale);
+  SolveReport solve_loaded(const Island& island);
+  void load_island(const Island& island);
+  void write_out(std::size_t block, std::size_t i);
+  void load_couplings();
+  double coupling(const Row& r, const Row& s) const;
+  static bool meet(const Row& r, const Row& s);
 
   Settings settings_;
   ContactSolver solver_;
   std::vector<Body> bodies_;
   std::vector<Arm> mechanisms_;
+  std::vector<Warm> warm_, next_warm_;  // by contact
+  std::vector<Carried> carried_;        // by contact
+  // Units are bodies, then mechanisms.
+  std::vector<std::uint32_t> leader_, group_of_unit_, island_of_unit_;
+  std::vector<std::uint32_t> contact_order_, body_order_, mechanism_order_, loose_;
+  std::vector<Group> groups_;
+  std::vector<std::uint32_t> group_of_contact_, fill_;
+  // Of the group on its way.
+  Group group_;
+  std::vector<std::uint32_t> kinematics_;
   std::vector<Point> points_;
   std::vector<std::size_t> active_;  // points with rows, in order
   std::vector<JointRow> joint_rows_;
-  std::vector<Row> rows_;
-  std::vector<double> J_, Y_, b_, x_, u_, friction_;  // of all rows
+  std::vector<double> J_, Y_;  // rows of mechanisms, then those written out
+  std::vector<double> b_, x_, u_, friction_;
   std::vector<ContactProblem::Bounds> bounds_;
   // Blocks are contacts, then joint rows.
-  std::vector<std::size_t> leader_, island_of_unit_, island_of_block_, block_order_;
+  std::vector<std::size_t> block_order_;
+  std::vector<std::uint32_t> island_of_block_, unit_order_;
   std::vector<Island> islands_;
+  std::vector<double> residuals_, scales_;  // by block of the island
+  std::vector<std::uint8_t> patience_;      // by unit: steps until its rest may be refined again
   // Of the island being solved.
+  std::vector<Row> rows_;
   std::vector<std::size_t> local_rows_;
-  std::vector<double> spread_;              // change of each unit's velocities
-  std::vector<std::size_t> first_of_unit_;  // in spread_
-  std::vector<double> W_, local_b_, local_x_, local_u_, local_friction_;
+  std::vector<double> W_, local_b_, local_x_, local_friction_;
   std::vector<ContactProblem::Bounds> local_bounds_;
-  struct Warm {
-    std::uint64_t key;
-    Mover a, b;
-    Vector3 p_A;  // in A's frame
-    Vector3 force_W;
-    bool is_taken;
-  };
-  std::vector<Warm> warm_;
 };
 
 }  // namespace touchstone::physics

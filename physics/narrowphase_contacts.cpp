@@ -1,6 +1,7 @@
 #include "physics/narrowphase_contacts.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string>
 
@@ -15,6 +16,15 @@ Pose pose_of(const Mover& mover, const DynamicsWorld& world) {
   if (mover.kind == Mover::Kind::body) return world.pose(mover.index);
   if (mover.kind == Mover::Kind::link) return world.link_pose(mover.index, mover.link);
   return {};
+}
+
+/// To the bit: -0.0 is not 0.0.
+bool is_same(const Pose& X, const Pose& Y) {
+  const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
+  bool same = true;
+  for (int i = 0; i < 9; ++i) same = same && bits(X.R.data()[i]) == bits(Y.R.data()[i]);
+  for (int i = 0; i < 3; ++i) same = same && bits(X.p[i]) == bits(Y.p[i]);
+  return same;
 }
 
 /// Never 0, which names nothing.
@@ -58,9 +68,7 @@ void NarrowphaseContacts::build() {
   std::vector<const HexahedronTree*> trees;
   std::vector<Hexahedron> solids;
   std::vector<std::uint8_t> is_static;
-  all_.clear();
   for (const Part& part : parts_) {
-    all_.push_back(static_cast<std::uint32_t>(trees.size()));
     trees.push_back(part.tree);
     is_static.push_back(part.mover.kind == Mover::Kind::ground ? 1 : 0);
     for (const PlacedHexahedron& placed : part.tree->solids()) solids.push_back(placed.solid);
@@ -73,17 +81,20 @@ void NarrowphaseContacts::build() {
   narrowphase_->build(solids);
   workspace_ = narrowphase_->make_workspace();
   poses_.resize(solids.size());
-  block_.resize(kBlock);
+  moved_.reserve(parts_.size());
+  for (auto* vector : {&block_, &evaluated_}) vector->resize(kBlock);
+  candidates_.reserve(kBlock);
   status_.resize(kBlock);
   geometry_.resize(kBlock);
   points_.resize(kBlock * kMaxManifoldPoints);
+  was_found_ = false;
 }
 
 /// Whether the face of a solid that a contact's normal leaves by lies against another solid of its object, as
 /// at a seam: nothing touches it there. Looked at a millionth of the way from the point to the middle of the
 /// face, a billionth of the solid's size outside.
 bool NarrowphaseContacts::is_covered(SolidIndex solid, const Vector3& p_W, const Vector3& n_W) const {
-  const Part& part = parts_[part_of_[solid]];
+  const Part& part = part_of(solid);
   const std::span<const PlacedHexahedron> solids = part.tree->solids();
   if (solids.size() < 2) return false;
   const Hexahedron& own = solids[solid - part.first_solid].solid;
@@ -110,41 +121,98 @@ bool NarrowphaseContacts::is_covered(SolidIndex solid, const Vector3& p_W, const
   return false;
 }
 
+/// Lists the parts that moved since the last find(). @return whether any did.
+bool NarrowphaseContacts::move_parts(const DynamicsWorld& world) {
+  moved_.clear();
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    Part& part = parts_[i];
+    const Pose X_WM = pose_of(part.mover, world);
+    part.has_moved = !was_found_ || !is_same(X_WM, part.X_WM);
+    if (!part.has_moved) continue;
+    part.X_WM = X_WM;
+    moved_.push_back(static_cast<std::uint32_t>(i));
+    find_global_positions(*part.tree, X_WM,
+                          std::span(poses_).subspan(part.first_solid, part.tree->solids().size()));
+  }
+  return !moved_.empty();
+}
+
 std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world) {
+  if (!narrowphase_->capabilities().deterministic) was_found_ = false;
+  if (!move_parts(world)) return contacts_;
+  contacts_.swap(last_contacts_);
+  origins_.swap(last_origins_);
+  found_.swap(last_found_);
+  if (!was_found_) last_found_.clear();
   contacts_.clear();
   origins_.clear();
+  found_.clear();
   undecided_ = failed_ = 0;
-  for (const Part& part : parts_)
-    find_global_positions(*part.tree, pose_of(part.mover, world),
-                          std::span(poses_).subspan(part.first_solid, part.tree->solids().size()));
-  broadphase_->update(poses_, all_);
-  const Query query{QueryKind::manifold, margin_, kMaxManifoldPoints};
+  broadphase_->update(poses_, moved_);
+  std::size_t last = 0;
   for (PairCursor cursor; !cursor.done;) {
-    const std::size_t found = broadphase_->find_pairs(cursor, block_);
-    const auto end = std::remove_if(
-        block_.begin(), block_.begin() + static_cast<std::ptrdiff_t>(found), [&](const SolidPair& pair) {
-          return is_exempt(parts_[part_of_[pair.a]].mover, parts_[part_of_[pair.b]].mover);
-        });
-    const auto count = static_cast<std::size_t>(end - block_.begin());
-    narrowphase_->evaluate({std::span(block_).first(count), poses_, query, {}},
-                           {std::span(status_).first(count), std::span(geometry_).first(count), points_},
-                           *workspace_);
-    for (std::size_t i = 0; i < count; ++i)
-      take(block_[i], status_[i], geometry_[i],
-           std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints));
+    sort_out(broadphase_->find_pairs(cursor, block_), last);
+    take_block();
   }
+  was_found_ = true;
+  last_contacts_.reserve(contacts_.capacity());
+  last_origins_.reserve(origins_.capacity());
+  last_found_.reserve(found_.capacity());
   return contacts_;
+}
+
+/// The block's pairs that count, each with what the last find() knew of it: pairs ascend in both.
+void NarrowphaseContacts::sort_out(std::size_t count, std::size_t& last) {
+  candidates_.clear();
+  for (const SolidPair& pair : std::span(block_).first(count)) {
+    const Part &a = part_of(pair.a), &b = part_of(pair.b);
+    if (is_exempt(a.mover, b.mover)) continue;
+    while (last < last_found_.size() && last_found_[last].pair < pair) ++last;
+    Candidate& candidate = candidates_.emplace_back();
+    candidate = {pair, nullptr};
+    if (last == last_found_.size() || last_found_[last].pair != pair) continue;
+    if (!a.has_moved && !b.has_moved) candidate.kept = &last_found_[last];
+  }
+}
+
+void NarrowphaseContacts::take_block() {
+  std::size_t count = 0;
+  for (const Candidate& candidate : candidates_)
+    if (candidate.kept == nullptr) evaluated_[count++] = candidate.pair;
+  const Query query{QueryKind::manifold, margin_, kMaxManifoldPoints};
+  narrowphase_->evaluate({std::span(evaluated_).first(count), poses_, query, {}},
+                         {std::span(status_).first(count), std::span(geometry_).first(count), points_},
+                         *workspace_);
+  std::size_t i = 0;
+  for (const Candidate& candidate : candidates_) {
+    const std::size_t first = contacts_.size();
+    if (const Found* const kept = candidate.kept) {
+      this->count(kept->status);
+      const auto begin = static_cast<std::ptrdiff_t>(kept->first),
+                 end = static_cast<std::ptrdiff_t>(kept->first + kept->count);
+      contacts_.insert(contacts_.end(), last_contacts_.begin() + begin, last_contacts_.begin() + end);
+      origins_.insert(origins_.end(), last_origins_.begin() + begin, last_origins_.begin() + end);
+      found_.push_back({candidate.pair, kept->status, first, kept->count});
+      continue;
+    }
+    this->count(status_[i]);
+    take(candidate.pair, status_[i], geometry_[i],
+         std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints));
+    found_.push_back({candidate.pair, status_[i], first, contacts_.size() - first});
+    ++i;
+  }
+}
+
+void NarrowphaseContacts::count(PairStatus status) {
+  undecided_ += status == PairStatus::undecided ? 1 : 0;
+  failed_ += status == PairStatus::failed || status == PairStatus::unsupported ? 1 : 0;
 }
 
 void NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
                                std::span<const ContactPoint> points) {
-  if (status == PairStatus::failed || status == PairStatus::unsupported) {
-    ++failed_;
-    return;
-  }
-  undecided_ += status == PairStatus::undecided ? 1 : 0;
+  if (status == PairStatus::failed || status == PairStatus::unsupported) return;
   if (!(geometry.separation <= margin_)) return;
-  const Part &a = parts_[part_of_[pair.a]], &b = parts_[part_of_[pair.b]];
+  const Part &a = part_of(pair.a), &b = part_of(pair.b);
   const double friction = std::sqrt(a.surface.friction * b.surface.friction);
   const double restitution = std::max(a.surface.restitution, b.surface.restitution);
   for (std::size_t i = 0; i < static_cast<std::size_t>(geometry.point_count); ++i) {

@@ -44,7 +44,8 @@ class NarrowphaseContacts {
 
   /// Points within the margin where `world` stands now, pair by pair. Friction is the geometric mean of the
   /// two surfaces', restitution the larger. Pairs closer than their narrowphase's resolution (`undecided`)
-  /// count as those that overlap.
+  /// count as those that overlap. Pairs of which neither solid's pose changed a bit since the last find()
+  /// keep what was found, where the narrowphase is deterministic.
   std::span<const Contact> find(const DynamicsWorld& world);
   /// One for each contact of the last find().
   std::span<const ContactOrigin> origins() const { return origins_; }
@@ -59,12 +60,30 @@ class NarrowphaseContacts {
     const HexahedronTree* tree;
     Surface surface;
     std::size_t first_solid;
+    Pose X_WM = {};  // of the mover, at the last find()
+    bool has_moved = true;
+  };
+  /// A pair that came up, and its contacts: a run of those of its find().
+  struct Found {
+    SolidPair pair;
+    PairStatus status;
+    std::size_t first, count;
+  };
+  /// A pair of the block on its way: evaluated, or as the last find() left it.
+  struct Candidate {
+    SolidPair pair;
+    const Found* kept;
   };
 
   bool is_exempt(const Mover& a, const Mover& b) const;
   bool is_covered(SolidIndex solid, const Vector3& p_W, const Vector3& n_W) const;
+  const Part& part_of(SolidIndex solid) const { return parts_[part_of_[solid]]; }
+  bool move_parts(const DynamicsWorld& world);
+  void sort_out(std::size_t count, std::size_t& last);
+  void take_block();
   void take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
             std::span<const ContactPoint> points);
+  void count(PairStatus status);
 
   std::unique_ptr<Broadphase> broadphase_;
   std::unique_ptr<Narrowphase> narrowphase_;
@@ -72,15 +91,19 @@ class NarrowphaseContacts {
   double margin_;
   std::vector<Part> parts_;
   std::vector<std::uint32_t> part_of_;  // by solid
-  std::vector<std::uint32_t> all_;      // every part's index
   std::vector<std::pair<Mover, Mover>> exempt_;
   std::vector<Pose> poses_;
+  bool was_found_ = false;            // since build()
+  std::vector<std::uint32_t> moved_;  // parts
   std::vector<SolidPair> block_;
+  std::vector<Candidate> candidates_;
+  std::vector<SolidPair> evaluated_;
   std::vector<PairStatus> status_;
   std::vector<PairGeometry> geometry_;
   std::vector<ContactPoint> points_;
-  std::vector<Contact> contacts_;
-  std::vector<ContactOrigin> origins_;
+  std::vector<Contact> contacts_, last_contacts_;
+  std::vector<ContactOrigin> origins_, last_origins_;
+  std::vector<Found> found_, last_found_;
   std::uint32_t undecided_ = 0, failed_ = 0;
 };
 

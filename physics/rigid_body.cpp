@@ -3,11 +3,13 @@
 #include <array>
 #include <cmath>
 
+#include "physics/compensated_sum.hpp"
 #include "physics/matrix3.hpp"
 
 namespace touchstone::physics {
 namespace {
 
+constexpr double kSmallestTurn = 0x1p-53;  // [rad]
 constexpr double kCutOff = 0x1p-55;
 constexpr double kLargestAngle = 0.125;              // [rad] of one series
 constexpr int kMostTerms = 19;                       // (1/8)^19 < kCutOff
@@ -18,14 +20,6 @@ int terms_for(double angle) {
   int terms = 1;
   for (double rest = angle * angle; rest > kCutOff && terms < kMostTerms; rest *= angle) ++terms;
   return terms;
-}
-
-/// sum += x, with what was lost kept in `low` (Kahan).
-void add(Vector3& sum, Vector3& low, const Vector3& x) {
-  const Vector3 y = x + low;
-  const Vector3 next = sum + y;
-  low = y - (next - sum);
-  sum = next;
 }
 
 }  // namespace
@@ -39,6 +33,8 @@ bool is_finite(const RigidBodyState& state) {
 RigidBody::RigidBody(const BodyInertia& inertia, std::string_view name) : inertia_(inertia) {
   validate(inertia, Thinness::solid, name);
   inverse_B_ = symmetric_inverse(inertia.inertia_B);
+  const Matrix3& I = inertia.inertia_B;
+  smallest_way_ = kSmallestTurn * std::sqrt(0.5 * ((I(0, 0) + I(1, 1)) + I(2, 2)) / inertia.mass);
 }
 
 RigidBodyState RigidBody::state(const Pose& X_WB, const Vector3& v_W, const Vector3& w_W) const {
@@ -58,8 +54,11 @@ Pose RigidBody::pose(const RigidBodyState& state) const {
 }
 
 Vector3 RigidBody::angular_velocity(const RigidBodyState& state) const {
-  const Matrix3 R = rotation_matrix(state.q_WB);
-  return rotate(R, rotate(inverse_B_, rotate_back(R, state.angular_W)));
+  return angular_velocity(rotation_matrix(state.q_WB), state.angular_W);
+}
+
+Vector3 RigidBody::angular_velocity(const Matrix3& R_WB, const Vector3& angular_W) const {
+  return rotate(R_WB, rotate(inverse_B_, rotate_back(R_WB, angular_W)));
 }
 
 Matrix3 RigidBody::inverse_inertia_W(const RigidBodyState& state) const {
@@ -77,33 +76,53 @@ void RigidBody::apply_impulse(RigidBodyState& state, const Vector3& impulse_W, c
 }
 
 bool RigidBody::fly(RigidBodyState& state, double h, const Vector3& gravity_W) const noexcept {
-  const double rate = norm(angular_velocity(state));
+  Vector3 l_B = rotate_back(rotation_matrix(state.q_WB), state.angular_W);
+  Vector3 w_B = rotate(inverse_B_, l_B);
+  double rate = norm(w_B);
   if (!(rate * std::abs(h) <= kMostTurn)) return false;
   RigidBodyState next = state;
-  add(next.p_W, next.p_low_W, h * (state.momentum_W / inertia_.mass + (0.5 * h) * gravity_W));
-  add(next.momentum_W, next.low_W, (h * inertia_.mass) * gravity_W);
-  if (rate > 0.0) {
-    // A body may turn up to I_max / I_min faster on its way; the series that follow each look for themselves.
-    for (double left = h; left != 0.0;) {
-      const double now = norm(angular_velocity(next));
-      const double part =
-          std::abs(left) * now <= kLargestAngle ? left : std::copysign(kLargestAngle / now, h);
-      turn(next.q_WB, next.angular_W, part);
-      left -= part;
-    }
+  add_compensated(next.p_W, next.p_low_W, h * (state.momentum_W / inertia_.mass + (0.5 * h) * gravity_W));
+  add_compensated(next.momentum_W, next.low_W, (h * inertia_.mass) * gravity_W);
+  if (rate * std::abs(h) < kSmallestTurn) {
+    turn_by(next, h * rotate(rotation_matrix(state.q_WB), w_B));
+    rate = 0.0;
+  }
+  // A body may turn up to I_max / I_min faster on its way; the series that follow each look for themselves.
+  for (double left = rate > 0.0 ? h : 0.0; left != 0.0;) {
+    const double part =
+        std::abs(left) * rate <= kLargestAngle ? left : std::copysign(kLargestAngle / rate, h);
+    turn(next.q_WB, l_B, w_B, part);
+    left -= part;
+    if (left == 0.0) break;
+    l_B = rotate_back(rotation_matrix(next.q_WB), next.angular_W);
+    w_B = rotate(inverse_B_, l_B);
+    rate = norm(w_B);
   }
   if (!is_finite(next)) return false;
   state = next;
   return true;
 }
 
-void RigidBody::turn(Quaternion& q, const Vector3& angular_W, double h) const noexcept {
-  const Matrix3 R = rotation_matrix(q);
+void RigidBody::turn_by(RigidBodyState& state, const Vector3& angles_W) {
+  const Vector3 turn = state.turn_low_W + angles_W;
+  const bool is_small = norm(turn) < kSmallestTurn;
+  state.turn_low_W = is_small ? turn : Vector3(Vector3::Zero());
+  if (!is_small) state.q_WB = normalized(quaternion_of_turn(turn) * state.q_WB);
+}
+
+void RigidBody::keep_place(RigidBodyState& state, const RigidBodyState& from) const {
+  const Vector3 way = (state.p_W - from.p_W) + state.p_low_W;
+  if (!(norm(way) < smallest_way_)) return;
+  state.p_W = from.p_W;
+  state.p_low_W = way;
+}
+
+void RigidBody::turn(Quaternion& q, const Vector3& l_B, const Vector3& w_B, double h) const noexcept {
   Series l, w;  // angular momentum and h times the angular velocity, in B
   Attitudes a;
   a[0] = q;
-  l[0] = rotate_back(R, angular_W);
-  w[0] = h * rotate(inverse_B_, l[0]);
+  l[0] = l_B;
+  w[0] = h * w_B;
   const int terms = terms_for(norm(w[0]));
   for (int k = 0; k < terms; ++k) {
     Vector3 torque = Vector3::Zero();

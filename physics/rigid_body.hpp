@@ -17,6 +17,7 @@ struct RigidBodyState {
   Vector3 angular_W = Vector3::Zero();   ///< angular, about the centre of mass, in world axes [N m s]
   Vector3 p_low_W = Vector3::Zero();     ///< what rounding has taken from p_W so far [m]
   Vector3 low_W = Vector3::Zero();       ///< the same of momentum_W [kg m/s]
+  Vector3 turn_low_W = Vector3::Zero();  ///< turns too small for q_WB so far [rad]
 };
 
 bool is_finite(const RigidBodyState& state);
@@ -34,6 +35,8 @@ class RigidBody {
   Pose pose(const RigidBodyState& state) const;
   Vector3 velocity(const RigidBodyState& state) const { return state.momentum_W / inertia_.mass; }
   Vector3 angular_velocity(const RigidBodyState& state) const;
+  /// The same with the attitude's matrix at hand.
+  Vector3 angular_velocity(const Matrix3& R_WB, const Vector3& angular_W) const;
   /// Inverse inertia about the centre of mass in world axes [1/(kg m2)].
   Matrix3 inverse_inertia_W(const RigidBodyState& state) const;
   double kinetic_energy(const RigidBodyState& state) const;  ///< [J]
@@ -56,11 +59,19 @@ class RigidBody {
 
   static constexpr double kMostTurn = 64.0;  ///< [rad]
 
+  /// Turns by `angles_W` [rad]. What is below 2^-53 in all, less than the rounding of a place on the body, is
+  /// kept back in turn_low_W: what rests keeps the bits of its attitude, and nothing is lost.
+  static void turn_by(RigidBodyState& state, const Vector3& angles_W);
+  /// The same of its place: back to `from`, the rest in p_low_W, where the way from there is below 2^-53 of
+  /// the body's radius of gyration.
+  void keep_place(RigidBodyState& state, const RigidBodyState& from) const;
+
  private:
-  void turn(Quaternion& q, const Vector3& angular_W, double h) const noexcept;
+  void turn(Quaternion& q, const Vector3& l_B, const Vector3& w_B, double h) const noexcept;
 
   BodyInertia inertia_;
   Matrix3 inverse_B_;
+  double smallest_way_;  // [m], of keep_place()
 };
 
 }  // namespace touchstone::physics

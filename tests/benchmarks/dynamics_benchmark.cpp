@@ -1,10 +1,18 @@
-// Time of dynamics.  dynamics_benchmark sets [per friction] [seed]  |  dynamics_benchmark stacks [steps]
+// Time of dynamics.  dynamics_benchmark sets [per friction] [seed] | stacks [steps] | toppling [steps] | arm
+// [steps]
 //
 // sets: the random contact problems of tests/physics, processor time and residual of each solve.
 // stacks: a hundred stacks of ten boxes, step by step in turn with Bullet's own dynamics in double precision
-// (its default solver, no box ever put to sleep). Contacts are found anew by both in every step.
+// (its default solver, no box ever put to sleep). Each finds its own contacts in every step.
+// toppling: the same, every second box pushed off its place by 3 cm and each stack moving at up to 0.5 m/s:
+// stacks lean, slide and fall.
+// arm: one step of the SSRMS-type arm, brakes of 2332 N m, eight pads around its tip against those of a free
+// 100 t payload at 0.014 m/s. rolling: the same on the payload's face, anew every 500 steps: the rim rolls
+// and slips on it, so points arrive and joints stop in most steps.
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -19,6 +27,7 @@
 
 #include "contact_core/registry.hpp"
 #include "physics/narrowphase_contacts.hpp"
+#include "tests/physics/arms.hpp"
 #include "tests/physics/random_contact_sets.hpp"
 
 using namespace touchstone;
@@ -81,6 +90,19 @@ Vector3 place_of(int stack, int level) {
   return {1.0 * (stack % 10), 1.0 * row, kSide * (0.5 + level)};
 }
 
+/// How stacks start: at rest, or toppling. Of its own generator, the same for both engines.
+struct Start {
+  Vector3 p_W, v_W;
+};
+Start start_of(int box, bool topples) {
+  const int stack = box / kHeight, level = box % kHeight;
+  Start start{place_of(stack, level), Vector3::Zero()};
+  if (!topples) return start;
+  start.p_W.x() += level % 2 == 1 ? 0.03 : 0.0;
+  start.v_W = {0.05 * (stack % 10), 0.05 * (stack / 10 % 10), 0.0};
+  return start;
+}
+
 struct OurStacks {
   RigidBody box{box_inertia(kMass, {kSide, kSide, kSide}), "box"};
   HexahedronTree box_tree{{{"box", Hexahedron::from_size({kSide, kSide, kSide}), {}}}, "box"};
@@ -94,7 +116,7 @@ struct OurStacks {
   double worst_residual = 0.0;
   std::uint32_t unconverged = 0;
 
-  OurStacks() {
+  explicit OurStacks(bool topples) {
     register_core(registry);
     contacts = std::make_unique<NarrowphaseContacts>(registry.make_broadphase("native"),
                                                      registry.make_narrowphase("native"), 1e-3);
@@ -107,8 +129,9 @@ struct OurStacks {
                   {0.5, 0.0});
     for (int i = 0; i < kStacks * kHeight; ++i) {
       Pose X_WB;
-      X_WB.p = place_of(i / kHeight, i % kHeight);
-      const auto body = world->add_body(box, box.state(X_WB, Vector3::Zero(), Vector3::Zero()));
+      const Start start = start_of(i, topples);
+      X_WB.p = start.p_W;
+      const auto body = world->add_body(box, box.state(X_WB, start.v_W, Vector3::Zero()));
       contacts->add(Mover::of_body(body), box_tree, {0.5, 0.0});
     }
     contacts->build();
@@ -142,12 +165,13 @@ struct BulletStacks {
   std::vector<std::unique_ptr<btRigidBody>> bodies;
   std::vector<double> stepping;
 
-  BulletStacks() {
+  explicit BulletStacks(bool topples) {
     world.setGravity({0, 0, -kGravity});
     add(0.0, ground_shape, {5, 5, -0.5});
     for (int i = 0; i < kStacks * kHeight; ++i) {
-      const Vector3 p = place_of(i / kHeight, i % kHeight);
-      add(kMass, box_shape, {p.x(), p.y(), p.z()});
+      const Start start = start_of(i, topples);
+      add(kMass, box_shape, {start.p_W.x(), start.p_W.y(), start.p_W.z()});
+      bodies.back()->setLinearVelocity({start.v_W.x(), start.v_W.y(), start.v_W.z()});
     }
   }
   ~BulletStacks() {
@@ -180,10 +204,10 @@ struct BulletStacks {
 };
 #endif
 
-void run_stacks(int steps) {
-  OurStacks ours;
+void run_stacks(int steps, bool topples) {
+  OurStacks ours(topples);
 #ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
-  BulletStacks bullet;
+  BulletStacks bullet(topples);
 #endif
   for (int i = 0; i < steps; ++i) {
     ours.step();
@@ -195,8 +219,11 @@ void run_stacks(int steps) {
               kHeight, steps, kStep, ours.points);
   std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
   const auto print = [](const char* what, std::vector<double> times) {
-    for (double& time : times) time *= 1e-3;
+    double sum = 0.0;
+    for (double& time : times) sum += (time *= 1e-3);
+    const double mean = sum / static_cast<double>(times.size());
     print_quantiles(what, std::move(times), "%12.3f");
+    std::printf("%28s%12.3f\n", "mean", mean);
   };
   print("ours: contacts", ours.finding);
   print("ours: step", ours.stepping);
@@ -213,6 +240,62 @@ void run_stacks(int steps) {
 #endif
 }
 
+/// Where eight pads around the arm's tip meet the payload: each its own pad there, or, `rolling`, wherever
+/// the payload's face is.
+std::array<Contact, 8> rim_contacts(const DynamicsWorld& world, std::uint32_t arm, std::uint32_t tip,
+                                    std::uint32_t payload, bool rolling) {
+  const Pose X_WT = world.link_pose(arm, tip), X_WB = world.pose(payload);
+  std::array<Contact, 8> contacts;
+  for (unsigned i = 0; i < 8; ++i) {
+    const double angle = 0.785398163397448 * i, y = 0.2 * std::cos(angle), z = 0.2 * std::sin(angle);
+    const Vector3 n = X_WT.R.col(0), on_tip = touchstone::transform(X_WT, Vector3(0.0, y, z));
+    Vector3 on_payload = touchstone::transform(X_WB, Vector3(-2.0, y, z));
+    if (rolling) {
+      const Vector3 m = X_WB.R.col(0);
+      on_payload = on_tip + (dot(m, on_payload - on_tip) / dot(m, n)) * n;
+    }
+    contacts[i] = {Mover::of_link(arm, tip), Mover::of_body(payload), n, on_tip, on_payload, 0.3, 0.0, i + 1};
+  }
+  return contacts;
+}
+
+void run_arm(int steps, bool rolling) {
+  const Arm arm = ssrms_arm();
+  const MechanismDynamics dynamics(arm.mechanism, arm.links);
+  DynamicsWorld world({});
+  const std::vector<double> q = {0.1, 0.4, -0.8, 1.2, 0.5, -0.3, 0.2}, zero(7, 0.0);
+  const auto mechanism = world.add_mechanism(dynamics, {}, q, zero);
+  for (std::uint32_t i = 0; i < 7; ++i)
+    world.set_drive(mechanism, i, {.mode = JointDrive::Mode::brake, .limit = 2332.0});
+  const std::uint32_t tip = arm.mechanism.find_link("tip");
+  const RigidBody payload(box_inertia(1e5, {4, 4, 4}), "payload");
+  const auto send_off = [&] {
+    const Pose X_WT = world.link_pose(mechanism, tip);
+    const Vector3 p = touchstone::transform(X_WT, {2, 0, 0});
+    return payload.state({X_WT.R, p}, rotate(X_WT.R, {-0.01, 0.01, 0}), {0.001, 0, 0});
+  };
+  const auto body = world.add_body(payload, send_off());
+  world.reserve(8);
+  std::vector<double> times, times_whole;
+  std::uint32_t cut = 0, unconverged = 0;
+  double worst = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    if (rolling && i % 500 == 0) world.set_state(body, send_off());
+    const std::array<Contact, 8> contacts = rim_contacts(world, mechanism, tip, body, rolling);
+    StepReport report;
+    times.push_back(timed([&] { report = world.step(kStep, contacts); }));
+    if (report.substeps == 1) times_whole.push_back(times.back());
+    cut += report.substeps > 1 ? 1 : 0;
+    unconverged += report.unconverged;
+    worst = std::max(worst, report.worst_residual);
+  }
+  std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
+  print_quantiles("step [us]", times, "%12.1f");
+  print_quantiles("steps in one piece [us]", times_whole, "%12.1f");
+  std::printf("%d steps, %u of them cut, %u solves unconverged, worst residual %.1e m/s\n", steps, cut,
+              unconverged, worst);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -221,9 +304,15 @@ int main(int argc, char** argv) {
   if (what == "sets" && count > 0) {
     run_sets(count, argc > 3 ? static_cast<unsigned>(std::atoi(argv[3])) : 61);
   } else if (what == "stacks" && count > 0) {
-    run_stacks(count);
+    run_stacks(count, false);
+  } else if (what == "toppling" && count > 0) {
+    run_stacks(count, true);
+  } else if ((what == "arm" || what == "rolling") && count > 0) {
+    run_arm(argc > 2 ? count : 5000, what == "rolling");
   } else {
-    std::fprintf(stderr, "usage: dynamics_benchmark sets [per friction] [seed] | stacks [steps]\n");
+    std::fprintf(
+        stderr,
+        "usage: dynamics_benchmark sets [per friction] [seed] | stacks|toppling|arm|rolling [steps]\n");
     return 1;
   }
   return 0;

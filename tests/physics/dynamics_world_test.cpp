@@ -230,4 +230,39 @@ TEST(DynamicsWorld, StepsDoNotAllocate) {
   }
 }
 
+TEST(DynamicsWorld, AStopInOneGroupCutsNoOthersStep) {
+  // A block slides on; beside it, or not, another stops and a third lands within the step.
+  const RigidBody block(box_inertia(3.0, {1, 1, 1}), "block");
+  const auto run = [&](bool with_others) {
+    DynamicsWorld world({.gravity_W = {0, 0, -9.81}});
+    world.add_body(block, block.state(at({0, 0, 0.5}), {1, 0.3, 0}, kZero));
+    world.add_body(block, block.state(at({5, 0, 0.5}), {2e-3, 0, 0}, kZero));
+    world.add_body(block, block.state(at({9, 0, 0.5 + 2e-5}), {0, 0, -0.05}, kZero));
+    std::vector<Contact> contacts;
+    for (std::uint32_t body = 0; body < (with_others ? 3U : 1U); ++body)
+      for (const Vector3& corner :
+           {Vector3(0.5, 0.5, -0.5), Vector3(-0.5, 0.5, -0.5), Vector3(0, -0.5, -0.5)}) {
+        const Vector3 p = touchstone::transform(world.pose(body), corner);
+        contacts.push_back({Mover::ground(),
+                            Mover::of_body(body),
+                            {0, 0, 1},
+                            {p.x(), p.y(), 0},
+                            p,
+                            0.5,
+                            0.0,
+                            contacts.size() + 1});
+      }
+    const StepReport report = world.step(1e-3, contacts);
+    EXPECT_EQ(report.failure, StepFailure::none);
+    EXPECT_EQ(report.substeps > 1, with_others);
+    EXPECT_EQ(std::isnan(report.last_stop), !with_others);
+    return world.state(0);
+  };
+  const RigidBodyState alone = run(false), beside = run(true);
+  EXPECT_EQ(alone.p_W, beside.p_W);
+  EXPECT_EQ(alone.momentum_W, beside.momentum_W);
+  EXPECT_EQ(alone.angular_W, beside.angular_W);
+  EXPECT_EQ(alone.q_WB.v, beside.q_WB.v);
+}
+
 }  // namespace

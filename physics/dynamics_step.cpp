@@ -1,0 +1,155 @@
+// A step: each group for itself, cut into pieces where something of it stops or arrives.
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/dynamics_world.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+// A piece of a step that is this close to its whole is the whole.
+constexpr double kWhole = 1.0 - 1e-6;
+// Arrivals tried for one piece: each try lands closer by the square of what is left.
+constexpr int kMostTries = 6;
+// Where points stop one by one (a body that turns as it slides) their stops are many and none is sharp: this
+// many pieces of a step end at one, each found in at most two tries.
+constexpr std::uint32_t kMostStops = 4;
+constexpr int kStopTries = 2;
+
+}  // namespace
+
+/// Goes on by at most `left`; returns by how much, 0 on failure.
+double DynamicsWorld::piece(double left, double h, bool all, std::uint32_t pieces, StepReport& report) {
+  const double elapsed = h - left;
+  place_kinematics(elapsed);
+  update_motions();
+  refresh();
+  factor_masses();
+  if (needs_impact()) impact(h, report);
+  for (const std::uint32_t i : group_.bodies) bodies_[i].start = bodies_[i].state;
+  for (const std::uint32_t m : group_.mechanisms) {
+    Arm& arm = mechanisms_[m];
+    arm.start_q = arm.q, arm.start_qd = arm.qd, arm.start_torque = arm.torque;
+  }
+  for (Point& point : points_) point.start_impulse_W = point.impulse_W;
+  double t = left;
+  int stop_tries = 0;
+  for (int attempt = 0;; ++attempt) {
+    const bool is_last = all || attempt == kMostTries;
+    if (!fly(t, report)) return 0.0;
+    gather(Phase::forces, t, is_last);
+    solve(report);
+    bool stops = false;
+    const double stop = first_stop(t, stops);
+    if (!is_last && stop < kWhole * t && pieces <= kMostStops && stop_tries < kStopTries) {
+      ++stop_tries;
+      t = stop;
+      continue;
+    }
+    if (stops) report.last_stop = std::fmax(report.last_stop, elapsed + t);
+    commit(t, h);
+    if (is_last) return t;
+    place_kinematics(elapsed + t);
+    update_motions();
+    const double arrival = first_arrival(t);
+    if (arrival >= t) return t;
+    go_back();
+    place_kinematics(elapsed);
+    t = arrival;
+  }
+}
+
+/// To the start of the piece.
+void DynamicsWorld::go_back() {
+  for (const std::uint32_t i : group_.bodies) bodies_[i].state = bodies_[i].start;
+  for (const std::uint32_t m : group_.mechanisms) {
+    Arm& arm = mechanisms_[m];
+    arm.q = arm.start_q, arm.qd = arm.start_qd, arm.torque = arm.start_torque;
+    arm.dynamics->place(arm.X_WBase, arm.q, arm.qd, arm.placed);
+  }
+  for (Point& point : points_) point.impulse_W = point.start_impulse_W;
+}
+
+/// To the start of the step, everything.
+void DynamicsWorld::undo() {
+  for (Body& body : bodies_) body.state = body.kept, body.is_met = false;
+  for (Arm& arm : mechanisms_) {
+    arm.q = arm.kept_q, arm.qd = arm.kept_qd;
+    arm.dynamics->place(arm.X_WBase, arm.q, arm.qd, arm.placed);
+  }
+}
+
+bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
+                               StepReport& report) {
+  attach(contacts);
+  std::uint32_t pieces = 0;
+  for (double left = h; left > 0.0;) {
+    ++pieces;
+    const double t = piece(left, h, pieces >= settings_.most_substeps, pieces, report);
+    if (report.failure != StepFailure::none) return false;
+    left = t >= left ? 0.0 : left - t;
+  }
+  report.substeps = std::max(report.substeps, pieces);
+  finish(h, forces);
+  return true;
+}
+
+/// Bodies that touch nothing; kinematic ones to where they were told.
+bool DynamicsWorld::step_loose(double h, StepReport& report) {
+  const auto fail = [&](std::uint32_t index) {
+    report.failure = StepFailure::body;
+    report.failed_index = index;
+    return false;
+  };
+  for (const std::uint32_t i : loose_)
+    if (!bodies_[i].body.fly(bodies_[i].state, h, settings_.gravity_W)) return fail(i);
+  kinematics_.clear();
+  for (std::uint32_t i = 0; i < bodies_.size(); ++i)
+    if (bodies_[i].is_kinematic) kinematics_.push_back(i);
+  place_kinematics(h);
+  for (const std::uint32_t i : kinematics_)
+    if (!is_finite(bodies_[i].state)) return fail(i);
+  return true;
+}
+
+StepReport DynamicsWorld::step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces) {
+  StepReport report;
+  if (!check(contacts, report)) return report;
+  for (Body& body : bodies_) body.kept = body.state;
+  for (Arm& arm : mechanisms_) {
+    arm.kept_q = arm.q, arm.kept_qd = arm.qd;
+    std::fill(arm.torque.begin(), arm.torque.end(), 0.0);
+  }
+  carry_forces(contacts);
+  find_groups(contacts);
+  next_warm_.resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    if (group_of_contact_[i] == kNone) {
+      next_warm_[i] = {};
+      if (i < forces.size()) forces[i] = {Vector3::Zero(), Vector3::Zero()};
+    }
+  report.substeps = h > 0.0 ? 1 : 0;
+  bool is_good = true;
+  for (std::size_t g = 0; g < groups_.size() && is_good; ++g) {
+    group_ = groups_[g];
+    is_good = step_group(h, contacts, forces, report);
+  }
+  if (!is_good || !step_loose(h, report)) {
+    undo();
+    return report;
+  }
+  warm_.swap(next_warm_);
+  return report;
+}
+
+void DynamicsWorld::finish(double h, std::span<ContactForce> forces) {
+  for (const Point& point : points_) {
+    const Contact& contact = *point.contact;
+    next_warm_[point.index] = {contact.key, contact.a, contact.b, point.p_A, point.last_force_W, false};
+    if (point.index < forces.size()) forces[point.index] = {point.impulse_W / h, point.impact_W};
+  }
+  for (const std::uint32_t i : kinematics_) bodies_[i].is_met = false;
+}
+
+}  // namespace touchstone::physics
