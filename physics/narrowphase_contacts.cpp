@@ -36,18 +36,27 @@ NarrowphaseContacts::NarrowphaseContacts(std::unique_ptr<Broadphase> broadphase,
     throw InputError("contacts: narrowphase '" + std::string(narrowphase_->name()) + "' has no manifolds");
 }
 
-void NarrowphaseContacts::add(const Mover& mover, const HexahedronTree& tree, const Surface& surface) {
+std::uint32_t NarrowphaseContacts::add(const Mover& mover, const HexahedronTree& tree,
+                                       const Surface& surface) {
   if (!(surface.friction >= 0.0) || !std::isfinite(surface.friction) || !(surface.restitution >= 0.0) ||
       !(surface.restitution <= 1.0))
     throw InputError("contacts: '" + tree.name() + "': friction must be >= 0, restitution from 0 to 1");
   parts_.push_back({mover, &tree, surface, part_of_.size()});
   part_of_.insert(part_of_.end(), tree.solids().size(), static_cast<std::uint32_t>(parts_.size() - 1));
+  return static_cast<std::uint32_t>(parts_.size() - 1);
 }
 
 void NarrowphaseContacts::exempt(const Mover& a, const Mover& b) { exempt_.emplace_back(a, b); }
 
-bool NarrowphaseContacts::is_exempt(const Mover& a, const Mover& b) const {
+void NarrowphaseContacts::exempt_parts(std::uint32_t a, std::uint32_t b) {
+  exempt_parts_.emplace_back(std::min(a, b), std::max(a, b));
+}
+
+bool NarrowphaseContacts::is_exempt(std::uint32_t part_a, std::uint32_t part_b) const {
+  const Mover &a = parts_[part_a].mover, &b = parts_[part_b].mover;
   if (a == b) return true;
+  const std::pair parts(std::min(part_a, part_b), std::max(part_a, part_b));
+  if (std::binary_search(exempt_parts_.begin(), exempt_parts_.end(), parts)) return true;
   return std::any_of(exempt_.begin(), exempt_.end(), [&](const auto& pair) {
     return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
   });
@@ -55,6 +64,7 @@ bool NarrowphaseContacts::is_exempt(const Mover& a, const Mover& b) const {
 
 void NarrowphaseContacts::build() {
   if (parts_.empty()) throw InputError("contacts: nothing to find any between");
+  std::sort(exempt_parts_.begin(), exempt_parts_.end());
   std::vector<const HexahedronTree*> trees;
   std::vector<Hexahedron> solids;
   std::vector<std::uint8_t> is_static;
@@ -121,10 +131,9 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world) {
   const Query query{QueryKind::manifold, margin_, kMaxManifoldPoints};
   for (PairCursor cursor; !cursor.done;) {
     const std::size_t found = broadphase_->find_pairs(cursor, block_);
-    const auto end = std::remove_if(
-        block_.begin(), block_.begin() + static_cast<std::ptrdiff_t>(found), [&](const SolidPair& pair) {
-          return is_exempt(parts_[part_of_[pair.a]].mover, parts_[part_of_[pair.b]].mover);
-        });
+    const auto end =
+        std::remove_if(block_.begin(), block_.begin() + static_cast<std::ptrdiff_t>(found),
+                       [&](const SolidPair& pair) { return is_exempt(part_of_[pair.a], part_of_[pair.b]); });
     const auto count = static_cast<std::size_t>(end - block_.begin());
     narrowphase_->evaluate({std::span(block_).first(count), poses_, query, {}},
                            {std::span(status_).first(count), std::span(geometry_).first(count), points_},

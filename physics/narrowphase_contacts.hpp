@@ -35,10 +35,13 @@ class NarrowphaseContacts {
   NarrowphaseContacts(std::unique_ptr<Broadphase> broadphase, std::unique_ptr<Narrowphase> narrowphase,
                       double margin);
 
-  /// The solids of a mover, in its frame (a body's or link's). @throws InputError: no tree.
-  void add(const Mover& mover, const HexahedronTree& tree, const Surface& surface);
+  /// The solids of a mover, in its frame (a body's or link's); keeps a reference. Returns the part's number.
+  /// @throws InputError: a bad surface.
+  std::uint32_t add(const Mover& mover, const HexahedronTree& tree, const Surface& surface);
   /// Two movers whose solids are not checked (links that a joint joins, say).
   void exempt(const Mover& a, const Mover& b);
+  /// The same for two parts, where a mover has several.
+  void exempt_parts(std::uint32_t a, std::uint32_t b);
   /// Takes up what was added. @throws InputError: nothing added, no manifolds, what the backends refuse.
   void build();
 
@@ -61,7 +64,7 @@ class NarrowphaseContacts {
     std::size_t first_solid;
   };
 
-  bool is_exempt(const Mover& a, const Mover& b) const;
+  bool is_exempt(std::uint32_t part_a, std::uint32_t part_b) const;
   bool is_covered(SolidIndex solid, const Vector3& p_W, const Vector3& n_W) const;
   void take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
             std::span<const ContactPoint> points);
@@ -74,6 +77,7 @@ class NarrowphaseContacts {
   std::vector<std::uint32_t> part_of_;  // by solid
   std::vector<std::uint32_t> all_;      // every part's index
   std::vector<std::pair<Mover, Mover>> exempt_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> exempt_parts_;  // a < b; ascending once built
   std::vector<Pose> poses_;
   std::vector<SolidPair> block_;
   std::vector<PairStatus> status_;

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "contact_core/registry.hpp"
+#include "examples/compare_backends/progress.hpp"
+#include "examples/dynamics_run/results.hpp"
+
+namespace touchstone::dynamics {
+
+/// Runs the scene over the contacts of one narrowphase, with the native broadphase. Where a step fails the
+/// run ends there, its last good state kept and the cause named.
+/// @param every n-th step is recorded; 0: none. @throws comparison::Interrupted.
+BackendRun simulate(const physics::DynamicScene& scene, const BackendRegistry& registry,
+                    const std::string& backend, std::size_t every, comparison::ProgressLine& progress);
+
+/// `object/hexahedron` of all solids, as ContactRow counts them.
+std::vector<std::string> solid_names(const physics::DynamicScene& scene);
+
+}  // namespace touchstone::dynamics
