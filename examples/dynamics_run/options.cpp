@@ -70,6 +70,10 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const fs
   app.add_option("--every", options.every, "Record the start, every n-th step and the last")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
+  app.add_option("--repetitions", options.repetitions,
+                 "Runs of each scene and backend: a step's time is that of its fastest")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   app.add_option("--out,--output", options.output, "Folder of results, series and plots")
       ->capture_default_str();
   std::string folder;

@@ -23,6 +23,7 @@ struct Options {
   std::string output = "dynamics";  ///< folder
   std::filesystem::path folder;     ///< with the bundled scenes
   std::size_t every = 1;            ///< n-th step is recorded
+  int repetitions = 3;              ///< of each run: a step's time is that of its fastest
   bool list = false;
 };
 

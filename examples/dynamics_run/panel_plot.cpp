@@ -100,10 +100,10 @@ std::string draw(const PlotPanel& panel, const PanelPlot& plot, const Scale& x, 
     const PlotLine& line = panel.lines[i];
     const auto name =
         static_cast<std::size_t>(std::find(names.begin(), names.end(), line.name) - names.begin());
-    const double width = 1.4 + 1.1 * static_cast<double>(line.colour);
+    const double width = 1.3 + 0.9 * static_cast<double>(line.colour);
     svg += fmt::format(
         "<path d='{}' "
-        "style='fill:none;stroke:var(--c{});stroke-width:{:.1f};stroke-dasharray:{};opacity:.85'/>",
+        "style='fill:none;stroke:var(--c{});stroke-width:{:.1f};stroke-dasharray:{}'/>",
         path_of(line, plot.times[line.colour], x, y), line.colour % kColours, width,
         kDashes[name % kDashes.size()]);
   }

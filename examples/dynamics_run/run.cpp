@@ -27,6 +27,12 @@ SceneResult run_scene(const std::filesystem::path& file, const Options& options,
     const bool is_shown = is_asked || name != options.reference;
     result.runs.push_back(simulate(*result.scene, registry, name, is_shown ? options.every : 0, progress));
   }
+  // In turns, so that a busy machine is busy for all.
+  for (int i = 1; i < options.repetitions; ++i)
+    for (BackendRun& run : result.runs) {
+      progress.step(fmt::format("{}: {}, once more", result.file, run.backend));
+      repeat_timing(*result.scene, registry, run, progress);
+    }
   judge(result);
   return result;
 }

@@ -24,13 +24,27 @@ constexpr double kAtRest = 1e-9;
 
 double microseconds(Clock::duration time) { return std::chrono::duration<double, std::micro>(time).count(); }
 
-StepTimes summarise(std::vector<double>& us) {
-  if (us.empty()) return {};
-  std::sort(us.begin(), us.end());
-  const auto rank = [&](double share) {
-    return us[static_cast<std::size_t>(std::ceil(share * static_cast<double>(us.size()))) - 1];
+/// Fresh contacts of the backend.
+SceneSimulation::MakeContacts contacts_by(const physics::DynamicScene& scene, const BackendRegistry& registry,
+                                          const std::string& backend) {
+  return [&scene, &registry, backend] {
+    return std::make_unique<NarrowphaseContacts>(registry.make_broadphase("native"),
+                                                 registry.make_narrowphase(backend), scene.contact_margin);
   };
-  return {rank(0.5), rank(0.999), us.back()};
+}
+
+struct TimedStep {
+  physics::StepReport report;
+  double detection_us, total_us;
+};
+
+/// Contacts and forces, by the clock on the wall.
+TimedStep timed_step(SceneSimulation& simulation) {
+  const Clock::time_point start = Clock::now();
+  simulation.find_contacts();
+  const Clock::time_point found = Clock::now();
+  const physics::StepReport report = simulation.advance();
+  return {report, microseconds(found - start), microseconds(Clock::now() - start)};
 }
 
 class Run {
@@ -40,15 +54,15 @@ class Run {
       : scene_(&scene),
         registry_(&registry),
         every_(every),
-        simulation_(scene, [&registry, backend, &scene] { return contacts_by(scene, registry, backend); }),
+        simulation_(scene, contacts_by(scene, registry, backend)),
         account_(simulation_),
         joints_(moving_joints(scene)),
         impacts_(scene.scene.objects.size(), Vector3::Zero()),
         moved_(joints_.size(), kNone) {
     out_.backend = backend;
     out_.answers.resize(scene.answers.size());
-    total_us_.reserve(scene.step_count());
-    detection_us_.reserve(scene.step_count());
+    out_.total_us.reserve(scene.step_count());
+    out_.detection_us.reserve(scene.step_count());
     if (comparison::thread_allocations()) out_.allocations = 0;
   }
 
@@ -65,23 +79,12 @@ class Run {
   }
 
  private:
-  static std::unique_ptr<NarrowphaseContacts> contacts_by(const physics::DynamicScene& scene,
-                                                          const BackendRegistry& registry,
-                                                          const std::string& backend) {
-    return std::make_unique<NarrowphaseContacts>(registry.make_broadphase("native"),
-                                                 registry.make_narrowphase(backend), scene.contact_margin);
-  }
-
   void step() {
     account_.before_begin(simulation_);
     simulation_.begin_step();
     account_.after_begin(simulation_);
     const auto allocated = comparison::thread_allocations();
-    const Clock::time_point start = Clock::now();
-    simulation_.find_contacts();
-    const Clock::time_point found = Clock::now();
-    const physics::StepReport report = simulation_.advance();
-    const Clock::time_point end = Clock::now();
+    const auto [report, detection_us, total_us] = timed_step(simulation_);
     if (out_.allocations && out_.steps > 0)
       *out_.allocations += *comparison::thread_allocations() - *allocated;
     count(report);
@@ -93,8 +96,8 @@ class Run {
       return;
     }
     ++out_.steps;
-    detection_us_.push_back(microseconds(found - start));
-    total_us_.push_back(microseconds(end - start));
+    out_.detection_us.push_back(detection_us);
+    out_.total_us.push_back(total_us);
     look(report);
   }
 
@@ -226,8 +229,6 @@ class Run {
   void finish() {
     for (std::size_t o = 0; o < scene_->scene.objects.size(); ++o)
       out_.last.push_back(simulation_.object_pose(o));
-    out_.total = summarise(total_us_);
-    out_.detection = summarise(detection_us_);
     out_.unexplained_momentum = account_.unexplained_momentum();
     out_.linear_drift = account_.linear_drift();
     out_.angular_drift = account_.angular_drift();
@@ -245,7 +246,6 @@ class Run {
   std::vector<physics::JointAddress> joints_;
   std::unique_ptr<NarrowphaseContacts> judge_;
   std::uint64_t judged_world_ = 0;
-  std::vector<double> total_us_, detection_us_;
   std::vector<Vector3> impacts_;  // by object
   std::vector<double> moved_;     // by joint
   double stopped_ = kNone;
@@ -266,6 +266,19 @@ BackendRun simulate(const physics::DynamicScene& scene, const BackendRegistry& r
     return out;
   }
   return run->run(progress);
+}
+
+void repeat_timing(const physics::DynamicScene& scene, const BackendRegistry& registry, BackendRun& run,
+                   comparison::ProgressLine& progress) {
+  if (!run.not_run.empty()) return;
+  SceneSimulation simulation(scene, contacts_by(scene, registry, run.backend));
+  for (std::size_t i = 0; i < run.total_us.size(); ++i) {
+    simulation.begin_step();
+    const TimedStep step = timed_step(simulation);
+    run.detection_us[i] = std::min(run.detection_us[i], step.detection_us);
+    run.total_us[i] = std::min(run.total_us[i], step.total_us);
+    progress.share(static_cast<double>(i) / static_cast<double>(run.total_us.size()));
+  }
 }
 
 std::vector<std::string> solid_names(const physics::DynamicScene& scene) {

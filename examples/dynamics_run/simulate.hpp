@@ -12,6 +12,11 @@ namespace touchstone::dynamics {
 BackendRun simulate(const physics::DynamicScene& scene, const BackendRegistry& registry,
                     const std::string& backend, std::size_t every, comparison::ProgressLine& progress);
 
+/// The same run once more: each of run's steps keeps the faster of its times. Nothing else is looked at.
+/// @throws comparison::Interrupted.
+void repeat_timing(const physics::DynamicScene& scene, const BackendRegistry& registry, BackendRun& run,
+                   comparison::ProgressLine& progress);
+
 /// `object/hexahedron` of all solids, as ContactRow counts them.
 std::vector<std::string> solid_names(const physics::DynamicScene& scene);
 

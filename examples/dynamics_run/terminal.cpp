@@ -64,7 +64,8 @@ std::string remarks(const SceneResult& result, const BackendRun& run) {
   }
   if (run.failed + run.undecided + run.unconverged > 0)
     text += fmt::format(
-        "  {}: of {} contacts {} undecided, {} pairs failed; {} solves unconverged, residual {:.1e} m/s\n",
+        "  {}: {} contacts in all; pairs: {} undecided, {} failed or unsupported; solves: {} unconverged, "
+        "residual {:.1e} m/s\n",
         run.backend, run.contact_count, run.undecided, run.failed, run.unconverged, run.worst_residual);
   return text;
 }
