@@ -17,6 +17,7 @@ SceneResult run_scene(const std::filesystem::path& file, const Options& options,
   SceneResult result;
   result.file = file.stem().string();
   result.scene = std::make_shared<const physics::DynamicScene>(load_dynamic_scene(file, parameters));
+  check(*result.scene, registry);
   result.solid_names = solid_names(*result.scene);
   result.reference = options.reference;
   std::vector<std::string> names = backends;

@@ -268,6 +268,10 @@ BackendRun simulate(const physics::DynamicScene& scene, const BackendRegistry& r
   return run->run(progress);
 }
 
+void check(const physics::DynamicScene& scene, const BackendRegistry& registry) {
+  const SceneSimulation simulation(scene, contacts_by(scene, registry, "native"));
+}
+
 void repeat_timing(const physics::DynamicScene& scene, const BackendRegistry& registry, BackendRun& run,
                    comparison::ProgressLine& progress) {
   if (!run.not_run.empty()) return;

@@ -12,6 +12,9 @@ namespace touchstone::dynamics {
 BackendRun simulate(const physics::DynamicScene& scene, const BackendRegistry& registry,
                     const std::string& backend, std::size_t every, comparison::ProgressLine& progress);
 
+/// Sets the scene up with native. @throws InputError for what only that shows: see MechanismDynamics.
+void check(const physics::DynamicScene& scene, const BackendRegistry& registry);
+
 /// The same run once more: each of run's steps keeps the faster of its times. Nothing else is looked at.
 /// @throws comparison::Interrupted.
 void repeat_timing(const physics::DynamicScene& scene, const BackendRegistry& registry, BackendRun& run,
