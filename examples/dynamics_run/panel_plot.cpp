@@ -45,20 +45,28 @@ Scale y_scale(const PlotPanel& panel, double top) {
   return {low - room, high + room, top + kPanel, top};
 }
 
+/// Multiples of `step` from low to high.
+std::vector<double> marks(double low, double high, double step) {
+  std::vector<double> out;
+  const double first = std::ceil(low / step);
+  const int count = static_cast<int>(std::floor((high - first * step) / step + 1e-9)) + 1;
+  for (int i = 0; i < count; ++i) out.push_back((first + i) * step);
+  return out;
+}
+
 std::string grid(const Scale& x, const Scale& y, bool is_last) {
   std::string svg = fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kLeft, y.to,
                                 kRight - kLeft, kPanel);
-  const double dx = step_for(x.high - x.low, 8), dy = step_for(y.high - y.low, 4);
-  for (double at = std::ceil(x.low / dx) * dx; at <= x.high + 1e-9 * dx; at += dx) {
+  for (const double at : marks(x.low, x.high, step_for(x.high - x.low, 8))) {
     svg += fmt::format("<path class='grid' d='M{:.1f} {}V{}'/>", x(at), y.to, y.from);
     if (is_last)
       svg +=
           fmt::format("<text x='{:.1f}' y='{}' text-anchor='middle'>{:.6g}</text>", x(at), y.from + 16, at);
   }
-  for (double at = std::ceil(y.low / dy) * dy; at <= y.high + 1e-9 * dy; at += dy)
+  for (const double at : marks(y.low, y.high, step_for(y.high - y.low, 4)))
     svg += fmt::format(
         "<path class='grid' d='M{} {:.1f}H{}'/><text x='{}' y='{:.1f}' text-anchor='end'>{:.8g}</text>",
-        kLeft, y(at), kRight, kLeft - 6, y(at) + 4, std::abs(at) < 1e-9 * dy ? 0.0 : at);
+        kLeft, y(at), kRight, kLeft - 6, y(at) + 4, at);
   return svg;
 }
 

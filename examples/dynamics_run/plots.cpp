@@ -73,12 +73,14 @@ class Panels {
     }
     std::sort(most.begin(), most.end());
     most.resize(std::min(most.size(), kMostNames));
-    for (const auto& [largest, o] : most)
+    for (const std::pair<double, std::size_t>& pushed : most) {
+      const std::size_t o = pushed.second;
       for (std::size_t r = 0; r < runs_.size(); ++r)
         panel.lines.push_back(
             {result_->scene->scene.objects[o].tree.name(), r, over_samples(*runs_[r], [&](std::size_t i) {
                return norm(runs_[r]->series.force_W[i * objects + o]);
              })});
+    }
     return panel;
   }
 

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "contact_core/input_error.hpp"
 #include "contact_core/registry.hpp"
@@ -16,7 +15,6 @@ using namespace touchstone::physics;
 namespace {
 
 const Vector3 kZero = Vector3::Zero();
-constexpr double kPi = std::numbers::pi;
 
 Pose at(const Vector3& p) {
   Pose X;
