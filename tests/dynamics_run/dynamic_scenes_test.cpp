@@ -189,6 +189,19 @@ TEST(DynamicScenes, MeetTheClosedFormsOverExactContactsToo) {
     expect_met(name, "exact");
 }
 
+TEST(DynamicScenes, TwoRunsHaveTheSameBits) {
+  for (const char* name : {"08_pushed_offset", "09_elbow_saturates", "box_stack"}) {
+    const BackendRun first = run(scene(name), "native"), second = run(scene(name), "native");
+    ASSERT_EQ(first.last.size(), second.last.size());
+    for (std::size_t o = 0; o < first.last.size(); ++o) {
+      EXPECT_EQ(first.last[o].p, second.last[o].p) << name;
+      EXPECT_EQ(first.last[o].R, second.last[o].R) << name;
+    }
+    EXPECT_EQ(first.energy_lost, second.energy_lost) << name;
+    EXPECT_EQ(first.contact_count, second.contact_count) << name;
+  }
+}
+
 TEST(DynamicScenes, EveryBundledSceneIsReadAndHasAnswers) {
   std::size_t count = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(TOUCHSTONE_DYNAMIC_SCENES)) {

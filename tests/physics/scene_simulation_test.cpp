@@ -233,6 +233,29 @@ TEST(SceneSimulation, ARampGrowsEvenly) {
   EXPECT_NEAR(simulation.joint_torque({0, 0}), 6.0 * (1.0 - 0.5e-3), 1e-12);
 }
 
+TEST(SceneSimulation, AServoFollowsItsCommandsAsFarAsItsTorqueGoes) {
+  // 2 kg m2 on a servo of 4 N m: told 1 rad/s, then -1 rad/s, it gets there at 2 rad/s2, within the step.
+  DynamicScene scene = empty_scene(2.0);
+  const BodyInertia wheel{1.0, kZero, Vector3(1, 1, 2).asDiagonal()};
+  add(scene, box("wheel", {1, 1, 0.1}, {}), {.kind = BodyKind::link, .inertia = wheel});
+  SceneJoint joint = pivot(0, kZero);
+  joint.effort = 4.0;
+  joint.most_rate = 1.0;
+  scene.mechanisms.push_back({"servo", {joint}, {}});
+  SceneAction forwards{SceneAction::Kind::drive, 0.0}, backwards{SceneAction::Kind::drive, 0.75};
+  forwards.drive.drive = {.mode = JointDrive::Mode::rate, .rate = 5.0};  // cut to the joint's own
+  backwards.drive.drive = {.mode = JointDrive::Mode::rate, .rate = -1.0, .limit = 100.0};
+  scene.actions = {forwards, backwards};
+  SceneSimulation simulation(scene, native_contacts);
+  while (!simulation.is_over()) {
+    ASSERT_EQ(step(simulation).failure, StepFailure::none);
+    const double t = simulation.time();
+    const double rate = t <= 0.75 ? std::min(1.0, 2.0 * t) : std::max(-1.0, 1.0 - 2.0 * (t - 0.75));
+    ASSERT_NEAR(simulation.joint_rate({0, 0}), rate, 1e-10) << t;  // the solver's tolerance
+    ASSERT_LE(std::abs(simulation.joint_torque({0, 0})), 4.0 * (1 + 1e-12)) << t;
+  }
+}
+
 TEST(SceneSimulation, WhatIsNotFiniteStopsAndIsNamed) {
   // 1e5 rad/s is more than a body may turn in a step: nothing moves then, the other body neither.
   DynamicScene scene = empty_scene(1.0);
