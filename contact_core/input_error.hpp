@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace touchstone {
 
@@ -11,5 +12,11 @@ class InputError : public std::invalid_argument {
  public:
   explicit InputError(const std::string& message) : std::invalid_argument(message) {}
 };
+
+/// Throws an InputError: "`object`: `reason`".
+[[noreturn]] void reject(std::string_view object, const std::string& reason);
+
+/// A value as errors print it: six digits.
+std::string figure(double value);
 
 }  // namespace touchstone

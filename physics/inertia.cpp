@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <sstream>
 #include <string>
 
 #include "contact_core/input_error.hpp"
@@ -16,54 +15,16 @@ namespace {
 // on the way to the matrix (a rotation, a parallel-axis shift).
 constexpr double kMomentTolerance = 64 * 0x1p-52;
 
-[[noreturn]] void reject(std::string_view name, const std::string& reason) {
-  throw InputError(std::string(name) + ": " + reason);
-}
-
-std::string figure(double value) {
-  std::ostringstream text;
-  text.precision(6);
-  text << value;
-  return text.str();
-}
-
 /// m (|r|^2 1 - r r^T): what a shift of a mass by r adds to its inertia.
 Matrix3 point_inertia(double mass, const Vector3& r) {
   return mass * (dot(r, r) * Matrix3::Identity() - outer(r, r));
-}
-
-/// The tetrahedron between the origin and a triangle, counter-clockwise from outside: with the sum s of its
-/// corners, the integral of x is V s / 4, that of x x^T is V / 20 (sum of c c^T + s s^T).
-MassMoments tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c) {
-  MassMoments out;
-  out.volume = dot(a, cross(b, c)) / 6.0;
-  const Vector3 sum = (a + b) + c;
-  out.first = (0.25 * out.volume) * sum;
-  out.second = (0.05 * out.volume) * (((outer(a, a) + outer(b, b)) + outer(c, c)) + outer(sum, sum));
-  return out;
-}
-
-/// As mass_moments(), but a warped face is cut along the diagonal that the hull has.
-MassMoments hull_moments(const Hexahedron& solid) {
-  Pose X;
-  X.p = solid.bounding_sphere().centre;
-  MassMoments about;
-  for (const auto& face : Hexahedron::kFaceVertices) {
-    const auto corner = [&](int i) { return Vector3(solid.vertices()[face[i]] - X.p); };
-    const Vector3 a = corner(0), b = corner(1), c = corner(2), d = corner(3);
-    // d beyond the plane of a, b, c: the ridge of the hull is b d, not a c.
-    const bool ridge_ac = dot(d - a, cross(b - a, c - a)) <= 0.0;
-    about += ridge_ac ? tetrahedron(a, b, c) : tetrahedron(a, b, d);
-    about += ridge_ac ? tetrahedron(a, c, d) : tetrahedron(b, c, d);
-  }
-  return touchstone::transform(X, about);
 }
 
 MassMoments total_moments(std::span<const PlacedHexahedron> solids, std::string_view name) {
   if (solids.empty()) reject(name, "no hexahedron to compute the inertia from");
   MassMoments sum;
   for (const PlacedHexahedron& placed : solids)
-    sum += touchstone::transform(placed.X_OS, hull_moments(placed.solid));
+    sum += touchstone::transform(placed.X_OS, mass_moments(placed.solid));
   return sum;
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -21,17 +20,6 @@ using Vertices = std::array<Vector3, 8>;
 // Vertices computed as R v + t in doubles are off by at most (4 + 3) eps/2 per coordinate of a size-long
 // vector; 32 eps leaves room for one more such transform and for the plane's own rounding.
 constexpr double kPlanarTolerance = 32 * std::numeric_limits<double>::epsilon();
-
-std::string figure(double value) {
-  std::ostringstream text;
-  text.precision(6);
-  text << value;
-  return text.str();
-}
-
-[[noreturn]] void reject(std::string_view name, const std::string& reason) {
-  throw InputError(std::string(name) + ": " + reason);
-}
 
 double largest_coordinate(const Vertices& vertices) {
   double largest = 0.0;

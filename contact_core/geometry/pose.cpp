@@ -2,24 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <string>
 
 #include "contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {
-
-[[noreturn]] void reject(std::string_view name, const std::string& reason) {
-  throw InputError(std::string(name) + ": " + reason);
-}
-
-std::string figure(double value) {
-  std::ostringstream text;
-  text.precision(6);
-  text << value;
-  return text.str();
-}
 
 double determinant(const Matrix3& R) { return dot(R.col(0), cross(R.col(1), R.col(2))); }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 #include <unordered_map>
 
 #include "contact_core/input_error.hpp"
@@ -13,13 +12,6 @@ namespace {
 
 // A normalised axis is off unit length by a few eps; 1e-9 separates that from one never normalised.
 constexpr double kUnitTolerance = 1e-9;
-
-std::string figure(double value) {
-  std::ostringstream text;
-  text.precision(6);
-  text << value;
-  return text.str();
-}
 
 }  // namespace
 

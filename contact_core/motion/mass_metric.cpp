@@ -12,7 +12,8 @@ Matrix3 outer(const Vector3& u, const Vector3& v) {
   return out;
 }
 
-/// The tetrahedron between the origin and a triangle, counter-clockwise from outside.
+/// The tetrahedron between the origin and a triangle, counter-clockwise from outside: with the sum s of its
+/// corners, the integral of x is V s / 4, that of x x^T is V / 20 (sum of c c^T + s s^T).
 MassMoments tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c) {
   MassMoments out;
   out.volume = dot(a, cross(b, c)) / 6.0;
@@ -37,8 +38,11 @@ MassMoments mass_moments(const Hexahedron& solid) {
   MassMoments about;
   for (const auto& face : Hexahedron::kFaceVertices) {
     const auto corner = [&](int i) { return Vector3(solid.vertices()[face[i]] - within); };
-    about += tetrahedron(corner(0), corner(1), corner(2));
-    about += tetrahedron(corner(0), corner(2), corner(3));
+    const Vector3 a = corner(0), b = corner(1), c = corner(2), d = corner(3);
+    // d beyond the plane of a, b, c: the ridge of the hull is b d, not a c.
+    const bool ridge_ac = dot(d - a, cross(b - a, c - a)) <= 0.0;
+    about += ridge_ac ? tetrahedron(a, b, c) : tetrahedron(a, b, d);
+    about += ridge_ac ? tetrahedron(a, c, d) : tetrahedron(b, c, d);
   }
   Pose X;
   X.p = within;

@@ -16,7 +16,7 @@ struct MassMoments {
   MassMoments& operator+=(const MassMoments& other);
 };
 
-/// In the solid's frame; its faces split along a diagonal, which matters to warped ones only.
+/// Of the solid's hull, in the solid's frame: a warped face is cut along the diagonal that the hull has.
 MassMoments mass_moments(const Hexahedron& solid);
 /// In frame A of what is known in frame B.
 MassMoments transform(const Pose& X_AB, const MassMoments& moments_B);

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "examples/compare_backends/csv.hpp"
 #include "examples/compare_backends/pair_file_run.hpp"
+#include "examples/program/csv.hpp"
 
 namespace touchstone::comparison {
 namespace {

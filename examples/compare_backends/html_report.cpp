@@ -8,7 +8,7 @@
 #include "examples/compare_backends/growth_plot.hpp"
 #include "examples/compare_backends/method_text.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
-#include "examples/compare_backends/text_table.hpp"
+#include "examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "examples/compare_backends/report.hpp"
-#include "examples/compare_backends/report_files.hpp"
+#include "examples/program/report_files.hpp"
 
 namespace touchstone::comparison {
 

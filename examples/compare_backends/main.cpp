@@ -1,27 +1,19 @@
 #include <fmt/format.h>
 
-#include <csignal>
-#include <iostream>
-
-#include "contact_core/input_error.hpp"
 #include "examples/compare_backends/backends.hpp"
 #include "examples/compare_backends/comparison.hpp"
 #include "examples/compare_backends/html_report.hpp"
 #include "examples/compare_backends/json_writer.hpp"
 #include "examples/compare_backends/replay.hpp"
-#include "examples/compare_backends/report_files.hpp"
 #include "examples/compare_backends/terminal.hpp"
 #include "examples/measures/pair_families.hpp"
+#include "examples/program/program.hpp"
+#include "examples/program/report_files.hpp"
 
 namespace {
 
 using namespace touchstone;
 using namespace touchstone::comparison;
-
-constexpr int kBadInput = 2;
-constexpr int kInterrupted = 130;
-
-void on_signal(int) { ProgressLine::interrupted = true; }
 
 void print_list(const Options& options, const Backends& backends) {
   fmt::print("backends\n");
@@ -73,18 +65,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
-  try {
-    return run(argc, argv);
-  } catch (const Interrupted& interrupted) {
-    std::cerr << "compare_backends: " << interrupted.what() << "\n";
-    return kInterrupted;
-  } catch (const InputError& error) {
-    std::cerr << "compare_backends: " << error.what() << "\n";
-    return kBadInput;
-  } catch (const std::exception& error) {
-    std::cerr << "compare_backends: " << error.what() << "\n";
-    return 1;
-  }
+  return touchstone::comparison::run_program("compare_backends", [&] { return run(argc, argv); });
 }

@@ -1,27 +1,18 @@
 #include "examples/compare_backends/options.hpp"
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <map>
 
 #include "contact_core/input_error.hpp"
+#include "examples/program/program.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
 const std::map<std::string, QueryKind> kQueries = {
     {"overlap", QueryKind::overlap}, {"distance", QueryKind::distance}, {"manifold", QueryKind::manifold}};
-
-std::string one_line(std::string text) {
-  for (char& c : text) {
-    if (c == '\n') c = ' ';
-  }
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
-}
 
 SceneSetting parse_setting(const std::string& text) {
   const std::size_t equals = text.find('='), colon = text.find(':');
@@ -82,14 +73,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   app.add_flag("--quick", options.quick,
                "Few pairs, two repetitions, 100 frames a scene, 1k boxes in the broadphases");
   app.add_flag("--list", options.list, "List backends, broadphases and families");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::cout << app.help();
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw InputError(one_line(error.what()));
-  }
+  if (!parse_command_line(app, argc, argv)) return std::nullopt;
   if (*count_option) options.count = count;
   if (*error_option) {
     if (!std::isfinite(max_error) || max_error < 0)

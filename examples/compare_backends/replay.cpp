@@ -6,8 +6,8 @@
 #include <charconv>
 
 #include "contact_core/input_error.hpp"
-#include "examples/compare_backends/text_table.hpp"
 #include "examples/measures/pair_families.hpp"
+#include "examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

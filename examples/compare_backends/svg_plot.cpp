@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "examples/compare_backends/pareto_front.hpp"
-#include "examples/compare_backends/text_table.hpp"
+#include "examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "examples/compare_backends/text_table.hpp"
+#include "examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

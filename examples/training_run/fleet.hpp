@@ -53,4 +53,21 @@ struct Fleet {
   }
 };
 
+/// A way that shows its fleet.
+class FleetWay : public Way {
+ public:
+  explicit FleetWay(const Setting& setting) : setting_(&setting), fleet_(setting) {}
+
+  void act(const Action& action) final { fleet_.formation.apply(action, fleet_.X_WO); }
+  void attach(FrameOutput& output) final { fleet_.attach(*setting_, output); }
+  void send(double time) noexcept final { fleet_.send(time); }
+  std::span<const Pose> poses() const noexcept final { return fleet_.X_WO; }
+  std::span<const double> joints() const noexcept final { return fleet_.joints; }
+  const Formation& formation() const noexcept final { return fleet_.formation; }
+
+ protected:
+  const Setting* setting_;
+  Fleet fleet_;
+};
+
 }  // namespace touchstone::training

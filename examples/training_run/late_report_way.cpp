@@ -66,19 +66,15 @@ class ImageGenerator {
   std::vector<PairStatus> reports_;  // by frame modulo delay_ + 1, and pair
 };
 
-class LateReportWay final : public Way {
+class LateReportWay final : public FleetWay {
  public:
   explicit LateReportWay(const Setting& setting)
-      : setting_(&setting),
-        fleet_(setting),
-        image_generator_(setting),
-        was_named_(setting.pairs().size(), 0) {
+      : FleetWay(setting), image_generator_(setting), was_named_(setting.pairs().size(), 0) {
     image_generator_.show(0, fleet_);
   }
 
   std::string_view name() const noexcept override { return "figure 1"; }
   std::string_view backend() const noexcept override { return "native, poses"; }
-  void act(const Action& action) override { fleet_.formation.apply(action, fleet_.X_WO); }
 
   void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
              FlightLog& log) noexcept override {
@@ -91,12 +87,6 @@ class LateReportWay final : public Way {
     ++frame_;
     image_generator_.show(frame_, fleet_);
   }
-
-  void attach(FrameOutput& output) override { fleet_.attach(*setting_, output); }
-  void send(double time) noexcept override { fleet_.send(time); }
-  std::span<const Pose> poses() const noexcept override { return fleet_.X_WO; }
-  std::span<const double> joints() const noexcept override { return fleet_.joints; }
-  const Formation& formation() const noexcept override { return fleet_.formation; }
 
  private:
   void log_event(EventKind kind, std::size_t pair, FlightLog& log) const noexcept {
@@ -129,8 +119,6 @@ class LateReportWay final : public Way {
     return stopped;
   }
 
-  const Setting* setting_;
-  Fleet fleet_;
   ImageGenerator image_generator_;
   std::vector<char> was_named_;
   std::size_t frame_ = 0;

@@ -1,11 +1,8 @@
 #include <fmt/format.h>
 
-#include <csignal>
-#include <iostream>
-
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/report_files.hpp"
 #include "examples/measures/all_backends.hpp"
+#include "examples/program/program.hpp"
+#include "examples/program/report_files.hpp"
 #include "examples/training_run/options.hpp"
 #include "examples/training_run/run.hpp"
 
@@ -14,11 +11,6 @@ namespace {
 using namespace touchstone;
 using namespace touchstone::training;
 using comparison::ProgressLine;
-
-constexpr int kBadInput = 2;
-constexpr int kInterrupted = 130;
-
-void on_signal(int) { ProgressLine::interrupted = true; }
 
 std::vector<std::string> chosen_backends(const Options& options, const BackendRegistry& registry) {
   std::vector<std::string> names;
@@ -87,18 +79,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
-  try {
-    return run(argc, argv);
-  } catch (const touchstone::comparison::Interrupted& interrupted) {
-    std::cerr << "training_run: " << interrupted.what() << "\n";
-    return kInterrupted;
-  } catch (const InputError& error) {
-    std::cerr << "training_run: " << error.what() << "\n";
-    return kBadInput;
-  } catch (const std::exception& error) {
-    std::cerr << "training_run: " << error.what() << "\n";
-    return 1;
-  }
+  return touchstone::comparison::run_program("training_run", [&] { return run(argc, argv); });
 }

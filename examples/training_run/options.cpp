@@ -1,22 +1,15 @@
 #include "examples/training_run/options.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 
 #include "contact_core/input_error.hpp"
+#include "examples/program/program.hpp"
 
 namespace touchstone::training {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
-}
 
 std::vector<fs::path> scripts_in(const fs::path& folder) {
   std::error_code error;
@@ -63,14 +56,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const fs
   std::string folder;
   app.add_option("--scripts", folder, "Folder with the scripts");
   app.add_flag("--list", options.list, "List scripts and backends");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::cout << app.help();
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw InputError(one_line(error.what()));
-  }
+  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
   if (*rate && !(options.frame_rate >= 10.0 && options.frame_rate <= 1000.0))
     throw InputError("--rate: is not within 10 and 1000 Hz");
   if (options.output.empty()) throw InputError("--out: names no folder");

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "examples/compare_backends/csv.hpp"
 #include "examples/compare_backends/machine.hpp"
+#include "examples/program/csv.hpp"
 #include "examples/training_run/results.hpp"
 
 namespace touchstone::training {

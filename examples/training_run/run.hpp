@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "contact_core/registry.hpp"
-#include "examples/compare_backends/progress.hpp"
+#include "examples/program/progress.hpp"
 #include "examples/training_run/options.hpp"
 #include "examples/training_run/results.hpp"
 

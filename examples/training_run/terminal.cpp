@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "examples/compare_backends/text_table.hpp"
+#include "examples/program/text_table.hpp"
 #include "examples/training_run/results.hpp"
 
 namespace touchstone::training {

@@ -4,27 +4,17 @@
 namespace touchstone::training {
 namespace {
 
-class UncheckedWay final : public Way {
+class UncheckedWay final : public FleetWay {
  public:
-  explicit UncheckedWay(const Setting& setting) : setting_(&setting), fleet_(setting) {}
+  using FleetWay::FleetWay;
 
   std::string_view name() const noexcept override { return "no check"; }
   std::string_view backend() const noexcept override { return "-"; }
-  void act(const Action& action) override { fleet_.formation.apply(action, fleet_.X_WO); }
   void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
              FlightLog&) noexcept override {
     for (const Command& command : commands) fleet_.execute(command);
     for (const ArmCommand& command : arm_commands) fleet_.execute(command);
   }
-  void attach(FrameOutput& output) override { fleet_.attach(*setting_, output); }
-  void send(double time) noexcept override { fleet_.send(time); }
-  std::span<const Pose> poses() const noexcept override { return fleet_.X_WO; }
-  std::span<const double> joints() const noexcept override { return fleet_.joints; }
-  const Formation& formation() const noexcept override { return fleet_.formation; }
-
- private:
-  const Setting* setting_;
-  Fleet fleet_;
 };
 
 }  // namespace

@@ -13,8 +13,8 @@
 #include "examples/compare_backends/pareto_front.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
 #include "examples/compare_backends/terminal.hpp"
-#include "examples/compare_backends/text_table.hpp"
 #include "examples/measures/allocations.hpp"
+#include "examples/program/text_table.hpp"
 #include "tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {

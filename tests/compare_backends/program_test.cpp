@@ -13,7 +13,7 @@
 #include <sstream>
 #include <thread>
 
-#include "examples/compare_backends/text_table.hpp"
+#include "examples/program/text_table.hpp"
 #include "tests/support/program_test.hpp"
 
 extern char** environ;

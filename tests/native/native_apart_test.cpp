@@ -238,6 +238,18 @@ TEST(NativeApart, FlatFacesAreFoundByTheKernel) {
   }
 }
 
+bool is_separated(const Pair& pair) {
+  return ask(pair.a, pair.X_WA, pair.b, pair.X_WB, QueryKind::distance).status == PairStatus::separated;
+}
+
+bool is_settled_by_kernels(const Pair& pair) {
+  Scene scene;
+  scene.add(pair);
+  const native::SolidSet set = native::make_solid_set(scene.solids);
+  ApartRecord record{};
+  return native::finish_apart(set, native::kernels(), {0, 1}, scene.poses, true, record);
+}
+
 /// The kernels are what makes it fast: they must settle nearly all pairs by themselves.
 TEST(NativeApart, TheKernelsSettleNearlyAllPairs) {
   Random random(37);
@@ -247,14 +259,9 @@ TEST(NativeApart, TheKernelsSettleNearlyAllPairs) {
     if (i % 4 == 1) pair.a = random.sheared(), pair.b = random.sheared();
     if (i % 4 == 2) pair.a = random.tapered(), pair.b = random.warped();
     if (i % 4 == 3) pair = crossing_edges(std::ldexp(1.0, -4 - random.below(46)), 1e-4, random);
-    if (ask(pair.a, pair.X_WA, pair.b, pair.X_WB, QueryKind::distance).status != PairStatus::separated)
-      continue;
-    Scene scene;
-    scene.add(pair);
-    const native::SolidSet set = native::make_solid_set(scene.solids);
-    ApartRecord record{};
+    if (!is_separated(pair)) continue;
     ++apart;
-    settled += native::finish_apart(set, native::kernels(), {0, 1}, scene.poses, true, record);
+    settled += is_settled_by_kernels(pair);
   }
   EXPECT_GT(apart, 500);
   EXPECT_GE(settled, apart - apart / 100);
@@ -269,14 +276,9 @@ TEST(NativeApart, BoxesFarAwayAreMeasuredByTheirVertices) {
     Pair pair{random.box(), random.box(), random.pose(0.3), random.pose(1.5)};
     const Vector3 far = random.vector(std::ldexp(1.0, 14 + random.below(20)));
     pair.X_WA.p += far, pair.X_WB.p += far;
-    if (ask(pair.a, pair.X_WA, pair.b, pair.X_WB, QueryKind::distance).status != PairStatus::separated)
-      continue;
-    Scene scene;
-    scene.add(pair);
-    const native::SolidSet set = native::make_solid_set(scene.solids);
-    ApartRecord record{};
+    if (!is_separated(pair)) continue;
     ++apart;
-    settled += native::finish_apart(set, native::kernels(), {0, 1}, scene.poses, true, record);
+    settled += is_settled_by_kernels(pair);
     expect_right(pair);
     if (HasFailure()) return;
   }

@@ -1,25 +1,17 @@
 #pragma once
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <bit>
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <stdexcept>
 #include <vector>
 
 #include "adapters/cigi/packets.hpp"
+#include "tests/support/listener.hpp"
 
 // The image generator's side, written apart from the adapter: it reads packets by the tables of the standard.
 
 namespace touchstone {
-
-using Bytes = std::vector<std::byte>;
 
 inline std::uint64_t big_endian(std::span<const std::byte> in, std::size_t at, std::size_t count) {
   std::uint64_t value = 0;
@@ -77,52 +69,10 @@ inline Message read_message(std::span<const std::byte> in) {
   return message;
 }
 
-/// A socket on this machine that an image generator would listen at.
-class Listener {
- public:
-  Listener() : descriptor_(socket(AF_INET, SOCK_DGRAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    if (bind(descriptor_, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-        getsockname(descriptor_, reinterpret_cast<sockaddr*>(&address), &size) != 0)
-      throw std::runtime_error("no local socket");
-    port_ = ntohs(address.sin_port);
-  }
-  ~Listener() { close(descriptor_); }
-  Listener(const Listener&) = delete;
-  Listener& operator=(const Listener&) = delete;
-
-  std::uint16_t port() const { return port_; }
-
-  /// The next datagram; none if none comes within a second.
-  std::optional<Bytes> receive() {
-    pollfd waiting{descriptor_, POLLIN, 0};
-    if (poll(&waiting, 1, 1000) != 1) return std::nullopt;
-    Bytes bytes(65536);
-    socklen_t size = sizeof sender_;
-    const ssize_t count =
-        recvfrom(descriptor_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&sender_), &size);
-    bytes.resize(static_cast<std::size_t>(count));
-    return bytes;
-  }
-  Message receive_message() {
-    const auto bytes = receive();
-    if (!bytes) throw std::runtime_error("no datagram came");
-    return read_message(*bytes);
-  }
-
-  /// To whom the last datagram came from.
-  void answer(const Bytes& bytes) const {
-    sendto(descriptor_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&sender_),
-           sizeof sender_);
-  }
-
- private:
-  int descriptor_;
-  std::uint16_t port_ = 0;
-  sockaddr_in sender_{};
-};
+inline Message receive_message(Listener& listener) {
+  const auto bytes = listener.receive();
+  if (!bytes) throw std::runtime_error("no datagram came");
+  return read_message(*bytes);
+}
 
 }  // namespace touchstone

@@ -40,7 +40,7 @@ TEST(CigiOutput, SendsWhereObjectsAre) {
   const auto frames = make_frames(20, 2, 1);
   for (const MadeFrame& frame : frames) {
     output.write(frame.view());
-    const Message message = listener.receive_message();
+    const Message message = receive_message(listener);
     EXPECT_EQ(message.control.host_frame, frame.frame);
     EXPECT_TRUE(message.control.is_timestamp_valid);
     EXPECT_NEAR(message.control.timestamp, frame.time * 1e5, 0.5);
@@ -99,11 +99,11 @@ TEST(CigiOutput, WhatIsGoneIsDestroyedAgainAndAgain) {
   announce(output, 3);
   auto frames = make_frames(15, 3, 3);
   output.write(frames[0].view());
-  listener.receive_message();
+  receive_message(listener);
   for (std::size_t k = 1; k < 15; ++k) {
     frames[k].poses.erase(frames[k].poses.begin() + 1);
     output.write(frames[k].view());
-    const Message message = listener.receive_message();
+    const Message message = receive_message(listener);
     const bool is_told = k <= CigiOutput::kFarewells;
     ASSERT_EQ(message.entities.size(), is_told ? 3u : 2u);
     if (is_told) {
@@ -116,7 +116,7 @@ TEST(CigiOutput, WhatIsGoneIsDestroyedAgainAndAgain) {
   MadeFrame again = make_frames(1, 3, 4)[0];
   again.poses[1].object = {9, 4};
   output.write(again.view());
-  const Message message = listener.receive_message();
+  const Message message = receive_message(listener);
   std::set<std::uint16_t> ids;
   for (const EntityControl& entity : message.entities) {
     ids.insert(entity.id);
@@ -133,7 +133,7 @@ TEST(CigiOutput, HearsTheImageGenerator) {
   announce(output, 1);
   const auto frames = make_frames(3, 1, 5);
   output.write(frames[0].view());
-  EXPECT_EQ(listener.receive_message().control.database, 5);
+  EXPECT_EQ(receive_message(listener).control.database, 5);
   Bytes junk(10, std::byte{1});
   listener.answer(junk);
   // Start of Frame, little-endian: database -5 (loading), operate, frame 258.
@@ -142,7 +142,7 @@ TEST(CigiOutput, HearsTheImageGenerator) {
   bytes[5] = std::byte{0x31}, bytes[7] = std::byte{0x80}, bytes[8] = std::byte{2}, bytes[9] = std::byte{1};
   listener.answer(bytes);
   output.write(frames[1].view());
-  const Message message = listener.receive_message();
+  const Message message = receive_message(listener);
   EXPECT_EQ(message.control.last_ig_frame, 258u);
   EXPECT_EQ(message.control.database, 0);  // it is on its way: not asked for again
   ASSERT_TRUE(output.last_start_of_frame().has_value());
@@ -174,7 +174,7 @@ TEST(CigiOutput, ReceiverThatComesLateIsServed) {
   const auto frames = make_frames(40, 5, 7);
   for (const MadeFrame& frame : frames) output.write(frame.view());
   EXPECT_EQ(output.status().delivered, 40u);
-  for (std::uint32_t i = 0; i < 40; ++i) EXPECT_EQ(listener->receive_message().control.host_frame, i);
+  for (std::uint32_t i = 0; i < 40; ++i) EXPECT_EQ(receive_message(*listener).control.host_frame, i);
 }
 
 TEST(CigiOutput, ReceiverThatNeverReadsDelaysNoFrame) {
@@ -197,9 +197,9 @@ TEST(CigiOutput, WhatHasNotMovedIsSentOnlyInTurn) {
   announce(output, 1300);
   MadeFrame frame = make_frames(1, 1300, 9)[0];
   output.write(frame.view());
-  ASSERT_EQ(listener.receive_message().entities.size(), 1300u);
+  ASSERT_EQ(receive_message(listener).entities.size(), 1300u);
   output.write(frame.view());
-  EXPECT_EQ(listener.receive_message().entities.size(), 0u);  // nothing moved
+  EXPECT_EQ(receive_message(listener).entities.size(), 0u);  // nothing moved
 }
 
 TEST(CigiOutput, TimestampWrapsAround) {
@@ -207,9 +207,9 @@ TEST(CigiOutput, TimestampWrapsAround) {
   CigiOutput output(options_for(listener));
   const double beyond = 0x1p32 / 1e5 + 1.0;
   output.write({0, beyond, {}, {}});
-  EXPECT_EQ(listener.receive_message().control.timestamp, 100'000u);
+  EXPECT_EQ(receive_message(listener).control.timestamp, 100'000u);
   output.write({1, std::nan(""), {}, {}});
-  EXPECT_FALSE(listener.receive_message().control.is_timestamp_valid);
+  EXPECT_FALSE(receive_message(listener).control.is_timestamp_valid);
 }
 
 TEST(CigiOutput, AllocatesNothingPerFrame) {

@@ -96,18 +96,22 @@ PosedSolids warped_pair(Random& random) {
   return {a, b, X_WA, X_WB};
 }
 
+/// 2^low to twice 2^high, evenly over the powers. One draw after the other: a call's arguments have no order.
+double any_between(Random& random, int low, int high) {
+  const int exponent = high - static_cast<int>(random.below(static_cast<std::uint32_t>(high - low + 1)));
+  return std::ldexp(random.uniform(1, 2), exponent);
+}
+
 // A box thin by 2^-5 to 2^-60 in one or two directions (a sheet, a needle, a ribbon), its corners moved by
 // shares of their own coordinates: by up to 2^-2 to 2^-54 of them each, or drawn out as pairs opposite in
 // either layer, so that hull edges are diagonals of the side faces.
 Hexahedron sliver(Random& random) {
   for (;;) {
     Vector3 half = comparison::uniform_vector(random, 0.2, 1);
-    const auto thin = [&] {
-      return std::ldexp(random.uniform(1, 2), -5 - static_cast<int>(random.below(56)));
-    };
+    const auto thin = [&] { return any_between(random, -60, -5); };
     half.x() *= thin();
     if (random.below(2) == 0) half.y() *= thin();
-    const double moved = std::ldexp(random.uniform(1, 2), -3 - static_cast<int>(random.below(52)));
+    const double moved = any_between(random, -54, -3);
     const bool draws = random.below(2) == 0, turns = random.below(3) == 0;
     const Matrix3 R = random_rotation(random);
     std::array<Vector3, 8> vertices;
@@ -131,7 +135,7 @@ Hexahedron sliver(Random& random) {
 PosedSolids sliver_pair(Random& random) {
   const Hexahedron a = sliver(random), other = sliver(random);
   const Pose X_WA{random_rotation(random), comparison::random_direction(random)};
-  const double gap = std::ldexp(random.uniform(1, 2), -2 - static_cast<int>(random.below(58)));
+  const double gap = any_between(random, -59, -2);
   const Vector3 off = comparison::random_direction(random) * gap;
   Pose X_WB{random_rotation(random), X_WA.p + comparison::random_direction(random) * 0.1};
   const std::uint32_t placing = random.below(3);

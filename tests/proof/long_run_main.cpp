@@ -11,7 +11,7 @@
 
 #include "contact_core/input_error.hpp"
 #include "contact_core/native/native.hpp"
-#include "examples/compare_backends/text_table.hpp"
+#include "examples/program/text_table.hpp"
 #include "tests/proof/families.hpp"
 #include "tests/proof/long_run.hpp"
 #include "tests/proof/pair_text.hpp"

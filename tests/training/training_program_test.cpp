@@ -1,14 +1,9 @@
 // The program as a user runs it: what its results say, against the closed forms of the scenes. Poses are met
 // to 2 g, times to 2 g / closing speed, the rounding of summed steps and 1e-12 s.
 
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -17,6 +12,7 @@
 #include <numbers>
 #include <set>
 
+#include "tests/support/listener.hpp"
 #include "tests/support/program_test.hpp"
 
 namespace {
@@ -24,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::HasSubstr;
+using touchstone::Listener;
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kGap = 1e-9;
@@ -448,18 +445,10 @@ TEST_F(TrainingRun, MissingReceiversNeitherDelayNorLoseTheRun) {
   fs::create_directories(records);
   for (const char* name : {"no_check", "figure_1", "contact_world_native"})
     fs::create_symlink("/dev/full", records / ("02_jaws_offset_" + std::string(name) + ".csv"));
-  const int socket_fd = socket(AF_INET, SOCK_DGRAM, 0);  // a port that nobody else has
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  ASSERT_EQ(bind(socket_fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-  socklen_t size = sizeof address;
-  ASSERT_EQ(getsockname(socket_fd, reinterpret_cast<sockaddr*>(&address), &size), 0);
-  close(socket_fd);
+  const std::uint16_t nobody = Listener().port();
   const auto start = std::chrono::steady_clock::now();
   const json alone =
-      fly("02_jaws_offset",
-          "--record " + records.string() + " --cigi 127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
+      fly("02_jaws_offset", "--record " + records.string() + " --cigi 127.0.0.1:" + std::to_string(nobody));
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   for (std::size_t i = 0; i < plain["ways"].size(); ++i)
     EXPECT_EQ(without_times(alone["ways"][i]), without_times(plain["ways"][i]));
@@ -477,23 +466,16 @@ TEST_F(TrainingRun, MissingReceiversNeitherDelayNorLoseTheRun) {
 
 TEST_F(TrainingRun, ImageGeneratorIsSentEveryFrame) {
   if (run("--list").out.find("CIGI 3.3") == std::string::npos) GTEST_SKIP() << "this build has no CIGI";
-  const int socket_fd = socket(AF_INET, SOCK_DGRAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  ASSERT_EQ(bind(socket_fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-  socklen_t size = sizeof address;
-  ASSERT_EQ(getsockname(socket_fd, reinterpret_cast<sockaddr*>(&address), &size), 0);
-  const json script = fly("05_plates", "--cigi 127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
-  std::array<char, 2048> datagram{};
+  Listener listener;
+  const json script = fly("05_plates", "--cigi 127.0.0.1:" + std::to_string(listener.port()));
   int count = 0;
-  while (recv(socket_fd, datagram.data(), datagram.size(), MSG_DONTWAIT) > 0) {
-    EXPECT_EQ(datagram[0], 1);   // IG Control comes first
-    EXPECT_EQ(datagram[1], 24);  // bytes
-    EXPECT_EQ(datagram[2], 3);   // CIGI 3
+  while (const auto datagram = listener.receive(0)) {
+    ASSERT_GE(datagram->size(), 3u);
+    EXPECT_EQ((*datagram)[0], std::byte{1});   // IG Control comes first
+    EXPECT_EQ((*datagram)[1], std::byte{24});  // bytes
+    EXPECT_EQ((*datagram)[2], std::byte{3});   // CIGI 3
     ++count;
   }
-  close(socket_fd);
   EXPECT_EQ(count, 6);  // the start and five frames
   EXPECT_EQ(ours(script)["outputs"][0]["delivered_frames"], 6);
 }

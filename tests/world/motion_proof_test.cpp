@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <iostream>
 
-#include "contact_core/registry.hpp"
 #include "examples/measures/all_backends.hpp"
 
 namespace touchstone {

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/text_table.hpp"
+#include "examples/program/text_table.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/progress.hpp"
+#include "examples/program/progress.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

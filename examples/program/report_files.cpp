@@ -1,4 +1,4 @@
-#include "examples/compare_backends/report_files.hpp"
+#include "examples/program/report_files.hpp"
 
 #include <unistd.h>
 
