@@ -1,23 +1,15 @@
 #include <fmt/format.h>
 
-#include <csignal>
-#include <iostream>
-
 #include "adapters/scene_files/dynamics_file.hpp"
-#include "contact_core/input_error.hpp"
 #include "examples/dynamics_run/run.hpp"
 #include "examples/measures/all_backends.hpp"
+#include "examples/program/program.hpp"
 
 namespace {
 
 using namespace touchstone;
 using namespace touchstone::dynamics;
 using comparison::ProgressLine;
-
-constexpr int kBadInput = 2;
-constexpr int kInterrupted = 130;
-
-void on_signal(int) { ProgressLine::interrupted = true; }
 
 std::vector<std::string> chosen_backends(const Options& options, const BackendRegistry& registry) {
   std::vector<std::string> names;
@@ -76,18 +68,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
-  try {
-    return run(argc, argv);
-  } catch (const touchstone::comparison::Interrupted& interrupted) {
-    std::cerr << "dynamics_run: " << interrupted.what() << "\n";
-    return kInterrupted;
-  } catch (const InputError& error) {
-    std::cerr << "dynamics_run: " << error.what() << "\n";
-    return kBadInput;
-  } catch (const std::exception& error) {
-    std::cerr << "dynamics_run: " << error.what() << "\n";
-    return 1;
-  }
+  return touchstone::comparison::run_program("dynamics_run", [&] { return run(argc, argv); });
 }

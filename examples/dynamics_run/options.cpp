@@ -1,23 +1,16 @@
 #include "examples/dynamics_run/options.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <iostream>
 
 #include "contact_core/input_error.hpp"
+#include "examples/program/program.hpp"
 
 namespace touchstone::dynamics {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
-}
 
 std::vector<fs::path> scenes_in(const fs::path& folder) {
   std::error_code error;
@@ -79,14 +72,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const fs
   std::string folder;
   app.add_option("--scenes", folder, "Folder with the scenes");
   app.add_flag("--list", options.list, "List scenes and backends");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::cout << app.help();
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw InputError(one_line(error.what()));
-  }
+  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
   for (const std::string& setting : settings) options.settings.push_back(parse_setting(setting));
   if (options.output.empty()) throw InputError("--out: names no folder");
   if (!folder.empty()) options.folder = folder;

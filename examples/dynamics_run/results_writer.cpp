@@ -3,9 +3,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "examples/compare_backends/csv.hpp"
 #include "examples/compare_backends/machine.hpp"
 #include "examples/dynamics_run/results.hpp"
+#include "examples/program/csv.hpp"
 
 namespace touchstone::dynamics {
 namespace {

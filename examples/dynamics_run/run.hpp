@@ -3,10 +3,10 @@
 #include <filesystem>
 
 #include "contact_core/registry.hpp"
-#include "examples/compare_backends/progress.hpp"
-#include "examples/compare_backends/report_files.hpp"
 #include "examples/dynamics_run/options.hpp"
 #include "examples/dynamics_run/results.hpp"
+#include "examples/program/progress.hpp"
+#include "examples/program/report_files.hpp"
 
 namespace touchstone::dynamics {
 

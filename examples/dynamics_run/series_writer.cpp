@@ -2,8 +2,8 @@
 
 #include <iterator>
 
-#include "examples/compare_backends/csv.hpp"
 #include "examples/dynamics_run/results.hpp"
+#include "examples/program/csv.hpp"
 
 namespace touchstone::dynamics {
 namespace {
