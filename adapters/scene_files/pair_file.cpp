@@ -134,6 +134,30 @@ ExactAnswer read_exact(const Json& exact) {
   return answer;
 }
 
+CapturedAnswer read_captured(const Json& captured) {
+  CapturedAnswer answer;
+  const Json& by = member(captured, "by", "captured");
+  if (!by.is_string()) throw BadCase{"captured: by: expected text, got " + shown(by)};
+  answer.by = by.get<std::string>();
+  const Json& status = member(captured, "status", "captured");
+  if (status != "overlapping" && status != "separated")
+    throw BadCase{"captured: status: unknown " + shown(status) + "; known: overlapping, separated"};
+  answer.contact = status == "overlapping";
+  if (!answer.contact) return answer;
+  answer.separation = read_number(member(captured, "separation", "captured"), "captured: separation");
+  answer.n_AB_W = read_vector(member(captured, "normal", "captured"), "captured: normal");
+  const Json& points = member(captured, "points", "captured");
+  if (!points.is_array() || points.empty() || points.size() > kMaxManifoldPoints)
+    throw BadCase{"captured: points: expected 1 to 8, got " + shown(points)};
+  for (const Json& item : points) {
+    const std::string where = "captured: point " + std::to_string(answer.points.size());
+    answer.points.push_back({read_vector(member(item, "a", where), where + ": a"),
+                             read_vector(member(item, "b", where), where + ": b"),
+                             read_number(member(item, "separation", where), where + ": separation"), 0});
+  }
+  return answer;
+}
+
 std::string read_text(const Json& item, const char* key) {
   return item.is_object() && item.contains(key) && item[key].is_string() ? item[key].get<std::string>()
                                                                          : std::string();
@@ -158,6 +182,7 @@ PairCase read_case(const Json& item, std::size_t index) {
     if (result.id.empty()) throw BadCase{"missing 'id' (text or a whole number)"};
     PosedPair pair = read_pair(item);
     if (item.contains("exact")) result.exact = read_exact(item["exact"]);
+    if (item.contains("captured")) result.captured = read_captured(item["captured"]);
     result.pair = std::move(pair);
   } catch (const BadCase& bad) {
     result.invalid_reason = bad.reason;
@@ -246,6 +271,18 @@ Json to_json(const Pose& X) {
   return {{"matrix", rows}};
 }
 
+Json to_json(const CapturedAnswer& answer) {
+  Json out = {{"by", answer.by}, {"status", answer.contact ? "overlapping" : "separated"}};
+  if (!answer.contact) return out;
+  out["separation"] = answer.separation;
+  out["normal"] = to_json(answer.n_AB_W);
+  out["points"] = Json::array();
+  for (const ContactPoint& point : answer.points)
+    out["points"].push_back(
+        {{"a", to_json(point.p_A_W)}, {"b", to_json(point.p_B_W)}, {"separation", point.separation}});
+  return out;
+}
+
 Json to_json(const PairCase& item) {
   Json out = {{"id", item.id},
               {"shapes", Json::array({to_json(item.pair->solids[0]), to_json(item.pair->solids[1])})},
@@ -256,6 +293,7 @@ Json to_json(const PairCase& item) {
                     {"signed_distance", item.exact->signed_distance}};
     if (item.exact->normal) out["exact"]["normal"] = to_json(*item.exact->normal);
   }
+  if (item.captured) out["captured"] = to_json(*item.captured);
   return out;
 }
 

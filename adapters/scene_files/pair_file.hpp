@@ -9,6 +9,7 @@
 
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/geometry/pose.hpp"
+#include "contact_core/narrowphase/narrowphase.hpp"
 #include "contact_core/narrowphase/pair_class.hpp"
 
 // Pairs of solids that users bring as JSON, and our own hard cases in the same format
@@ -29,6 +30,15 @@ struct ExactAnswer {
   std::optional<Vector3> normal;  ///< n_AB_W where it is unique
 };
 
+/// What an engine answered when the pair was captured in it.
+struct CapturedAnswer {
+  std::string by;  ///< engine and check
+  bool contact;
+  double separation = 0;  ///< of a contact: of its deepest point [m]
+  Vector3 n_AB_W = Vector3::Zero();
+  std::vector<ContactPoint> points;  ///< the deepest first; feature ids are not kept
+};
+
 struct PairCase {
   std::string id;
   std::optional<PosedPair> pair;  ///< empty: invalid
@@ -36,6 +46,7 @@ struct PairCase {
   std::optional<ExactAnswer> exact;
   std::string why_hard;        ///< may be empty
   std::string expected_error;  ///< bad inputs of our own: a part of invalid_reason; else empty
+  std::optional<CapturedAnswer> captured = std::nullopt;
 };
 
 /// Reads a list of cases, or an object with `cases`. A case that is no pair of hexahedra in valid poses
@@ -45,8 +56,8 @@ struct PairCase {
 /// of cases, an id given twice.
 std::vector<PairCase> load_pairs(const std::filesystem::path& path);
 
-/// Writes a file that load_pairs reads back bit for bit: shapes, poses (as matrices), exact answers. The file
-/// appears whole or not at all.
+/// Writes a file that load_pairs reads back bit for bit: shapes, poses (as matrices), exact and captured
+/// answers. The file appears whole or not at all.
 /// @throws InputError when a case is invalid or the file cannot be written.
 void save_pairs(const std::filesystem::path& path, std::span<const PairCase> cases);
 

@@ -4,8 +4,6 @@
 
 namespace touchstone {
 
-double norm(const Vector3& v) { return std::sqrt(dot(v, v)); }
-
 bool is_finite(const Vector3& v) {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 // Vectors, and the few products whose rounding order is part of the project's contract: results have the same
 // bits on every compiler and instruction set, so no Eigen reduction (.dot, .norm, .sum) appears on a numeric
@@ -23,7 +24,7 @@ inline Vector3 cross(const Vector3& u, const Vector3& v) {
 }
 
 /// Plain sqrt(v.v): squares may overflow beyond 1e154 and underflow below 1e-154.
-double norm(const Vector3& v);
+inline double norm(const Vector3& v) { return std::sqrt(dot(v, v)); }
 
 bool is_finite(const Vector3& v);
 

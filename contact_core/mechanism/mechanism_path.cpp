@@ -63,17 +63,51 @@ MechanismPath::MechanismPath(const Mechanism& mechanism)
   set(Pose{}, mechanism.reference(), mechanism.reference());
 }
 
-void MechanismPath::set(const Pose& X_WB, std::span<const double> from, std::span<const double> to) noexcept {
+void MechanismPath::take_values(const Pose& X_WB, std::span<const double> from,
+                                std::span<const double> to) noexcept {
   X_WB_ = rigid_frame(X_WB);
   std::copy(from.begin(), from.end(), q0_.begin());
   std::copy(to.begin(), to.end(), q1_.begin());
   largest_value_ = 0.0;
   for (std::size_t i = 0; i < q0_.size(); ++i)
     largest_value_ = std::max({largest_value_, std::abs(q0_[i]), std::abs(q1_[i])});
+}
+
+void MechanismPath::set(const Pose& X_WB, std::span<const double> from, std::span<const double> to) noexcept {
+  take_values(X_WB, from, to);
   sweep(0.0, start_);
   sweep(0.5, half_);
-  sweep(1.0, end_);
   divide_into_sections();
+  has_end_ = false;
+  finish();
+}
+
+void MechanismPath::lay(const Pose& X_WB, std::span<const double> from, std::span<const double> to,
+                        std::span<const Pose> X_WL) noexcept {
+  take_values(X_WB, from, to);
+  if (X_WL.empty())
+    sweep(0.0, start_);
+  else
+    stand(X_WL);
+  sweep(0.5, half_);
+  divide_into_sections();
+  has_end_ = false;
+}
+
+void MechanismPath::rest(const Pose& X_WB, std::span<const double> values,
+                         std::span<const Pose> X_WL) noexcept {
+  take_values(X_WB, values, values);
+  stand(X_WL);
+  std::copy(start_.begin(), start_.end(), half_.begin());
+  std::copy(start_.begin(), start_.end(), end_.begin());
+  divide_into_sections();
+  has_end_ = true;
+}
+
+void MechanismPath::finish() noexcept {
+  if (has_end_) return;
+  sweep(1.0, end_);
+  has_end_ = true;
 }
 
 double MechanismPath::value_at(std::uint32_t value, double s) const noexcept {
@@ -93,12 +127,19 @@ BodyState MechanismPath::across(const Mechanism::Joint& joint, const BodyState& 
   const double q = is_fixed ? 0.0 : value_at(joint.value, s);
   BodyState outer;
   outer.X_WO = Mechanism::across(joint, inner.X_WO, q);
+  take_rates(joint, inner, outer);
+  return outer;
+}
+
+/// Of the outer link as it stands.
+void MechanismPath::take_rates(const Mechanism::Joint& joint, const BodyState& inner,
+                               BodyState& outer) const noexcept {
   outer.centre_W = outer.X_WO.p;
   outer.angular_velocity_W = inner.angular_velocity_W;
   outer.velocity_W = inner.velocity_W + cross(inner.angular_velocity_W, outer.centre_W - inner.centre_W);
-  if (is_fixed) return outer;
+  if (joint.value == Mechanism::kNone) return;
   const double rate = q1_[joint.value] - q0_[joint.value];
-  if (rate == 0.0) return outer;
+  if (rate == 0.0) return;
   const Vector3 own_W = rate * rotate(inner.X_WO.R, joint.axis_P);
   if (joint.kind == JointKind::prismatic) {
     outer.velocity_W += own_W;
@@ -106,7 +147,18 @@ BodyState MechanismPath::across(const Mechanism::Joint& joint, const BodyState& 
     outer.angular_velocity_W += own_W;
     outer.velocity_W += cross(own_W, outer.centre_W - transform(inner.X_WO, joint.X_PJ.p));
   }
-  return outer;
+}
+
+void MechanismPath::stand(std::span<const Pose> X_WL) noexcept {
+  BodyState& base = start_[mechanism_->base()];
+  base = {};
+  base.X_WO = X_WB_;
+  base.centre_W = X_WB_.p;
+  for (const std::uint32_t j : mechanism_->outwards()) {
+    const Mechanism::Joint& joint = mechanism_->joints()[j];
+    start_[joint.outer].X_WO = X_WL[joint.outer];
+    take_rates(joint, start_[joint.inner], start_[joint.outer]);
+  }
 }
 
 void MechanismPath::sweep(double s, std::vector<BodyState>& out) const noexcept {
@@ -122,7 +174,7 @@ void MechanismPath::sweep(double s, std::vector<BodyState>& out) const noexcept 
 
 BodyState MechanismPath::at(std::uint32_t link, double s) const noexcept {
   if (s <= 0.0 || !moves(link)) return start_[link];
-  if (s >= 1.0) return end_[link];
+  if (s >= 1.0 && has_end_) return end_[link];
   const std::span<const std::uint32_t> chain = mechanism_->chain(link);
   BodyState state = start_[mechanism_->joints()[chain[standing_[link]]].inner];
   for (const std::uint32_t j : chain.subspan(standing_[link]))
@@ -304,7 +356,7 @@ double MechanismPath::bulge(std::uint32_t link, const Vector3& p_L) const noexce
   const double slack = sections_[section_of_[link]].slack;
   const double second =
       std::min(p.rates.second, norm(p.at_half_W) + 0.5 * p.rates.third + slack * p.rates.second);
-  const Vector3 from_W = transform(start_[link].X_WO, p_L), to_W = transform(end_[link].X_WO, p_L);
+  const Vector3 from_W = transform(start_[link].X_WO, p_L), to_W = transform(at(link, 1.0).X_WO, p_L);
   const double of_length = bulge_of_path_length(p.rates.first * kEnlarge, from_W, to_W);
   return std::min(0.125 * second * kEnlarge, of_length) + 2.0 * rounding(link, p_L);
 }

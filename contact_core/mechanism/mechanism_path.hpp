@@ -21,6 +21,14 @@ class MechanismPath final : public MotionPath {
   /// @param X_WB of the base; put through rigid_frame(). @param from, to value_count() values each.
   /// @pre a valid pose and finite values.
   void set(const Pose& X_WB, std::span<const double> from, std::span<const double> to) noexcept;
+  /// The same, of which only start and bounds are worked out: for paths that are looked at rather than gone.
+  /// at() is slower at the end. @param X_WL link_poses() at `from`, which need not be found again; or empty.
+  void lay(const Pose& X_WB, std::span<const double> from, std::span<const double> to,
+           std::span<const Pose> X_WL = {}) noexcept;
+  /// As set(), at rest. @param X_WL link_poses() there.
+  void rest(const Pose& X_WB, std::span<const double> values, std::span<const Pose> X_WL) noexcept;
+  /// Makes of a path that was laid one that was set.
+  void finish() noexcept;
 
   const Mechanism& mechanism() const { return *mechanism_; }
   const Pose& X_WB() const { return X_WB_; }
@@ -90,7 +98,10 @@ class MechanismPath final : public MotionPath {
 
   double value_at(std::uint32_t value, double s) const noexcept;
   BodyState across(const Mechanism::Joint& joint, const BodyState& inner, double s) const noexcept;
+  void take_values(const Pose& X_WB, std::span<const double> from, std::span<const double> to) noexcept;
   void sweep(double s, std::vector<BodyState>& out) const noexcept;
+  void stand(std::span<const Pose> X_WL) noexcept;
+  void take_rates(const Mechanism::Joint& joint, const BodyState& inner, BodyState& outer) const noexcept;
   void divide_into_sections() noexcept;
   void add_section(const Mechanism::Joint& joint) noexcept;
   void turn_on(Section& section, const Vector3& axis_W, double rate) const noexcept;
@@ -102,13 +113,14 @@ class MechanismPath final : public MotionPath {
   const Mechanism* mechanism_;
   Pose X_WB_;
   std::vector<double> q0_, q1_;
-  std::vector<BodyState> start_, half_, end_;  // by link
+  std::vector<BodyState> start_, half_, end_;  // by link; end_: where has_end_
   std::vector<Section> sections_;
   std::vector<std::uint32_t> section_of_;  // by link
   std::vector<std::uint32_t>
       standing_;               // by link: how many joints of its chain come before the first that moves
   std::vector<double> reach_;  // by link: no longer than this from the base's origin [m]
   double largest_value_ = 0.0;
+  bool has_end_ = false;
 };
 
 }  // namespace touchstone

@@ -18,7 +18,7 @@ void RelativePaths::forget() noexcept {
 const MechanismPath& RelativePaths::seen_from(std::uint32_t link, const MechanismPath& whole) noexcept {
   Seen& seen = seen_[link];
   if (!seen.mechanism) return whole;
-  if (!seen.is_set) seen.path->set(whole.at(link, 0.0).X_WO, whole.from(), whole.to());
+  if (!seen.is_set) seen.path->lay(whole.at(link, 0.0).X_WO, whole.from(), whole.to());
   seen.is_set = true;
   return *seen.path;
 }

@@ -11,6 +11,8 @@ namespace {
 /// after so many queries.
 constexpr double kShort = 4.0 * kStalled;
 constexpr int kManyQueries = 12;
+/// Heights and sums of them round by far less, per metre.
+constexpr double kRoundingShare = 0x1p-40;
 
 /// A direction on which two solids are projected, and how it turns from s on. What turns with a body is the
 /// plane of one of its faces; two edges that slide over each other span one that turns with both.
@@ -24,10 +26,19 @@ struct Direction {
   bool is_fixed() const { return turn == Vector3::Zero(); }
 };
 
-/// A vertex's path along n from s on: value + slope t -+ curvature t^2 / 2.
+/// Vertices' paths along n from s on: value + slope t -+ curvature t^2 / 2.
 struct Extent {
+  int count = 0;
   std::array<double, Hexahedron::kVertices> value, slope, curvature;
 };
+
+using Heights = std::array<double, Hexahedron::kVertices>;
+
+Heights heights_along(const PlacedSolid& placed, const Vector3& n) {
+  Heights out;
+  for (int i = 0; i < Hexahedron::kVertices; ++i) out[i] = dot(n, placed.vertices.vertex(i));
+  return out;
+}
 
 /// Of a point that a steady body carries, seen from a direction that turns. With D from the direction's
 /// centre to the body's, r from there to the point, w the body's and o the direction's angular velocity:
@@ -46,22 +57,57 @@ double turning_curvature(const Direction& along, const BodyState& state, const V
   return bound;
 }
 
-Extent extent_along(const PlacedSolid& placed, const Direction& along) {
-  Extent out{};
+/// Of the vertices whose bit in `which` is set.
+Extent extent_along(const PlacedSolid& placed, const Direction& along, const Heights& heights,
+                    unsigned which) {
+  Extent out;
   const BodyState& state = placed.state;
+  const bool stands = placed.at_rest && along.is_fixed();
   std::array<Vector3, Hexahedron::kVertices> points;
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
-    const Vector3 p = placed.vertices.vertex(i);
-    out.value[i] = dot(along.n, p);
-    if (placed.at_rest && along.is_fixed()) continue;
-    out.slope[i] = dot(along.n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
-    points[i] = p;
+    if (!(which >> i & 1)) continue;
+    const int k = out.count++;
+    out.value[k] = heights[i];
+    out.slope[k] = out.curvature[k] = 0.0;
+    if (stands) continue;
+    const Vector3 p = points[k] = placed.vertices.vertex(i);
+    out.slope[k] = dot(along.n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
     if (along.is_fixed()) continue;
-    out.slope[i] += dot(cross(along.turn, along.n), p - along.centre) - dot(along.n, along.velocity);
-    out.curvature[i] = turning_curvature(along, state, p);
+    out.slope[k] += dot(cross(along.turn, along.n), p - along.centre) - dot(along.n, along.velocity);
+    out.curvature[k] = turning_curvature(along, state, p);
   }
-  if (!placed.at_rest && along.is_fixed())
-    placed.moving->path->curvature_bounds(placed.moving->body, state, points, along.n, out.curvature);
+  if (!stands && along.is_fixed())
+    placed.moving->path->curvature_bounds(placed.moving->body, state, std::span(points).first(out.count),
+                                          along.n, std::span(out.curvature).first(out.count));
+  return out;
+}
+
+/// Vertices that could matter on a stretch: those of the others that no way is long enough for are only
+/// known to stay `least` apart from what is before them.
+struct Meeting {
+  unsigned of_a = 0, of_b = 0;
+  double least = std::numeric_limits<double>::infinity();
+};
+
+Meeting meeting_vertices(const PlacedSolid& a, const PlacedSolid& b, const Heights& on_a, const Heights& on_b,
+                         double threshold, double longest) {
+  const auto way = [&](const PlacedSolid& placed) {
+    return placed.at_rest ? 0.0 : placed.moving->travel * longest;
+  };
+  const double highest = *std::max_element(on_a.begin(), on_a.end()) + way(a);
+  const double lowest = *std::min_element(on_b.begin(), on_b.end()) - way(b);
+  // What heights and sums round is far less.
+  const double enough = std::max(threshold, 0.0) + kRoundingShare * (std::abs(highest) + std::abs(lowest));
+  Meeting out;
+  const auto leave_out = [&](double apart) {
+    if (!(apart > enough)) return false;
+    out.least = std::min(out.least, apart);
+    return true;
+  };
+  for (int i = 0; i < Hexahedron::kVertices; ++i) {
+    if (!leave_out(lowest - (on_a[i] + way(a)))) out.of_a |= 1u << i;
+    if (!leave_out((on_b[i] - way(b)) - highest)) out.of_b |= 1u << i;
+  }
   return out;
 }
 
@@ -76,10 +122,15 @@ double first_root(double c, double b, double q) {
 /// How far on from s the projections on n are sure to stay apart by `threshold`; at most `longest`.
 Stretch clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const Direction& along, double threshold,
                       double longest) {
-  const Extent on_a = extent_along(a, along), on_b = extent_along(b, along);
+  const Heights heights_a = heights_along(a, along.n), heights_b = heights_along(b, along.n);
+  Meeting meeting{0xff, 0xff};
+  if (along.is_fixed()) meeting = meeting_vertices(a, b, heights_a, heights_b, threshold, longest);
+  if (meeting.of_a == 0 || meeting.of_b == 0) return {longest, true, meeting.least};
+  const Extent on_a = extent_along(a, along, heights_a, meeting.of_a);
+  const Extent on_b = extent_along(b, along, heights_b, meeting.of_b);
   double stretch = longest;
-  for (int i = 0; i < Hexahedron::kVertices; ++i) {
-    for (int j = 0; j < Hexahedron::kVertices; ++j) {
+  for (int i = 0; i < on_a.count; ++i) {
+    for (int j = 0; j < on_b.count; ++j) {
       const double c = (on_b.value[j] - on_a.value[i]) - threshold;
       const double slope = on_b.slope[j] - on_a.slope[i];
       const double curvature = on_b.curvature[j] + on_a.curvature[i];
@@ -88,9 +139,9 @@ Stretch clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const Directio
     }
   }
   if (stretch < longest) return {stretch, false, 0.0};
-  double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < Hexahedron::kVertices; ++i)
-    for (int j = 0; j < Hexahedron::kVertices; ++j)
+  double least = meeting.least;
+  for (int i = 0; i < on_a.count; ++i)
+    for (int j = 0; j < on_b.count; ++j)
       least = std::min(least, (on_b.value[j] - on_a.value[i]) + (on_b.slope[j] - on_a.slope[i]) * longest -
                                   0.5 * (on_b.curvature[j] + on_a.curvature[i]) * longest * longest);
   return {stretch, true, least};
@@ -197,6 +248,11 @@ double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.
 }  // namespace
 
 bool is_at_rest(const MovingSolid& moving, double s) { return s >= moving.stop; }
+
+bool stays_apart_along(const MovingSolid& a, const MovingSolid& b, const Vector3& n_AB_W, double threshold) {
+  const Stretch stretch = clear_stretch(place(a, 0.0), place(b, 0.0), {n_AB_W}, threshold, 1.0);
+  return stretch.at_end && stretch.least_at_end > threshold;
+}
 
 PlacedSolid place(const MovingSolid& moving, double s) {
   PlacedSolid out{

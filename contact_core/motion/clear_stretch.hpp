@@ -39,6 +39,10 @@ PlacedSolid place(const MovingSolid& moving, double s);
 Stretch find_clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
                            const GapRule& rule, double threshold, double longest, int queries);
 
+/// True where the two are sure to stay further apart than `threshold` along n on the whole of their paths.
+/// @param n_AB_W unit. @pre both paths are smooth: neither rests before its end.
+bool stays_apart_along(const MovingSolid& a, const MovingSolid& b, const Vector3& n_AB_W, double threshold);
+
 bool is_at_rest(const MovingSolid& moving, double s);
 
 /// Where the next solid comes to rest, or the end: between such points both paths are smooth.

@@ -29,7 +29,7 @@ double GapRule::threshold(double start, double scale) const {
 }
 
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
-                   double interest) noexcept {
+                   double interest, double until, bool ask_at_end) noexcept {
   if (query.judges_poses()) return find_sampled_impact(a, b, rule, query, interest);
   Impact impact;
   double threshold = 0.0;
@@ -57,7 +57,8 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
       impact.lo = 1.0;
       return impact;
     }
-    if (impact.queries == 1 && separation - (a.travel + b.travel) > std::max(interest, rule.gap)) {
+    const double way = std::min(until, 1.0) * (a.travel + b.travel);
+    if (impact.queries == 1 && separation - way > std::max(interest, rule.gap)) {
       impact.is_far = true;
       impact.lo = 1.0;
       return impact;
@@ -70,11 +71,19 @@ Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& ru
       impact.lo = 1.0;
       return impact;
     }
+    if (stretch.at_end && end == 1.0 && !ask_at_end) {
+      impact.lo = 1.0;
+      return impact;
+    }
     const double next = stretch.at_end ? end : s + stretch.length;
     const bool stopped = stretch.length < kStalled * (end - s);
     if (separation <= rule.gap && !stretch.at_end && stopped) {
       impact.status = ImpactStatus::blocked;
       impact.hi = next;
+      return impact;
+    }
+    if (next > until) {
+      impact.lo = next;
       return impact;
     }
     if (impact.queries >= kImpactIterations || !(next > s)) {

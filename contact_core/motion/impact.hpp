@@ -23,7 +23,7 @@ struct MovingSolid {
   const MotionPath* path;
   std::uint32_t body = 0;
   double stop = 1.0;  ///< the body goes no further than this s and rests there
-  /// No point of the solid goes further than this on the whole path [m].
+  /// No point of the solid goes faster than this anywhere on the path [m per unit of s].
   double travel = std::numeric_limits<double>::infinity();
 
   Pose pose_at(double s) const noexcept;
@@ -60,7 +60,7 @@ struct Impact {
   double lo = 1.0;          ///< the path is clear on [0, lo]: never late; sampled: the last pose judged clear
   double hi = 1.0;          ///< beyond this s the pair is below the threshold, as far as is known; lo <= hi
   bool is_far = false;      ///< from the last query on it stays further away than asked about
-  PairGeometry geometry{};  ///< at lo; where is_far, at the last query
+  PairGeometry geometry{};  ///< at lo; where is_far, or not asked at the end, at the last query
   double start_separation = 0;                                        ///< at s = 0
   bool starts_overlapping = false;                                    ///< there, as the backend says
   double least_separation = std::numeric_limits<double>::infinity();  ///< queried on [0, lo]
@@ -87,8 +87,13 @@ inline constexpr int kImpactIterations = 256;
 /// A pair that starts at or below the gap, or overlapping, is stopped only by what would bring it below
 /// rule.threshold(): moving away and along is free, and no depth grows.
 /// @param interest a pair that is sure to stay further apart than this to the end is not queried there [m].
+/// @param until what comes after this s is of no use: beyond it the pair is not followed, and "clear" with lo
+/// past it. Not where the query judges poses.
+/// @param ask_at_end false: a path that is clear to the end is not queried there, and its geometry is that of
+/// the query before.
 /// @pre rule.gap > 0.
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
-                   double interest = std::numeric_limits<double>::infinity()) noexcept;
+                   double interest = std::numeric_limits<double>::infinity(), double until = 1.0,
+                   bool ask_at_end = true) noexcept;
 
 }  // namespace touchstone

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "contact_core/motion/impact.hpp"
+#include "contact_core/motion/separation_memo.hpp"
 
 namespace touchstone {
 
@@ -33,10 +37,30 @@ class NarrowphaseQuery final : public SeparationQuery {
   /// The pair that the next calls ask about, a < b.
   void set_pair(const SolidPair& pair) { pair_ = pair; }
 
+  /// From now on separations are remembered (separation_memo.hpp): no narrowphase may be built anew.
+  void remember() { memo_.emplace(kRememberedSets); }
+
   PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept override {
-    Query query;
-    query.kind = QueryKind::distance;
-    return ask(judges_poses_ ? planner_ : own_, X_WA, X_WB, query, out, {});
+    const SeparationMemo::Answer* known = memo_ ? memo_->find(pair_, X_WA, X_WB) : nullptr;
+    if (known != nullptr) {
+      out = known->geometry;
+      return known->status;
+    }
+    const PairStatus status = ask(separations(), X_WA, X_WB, distance_query(), out, {});
+    if (memo_) memo_->put(pair_, X_WA, X_WB, status, out);
+    return status;
+  }
+
+  /// Asks about many pairs in one call, which costs less than one by one, and remembers what it is told.
+  /// @param poses X_WS of every solid. @pre remember().
+  void look_ahead(std::span<const SolidPair> pairs, std::span<const Pose> poses) noexcept {
+    std::array<SolidPair, kBatch> wanted;
+    std::size_t count = 0;
+    for (const SolidPair& pair : pairs) {
+      if (memo_->find(pair, poses[pair.a], poses[pair.b]) == nullptr) wanted[count++] = pair;
+      if (count == kBatch) look_at(std::span(wanted).first(count), poses), count = 0;
+    }
+    if (count > 0) look_at(std::span(wanted).first(count), poses);
   }
 
   bool judges_poses() const noexcept override { return judges_poses_; }
@@ -62,7 +86,7 @@ class NarrowphaseQuery final : public SeparationQuery {
     return status;
   }
 
-  /// Of both narrowphases.
+  /// Pairs that both narrowphases were asked about.
   std::uint64_t calls() const { return calls_; }
 
  private:
@@ -70,6 +94,30 @@ class NarrowphaseQuery final : public SeparationQuery {
     const Narrowphase* narrowphase = nullptr;
     std::unique_ptr<Narrowphase::Workspace> workspace;
   };
+
+  static constexpr std::size_t kRememberedSets = 256;
+  static constexpr std::size_t kBatch = 32;
+
+  static Query distance_query() {
+    Query query;
+    query.kind = QueryKind::distance;
+    return query;
+  }
+
+  /// Who gives separations.
+  Backend& separations() { return judges_poses_ ? planner_ : own_; }
+
+  void look_at(std::span<const SolidPair> pairs, std::span<const Pose> poses) noexcept {
+    std::array<PairStatus, kBatch> status;
+    std::array<PairGeometry, kBatch> geometry;
+    Backend& backend = separations();
+    backend.narrowphase->evaluate(
+        {pairs, poses, distance_query()},
+        {std::span(status).first(pairs.size()), std::span(geometry).first(pairs.size())}, *backend.workspace);
+    calls_ += pairs.size();
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      memo_->put(pairs[i], poses[pairs[i].a], poses[pairs[i].b], status[i], geometry[i]);
+  }
 
   PairStatus ask(Backend& backend, const Pose& X_WA, const Pose& X_WB, const Query& query, PairGeometry& out,
                  std::span<ContactPoint> points) noexcept {
@@ -84,6 +132,7 @@ class NarrowphaseQuery final : public SeparationQuery {
 
   bool judges_poses_;
   Backend own_, planner_;
+  std::optional<SeparationMemo> memo_;
   std::vector<Pose> poses_;
   SolidPair pair_{0, 1};
   std::uint64_t calls_ = 0;

@@ -15,6 +15,7 @@ ContactWorld::ContactWorld(std::unique_ptr<Narrowphase> narrowphase, std::unique
   if (!std::isfinite(gap) || !(gap > 0.0))
     throw InputError("contact world: the gap is " + std::to_string(gap) + " m, not a length above 0");
   state_->gap = gap;
+  begin_selection_record();
   set_narrowphase(std::move(narrowphase));
   set_broadphase(std::move(broadphase));
 }
@@ -103,6 +104,7 @@ void ContactWorld::prepare() {
   if (!s.planner) s.planner = make_native();
   s.planner->build(layout.solids);
   s.query = std::make_unique<NarrowphaseQuery>(*s.narrowphase, *s.planner, layout.solids.size());
+  s.query->remember();
   s.keep_contacts(layout);
   s.layout = std::move(layout);
   const std::size_t slots = s.objects.size(), solids = s.layout.solids.size();
@@ -119,6 +121,7 @@ void ContactWorld::prepare() {
   s.place_solids_in_bodies();
   s.events.reserve(256 + 16 * solids);
   s.queue.reserve(1024), s.changes.reserve(1024);
+  s.selection.reserve(slots);
   for (SolidIndex i = 0; i < solids; ++i)
     s.from[i] = s.to[i] = compose(s.objects[s.layout.slot_of[i]].X_WO, s.layout.X_OS[i]);
   if (!s.broadphase->update_paths({s.from, s.to, s.bulges}, {}))
@@ -140,6 +143,16 @@ void ContactWorld::reset() {
 void ContactWorld::select(const SelectionChange& change) { state_->queue.push(change); }
 
 std::span<const SelectionRecord> ContactWorld::selection_record() const { return state_->record; }
+
+std::uint64_t ContactWorld::selections_left_out() const { return state_->left_out; }
+
+void ContactWorld::begin_selection_record(std::size_t room) {
+  std::vector<SelectionRecord> record;
+  record.reserve(room);
+  state_->record.swap(record);
+  state_->record_room = room;
+  state_->left_out = 0;
+}
 
 MotionCommand ContactWorld::go_to(ObjectHandle object, const Pose& X_WO) const {
   return {object, RigidPath::between(actual_pose(object), X_WO)};
@@ -174,6 +187,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.report_pairs();
   report.queries = s.query->calls() - calls;
   report.events = s.events;
+  report.selections = s.changes;
   ++s.frame;
   return report;
 }

@@ -111,6 +111,9 @@ struct ContactEvent {
 struct FrameReport {
   std::uint64_t frame = 0;
   std::span<const ContactEvent> events;  ///< valid until the next frame; by pair
+  /// What came into force at its start, in order; valid until the next frame. A run that keeps these with
+  /// their frames replays, however long it is.
+  std::span<const SelectionChange> selections;
   std::uint32_t blocked_movers = 0;
   std::uint32_t candidate_pairs = 0;        ///< looked at; all others are known to stay out of reach
   std::uint64_t queries = 0;                ///< narrowphase calls
@@ -129,6 +132,8 @@ struct WorldCapabilities {
 };
 
 inline constexpr std::uint32_t kMostSlideSteps = 16;
+/// Changes that ContactWorld::selection_record() has room for unless told otherwise.
+inline constexpr std::size_t kSelectionRoom = 4096;
 
 class ContactWorld {
  public:
@@ -191,10 +196,17 @@ class ContactWorld {
   // ---- selection, from any thread
 
   /// Queued; in force from the start of the next frame on, unless reset() or the object's removal comes
-  /// first.
+  /// first. Allocates, on the caller's thread, where more than 1 024 wait for one frame; a frame does where
+  /// more than 65 536 pairs are off by themselves.
   void select(const SelectionChange& change);
-  /// All changes that came into force, with their frames, for a replay.
+  /// Changes that came into force, with their frames, for a replay: the first ones since the world was made
+  /// or the record begun anew, as many as there is room for. What comes after is left out and counted, and no
+  /// frame allocates; FrameReport::selections has all of every frame.
   std::span<const SelectionRecord> selection_record() const;
+  /// 0: the record is complete.
+  std::uint64_t selections_left_out() const;
+  /// Set-up, between frames: forgets the record. @param room for so many changes from now on.
+  void begin_selection_record(std::size_t room = kSelectionRoom);
 
   // ---- frames
 

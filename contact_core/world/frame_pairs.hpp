@@ -15,6 +15,9 @@ struct FramePair {
   Impact impact;
   std::uint32_t own = kNotOwn;     ///< of two links of a mechanism: see Travels
   double clear_until = kNotKnown;  ///< it stays further apart than `interest` while Travels has no more
+  std::uint32_t watch = 0;         ///< its index among the watched pairs, while these are looked through
+  double start_separation = 0.0;   ///< as the frame starts [m]; of an own pair: infinity
+  double way = 0.0;                ///< how far the plan at hand may bring the two together [m]
   bool is_settled = false;         ///< its stop is in force
   bool has_blocked = false;        ///< it stopped a mover
   double blocked_at = 1.0;

@@ -40,33 +40,51 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
   for (const double weight : weights)
     if (!std::isfinite(weight) || !(weight > 0.0))
       throw InputError(label + ": joint weight " + std::to_string(weight) + " is not a number above 0");
-  actual = commanded = initial;
-  path.set(placement.X_WB, actual, actual);
+  path.set(placement.X_WB, initial, initial);
+  reset();
   frame.set(X_WL);
-  go(actual, actual);
-  is_resting = true;
-  stand_at(0.0);
+  go(actual);  // sets reaches
 }
 
-void MechanismMover::go(std::span<const double> from, std::span<const double> to) noexcept {
+void MechanismMover::go(std::span<const double> to) noexcept {
   // Plans lay the same path more than once.
-  if (!std::equal(from.begin(), from.end(), path.from().begin()) ||
+  if (!std::equal(actual.begin(), actual.end(), path.from().begin()) ||
       !std::equal(to.begin(), to.end(), path.to().begin())) {
-    path.set(path.X_WB(), from, to);
+    path.lay(path.X_WB(), actual, to, X_WL);
     relative.forget();
   }
   is_resting = false;
   double largest = 0.0;
   for (const double q : to) largest = std::max(largest, std::abs(q));
-  for (const double q : from) largest = std::max(largest, std::abs(q));
+  for (const double q : actual) largest = std::max(largest, std::abs(q));
   if (largest <= shift_limit) return;
   shift_limit = 2.0 * largest;
   frame.set_reaches(shift_limit);
 }
 
+void MechanismMover::rest() noexcept {
+  if (is_resting) return;
+  path.rest(path.X_WB(), actual, X_WL);
+  relative.forget();
+  is_resting = true;
+}
+
+void MechanismMover::reset() noexcept {
+  actual = commanded = initial;
+  path.set(path.X_WB(), actual, actual);
+  relative.forget();
+  is_resting = true;
+  stand_at(0.0);
+}
+
 void MechanismMover::stand_at(double s) noexcept {
   path.values_at(s, actual);
-  mechanism->link_poses(path.X_WB(), actual, X_WL);
+  if (s >= 1.0) path.finish();
+  if (s > 0.0 && s < 1.0) {
+    mechanism->link_poses(path.X_WB(), actual, X_WL);
+    return;
+  }
+  for (std::uint32_t link = 0; link < X_WL.size(); ++link) X_WL[link] = path.at(link, s).X_WO;
 }
 
 MechanismHandle MechanismTable::add(std::unique_ptr<MechanismMover> mover) {

@@ -24,18 +24,17 @@ struct MechanismMover {
   MechanismPath path;                       ///< of this frame, or sub-step of a slide
   RelativePaths relative;
   JointFrame frame;  ///< of a slide
-  bool is_resting = true;
+  bool is_resting = false;
   double shift_limit = -1.0;           ///< no prismatic value has been further from 0, or is told to go [m]
   std::vector<double> radius_of_link;  ///< of all that the link carries, about its origin [m]
   std::uint32_t first_own = 0;         ///< of its pairs of links in Travels
 
-  /// Lays the path between joint values; both may be members.
-  void go(std::span<const double> from, std::span<const double> to) noexcept;
+  /// Lays the path from the actual joint values; `to` may be a member.
+  void go(std::span<const double> to) noexcept;
   /// At the actual joint values.
-  void rest() noexcept {
-    if (!is_resting) go(actual, actual);
-    is_resting = true;
-  }
+  void rest() noexcept;
+  /// Back to `initial`, at rest.
+  void reset() noexcept;
   /// Joint values and link poses as the path has them at s.
   void stand_at(double s) noexcept;
 };

@@ -40,6 +40,13 @@ class Selection {
   void forget(std::uint32_t slot);
   bool is_on(const ObjectTable& objects, std::uint32_t a, std::uint32_t b) const;
 
+  /// apply() then does not allocate while no more than kPairRoom pairs are off by themselves.
+  void reserve(std::size_t objects) {
+    objects_off_.reserve(objects);
+    pairs_off_.reserve(std::min(kPairRoom, objects * objects / 2));
+  }
+  static constexpr std::size_t kPairRoom = 65536;
+
  private:
   bool everything_ = true;
   std::uint64_t groups_off_ = 0;

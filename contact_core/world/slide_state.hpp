@@ -20,7 +20,7 @@ struct Slider {
   double stop;            ///< s at which its commanded path ended
   MechanismMover* arm;    ///< null: one rigid body
   Pose goal;              ///< of the root: the commanded pose; an arm's is its commanded joint values
-  MassMoments moments;    ///< of all that moves with it, in the root's frame
+  MassMoments moments;    ///< of all that moves with it, but for what is too far out, in the root's frame
   MassMetric metric;      ///< the same
   double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]
@@ -39,6 +39,12 @@ struct ExecutedPart {
   std::uint32_t joints;  ///< an arm's joint values at both ends: SlideState::joints from here on
 };
 
+/// What held an arm back in its last sub-step.
+struct HeldPair {
+  std::uint32_t root;
+  std::uint32_t source;  ///< index into SlideState::pairs
+};
+
 /// Memory of the slides within one frame.
 struct SlideState {
   static constexpr std::uint32_t kNone = 0xffffffff;
@@ -53,6 +59,7 @@ struct SlideState {
   std::vector<std::uint32_t> pair_of;    // by watched pair: index into pairs, or kNone
   std::vector<std::uint8_t> is_near;     // by watched pair: in `near`, within one plan
   std::vector<std::pair<std::uint32_t, std::uint32_t>> by_root;  // (slider's slot, watched pair), sorted
+  std::vector<HeldPair> held;                                    // by slider, in the order in which rows held
   std::vector<NearPair> near;
   std::vector<SlideRow> rows;
   std::vector<JointRow> joint_rows;  // of an arm: rows[i] in its joint values

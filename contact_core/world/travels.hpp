@@ -4,6 +4,8 @@
 #include <limits>
 #include <vector>
 
+#include "contact_core/geometry/hexahedron.hpp"
+
 namespace touchstone {
 
 /// How far solids have gone since counting began: sums of bounds, so that a pair which was d apart when they
@@ -13,9 +15,13 @@ struct Travels {
   std::vector<double> of_solid;     ///< [m]
   std::vector<double> of_own;       ///< by pair of links [m]
   std::vector<double> solid_limit;  ///< of_solid up to which the watched pairs are all that may come near
+  std::vector<double> lively_solid, lively_own;    ///< of_solid and of_own up to which the lively pairs are
+                                                   ///< all of the watched ones that may come near
   std::vector<double> last_solid, last_own;        ///< of the path that was laid last [m]; 0: at rest
   std::vector<double> planned_solid, planned_own;  ///< of a path that a slide may take [m]
-  std::vector<double> needed;  ///< how far on slides of rigid bodies ask what is watched [m]
+  std::vector<double> needed;              ///< how far on slides of rigid bodies ask what is watched [m]
+  std::vector<WorldVertices> vertices;     ///< as it stands, once asked for
+  std::vector<std::uint8_t> has_vertices;  ///< by solid
 
   /// Sums above say nothing: the squares of lengths may have overflowed.
   static constexpr double kMost = 0x1p500;
@@ -35,6 +41,8 @@ struct WatchedPair {
   std::uint32_t own;   ///< index into Travels::of_own, or kNotOwn
   double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or the own one's;
                        ///< kNotKnown
+  Vector3 axis_W = Vector3::Zero();  ///< from a to b: they were furthest apart along it when last looked at;
+                                     ///< zero: not known
 };
 
 }  // namespace touchstone

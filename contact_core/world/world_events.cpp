@@ -80,6 +80,10 @@ void ContactWorld::State::report_pairs() {
   left_contacts.clear();
   contacts_before.swap(contacts);
   contacts.clear();
+  ahead.clear();
+  for (const FramePair& pair : pairs)
+    if (!pair.impact.is_far || pair.has_blocked) ahead.push_back(pair.solids);
+  query->look_ahead(ahead, from);
   auto before = contacts_before.begin();
   const auto end_those_before = [&](const SolidPair& limit) {
     for (; before != contacts_before.end() && before->solids < limit; ++before)

@@ -18,7 +18,10 @@ void ContactWorld::State::take_selection() {
   queue.take(changes);
   for (const SelectionChange& change : changes) {
     selection.apply(change);
-    record.push_back({frame, change});
+    if (record.size() < record_room)
+      record.push_back({frame, change});
+    else
+      ++left_out;
   }
 }
 
@@ -101,7 +104,7 @@ MovingSolid ContactWorld::State::seen_from(std::uint32_t link, SolidIndex solid)
   return seen;
 }
 
-Impact ContactWorld::State::impact_of(FramePair& pair) {
+Impact ContactWorld::State::impact_of(FramePair& pair, double until) {
   const double now = travelled(pair.solids, pair.own);
   if (now <= pair.clear_until) {
     Impact clear;
@@ -113,12 +116,12 @@ Impact ContactWorld::State::impact_of(FramePair& pair) {
   const auto [a, b] = pair.solids;
   Impact impact;
   if (pair.own == kNotOwn) {
-    impact = find_impact(moving_solid(a), moving_solid(b), {pair.gap}, *query, pair.interest);
+    impact = find_impact(moving_solid(a), moving_solid(b), {pair.gap}, *query, pair.interest, until, false);
   } else {  // two links: the first stands still
     const std::uint32_t link = objects[body_of(a)].link;
     MovingSolid first = seen_from(link, a), second = seen_from(link, b);
     first.travel = 0.0, second.travel = travels.last_own[pair.own];
-    impact = find_impact(first, second, {pair.gap}, *query, pair.interest);
+    impact = find_impact(first, second, {pair.gap}, *query, pair.interest, until, false);
   }
   if (query->judges_poses()) return impact;  // separations say nothing about what such a backend sees
   // The gap is far more than separations and sums round.
@@ -133,21 +136,18 @@ Impact ContactWorld::State::impact_of(FramePair& pair) {
 void ContactWorld::State::find_pairs(FrameReport& report) {
   if (needs_watch) watch_pairs();
   pairs.clear();
-  deferred.clear();
-  for (std::uint32_t i = 0; i < watched.size(); ++i) {
+  close.clear(), deferred.clear();
+  if (needs_lively) choose_lively();
+  for (const std::uint32_t i : lively) {
     if (is_clear(watched[i])) continue;
-    if (is_clear_before(watched[i]))
-      deferred.push_back(i);
-    else
-      examine(watched[i], report);
+    (is_clear_before(watched[i]) ? deferred : close).push_back(i);
   }
-  const std::size_t first = pairs.size();
-  bound_stops();
-  for (const std::uint32_t i : deferred)
-    if (!is_clear_to_bounds(watched[i])) examine(watched[i], report);
-  if (first > 0 && first < pairs.size())
-    std::sort(pairs.begin(), pairs.end(),
-              [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; });
+  std::fill(stop_bounds.begin(), stop_bounds.end(), 1.0);
+  examine(close, report);
+  std::erase_if(deferred, [&](std::uint32_t i) { return is_clear_to_bounds(watched[i]); });
+  examine(deferred, report);
+  std::sort(pairs.begin(), pairs.end(),
+            [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; });
 }
 
 bool ContactWorld::State::is_checked(const SolidPair& pair) const {
@@ -166,18 +166,81 @@ FramePair ContactWorld::State::frame_pair(const SolidPair& pair) const {
   return entry;
 }
 
-void ContactWorld::State::examine(WatchedPair& watch, FrameReport& report) {
-  const SolidPair pair{watch.a, watch.b};
+/// How far a pair's path matters: up to where what is known so far stops its mover. Of two movers in motion
+/// one may be stopped before the other.
+double ContactWorld::State::matters_until(const SolidPair& pair) const {
+  const std::uint32_t a = root_of(pair.a), b = root_of(pair.b);
+  if (a != b && in_motion[a] && in_motion[b]) return 1.0;
+  return stop_bounds[in_motion[a] ? a : b];
+}
+
+/// Finds the impacts of watched pairs and keeps those that are not known to stay apart. The nearest come
+/// first, and each group of equally near ones bounds how far the paths of all after it matter.
+void ContactWorld::State::examine(std::span<const std::uint32_t> watches, FrameReport& report) {
+  constexpr std::size_t kAtOnce = 256;
+  for (std::size_t first = 0; first < watches.size(); first += kAtOnce) {
+    const std::size_t open = pairs.size();
+    ahead.clear();
+    for (const std::uint32_t i : watches.subspan(first, std::min(kAtOnce, watches.size() - first)))
+      open_pair(i, report);
+    query->look_ahead(ahead, from);
+    order_by_separation(std::span(pairs).subspan(open));
+    std::size_t kept = open, bounded = open;
+    double nearest = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = open; k < pairs.size(); ++k) {
+      if (pairs[k].start_separation > nearest) {
+        bound_stops(std::span(pairs).first(kept).subspan(bounded));
+        nearest = pairs[k].start_separation, bounded = kept;
+      }
+      if (is_of_interest(pairs[k], report)) pairs[kept++] = pairs[k];
+    }
+    pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(kept), pairs.end());
+    bound_stops(std::span(pairs).subspan(bounded));
+  }
+}
+
+/// Pairs of a mechanism's own links come last: they are seen from a link, and in other poses.
+void ContactWorld::State::order_by_separation(std::span<FramePair> among) {
+  for (FramePair& pair : among) {
+    pair.start_separation = std::numeric_limits<double>::infinity();
+    if (pair.own != kNotOwn) continue;
+    PairGeometry geometry{};
+    query->set_pair(pair.solids);
+    query->separation(from[pair.solids.a], from[pair.solids.b], geometry);
+    if (geometry.separation < pair.start_separation) pair.start_separation = geometry.separation;
+  }
+  std::sort(among.begin(), among.end(), [](const FramePair& a, const FramePair& b) {
+    return a.start_separation != b.start_separation ? a.start_separation < b.start_separation
+                                                    : a.solids < b.solids;
+  });
+}
+
+void ContactWorld::State::open_pair(std::uint32_t watch, FrameReport& report) {
+  const SolidPair pair{watched[watch].a, watched[watch].b};
   if (!is_checked(pair)) return;
   ++report.candidate_pairs;
   FramePair entry = frame_pair(pair);
-  entry.impact = impact_of(entry);
-  watch.clear_until = entry.clear_until;
-  if (entry.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
-  // With two movers in motion, one may be stopped before the other: such a pair is looked at again.
+  entry.watch = watch;
+  // One whose two movers are in motion is looked at again when one of them is stopped.
   const std::uint32_t a = root_of(pair.a), b = root_of(pair.b);
   const bool both = a != b && in_motion[a] && in_motion[b];
-  if (both || !entry.impact.is_far) pairs.push_back(entry);
+  const double last = last_travel(pair, entry.own);
+  const double standing = travelled(pair, entry.own) * (1.0 - 0x1p-50) - last * (1.0 + 0x1p-19);
+  if (!both && is_apart_by_axis(watched[watch], entry, standing, last * matters_until(pair))) return;
+  entry.clear_until = watched[watch].clear_until;
+  if (entry.own == kNotOwn) ahead.push_back(pair);
+  pairs.push_back(entry);
+}
+
+bool ContactWorld::State::is_of_interest(FramePair& pair, FrameReport& report) {
+  pair.impact = impact_of(pair, matters_until(pair.solids));
+  if (pair.impact.status == ImpactStatus::clear) pair.impact.lo = 1.0;  // what is beyond a stop is not gone
+  watched[pair.watch].clear_until = pair.clear_until;
+  if (pair.impact.queries > 0) watched[pair.watch].axis_W = pair.impact.geometry.n_AB_W;
+  if (pair.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
+  const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
+  const bool both = a != b && in_motion[a] && in_motion[b];
+  return both || !pair.impact.is_far;
 }
 
 void ContactWorld::State::stop_movers(const FramePair& pair) {
@@ -247,7 +310,7 @@ void ContactWorld::State::execute() {
       objects[slot].X_WO = paths[root].at(slot, stops[root]).X_WO;
     }
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
-      from[solid] = compose(objects[slot].X_WO, layout.X_OS[solid]);
+      from[solid] = compose(objects[slot].X_WO, layout.X_OS[solid]), travels.has_vertices[solid] = 0;
   }
   for (const std::uint32_t root : movers)
     if (in_motion[root] && stops[root] < 1.0) take_back_travels(root);

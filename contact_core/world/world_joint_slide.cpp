@@ -28,7 +28,7 @@ class ArmBends final : public JointBends {
     JointVector to{};
     const std::size_t count = arm.actual.size();
     for (std::size_t k = 0; k < count; ++k) to[k] = arm.actual[k] + dq[k];
-    arm.go(arm.actual, std::span(to).first(count));
+    arm.go(std::span(to).first(count));
   }
 
  private:
@@ -105,16 +105,51 @@ Twist ContactWorld::State::joint_twist(const Slider& slider, const JointVector& 
                                  near.centre_W);
 }
 
-/// How far the path that is laid takes each solid, for add_pairs_in_way().
+/// How far the path that is laid takes each solid, for add_pairs_in_way(); further than was looked ahead for,
+/// there is more to meet.
 void ContactWorld::State::measure_plan(const Slider& slider) {
+  bool is_beyond = false;
   const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
   for (auto member = std::lower_bound(members.begin(), members.end(), first);
        member != members.end() && member->first == slider.root; ++member) {
     const std::uint32_t i = member->second;
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
-      travels.planned_solid[solid] = moves(layout.slots[i]) ? travel_on(*slider.arm, solid) : 0.0;
+    const bool is_carried_on = moves(layout.slots[i]);
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
+      const double planned = is_carried_on ? travel_on(*slider.arm, solid) : 0.0;
+      travels.planned_solid[solid] = planned;
+      is_beyond = is_beyond || !(travels.of_solid[solid] + planned <= travels.lively_solid[solid]);
+    }
   }
   measure_own_travels(*slider.arm, travels.planned_own);
+  const std::size_t links = slider.arm->X_WL.size(), first_own = slider.arm->first_own;
+  for (std::size_t own = first_own; own < first_own + links * links; ++own)
+    is_beyond = is_beyond || !(travels.of_own[own] + travels.planned_own[own] <= travels.lively_own[own]);
+  if (slides.sliders.size() > 1 || !is_beyond) return;
+  choose_lively();
+  gather_slide_pairs();
+}
+
+void ContactWorld::State::note_held_pairs(const Slider& slider, const JointSlidePlan& plan) {
+  std::erase_if(slides.held, [&](const HeldPair& held) { return held.root == slider.root; });
+  for (int i = 0; i < plan.active_count; ++i) {
+    const std::uint32_t source = slides.rows[plan.active[i]].source;
+    const bool is_noted = std::any_of(slides.held.begin(), slides.held.end(), [&](const HeldPair& held) {
+      return held.root == slider.root && held.source == source;
+    });
+    if (!is_noted) slides.held.push_back({slider.root, source});
+  }
+}
+
+/// @returns whether there is any that is not near already.
+bool ContactWorld::State::add_held_pairs(const Slider& slider) {
+  const std::size_t before = slides.near.size();
+  for (const HeldPair& held : slides.held) {
+    const std::uint32_t watch = slides.pairs[held.source].watch;
+    if (held.root != slider.root || watch == SlideState::kNone || slides.is_near[watch]) continue;
+    slides.is_near[watch] = 1;
+    add_near_pair(slider, held.source);
+  }
+  return slides.near.size() > before;
 }
 
 /// Rows of what the plan could meet only: with the others it would be the same.
@@ -130,21 +165,34 @@ bool ContactWorld::State::plan_joints(Slider& slider) {
     ArmBends bends(arm, slides.rows, slides.joint_rows);
     return plan_joint_slide(goal, arm.weights, slides.joint_rows, bends);
   };
+  const auto choose_planes = [&](const JointSlidePlan& along) {
+    bool changed = false;
+    for (NearPair& near : slides.near)
+      if (!near.is_sure && choose_plane(near, joint_twist(slider, along.dq, near))) changed = true;
+    return changed;
+  };
   JointSlidePlan plan = plan_with(false);
+  // What held the last sub-step is likely to hold this one: without it the plan goes far off, and all that
+  // lies there is looked at.
+  if (add_held_pairs(slider)) {
+    choose_planes(plan);
+    plan = plan_with(true);
+  }
   for (int round = 0; round < kRounds; ++round) {
     ArmBends::lay_path(arm, plan.dq);
     measure_plan(slider);
     bool changed = add_pairs_in_way(slider) || round == 0;
-    for (NearPair& near : slides.near)
-      if (!near.is_sure && choose_plane(near, joint_twist(slider, plan.dq, near))) changed = true;
+    if (choose_planes(plan)) changed = true;
     if (!changed) break;
     plan = plan_with(true);
   }
   for (int i = 0; i < plan.active_count; ++i) mark_active(plan.active[i], slider.stop);
+  note_held_pairs(slider, plan);
   for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
   const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.weights));
   const bool moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0;
   ArmBends::lay_path(arm, moves ? plan.dq : JointVector{});
+  if (moves) arm.path.finish();
   return moves;
 }
 

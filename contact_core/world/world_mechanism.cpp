@@ -112,7 +112,7 @@ void ContactWorld::State::accept_joints(std::span<const JointCommand> commands) 
       events.push_back(command_event(EventKind::at_limit, objects.handle(slot == kNone ? mover.lead : slot)));
     }
     in_motion[mover.lead] = mover.commanded != mover.actual;
-    if (in_motion[mover.lead]) mover.go(mover.actual, mover.commanded);
+    if (in_motion[mover.lead]) mover.go(mover.commanded);
     movers.push_back(mover.lead);
   }
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
@@ -122,10 +122,7 @@ void ContactWorld::State::accept_joints(std::span<const JointCommand> commands) 
 void ContactWorld::State::reset_mechanisms() {
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i) {
     MechanismMover* mover = mechanisms.at(i);
-    if (mover == nullptr) continue;
-    mover->actual = mover->commanded = mover->initial;
-    mover->go(mover->initial, mover->initial);
-    mover->stand_at(0.0);
+    if (mover != nullptr) mover->reset();
   }
 }
 
@@ -183,13 +180,17 @@ void ContactWorld::State::prepare_travels() {
     mover->first_own = own;
     own += static_cast<std::uint32_t>(mover->X_WL.size() * mover->X_WL.size());
   }
-  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.last_solid,
-                                      &travels.planned_solid, &travels.needed})
+  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
+                                      &travels.last_solid, &travels.planned_solid, &travels.needed})
     values->assign(solids, 0.0);
-  for (std::vector<double>* values : {&travels.of_own, &travels.last_own, &travels.planned_own})
+  for (std::vector<double>* values :
+       {&travels.of_own, &travels.lively_own, &travels.last_own, &travels.planned_own})
     values->assign(own, 0.0);
   watched.reserve(256 + 64 * solids), watched_before.reserve(256 + 64 * solids);
-  deferred.reserve(watched.capacity());
+  for (std::vector<std::uint32_t>* watches : {&lively, &close, &deferred})
+    watches->reserve(watched.capacity());
+  ahead.reserve(watched.capacity());
+  travels.vertices.resize(solids), travels.has_vertices.assign(solids, 0);
 }
 
 Pose ContactWorld::State::executed_link_pose(std::uint32_t slot, std::size_t part, double s) const {

@@ -21,6 +21,7 @@ constexpr double kLeastShare = 0.125;
 /// throughout where it still falls from here to the end.
 constexpr double kNearEnd = 0.875;
 constexpr int kShortenings = 16;
+constexpr double kUnitRoundoff = 0x1p-53;
 constexpr double kShorter = 0.75;
 
 Twist twist_to(const Pose& X_WR, const Slider& slider) {
@@ -73,6 +74,7 @@ void ContactWorld::State::prepare_slides() {
   slides.met.reserve(watched.capacity()), slides.by_root.reserve(2 * watched.capacity());
   slides.pair_of.reserve(watched.capacity()), slides.is_near.reserve(watched.capacity());
   slides.near.reserve(64 + 16 * solids);
+  slides.held.reserve(mechanisms.size() * kMostSlideJoints);
   slides.rows.reserve(1024 + 8 * solids);
   slides.joint_rows.reserve(mechanisms.size() > 0 ? kMostSlideRows : 0);
   slides.parts.reserve((kMostSlideSteps + 1) * slots);
@@ -122,7 +124,7 @@ void ContactWorld::State::slide(FrameReport& report) {
 
 bool ContactWorld::State::begin_slides() {
   for (const Slider& slider : slides.sliders) slides.slider_of[slider.root] = SlideState::kNone;
-  slides.sliders.clear();
+  slides.sliders.clear(), slides.held.clear();
   for (const std::uint32_t slot : movers) {
     const double stop = stops[slot];
     MechanismMover* arm = mechanism_of(slot);
@@ -140,17 +142,27 @@ bool ContactWorld::State::begin_slides() {
   return true;
 }
 
+/// Parts that are further out than this from a mover's origin do not count in its metric: a pose that turns
+/// about their centre of mass would round by 8 u of that, more than a sixteenth of the gap.
+double ContactWorld::State::longest_lever() const { return gap / (16.0 * 8.0 * kUnitRoundoff); }
+
 void ContactWorld::State::weigh_sliders() {
-  for (std::uint32_t i = 0; i < layout.slots.size(); ++i) {
+  const bool all_arms = std::all_of(slides.sliders.begin(), slides.sliders.end(),
+                                    [](const Slider& slider) { return slider.arm != nullptr; });
+  for (std::uint32_t i = 0; i < layout.slots.size() && !all_arms; ++i) {
     Slider* slider = slides.find(objects[layout.slots[i]].root);
     if (slider == nullptr || slider->arm != nullptr) continue;
     MassMoments own;
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
       own += slides.moments[solid];
-    slider->moments +=
-        layout.slots[i] == slider->root ? own : transform(objects.poses_in_body()[layout.slots[i]], own);
+    if (layout.slots[i] != slider->root) own = transform(objects.poses_in_body()[layout.slots[i]], own);
+    const Vector3 centre = own.first / own.volume;
+    if (norm(centre) <= longest_lever()) slider->moments += own;
   }
   for (Slider& slider : slides.sliders) {
+    // All of it is too far out: it stays where it was stopped.
+    slider.done = slider.arm == nullptr && !(slider.moments.volume > 0.0);
+    if (slider.done) continue;
     if (slider.arm == nullptr) slider.metric = mass_metric(slider.moments);
     slider.start_distance = slider.distance = distance_of(slider);
   }
@@ -231,7 +243,7 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
   }
   if (!any) return false;
   lay_paths();
-  if (needs_watch) watch_slide_pairs();
+  take_up_slide_pairs();
   find_slide_impacts(report);
   return true;
 }

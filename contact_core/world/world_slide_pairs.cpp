@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_core/motion/clear_stretch.hpp"
 #include "contact_core/world/world_state.hpp"
 
 // Which pairs slides have to look at: those of the watched pairs (world_travel.cpp) that are not known to
@@ -20,9 +21,11 @@ constexpr double kDown = 1.0 - 0x1p-50;
 void ContactWorld::State::find_slide_pairs() {
   std::fill(travels.needed.begin(), travels.needed.end(), 0.0);
   for (const Slider& slider : slides.sliders)
-    if (slider.arm == nullptr) need_watch_of(slider);
+    if (slider.arm == nullptr && !slider.done) need_watch_of(slider);
   slides.pairs.clear();
   if (needs_watch) watch_pairs();
+  slides.pair_of.assign(watched.size(), SlideState::kNone);
+  slides.is_near.assign(watched.size(), 0);
   gather_slide_pairs();
 }
 
@@ -42,10 +45,20 @@ void ContactWorld::State::need_watch_of(const Slider& slider) {
   }
 }
 
+/// An arm alone meets lively pairs only (see measure_plan()); rigid bodies plan with all that they could
+/// reach.
 void ContactWorld::State::gather_slide_pairs() {
   slides.met.clear(), slides.by_root.clear();
-  slides.pair_of.assign(watched.size(), SlideState::kNone);
-  slides.is_near.assign(watched.size(), 0);
+  if (slides.sliders.size() == 1 && slides.sliders[0].arm != nullptr) {
+    if (needs_lively) choose_lively();
+    const std::uint32_t root = slides.sliders[0].root;
+    for (const std::uint32_t i : lively) {
+      if (root_of(watched[i].a) != root && root_of(watched[i].b) != root) continue;
+      slides.by_root.emplace_back(root, i);
+      slides.met.push_back(i);
+    }
+    return;
+  }
   for (std::uint32_t i = 0; i < watched.size(); ++i) {
     const std::uint32_t a = root_of(watched[i].a), b = root_of(watched[i].b);
     const bool of_a = slides.find(a) != nullptr, of_b = b != a && slides.find(b) != nullptr;
@@ -56,17 +69,29 @@ void ContactWorld::State::gather_slide_pairs() {
   if (slides.sliders.size() > 1) std::sort(slides.by_root.begin(), slides.by_root.end());
 }
 
+/// Once paths are laid: those that go further than was looked ahead for have more to meet.
+void ContactWorld::State::take_up_slide_pairs() {
+  if (needs_watch)
+    watch_slide_pairs();
+  else if (needs_lively)
+    gather_slide_pairs();
+}
+
 /// Asks the broadphase again within a frame.
 void ContactWorld::State::watch_slide_pairs() {
   watch_pairs();
+  slides.pair_of.assign(watched.size(), SlideState::kNone);
+  slides.is_near.assign(watched.size(), 0);
   gather_slide_pairs();
   for (std::uint32_t i = 0; i < slides.pairs.size(); ++i) {
     const SolidPair& pair = slides.pairs[i].solids;
+    slides.pairs[i].watch = SlideState::kNone;
     const auto place = std::lower_bound(
         watched.begin(), watched.end(), pair,
         [](const WatchedPair& x, const SolidPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
-    if (place != watched.end() && place->a == pair.a && place->b == pair.b)
-      slides.pair_of[static_cast<std::size_t>(place - watched.begin())] = i;
+    if (place == watched.end() || place->a != pair.a || place->b != pair.b) continue;
+    slides.pairs[i].watch = static_cast<std::uint32_t>(place - watched.begin());
+    slides.pair_of[slides.pairs[i].watch] = i;
   }
 }
 
@@ -77,6 +102,7 @@ std::uint32_t ContactWorld::State::take_in(std::uint32_t watch) {
   if (index == SlideState::kNone && is_checked(pair)) {
     index = static_cast<std::uint32_t>(slides.pairs.size());
     slides.pairs.push_back(frame_pair(pair));
+    slides.pairs.back().watch = watch;
   }
   return index;
 }
@@ -86,15 +112,24 @@ void ContactWorld::State::find_slide_impacts(FrameReport& report) {
     pair.is_settled = false;
     pair.impact.status = ImpactStatus::clear;
   }
+  ahead.clear(), close.clear();
   for (const std::uint32_t watch : slides.met) {
+    const SolidPair solids{watched[watch].a, watched[watch].b};
     if (is_clear(watched[watch])) continue;
-    if (!in_motion[root_of(watched[watch].a)] && !in_motion[root_of(watched[watch].b)]) continue;
+    if (!in_motion[root_of(solids.a)] && !in_motion[root_of(solids.b)]) continue;
     const std::uint32_t index = take_in(watch);
     if (index == SlideState::kNone) continue;
+    close.push_back(index);
+    if (watched[watch].own == kNotOwn) ahead.push_back(solids);
+  }
+  query->look_ahead(ahead, from);
+  for (const std::uint32_t index : close) {
     FramePair& pair = slides.pairs[index];
-    pair.clear_until = watched[watch].clear_until;
+    WatchedPair& watch = watched[pair.watch];
+    pair.clear_until = watch.clear_until;
     pair.impact = impact_of(pair);
-    watched[watch].clear_until = pair.clear_until;
+    watch.clear_until = pair.clear_until;
+    if (pair.impact.queries > 0) watch.axis_W = pair.impact.geometry.n_AB_W;
     if (pair.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
   }
 }
@@ -196,15 +231,36 @@ bool ContactWorld::State::stays_apart(std::uint32_t watch, double way) {
     return false;
   // The gap is far more than separations and sums round.
   const double room = geometry.separation - pair.interest - pair.gap;
+  watched[watch].axis_W = geometry.n_AB_W;
   if (!(room > 0.0)) return false;
   double& clear_until = watched[watch].clear_until;
   clear_until = std::max(clear_until, travelled(pair.solids, pair.own) * kDown + room);
   return room > way;
 }
 
+/// Whether a pair that is taken in stays apart on an arm's plan, the path that is laid, along the axis that
+/// parted it last: a link that goes by close to a face would be near by how far it goes.
+bool ContactWorld::State::is_passed_by(const Slider& slider, const FramePair& pair) {
+  const WatchedPair& watch = watched[pair.watch];
+  if (query->judges_poses() || slides.sliders.size() > 1 || watch.axis_W == Vector3::Zero()) return false;
+  const auto [a, b] = pair.solids;
+  MovingSolid first = moving_solid(a), second = moving_solid(b);
+  if (pair.own != kNotOwn) {
+    const std::uint32_t link = objects[body_of(a)].link;
+    first = seen_from(link, a), second = seen_from(link, b);
+    first.travel = 0.0, second.travel = travels.planned_own[pair.own];
+  } else {
+    first.travel = travels.planned_solid[a], second.travel = travels.planned_solid[b];
+  }
+  first.stop = root_of(a) == slider.root ? 1.0 : 0.0;
+  second.stop = root_of(b) == slider.root ? 1.0 : 0.0;
+  return stays_apart_along(first, second, watch.axis_W, pair.interest);
+}
+
 /// Takes up what an arm's plan could bring together. @returns whether there is any.
 bool ContactWorld::State::add_pairs_in_way(const Slider& slider) {
   const std::size_t before = slides.near.size();
+  ahead.clear(), close.clear();
   const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
   for (auto entry = std::lower_bound(slides.by_root.begin(), slides.by_root.end(), first);
        entry != slides.by_root.end() && entry->first == slider.root; ++entry) {
@@ -217,8 +273,17 @@ bool ContactWorld::State::add_pairs_in_way(const Slider& slider) {
     const double way = meets_slider ? planned + other_reach(slider, pair) : planned;
     if (travelled(pair, watch.own) + way <= watch.clear_until || slides.is_near[entry->second]) continue;
     const std::uint32_t source = take_in(entry->second);
-    if (source == SlideState::kNone || stays_apart(entry->second, way)) continue;
-    slides.is_near[entry->second] = 1;
+    if (source == SlideState::kNone) continue;
+    FramePair& met = slides.pairs[source];
+    if (is_apart_by_axis(watched[entry->second], met, travelled(pair, watch.own) * kDown, way)) continue;
+    met.way = way;
+    close.push_back(source), ahead.push_back(pair);
+  }
+  query->look_ahead(ahead, from);
+  for (const std::uint32_t source : close) {
+    const std::uint32_t watch = slides.pairs[source].watch;
+    if (stays_apart(watch, slides.pairs[source].way) || is_passed_by(slider, slides.pairs[source])) continue;
+    slides.is_near[watch] = 1;
     if (slides.pairs[source].rule.policy == ContactPolicy::slide) add_near_pair(slider, source);
   }
   return slides.near.size() > before;
@@ -233,9 +298,8 @@ bool ContactWorld::State::was_in_contact(const SolidPair& pair) const {
 void ContactWorld::State::merge_slide_pairs() {
   const auto by_solids = [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; };
   const std::size_t known = pairs.size();
-  for (std::uint32_t watch = 0; watch < watched.size(); ++watch)
-    if (slides.pair_of[watch] != SlideState::kNone)
-      slides.pairs[slides.pair_of[watch]].clear_until = watched[watch].clear_until;
+  for (FramePair& met : slides.pairs)
+    if (met.watch != SlideState::kNone) met.clear_until = watched[met.watch].clear_until;
   for (FramePair& met : slides.pairs) {
     const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
     const auto place = std::lower_bound(pairs.begin(), end, met, by_solids);

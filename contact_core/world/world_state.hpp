@@ -39,6 +39,8 @@ struct ContactWorld::State {
   std::uint64_t frame = 0;
   std::vector<SelectionChange> changes;
   std::vector<SelectionRecord> record;
+  std::size_t record_room = 0;
+  std::uint64_t left_out = 0;              // of the record, for want of room
   std::vector<CarriedPath> paths;          // by slot; a root's
   std::vector<std::uint8_t> has_path;      // by slot: its path may be another than to rest
   std::vector<std::uint32_t> movers;       // roots in motion, by slot
@@ -54,8 +56,10 @@ struct ContactWorld::State {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
   Travels travels;
   std::vector<WatchedPair> watched, watched_before;  // by solids
-  std::vector<std::uint32_t> deferred;               // watched pairs by index, within find_pairs
-  bool needs_watch = true;
+  std::vector<std::uint32_t> close, deferred;        // watched pairs by index, within find_pairs
+  std::vector<SolidPair> ahead;                      // what is asked about next
+  std::vector<std::uint32_t> lively;  // of the watched pairs, by index: those that soon may come near
+  bool needs_watch = true, needs_lively = true;
   std::vector<FramePair> pairs;
   std::vector<ContactState> contacts, contacts_before;
   std::vector<ContactEvent> left_contacts;  // ended with the removal of an object
@@ -74,6 +78,7 @@ struct ContactWorld::State {
   double travel_on(const MechanismMover& mover, SolidIndex solid) const;
   void measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const;
   void watch_pairs();
+  void choose_lively();
   double travelled(const SolidPair& pair, std::uint32_t own) const {
     return own != kNotOwn ? travels.of_own[own] : travels.of_solid[pair.a] + travels.of_solid[pair.b];
   }
@@ -84,14 +89,21 @@ struct ContactWorld::State {
   void find_pairs(FrameReport& report);
   bool is_clear_before(const WatchedPair& watch) const;
   bool is_clear_to_bounds(const WatchedPair& watch) const;
-  void bound_stops();
+  void bound_stops(std::span<const FramePair> among);
+  void order_by_separation(std::span<FramePair> among);
+  const WorldVertices& vertices_of(SolidIndex solid);
+  double apart_at_least(const WatchedPair& watch);
+  bool is_apart_by_axis(WatchedPair& watch, const FramePair& pair, double standing, double way);
   void take_back_travels(std::uint32_t root);
   bool is_checked(const SolidPair& pair) const;
   FramePair frame_pair(const SolidPair& pair) const;
-  void examine(WatchedPair& watch, FrameReport& report);
+  double matters_until(const SolidPair& pair) const;
+  void examine(std::span<const std::uint32_t> watches, FrameReport& report);
+  void open_pair(std::uint32_t watch, FrameReport& report);
+  bool is_of_interest(FramePair& pair, FrameReport& report);
   MovingSolid moving_solid(SolidIndex solid) const;
   MovingSolid seen_from(std::uint32_t link, SolidIndex solid) const;
-  Impact impact_of(FramePair& pair);
+  Impact impact_of(FramePair& pair, double until = 1.0);
   void resolve_stops(std::vector<FramePair>& among);
   void stop_movers(const FramePair& pair);
   void recheck(std::uint32_t root, std::vector<FramePair>& among);
@@ -133,6 +145,7 @@ struct ContactWorld::State {
   void slide(FrameReport& report);
   void record_parts(std::uint32_t part);
   bool begin_slides();
+  double longest_lever() const;
   void weigh_sliders();
   bool plan_slides(FrameReport& report);
   double distance_of(const Slider& slider) const;
@@ -151,6 +164,7 @@ struct ContactWorld::State {
   void find_slide_pairs();
   void need_watch_of(const Slider& slider);
   void gather_slide_pairs();
+  void take_up_slide_pairs();
   void watch_slide_pairs();
   bool is_clear(const WatchedPair& watch) const {
     return travelled({watch.a, watch.b}, watch.own) <= watch.clear_until;
@@ -164,6 +178,7 @@ struct ContactWorld::State {
   void find_near_pairs(const Slider& slider);
   double other_reach(const Slider& slider, const SolidPair& pair);
   bool stays_apart(std::uint32_t watch, double way);
+  bool is_passed_by(const Slider& slider, const FramePair& pair);
   bool add_pairs_in_way(const Slider& slider);
   bool was_in_contact(const SolidPair& pair) const;
   void merge_slide_pairs();
@@ -174,6 +189,8 @@ struct ContactWorld::State {
   std::uint32_t other_link(const Slider& slider, SolidIndex other) const;
   Twist joint_twist(const Slider& slider, const JointVector& dq, const NearPair& near) const;
   void add_joint_rows(const Slider& slider);
+  void note_held_pairs(const Slider& slider, const JointSlidePlan& plan);
+  bool add_held_pairs(const Slider& slider);
   bool plan_joints(Slider& slider);
 
   std::uint32_t root_of(SolidIndex solid) const { return objects[layout.slot_of[solid]].root; }

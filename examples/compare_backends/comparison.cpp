@@ -91,6 +91,7 @@ class Session {
     }
     progress_.step(set.name + ": backends");
     auto answers = answer_set(options_, backends_, set, measure_options(options_), share_);
+    if (keep != nullptr && keep->cases.captured) answers.push_back(*keep->cases.captured);
     progress_.step(set.name + ": errors");
     SetResult result = sum_up(set, truth, oracle_, answers, options_.threads, share_);
     if (keep != nullptr) {

@@ -54,7 +54,13 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   app.add_option("--set", settings,
                  "Scene parameters: NAME=VALUE (every scene that has it) or SCENE:NAME=VALUE, SCENE the "
                  "file's name without .yaml");
-  app.add_option("--pairs", options.pairs_file, "Your own cases (JSON)");
+  auto* pairs_option = app.add_option("--pairs", options.pairs_file, "Your own cases (JSON)");
+  std::string capture_file;
+  app.add_option(
+         "--capture", capture_file,
+         "Cases captured in an engine, with its answers: a pair file alone, no families unless named, no "
+         "broadphases")
+      ->excludes(pairs_option);
   auto* error_option = app.add_option("--max-error", max_error,
                                       "Name the fastest backend whose worst case stays inside this [m]");
   app.add_option("--query", query, "The query of --max-error")
@@ -86,6 +92,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   if (app.count("--case") > 0 && options.case_id.empty()) throw InputError("--case: names no case");
   if (options.output.empty()) throw InputError("--output: names no folder");
   options.query = kQueries.at(query);
+  if (app.count("--capture") > 0) {
+    if (capture_file.empty()) throw InputError("--capture: names no file");
+    options.pairs_file = capture_file;
+    options.no_broadphase = true;
+    if (options.families.empty()) options.families = {"none"};
+  }
   options.no_families = options.families == std::vector<std::string>{"none"};
   if (options.no_families) options.families.clear();
   if (options.no_families && options.scenes.empty() && options.pairs_file.empty() && options.no_broadphase)

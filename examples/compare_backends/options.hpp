@@ -21,7 +21,7 @@ struct Options {
   std::vector<std::string> families;  ///< empty: all
   std::vector<std::string> scenes;
   std::vector<SceneSetting> scene_settings;
-  std::string pairs_file;
+  std::string pairs_file;            ///< of --pairs or --capture
   std::optional<std::size_t> count;  ///< pairs a family
   std::uint64_t seed = 1;
   std::optional<double> max_error;  ///< [m]

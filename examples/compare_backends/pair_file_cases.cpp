@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <limits>
+
 #include "contact_core/input_error.hpp"
 #include "examples/compare_backends/pair_file_run.hpp"
 
@@ -9,8 +12,38 @@ namespace touchstone::comparison {
 
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 
+namespace {
+
+PairGeometry unknown_geometry() {
+  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  return {std::numeric_limits<double>::quiet_NaN(), unknown, unknown, unknown, 0};
+}
+
+/// One case's answer as the backends give theirs: a contact has a depth, a pair that is apart its class only.
+void add_answer(const std::optional<CapturedAnswer>& captured, BackendAnswers& out) {
+  for (const QueryKind kind : kQueryKinds) {
+    QueryAnswers& answers = out.queries[index_of(kind)];
+    answers.status.push_back(PairStatus::unsupported);
+    answers.geometry.push_back(unknown_geometry());
+    if (kind == QueryKind::manifold) answers.points.resize(answers.points.size() + kMaxManifoldPoints);
+    if (!captured || (!captured->contact && kind == QueryKind::distance)) continue;
+    answers.status.back() = captured->contact ? PairStatus::overlapping : PairStatus::separated;
+    if (!captured->contact) continue;
+    const ContactPoint& deepest = captured->points.front();
+    answers.geometry.back() = {captured->separation, captured->n_AB_W, deepest.p_A_W, deepest.p_B_W, 0};
+    if (kind != QueryKind::manifold) continue;
+    answers.geometry.back().point_count = static_cast<std::int32_t>(captured->points.size());
+    std::copy(captured->points.begin(), captured->points.end(), answers.points.end() - kMaxManifoldPoints);
+  }
+}
+
+}  // namespace
+
 PairFileCases load_pair_file(const std::string& file) {
   PairFileCases result;
+  BackendAnswers captured;
+  captured.name = "captured";
+  captured.capabilities.penetration = captured.capabilities.manifold = true;
   result.file = file;
   result.set.name = "pairs";
   result.set.description = "the cases of " + file;
@@ -24,7 +57,10 @@ PairFileCases load_pair_file(const std::string& file) {
     }
     result.set.pairs.push_back({first, first + 1});
     result.set.ids.push_back(each.id);
+    add_answer(each.captured, captured);
+    if (each.captured) captured.description = "as captured in " + each.captured->by;
   }
+  if (!captured.description.empty()) result.captured = std::move(captured);
   return result;
 }
 

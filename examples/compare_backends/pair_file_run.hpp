@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct PairFileCases {
   };
   std::vector<Case> cases;  ///< in the file's order
   PairSet set;              ///< the valid ones
+  /// What an engine answered when the cases were captured in it, as a backend `captured`; overlap and
+  /// manifold. Cases without an answer are `unsupported`. Empty where no case has one.
+  std::optional<BackendAnswers> captured;
 };
 
 /// @throws InputError for an unreadable file, or in a build without the scene_files adapter.

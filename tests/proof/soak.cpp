@@ -121,8 +121,6 @@ class SoakRun {
       fly_frame();
     }
     if (selector.joinable()) selector.request_stop(), selector.join();
-    const auto record = world_->selection_record();
-    figures_.record.assign(record.begin(), record.end());
     return std::move(figures_);
   }
 
@@ -339,7 +337,7 @@ class SoakRun {
     for (std::uint32_t i = 0; i < items_.size(); ++i) before_.push_back(pose_of(i));
     const FrameReport report = world_->frame(commands_);
     if (report.frame != figures_.frames) violate("frames are counted wrongly");
-    take_selection(report.frame);
+    take_selection(report);
     check_report(report);
     check_poses();
     check_pairs();
@@ -351,12 +349,20 @@ class SoakRun {
     figures_.pose_hash = figures_.pose_hash * 0x100000001b3 ^ hash_of_poses();
   }
 
-  void take_selection(std::uint64_t frame) {
-    const auto record = world_->selection_record();
-    for (; records_ < record.size(); ++records_) {
-      if (record[records_].frame != frame) violate("a selection is recorded with another frame");
-      off_.apply(record[records_].change);
+  /// A long run keeps what every frame reports: the world's own record has an end.
+  void take_selection(const FrameReport& report) {
+    for (const SelectionChange& change : report.selections) {
+      figures_.record.push_back({report.frame, change});
+      off_.apply(change);
       ++figures_.selections;
+    }
+    const auto record = world_->selection_record();
+    if (record.size() + world_->selections_left_out() != figures_.record.size())
+      violate("a selection is neither recorded nor counted");
+    for (; records_ < record.size(); ++records_) {
+      const SelectionRecord& kept = figures_.record[records_];
+      if (record[records_].frame != kept.frame || record[records_].change != kept.change)
+        violate("a selection is recorded with another frame");
     }
   }
 

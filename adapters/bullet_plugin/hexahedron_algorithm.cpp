@@ -1,0 +1,157 @@
+#include "adapters/bullet_plugin/hexahedron_algorithm.hpp"
+
+#include <BulletCollision/BroadphaseCollision/btDispatcher.h>
+
+#include <new>
+#include <typeinfo>
+
+#include "adapters/bullet_plugin/observed_algorithm.hpp"
+
+namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
+namespace {
+
+using native::SolidHandle;
+
+/// Least cosine between the normals of two steps for one contact that goes on while apart: 45 degrees.
+constexpr double kSameNormal = 0.7071;
+
+std::optional<SolidHandle> acquire(native::SolidStore& store, const btCollisionShape& shape) {
+  const std::optional<native::SolidContent> content = content_of(shape);
+  return content ? store.acquire(*content) : std::nullopt;
+}
+
+/// The points of an answer as Bullet's, the margins taken off; those beyond `limit` are left out.
+std::size_t write_points(const native::PairAnswer& answer, double margin_a, double margin_b, btScalar limit,
+                         std::span<FoundPoint, MANIFOLD_CACHE_SIZE> out) {
+  const Vector3& n_AB_W = answer.geometry.n_AB_W;
+  std::size_t count = 0;
+  for (int i = 0; i < answer.geometry.point_count; ++i) {
+    const ContactPoint& point = answer.points[i];
+    const btScalar distance = to_engine(point.separation - (margin_a + margin_b));
+    if (distance > limit) continue;
+    const Vector3 p_B_W = point.p_B_W - margin_b * n_AB_W;
+    out[count++] = {to_engine(Vector3(-n_AB_W)), to_engine(p_B_W), distance, point.feature_id};
+  }
+  return count;
+}
+
+}  // namespace
+
+HexahedronAlgorithm::HexahedronAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
+                                         const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                                         std::shared_ptr<PluginState> state, const SolidHandle& solid_a,
+                                         const SolidHandle& solid_b)
+    : btCollisionAlgorithm(info),
+      state_(std::move(state)),
+      solids_{solid_a, solid_b},
+      manifold_(info.m_manifold) {
+  const btCollisionObject *object_a = a.getCollisionObject(), *object_b = b.getCollisionObject();
+  if (manifold_ == nullptr && m_dispatcher->needsCollision(object_a, object_b)) {
+    manifold_ = m_dispatcher->getNewManifold(object_a, object_b);
+    owns_manifold_ = manifold_ != nullptr;
+  }
+}
+
+HexahedronAlgorithm::~HexahedronAlgorithm() {
+  if (owns_manifold_) m_dispatcher->releaseManifold(manifold_);
+  for (const SolidHandle& solid : solids_) state_->store.release(solid);
+}
+
+bool HexahedronAlgorithm::hold_shapes(const btCollisionShape& a, const btCollisionShape& b) {
+  const btCollisionShape* const shapes[2] = {&a, &b};
+  for (int i = 0; i < 2; ++i) {
+    if (is_content_of(*solids_[i].content, *shapes[i])) continue;
+    const std::optional<SolidHandle> now = acquire(state_->store, *shapes[i]);
+    if (!now) return false;
+    state_->store.release(solids_[i]);
+    solids_[i] = *now;
+  }
+  return true;
+}
+
+bool HexahedronAlgorithm::keeps_manifold(const btCollisionObjectWrapper& a,
+                                         const btManifoldResult& result) const {
+  // A result of another class (contactTest's, a user's) wants the points for itself.
+  return owns_manifold_ && typeid(result) == typeid(btManifoldResult) &&
+         manifold_->getBody0() == a.getCollisionObject();
+}
+
+bool HexahedronAlgorithm::goes_on(const native::PairAnswer& answer, btScalar separation) const {
+  if (separation <= btScalar(0)) return true;
+  if (manifold_->getNumContacts() == 0) return false;
+  const Vector3 before = from_engine(manifold_->getContactPoint(0).m_normalWorldOnB);
+  return -dot(before, answer.geometry.n_AB_W) >= kSameNormal;
+}
+
+std::size_t HexahedronAlgorithm::find_points(const ObjectPair& objects, const btManifoldResult& result,
+                                             std::span<FoundPoint, MANIFOLD_CACHE_SIZE> points) {
+  const btCollisionShape &a = *objects.a.getCollisionShape(), &b = *objects.b.getCollisionShape();
+  state_->checks.fetch_add(1, std::memory_order_relaxed);
+  native::PairAnswer answer;
+  answer.status = PairStatus::failed;
+  std::size_t count = 0;
+  if (hold_shapes(a, b)) {
+    const double margin_a = outer_margin(a), margin_b = outer_margin(b), margins = margin_a + margin_b;
+    const bool keeps = keeps_manifold(objects.a, result);
+    const btScalar threshold = result.m_closestPointDistanceThreshold;
+    const btScalar limit = manifold_->getContactBreakingThreshold() + threshold;
+    const bool may_be_apart = !keeps || threshold > 0 || manifold_->getNumContacts() > 0;
+    state_->store.measure(solids_[0], from_engine(objects.a.getWorldTransform()), solids_[1],
+                          from_engine(objects.b.getWorldTransform()), margins + (may_be_apart ? limit : 0.0),
+                          MANIFOLD_CACHE_SIZE, answer);
+    const btScalar separation = to_engine(answer.geometry.separation - margins);
+    if (!keeps || threshold > 0 || (answer.geometry.point_count > 0 && goes_on(answer, separation)))
+      count = write_points(answer, margin_a, margin_b,
+                           keeps ? manifold_->getContactBreakingThreshold() : limit, points);
+  }
+  if (PairObserver* const observer = state_->observer.load(std::memory_order_relaxed))
+    observe_ours(objects, state_->store, solids_, answer, *observer);
+  if (answer.status == PairStatus::failed) state_->refused.fetch_add(1, std::memory_order_relaxed);
+  return count;
+}
+
+void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
+                                           const btCollisionObjectWrapper* b, const btDispatcherInfo&,
+                                           btManifoldResult* result) {
+  if (manifold_ == nullptr) return;
+  result->setPersistentManifold(manifold_);
+  const ObjectPair objects{*a, *b};
+  std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points;
+  const std::size_t count = find_points(objects, *result, points);
+  if (keeps_manifold(*a, *result))
+    return update_manifold(objects, {points.data(), count}, *manifold_, features_);
+  for (const FoundPoint& point : std::span(points).first(count))
+    result->addContactPoint(point.normal_on_B, point.point_on_B, point.distance);
+  if (owns_manifold_) result->refreshContactPoints();
+}
+
+btScalar HexahedronAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionObject*,
+                                                    const btDispatcherInfo&, btManifoldResult*) {
+  return btScalar(1);
+}
+
+void HexahedronAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
+  if (owns_manifold_) manifolds.push_back(manifold_);
+}
+
+btCollisionAlgorithm* HexahedronCreateFunc::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+    const btCollisionObjectWrapper* b) {
+  const std::optional<SolidHandle> solid_a = acquire(state_->store, *a->getCollisionShape());
+  const std::optional<SolidHandle> solid_b = acquire(state_->store, *b->getCollisionShape());
+  if (!solid_a || !solid_b) {
+    if (solid_a) state_->store.release(*solid_a);
+    if (solid_b) state_->store.release(*solid_b);
+    return fallback_->CreateCollisionAlgorithm(info, a, b);
+  }
+  if (state_->check == EngineCheck::own) {
+    static_assert(sizeof(ObservedAlgorithm) <= sizeof(HexahedronAlgorithm));  // whose size the pool has
+    btCollisionAlgorithm* const own = fallback_->CreateCollisionAlgorithm(info, a, b);
+    void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(ObservedAlgorithm));
+    return new (memory) ObservedAlgorithm(info, own, state_, *solid_a, *solid_b);
+  }
+  void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(HexahedronAlgorithm));
+  return new (memory) HexahedronAlgorithm(info, *a, *b, state_, *solid_a, *solid_b);
+}
+
+}  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE

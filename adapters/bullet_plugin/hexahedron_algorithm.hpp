@@ -1,0 +1,73 @@
+#pragma once
+
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
+
+#include <atomic>
+#include <memory>
+
+#include "adapters/bullet_plugin/manifold_update.hpp"
+#include "adapters/bullet_plugin/shape_content.hpp"
+#include "contact_core/narrowphase/pair_observer.hpp"
+
+// Our collision algorithm, as the dispatcher creates one for each pair.
+
+namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
+
+/// What the algorithms of a plugin share. They hold it too: a pair may outlive the plugin.
+struct PluginState {
+  native::SolidStore store;
+  EngineCheck check = EngineCheck::native;
+  std::atomic<PairObserver*> observer = nullptr;
+  std::atomic<std::uint64_t> checks = 0;
+  std::atomic<std::uint64_t> refused = 0;
+};
+
+class HexahedronAlgorithm final : public btCollisionAlgorithm {
+ public:
+  HexahedronAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper& a,
+                      const btCollisionObjectWrapper& b, std::shared_ptr<PluginState> state,
+                      const native::SolidHandle& solid_a, const native::SolidHandle& solid_b);
+  ~HexahedronAlgorithm() override;
+
+  void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                        const btDispatcherInfo& info, btManifoldResult* result) override;
+  /// Always 1, the whole step, as the engine's box check says.
+  btScalar calculateTimeOfImpact(btCollisionObject* a, btCollisionObject* b, const btDispatcherInfo& info,
+                                 btManifoldResult* result) override;
+  void getAllContactManifolds(btManifoldArray& manifolds) override;
+
+ private:
+  bool hold_shapes(const btCollisionShape& a, const btCollisionShape& b);
+  /// Whether the points are for our own manifold alone.
+  bool keeps_manifold(const btCollisionObjectWrapper& a, const btManifoldResult& result) const;
+  /// Whether a pair at this distance is in contact: begun at touching, gone on with while apart.
+  bool goes_on(const native::PairAnswer& answer, btScalar separation) const;
+  std::size_t find_points(const ObjectPair& objects, const btManifoldResult& result,
+                          std::span<FoundPoint, MANIFOLD_CACHE_SIZE> points);
+
+  std::shared_ptr<PluginState> state_;
+  native::SolidHandle solids_[2];
+  btPersistentManifold* manifold_;
+  bool owns_manifold_ = false;
+  ManifoldFeatures features_;
+};
+
+/// Creates our algorithm for a pair of hexahedra (or, to observe, the engine's in an ObservedAlgorithm), what
+/// `fallback` creates for the rest.
+class HexahedronCreateFunc final : public btCollisionAlgorithmCreateFunc {
+ public:
+  HexahedronCreateFunc(std::shared_ptr<PluginState> state, btCollisionAlgorithmCreateFunc* fallback)
+      : state_(std::move(state)), fallback_(fallback) {}
+
+  btCollisionAlgorithmCreateFunc* fallback() const { return fallback_; }
+  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                 const btCollisionObjectWrapper* a,
+                                                 const btCollisionObjectWrapper* b) override;
+
+ private:
+  std::shared_ptr<PluginState> state_;
+  btCollisionAlgorithmCreateFunc* fallback_;
+};
+
+}  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE

@@ -1,0 +1,188 @@
+#include "adapters/bullet_plugin/manifold_update.hpp"
+
+#include <new>
+
+namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
+namespace {
+
+constexpr int kNone = -1;
+using Slots = std::array<int, MANIFOLD_CACHE_SIZE>;
+
+bool has_flag(const btCollisionObject& a, const btCollisionObject& b, int flag) {
+  return ((a.getCollisionFlags() | b.getCollisionFlags()) & flag) != 0;
+}
+
+/// What the points of a pair have in common.
+struct Materials {
+  btScalar friction, restitution, rolling_friction, spinning_friction;
+  btScalar damping = 0, stiffness = 0;
+  int flags = 0;
+
+  Materials(const btCollisionObject& a, const btCollisionObject& b)
+      : friction(btManifoldResult::calculateCombinedFriction(&a, &b)),
+        restitution(btManifoldResult::calculateCombinedRestitution(&a, &b)),
+        rolling_friction(btManifoldResult::calculateCombinedRollingFriction(&a, &b)),
+        spinning_friction(btManifoldResult::calculateCombinedSpinningFriction(&a, &b)) {
+    if (has_flag(a, b, btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING)) {
+      damping = btManifoldResult::calculateCombinedContactDamping(&a, &b);
+      stiffness = btManifoldResult::calculateCombinedContactStiffness(&a, &b);
+      flags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
+    }
+    if (has_flag(a, b, btCollisionObject::CF_HAS_FRICTION_ANCHOR)) flags |= BT_CONTACT_FLAG_FRICTION_ANCHOR;
+  }
+};
+
+btVector3 local_point_on_A(const ObjectPair& objects, const FoundPoint& found) {
+  const btVector3 point_on_A = found.point_on_B + found.normal_on_B * found.distance;
+  return objects.a.getCollisionObject()->getWorldTransform().invXform(point_on_A);
+}
+
+/// What btManifoldResult::addContactPoint makes of a point, made in `slot`.
+void make_point(const ObjectPair& objects, const Materials& materials, const FoundPoint& found,
+                btManifoldPoint& slot) {
+  const btTransform& X_WB = objects.b.getCollisionObject()->getWorldTransform();
+  auto& point = *new (&slot) btManifoldPoint(
+      local_point_on_A(objects, found), X_WB.invXform(found.point_on_B), found.normal_on_B, found.distance);
+  point.m_positionWorldOnA = found.point_on_B + found.normal_on_B * found.distance;
+  point.m_positionWorldOnB = found.point_on_B;
+  point.m_combinedFriction = materials.friction;
+  point.m_combinedRestitution = materials.restitution;
+  point.m_combinedRollingFriction = materials.rolling_friction;
+  point.m_combinedSpinningFriction = materials.spinning_friction;
+  point.m_contactPointFlags = materials.flags;
+  if ((materials.flags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING) != 0) {
+    point.m_combinedContactDamping1 = materials.damping;
+    point.m_combinedContactStiffness1 = materials.stiffness;
+  }
+  btPlaneSpace1(point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
+  point.m_partId0 = objects.a.m_partId, point.m_index0 = objects.a.m_index;
+  point.m_partId1 = objects.b.m_partId, point.m_index1 = objects.b.m_index;
+}
+
+/// Which of the manifold's points each of the new ones is: by features, then by place.
+class Matching {
+ public:
+  Matching(const ObjectPair& objects, std::span<const FoundPoint> points,
+           const btPersistentManifold& manifold, const ManifoldFeatures& features)
+      : count_(static_cast<int>(points.size())), old_count_(manifold.getNumContacts()) {
+    old_of_.fill(kNone), new_of_.fill(kNone);
+    if (features.count == old_count_) match_features(points, features);  // else someone changed it
+    match_places(objects, points, manifold);
+  }
+
+  int old_of(int i) const { return old_of_[i]; }
+  int new_of(int k) const { return new_of_[k]; }
+
+ private:
+  void match_features(std::span<const FoundPoint> points, const ManifoldFeatures& features) {
+    for (int i = 0; i < count_; ++i)
+      for (int k = 0; k < old_count_; ++k)
+        if (is_free(i, k) && points[i].feature_id == features.ids[k]) join(i, k);
+  }
+
+  void match_places(const ObjectPair& objects, std::span<const FoundPoint> points,
+                    const btPersistentManifold& manifold) {
+    const btScalar threshold = manifold.getContactBreakingThreshold();
+    for (int i = 0; i < count_; ++i) {
+      if (old_of_[i] != kNone || old_count_ == 0) continue;
+      const btVector3 place = local_point_on_A(objects, points[i]);
+      btScalar nearest = threshold * threshold;
+      int best = kNone;
+      for (int k = 0; k < old_count_; ++k) {
+        const btScalar d = place.distance2(manifold.getContactPoint(k).m_localPointA);
+        if (is_free(i, k) && d < nearest) nearest = d, best = k;
+      }
+      if (best != kNone) join(i, best);
+    }
+  }
+
+  bool is_free(int i, int k) const { return old_of_[i] == kNone && new_of_[k] == kNone; }
+  void join(int i, int k) { old_of_[i] = k, new_of_[k] = i; }
+
+  int count_, old_count_;
+  Slots old_of_, new_of_;
+};
+
+/// Writes a point over the one it continues: the engine's replaceContactPoint() without its copies.
+void carry_on(const ObjectPair& objects, const Materials& materials, const FoundPoint& found, int slot,
+              btPersistentManifold& manifold) {
+  btManifoldPoint& point = manifold.getContactPoint(slot);
+  if ((materials.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0) {
+    btManifoldPoint fresh;
+    make_point(objects, materials, found, fresh);
+    manifold.replaceContactPoint(fresh, slot);
+  } else {
+    void* const user_data = point.m_userPersistentData;
+    const int life_time = point.m_lifeTime;
+    const btScalar impulse = point.m_appliedImpulse, rhs = point.m_prevRHS,
+                   lateral_1 = point.m_appliedImpulseLateral1, lateral_2 = point.m_appliedImpulseLateral2;
+    make_point(objects, materials, found, point);
+    point.m_userPersistentData = user_data;
+    point.m_lifeTime = life_time;
+    point.m_appliedImpulse = impulse, point.m_prevRHS = rhs;
+    point.m_appliedImpulseLateral1 = lateral_1, point.m_appliedImpulseLateral2 = lateral_2;
+  }
+  ++point.m_lifeTime;
+}
+
+/// Writes a point where none is, or over one whose features are gone.
+void begin(const ObjectPair& objects, const Materials& materials, const FoundPoint& found, int slot,
+           btPersistentManifold& manifold) {
+  if (slot < manifold.getNumContacts())
+    manifold.clearUserCache(manifold.getContactPoint(slot));
+  else
+    manifold.setNumContacts(slot + 1);
+  make_point(objects, materials, found, manifold.getContactPoint(slot));
+}
+
+void call_added(const ObjectPair& objects, btManifoldPoint& point) {
+  if (gContactAddedCallback == nullptr) return;
+  if (!has_flag(*objects.a.getCollisionObject(), *objects.b.getCollisionObject(),
+                btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK))
+    return;
+  (*gContactAddedCallback)(point, &objects.a, point.m_partId0, point.m_index0, &objects.b, point.m_partId1,
+                           point.m_index1);
+}
+
+}  // namespace
+
+void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> found,
+                     btPersistentManifold& manifold, ManifoldFeatures& features) {
+  const int old_count = manifold.getNumContacts(), count = static_cast<int>(found.size());
+  if (old_count == 0 && count == 0) {
+    features.count = 0;
+    return;
+  }
+  const Materials materials(*objects.a.getCollisionObject(), *objects.b.getCollisionObject());
+  const Matching matching(objects, found, manifold, features);
+  Slots new_in;  // which of `found` is in each of the manifold's slots
+  new_in.fill(kNone);
+  for (int k = 0; k < old_count; ++k) {
+    new_in[k] = matching.new_of(k);
+    if (new_in[k] != kNone) carry_on(objects, materials, found[new_in[k]], k, manifold);
+  }
+  for (int i = 0, k = 0; i < count; ++i) {
+    if (matching.old_of(i) != kNone) continue;
+    while (k < old_count && new_in[k] != kNone) ++k;
+    const int slot = k < old_count ? k : manifold.getNumContacts();
+    begin(objects, materials, found[i], slot, manifold);
+    new_in[slot] = i;
+  }
+  for (int k = old_count - 1; k >= 0; --k) {
+    if (new_in[k] != kNone) continue;
+    new_in[k] = new_in[manifold.getNumContacts() - 1];  // the engine fills the gap with its last
+    manifold.removeContactPoint(k);
+  }
+  features.count = count;
+  for (int k = 0; k < count; ++k) features.ids[k] = found[new_in[k]].feature_id;
+
+  for (int k = 0; k < count; ++k) call_added(objects, manifold.getContactPoint(k));
+  if (gContactStartedCallback != nullptr && old_count == 0 && count > 0) gContactStartedCallback(&manifold);
+  if (gContactProcessedCallback == nullptr) return;
+  // The engine's callback takes its own const objects as void*.
+  auto* const body0 = const_cast<btCollisionObject*>(manifold.getBody0());
+  auto* const body1 = const_cast<btCollisionObject*>(manifold.getBody1());
+  for (int k = 0; k < count; ++k) (*gContactProcessedCallback)(manifold.getContactPoint(k), body0, body1);
+}
+
+}  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "adapters/bullet/engine.hpp"
+
+// A persistent manifold made equal to what the check found, with the memory of its points kept.
+
+namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
+
+/// A contact point in Bullet's terms.
+struct FoundPoint {
+  btVector3 normal_on_B;  ///< unit, on B toward A
+  btVector3 point_on_B;
+  btScalar distance;  ///< < 0 penetrating
+  std::uint32_t feature_id;
+};
+
+/// The features that made the points of a manifold, in its order.
+struct ManifoldFeatures {
+  std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> ids{};
+  int count = 0;
+};
+
+/// Two objects as the algorithm was called with them; `a` is the manifold's body 0.
+struct ObjectPair {
+  const btCollisionObjectWrapper& a;
+  const btCollisionObjectWrapper& b;
+};
+
+/// Afterwards the manifold holds `points` and nothing else. Calls the engine's contact callbacks as the
+/// engine does: added for each point where a body asks for it, started, processed, destroyed, ended.
+/// @pre no more points than MANIFOLD_CACHE_SIZE, none beyond the breaking threshold
+void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> points,
+                     btPersistentManifold& manifold, ManifoldFeatures& features);
+
+}  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE

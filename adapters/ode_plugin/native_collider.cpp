@@ -1,0 +1,195 @@
+#include "adapters/ode_plugin/native_collider.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <limits>
+
+#include "adapters/ode_plugin/ode_plugin.hpp"
+
+namespace touchstone {
+namespace ode_plugin {
+namespace {
+
+using native::SolidHandle;
+using native::SolidStore;
+
+std::atomic<std::uint64_t> checks{0};
+std::atomic<PairObserver*> told{nullptr};
+
+/// The solids of the boxes that a thread has met, by their sides. A size that falls on another's place takes
+/// it.
+class BoxMemory {
+ public:
+  BoxMemory() : store_(solid_store()) {}
+  ~BoxMemory() {
+    for (const std::optional<SolidHandle>& solid : solids_)
+      if (solid) store_->release(*solid);
+  }
+  BoxMemory(const BoxMemory&) = delete;
+  BoxMemory& operator=(const BoxMemory&) = delete;
+
+  std::optional<SolidHandle> find(const dVector3& sides) {
+    std::optional<SolidHandle>& place = solids_[place_of(sides)];
+    if (place && std::equal(sides, sides + 3, place->content->points[0].begin())) return place;
+    native::SolidContent content;
+    content.is_box = true;
+    std::copy_n(sides, 3, content.points[0].begin());
+    const std::optional<SolidHandle> solid = store_->acquire(content);
+    if (!solid) return solid;
+    if (place) store_->release(*place);
+    return place = solid;
+  }
+
+ private:
+  static constexpr std::size_t kPlaces = 1024;
+
+  static std::size_t place_of(const dVector3& sides) {
+    // Round numbers differ in their highest bits only: each product's are folded down before the next.
+    std::uint64_t hash = 0;
+    for (int k = 0; k < 3; ++k) {
+      hash = (hash ^ std::bit_cast<std::uint64_t>(sides[k])) * 0x9e3779b97f4a7c15u;
+      hash ^= hash >> 32;
+    }
+    return hash % kPlaces;
+  }
+
+  std::shared_ptr<SolidStore> store_;
+  std::array<std::optional<SolidHandle>, kPlaces> solids_;
+};
+
+/// How much of the depth lies between `pos` and the first box's surface; the rest lies between it and the
+/// second's.
+double share_of_first(int code) {
+  if (code >= 1 && code <= 3) return 1.0;  // a face of the first is the reference: pos is on the second
+  if (code >= 4 && code <= 6) return 0.0;
+  return 0.5;
+}
+
+void write_contact(const ContactPoint& point, const Vector3& n_12_W, dGeomID geom1, dGeomID geom2,
+                   dContactGeom& contact) {
+  for (int k = 0; k < 3; ++k) {
+    contact.pos[k] = 0.5 * (point.p_A_W[k] + point.p_B_W[k]);
+    contact.normal[k] = -n_12_W[k];
+  }
+  contact.pos[3] = contact.normal[3] = 0.0;
+  contact.depth = -point.separation;
+  contact.g1 = geom1, contact.g2 = geom2;
+  contact.side1 = contact.side2 = -1;
+}
+
+}  // namespace
+
+std::shared_ptr<SolidStore> solid_store() {
+  static const auto store = std::make_shared<SolidStore>();
+  return store;
+}
+
+dContactGeom& contact_at(dContactGeom* contacts, int skip, int i) {
+  return *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +
+                                          static_cast<std::ptrdiff_t>(skip) * i);
+}
+
+Pose pose_of(dGeomID geom) {
+  const dReal *R = dGeomGetRotation(geom), *p = dGeomGetPosition(geom);
+  Pose X;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) X.R(i, k) = R[4 * i + k];
+  X.p = {p[0], p[1], p[2]};
+  return X;
+}
+
+std::optional<SolidHandle> solid_of_box(dGeomID box) {
+  thread_local BoxMemory memory;
+  dVector3 sides;
+  dGeomBoxGetLengths(box, sides);
+  return memory.find(sides);
+}
+
+void count_check() { checks.fetch_add(1, std::memory_order_relaxed); }
+
+int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, const SolidHandle& solid2,
+                   const SolidStore& store, int flags, dContactGeom* contacts, int skip) {
+  count_check();
+  const int most = std::min(most_contacts(flags), kMaxManifoldPoints);
+  const bool any_will_do = (static_cast<unsigned>(flags) & CONTACTS_UNIMPORTANT) != 0;
+  native::PairAnswer answer;
+  store.measure(solid1, pose_of(geom1), solid2, pose_of(geom2), 0.0, any_will_do ? kMaxManifoldPoints : most,
+                answer);
+  if (PairObserver* const who = observer()) {
+    const Hexahedron a = store.solid(solid1), b = store.solid(solid2);
+    if (answer.status != PairStatus::failed)
+      who->observe({{&a, &b},
+                    {pose_of(geom1), pose_of(geom2)},
+                    answer.status,
+                    answer.geometry,
+                    {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},
+                    "native inside ODE, double precision"});
+  }
+  if (answer.status != PairStatus::overlapping) return 0;
+  int count = 0;
+  for (int i = 0; i < answer.geometry.point_count && count < most; ++i) {
+    if (answer.points[i].separation > 0.0) continue;
+    write_contact(answer.points[i], answer.geometry.n_AB_W, geom1, geom2,
+                  contact_at(contacts, skip, count++));
+  }
+  return count;
+}
+
+int collide_boxes_as_ode(dGeomID box1, dGeomID box2, int flags, dContactGeom* contacts, int skip, int& code) {
+  dVector3 sides1, sides2, normal;
+  dGeomBoxGetLengths(box1, sides1);
+  dGeomBoxGetLengths(box2, sides2);
+  dReal depth;
+  const int count = dBoxBox(dGeomGetPosition(box1), dGeomGetRotation(box1), sides1, dGeomGetPosition(box2),
+                            dGeomGetRotation(box2), sides2, normal, &depth, &code, flags, contacts, skip);
+  for (int i = 0; i < count; ++i) {
+    dContactGeom& contact = contact_at(contacts, skip, i);
+    for (int k = 0; k < 3; ++k) contact.normal[k] = -normal[k];
+    contact.g1 = box1, contact.g2 = box2;
+    contact.side1 = contact.side2 = -1;
+  }
+  return count;
+}
+
+PairObserver* observer() { return told.load(std::memory_order_acquire); }
+void set_observer(PairObserver* who) { told.store(who, std::memory_order_release); }
+
+void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int skip, int count, int code,
+                      PairObserver& who) {
+  const auto solid1 = solid_of_box(box1);
+  const auto solid2 = solid1 ? solid_of_box(box2) : solid1;
+  if (!solid1 || !solid2) return;
+  count_check();
+  const std::shared_ptr<SolidStore> store = solid_store();
+  const Hexahedron a = store->solid(*solid1), b = store->solid(*solid2);
+  std::array<ContactPoint, kMaxManifoldPoints> points;
+  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  PairGeometry geometry{std::numeric_limits<double>::quiet_NaN(), unknown, unknown, unknown, 0};
+  geometry.point_count = std::min(count, kMaxManifoldPoints);
+  for (int i = 0; i < geometry.point_count; ++i) {
+    const dContactGeom& contact = contact_at(contacts, skip, i);
+    const Vector3 n_AB_W = -Vector3(contact.normal[0], contact.normal[1], contact.normal[2]);
+    points[i].separation = -contact.depth;
+    points[i].p_A_W = Vector3(contact.pos[0], contact.pos[1], contact.pos[2]) +
+                      share_of_first(code) * contact.depth * n_AB_W;
+    points[i].p_B_W = points[i].p_A_W + points[i].separation * n_AB_W;
+    points[i].feature_id = 0;
+    if (i > 0 && points[i].separation >= geometry.separation) continue;
+    geometry.separation = points[i].separation;
+    geometry.n_AB_W = n_AB_W, geometry.p_A_W = points[i].p_A_W, geometry.p_B_W = points[i].p_B_W;
+  }
+  who.observe({{&a, &b},
+               {pose_of(box1), pose_of(box2)},
+               count > 0 ? PairStatus::overlapping : PairStatus::separated,
+               geometry,
+               {points.data(), static_cast<std::size_t>(geometry.point_count)},
+               "ODE, double precision, its own check"});
+}
+
+}  // namespace ode_plugin
+
+std::uint64_t ode_native_checks() { return ode_plugin::checks.load(); }
+
+}  // namespace touchstone

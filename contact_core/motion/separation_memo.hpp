@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone {
+
+/// Signed distances that were asked for lately, by pair and poses bit for bit. A narrowphase answers by those
+/// alone: what is remembered is what it would say again, and nothing but time depends on what is in here. A
+/// frame asks about the same poses for its paths, for its plans and for its report, and the next one starts
+/// there. Not to be kept over Narrowphase::build(). Does not allocate once made.
+class SeparationMemo {
+ public:
+  struct Answer {
+    PairStatus status;
+    PairGeometry geometry;
+  };
+
+  /// @param sets of two answers each; a power of two.
+  explicit SeparationMemo(std::size_t sets) : entries_(2 * sets), keys_(2 * sets, 0), mask_(sets - 1) {}
+
+  /// Null: not known.
+  const Answer* find(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB) const noexcept {
+    const std::uint64_t key = key_of(pair, X_WA, X_WB);
+    for (const std::size_t i : places(key)) {
+      const Entry& entry = entries_[i];
+      if (keys_[i] == key && entry.pair == pair && is_same(entry.X_WA, X_WA) && is_same(entry.X_WB, X_WB))
+        return &entry.answer;
+    }
+    return nullptr;
+  }
+
+  /// Replaces the older of its set's two. @pre not known yet.
+  void put(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB, PairStatus status,
+           const PairGeometry& geometry) noexcept {
+    const std::uint64_t key = key_of(pair, X_WA, X_WB);
+    const auto [newer, older] = places(key);
+    entries_[older] = entries_[newer], keys_[older] = keys_[newer];
+    entries_[newer] = {pair, X_WA, X_WB, {status, geometry}}, keys_[newer] = key;
+  }
+
+ private:
+  struct Entry {
+    SolidPair pair{0, 0};
+    Pose X_WA, X_WB;
+    Answer answer{};
+  };
+
+  static constexpr std::size_t kWords = sizeof(Pose) / sizeof(std::uint64_t);
+  using Words = std::array<std::uint64_t, kWords>;
+  static_assert(sizeof(Pose) == sizeof(Words));
+
+  std::array<std::size_t, 2> places(std::uint64_t key) const noexcept {
+    const std::size_t first = 2 * (static_cast<std::size_t>(key >> 32) & mask_);
+    return {first, first + 1};
+  }
+
+  static bool is_same(const Pose& a, const Pose& b) noexcept {
+    return std::memcmp(a.R.data(), b.R.data(), 9 * sizeof(double)) == 0 &&
+           std::memcmp(a.p.data(), b.p.data(), 3 * sizeof(double)) == 0;
+  }
+
+  /// Never 0, which stands for nothing. Four chains of three words each, so that products overlap.
+  static std::uint64_t key_of(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB) noexcept {
+    constexpr std::uint64_t kFactor = 0x9e3779b97f4a7c15;
+    std::array<std::uint64_t, 4> sum{pair.a, pair.b, 2, 3};
+    for (const Pose* X : {&X_WA, &X_WB}) {
+      Words words;
+      std::memcpy(words.data(), X->R.data(), 9 * sizeof(double));
+      std::memcpy(words.data() + 9, X->p.data(), 3 * sizeof(double));
+      for (std::size_t i = 0; i < kWords; ++i) sum[i % 4] = (std::rotl(sum[i % 4], 23) ^ words[i]) * kFactor;
+    }
+    return (((sum[0] * kFactor + sum[1]) * kFactor + sum[2]) * kFactor + sum[3]) | 1;
+  }
+
+  std::vector<Entry> entries_;
+  std::vector<std::uint64_t> keys_;
+  std::size_t mask_;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone {
+
+/// What an engine was asked, and what it was answered, in this project's terms (narrowphase.hpp). Borrowed
+/// for the time of the call.
+struct ObservedPair {
+  std::array<const Hexahedron*, 2> solids;
+  std::array<Pose, 2> X_WS;
+  PairStatus status;
+  /// Of the deepest point. NaN where the engine gave none, as for pairs that are apart.
+  PairGeometry geometry;
+  std::span<const ContactPoint> points;
+  std::string_view by;  ///< engine and check, say "Bullet, its own check"
+};
+
+/// Sees the pairs that pass through an engine with one of our plugins. Called from the engine's threads.
+class PairObserver {
+ public:
+  virtual ~PairObserver() = default;
+  virtual void observe(const ObservedPair& pair) noexcept = 0;
+};
+
+/// Whose check an engine's plugin lets decide.
+enum class EngineCheck : std::uint8_t {
+  native,  ///< ours
+  own,     ///< the engine's, for observing it
+};
+
+}  // namespace touchstone

@@ -1,0 +1,320 @@
+#include "adapters/ode_plugin/ode_plugin.hpp"
+
+#include <gmock/gmock.h>
+#include <ode/ode.h>
+
+#include <array>
+#include <cstring>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "contact_core/input_error.hpp"
+#include "tests/support/ask.hpp"
+#include "tests/support/counting_allocator.hpp"
+#include "tests/support/random_poses.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr double kTolerance = 1e-14;
+
+class OdePlugin : public testing::Test {
+ protected:
+  OdePlugin() {
+    dInitODE2(0);
+    dAllocateODEDataForThread(dAllocateMaskAll);
+  }
+  ~OdePlugin() override {
+    for (const dGeomID geom : geoms_) dGeomDestroy(geom);
+    dCloseODE();
+  }
+
+  dGeomID place(dGeomID geom, const Pose& X) {
+    const Matrix3& R = X.R;
+    const dMatrix3 rows = {R(0, 0), R(0, 1), R(0, 2), 0,       R(1, 0), R(1, 1),
+                           R(1, 2), 0,       R(2, 0), R(2, 1), R(2, 2), 0};
+    dGeomSetPosition(geom, X.p.x(), X.p.y(), X.p.z());
+    dGeomSetRotation(geom, rows);
+    return geom;
+  }
+  dGeomID box(double x, double y, double z, const Pose& X) {
+    geoms_.push_back(dCreateBox(nullptr, x, y, z));
+    return place(geoms_.back(), X);
+  }
+  dGeomID hexahedron(const Hexahedron& solid, const Pose& X) {
+    geoms_.push_back(create_ode_hexahedron(nullptr, solid));
+    return place(geoms_.back(), X);
+  }
+
+  std::vector<dGeomID> geoms_;
+};
+
+std::vector<dContactGeom> collide(dGeomID a, dGeomID b, int flags = 8) {
+  std::vector<dContactGeom> contacts(static_cast<std::size_t>(flags & 0xffff));
+  contacts.resize(static_cast<std::size_t>(dCollide(a, b, flags, contacts.data(), sizeof(dContactGeom))));
+  return contacts;
+}
+
+double depth(const std::vector<dContactGeom>& contacts) {
+  double deepest = -1.0;
+  for (const dContactGeom& contact : contacts) deepest = std::max(deepest, contact.depth);
+  return deepest;
+}
+
+Hexahedron frustum() {
+  std::array<Vector3, 8> v;
+  for (int i = 0; i < 8; ++i) {
+    const double w = (i & 1) != 0 ? 0.25 : 0.5;
+    v[i] = {(i & 4) != 0 ? w : -w, (i & 2) != 0 ? w : -w, (i & 1) != 0 ? 0.5 : -0.5};
+  }
+  return Hexahedron::from_vertices(v);
+}
+
+TEST_F(OdePlugin, TheNormalPointsIntoGeom1InEitherOrder) {
+  const OdeBoxOverride native;
+  const dGeomID large = box(2, 2, 2, at(0, 0, 0)), small = box(1, 1, 1, at(1.25, 0, 0));
+  for (const bool swapped : {false, true}) {
+    const std::uint64_t before = ode_native_checks();
+    const auto contacts = swapped ? collide(small, large) : collide(large, small);
+    EXPECT_EQ(ode_native_checks() - before, 1u);
+    ASSERT_EQ(contacts.size(), 4u);
+    for (const dContactGeom& contact : contacts) {
+      EXPECT_EQ(contact.g1, swapped ? small : large);
+      EXPECT_EQ(contact.g2, swapped ? large : small);
+      EXPECT_NEAR(contact.normal[0], swapped ? 1.0 : -1.0, kTolerance);
+      EXPECT_NEAR(contact.depth, 0.25, kTolerance);
+      EXPECT_NEAR(contact.pos[0], 0.875, kTolerance);
+      EXPECT_NEAR(std::abs(contact.pos[1]), 0.5, kTolerance);
+    }
+  }
+}
+
+TEST_F(OdePlugin, HexahedraMeetBoxesPlanesAndEachOther) {
+  const OdeBoxOverride native;
+  const dGeomID a = hexahedron(frustum(), at(0, 0, 0));
+  const dGeomID b = hexahedron(frustum(), at(0, 0, 0.75));
+  const dGeomID c = box(1, 1, 1, at(0, 0, -0.875));
+  geoms_.push_back(dCreatePlane(nullptr, 0, 0, 1, -0.375));
+  const dGeomID plane = geoms_.back();
+  const std::vector<std::pair<dGeomID, double>> others = {{b, 0.25}, {c, 0.125}, {plane, 0.125}};
+  for (const auto& [other, expected] : others) {
+    for (const bool swapped : {false, true}) {
+      const auto contacts = swapped ? collide(other, a) : collide(a, other);
+      ASSERT_EQ(contacts.size(), 4u);
+      EXPECT_NEAR(depth(contacts), expected, kTolerance);
+      // From the frustum: `b` is above it, the others below.
+      const double into_a = other == b ? -1.0 : 1.0;
+      for (const dContactGeom& contact : contacts) {
+        EXPECT_NEAR(contact.normal[2], swapped ? -into_a : into_a, kTolerance);
+        EXPECT_EQ(contact.g1, swapped ? other : a);
+      }
+    }
+  }
+  dReal bounds[6];
+  dGeomGetAABB(b, bounds);
+  EXPECT_THAT(bounds, testing::ElementsAre(-0.5, 0.5, -0.5, 0.5, 0.25, 1.25));
+}
+
+TEST_F(OdePlugin, NoMoreContactsThanAskedForAndSkipIsTheWayBetweenThem) {
+  const OdeBoxOverride native;
+  Pose turned = at(0, 0, 0.9);
+  turned.R = rotation_from_quaternion(std::cos(0.3), 0.01, 0.02, std::sin(0.3));
+  const dGeomID a = box(1, 1, 1, at(0, 0, 0)), b = box(1, 1, 1, turned);
+  const double deepest = depth(collide(a, b));
+  struct Slot {
+    dContactGeom geom;
+    std::array<unsigned char, 40> guard;
+  };
+  for (const unsigned unimportant : {0u, static_cast<unsigned>(CONTACTS_UNIMPORTANT)}) {
+    for (int most = 1; most <= 12; ++most) {
+      std::array<Slot, 13> slots;
+      std::memset(slots.data(), 0x5a, sizeof(slots));
+      const int flags = static_cast<int>(unimportant | static_cast<unsigned>(most));
+      const int count = dCollide(a, b, flags, &slots[0].geom, sizeof(Slot));
+      EXPECT_GE(count, 1);
+      EXPECT_LE(count, std::min(most, 8));
+      double found = 0;
+      for (int i = 0; i < count; ++i) {
+        EXPECT_GE(slots[i].geom.depth, 0.0);
+        found = std::max(found, slots[i].geom.depth);
+      }
+      if (unimportant == 0) {
+        EXPECT_EQ(found, deepest) << most;
+      }
+      for (std::size_t i = 0; i < slots.size(); ++i) {
+        EXPECT_THAT(slots[i].guard, testing::Each(0x5a));
+        if (static_cast<int>(i) >= count) {
+          unsigned char first;
+          std::memcpy(&first, &slots[i].geom, 1);
+          EXPECT_EQ(first, 0x5a) << "contact " << i << " was not to be touched";
+        }
+      }
+    }
+  }
+}
+
+TEST_F(OdePlugin, ThatIsApartIsNotTouched) {
+  const OdeBoxOverride native;
+  const dGeomID a = box(1, 1, 1, at(0, 0, 0)), b = box(1, 1, 1, at(1 + 0x1p-52, 0, 0));
+  EXPECT_THAT(collide(a, b), testing::IsEmpty());
+  const auto touching = collide(a, box(1, 1, 1, at(-1, 0, 0)));
+  ASSERT_EQ(touching.size(), 4u);
+  EXPECT_EQ(depth(touching), 0.0);
+}
+
+/// Bytes of what ODE answers for many pairs in both orders.
+std::vector<double> answers(const std::vector<dGeomID>& geoms) {
+  std::vector<double> all;
+  for (const dGeomID a : geoms) {
+    for (const dGeomID b : geoms) {
+      if (a == b) continue;
+      for (const dContactGeom& contact : collide(a, b)) {
+        all.insert(all.end(), contact.pos, contact.pos + 3);
+        all.insert(all.end(), contact.normal, contact.normal + 3);
+        all.push_back(contact.depth);
+        EXPECT_EQ(contact.g1, a);
+        EXPECT_EQ(contact.g2, b);
+        EXPECT_EQ(contact.side1, -1);
+      }
+    }
+  }
+  return all;
+}
+
+TEST_F(OdePlugin, WhatWasThereIsThereAgain) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> side(0.3, 1.5);
+  for (int i = 0; i < 20; ++i) box(side(random), side(random), side(random), random_pose(random, 1.0));
+  const auto engines = answers(geoms_);
+  std::vector<double> ours;
+  {
+    const OdeBoxOverride outer;
+    ours = answers(geoms_);
+    EXPECT_NE(ours, engines);
+    { const OdeBoxOverride inner; }
+    EXPECT_EQ(answers(geoms_), ours);
+  }
+  EXPECT_EQ(answers(geoms_), engines);
+  // A program's own collider, named.
+  const auto users_own = [](dGeomID, dGeomID, int, dContactGeom*, int) { return 0; };
+  dSetColliderOverride(dBoxClass, dBoxClass, users_own);
+  EXPECT_THAT(answers(geoms_), testing::IsEmpty());
+  {
+    const OdeBoxOverride native({.previous = users_own});
+    EXPECT_EQ(answers(geoms_), ours);
+  }
+  EXPECT_THAT(answers(geoms_), testing::IsEmpty());
+  { const OdeBoxOverride native; }  // back to ODE's own, for the other tests
+  EXPECT_EQ(answers(geoms_), engines);
+}
+
+/// Keeps what it is told.
+struct Observer final : PairObserver {
+  struct Told {
+    std::array<Vector3, 2> half_extents;
+    std::array<Pose, 2> X_WS;
+    PairStatus status;
+    PairGeometry geometry;
+    std::vector<ContactPoint> points;
+    std::string by;
+  };
+  std::vector<Told> all;
+
+  void observe(const ObservedPair& pair) noexcept override {
+    all.push_back({{pair.solids[0]->half_extents(), pair.solids[1]->half_extents()},
+                   pair.X_WS,
+                   pair.status,
+                   pair.geometry,
+                   {pair.points.begin(), pair.points.end()},
+                   std::string(pair.by)});
+  }
+};
+
+TEST_F(OdePlugin, AnObserverIsToldOfBothChecksInOurTerms) {
+  const dGeomID a = box(2, 2, 2, at(0, 0, 0)), b = box(1, 1, 1, at(1.25, 0, 0));
+  const dGeomID far = box(1, 1, 1, at(9, 0, 0));
+  const auto engines = collide(a, b);
+  for (const EngineCheck check : {EngineCheck::own, EngineCheck::native}) {
+    Observer observer;
+    const OdeBoxOverride native({.check = check, .observer = &observer});
+    const auto contacts = collide(a, b);
+    collide(a, far);
+    ASSERT_EQ(observer.all.size(), 2u);
+    const Observer::Told& told = observer.all[0];
+    EXPECT_EQ(told.status, PairStatus::overlapping);
+    EXPECT_NEAR(told.geometry.separation, -0.25, kTolerance);
+    ASSERT_EQ(told.points.size(), contacts.size());
+    // In whichever order ODE asks: A is where its half extents say, and n points from it to the other.
+    const double from_a = told.half_extents[0].x() == 1.0 ? 1.0 : -1.0;
+    EXPECT_NEAR(told.geometry.n_AB_W.x(), from_a, kTolerance);
+    for (const ContactPoint& point : told.points) {
+      EXPECT_NEAR((from_a > 0 ? point.p_A_W : point.p_B_W).x(), 1.0, kTolerance);
+      EXPECT_NEAR((from_a > 0 ? point.p_B_W : point.p_A_W).x(), 0.75, kTolerance);
+    }
+    EXPECT_EQ(observer.all[1].status, PairStatus::separated);
+    EXPECT_TRUE(observer.all[1].points.empty());
+    if (check == EngineCheck::native) continue;
+    ASSERT_EQ(contacts.size(), engines.size());  // the engine goes on as it was
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      EXPECT_EQ(contacts[i].depth, engines[i].depth);
+      EXPECT_EQ(contacts[i].normal[0], engines[i].normal[0]);
+      EXPECT_EQ(contacts[i].g1, a);
+    }
+  }
+}
+
+TEST_F(OdePlugin, TheGuardKeepsOdeInitialised) {
+  std::optional<OdeBoxOverride> native(std::in_place);
+  dCloseODE();
+  const dGeomID a = box(1, 1, 1, at(0, 0, 0)), b = box(1, 1, 1, at(0.5, 0, 0));
+  EXPECT_EQ(collide(a, b).size(), 4u);
+  dInitODE2(0);
+}
+
+TEST_F(OdePlugin, BoxesWithoutVolumeGoToOdeAndBadPosesHaveNoContacts) {
+  const OdeBoxOverride native;
+  const dGeomID a = box(1, 1, 1, at(0, 0, 0)), flat = box(1, 1, 0, at(0, 0, 0.25));
+  const std::uint64_t before = ode_native_checks();
+  collide(a, flat);
+  EXPECT_EQ(ode_native_checks(), before);
+  const dGeomID bad = box(1, 1, 1, at(0, 0, 0));
+  dGeomSetPosition(bad, std::numeric_limits<double>::infinity(), 0, 0);
+  EXPECT_THAT(collide(a, bad), testing::IsEmpty());
+  dGeomSetPosition(bad, 0, 0, 0);
+}
+
+TEST_F(OdePlugin, ABoxThatChangesItsSizeIsSeen) {
+  const OdeBoxOverride native;
+  const dGeomID a = box(1, 1, 1, at(0, 0, 0)), b = box(1, 1, 1, at(0, 0, 0.75));
+  EXPECT_NEAR(depth(collide(a, b)), 0.25, kTolerance);
+  dGeomBoxSetLengths(b, 1, 1, 1.25);
+  EXPECT_NEAR(depth(collide(a, b)), 0.375, kTolerance);
+}
+
+TEST_F(OdePlugin, CollidingAllocatesNothing) {
+  const OdeBoxOverride native;
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 20; ++i) {
+    if (i % 2 == 0)
+      box(1, 1.25, 1, random_pose(random, 1.0));
+    else
+      hexahedron(frustum(), random_pose(random, 1.0));
+  }
+  std::array<dContactGeom, 8> contacts;
+  const auto collide_all = [&] {
+    int count = 0;
+    for (const dGeomID a : geoms_)
+      for (const dGeomID b : geoms_) count += dCollide(a, b, 8, contacts.data(), sizeof(dContactGeom));
+    return count;
+  };
+  const int count = collide_all();
+  const std::size_t before = allocation_count();
+  EXPECT_EQ(collide_all(), count);
+  EXPECT_EQ(allocation_count() - before, 0u);
+  EXPECT_GT(count, 100);
+}
+
+}  // namespace
+}  // namespace touchstone
