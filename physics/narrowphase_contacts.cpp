@@ -46,18 +46,27 @@ NarrowphaseContacts::NarrowphaseContacts(std::unique_ptr<Broadphase> broadphase,
     throw InputError("contacts: narrowphase '" + std::string(narrowphase_->name()) + "' has no manifolds");
 }
 
-void NarrowphaseContacts::add(const Mover& mover, const HexahedronTree& tree, const Surface& surface) {
+std::uint32_t NarrowphaseContacts::add(const Mover& mover, const HexahedronTree& tree,
+                                       const Surface& surface) {
   if (!(surface.friction >= 0.0) || !std::isfinite(surface.friction) || !(surface.restitution >= 0.0) ||
       !(surface.restitution <= 1.0))
     throw InputError("contacts: '" + tree.name() + "': friction must be >= 0, restitution from 0 to 1");
   parts_.push_back({mover, &tree, surface, part_of_.size()});
   part_of_.insert(part_of_.end(), tree.solids().size(), static_cast<std::uint32_t>(parts_.size() - 1));
+  return static_cast<std::uint32_t>(parts_.size() - 1);
 }
 
 void NarrowphaseContacts::exempt(const Mover& a, const Mover& b) { exempt_.emplace_back(a, b); }
 
-bool NarrowphaseContacts::is_exempt(const Mover& a, const Mover& b) const {
+void NarrowphaseContacts::exempt_parts(std::uint32_t a, std::uint32_t b) {
+  exempt_parts_.emplace_back(std::min(a, b), std::max(a, b));
+}
+
+bool NarrowphaseContacts::is_exempt(std::uint32_t part_a, std::uint32_t part_b) const {
+  const Mover &a = parts_[part_a].mover, &b = parts_[part_b].mover;
   if (a == b) return true;
+  const std::pair parts(std::min(part_a, part_b), std::max(part_a, part_b));
+  if (std::binary_search(exempt_parts_.begin(), exempt_parts_.end(), parts)) return true;
   return std::any_of(exempt_.begin(), exempt_.end(), [&](const auto& pair) {
     return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
   });
@@ -65,6 +74,7 @@ bool NarrowphaseContacts::is_exempt(const Mover& a, const Mover& b) const {
 
 void NarrowphaseContacts::build() {
   if (parts_.empty()) throw InputError("contacts: nothing to find any between");
+  std::sort(exempt_parts_.begin(), exempt_parts_.end());
   std::vector<const HexahedronTree*> trees;
   std::vector<Hexahedron> solids;
   std::vector<std::uint8_t> is_static;
@@ -165,8 +175,8 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world) {
 void NarrowphaseContacts::sort_out(std::size_t count, std::size_t& last) {
   candidates_.clear();
   for (const SolidPair& pair : std::span(block_).first(count)) {
+    if (is_exempt(part_of_[pair.a], part_of_[pair.b])) continue;
     const Part &a = part_of(pair.a), &b = part_of(pair.b);
-    if (is_exempt(a.mover, b.mover)) continue;
     while (last < last_found_.size() && last_found_[last].pair < pair) ++last;
     Candidate& candidate = candidates_.emplace_back();
     candidate = {pair, nullptr};

@@ -35,10 +35,13 @@ class NarrowphaseContacts {
   NarrowphaseContacts(std::unique_ptr<Broadphase> broadphase, std::unique_ptr<Narrowphase> narrowphase,
                       double margin);
 
-  /// The solids of a mover, in its frame (a body's or link's). @throws InputError: no tree.
-  void add(const Mover& mover, const HexahedronTree& tree, const Surface& surface);
+  /// The solids of a mover, in its frame (a body's or link's); keeps a reference. Returns the part's number.
+  /// @throws InputError: a bad surface.
+  std::uint32_t add(const Mover& mover, const HexahedronTree& tree, const Surface& surface);
   /// Two movers whose solids are not checked (links that a joint joins, say).
   void exempt(const Mover& a, const Mover& b);
+  /// The same for two parts, where a mover has several.
+  void exempt_parts(std::uint32_t a, std::uint32_t b);
   /// Takes up what was added. @throws InputError: nothing added, no manifolds, what the backends refuse.
   void build();
 
@@ -75,7 +78,7 @@ class NarrowphaseContacts {
     const Found* kept;
   };
 
-  bool is_exempt(const Mover& a, const Mover& b) const;
+  bool is_exempt(std::uint32_t part_a, std::uint32_t part_b) const;
   bool is_covered(SolidIndex solid, const Vector3& p_W, const Vector3& n_W) const;
   const Part& part_of(SolidIndex solid) const { return parts_[part_of_[solid]]; }
   bool move_parts(const DynamicsWorld& world);
@@ -92,6 +95,7 @@ class NarrowphaseContacts {
   std::vector<Part> parts_;
   std::vector<std::uint32_t> part_of_;  // by solid
   std::vector<std::pair<Mover, Mover>> exempt_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> exempt_parts_;  // a < b; ascending once built
   std::vector<Pose> poses_;
   bool was_found_ = false;            // since build()
   std::vector<std::uint32_t> moved_;  // parts

@@ -236,7 +236,7 @@ TEST(SceneFile, RefusesBadHeads) {
   EXPECT_NE(error_of("# a comment\n, stray\nname: s\n"), "accepted");  // yaml-cpp's LoadAll never returns
   EXPECT_EQ(error_of("- a\n"),
             "1: expected a map with the keys name, description, units, parameters, frame_rate, "
-            "contact_gap, policy, duration, objects, exempt, latches, got a list");
+            "contact_gap, policy, duration, objects, exempt, latches, dynamics, got a list");
   try {
     load_scene("/nonexistent/scene.yaml");
     FAIL();

@@ -1,0 +1,466 @@
+#include "adapters/scene_files/dynamics_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "adapters/scene_files/scene_head.hpp"
+#include "contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+using physics::BodyInertia;
+using physics::BodyKind;
+using physics::DynamicScene;
+using physics::JointAddress;
+using physics::JointDrive;
+using physics::SceneAction;
+using physics::SceneAnswer;
+using physics::SceneBody;
+using physics::SceneDrive;
+using physics::SceneJoint;
+using physics::SceneMechanism;
+using scene_files::YamlReader;
+using scene_files::YamlSource;
+
+std::string in_quotes(const std::string& name) { return "'" + name + "'"; }
+
+std::string where(const YamlReader& reader) { return reader.file_and_line() + ": "; }
+
+/// Runs f; what physics refuses gets this node's file and line.
+template <typename F>
+auto located(const YamlReader& reader, F&& f) {
+  try {
+    return f();
+  } catch (const InputError& error) {
+    reader.fail_bare(error.what());
+  }
+}
+
+/// The same node, its errors prefixed by `what` alone.
+YamlReader called(const YamlReader& reader, const std::string& what) {
+  return {reader.node(), reader.source(), what + ": "};
+}
+
+std::size_t read_object(const YamlReader& reader, const Scene& scene) {
+  const std::size_t object = find_object(scene, reader.text());
+  if (object == kNoObject) reader.fail("the scene has no object " + in_quotes(reader.text()));
+  return object;
+}
+
+double read_at_least_0(const YamlReader& reader, double value) {
+  if (!(value >= 0.0)) reader.fail("must be >= 0");
+  return value;
+}
+
+double read_positive(const YamlReader& reader, double value) {
+  if (!(value > 0.0)) reader.fail("must be > 0");
+  return value;
+}
+
+/// Of a joint: an angle where it turns, a length where it shifts.
+double read_way(const YamlReader& reader, JointKind kind) {
+  return kind == JointKind::revolute ? reader.angle() : reader.length();
+}
+
+Vector3 read_turn(const YamlReader& reader) { return reader.vector3() * reader.source().radians_per_angle; }
+
+// ---- bodies
+
+BodyInertia read_rod(const YamlReader& reader, double mass) {
+  const std::vector<YamlReader> ends = reader.list();
+  if (ends.size() != 2) reader.fail("expected two ends, got " + std::to_string(ends.size()));
+  const Vector3 from = ends[0].length3(), to = ends[1].length3(), along = to - from;
+  const Matrix3 I =
+      mass / 12.0 * (dot(along, along) * Matrix3::Identity() - Matrix3(along * along.transpose()));
+  return {mass, 0.5 * (from + to), I};
+}
+
+BodyInertia read_given(const YamlReader& reader, double mass) {
+  BodyInertia out{mass, Vector3::Zero(), Matrix3::Zero()};
+  if (reader.has("centre")) out.centre_B = reader.at("centre").length3();
+  out.inertia_B.diagonal() = reader.at("moments").vector3();
+  if (!reader.has("products")) return out;
+  const Vector3 products = reader.at("products").vector3();
+  out.inertia_B(0, 1) = out.inertia_B(1, 0) = products.x();
+  out.inertia_B(0, 2) = out.inertia_B(2, 0) = products.y();
+  out.inertia_B(1, 2) = out.inertia_B(2, 1) = products.z();
+  return out;
+}
+
+BodyInertia read_inertia(const YamlReader& reader, const HexahedronTree& tree) {
+  const std::string name = "object " + in_quotes(tree.name());
+  if (reader.has("mass") == reader.has("density")) reader.fail("expected one of mass, density");
+  if (reader.has("density")) {
+    if (reader.has("inertia")) reader.fail("with a density the inertia is that of the hexahedra");
+    return located(reader.at("density"), [&] {
+      return physics::inertia_of_density(tree.solids(), reader.at("density").number(), name);
+    });
+  }
+  const double mass = reader.at("mass").number();
+  if (!reader.has("inertia")) {
+    if (mass == 0.0) return {};  // of a link: validate_body() refuses it of others
+    return located(reader.at("mass"), [&] { return physics::inertia_of_mass(tree.solids(), mass, name); });
+  }
+  const YamlReader inertia = reader.at("inertia");
+  inertia.require_keys({"centre", "moments", "products", "rod", "point"});
+  if (int{inertia.has("moments")} + int{inertia.has("rod")} + int{inertia.has("point")} != 1)
+    inertia.fail("expected one of moments, rod, point");
+  if (!inertia.has("moments") && (inertia.has("centre") || inertia.has("products")))
+    inertia.fail("centre and products go with moments");
+  if (inertia.has("rod")) return read_rod(inertia.at("rod"), mass);
+  if (inertia.has("point")) return {mass, inertia.at("point").length3(), Matrix3::Zero()};
+  return read_given(inertia, mass);
+}
+
+BodyKind read_kind(const YamlReader& reader, bool is_link) {
+  if (!reader.has("kind")) {
+    if (!is_link) reader.fail("missing 'kind'");
+    return BodyKind::link;
+  }
+  const YamlReader kind = reader.at("kind");
+  if (is_link) kind.fail("a joint moves it: it has no kind");
+  for (const BodyKind each : {BodyKind::fixed, BodyKind::kinematic, BodyKind::dynamic})
+    if (kind.text() == to_string(each)) return each;
+  kind.fail("unknown kind " + in_quotes(kind.text()) + "; known: static, kinematic, dynamic");
+}
+
+void read_surface(const YamlReader& reader, physics::Surface& surface) {
+  if (reader.has("friction"))
+    surface.friction = read_at_least_0(reader.at("friction"), reader.at("friction").number());
+  if (!reader.has("restitution")) return;
+  surface.restitution = reader.at("restitution").number();
+  if (!(surface.restitution >= 0.0 && surface.restitution <= 1.0))
+    reader.at("restitution").fail("must be from 0 to 1");
+}
+
+void read_body(const YamlReader& item, DynamicScene& out, std::vector<std::uint8_t>& is_listed) {
+  item.require_keys(
+      {"object", "kind", "mass", "density", "inertia", "velocity", "turn", "friction", "restitution"});
+  const std::size_t object = read_object(called(item, "dynamics: bodies").at("object"), out.scene);
+  const HexahedronTree& tree = out.scene.objects[object].tree;
+  const YamlReader reader = called(item, "object " + in_quotes(tree.name()));
+  if (is_listed[object] != 0) reader.fail("its body occurs twice");
+  is_listed[object] = 1;
+  SceneBody& body = out.bodies[object];
+  body.where = where(item);
+  body.kind = read_kind(reader, body.kind == BodyKind::link);
+  read_surface(reader, body.surface);
+  const bool has_mass = body.kind == BodyKind::dynamic || body.kind == BodyKind::link;
+  if (has_mass) body.inertia = read_inertia(reader, tree);
+  for (const char* key : {"mass", "density", "inertia"})
+    if (!has_mass && reader.has(key))
+      reader.at(key).fail("is not asked of what is " + std::string(to_string(body.kind)));
+  for (const char* key : {"velocity", "turn"})
+    if (body.kind != BodyKind::dynamic && reader.has(key))
+      reader.at(key).fail(
+          "only dynamic bodies start with one; kinematic ones have a motion, links joint rates");
+  if (reader.has("velocity")) body.v_W = reader.at("velocity").length3();
+  if (reader.has("turn")) body.w_W = read_turn(reader.at("turn"));
+  physics::validate_body(out, object);
+}
+
+void read_bodies(const YamlReader& dynamics, DynamicScene& out) {
+  std::vector<std::uint8_t> is_listed(out.bodies.size(), 0);
+  if (dynamics.has("bodies"))
+    for (const YamlReader& item : dynamics.at("bodies").list()) read_body(item, out, is_listed);
+  for (std::size_t i = 0; i < out.bodies.size(); ++i)
+    if (out.bodies[i].kind == BodyKind::link && is_listed[i] == 0)
+      dynamics.fail("object " + in_quotes(out.scene.objects[i].tree.name()) +
+                    " is a link: 'bodies' does not tell its mass");
+}
+
+// ---- mechanisms
+
+SceneDrive read_drive(const YamlReader& reader, JointKind kind) {
+  SceneDrive out;
+  if (int{reader.has("torque")} + int{reader.has("rate")} + int{reader.has("brake")} != 1)
+    reader.fail("expected one of torque, rate, brake");
+  if (reader.has("ramp") && !reader.has("torque")) reader.at("ramp").fail("only a torque has one");
+  if (reader.has("limit")) {
+    if (reader.has("brake")) reader.at("limit").fail("a brake's limit is its figure");
+    out.drive.limit = read_at_least_0(reader.at("limit"), reader.at("limit").number());
+  }
+  if (reader.has("torque")) out.drive.torque = reader.at("torque").number();
+  if (reader.has("ramp")) out.ramp = reader.at("ramp").number();
+  if (reader.has("rate")) {
+    out.drive.mode = JointDrive::Mode::rate;
+    out.drive.rate = read_way(reader.at("rate"), kind);
+  }
+  if (reader.has("brake")) {
+    out.drive.mode = JointDrive::Mode::brake;
+    out.drive.limit = read_at_least_0(reader.at("brake"), reader.at("brake").number());
+  }
+  return out;
+}
+
+JointKind read_joint_kind(const YamlReader& reader) {
+  for (const JointKind kind : {JointKind::fixed, JointKind::revolute, JointKind::prismatic})
+    if (reader.text() == to_string(kind)) return kind;
+  reader.fail("unknown kind " + in_quotes(reader.text()) + "; known: fixed, revolute, prismatic");
+}
+
+void read_limits(const YamlReader& reader, SceneJoint& joint) {
+  reader.require_keys({"position", "rate", "torque"});
+  if (reader.has("position")) {
+    const std::vector<YamlReader> ends = reader.at("position").list();
+    if (ends.size() != 2)
+      reader.at("position").fail("expected the lower and the upper one, got " + std::to_string(ends.size()));
+    joint.lower = read_way(ends[0], joint.kind);
+    joint.upper = read_way(ends[1], joint.kind);
+  }
+  if (reader.has("rate"))
+    joint.most_rate = read_at_least_0(reader.at("rate"), read_way(reader.at("rate"), joint.kind));
+  if (reader.has("torque")) joint.effort = read_at_least_0(reader.at("torque"), reader.at("torque").number());
+}
+
+SceneJoint read_joint(const YamlReader& item, const std::string& mechanism, const Scene& scene) {
+  item.require_keys(
+      {"name", "kind", "parent", "child", "position", "axis", "value", "rate", "limits", "drive"});
+  SceneJoint joint;
+  joint.where = where(item);
+  joint.name = called(item, "mechanism " + in_quotes(mechanism)).at("name").text();
+  const YamlReader reader =
+      called(item, "mechanism " + in_quotes(mechanism) + ": joint " + in_quotes(joint.name));
+  if (joint.name.find('.') != std::string::npos) reader.fail("a joint's name has no '.'");
+  joint.kind = read_joint_kind(reader.at("kind"));
+  if (reader.has("parent")) joint.parent = read_object(reader.at("parent"), scene);
+  joint.child = read_object(reader.at("child"), scene);
+  if (joint.kind == JointKind::fixed) {
+    for (const char* key : {"position", "axis", "value", "rate", "limits", "drive"})
+      if (reader.has(key)) reader.at(key).fail("a fixed joint has none");
+    return joint;
+  }
+  if (joint.kind == JointKind::revolute || reader.has("position"))
+    joint.p_W = reader.at("position").length3();
+  else
+    joint.p_W = scene.objects[joint.child].X_WO.p;
+  const Vector3 axis = reader.at("axis").vector3();
+  if (norm(axis) == 0.0) reader.at("axis").fail("the axis is zero");
+  joint.axis_W = axis / norm(axis);
+  if (reader.has("value")) joint.value = read_way(reader.at("value"), joint.kind);
+  if (reader.has("rate")) joint.rate = read_way(reader.at("rate"), joint.kind);
+  if (reader.has("limits")) read_limits(reader.at("limits"), joint);
+  if (!reader.has("drive")) return joint;
+  reader.at("drive").require_keys({"torque", "ramp", "rate", "brake", "limit"});
+  joint.drive = read_drive(reader.at("drive"), joint.kind);
+  return joint;
+}
+
+void read_mechanisms(const YamlReader& dynamics, DynamicScene& out) {
+  for (const YamlReader& item : dynamics.at("mechanisms").list()) {
+    item.require_keys({"name", "joints"});
+    SceneMechanism mechanism;
+    mechanism.where = where(item);
+    mechanism.name = item.at("name").text();
+    for (const SceneMechanism& other : out.mechanisms)
+      if (other.name == mechanism.name) item.fail("the mechanism " + in_quotes(other.name) + " occurs twice");
+    for (const YamlReader& joint :
+         called(item, "mechanism " + in_quotes(mechanism.name)).at("joints").list()) {
+      mechanism.joints.push_back(read_joint(joint, mechanism.name, out.scene));
+      physics::validate_joint(out, mechanism, mechanism.joints.back());
+      out.bodies[mechanism.joints.back().child].kind = BodyKind::link;
+    }
+    out.mechanisms.push_back(std::move(mechanism));
+  }
+}
+
+/// `mechanism.joint`.
+JointAddress read_joint_name(const YamlReader& reader, const DynamicScene& scene) {
+  const std::string& text = reader.text();
+  for (std::size_t m = 0; m < scene.mechanisms.size(); ++m)
+    for (std::size_t j = 0; j < scene.mechanisms[m].joints.size(); ++j)
+      if (text == scene.mechanisms[m].name + "." + scene.mechanisms[m].joints[j].name) return {m, j};
+  reader.fail("the scene has no joint " + in_quotes(text) + " (mechanism.joint)");
+}
+
+const SceneJoint& joint_at(const DynamicScene& scene, const JointAddress& joint) {
+  return scene.mechanisms[joint.mechanism].joints[joint.joint];
+}
+
+// ---- actions
+
+SceneAction read_action(const YamlReader& item, const DynamicScene& scene) {
+  item.require_keys({"time", "drive", "latch", "release"});
+  if (int{item.has("drive")} + int{item.has("latch")} + int{item.has("release")} != 1)
+    item.fail("expected one of drive, latch, release");
+  SceneAction action;
+  action.where = where(item);
+  action.time = read_at_least_0(item.at("time"), item.at("time").number());
+  if (item.has("drive")) {
+    const YamlReader drive = item.at("drive");
+    drive.require_keys({"joint", "torque", "ramp", "rate", "brake", "limit"});
+    action.joint = read_joint_name(drive.at("joint"), scene);
+    if (joint_at(scene, action.joint).kind == JointKind::fixed) drive.at("joint").fail("is fixed");
+    action.drive = read_drive(drive, joint_at(scene, action.joint).kind);
+    return action;
+  }
+  action.kind = item.has("latch") ? SceneAction::Kind::latch : SceneAction::Kind::release;
+  if (item.has("release")) {
+    action.carried = read_object(item.at("release"), scene.scene);
+    return action;
+  }
+  const YamlReader latch = item.at("latch");
+  latch.require_keys({"carrier", "carried"});
+  action.carrier = read_object(latch.at("carrier"), scene.scene);
+  action.carried = read_object(latch.at("carried"), scene.scene);
+  return action;
+}
+
+// ---- what the scene comes to
+
+SceneAnswer::Figure read_figure(const YamlReader& reader) {
+  std::string known;
+  for (auto i = SceneAnswer::Figure::position; i <= SceneAnswer::Figure::stopped;
+       i = static_cast<SceneAnswer::Figure>(static_cast<int>(i) + 1)) {
+    if (reader.text() == to_string(i)) return i;
+    known += (known.empty() ? "" : ", ") + std::string(to_string(i));
+  }
+  reader.fail("unknown figure " + in_quotes(reader.text()) + "; known: " + known);
+}
+
+/// SI figures for one of the file's.
+double unit_of_figure(const SceneAnswer& answer, const DynamicScene& scene, const YamlSource& source) {
+  using Figure = SceneAnswer::Figure;
+  const double length = 1.0 / source.lengths_per_metre, angle = source.radians_per_angle;
+  if (answer.figure == Figure::position || answer.figure == Figure::velocity) return length;
+  if (answer.figure == Figure::angular_velocity) return angle;
+  if (answer.figure == Figure::value || answer.figure == Figure::rate)
+    return joint_at(scene, answer.joint).kind == JointKind::revolute ? angle : length;
+  return 1.0;
+}
+
+SceneAnswer read_answer(const YamlReader& item, const DynamicScene& scene) {
+  item.require_keys({"of", "figure", "time", "value", "tolerance"});
+  SceneAnswer answer;
+  answer.where = where(item);
+  answer.figure = read_figure(item.at("figure"));
+  if (answer.is_vector()) answer.object = read_object(item.at("of"), scene.scene);
+  if (answer.is_of_joint()) answer.joint = read_joint_name(item.at("of"), scene);
+  const bool is_dynamic = answer.is_vector() && scene.bodies[answer.object].kind == BodyKind::dynamic;
+  if ((answer.figure == SceneAnswer::Figure::velocity ||
+       answer.figure == SceneAnswer::Figure::angular_velocity) &&
+      !is_dynamic)
+    item.at("of").fail("is not dynamic: it has no such figure");
+  const bool is_a_time =
+      answer.figure == SceneAnswer::Figure::moved || answer.figure == SceneAnswer::Figure::stopped;
+  answer.time = scene.scene.duration;
+  if (item.has("time")) {
+    if (is_a_time) item.at("time").fail("the figure is a time itself");
+    answer.time = item.at("time").number();
+    if (!(answer.time > 0.0 && answer.time <= scene.scene.duration))
+      item.at("time").fail("is not within the scene's duration");
+  }
+  const double unit = unit_of_figure(answer, scene, item.source());
+  if (answer.is_vector())
+    answer.value = unit * item.at("value").vector3();
+  else
+    answer.value.x() = unit * item.at("value").number();
+  answer.tolerance = unit * read_positive(item.at("tolerance"), item.at("tolerance").number());
+  return answer;
+}
+
+void read_conserved(const YamlReader& reader, DynamicScene& out) {
+  for (const YamlReader& item : reader.list()) {
+    const std::string& what = item.text();
+    if (what == "momentum") {
+      out.conserved.linear = true;
+    } else if (what == "angular_momentum") {
+      out.conserved.angular = {true, true, true};
+    } else if (what == "energy") {
+      out.conserved.energy = true;
+    } else if (what.starts_with("angular_momentum_") && what.size() == 18 && what[17] >= 'x' &&
+               what[17] <= 'z') {
+      out.conserved.angular[static_cast<std::size_t>(what[17] - 'x')] = true;
+    } else {
+      item.fail("unknown " + in_quotes(what) +
+                "; known: momentum, angular_momentum, angular_momentum_x, _y, _z, energy");
+    }
+  }
+}
+
+void read_accept(const YamlReader& reader, DynamicScene& out) {
+  reader.require_keys({"depth", "position", "angle", "energy_made"});
+  const auto read = [&](const char* key, double unit, double& value) {
+    if (reader.has(key)) value = unit * read_at_least_0(reader.at(key), reader.at(key).number());
+  };
+  const double length = 1.0 / reader.source().lengths_per_metre;
+  read("depth", length, out.accept.depth);
+  read("position", length, out.accept.position);
+  read("angle", reader.source().radians_per_angle, out.accept.angle);
+  read("energy_made", 1.0, out.accept.energy_made);
+}
+
+// ---- all of it
+
+void read_settings(const YamlReader& dynamics, DynamicScene& out) {
+  if (dynamics.has("gravity")) out.gravity_W = dynamics.at("gravity").length3();
+  out.step = read_positive(dynamics.at("step"), dynamics.at("step").number());
+  const double steps = out.scene.duration / out.step;
+  if (!(std::abs(steps - std::round(steps)) <= 0x1p-50 * steps) || steps < 0.5)
+    dynamics.at("step").fail("does not divide the duration into whole steps");
+  if (dynamics.has("contact_margin")) {
+    const YamlReader margin = dynamics.at("contact_margin");
+    out.contact_margin = read_positive(margin, margin.length());
+    if (!(out.contact_margin > out.scene.contact_gap)) margin.fail("is not above the contact gap");
+  }
+  if (dynamics.has("bounce_speed"))
+    out.bounce_speed = read_at_least_0(dynamics.at("bounce_speed"), dynamics.at("bounce_speed").length());
+  if (dynamics.has("push_out"))
+    out.push_out = read_at_least_0(dynamics.at("push_out"), dynamics.at("push_out").number());
+}
+
+DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
+  dynamics.require_keys({"gravity", "step", "contact_margin", "friction", "restitution", "bounce_speed",
+                         "push_out", "bodies", "mechanisms", "actions", "answers", "conserved", "accept"});
+  DynamicScene out;
+  out.scene = std::move(scene);
+  read_settings(dynamics, out);
+  SceneBody usual;
+  usual.where = where(dynamics);
+  read_surface(dynamics, usual.surface);
+  out.bodies.assign(out.scene.objects.size(), usual);
+  for (std::size_t i = 0; i < out.bodies.size(); ++i) {
+    const Motion& motion = out.scene.objects[i].motion;
+    if (!motion.segments.empty() || !motion.keys.empty()) out.bodies[i].kind = BodyKind::kinematic;
+  }
+  if (dynamics.has("mechanisms")) read_mechanisms(dynamics, out);
+  read_bodies(dynamics, out);
+  if (dynamics.has("actions"))
+    for (const YamlReader& item : dynamics.at("actions").list())
+      out.actions.push_back(read_action(item, out));
+  if (dynamics.has("answers"))
+    for (const YamlReader& item : dynamics.at("answers").list())
+      out.answers.push_back(read_answer(item, out));
+  if (dynamics.has("conserved")) read_conserved(dynamics.at("conserved"), out);
+  if (dynamics.has("accept")) read_accept(dynamics.at("accept"), out);
+  return out;
+}
+
+}  // namespace
+
+DynamicScene load_dynamic_scene(const std::filesystem::path& path, const SceneParameters& parameters) {
+  Scene scene = load_scene(path, parameters);
+  YamlSource source;
+  source.file = path.string();
+  const YAML::Node document = scene_files::parse_yaml(path);
+  const YamlReader root(document, source);
+  scene_files::read_units(root, source);
+  scene_files::read_parameters(root, {}, source);
+  const bool answers_hold = source.parameters == scene.parameters;
+  source.parameters = scene.parameters;
+  if (!root.has("dynamics")) throw InputError(source.file + ": the scene asks for no dynamics");
+  DynamicScene out = read_dynamics(root.at("dynamics"), std::move(scene));
+  out.answers_hold = answers_hold;
+  try {
+    physics::validate(out);
+  } catch (const InputError& error) {
+    const std::string_view message = error.what();
+    if (message.starts_with(source.file + ":")) throw;
+    throw InputError(source.file + ": " + std::string(message));
+  }
+  return out;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,62 @@
+#include "adapters/scene_files/scene_head.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone::scene_files {
+namespace {
+
+std::string quoted(const std::string& name) { return "'" + name + "'"; }
+
+std::string unit_name(const YamlReader& units, const char* key, std::array<const char*, 2> known) {
+  if (!units.has(key)) return known[0];
+  const YamlReader reader = units.at(key);
+  const std::string unit = reader.text();
+  if (unit != known[0] && unit != known[1])
+    reader.fail("unknown unit " + quoted(unit) + "; known: " + known[0] + ", " + known[1]);
+  return unit;
+}
+
+}  // namespace
+
+std::string read_units(const YamlReader& root, YamlSource& source) {
+  std::string length = "m";
+  std::string angle = "rad";
+  if (root.has("units")) {
+    const YamlReader units = root.at("units");
+    units.require_keys({"length", "angle"});
+    length = unit_name(units, "length", {"m", "mm"});
+    angle = unit_name(units, "angle", {"rad", "deg"});
+  }
+  source.lengths_per_metre = length == "mm" ? 1000.0 : 1.0;
+  source.radians_per_angle = angle == "deg" ? std::numbers::pi / 180.0 : 1.0;
+  return "length " + length + ", angle " + angle;
+}
+
+void read_parameters(const YamlReader& root, const SceneParameters& given, YamlSource& source) {
+  std::map<std::string, double> parameters;
+  if (root.has("parameters")) {
+    const YamlReader reader = root.at("parameters");
+    reader.require_keys({});
+    for (const auto& entry : reader.node())
+      parameters[entry.first.Scalar()] = reader.at(entry.first.Scalar()).number();
+  }
+  for (const auto& [name, value] : given) {
+    const auto found = parameters.find(name);
+    if (found == parameters.end()) {
+      std::string known;
+      for (const auto& entry : parameters) known += (known.empty() ? "" : ", ") + entry.first;
+      throw InputError(source.file + ": the scene has no parameter " + quoted(name) +
+                       "; known: " + (known.empty() ? "none" : known));
+    }
+    if (!std::isfinite(value))
+      throw InputError(source.file + ": parameter " + quoted(name) + " is not finite");
+    found->second = value;
+  }
+  source.parameters = std::move(parameters);
+}
+
+}  // namespace touchstone::scene_files

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "adapters/scene_files/scene_file.hpp"
+#include "adapters/scene_files/yaml_reader.hpp"
+
+// Private to this folder: what the readers of a scene file share.
+
+namespace touchstone::scene_files {
+
+/// Sets the source's factors; returns the text for the scene.
+std::string read_units(const YamlReader& root, YamlSource& source);
+
+/// Sets the source's parameters: the file's own, replaced by those given.
+/// @throws InputError: one given that the file has not, or that is not finite.
+void read_parameters(const YamlReader& root, const SceneParameters& given, YamlSource& source);
+
+}  // namespace touchstone::scene_files

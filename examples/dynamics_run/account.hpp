@@ -1,0 +1,51 @@
+#pragma once
+
+#include "physics/scene_simulation.hpp"
+
+namespace touchstone::dynamics {
+
+/// Where momentum and energy of a run went, step by step. What latching does to energy, and to the bodies
+/// that it makes part of a mechanism or the ground, is taken as explained.
+class Account {
+ public:
+  explicit Account(const physics::SceneSimulation& simulation);
+
+  /// Around SceneSimulation::begin_step().
+  void before_begin(const physics::SceneSimulation& simulation);
+  void after_begin(const physics::SceneSimulation& simulation);
+  /// After advance().
+  void after_step(const physics::SceneSimulation& simulation);
+
+  /// Largest momentum of the free bodies that gravity and what they touched of other kinds do not explain
+  /// [N s].
+  double unexplained_momentum() const { return unexplained_momentum_; }
+  /// Largest change of what the scene says is conserved; nan where it says nothing [N s], [N m s], [J].
+  double linear_drift() const { return linear_drift_; }
+  double angular_drift() const { return angular_drift_; }
+  double energy_drift() const { return energy_drift_; }
+  /// Sum over the steps of what energy grew by beyond the work of drives and kinematic bodies [J].
+  double energy_made() const { return made_; }
+  /// Sum of what it fell short of it: impacts, friction [J].
+  double energy_lost() const { return lost_; }
+  /// Largest |energy| seen and all work done, either way [J].
+  double energy_scale() const { return largest_energy_ + work_; }
+
+ private:
+  void add_step_work(const physics::SceneSimulation& simulation);
+  void add_impulses(const physics::SceneSimulation& simulation);
+  void compare_conserved(const physics::SceneSimulation& simulation);
+
+  std::vector<double> q_;  // of all joints, before the step
+  Vector3 linear_start_, angular_start_;
+  double energy_start_ = 0.0;
+  Vector3 momentum_ = Vector3::Zero();  // of the free bodies, that is explained
+  double energy_ = 0.0, step_work_ = 0.0;
+  Vector3 momentum_before_ = Vector3::Zero();
+  double unexplained_momentum_ = 0.0, linear_drift_, angular_drift_, energy_drift_;
+  double made_ = 0.0, lost_ = 0.0, largest_energy_ = 0.0, work_ = 0.0;
+};
+
+/// Of the free bodies [N s].
+Vector3 body_momentum(const physics::DynamicsWorld& world);
+
+}  // namespace touchstone::dynamics

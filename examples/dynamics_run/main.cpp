@@ -1,0 +1,72 @@
+#include <fmt/format.h>
+
+#include "adapters/scene_files/dynamics_file.hpp"
+#include "examples/dynamics_run/run.hpp"
+#include "examples/measures/all_backends.hpp"
+#include "examples/program/program.hpp"
+
+namespace {
+
+using namespace touchstone;
+using namespace touchstone::dynamics;
+using comparison::ProgressLine;
+
+std::vector<std::string> chosen_backends(const Options& options, const BackendRegistry& registry) {
+  std::vector<std::string> names;
+  for (const std::string& name : options.backends) {
+    if (name == "all")
+      names = comparison::all_backend_names();
+    else
+      names.push_back(registry.narrowphase(name).name);
+  }
+  return names;
+}
+
+std::string chosen_reference(const Options& options, const BackendRegistry& registry) {
+  if (!options.reference.empty()) return registry.narrowphase(options.reference).name;
+  for (const auto& entry : registry.narrowphases())
+    if (entry.name == "exact") return entry.name;
+  return "native";
+}
+
+void print_list(const Options& options, const BackendRegistry& registry) {
+  fmt::print("scenes\n");
+  for (const std::filesystem::path& file : find_scenes(options))
+    fmt::print("  {:26}  {}\n", file.stem().string(), load_dynamic_scene(file).scene.name);
+  fmt::print("backends\n");
+  for (const auto& entry : registry.narrowphases())
+    fmt::print("  {:26}  {}\n", entry.name, entry.description);
+}
+
+int run(int argc, char** argv) {
+  std::optional<Options> options = parse_options(argc, argv, TOUCHSTONE_DYNAMIC_SCENES);
+  if (!options) return 0;
+  BackendRegistry registry;
+  comparison::register_all_backends(registry);
+  if (options->list) {
+    print_list(*options, registry);
+    return 0;
+  }
+  const std::vector<std::string> backends = chosen_backends(*options, registry);
+  options->reference = chosen_reference(*options, registry);
+  const std::vector<std::filesystem::path> scenes = find_scenes(*options);
+  comparison::check_report_folder(options->output);
+  fmt::print("{}", legend_text(options->reference));
+  ProgressLine progress;
+  std::vector<SceneResult> results;
+  for (const std::filesystem::path& scene : scenes) {
+    results.push_back(run_scene(scene, *options, registry, backends, progress));
+    progress.finish();
+    fmt::print("{}", terminal_text(results.back()));
+    std::fflush(stdout);
+  }
+  comparison::write_report_folder(options->output, report_files(results));
+  fmt::print("\nresults, series, plots: {}\n", options->output);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return touchstone::comparison::run_program("dynamics_run", [&] { return run(argc, argv); });
+}

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adapters/scene_files/scene_file.hpp"
+
+namespace touchstone::dynamics {
+
+/// A scene's parameter; for every scene that is run.
+struct ParameterSetting {
+  std::string name;
+  double value;
+};
+
+struct Options {
+  std::vector<std::string> scenes;      ///< numbers, names or files; empty: all bundled ones
+  std::vector<std::string> backends{};  ///< empty: all
+  std::string reference;                ///< empty: exact where it is built, else native
+  std::vector<ParameterSetting> settings{};
+  std::string output = "dynamics";  ///< folder
+  std::filesystem::path folder;     ///< with the bundled scenes
+  std::size_t every = 1;            ///< n-th step is recorded
+  int repetitions = 3;              ///< of each run: a step's time is that of its fastest
+  bool list = false;
+};
+
+/// Prints the help and returns nothing for --help. @param scenes the folder that is looked in by default.
+/// @throws InputError, one line, for what is no valid command line.
+std::optional<Options> parse_options(int argc, const char* const* argv, const std::filesystem::path& scenes);
+
+/// The files of the scenes that are asked for, by name. @throws InputError for one that is not there.
+std::vector<std::filesystem::path> find_scenes(const Options& options);
+
+}  // namespace touchstone::dynamics

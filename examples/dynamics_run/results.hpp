@@ -1,0 +1,107 @@
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "physics/dynamic_scene.hpp"
+
+namespace touchstone::dynamics {
+
+inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// One contact in one step.
+struct ContactRow {
+  double time;         ///< at the step's end [s]
+  std::uint32_t a, b;  ///< solids, as SceneResult::solid_names has them
+  PairStatus status;
+  Vector3 p_W, n_AB_W;  ///< at the step's start; the point in the middle between the two surfaces'
+  double depth;         ///< at the step's start: > 0 overlapping, < 0 apart [m]
+  Vector3 force_W;      ///< on B, mean over the step, impacts included [N]
+  Vector3 impact_W;     ///< on B, of impacts alone [N s]
+};
+
+/// What there is at a step's end. The first sample is the start.
+struct Sample {
+  double time;
+  Vector3 linear_W, angular_W;  ///< momenta of all, about the world's origin
+  double energy;
+};
+
+/// What was recorded; of every n-th step.
+struct Series {
+  std::vector<Sample> samples;
+  // By sample and object or joint; joints through the mechanisms in order.
+  std::vector<Vector3> force_W, moment_W;  ///< of contacts on the object, the moment about the world's origin
+  std::vector<Vector3> p_W;                ///< of the object's origin
+  std::vector<double> value, rate, torque;
+  std::vector<ContactRow> contacts;
+};
+
+/// One answer of the scene against what came out.
+struct AnswerResult {
+  Vector3 found = Vector3::Constant(kNone);
+  double error = kNone;  ///< distance, in the answer's unit; nan: it never came out
+  bool holds = false;
+};
+
+struct StepTimes {
+  double median_us = kNone, p999_us = kNone, worst_us = kNone;
+};
+
+/// One scene over the contacts of one backend.
+struct BackendRun {
+  std::string backend;
+  std::string not_run;      ///< why; empty: it was
+  std::string stopped;      ///< why before the end; empty: it went through
+  std::uint64_t steps = 0;  ///< taken
+  std::vector<Pose> last;   ///< by object
+  std::vector<AnswerResult> answers;
+  double deepest = 0.0;  ///< worst penetration at a step's end, by native [m]
+  double unexplained_momentum = kNone, linear_drift = kNone, angular_drift = kNone, energy_drift = kNone,
+         energy_made = kNone, energy_lost = kNone, energy_scale = kNone;
+  double pose_error = kNone, angle_error = kNone;  ///< of final poses, from the reference's [m], [rad]
+  std::vector<double> total_us, detection_us;  ///< of each step, its fastest repetition; emptied when judged
+  StepTimes total, detection;                  ///< of a step; finding the contacts alone
+  std::optional<std::uint64_t> allocations;    ///< in all of them but the first
+  std::uint64_t contact_count = 0, undecided = 0, failed = 0, unconverged = 0;
+  double worst_residual = 0.0;  ///< of the contact solver [m/s]
+  Series series;
+  std::vector<std::string> misses;  ///< what keeps it from being recommended
+};
+
+struct SceneResult {
+  std::string file;  ///< the scene's name without .yaml
+  std::shared_ptr<const physics::DynamicScene> scene;
+  std::vector<std::string> solid_names;
+  std::string reference;  ///< the backend that final poses are compared with
+  std::vector<BackendRun> runs;
+  std::string recommended;  ///< empty: none
+  std::string reason;
+};
+
+/// `mechanism.joint` of all joints that move, in the order of Series.
+std::vector<std::string> joint_names(const physics::DynamicScene& scene);
+std::vector<physics::JointAddress> moving_joints(const physics::DynamicScene& scene);
+
+/// Compares final poses with the reference's, says what each run misses, and names the backend to build on.
+void judge(SceneResult& result);
+
+/// The whole run as JSON: figures in SI units; what was not measured is null.
+std::string results_json(const std::vector<SceneResult>& results);
+/// One row a scene and backend.
+std::string results_csv(const std::vector<SceneResult>& results);
+/// A run over time: momenta, energy, joints, forces on objects and where they are.
+std::string series_csv(const SceneResult& result, const BackendRun& run);
+/// One row a contact and step.
+std::string contacts_csv(const SceneResult& result, const BackendRun& run);
+/// What the columns are.
+std::string legend_text(const std::string& reference);
+/// Tables for a terminal of 120 columns.
+std::string terminal_text(const SceneResult& result);
+/// Contact forces, joint torques, momenta and energy over time, all backends; empty without any.
+std::string time_plot(const SceneResult& result);
+
+}  // namespace touchstone::dynamics

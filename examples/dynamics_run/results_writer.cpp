@@ -1,0 +1,158 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "examples/compare_backends/machine.hpp"
+#include "examples/dynamics_run/results.hpp"
+#include "examples/program/csv.hpp"
+
+namespace touchstone::dynamics {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kSchema = 1;
+
+Json number(double value) {
+  if (std::isnan(value)) return nullptr;
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return value;
+}
+
+Json json(const Vector3& v) { return Json::array({number(v.x()), number(v.y()), number(v.z())}); }
+
+Json json(const StepTimes& times) {
+  return {{"median", number(times.median_us)},
+          {"p99_9", number(times.p999_us)},
+          {"worst", number(times.worst_us)}};
+}
+
+Json json(const physics::DynamicScene& scene, const physics::SceneAnswer& answer,
+          const AnswerResult& result) {
+  Json out = {{"figure", std::string(to_string(answer.figure))}};
+  JointKind kind = JointKind::fixed;
+  if (answer.is_vector()) out["of"] = scene.scene.objects[answer.object].tree.name();
+  if (answer.is_of_joint()) {
+    const physics::SceneMechanism& mechanism = scene.mechanisms[answer.joint.mechanism];
+    out["of"] = mechanism.name + "." + mechanism.joints[answer.joint.joint].name;
+    kind = mechanism.joints[answer.joint.joint].kind;
+  }
+  out["unit"] = unit_of(answer, kind);
+  out["time_s"] = answer.time;
+  out["closed_form"] = answer.is_vector() ? json(answer.value) : number(answer.value.x());
+  out["found"] = answer.is_vector() ? json(result.found) : number(result.found.x());
+  out["error"] = number(result.error);
+  out["tolerance"] = answer.tolerance;
+  out["holds"] = result.holds;
+  return out;
+}
+
+Json last_poses(const SceneResult& result, const BackendRun& run) {
+  Json poses = Json::object();
+  for (std::size_t o = 0; o < run.last.size(); ++o) {
+    const Pose& X = run.last[o];
+    poses[result.scene->scene.objects[o].tree.name()] = {
+        {"p_m", json(X.p)}, {"R_rows", Json::array({json(X.R.row(0)), json(X.R.row(1)), json(X.R.row(2))})}};
+  }
+  return poses;
+}
+
+Json json(const SceneResult& result, const BackendRun& run) {
+  Json out = {{"backend", run.backend}};
+  if (!run.not_run.empty()) {
+    out["not_run"] = run.not_run;
+    return out;
+  }
+  out["stopped"] = run.stopped.empty() ? Json(nullptr) : Json(run.stopped);
+  out["steps"] = run.steps;
+  out["answers"] = Json::array();
+  for (std::size_t i = 0; i < run.answers.size() && result.scene->answers_hold; ++i)
+    out["answers"].push_back(json(*result.scene, result.scene->answers[i], run.answers[i]));
+  out["deepest_m"] = number(run.deepest);
+  out["pose_error_m"] = number(run.pose_error);
+  out["angle_error_rad"] = number(run.angle_error);
+  out["unexplained_momentum_ns"] = number(run.unexplained_momentum);
+  out["momentum_drift_ns"] = number(run.linear_drift);
+  out["angular_momentum_drift_nms"] = number(run.angular_drift);
+  out["energy_drift_j"] = number(run.energy_drift);
+  out["energy_made_j"] = number(run.energy_made);
+  out["energy_lost_j"] = number(run.energy_lost);
+  out["energy_scale_j"] = number(run.energy_scale);
+  out["step_us"] = json(run.total);
+  out["detection_us"] = json(run.detection);
+  out["allocations"] = run.allocations ? Json(*run.allocations) : Json(nullptr);
+  out["contacts"] = run.contact_count;
+  out["undecided_pairs"] = run.undecided;
+  out["failed_pairs"] = run.failed;
+  out["unconverged_solves"] = run.unconverged;
+  out["worst_residual_m_s"] = number(run.worst_residual);
+  out["misses"] = run.misses;
+  out["last"] = last_poses(result, run);
+  return out;
+}
+
+Json machine_json() {
+  const comparison::Machine machine = comparison::describe_machine();
+  return {{"cpu", machine.cpu},           {"system", machine.system},
+          {"compiler", machine.compiler}, {"build_type", machine.build_type},
+          {"flags", machine.flags},       {"version", machine.version}};
+}
+
+}  // namespace
+
+std::string results_json(const std::vector<SceneResult>& results) {
+  Json out = {{"schema", kSchema}, {"program", "dynamics_run"}, {"machine", machine_json()}};
+  out["scenes"] = Json::array();
+  for (const SceneResult& result : results) {
+    const physics::DynamicScene& scene = *result.scene;
+    Json entry = {{"scene", result.file},
+                  {"name", scene.scene.name},
+                  {"parameters", scene.scene.parameters},
+                  {"step_s", scene.step},
+                  {"duration_s", scene.scene.duration},
+                  {"answers_hold", scene.answers_hold},
+                  {"reference", result.reference},
+                  {"build_on", result.recommended.empty() ? Json(nullptr) : Json(result.recommended)},
+                  {"reason", result.reason}};
+    entry["runs"] = Json::array();
+    for (const BackendRun& run : result.runs) entry["runs"].push_back(json(result, run));
+    out["scenes"].push_back(std::move(entry));
+  }
+  return out.dump(1) + "\n";
+}
+
+std::string results_csv(const std::vector<SceneResult>& results) {
+  using comparison::csv_number;
+  using comparison::csv_text;
+  std::string text =
+      "scene,backend,not_run,stopped,steps,answers,answers_met,deepest_m,pose_error_m,angle_error_rad,"
+      "unexplained_momentum_ns,momentum_drift_ns,angular_momentum_drift_nms,energy_drift_j,energy_made_j,"
+      "energy_lost_j,energy_scale_j,median_us,p99_9_us,worst_us,detection_median_us,allocations,contacts,"
+      "undecided_pairs,failed_pairs,unconverged_solves,worst_residual_m_s,build_on\n";
+  for (const SceneResult& result : results) {
+    for (const BackendRun& run : result.runs) {
+      text += fmt::format("{},{},{},", csv_text(result.file), csv_text(run.backend), csv_text(run.not_run));
+      if (!run.not_run.empty()) {
+        text += std::string(24, ',') + "\n";
+        continue;
+      }
+      std::size_t met = 0;
+      for (const AnswerResult& answer : run.answers) met += answer.holds ? 1 : 0;
+      const bool judged = result.scene->answers_hold;
+      text += fmt::format("{},{},{},{}", csv_text(run.stopped), run.steps, judged ? run.answers.size() : 0,
+                          judged ? met : 0);
+      for (const double figure :
+           {run.deepest, run.pose_error, run.angle_error, run.unexplained_momentum, run.linear_drift,
+            run.angular_drift, run.energy_drift, run.energy_made, run.energy_lost, run.energy_scale,
+            run.total.median_us, run.total.p999_us, run.total.worst_us, run.detection.median_us})
+        text += "," + csv_number(figure);
+      text += fmt::format(",{},{},{},{},{},{},{}\n", run.allocations ? std::to_string(*run.allocations) : "",
+                          run.contact_count, run.undecided, run.failed, run.unconverged, run.worst_residual,
+                          run.backend == result.recommended ? 1 : 0);
+    }
+  }
+  return text;
+}
+
+}  // namespace touchstone::dynamics

@@ -1,0 +1,99 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "examples/dynamics_run/results.hpp"
+#include "examples/program/text_table.hpp"
+
+namespace touchstone::dynamics {
+namespace {
+
+using comparison::format_error;
+using comparison::TextTable;
+using physics::SceneAnswer;
+
+std::string scaled(double value, double factor) { return format_error(factor * value); }
+
+std::string time_text(double us) { return std::isnan(us) ? "-" : fmt::format("{:.1f}", us); }
+
+std::string answers_text(const SceneResult& result, const BackendRun& run) {
+  if (result.scene->answers.empty() || !result.scene->answers_hold) return "-";
+  std::size_t held = 0;
+  for (const AnswerResult& answer : run.answers) held += answer.holds ? 1 : 0;
+  return fmt::format("{}/{}", held, run.answers.size());
+}
+
+void add_row(const SceneResult& result, const BackendRun& run, TextTable& table) {
+  if (!run.not_run.empty()) return;
+  table.add({run.backend, answers_text(result, run), scaled(run.pose_error, 1e3),
+             format_error(run.angle_error), scaled(run.deepest, 1e3), format_error(run.unexplained_momentum),
+             format_error(run.linear_drift), format_error(run.angular_drift), format_error(run.energy_made),
+             format_error(run.energy_lost), time_text(run.detection.median_us),
+             time_text(run.total.median_us), time_text(run.total.p999_us),
+             run.allocations ? std::to_string(*run.allocations) : "-"});
+}
+
+std::string subject(const physics::DynamicScene& scene, const SceneAnswer& answer) {
+  if (answer.is_vector()) return scene.scene.objects[answer.object].tree.name() + " ";
+  if (!answer.is_of_joint()) return "";
+  const physics::SceneMechanism& mechanism = scene.mechanisms[answer.joint.mechanism];
+  return mechanism.name + "." + mechanism.joints[answer.joint.joint].name + " ";
+}
+
+std::string value_text(const SceneAnswer& answer, const Vector3& value) {
+  if (!answer.is_vector()) return fmt::format("{:.9g}", value.x());
+  return fmt::format("({:.9g}, {:.9g}, {:.9g})", value.x(), value.y(), value.z());
+}
+
+/// Answers that are off, and how the run went on.
+std::string remarks(const SceneResult& result, const BackendRun& run) {
+  const physics::DynamicScene& scene = *result.scene;
+  if (!run.not_run.empty()) return fmt::format("  {}: not run: {}\n", run.backend, run.not_run);
+  std::string text;
+  if (!run.stopped.empty()) text += fmt::format("  {}: stopped {}\n", run.backend, run.stopped);
+  for (std::size_t i = 0; i < run.answers.size() && scene.answers_hold; ++i) {
+    const SceneAnswer& answer = scene.answers[i];
+    if (run.answers[i].holds) continue;
+    const JointKind kind = scene.mechanisms.empty()
+                               ? JointKind::fixed
+                               : scene.mechanisms[answer.joint.mechanism].joints[answer.joint.joint].kind;
+    text += fmt::format("  {}: {}{}: {}, off by {:.2g} {}; closed form {}, within {:.2g}\n", run.backend,
+                        subject(scene, answer), to_string(answer.figure),
+                        value_text(answer, run.answers[i].found), run.answers[i].error, unit_of(answer, kind),
+                        value_text(answer, answer.value), answer.tolerance);
+  }
+  if (run.failed + run.undecided + run.unconverged > 0)
+    text += fmt::format(
+        "  {}: {} contacts in all; pairs: {} undecided, {} failed or unsupported; solves: {} unconverged, "
+        "residual {:.1e} m/s\n",
+        run.backend, run.contact_count, run.undecided, run.failed, run.unconverged, run.worst_residual);
+  return text;
+}
+
+}  // namespace
+
+std::string legend_text(const std::string& reference) {
+  return fmt::format(
+      "answers: closed forms met; pose mm, rad: final poses from those over {}; depth mm: worst, by native;\n"
+      "dp: momentum of free bodies from nothing [N s]; dP, dL: drift of total momenta that the scene says "
+      "stay\n"
+      "[N s, N m s]; made, lost: energy beyond the work of drives and kinematic bodies [J]; us: to find the\n"
+      "contacts, and of a step (contacts and forces), median and 99.9 %; alloc: in all steps but the first\n",
+      reference);
+}
+
+std::string terminal_text(const SceneResult& result) {
+  const physics::DynamicScene& scene = *result.scene;
+  std::string text = fmt::format("\n{}: {}\n  {} steps of {:g} s{}\n", result.file, scene.scene.name,
+                                 comparison::format_count(scene.step_count()), scene.step,
+                                 scene.answers_hold ? "" : "; parameters replaced: answers are not judged");
+  TextTable table({"", "answers", "pose mm", "rad", "depth mm", "dp", "dP", "dL", "made", "lost", "us find",
+                   "us med", "99.9%", "alloc"});
+  for (const BackendRun& run : result.runs) add_row(result, run, table);
+  text += table.str();
+  for (const BackendRun& run : result.runs) text += remarks(result, run);
+  text += result.recommended.empty() ? "  build on: none: " : "  build on " + result.recommended + ": ";
+  return text + result.reason + "\n";
+}
+
+}  // namespace touchstone::dynamics

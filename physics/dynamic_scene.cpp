@@ -1,0 +1,219 @@
+#include "physics/dynamic_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact_core/input_error.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+[[noreturn]] void reject(const std::string& where, const std::string& reason) {
+  throw InputError(where + reason);
+}
+
+std::string object_name(const DynamicScene& scene, std::size_t object) {
+  return "object '" + scene.scene.objects[object].tree.name() + "'";
+}
+
+bool has_motion(const SceneObject& object) {
+  return !object.motion.segments.empty() || !object.motion.keys.empty();
+}
+
+bool is_number_at_least_0(double value) { return value >= 0.0; }  // infinity too, not NaN
+
+void validate_drive(const SceneDrive& drive, const std::string& name) {
+  if (!is_number_at_least_0(drive.drive.limit)) reject(name, "a torque limit below 0");
+  if (!std::isfinite(drive.drive.torque) || !std::isfinite(drive.drive.rate) || !std::isfinite(drive.ramp))
+    reject(name, "torque, ramp or rate is not finite");
+  if (drive.ramp != 0.0 && drive.drive.mode != JointDrive::Mode::torque)
+    reject(name, "only a torque has a ramp");
+}
+
+bool is_ground(const DynamicScene& scene, std::size_t object) {
+  return object == kNoObject || scene.bodies[object].kind == BodyKind::fixed;
+}
+
+void validate_mechanism(const DynamicScene& scene, const SceneMechanism& mechanism,
+                        std::vector<std::string>& moved_by) {
+  const std::string name = mechanism.where + "mechanism '" + mechanism.name + "': ";
+  if (mechanism.name.empty()) reject(mechanism.where, "a mechanism without a name");
+  if (mechanism.joints.empty()) reject(name, "no joint");
+  for (const SceneJoint& joint : mechanism.joints) validate_joint(scene, mechanism, joint);
+  for (const SceneJoint& joint : mechanism.joints) {
+    const std::string here = joint.where + "mechanism '" + mechanism.name + "': joint '" + joint.name + "': ";
+    std::string& other = moved_by[joint.child];
+    if (!other.empty())
+      reject(here, object_name(scene, joint.child) + " is already moved by joint '" + other + "'");
+    other = joint.name;
+    const auto is_parent = [&](const SceneJoint& each) { return each.child == joint.parent; };
+    if (!is_ground(scene, joint.parent) &&
+        std::none_of(mechanism.joints.begin(), mechanism.joints.end(), is_parent))
+      reject(here, object_name(scene, joint.parent) + " is neither fixed nor a link of this mechanism");
+  }
+  for (std::size_t i = 0; i < mechanism.joints.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (mechanism.joints[i].name == mechanism.joints[k].name)
+        reject(mechanism.joints[i].where,
+               "mechanism '" + mechanism.name + "': joint '" + mechanism.joints[i].name + "' occurs twice");
+}
+
+/// Follows latches and releases by what carries what, as they will be carried out.
+class LatchPlan {
+ public:
+  explicit LatchPlan(const DynamicScene& scene)
+      : scene_(&scene), carrier_(scene.scene.objects.size(), kNoObject) {}
+
+  void latch(std::size_t carrier, std::size_t carried, const std::string& where) {
+    const std::string here = where + "latch: ";
+    if (carrier >= carrier_.size() || carried >= carrier_.size()) reject(here, "no such object");
+    if (scene_->bodies[carried].kind != BodyKind::dynamic)
+      reject(here, object_name(*scene_, carried) + " is " +
+                       std::string(to_string(scene_->bodies[carried].kind)) +
+                       ": only dynamic ones are carried");
+    if (carrier_[carried] != kNoObject)
+      reject(here, object_name(*scene_, carried) + " is already carried by " +
+                       object_name(*scene_, carrier_[carried]));
+    for (std::size_t i = carrier; i != kNoObject; i = carrier_[i])
+      if (i == carried) reject(here, "closes a cycle");
+    carrier_[carried] = carrier;
+  }
+  void release(std::size_t carried, const std::string& where) {
+    if (carried >= carrier_.size()) reject(where, "release: no such object");
+    if (carrier_[carried] == kNoObject)
+      reject(where, "release: " + object_name(*scene_, carried) + " is not carried");
+    carrier_[carried] = kNoObject;
+  }
+
+ private:
+  const DynamicScene* scene_;
+  std::vector<std::size_t> carrier_;
+};
+
+void validate_actions(const DynamicScene& scene) {
+  LatchPlan plan(scene);
+  for (const SceneLatch& latch : scene.scene.latches)
+    plan.latch(find_object(scene.scene, latch.carrier), find_object(scene.scene, latch.carried), "");
+  double earliest = 0.0;
+  for (const SceneAction& action : scene.actions) {
+    if (!(action.time >= earliest) || !std::isfinite(action.time))
+      reject(action.where, "action: the time is before the action above, or is none");
+    earliest = action.time;
+    if (action.kind == SceneAction::Kind::latch) plan.latch(action.carrier, action.carried, action.where);
+    if (action.kind == SceneAction::Kind::release) plan.release(action.carried, action.where);
+    if (action.kind == SceneAction::Kind::drive) validate_drive(action.drive, action.where + "drive: ");
+  }
+}
+
+void validate_links(const DynamicScene& scene, const std::vector<std::string>& moved_by) {
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const bool is_link = scene.bodies[i].kind == BodyKind::link;
+    if (is_link && moved_by[i].empty())
+      reject(scene.bodies[i].where, object_name(scene, i) + " is a link that no joint moves");
+    if (!is_link && !moved_by[i].empty())
+      reject(scene.bodies[i].where, object_name(scene, i) + " is moved by joint '" + moved_by[i] +
+                                        "', but is " + std::string(to_string(scene.bodies[i].kind)));
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(BodyKind kind) {
+  constexpr std::array<std::string_view, 4> kNames{"static", "kinematic", "dynamic", "link"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+std::string_view to_string(SceneAnswer::Figure figure) {
+  constexpr std::array<std::string_view, 10> kNames{
+      "position", "velocity", "angular_velocity", "force", "impact",
+      "value",    "rate",     "torque",           "moved", "stopped"};
+  return kNames[static_cast<std::size_t>(figure)];
+}
+
+std::string unit_of(const SceneAnswer& answer, JointKind kind) {
+  using Figure = SceneAnswer::Figure;
+  const bool turns = kind == JointKind::revolute;
+  switch (answer.figure) {
+    case Figure::position:
+      return "m";
+    case Figure::velocity:
+      return "m/s";
+    case Figure::angular_velocity:
+      return "rad/s";
+    case Figure::force:
+      return "N";
+    case Figure::impact:
+      return "N s";
+    case Figure::value:
+      return turns ? "rad" : "m";
+    case Figure::rate:
+      return turns ? "rad/s" : "m/s";
+    case Figure::torque:
+      return turns ? "N m" : "N";
+    case Figure::moved:
+    case Figure::stopped:
+      return "s";
+  }
+  return "";
+}
+
+std::uint64_t DynamicScene::step_count() const {
+  return static_cast<std::uint64_t>(std::round(scene.duration / step));
+}
+
+void validate_body(const DynamicScene& scene, std::size_t object) {
+  const SceneBody& body = scene.bodies[object];
+  const std::string name = body.where + object_name(scene, object);
+  if (body.kind == BodyKind::dynamic) validate(body.inertia, Thinness::solid, name);
+  if (body.kind == BodyKind::link) validate(body.inertia, Thinness::thin, name);
+  if (has_motion(scene.scene.objects[object]) && body.kind != BodyKind::kinematic)
+    reject(name, ": has a motion, but is " + std::string(to_string(body.kind)));
+  if (!touchstone::is_finite(body.v_W) || !touchstone::is_finite(body.w_W))
+    reject(name, ": velocities are not finite");
+  if (!is_number_at_least_0(body.surface.friction) || std::isinf(body.surface.friction))
+    reject(name, ": friction must be >= 0");
+  if (!is_number_at_least_0(body.surface.restitution) || body.surface.restitution > 1.0)
+    reject(name, ": restitution must be from 0 to 1");
+}
+
+void validate_joint(const DynamicScene& scene, const SceneMechanism& mechanism, const SceneJoint& joint) {
+  const std::string name = joint.where + "mechanism '" + mechanism.name + "': joint '" + joint.name + "': ";
+  if (joint.name.empty()) reject(joint.where, "mechanism '" + mechanism.name + "': a joint without a name");
+  if (joint.child >= scene.bodies.size()) reject(name, "no such child");
+  if (joint.parent != kNoObject && joint.parent >= scene.bodies.size()) reject(name, "no such parent");
+  if (joint.parent == joint.child) reject(name, "parent and child are one object");
+  if (!touchstone::is_finite(joint.p_W) || !touchstone::is_finite(joint.axis_W) ||
+      !(std::abs(norm(joint.axis_W) - 1.0) <= 1e-9))
+    reject(name, "position or axis is not finite, or the axis is not unit");
+  if (!(joint.lower <= joint.upper)) reject(name, "the limits are crossed or not numbers");
+  if (!is_number_at_least_0(joint.most_rate)) reject(name, "a rate limit below 0");
+  if (!is_number_at_least_0(joint.effort)) reject(name, "a torque limit below 0");
+  if (!std::isfinite(joint.value) || !std::isfinite(joint.rate)) reject(name, "value or rate is not finite");
+  if (joint.value < joint.lower || joint.value > joint.upper) reject(name, "the value is out of its limits");
+  validate_drive(joint.drive, name);
+}
+
+void validate(const DynamicScene& scene) {
+  touchstone::validate(scene.scene);
+  const std::string name = "scene '" + scene.scene.name + "': ";
+  if (scene.bodies.size() != scene.scene.objects.size()) reject(name, "one body an object is needed");
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) validate_body(scene, i);
+  std::vector<std::string> moved_by(scene.bodies.size());
+  for (const SceneMechanism& mechanism : scene.mechanisms) validate_mechanism(scene, mechanism, moved_by);
+  validate_links(scene, moved_by);
+  validate_actions(scene);
+  for (const ExemptPair& pair : scene.scene.exempt_pairs)
+    if (pair.first.find('/') != std::string::npos || pair.second.find('/') != std::string::npos)
+      reject(name, "exempt pair '" + pair.first + "', '" + pair.second +
+                       "': under dynamics whole objects are exempt, not hexahedra");
+  if (!touchstone::is_finite(scene.gravity_W)) reject(name, "gravity is not finite");
+  if (!(scene.step > 0.0) || !std::isfinite(scene.step)) reject(name, "the step is not above 0");
+  // Two figures from a file and their quotient: a whole number to rounding.
+  const double steps = scene.scene.duration / scene.step;
+  if (!(std::abs(steps - std::round(steps)) <= 0x1p-50 * steps) || steps < 0.5 || steps > 1e9)
+    reject(name, "the step does not divide the duration into 1 to 1e9 steps");
+  if (!(scene.contact_margin > scene.scene.contact_gap) || !std::isfinite(scene.contact_margin))
+    reject(name, "the contact margin is not above the contact gap");
+}
+
+}  // namespace touchstone::physics

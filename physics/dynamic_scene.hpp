@@ -1,0 +1,160 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "contact_core/mechanism/mechanism.hpp"
+#include "contact_core/scene/scene.hpp"
+#include "physics/dynamics_world.hpp"
+#include "physics/inertia.hpp"
+#include "physics/narrowphase_contacts.hpp"
+
+// A scene with dynamics as plain data; SceneSimulation (scene_simulation.hpp) runs it.
+
+namespace touchstone::physics {
+
+enum class BodyKind : std::uint8_t {
+  fixed,      ///< at rest
+  kinematic,  ///< follows the object's motion in the scene, as if of infinite mass
+  dynamic,    ///< free: forces move it
+  link,       ///< moved by a joint of a mechanism
+};
+std::string_view to_string(BodyKind kind);
+
+/// What one object of the scene is to dynamics.
+struct SceneBody {
+  BodyKind kind = BodyKind::fixed;
+  BodyInertia inertia = {};       ///< dynamic and link: in the object's frame
+  Vector3 v_W = Vector3::Zero();  ///< dynamic: of the centre of mass at the start [m/s]
+  Vector3 w_W = Vector3::Zero();  ///< dynamic: angular velocity at the start [rad/s]
+  Surface surface = {};
+  std::string where = {};  ///< for messages: "file:line: "; may be empty
+};
+
+/// A drive whose torque may grow evenly.
+struct SceneDrive {
+  JointDrive drive = {};
+  double ramp = 0.0;  ///< of the torque, from when the drive was set on [N m/s] or [N/s]
+};
+
+/// A joint, told by where it is while the objects stand in their initial poses.
+struct SceneJoint {
+  std::string name;
+  JointKind kind = JointKind::revolute;
+  std::size_t parent = kNoObject;     ///< object; kNoObject: the ground. A fixed object is ground, too
+  std::size_t child = kNoObject;      ///< object
+  Vector3 p_W = Vector3::Zero();      ///< a point of the axis [m]
+  Vector3 axis_W = Vector3::UnitZ();  ///< unit; the child turns or shifts about or along it, the parent held
+  double value = 0.0;                 ///< of the joint in the initial poses [rad] or [m]
+  double rate = 0.0;                  ///< at the start [rad/s] or [m/s]
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  double most_rate = std::numeric_limits<double>::infinity();  ///< of commanded rates
+  double effort = std::numeric_limits<double>::infinity();     ///< most that a drive gives [N m] or [N]
+  SceneDrive drive = {};
+  std::string where = {};
+};
+
+/// Joints between objects, held by the ground.
+struct SceneMechanism {
+  std::string name;
+  std::vector<SceneJoint> joints;
+  std::string where = {};
+};
+
+/// A joint of a dynamic scene.
+struct JointAddress {
+  std::size_t mechanism = 0, joint = 0;
+};
+
+/// In force from the first step on that starts at `time` or later.
+struct SceneAction {
+  enum class Kind : std::uint8_t { drive, latch, release } kind = Kind::drive;
+  double time = 0.0;        ///< [s]
+  JointAddress joint = {};  ///< drive
+  SceneDrive drive = {};    ///< drive
+  std::size_t carrier = 0;  ///< latch: an object
+  std::size_t carried = 0;  ///< latch, release: an object
+  std::string where = {};
+};
+
+/// A figure that the scene is known to come to, from a closed form.
+struct SceneAnswer {
+  enum class Figure : std::uint8_t {
+    position,          ///< of the object's origin [m]
+    velocity,          ///< of a dynamic object's centre of mass [m/s]
+    angular_velocity,  ///< of a dynamic object [rad/s]
+    force,             ///< of all contacts on the object, mean over the step that ends then [N]
+    impact,            ///< sum of the impulses of impacts on the object up to then [N s]
+    value,             ///< of a joint [rad] or [m]
+    rate,              ///< of a joint
+    torque,            ///< of a joint's drive, mean over the step that ends then [N m] or [N]
+    moved,             ///< when a joint first had another rate than 0 at a step's end [s]
+    stopped,           ///< when a sliding or a braked joint last stopped [s]
+  };
+  Figure figure = Figure::position;
+  std::size_t object = kNoObject;   ///< of the first five
+  JointAddress joint = {};          ///< of value to moved
+  double time = 0.0;                ///< [s], > 0; not of moved and stopped: they are judged at the end
+  Vector3 value = Vector3::Zero();  ///< scalars: the first entry
+  double tolerance = 0.0;           ///< of the distance to it
+  std::string where = {};
+
+  bool is_vector() const { return figure <= Figure::impact; }
+  bool is_of_joint() const { return figure >= Figure::value && figure <= Figure::moved; }
+};
+std::string_view to_string(SceneAnswer::Figure figure);
+/// In SI: "m", "rad", ...; values and rates of joints: as their kind has it.
+std::string unit_of(const SceneAnswer& answer, JointKind kind);
+
+/// What does not change in a scene if the dynamics are right. About the world's origin, of all bodies and
+/// mechanisms.
+struct SceneConserved {
+  bool linear = false;                                  ///< momentum
+  std::array<bool, 3> angular = {false, false, false};  ///< angular momentum about x, y, z
+  bool energy = false;
+};
+
+/// How far off a backend's run may be to be recommended.
+struct SceneAccept {
+  double depth = 1e-4;        ///< worst penetration [m]
+  double position = 1e-4;     ///< of final poses, from the reference run's [m]
+  double angle = 1e-3;        ///< the same [rad]
+  double energy_made = 1e-3;  ///< as a share of the largest energy seen
+};
+
+struct DynamicScene {
+  Scene scene;
+  std::vector<SceneBody> bodies;  ///< one an object, in the scene's order
+  std::vector<SceneMechanism> mechanisms;
+  std::vector<SceneAction> actions;  ///< by time
+  std::vector<SceneAnswer> answers;
+  bool answers_hold = true;  ///< false: the caller has replaced parameters that they were derived for
+  SceneConserved conserved;
+  SceneAccept accept;
+  Vector3 gravity_W = Vector3::Zero();  ///< [m/s2]
+  double step = 1e-3;                   ///< [s]; divides the scene's duration
+  double contact_margin = 1e-3;         ///< points up to this far apart are found [m]
+  double bounce_speed = 1e-3;           ///< approaches slower than this do not bounce [m/s]
+  double push_out = 0.0;                ///< see DynamicsWorld::Settings [1/s]
+
+  std::uint64_t step_count() const;
+};
+
+/// @throws InputError `where` object 'x': reason: a mass or inertia that no such body has (see
+/// validate(BodyInertia)), velocities that are not finite, a bad surface, a motion of what is not kinematic.
+void validate_body(const DynamicScene& scene, std::size_t object);
+/// @throws InputError starting with `where`: crossed or negative limits, an axis that is not unit, a value
+/// out of limits, figures that are not finite, unknown objects.
+void validate_joint(const DynamicScene& scene, const SceneMechanism& mechanism, const SceneJoint& joint);
+/// All of it. @throws InputError as those two and as Scene's, and for a mechanism without joints, parents
+/// that are no link of it nor ground, objects moved by two joints, links without a joint, actions out of
+/// order or that cannot be carried out, a step that does not divide the duration.
+void validate(const DynamicScene& scene);
+
+}  // namespace touchstone::physics

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/dynamic_scene.hpp"
+#include "physics/latch.hpp"
+
+namespace touchstone::physics {
+
+/// Runs a dynamic scene step by step over the contacts of one narrowphase:
+///
+///     SceneSimulation run(scene, [&] { return std::make_unique<NarrowphaseContacts>(...); });
+///     while (!run.is_over()) { run.begin_step(); run.find_contacts(); run.advance(); }
+///
+/// Set-up throws InputError. The three parts of a step neither throw nor, warm, allocate, except steps in
+/// which something is latched or released: the world is made anew there. One thread.
+class SceneSimulation {
+ public:
+  /// Empty contacts with the scene's margin, made at the start and after every latch and release.
+  using MakeContacts = std::function<std::unique_ptr<NarrowphaseContacts>()>;
+
+  /// Keeps a reference to `scene`. @throws InputError as validate(DynamicScene), and what `make` and the
+  /// backends refuse.
+  SceneSimulation(const DynamicScene& scene, MakeContacts make);
+  SceneSimulation(DynamicScene&&, MakeContacts) = delete;
+
+  bool is_over() const { return steps_ >= scene_->step_count(); }
+  std::uint64_t steps() const { return steps_; }  ///< taken
+  double time() const { return static_cast<double>(steps_) * scene_->step; }
+
+  /// What is told for this step: actions that are due, drives, velocities of kinematic bodies.
+  void begin_step();
+  std::span<const Contact> find_contacts();
+  /// Over the contacts found. On failure nothing has moved, and the time is as before.
+  StepReport advance();
+
+  const DynamicScene& scene() const { return *scene_; }
+  const DynamicsWorld& world() const { return *world_; }
+  const NarrowphaseContacts& detection() const { return *contacts_; }
+  /// How often the world was made: at the start, and in every step that latched or released something.
+  std::uint64_t worlds() const { return worlds_; }
+  /// `contacts`, empty, gets what this simulation's own has: for a second opinion on where the world stands.
+  /// Good for the present world. @throws InputError: what the backends refuse.
+  void fill(NarrowphaseContacts& contacts) const;
+  /// Of the last step; one a contact found in it.
+  std::span<const Contact> contacts() const { return found_; }
+  std::span<const ContactForce> forces() const { return std::span(forces_).first(found_.size()); }
+  /// `object/hexahedron` of a solid as NarrowphaseContacts counts it, and its object.
+  const std::string& solid_name(SolidIndex solid) const { return solid_names_[solid]; }
+  std::size_t object_of(SolidIndex solid) const { return object_of_[solid]; }
+
+  Pose object_pose(std::size_t object) const;
+  /// Of the centre of mass of the body that the object is, or is part of; links and fixed objects: nothing.
+  std::optional<Vector3> velocity(std::size_t object) const;
+  std::optional<Vector3> angular_velocity(std::size_t object) const;
+  /// The index in world() of the body that the object moves with; nothing where that is not dynamic.
+  std::optional<std::uint32_t> dynamic_body(std::size_t object) const;
+  /// The object that it moves with: itself unless it is carried.
+  std::size_t root_of(std::size_t object) const { return pieces_[object].root; }
+
+  double joint_value(const JointAddress& joint) const;
+  double joint_rate(const JointAddress& joint) const;
+  double joint_torque(const JointAddress& joint) const;
+  /// The object or mechanism that a failed step names; empty for other failures.
+  std::string failed_name(const StepReport& report) const;
+
+ private:
+  /// Where an object is: in the frame F of what it moves with (of a body or of a mechanism's link).
+  struct Piece {
+    std::size_t root;
+    std::size_t carrier = kNoObject;
+    Pose X_FO;
+    Mover mover;                           // of the root
+    std::optional<RigidBody> body;         // roots that are dynamic: with all that they carry
+    RigidBodyState state;                  // of those, between two worlds
+    Pose X_WF;                             // roots that are fixed or kinematic, between two worlds
+    std::optional<HexahedronTree> tree_M;  // in the mover's frame, where that is not the object's
+  };
+  struct Arm {
+    Mechanism mechanism;
+    std::vector<BodyInertia> links;  // with what they carry
+    std::unique_ptr<MechanismDynamics> dynamics;
+    std::vector<std::uint32_t> value_of;  // by joint; kNone: fixed
+    std::vector<SceneDrive> drives;       // by joint
+    std::vector<double> drives_since;     // [s]
+    std::vector<double> q, qd;            // between two worlds
+    MechanismDynamics::Workspace placed;  // then
+  };
+
+  void place_objects();
+  void make_arm(std::size_t mechanism);
+  void place_arm(Arm& arm);
+  void build_world();
+  void add_movers();
+  void place_trees();
+  void exempt_listed(NarrowphaseContacts& contacts) const;
+  void exempt_joined(NarrowphaseContacts& contacts) const;
+  void keep_states();
+  void set_drive(const JointAddress& joint, const SceneDrive& drive);
+  void tell_drive(const JointAddress& joint);
+  void move_kinematic(std::size_t object);
+  bool is_due(const SceneAction& action) const;
+
+  BodyKind kind_of(std::size_t object) const { return scene_->bodies[object].kind; }
+  const std::string& name_of(std::size_t object) const { return scene_->scene.objects[object].tree.name(); }
+  std::vector<std::size_t> objects_of(const std::string& name) const;
+  Pose root_pose(std::size_t root) const;
+  void latch(std::size_t carrier, std::size_t carried);
+  void release(std::size_t carried);
+  bool is_carried_by(std::size_t object, std::size_t carrier) const;
+  BodyInertia inertia_of_root(std::size_t root) const;
+
+  const DynamicScene* scene_;
+  MakeContacts make_;
+  std::vector<Piece> pieces_;  // by object
+  std::vector<std::unique_ptr<Arm>> arms_;
+  std::unique_ptr<DynamicsWorld> world_;
+  std::unique_ptr<NarrowphaseContacts> contacts_;
+  std::vector<std::string> solid_names_;
+  std::vector<std::size_t> object_of_;
+  std::span<const Contact> found_;
+  std::vector<ContactForce> forces_;
+  std::size_t next_action_ = 0;
+  std::uint64_t steps_ = 0, worlds_ = 0;
+};
+
+}  // namespace touchstone::physics

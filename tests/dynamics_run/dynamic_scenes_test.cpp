@@ -1,0 +1,312 @@
+// The bundled dynamic scenes: what their files say they come to against the closed forms, evaluated here from
+// the scenes' figures, and what runs over native's and exact's contacts come to.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "adapters/scene_files/dynamics_file.hpp"
+#include "examples/dynamics_run/run.hpp"
+#include "examples/dynamics_run/simulate.hpp"
+#include "examples/measures/all_backends.hpp"
+
+namespace touchstone::dynamics {
+namespace {
+
+namespace fs = std::filesystem;
+using physics::DynamicScene;
+using physics::SceneAnswer;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+DynamicScene scene(const std::string& name) {
+  return load_dynamic_scene(fs::path(TOUCHSTONE_DYNAMIC_SCENES) / (name + ".yaml"));
+}
+
+const SceneAnswer& answer(const DynamicScene& scene, SceneAnswer::Figure figure, const std::string& of = "") {
+  for (const SceneAnswer& each : scene.answers) {
+    if (each.figure != figure) continue;
+    std::string name;
+    if (each.is_vector()) name = scene.scene.objects[each.object].tree.name();
+    if (each.is_of_joint()) name = scene.mechanisms[each.joint.mechanism].joints[each.joint.joint].name;
+    if (of.empty() || of == name) return each;
+  }
+  ADD_FAILURE() << "no answer " << to_string(figure) << " of " << of;
+  static const SceneAnswer none;
+  return none;
+}
+
+BackendRun run(const DynamicScene& scene, const std::string& backend) {
+  BackendRegistry registry;
+  comparison::register_all_backends(registry);
+  comparison::ProgressLine progress;
+  return simulate(scene, registry, backend, 0, progress);
+}
+
+void expect_met(const std::string& name, const std::string& backend = "native") {
+  const DynamicScene loaded = scene(name);
+  const BackendRun got = run(loaded, backend);
+  EXPECT_EQ(got.stopped, "");
+  EXPECT_EQ(got.not_run, "");
+  EXPECT_EQ(got.steps, loaded.step_count());
+  EXPECT_EQ(got.unconverged, 0u);
+  EXPECT_EQ(got.failed, 0u);
+  ASSERT_FALSE(loaded.answers.empty());
+  for (std::size_t i = 0; i < loaded.answers.size(); ++i)
+    EXPECT_TRUE(got.answers[i].holds)
+        << name << ", " << backend << ": " << loaded.answers[i].where << to_string(loaded.answers[i].figure)
+        << " is off by " << got.answers[i].error;
+}
+
+constexpr double kOru = 170.1, kTip = 0.02;
+
+TEST(DynamicScenes, PushedInTheCentre) {
+  for (const double e : {0.0, 0.5}) {
+    const std::string name = e == 0.0 ? "08_pushed_centred" : "08_pushed_centred_bouncing";
+    const double v = kTip * (1.0 + e);
+    EXPECT_NEAR(answer(scene(name), SceneAnswer::Figure::velocity).value.x(), v, 1e-15);
+    EXPECT_NEAR(answer(scene(name), SceneAnswer::Figure::impact).value.x(), kOru * v, 1e-12);
+    EXPECT_NEAR(answer(scene(name), SceneAnswer::Figure::position).value.x(), v * 0.5, 1e-15);
+    expect_met(name);
+  }
+}
+
+TEST(DynamicScenes, PushedOffTheCentre) {
+  const double I = kOru / 12.0 * (1.050 * 1.050 + 0.919 * 0.919), b = 0.30;
+  EXPECT_NEAR(I, 27.60, 0.005);
+  const double J = kTip / (1.0 / kOru + b * b / I);
+  EXPECT_NEAR(J, 2.188, 5e-4);
+  const DynamicScene loaded = scene("08_pushed_offset");
+  EXPECT_NEAR(answer(loaded, SceneAnswer::Figure::impact).value.x(), J, 1e-14);
+  EXPECT_NEAR(answer(loaded, SceneAnswer::Figure::velocity).value.x(), J / kOru, 1e-16);
+  EXPECT_NEAR(answer(loaded, SceneAnswer::Figure::angular_velocity).value.z(), -J * b / I, 1e-16);
+  // In the step after the impact the tip gains 0.525 w^2 h on the face, and J grows by that share: what the
+  // file's tolerances of the velocities allow, and no more than twice that.
+  const double w = J * b / I, share = 0.525 * w * w * 1e-3 / kTip;
+  EXPECT_LT(share * J / kOru, answer(loaded, SceneAnswer::Figure::velocity).tolerance);
+  EXPECT_GT(2 * share * J / kOru, answer(loaded, SceneAnswer::Figure::velocity).tolerance);
+  expect_met("08_pushed_offset");
+}
+
+constexpr double kReach = 2 * 7.11 + 1.3589;
+
+double arm_inertia() {
+  return 314.88 * 7.11 * 7.11 / 3.0 + 279.2 * (7.11 * 7.11 / 12.0 + 10.665 * 10.665) +
+         2.0 * 105.98 * 14.22 * 14.22 + 243.66 * (1.3589 * 1.3589 / 12.0 + 14.89945 * 14.89945);
+}
+
+TEST(DynamicScenes, ArmPushes) {
+  EXPECT_NEAR(arm_inertia(), 135227.5, 0.05);
+  const double effective = arm_inertia() / (kReach * kReach);
+  EXPECT_NEAR(effective, 557.2, 0.05);
+  for (const double e : {0.0, 0.5}) {
+    const std::string name = e == 0.0 ? "08_arm_pushes" : "08_arm_pushes_bouncing";
+    const double v = (1.0 + e) * 0.37 * effective / (effective + kOru);
+    EXPECT_NEAR(v, e == 0.0 ? 0.2835 : 0.4252, 5e-5);
+    EXPECT_NEAR(answer(scene(name), SceneAnswer::Figure::velocity).value.y(), v, 1e-15);
+    EXPECT_NEAR(answer(scene(name), SceneAnswer::Figure::rate).value.x() * kReach, v - e * 0.37, 1e-14);
+    expect_met(name);
+    // Nothing turns the arm but the contact: momentum about the shoulder's axis stays.
+    const BackendRun got = run(scene(name), "native");
+    EXPECT_LT(got.angular_drift, 1e-15 * arm_inertia() * 0.37 / kReach * 4);
+  }
+}
+
+TEST(DynamicScenes, TheJointThatLacksTorqueGivesWay) {
+  const double L1 = 7.11, L2 = 7.11 + 1.3589, most = 2332.0, growth = 200.0;
+  struct Case {
+    const char *name, *joint;
+    double arm_1, arm_2, force, rounded;  // arms of the push about the joints; when the joint gives way
+  };
+  const double cosine = std::cos(150 * kDegree);
+  for (const Case& c :
+       {Case{"09_shoulder_saturates", "shoulder", L1, 0.0, most / L1, 328.0},
+        Case{"09_both_saturate", "elbow", -L2, -L2, most / L2, 275.4},
+        Case{"09_elbow_saturates", "elbow", L1 + L2 * cosine, L2 * cosine, most / -(L2 * cosine), 318.0}}) {
+    EXPECT_NEAR(c.force, c.rounded, 0.05) << c.name;
+    const DynamicScene loaded = scene(c.name);
+    const SceneAnswer& moved = answer(loaded, SceneAnswer::Figure::moved);
+    EXPECT_EQ(loaded.mechanisms[0].joints[moved.joint.joint].name, c.joint);
+    EXPECT_NEAR(moved.value.x(), c.force / growth, 1e-13) << c.name;
+    EXPECT_LE(moved.tolerance, 2 * loaded.step);
+    const SceneAnswer& shoulder = answer(loaded, SceneAnswer::Figure::torque, "shoulder");
+    const double force = growth * (shoulder.time - 0.5 * loaded.step);  // in the step's middle
+    EXPECT_LT(force, c.force);
+    EXPECT_NEAR(shoulder.value.x(), -c.arm_1 * force, 1e-9) << c.name;
+    EXPECT_NEAR(answer(loaded, SceneAnswer::Figure::torque, "elbow").value.x(), -c.arm_2 * force, 1e-9)
+        << c.name;
+    EXPECT_NEAR(norm(answer(loaded, SceneAnswer::Figure::force).value), force, 1e-10);
+    expect_met(c.name);
+  }
+}
+
+TEST(DynamicScenes, Backdriven) {
+  struct Case {
+    const char* name;
+    double mass, speed, degrees, travel, time;
+  };
+  for (const Case& c : {Case{"09_backdriven_16t", 16.5e3, 0.02, 0.0784, 21.3e-3, 2.205},
+                        Case{"09_backdriven_116t", 116e3, 0.012, 0.2042, 55.5e-3, 9.30}}) {
+    const double I = arm_inertia() + c.mass * kReach * kReach, w = c.mass * c.speed * kReach / I;
+    const double time = I * w / 2332.0, angle = 0.5 * I * w * w / 2332.0;
+    EXPECT_NEAR(time, c.time, 5e-3);
+    EXPECT_NEAR(angle / kDegree, c.degrees, 5e-5);
+    EXPECT_NEAR(angle * kReach, c.travel, 5e-5);
+    const DynamicScene loaded = scene(c.name);
+    const SceneAnswer& stopped = answer(loaded, SceneAnswer::Figure::stopped);
+    EXPECT_NEAR(stopped.value.x(), time, 1e-13);
+    EXPECT_LE(stopped.tolerance, 1.001e-6 * time);
+    EXPECT_NEAR(answer(loaded, SceneAnswer::Figure::value).value.x(), angle, 1e-15);
+    EXPECT_LE(answer(loaded, SceneAnswer::Figure::value).tolerance, 1.001e-6 * angle);
+    expect_met(c.name);
+  }
+}
+
+TEST(DynamicScenes, SlidesToAStopAndRestsAndBumps) {
+  const double friction = 0.5, g = 9.81;
+  const DynamicScene sliding = scene("sliding_stop");
+  EXPECT_NEAR(answer(sliding, SceneAnswer::Figure::stopped).value.x(), 1.0 / (friction * g), 1e-16);
+  EXPECT_NEAR(answer(sliding, SceneAnswer::Figure::position).value.x(), 0.5 / (friction * g), 1e-16);
+  expect_met("sliding_stop");
+  EXPECT_NEAR(answer(scene("box_stack"), SceneAnswer::Figure::force, "floor").value.z(), -5 * 8 * g, 1e-12);
+  expect_met("box_stack");
+  const double m1 = 10, m2 = 1e5, b = 1.5, I = m2 * 16 / 6, J = 0.1 / (1 / m1 + 1 / m2 + b * b / I);
+  const DynamicScene bump = scene("bump_off_centre");
+  EXPECT_NEAR(0.1 - J / m1, 1.8434e-5, 5e-10);
+  EXPECT_NEAR(-J * b / I, -5.624e-6, 5e-10);
+  EXPECT_NEAR(answer(bump, SceneAnswer::Figure::velocity, "light").value.x(), 0.1 - J / m1, 1e-16);
+  EXPECT_NEAR(answer(bump, SceneAnswer::Figure::angular_velocity, "heavy").value.z(), -J * b / I, 1e-19);
+  expect_met("bump_off_centre");
+}
+
+TEST(DynamicScenes, MeetTheClosedFormsOverExactContactsToo) {
+#ifndef TOUCHSTONE_HAS_EXACT
+  GTEST_SKIP() << "this build has no exact";
+#endif
+  for (const char* name : {"08_pushed_offset", "08_arm_pushes", "09_both_saturate", "bump_off_centre"})
+    expect_met(name, "exact");
+}
+
+TEST(DynamicScenes, TwoRunsHaveTheSameBits) {
+  for (const char* name : {"08_pushed_offset", "09_elbow_saturates", "box_stack"}) {
+    const BackendRun first = run(scene(name), "native"), second = run(scene(name), "native");
+    ASSERT_EQ(first.last.size(), second.last.size());
+    for (std::size_t o = 0; o < first.last.size(); ++o) {
+      EXPECT_EQ(first.last[o].p, second.last[o].p) << name;
+      EXPECT_EQ(first.last[o].R, second.last[o].R) << name;
+    }
+    EXPECT_EQ(first.energy_lost, second.energy_lost) << name;
+    EXPECT_EQ(first.contact_count, second.contact_count) << name;
+  }
+}
+
+TEST(DynamicScenes, EveryBundledSceneIsReadAndHasAnswers) {
+  std::size_t count = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(TOUCHSTONE_DYNAMIC_SCENES)) {
+    const DynamicScene loaded = load_dynamic_scene(entry.path());
+    EXPECT_FALSE(loaded.answers.empty()) << entry.path();
+    EXPECT_NO_THROW(load_scene(entry.path())) << "the same file as a scene of contacts alone";
+    ++count;
+  }
+  EXPECT_GE(count, 13u);
+}
+
+// ---- the accounts and the verdict
+
+TEST(Accounts, FreeFallMakesAndLosesNothingAndABounceLosesWhatItMust) {
+  // 1 kg falls 0.1 m on the floor, e 0.5: it loses (1 - e^2) of m g h with the first bounce.
+  DynamicScene falling = scene("box_stack");
+  falling.scene.objects.erase(falling.scene.objects.begin() + 2, falling.scene.objects.end());
+  falling.bodies.resize(2);
+  falling.answers.clear();
+  falling.scene.duration = 0.2;
+  falling.scene.objects[1].X_WO.p.z() = 0.2;
+  falling.bodies[1].surface.restitution = 0.5;
+  falling.contact_margin = 2e-3;  // more than it falls in a step, 1.4 mm
+  const BackendRun got = run(falling, "native");
+  const double fall = 8 * 9.81 * 0.1;
+  EXPECT_NEAR(got.energy_lost, 0.75 * fall, 1e-9 * fall);
+  EXPECT_LT(got.energy_made, 1e-12 * fall);
+  EXPECT_LT(got.unexplained_momentum, 1e-13);
+  EXPECT_LT(got.deepest, 1e-8);
+}
+
+TEST(Accounts, WhatDrivesDoIsNotEnergyFromNothing) {
+  // The cart of 2 kg, 3 N for a second: 2.25 J of kinetic energy, all of it work.
+  DynamicScene cart;
+  cart.scene.name = "cart";
+  cart.scene.frame_rate = 50;
+  cart.scene.contact_gap = 1e-9;
+  cart.scene.duration = 1.0;
+  cart.scene.objects.push_back(
+      {HexahedronTree({{"box", Hexahedron::from_size({1, 1, 1}), {}}}, "cart"), {}, {}, {}});
+  cart.bodies.push_back({physics::BodyKind::link,
+                         physics::box_inertia(2, {1, 1, 1}),
+                         Vector3::Zero(),
+                         Vector3::Zero(),
+                         {},
+                         {}});
+  physics::SceneJoint rail;
+  rail.name = "rail";
+  rail.kind = JointKind::prismatic;
+  rail.child = 0;
+  rail.axis_W = Vector3::UnitX();
+  rail.drive.drive.torque = 3.0;
+  cart.mechanisms.push_back({"cart", {rail}, {}});
+  const BackendRun got = run(cart, "native");
+  EXPECT_NEAR(got.energy_scale, 2 * 2.25, 1e-12);  // seen, and put in
+  EXPECT_LT(got.energy_made, 1e-12);
+  EXPECT_LT(got.energy_lost, 1e-12);
+}
+
+BackendRun made_up(const std::string& backend, double us, double x) {
+  BackendRun run;
+  run.backend = backend;
+  run.steps = 1;
+  run.last.resize(1);
+  run.last[0].p.x() = x;
+  run.energy_made = 0.0;
+  run.energy_scale = 1.0;
+  run.total_us = run.detection_us = {us, us, us};
+  return run;
+}
+
+SceneResult judged(std::vector<BackendRun> runs) {
+  SceneResult result;
+  auto made = std::make_shared<DynamicScene>();
+  made->accept.position = 1e-3;
+  result.scene = made;
+  result.reference = "truth";
+  result.runs = std::move(runs);
+  judge(result);
+  return result;
+}
+
+TEST(Verdict, NamesTheFastestWithinTheLimitsAndOfThoseAsFastTheMostAccurate) {
+  SceneResult result = judged({made_up("quick", 1.0, 0.5), made_up("coarse", 10.0, 1e-4),
+                               made_up("fine", 10.5, 1e-9), made_up("truth", 100.0, 0.0)});
+  EXPECT_EQ(result.recommended, "fine");
+  EXPECT_EQ(result.runs[0].misses, (std::vector<std::string>{"ends 5e+02 mm off"}));
+  EXPECT_NE(result.reason.find("off: quick (ends 5e+02 mm off)"), std::string::npos) << result.reason;
+  EXPECT_NE(result.reason.find("slower: truth 100.0 us"), std::string::npos) << result.reason;
+  result = judged({made_up("coarse", 10.0, 1e-4), made_up("fine", 11.5, 1e-9), made_up("truth", 100.0, 0.0)});
+  EXPECT_EQ(result.recommended, "coarse");
+}
+
+TEST(Verdict, SaysSoWhereNoneIsWithinTheLimitsOrNoneWentThrough) {
+  BackendRun deep = made_up("deep", 1.0, 0.0), truth = made_up("truth", 5.0, 0.0);
+  deep.deepest = 0.2, truth.deepest = 0.1;
+  truth.energy_made = 0.5;
+  SceneResult result = judged({deep, truth});
+  EXPECT_EQ(result.recommended, "deep");
+  EXPECT_TRUE(result.reason.starts_with("none is within the scene's limits")) << result.reason;
+  truth.stopped = "at 0.1 s", deep.not_run = "no manifolds";
+  result = judged({deep, truth});
+  EXPECT_EQ(result.recommended, "");
+  EXPECT_EQ(result.reason, "none went through");
+}
+
+}  // namespace
+}  // namespace touchstone::dynamics

@@ -1,0 +1,188 @@
+// The program as a user runs it.
+
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "tests/support/program_test.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class DynamicsRun : public touchstone::ProgramTest {
+ protected:
+  DynamicsRun() : ProgramTest(DYNAMICS_RUN) {}
+  fs::path report() const { return folder_ / "report"; }
+  std::string to_report() const { return " --repetitions 1 --out " + report().string(); }
+
+  /// One line on the error stream, exit code 2, nothing written.
+  void expect_refused(const std::string& arguments, const std::string& reason) const {
+    const Outcome outcome = run(arguments + to_report());
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_THAT(outcome.err, StartsWith("dynamics_run: ")) << arguments;
+    EXPECT_THAT(outcome.err, HasSubstr(reason)) << arguments;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_FALSE(fs::exists(report())) << arguments;
+  }
+};
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> out;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) out.push_back(line);
+  return out;
+}
+
+std::size_t columns(const std::string& line) {
+  return static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
+}
+
+TEST_F(DynamicsRun, WritesResultsSeriesContactsAndPlots) {
+  const Outcome outcome = run("--scene 08_pushed_offset --backend native edge_face" + to_report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("build on native: within the scene's limits"));
+  EXPECT_THAT(outcome.out, HasSubstr("edge_face: not run: "));
+  const json results = json::parse(read(report() / "results.json"));
+  const json scene = results["scenes"][0];
+  EXPECT_EQ(scene["scene"], "08_pushed_offset");
+  EXPECT_EQ(scene["build_on"], "native");
+  const json native = scene["runs"][0];
+  EXPECT_EQ(native["steps"], 1000);
+  for (const json& answer : native["answers"]) EXPECT_EQ(answer["holds"], true) << answer;
+  EXPECT_NEAR(native["answers"][0]["found"][0].get<double>(), 2.188, 5e-4);
+  EXPECT_GT(native["step_us"]["median"].get<double>(), 0.0);
+  EXPECT_GE(native["step_us"]["p99_9"].get<double>(), native["step_us"]["median"].get<double>());
+  EXPECT_LT(native["unexplained_momentum_ns"].get<double>(), 1e-14);
+  EXPECT_TRUE(native["last"].contains("oru"));
+  EXPECT_TRUE(scene["runs"][1].contains("not_run"));
+
+  const std::vector<std::string> table = lines(read(report() / "results.csv"));
+  ASSERT_EQ(table.size(), 1 + scene["runs"].size());
+  for (const std::string& line : table) EXPECT_EQ(columns(line), columns(table[0])) << line;
+
+  const std::vector<std::string> series = lines(read(report() / "series/08_pushed_offset.native.csv"));
+  ASSERT_EQ(series.size(), 1002u);  // header, the start, each step
+  EXPECT_THAT(series[0], StartsWith("time_s,momentum_x_ns,"));
+  for (const std::string& line : series) ASSERT_EQ(columns(line), columns(series[0])) << line;
+  const std::vector<std::string> contacts = lines(read(report() / "contacts/08_pushed_offset.native.csv"));
+  ASSERT_GT(contacts.size(), 500u);  // from a margin before the impact on
+  for (const std::string& line : contacts) ASSERT_EQ(columns(line), columns(contacts[0])) << line;
+  EXPECT_THAT(contacts.back(), HasSubstr(",oru/body,tip/probe,overlapping,"));
+  EXPECT_FALSE(fs::exists(report() / "series/08_pushed_offset.exact.csv"));  // the reference, not asked for
+
+  const std::string plot = read(report() / "plots/08_pushed_offset.svg");
+  EXPECT_THAT(plot, StartsWith("<svg "));
+  for (const char* panel :
+       {"contact force on an object", "momentum, magnitude", "angular momentum", "energy [J]"})
+    EXPECT_THAT(plot, HasSubstr(panel));
+  EXPECT_EQ(plot.find("nan"), std::string::npos);
+}
+
+TEST_F(DynamicsRun, EveryNthStepIsRecordedAndParametersAreSet) {
+  const fs::path file = write(
+      "fall.yaml",
+      "name: fall\nparameters: {push: 0}\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: cue\nduration: 0.1\n"
+      "objects: [{name: ball, hexahedra: [{name: b, box: {size: [1, 1, 1]}}]}]\n"
+      "dynamics:\n  step: 0.001\n  bodies: [{object: ball, kind: dynamic, mass: 1, velocity: [$push, 0, "
+      "0]}]\n"
+      "  conserved: [momentum, energy]\n"
+      "  answers: [{of: ball, figure: velocity, value: [0, 0, 0], tolerance: 1.0e-12}]\n");
+  const std::string base = "--scene " + file.string() + " --backend native --reference native";
+  ASSERT_EQ(run(base + " --every 30" + to_report()).code, 0);
+  EXPECT_EQ(lines(read(report() / "series/fall.native.csv")).size(), 1u + 1u + 3u + 1u);  // the last one, too
+  json scene = json::parse(read(report() / "results.json"))["scenes"][0];
+  EXPECT_EQ(scene["answers_hold"], true);
+  ASSERT_EQ(run(base + " --set push=2" + to_report()).code, 0);
+  scene = json::parse(read(report() / "results.json"))["scenes"][0];
+  EXPECT_EQ(scene["answers_hold"], false);
+  EXPECT_EQ(scene["parameters"]["push"], 2.0);
+  EXPECT_EQ(scene["runs"][0]["answers"].size(), 0u);
+  EXPECT_NEAR(scene["runs"][0]["last"]["ball"]["p_m"][0].get<double>(), 0.2, 1e-12);
+  EXPECT_EQ(scene["runs"][0]["momentum_drift_ns"], 0.0);
+}
+
+TEST_F(DynamicsRun, AStateThatIsNotFiniteStopsTheRunAndIsNamed) {
+  const fs::path file = write(
+      "spin.yaml",
+      "name: spin\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: cue\nduration: 0.1\n"
+      "objects: [{name: top, hexahedra: [{name: b, box: {size: [1, 1, 1]}}]}]\n"
+      "dynamics:\n  step: 0.001\n  bodies: [{object: top, kind: dynamic, mass: 1, turn: [0, 0, 1.0e+6]}]\n");
+  const Outcome outcome = run("--scene " + file.string() + " --backend native" + to_report());
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("native: stopped at 0.000000 s: body: object 'top'"));
+  EXPECT_THAT(outcome.out, HasSubstr("build on: none: none went through"));
+  const json scene = json::parse(read(report() / "results.json"))["scenes"][0];
+  EXPECT_EQ(scene["runs"][0]["steps"], 0);
+  EXPECT_EQ(scene["build_on"], nullptr);
+}
+
+TEST_F(DynamicsRun, BadOptionsAndInputAreRefusedInOneLine) {
+  expect_refused("--scene no_such", "--scene no_such: there is no such scene; --list names them");
+  expect_refused("--scene 8 --backend nobody", "nobody");
+  expect_refused("--scene 8 --reference nobody", "nobody");
+  expect_refused("--scene 8 --every 0", "--every");
+  expect_refused("--scene 8 --set speed", "--set 'speed': expected NAME=VALUE");
+  expect_refused("--scene 8 --set speed=fast", "--set 'speed=fast': the value is no finite number");
+  expect_refused("--scene 08_pushed_centred --set speed=1", "the scene has no parameter 'speed'");
+  expect_refused("--scenes " + (folder_ / "nowhere").string(), "cannot be read");
+  expect_refused("--nonsense", "--nonsense");
+  const fs::path bad =
+      write("bad.yaml",
+            "name: bad\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: cue\nduration: 1\n"
+            "objects: [{name: o, hexahedra: [{name: b, box: {size: [1, 1, 1]}}]}]\n"
+            "dynamics:\n  step: 0.001\n  bodies:\n    - {object: o, kind: dynamic, mass: -3}\n");
+  expect_refused("--scene " + bad.string(), bad.string() + ":10: object 'o': the mass is -3");
+  const fs::path massless =
+      write("massless.yaml",
+            "name: massless\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: cue\nduration: 1\n"
+            "objects: [{name: o, hexahedra: [{name: b, box: {size: [1, 1, 1]}}]}]\n"
+            "dynamics:\n  step: 0.001\n  bodies: [{object: o, mass: 0}]\n  mechanisms:\n    - name: m\n"
+            "      joints: [{name: j, kind: revolute, child: o, position: [0, 0, 0], axis: [0, 0, 1]}]\n");
+  expect_refused("--scene " + massless.string(),
+                 massless.string() + ":11: mechanism 'm', joint 'j': nothing with inertia moves with it");
+  write("precious", "not a report");
+  const Outcome outcome = run("--scene 08_pushed_offset --out " + folder_.string());
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(read(folder_ / "precious"), "not a report");
+}
+
+TEST_F(DynamicsRun, ListsScenesAndBackendsAndHelps) {
+  const Outcome list = run("--list");
+  EXPECT_EQ(list.code, 0);
+  for (const char* name : {"08_pushed_centred", "09_backdriven_16t", "native"})
+    EXPECT_THAT(list.out, HasSubstr(name));
+  const Outcome help = run("--help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(help.out, HasSubstr("--backend"));
+}
+
+TEST_F(DynamicsRun, AnInterruptLeavesNoReport) {
+  // More steps than any machine does before the signal; timeout passes its code on.
+  const fs::path file =
+      write("long.yaml",
+            "name: long\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: cue\nduration: 100000\n"
+            "objects: [{name: o, hexahedra: [{name: b, box: {size: [1, 1, 1]}}]}]\n"
+            "dynamics: {step: 0.001, bodies: [{object: o, kind: dynamic, mass: 1}]}\n");
+  const fs::path program = DYNAMICS_RUN;
+  const fs::path out = folder_ / "interrupted";
+  const std::string command = "timeout --preserve-status -s INT 0.5 " + program.string() + " --scene " +
+                              file.string() + " --backend native --every 1000000 --out " + report().string() +
+                              " >" + out.string() + " 2>&1";
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_THAT(read(out), HasSubstr("interrupted: no report was written"));
+  EXPECT_FALSE(fs::exists(report()));
+}
+
+}  // namespace
