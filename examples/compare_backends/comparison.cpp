@@ -62,7 +62,7 @@ class Session {
     }
     ThreadOptions threads;
     threads.threads = thread_counts();
-    const std::size_t pairs = std::min<std::size_t>(options_.pair_count(), 4096);
+    const std::size_t pairs = std::min<std::size_t>(options_.pair_count(), 1024);
     report.thread_runs = run_threads(here, make_pair_family(families.front(), options_.seed, pairs), threads);
     for (ThreadResult& run : report.thread_runs) {
       for (const BackendResult& backend : report.sets.front().backends) {

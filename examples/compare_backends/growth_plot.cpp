@@ -12,7 +12,7 @@
 namespace touchstone::comparison {
 namespace {
 
-constexpr double kWidth = 560, kHeight = 320, kLeft = 60, kRight = 400, kTop = 30, kBottom = 270;
+constexpr double kWidth = 640, kHeight = 320, kLeft = 60, kRight = 400, kTop = 30, kBottom = 270;
 
 struct Point {
   double size, ms;

@@ -114,8 +114,8 @@ std::string headline(const Verdict& verdict) {
     text += "; " + other.backend;
     if (std::isfinite(other.nanoseconds)) {
       const double ratio = other.nanoseconds / first.nanoseconds;
-      text += ratio >= 1 ? fmt::format(" is {:.2g} times slower", ratio)
-                         : fmt::format(" is {:.2g} times faster", 1 / ratio);
+      text += ratio >= 1 ? fmt::format(" is {:.3g} times slower", ratio)
+                         : fmt::format(" is {:.3g} times faster", 1 / ratio);
     }
     text += fmt::format("{} {}", std::isfinite(other.nanoseconds) ? "," : "", wrong_words(other.wrong));
   }

@@ -25,7 +25,7 @@ struct ThreadResult {
 struct ThreadOptions {
   std::vector<int> threads = {1, 2};
   int passes = 9;
-  std::size_t batch = 256;
+  std::size_t batch = 32;
 };
 /// 1, 2, 4, ... up to the machine's hardware threads, and always 1 and 2.
 std::vector<int> thread_counts();

@@ -35,7 +35,8 @@ class PageInBrowser : public ProgramTest {
         "}catch(e){faults.push(String(e))}"
         "addEventListener('load',()=>setTimeout(()=>{const pre=document.createElement('pre');"
         "pre.id='found';pre.textContent=btoa(unescape(encodeURIComponent(JSON.stringify("
-        "{found,faults,requests:performance.getEntriesByType('resource').map(r=>r.name)}))));"
+        "{found,faults,requests:[...performance.getEntriesByType('resource').map(r=>r.name),...[...document."
+        "querySelectorAll('[src],link')].map(e=>e.src||e.href)]}))));"
         "document.body.appendChild(pre)},0))</script></body>";
     page.replace(page.rfind("</body>"), 7, tail);
     const std::string file = write("page.html", page).string();

@@ -11,7 +11,7 @@ namespace touchstone::comparison {
 namespace {
 
 std::string normal_text(const Vector3& n) {
-  return is_finite(n) ? fmt::format("{:.4f} {:.4f} {:.4f}", n.x(), n.y(), n.z()) : "-";
+  return is_finite(n) ? fmt::format("{:.3f} {:.3f} {:.3f}", n.x(), n.y(), n.z()) : "-";
 }
 
 std::string one_case(const Page& page, const GalleryCase& shown) {
@@ -19,7 +19,7 @@ std::string one_case(const Page& page, const GalleryCase& shown) {
   html += fmt::format("<figcaption>{}: {}, {} m ({} S)<br><code>{}</code>", page.named(shown.backend),
                       xml_text(shown.reason), format_error(shown.cost),
                       format_error(shown.cost / shown.posed.scale), xml_text(shown.replay));
-  HtmlTable table({"answer", "class", "separation [m]", "normal A to B"});
+  HtmlTable table({"answer", "class", "separation [m]", "normal"});
   table.add(
       {"exact", std::string(to_string(shown.truth.pair_class)), fmt::format("{:.6g}", shown.truth.separation),
        normal_text(shown.truth.n_AB_W) + (shown.truth.normal_unique ? "" : " (one of several)")},

@@ -52,9 +52,8 @@ std::string one_scene(const Page& page, const SceneResult& scene) {
       scene.exact_first_contact ? fmt::format("{:.4f} s", *scene.exact_first_contact) : "none",
       parameters(scene));
   html += timeline_plot(scene, page.names, false);
-  HtmlTable table({"backend", "overlap, ns a frame", "distance", "manifold", "first contact [s]",
-                   "missed frames", "phantom frames", "undecided frames", "worst clearance error [m]",
-                   "clearance at the stop [m]"});
+  HtmlTable table({"backend", "overlap, ns a frame", "distance", "manifold", "first contact [s]", "missed",
+                   "phantom", "undecided", "clearance error [m]", "at the stop [m]"});
   for (std::size_t b = 0; b < scene.backends.size(); ++b) {
     const SceneBackend& backend = scene.backends[b];
     const auto& frame = scene.set.backends[b].frame;

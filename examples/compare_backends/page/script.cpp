@@ -67,8 +67,8 @@ function headline(list) {
   return first.backend + ', ' + nanoseconds(first.ns) + ' ns a pair, ' + first.wrong_words +
     list.slice(1).map(c => {
       const ratio = c.ns / first.ns;
-      const speed = isNaN(ratio) ? '' : ratio >= 1 ? ' is ' + general(ratio, 2) + ' times slower,'
-                                                   : ' is ' + general(1 / ratio, 2) + ' times faster,';
+      const speed = isNaN(ratio) ? '' : ratio >= 1 ? ' is ' + general(ratio, 3) + ' times slower,'
+                                                   : ' is ' + general(1 / ratio, 3) + ' times faster,';
       return '; ' + c.backend + speed + ' ' + c.wrong_words;
     }).join('');
 }

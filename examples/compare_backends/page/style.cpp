@@ -12,7 +12,7 @@ h1{font-size:26px;margin:0 0 4px}h2{font-size:19px;margin:38px 0 6px;border-top:
 h3{font-size:15px;margin:22px 0 4px}p{margin:6px 0;max-width:78ch}.soft{color:var(--soft)}
 .verdict{background:var(--tint);border-left:4px solid #0072b2;padding:12px 16px;margin:16px 0}
 .verdict strong{font-size:17px}.plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(500px,1fr));gap:14px 20px}
-.plots svg{width:100%;height:auto}.key{vertical-align:-3px;margin-right:6px}
+.plots svg.plot:not(.key){width:100%;height:auto}.key{vertical-align:-3px;margin-right:6px}
 .legend span{display:inline-block;margin:0 18px 4px 0}.scroll{overflow-x:auto}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:13px;margin:6px 0 10px}
 td,th{padding:3px 9px;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap;font-weight:400}
@@ -27,10 +27,10 @@ thead th{color:var(--soft)}th:first-child{text-align:left}code{background:var(--
 .controls input[type=range]{width:min(420px,60vw);vertical-align:middle}.controls input,.controls select{font:inherit;color:inherit;background:var(--paper);border:1px solid var(--line);padding:2px 6px}
 .ranked td:nth-child(5){text-align:left}.verdict h2{border:0;margin:0;padding:0}.one-verdict{margin:8px 0}.verdict p{max-width:110ch}
 .plots.three{grid-template-columns:repeat(auto-fill,minmax(370px,1fr))}.plots.small{grid-template-columns:repeat(auto-fill,minmax(250px,1fr))}
-.gallery{display:grid;grid-template-columns:repeat(auto-fill,minmax(380px,1fr));gap:18px 24px}figure{margin:0}figure svg{width:100%;height:auto;max-width:480px}
-figcaption{font-size:12.5px}figcaption td,figcaption th{font-size:11px;padding:1px 5px}.exact-row{font-weight:600}.exact-row th,.exact-row td{font-weight:600}
+.gallery{display:grid;grid-template-columns:repeat(auto-fill,minmax(380px,1fr));gap:18px 24px}figure{margin:0}figure>svg.plot{width:100%;height:auto;max-width:480px}
+figcaption{font-size:12.5px}figcaption td,figcaption th{font-size:10.5px;padding:1px 4px}.exact-row{font-weight:600}.exact-row th,.exact-row td{font-weight:600}
 summary{cursor:pointer}summary h3{display:inline}.matrix ul{text-align:left;margin:2px 0;padding-left:14px}.matrix details p{font-size:10.5px;text-align:left;white-space:normal}
-.matrix details[open]{min-width:190px}.schema td{text-align:left;white-space:normal}svg.plot{max-width:100%}body>svg.plot{display:block}
+.matrix details[open]{min-width:190px}.schema td{text-align:left;white-space:normal}svg.plot{max-width:100%}body>svg.plot{display:block;max-width:min(760px,100%)}.plots>.gap{align-self:center}
 @page{size:A4 landscape;margin:11mm}
 @media print{.plots>*,.ranks>*,tr{break-inside:avoid}.scroll{overflow:visible}
 body{padding:0;max-width:none;font-size:11px}td,th{padding:2px 4px;font-size:8.5px;white-space:normal}h2,h3{break-after:avoid}.plots{grid-template-columns:1fr 1fr}.controls{display:none!important}.plots.three{grid-template-columns:1fr 1fr 1fr}.plots.small{grid-template-columns:repeat(4,1fr)}.gallery{grid-template-columns:1fr 1fr 1fr}figure,.verdict section{break-inside:avoid}}
