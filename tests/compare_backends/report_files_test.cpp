@@ -99,8 +99,8 @@ void collect_keys(const nlohmann::json& json, const std::string& parent, bool at
 
 TEST_F(ReportFiles, TheSchemaNamesEveryKeyAndNoOther) {
   const Outcome outcome =
-      run("--quick --count 60 --families random touching near_parallel --max-error 1e-7 --scene " SCENES
-          "/grapple_approach.yaml" +
+      run("--quick --count 60 --backend native edge_face --families random touching near_parallel "
+          "--max-error 1e-7 --scene " SCENES "/grapple_approach.yaml" +
           report());
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
