@@ -16,9 +16,10 @@ BackendResult sum_up_backend(const BackendAnswers& answers) {
   result.capabilities = answers.capabilities;
   result.frame = answers.frame_by_query;
   result.failure = answers.failure;
+  result.consistency = answers.consistency;
   for (const QueryKind kind : kQueryKinds) {
     const QueryAnswers& query = answers.queries[index_of(kind)];
-    result.rows[index_of(kind)] = {query.single, query.batch, query.raw, query.allocations};
+    result.rows[index_of(kind)] = {query.single, query.batch, query.raw, query.cached, query.allocations};
   }
   return result;
 }
@@ -49,6 +50,28 @@ class Session {
     result.cases = std::move(cases);
     if (!result.cases.set.pairs.empty()) report.sets.push_back(run_set(result.cases.set, &result));
   }
+
+  /// The distance query of the first family's pairs on one thread and more.
+  void run_thread_counts(Report& report) {
+    const std::vector<std::string> families = chosen_families();
+    if (families.empty()) return;
+    progress_.step(families.front() + ": threads");
+    std::vector<const BackendRegistry::NarrowphaseEntry*> here;
+    for (const auto& [name, description] : report.backends) {
+      if (is_here(name)) here.push_back(&backends_.registry.narrowphase(name));
+    }
+    ThreadOptions threads;
+    threads.threads = thread_counts();
+    const std::size_t pairs = std::min<std::size_t>(options_.pair_count(), 1024);
+    report.thread_runs = run_threads(here, make_pair_family(families.front(), options_.seed, pairs), threads);
+    for (ThreadResult& run : report.thread_runs) {
+      for (const BackendResult& backend : report.sets.front().backends) {
+        if (backend.name == run.backend) run.wrong = backend.judgement.wrongness[index_of(run.query)].total();
+      }
+    }
+  }
+
+  std::vector<GalleryCase> worst_cases() { return worst_of(std::move(gallery_)); }
 
   void run_broadphase_sizes(Report& report) {
     BroadphaseOptions broadphase;
@@ -83,6 +106,17 @@ class Session {
   }
 
  private:
+  bool is_here(const std::string& name) const {
+    return std::none_of(backends_.workers.begin(), backends_.workers.end(),
+                        [&](const Worker& worker) { return worker.offers(name); });
+  }
+
+  std::string replay(const std::string& id, const PairFileResult* file) const {
+    std::string command = "examples/run --case '" + id + "'";
+    if (file != nullptr) return command + " --pairs " + file->cases.file;
+    return command + " --seed " + std::to_string(options_.seed);
+  }
+
   SetResult run_set(const PairSet& set, PairFileResult* keep) {
     std::vector<PairTruth> truth;
     if (oracle_ != nullptr) {
@@ -90,10 +124,18 @@ class Session {
       truth = compute_truth(set, *oracle_, options_.threads, share_);
     }
     progress_.step(set.name + ": backends");
-    auto answers = answer_set(options_, backends_, set, measure_options(options_), share_);
+    MeasureOptions measure = measure_options(options_);
+    measure.check_consistency = true;
+    auto answers = answer_set(options_, backends_, set, measure, share_);
     if (keep != nullptr && keep->cases.captured) answers.push_back(*keep->cases.captured);
     progress_.step(set.name + ": errors");
     SetResult result = sum_up(set, truth, oracle_, answers, options_.threads, share_);
+    if (oracle_ != nullptr) {
+      const std::size_t before = gallery_.size();
+      collect_cases(set, truth, answers, result, gallery_);
+      for (std::size_t i = before; i < gallery_.size(); ++i)
+        gallery_[i].replay = replay(gallery_[i].id, keep);
+    }
     if (keep != nullptr) {
       keep->truth = std::move(truth);
       keep->answers = std::move(answers);
@@ -106,6 +148,7 @@ class Session {
   const Oracle* oracle_;
   ProgressLine& progress_;
   Progress share_;
+  std::vector<GalleryCase> gallery_;
 };
 
 std::vector<std::string> known_names(const Backends& backends) {
@@ -214,16 +257,21 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   if (cases) session.run_pair_file(report, std::move(*cases));
   session.run_scenes(report);
   if (!options.no_broadphase) session.run_broadphase_sizes(report);
+  session.run_thread_counts(report);
+  report.gallery = session.worst_cases();
   if (report.has_truth) {
     for (const QueryKind kind : kQueryKinds) {
       if (!report.sets.empty()) report.rankings.push_back(rank(report.sets, kind));
     }
   }
-  if (options.max_error && report.has_truth) {
+  if (report.has_truth) {
     std::vector<SetResult> judged = report.sets;
     for (const SceneResult& scene : report.scenes) judged.push_back(scene.set);
     for (const QueryKind kind : kQueryKinds) {
-      if (!judged.empty()) report.verdicts.push_back(decide(judged, kind, *options.max_error));
+      if (judged.empty()) continue;
+      report.candidates.push_back({kind, candidates(judged, kind)});
+      if (options.max_error)
+        report.verdicts.push_back(decide(report.candidates.back().candidates, kind, *options.max_error));
     }
   }
   progress.finish();

@@ -19,7 +19,8 @@ std::string cells(const Quantiles& quantiles, const SetResult& set) {
 void append_header(std::string& csv) {
   csv += "set,backend,query,cases,missed,phantom,undecided,failed,unsupported,missing_value,";
   csv +=
-      "single_median_ns,single_p99_ns,batch_median_ns,batch_p99_ns,raw_median_ns,raw_p99_ns,frame_median_ns,";
+      "single_median_ns,single_p99_ns,batch_median_ns,batch_p99_ns,raw_median_ns,raw_p99_ns,cached_median_ns,"
+      "cached_p99_ns,frame_median_ns,";
   csv += "frame_p99_ns,allocations_per_query,worst_cost_m,worst_cost_case,worst_cost_reason";
   for (std::size_t m = 0; m < kMeasures; ++m) {
     const auto measure = static_cast<Measure>(m);
@@ -51,7 +52,7 @@ void append_row(std::string& csv, const SetResult& set, const BackendResult& bac
   }
   const BackendResult::Rows& rows = backend.rows[q];
   csv += "," + cells(rows.single) + "," + cells(rows.batch) + "," + cells(rows.raw) + "," +
-         cells(backend.frame[q]);
+         cells(rows.cached) + "," + cells(backend.frame[q]);
   csv += "," + (rows.allocations ? csv_number(*rows.allocations) : "");
   if (backend.judged) {
     csv += fmt::format(",{},{},{}", csv_number(judgement.worst[q].cost),

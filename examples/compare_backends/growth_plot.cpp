@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "examples/compare_backends/plot_scale.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
+#include "examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
-constexpr double kWidth = 560, kHeight = 320, kLeft = 60, kRight = 400, kTop = 30, kBottom = 270;
+constexpr double kWidth = 640, kHeight = 320, kLeft = 60, kRight = 400, kTop = 30, kBottom = 270;
 
 struct Point {
   double size, ms;
@@ -19,14 +21,12 @@ struct Point {
 struct Line {
   std::string name;
   std::vector<Point> points;
+  std::size_t wrong = 0;  // not 0: no speed mark
 };
 
-struct LogScale {
-  double low, high, from, to;  // powers of ten; pixels
-
-  double operator()(double value) const {
-    return from + (to - from) * (std::log10(value) - low) / (high - low);
-  }
+struct Plot {
+  std::string title, x_label;
+  std::vector<double> x_ticks;  // empty: powers of ten
 };
 
 // Objects of the swarms that grow in hexahedra; 0: there are none.
@@ -48,6 +48,7 @@ std::vector<Line> lines_of(std::span<const BroadphaseResult> results, Growth gro
     auto line =
         std::find_if(lines.begin(), lines.end(), [&](const Line& l) { return l.name == result.name; });
     if (line == lines.end()) line = lines.insert(lines.end(), {result.name, {}});
+    line->wrong += result.missed.value_or(0);
     const std::size_t size = growth == Growth::objects ? result.size.objects : result.size.hexahedra_each;
     line->points.push_back({static_cast<double>(size), result.frame.median_ns * 1e-6});
   }
@@ -66,15 +67,14 @@ double slope(const std::vector<Point>& points) {
   return xy / xx;
 }
 
-std::string axis_lines(const LogScale& x, const LogScale& y, const std::string& size_label) {
+std::string axis_lines(const LogScale& x, const LogScale& y, const Plot& plot) {
   std::string svg = fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kLeft, kTop,
                                 kRight - kLeft, kBottom - kTop);
-  for (int decade = static_cast<int>(x.low); decade <= static_cast<int>(x.high); ++decade) {
-    const double at = x(std::pow(10.0, decade));
+  for (const double size : plot.x_ticks) {
     svg += fmt::format(
         "<path class='grid' d='M{0:.1f} {1}V{2}'/><text x='{0:.1f}' y='{3}' text-anchor='middle'>{4:.0f}"
         "</text>",
-        at, kTop, kBottom, kBottom + 16, std::pow(10.0, decade));
+        x(size), kTop, kBottom, kBottom + 16, size);
   }
   for (int decade = static_cast<int>(y.low); decade <= static_cast<int>(y.high); ++decade) {
     const double at = y(std::pow(10.0, decade));
@@ -83,24 +83,37 @@ std::string axis_lines(const LogScale& x, const LogScale& y, const std::string& 
         at, kRight, kLeft - 6, at + 4, std::pow(10.0, decade));
   }
   svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>{}</text>", (kLeft + kRight) / 2, kBottom + 34,
-                     xml_text(size_label));
-  return svg + fmt::format("<text class='title' x='{}' y='18'>broadphases, ms a frame</text>", kLeft);
+                     xml_text(plot.x_label));
+  return svg + fmt::format("<text class='title' x='{}' y='18'>{}</text>", kLeft, xml_text(plot.title));
 }
 
-std::string placed_mark(const std::vector<std::string>& backends, const std::string& name, double x,
-                        double y) {
-  std::string svg = mark_svg(backends, name);
-  return svg.replace(0, 4, fmt::format("<svg x='{:.1f}' y='{:.1f}'", x - 8, y - 8));
+// Names and slopes at the lines' ends, apart from each other.
+std::string line_labels(const std::vector<Line>& lines, const LogScale& y) {
+  std::vector<std::pair<double, std::string>> labels;  // by height
+  for (const Line& line : lines) {
+    if (line.wrong > 0) {
+      labels.emplace_back(kBottom,
+                          fmt::format("{}: {} wrong, no speed", line.name, format_count(line.wrong)));
+      continue;
+    }
+    const std::string slope_text =
+        line.points.size() > 1 ? fmt::format(", slope {:.2f}", slope(line.points)) : std::string();
+    labels.emplace_back(y(line.points.back().ms), line.name + slope_text);
+  }
+  std::sort(labels.begin(), labels.end());
+  std::string svg;
+  double free_from = 0;
+  for (const auto& [at, text] : labels) {
+    const double height = std::max(at + 4, free_from);
+    svg +=
+        fmt::format("<text class='label' x='{}' y='{:.1f}'>{}</text>", kRight + 10, height, xml_text(text));
+    free_from = height + 14;
+  }
+  return svg;
 }
 
-}  // namespace
-
-std::string growth_plot(std::span<const BroadphaseResult> results, Growth growth,
-                        const std::vector<std::string>& backends, bool standalone) {
-  const std::vector<Line> lines = lines_of(results, growth);
-  const std::string size_label =
-      growth == Growth::objects ? "objects of one hexahedron"
-                                : fmt::format("hexahedra each of {} objects", objects_of_several(results));
+std::string line_plot(const std::vector<Line>& lines, Plot plot, const std::vector<std::string>& backends,
+                      bool standalone) {
   if (lines.empty()) return "";
   double fewest = 1e300, most = 0, fastest = 1e300, slowest = 0;
   for (const Line& line : lines) {
@@ -109,39 +122,73 @@ std::string growth_plot(std::span<const BroadphaseResult> results, Growth growth
       fastest = std::min(fastest, p.ms), slowest = std::max(slowest, p.ms);
     }
   }
-  const double last = std::max(std::ceil(std::log10(most)), std::floor(std::log10(fewest)) + 1);
-  const LogScale x{std::floor(std::log10(fewest)), last, kLeft, kRight};
-  const LogScale y{std::floor(std::log10(fastest)), std::floor(std::log10(slowest)) + 1, kBottom, kTop};
-  std::string svg = fmt::format(
-      "<svg class='plot' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}'{2} role='img' "
-      "aria-label='broadphases: time against {3}'>",
-      kWidth, kHeight, standalone ? fmt::format(" width='{}' height='{}'", kWidth, kHeight) : "",
-      xml_text(size_label));
-  if (standalone) {
-    svg += "<style>" + plot_style() + "</style>";
-    svg += fmt::format("<rect width='{}' height='{}' style='fill:var(--paper)'/>", kWidth, kHeight);
+  const double first = plot.x_ticks.empty() ? std::floor(std::log10(fewest)) : std::log10(fewest);
+  const double last = plot.x_ticks.empty() ? std::max(std::ceil(std::log10(most)), first + 1)
+                                           : std::max(std::log10(most), first + 0.3);
+  if (plot.x_ticks.empty()) {
+    for (double e = first; e <= last; ++e) plot.x_ticks.push_back(std::pow(10.0, e));
   }
-  svg += axis_lines(x, y, size_label);
-  std::vector<std::pair<double, std::string>> labels;  // by height
+  const double inset = 8;
+  const LogScale x{first, last, kLeft + inset, kRight - inset};
+  const LogScale y{std::floor(std::log10(fastest)), std::floor(std::log10(slowest)) + 1, kBottom, kTop};
+  std::string svg = svg_open(kWidth, kHeight, plot.title + " against " + plot.x_label, standalone);
+  svg += axis_lines(x, y, plot);
   for (const Line& line : lines) {
+    if (line.wrong > 0) continue;
     std::string path;
     for (const Point& p : line.points)
       path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x(p.size), y(p.ms));
-    svg += fmt::format("<path class='leader' style='fill:none;stroke-width:1.4' d='{}'/>", path);
-    for (const Point& p : line.points) svg += placed_mark(backends, line.name, x(p.size), y(p.ms));
-    const std::string slope_text =
-        line.points.size() > 1 ? fmt::format(", slope {:.2f}", slope(line.points)) : std::string();
-    labels.emplace_back(y(line.points.back().ms), line.name + slope_text);
+    const int place = place_of(backends, line.name);
+    svg += fmt::format("<path class='curve m{}' d='{}'/>", place, path);
+    for (const Point& p : line.points) svg += mark_at(place, x(p.size), y(p.ms), false);
   }
-  std::sort(labels.begin(), labels.end());
-  double free_from = 0;
-  for (const auto& [at, text] : labels) {
-    const double height = std::max(at + 4, free_from);
-    svg +=
-        fmt::format("<text class='label' x='{}' y='{:.1f}'>{}</text>", kRight + 10, height, xml_text(text));
-    free_from = height + 14;
+  return svg + line_labels(lines, y) + "</svg>\n";
+}
+
+std::vector<Line> thread_lines(std::span<const ThreadResult> results) {
+  std::vector<Line> lines;
+  for (const ThreadResult& result : results) {
+    if (!result.gap.empty()) continue;
+    if (lines.empty() || lines.back().name != result.backend)
+      lines.push_back({result.backend, {}, result.wrong});
+    lines.back().points.push_back({static_cast<double>(result.threads), result.pass.median_ns});
   }
-  return svg + "</svg>\n";
+  return lines;
+}
+
+}  // namespace
+
+std::vector<FittedSlope> fitted_slopes(std::span<const BroadphaseResult> broadphases,
+                                       std::span<const ThreadResult> threads) {
+  std::vector<FittedSlope> slopes;
+  const auto add = [&](const char* along, const std::vector<Line>& lines) {
+    for (const Line& line : lines) {
+      if (line.points.size() > 1) slopes.push_back({along, line.name, slope(line.points)});
+    }
+  };
+  add("objects", lines_of(broadphases, Growth::objects));
+  add("hexahedra an object", lines_of(broadphases, Growth::hexahedra_each));
+  add("threads", thread_lines(threads));
+  return slopes;
+}
+
+std::string growth_plot(std::span<const BroadphaseResult> results, Growth growth,
+                        const std::vector<std::string>& backends, bool standalone) {
+  const std::string size_label =
+      growth == Growth::objects ? "objects of one hexahedron"
+                                : fmt::format("hexahedra each of {} objects", objects_of_several(results));
+  return line_plot(lines_of(results, growth), {"broadphases, ms a frame", size_label, {}}, backends,
+                   standalone);
+}
+
+std::string thread_plot(std::span<const ThreadResult> results, const std::vector<std::string>& backends,
+                        bool standalone) {
+  std::vector<double> ticks;
+  for (const ThreadResult& result : results) {
+    if (std::find(ticks.begin(), ticks.end(), result.threads) == ticks.end()) ticks.push_back(result.threads);
+  }
+  return line_plot(thread_lines(results), {"distances in batches, ns a pair", "threads", ticks}, backends,
+                   standalone);
 }
 
 }  // namespace touchstone::comparison

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "examples/measures/broadphase_run.hpp"
+#include "examples/measures/thread_run.hpp"
 
 namespace touchstone::comparison {
 
@@ -13,8 +14,24 @@ enum class Growth { objects, hexahedra_each };
 
 /// How a broadphase's frame grows as SVG: log-log, one line a broadphase with its fitted slope (least squares
 /// of the logarithms) at the end. Along hexahedra_each, the swarms of as many objects as the fewest that have
-/// several count. Empty without any. @param backends gives the marks, as in speed_error_plot().
+/// several count. A
+/// broadphase that missed a pair gets no speed mark, but its count. Empty without any. @param backends gives
+/// the marks, as in speed_error_plot().
 std::string growth_plot(std::span<const BroadphaseResult> results, Growth growth,
                         const std::vector<std::string>& backends, bool standalone);
+
+/// A line's slope: least squares of the logarithms.
+struct FittedSlope {
+  std::string along;  ///< "objects", "hexahedra an object", "threads"
+  std::string name;
+  double slope = 0;
+};
+/// Of every line with two points or more in the three plots.
+std::vector<FittedSlope> fitted_slopes(std::span<const BroadphaseResult> broadphases,
+                                       std::span<const ThreadResult> threads);
+
+/// Time a pair against threads, log-log, one line a backend with its fitted slope: -1 is perfect.
+std::string thread_plot(std::span<const ThreadResult> results, const std::vector<std::string>& backends,
+                        bool standalone);
 
 }  // namespace touchstone::comparison

@@ -7,10 +7,11 @@
 
 namespace touchstone::comparison {
 
-/// One self-contained page: no request, no script; light, dark and print.
+/// One self-contained page: no request; readable without its script, which re-ranks the
+/// verdict for another allowed error; light, dark and print.
 std::string html_report(const Report& report);
 
-/// figures/<set>_<query>.svg for every set that was judged.
+/// Every figure of the page as a file of its own, figures/*.svg.
 std::vector<ReportFile> figure_files(const Report& report);
 
 }  // namespace touchstone::comparison

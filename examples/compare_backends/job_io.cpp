@@ -113,6 +113,7 @@ void put(ByteWriter& out, const QueryAnswers& answers) {
   put_optional(out, answers.single);
   put_optional(out, answers.batch);
   put_optional(out, answers.raw);
+  put_optional(out, answers.cached);
   put_optional(out, answers.allocations);
 }
 
@@ -123,6 +124,7 @@ void get(ByteReader& in, QueryAnswers& answers) {
   get_optional(in, answers.single);
   get_optional(in, answers.batch);
   get_optional(in, answers.raw);
+  get_optional(in, answers.cached);
   get_optional(in, answers.allocations);
 }
 
@@ -164,6 +166,7 @@ std::string encode_answers(const std::vector<BackendAnswers>& answers) {
     for (const QueryAnswers& query : backend.queries) put(out, query);
     put(out, backend.perturbed);
     for (const auto& timing : backend.frame_by_query) put_optional(out, timing);
+    put_optional(out, backend.consistency);
     out.put(backend.failure);
   }
   return out.bytes();
@@ -181,6 +184,7 @@ std::vector<BackendAnswers> decode_answers(std::string bytes) {
     for (QueryAnswers& query : backend.queries) get(in, query);
     get(in, backend.perturbed);
     for (auto& timing : backend.frame_by_query) get_optional(in, timing);
+    get_optional(in, backend.consistency);
     in.get(backend.failure);
   }
   return answers;

@@ -41,7 +41,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   double max_error = 0;
   std::size_t count = 0;
 
-  CLI::App app{"Every contact detection backend on the same pairs and scenes: speed against error."};
+  CLI::App app{
+      "Every contact detection backend on the same pairs and scenes: speed against error.\n"
+      "compare_backends diff OLD.json NEW.json: what changed between two runs."};
   app.add_option("--backend", options.backends, "Backends to compare (default: all; --list names them)");
   app.add_option("--families", options.families, "Pair families (default: all; 'none' for no families)");
   auto* count_option = app.add_option("--count", count, "Pairs a family (default 20000, 500 with --quick)")

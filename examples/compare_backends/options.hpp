@@ -28,7 +28,7 @@ struct Options {
   QueryKind query = QueryKind::distance;
   std::string case_id;
   std::string output = "report";
-  int repetitions = 5;
+  int repetitions = 9;
   int threads = 2;
   bool families_given = false;
   bool no_families = false;

@@ -6,16 +6,6 @@
 namespace touchstone::comparison {
 namespace {
 
-void add(Wrongness& sum, const Wrongness& more) {
-  sum.cases += more.cases;
-  sum.missed += more.missed;
-  sum.phantom += more.phantom;
-  sum.undecided += more.undecided;
-  sum.failed += more.failed;
-  sum.unsupported += more.unsupported;
-  sum.missing += more.missing;
-}
-
 Standing stand(std::span<const SetResult> sets, const std::string& backend, QueryKind query) {
   Standing standing{backend, 0, 0, {}};
   for (const SetResult& set : sets) {
@@ -23,7 +13,7 @@ Standing stand(std::span<const SetResult> sets, const std::string& backend, Quer
       if (result.name != backend) continue;
       standing.nanoseconds += verdict_speed(set, result, query) / static_cast<double>(sets.size());
       standing.worst_error = std::max(standing.worst_error, result.judgement.cost[index_of(query)].worst);
-      add(standing.wrongness, result.judgement.wrongness[index_of(query)]);
+      standing.wrongness += result.judgement.wrongness[index_of(query)];
     }
   }
   return standing;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "examples/compare_backends/gallery.hpp"
 #include "examples/compare_backends/machine.hpp"
 #include "examples/compare_backends/options.hpp"
 #include "examples/compare_backends/pair_file_run.hpp"
@@ -11,6 +12,7 @@
 #include "examples/compare_backends/set_result.hpp"
 #include "examples/compare_backends/verdict.hpp"
 #include "examples/measures/broadphase_run.hpp"
+#include "examples/measures/thread_run.hpp"
 
 namespace touchstone::comparison {
 
@@ -31,8 +33,11 @@ struct Report {
   std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`
   std::vector<BroadphaseResult> broadphases;
   std::vector<SceneResult> scenes;
-  std::vector<Ranking> rankings;  ///< one a query, over `sets`; empty without truth
-  std::vector<Verdict> verdicts;  ///< one a query for --max-error
+  std::vector<ThreadResult> thread_runs;  ///< of the backends in this process
+  std::vector<GalleryCase> gallery;       ///< the worst first
+  std::vector<Ranking> rankings;          ///< one a query, over `sets`; empty without truth
+  std::vector<Candidates> candidates;     ///< one a query, over `sets` and the scenes' cases
+  std::vector<Verdict> verdicts;          ///< one a query for --max-error
 };
 
 }  // namespace touchstone::comparison

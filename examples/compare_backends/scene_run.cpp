@@ -47,6 +47,7 @@ double exact_least(std::span<const PairTruth> truth, std::size_t frame, std::siz
 SceneBackend follow(const BackendAnswers& answers, const SceneFrames& frames, std::span<const double> exact) {
   SceneBackend result;
   result.name = answers.name;
+  result.clearance_at_stop = std::numeric_limits<double>::quiet_NaN();
   const std::size_t pairs = frames.set.pairs.size();
   for (std::size_t f = 0; f < frames.times.size(); ++f) {
     const FrameAnswer overlap = frame_answer(answers.queries[index_of(QueryKind::overlap)], f, pairs);
@@ -59,6 +60,10 @@ SceneBackend follow(const BackendAnswers& answers, const SceneFrames& frames, st
       ++result.undecided_frames;
     else if (!overlap.contact && contact)
       ++result.missed_frames;
+    const bool blocks = overlap.contact || overlap.unsure;
+    if (blocks && f > 0 && result.frames_told.find_first_of("bw") == std::string::npos)
+      result.clearance_at_stop = exact[f - 1];
+    result.frames_told += blocks ? (contact ? 'b' : 'w') : contact ? 'm' : '.';
     const FrameAnswer distance = frame_answer(answers.queries[index_of(QueryKind::distance)], f, pairs);
     const double error = std::abs(distance.least - exact[f]);
     if (std::isfinite(error))

@@ -18,6 +18,12 @@ struct SceneBackend {
   std::size_t missed_frames = 0;        ///< frames in contact reported clear
   std::size_t phantom_frames = 0;       ///< clear frames reported in contact
   std::size_t undecided_frames = 0;  ///< neither: some pair undecided, failed or unsupported, none in contact
+  /// What a world that believes this backend would do at each frame of the commanded motion, from one frame
+  /// alone: '.' free, 'b' blocked rightly, 'w' wrongly blocked (contact reported, or not decided, where there
+  /// is none), 'm' merged (contact not reported). Empty without truth.
+  std::string frames_told;
+  /// Exact clearance in the last frame before the first that it would block [m]; NaN: none is.
+  double clearance_at_stop = 0;
   /// Largest |least separation - exact least separation| of a frame [m]; NaN: none.
   double worst_clearance_error = 0;
 };

@@ -15,13 +15,14 @@ struct BackendResult {
   std::string description;
   Capabilities capabilities;
   struct Rows {
-    std::optional<Timing> single, batch, raw;
+    std::optional<Timing> single, batch, raw, cached;
     std::optional<double> allocations;
   };
   std::array<Rows, 3> rows;  ///< by QueryKind
   std::array<std::optional<Timing>, 3> frame;
   Judgement judgement;
   bool judged = false;  ///< false in a build without `exact`
+  std::optional<Consistency> consistency;
   std::string failure;
 };
 
@@ -34,6 +35,9 @@ struct SetResult {
   std::vector<std::string> ids;  ///< as PairSet's
 };
 std::string case_id(const SetResult& set, std::size_t index);
+
+/// A backend's consistency over all sets that were asked; no cases: none was.
+Consistency total_consistency(std::span<const SetResult> sets, const std::string& backend);
 
 /// The speed that a verdict goes by [ns per pair]: one pair a call, or in a scene a frame a call; NaN if not
 /// measured.

@@ -3,21 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-
-#include "examples/compare_backends/pareto_front.hpp"
-#include "examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-// ---- layout, in SVG units
-
-constexpr double kWidth = 610, kHeight = 330;
-constexpr double kLeft = 58, kTop = 34, kBottom = 286;  // of the plot area
-constexpr double kZeroRight = 132;                      // the column of exactly 0
-constexpr double kErrorLeft = 144, kErrorRight = 386;   // the error axis
-constexpr double kRail = 412;                           // the rail's marks
 
 // ---- marks: distinct shapes, Okabe and Ito's colours (as CSS classes, by the backend's place in the list)
 
@@ -67,24 +57,29 @@ std::string mark_path(int shape, double x, double y, double r) {
   }
 }
 
+}  // namespace
+
 int place_of(const std::vector<std::string>& backends, const std::string& backend) {
   return static_cast<int>(std::find(backends.begin(), backends.end(), backend) - backends.begin()) % kShapes;
 }
 
-std::string mark(int place, double x, double y, bool hollow) {
+std::string mark_at(int place, double x, double y, bool hollow, double radius) {
   return fmt::format("<g class='m m{}{}'>{}</g>", place, hollow ? " hollow" : "",
-                     mark_path(place, x, y, 6.0));
+                     mark_path(place, x, y, radius));
 }
 
-// ---- axes
-
-struct Scale {
-  double low, high, from, to;  // powers of ten, onto [from, to]
-  double operator()(double value) const {
-    const double share = (std::log10(value) - std::log10(low)) / (std::log10(high) - std::log10(low));
-    return from + (to - from) * std::clamp(share, 0.0, 1.0);
+std::string svg_open(double width, double height, const std::string& label, bool standalone) {
+  std::string svg = fmt::format(
+      "<svg class='plot' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}'{2} role='img' "
+      "aria-label='{3}'>",
+      width, height, standalone ? fmt::format(" width='{}' height='{}'", width, height) : "",
+      xml_text(label));
+  if (standalone) {
+    svg += "<style>" + plot_style() + "</style>";
+    svg += fmt::format("<rect width='{}' height='{}' style='fill:var(--paper)'/>", width, height);
   }
-};
+  return svg;
+}
 
 std::string superscript(int exponent) {
   return fmt::format("10<tspan dy='-5' font-size='8'>{}</tspan>", exponent);
@@ -95,200 +90,6 @@ std::string nanosecond_label(int exponent) {
                                                    "100 us", "1 ms",  "10 ms",  "100 ms", "1 s"};
   return kLabels[static_cast<std::size_t>(std::clamp(exponent, 0, 9))];
 }
-
-std::string draw_axes(const Scale& x, const Scale& y) {
-  std::string svg = fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kErrorLeft, kTop,
-                                kErrorRight - kErrorLeft, kBottom - kTop);
-  svg += fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kLeft, kTop,
-                     kZeroRight - kLeft, kBottom - kTop);
-  const int ns_low = static_cast<int>(std::lround(std::log10(y.low))),
-            ns_high = static_cast<int>(std::lround(std::log10(y.high)));
-  for (int e = ns_low; e <= ns_high; ++e) {
-    const double at = y(std::pow(10.0, e));
-    svg += fmt::format("<path class='grid' d='M{} {:.1f}H{}M{} {:.1f}H{}'/>", kLeft, at, kZeroRight,
-                       kErrorLeft, at, kErrorRight);
-    svg += fmt::format("<text x='{}' y='{:.1f}' text-anchor='end'>{}</text>", kLeft - 6, at + 3.5,
-                       nanosecond_label(e));
-  }
-  const int e_low = static_cast<int>(std::lround(std::log10(x.low))),
-            e_high = static_cast<int>(std::lround(std::log10(x.high)));
-  const int step = std::max(1, (e_high - e_low + 5) / 6);
-  for (int e = e_high; e >= e_low; e -= step) {
-    const double at = x(std::pow(10.0, e));
-    svg += fmt::format("<path class='grid' d='M{0:.1f} {1}V{2}'/>", at, kTop, kBottom);
-    svg += fmt::format("<text x='{:.1f}' y='{}' text-anchor='middle'>{}</text>", at, kBottom + 17,
-                       superscript(e));
-  }
-  svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>0</text>", (kLeft + kZeroRight) / 2,
-                     kBottom + 17);
-  const double gap = (kZeroRight + kErrorLeft) / 2;
-  svg += fmt::format("<path class='break' d='M{0:.1f} {2}l4 -9M{1:.1f} {2}l4 -9'/>", gap - 5, gap + 1,
-                     kBottom + 4.5);
-  return svg;
-}
-
-// ---- labels: the first place beside the mark that hits nothing
-
-struct Box {
-  double x0, y0, x1, y1;
-  bool hits(const Box& other) const {
-    return x0 < other.x1 && other.x0 < x1 && y0 < other.y1 && other.y0 < y1;
-  }
-};
-
-class Labels {
- public:
-  void block(const Box& box) { taken_.push_back(box); }
-
-  std::string place(double x, double y, const std::string& text) {
-    const double width = 5.9 * static_cast<double>(text.size());
-    for (const double dy : {0.0, -12.0, 12.0, -22.0, 22.0, -33.0, 33.0, -44.0, 44.0}) {
-      for (const bool right : {true, false}) {
-        const double x0 = right ? x + 10 : x - 10 - width;
-        const Box box{x0, y + dy - 6, x0 + width, y + dy + 5};
-        if (box.x0 < kLeft + 1 || box.x1 > kErrorRight - 1 || box.y0 < kTop || box.y1 > kBottom) continue;
-        if (std::any_of(taken_.begin(), taken_.end(), [&](const Box& other) { return box.hits(other); }))
-          continue;
-        taken_.push_back(box);
-        std::string svg;
-        if (dy != 0.0) {
-          svg = fmt::format("<path class='leader' d='M{:.1f} {:.1f}L{:.1f} {:.1f}'/>", x, y,
-                            right ? x0 - 1 : box.x1 + 1, y + dy);
-        }
-        return svg + fmt::format("<text class='label' x='{:.1f}' y='{:.1f}'>{}</text>", x0, y + dy + 3.5,
-                                 xml_text(text));
-      }
-    }
-    return "";  // the shape and the legend still tell
-  }
-
- private:
-  std::vector<Box> taken_;
-};
-
-// ---- what is drawn
-
-struct Mark {
-  std::string name;
-  int place;
-  Quantiles error;
-  Timing time;
-};
-
-struct RailEntry {
-  std::string name;
-  int place;
-  std::string count;
-};
-
-// Wrongness in a few words: the largest kind first.
-std::string rail_text(const Wrongness& wrong) {
-  std::vector<std::pair<std::size_t, const char*>> kinds = {
-      {wrong.missed, "missed"}, {wrong.phantom, "phantom"},         {wrong.undecided, "undecided"},
-      {wrong.failed, "failed"}, {wrong.unsupported, "unsupported"}, {wrong.missing, "no value"}};
-  std::stable_sort(kinds.begin(), kinds.end(),
-                   [](const auto& x, const auto& y) { return x.first > y.first; });
-  std::string text = format_count(kinds[0].first) + " " + kinds[0].second;
-  const std::size_t others = wrong.total() - kinds[0].first;
-  if (others > 0) text += ", " + format_count(others) + " other";
-  return text;
-}
-
-void sort_out(const SetResult& set, QueryKind query, const std::vector<std::string>& backends,
-              std::vector<Mark>& marks, std::vector<RailEntry>& rail) {
-  const std::size_t q = index_of(query);
-  for (const BackendResult& backend : set.backends) {
-    if (!backend.judged) continue;
-    const int place = place_of(backends, backend.name);
-    const Wrongness& wrong = backend.judgement.wrongness[q];
-    if (wrong.total() > 0)
-      rail.push_back({backend.name, place, rail_text(wrong)});
-    else if (!backend.rows[q].single)
-      rail.push_back({backend.name, place, "not timed"});
-    else
-      marks.push_back({backend.name, place, backend.judgement.cost[q], *backend.rows[q].single});
-  }
-}
-
-std::string draw_rail(const std::vector<RailEntry>& rail) {
-  std::string svg = fmt::format("<path class='rail' d='M{0} {1}V{2}'/>", kRail, kTop, kBottom);
-  svg += fmt::format("<text class='small' x='{}' y='{}'>wrong or no answer: no speed</text>", kRail - 12,
-                     kTop - 8);
-  double y = kTop + 16;
-  for (const RailEntry& entry : rail) {
-    svg += mark(entry.place, kRail, y, true);
-    svg += fmt::format("<text class='label' x='{}' y='{:.1f}'>{}</text>", kRail + 13, y + 0.5,
-                       xml_text(entry.name));
-    svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>{}</text>", kRail + 13, y + 11.5,
-                       xml_text(entry.count));
-    y += 29;
-  }
-  return svg;
-}
-
-// Where in the column of 0 each mark stands: side by side where their times are too close to tell them apart.
-std::vector<double> zero_columns(const std::vector<Mark>& marks, const Scale& y) {
-  std::vector<double> columns;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    double x = kLeft + 10;
-    const double my = y(marks[i].time.median_ns);
-    const auto taken = [&](double at) {
-      for (std::size_t j = 0; j < i; ++j) {
-        if (std::abs(columns[j] - at) < 12 && std::abs(y(marks[j].time.median_ns) - my) < 13) return true;
-      }
-      return false;
-    };
-    while (taken(x) && x + 13 < kZeroRight - 6) x += 13;
-    columns.push_back(x);
-  }
-  return columns;
-}
-
-std::string draw_marks(const std::vector<Mark>& marks, const Scale& x, const Scale& y) {
-  std::string whiskers, shapes, text;
-  Labels labels;
-  const std::vector<double> columns = zero_columns(marks, y);
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    const double mx = marks[i].error.worst == 0.0 ? columns[i] : x(marks[i].error.worst),
-                 my = y(marks[i].time.median_ns);
-    labels.block({mx - 7, my - 7, mx + 7, my + 7});
-    const double median_x = marks[i].error.median == 0.0 ? columns[i] : x(marks[i].error.median);
-    labels.block({std::min(mx, median_x), my - 2, std::max(mx, median_x), my + 2});
-    labels.block({mx - 2, y(marks[i].time.p99_ns), mx + 2, my});
-  }
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    const Mark& each = marks[i];
-    const double mx = each.error.worst == 0.0 ? columns[i] : x(each.error.worst), my = y(each.time.median_ns);
-    const double median_x = each.error.median == 0.0 ? columns[i] : x(each.error.median);
-    whiskers += fmt::format("<path class='whisker m{}' d='M{:.1f} {:.1f}H{:.1f}M{:.1f} {:.1f}V{:.1f}'/>",
-                            each.place, median_x, my, mx, mx, my, y(each.time.p99_ns));
-    shapes += fmt::format("<g><title>{}: {} ns a pair (99% {}), worst error {} S, median {} S</title>{}</g>",
-                          xml_text(each.name), format_ns(each.time.median_ns), format_ns(each.time.p99_ns),
-                          format_error(each.error.worst), format_error(each.error.median),
-                          mark(each.place, mx, my, false));
-    text += labels.place(mx, my, each.name);
-  }
-  return whiskers + shapes + text;
-}
-
-// The front as a staircase: right of it and above, something is both faster and more exact.
-std::string draw_front(const std::vector<Mark>& marks, const std::vector<std::string>& front, const Scale& x,
-                       const Scale& y) {
-  const std::vector<double> columns = zero_columns(marks, y);
-  std::string path;
-  for (const std::string& name : front) {
-    for (std::size_t i = 0; i < marks.size(); ++i) {
-      if (marks[i].name != name) continue;
-      const double at = marks[i].error.worst == 0.0 ? columns[i] : x(marks[i].error.worst);
-      const double height = y(marks[i].time.median_ns);
-      path += path.empty() ? fmt::format("M{:.1f} {:.1f}", at, height)
-                           : fmt::format("H{:.1f}V{:.1f}", at, height);
-    }
-  }
-  return path.empty() ? "" : fmt::format("<path class='front' d='{}H{}'/>", path, kErrorRight);
-}
-
-}  // namespace
 
 std::string xml_text(const std::string& text) {
   std::string escaped;
@@ -307,32 +108,6 @@ std::string xml_text(const std::string& text) {
       escaped += c;
   }
   return escaped;
-}
-
-PlotAxes axes_for(std::span<const SetResult> sets) {
-  double ns_low = 1e9, ns_high = 1, error_low = 1, error_high = 1e-16;
-  for (const SetResult& set : sets) {
-    for (const BackendResult& backend : set.backends) {
-      for (std::size_t q = 0; q < 3; ++q) {
-        if (!backend.judged || !backend.rows[q].single || backend.judgement.wrongness[q].total() > 0)
-          continue;
-        const Quantiles& error = backend.judgement.cost[q];
-        ns_low = std::min(ns_low, backend.rows[q].single->median_ns);
-        ns_high = std::max(ns_high, backend.rows[q].single->p99_ns);
-        for (const double value : {error.median, error.worst}) {
-          if (value > 0.0 && std::isfinite(value)) {
-            error_low = std::min(error_low, value);
-            error_high = std::max(error_high, value);
-          }
-        }
-      }
-    }
-  }
-  const auto down = [](double value) { return std::pow(10.0, std::floor(std::log10(value))); };
-  const auto up = [](double value) { return std::pow(10.0, std::ceil(std::log10(value))); };
-  if (ns_low > ns_high) return {};
-  return {down(ns_low), std::max(up(ns_high), 100 * down(ns_low)), std::max(down(error_low), 1e-20),
-          std::max(up(error_high), 1e-12)};
 }
 
 std::string plot_style() {
@@ -354,37 +129,20 @@ std::string plot_style() {
 .plot .whisker.m4,.plot .hollow.m4{stroke:var(--c4)}.plot .whisker.m5,.plot .hollow.m5{stroke:var(--c5)}
 .plot .whisker.m6,.plot .hollow.m6{stroke:var(--c6)}.plot .whisker.m7,.plot .hollow.m7{stroke:var(--c7)}
 .plot .whisker.m8,.plot .hollow.m8{stroke:var(--c8)}.plot .whisker{fill:none!important}
+.plot .box{stroke:none;opacity:.45}.plot .curve{fill:none!important;stroke-width:1.6;stroke-linejoin:round}
+.plot .dots{fill:none!important;stroke-width:3.4;stroke-linecap:round;opacity:.6}
+.plot .curve.m0,.plot .dots.m0{stroke:var(--c0)}.plot .curve.m1,.plot .dots.m1{stroke:var(--c1)}.plot .curve.m2,.plot .dots.m2{stroke:var(--c2)}
+.plot .curve.m3,.plot .dots.m3{stroke:var(--c3)}.plot .curve.m4,.plot .dots.m4{stroke:var(--c4)}.plot .curve.m5,.plot .dots.m5{stroke:var(--c5)}
+.plot .curve.m6,.plot .dots.m6{stroke:var(--c6)}.plot .curve.m7,.plot .dots.m7{stroke:var(--c7)}.plot .curve.m8,.plot .dots.m8{stroke:var(--c8)}
+.plot .solid-a{fill:none;stroke:var(--c0);stroke-width:1.3}.plot .solid-b{fill:none;stroke:var(--c2);stroke-width:1.3;stroke-dasharray:5 2.5}
+.plot .exact{stroke:var(--ink);stroke-width:2.4;fill:none}.plot .arrow{stroke-width:1.8;fill:none}
+.plot .t-free{fill:var(--area);stroke:var(--line)}.plot .t-b{fill:var(--c0)}.plot .t-w{fill:var(--c3)}.plot .t-m{fill:var(--c2)}.plot .tick{stroke:var(--paper);stroke-width:1.4;fill:none}
 )";
 }
 
 std::string mark_svg(const std::vector<std::string>& backends, const std::string& backend) {
   return "<svg class='plot key' width='16' height='16' viewBox='0 0 16 16' aria-hidden='true'>" +
-         mark(place_of(backends, backend), 8, 8, false) + "</svg>";
-}
-
-std::string speed_error_plot(const SetResult& set, QueryKind query, const PlotAxes& axes,
-                             const std::vector<std::string>& backends, bool standalone) {
-  std::vector<Mark> marks;
-  std::vector<RailEntry> rail;
-  sort_out(set, query, backends, marks, rail);
-  const Scale x{axes.error_low, axes.error_high, kErrorLeft + 8, kErrorRight - 8};
-  const Scale y{axes.ns_low, axes.ns_high, kBottom, kTop};
-  std::string svg = fmt::format(
-      "<svg class='plot' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}'{2} role='img' "
-      "aria-label='{3} {4}: speed against error'>",
-      kWidth, kHeight, standalone ? fmt::format(" width='{}' height='{}'", kWidth, kHeight) : "",
-      xml_text(set.name), to_string(query));
-  if (standalone) {
-    svg += "<style>" + plot_style() + "</style>";
-    svg += fmt::format("<rect width='{}' height='{}' style='fill:var(--paper)'/>", kWidth, kHeight);
-  }
-  svg += fmt::format("<text class='title' x='{}' y='18'>{}, {}</text>", kLeft, xml_text(set.name),
-                     to_string(query));
-  svg += draw_axes(x, y) + draw_rail(rail) + draw_front(marks, pareto_front(set, query), x, y) +
-         draw_marks(marks, x, y);
-  svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>worst error / S</text>",
-                     (kErrorLeft + kErrorRight) / 2, kBottom + 36);
-  return svg + "</svg>\n";
+         mark_at(place_of(backends, backend), 8, 8, false) + "</svg>";
 }
 
 }  // namespace touchstone::comparison

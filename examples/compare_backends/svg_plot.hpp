@@ -3,34 +3,25 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/set_result.hpp"
-
 namespace touchstone::comparison {
-
-/// The ranges of a plot's two axes.
-struct PlotAxes {
-  double ns_low = 10, ns_high = 1e5;         ///< powers of ten
-  double error_low = 1e-17, error_high = 1;  ///< powers of ten
-};
-
-/// Axes that hold every mark of every set.
-PlotAxes axes_for(std::span<const SetResult> sets);
-
-/// Speed against error of one pair set and query as SVG: log-log, one mark a backend at (worst error over S,
-/// median ns a pair), whiskers from the median error and to the 99th percentile of time. Exactly 0 has its
-/// own column left of a broken axis. A backend with any wrong, undecided, failed, unsupported or missing
-/// answer gets no speed mark: it stands hollow on the rail at the right, in the report's order, with its
-/// count.
-/// @param standalone with its own styles, legend colours for light and dark, and a title; otherwise for the
-/// page, which brings plot_style().
-std::string speed_error_plot(const SetResult& set, QueryKind query, const PlotAxes& axes,
-                             const std::vector<std::string>& backends, bool standalone);
 
 /// CSS of the plots: light and dark.
 std::string plot_style();
 
-/// A backend's mark alone, 14 by 14, for legends and tables.
+/// The opening tag of a plot. @param standalone with its own size, styles for light and dark, and paper;
+/// otherwise for the page, which brings plot_style().
+std::string svg_open(double width, double height, const std::string& label, bool standalone);
+
+/// Marks: nine distinct shapes in Okabe and Ito's colours, as the CSS classes m0 to m8, by the backend's
+/// place.
+int place_of(const std::vector<std::string>& backends, const std::string& backend);
+/// @param hollow for what has no speed.
+std::string mark_at(int place, double x, double y, bool hollow, double radius = 6.0);
+/// A backend's mark alone, 16 by 16, for legends and tables.
 std::string mark_svg(const std::vector<std::string>& backends, const std::string& backend);
+
+std::string superscript(int exponent);       ///< of 10, as SVG text
+std::string nanosecond_label(int exponent);  ///< "100 ns", "1 us": 10 to the exponent
 
 /// Escapes &, <, > and quotes.
 std::string xml_text(const std::string& text);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -181,21 +180,6 @@ std::string pair_file_section(const PairFileResult& result) {
   std::string text = fmt::format("\n{}: {} cases\n", result.cases.file, result.cases.cases.size());
   for (const PairFileCases::Case& each : result.cases.cases) {
     if (!each.invalid.empty()) text += fmt::format("  {}: invalid: {}\n", each.id, each.invalid);
-  }
-  return text;
-}
-
-// The largest kind of wrong answer, and how many in all.
-std::string wrong_words(const Wrongness& wrong) {
-  const std::array<std::pair<std::size_t, const char*>, 6> kinds = {{{wrong.missed, "missed"},
-                                                                     {wrong.phantom, "phantom"},
-                                                                     {wrong.undecided, "undecided"},
-                                                                     {wrong.failed, "failed"},
-                                                                     {wrong.unsupported, "unsupported"},
-                                                                     {wrong.missing, "without a value"}}};
-  std::string text;
-  for (const auto& [count, name] : kinds) {
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", format_count(count), name);
   }
   return text;
 }

@@ -237,6 +237,17 @@ void charge_query(const PairTruth& truth, const BackendAnswers& answers, std::si
 
 }  // namespace
 
+Wrongness& Wrongness::operator+=(const Wrongness& more) {
+  cases += more.cases;
+  missed += more.missed;
+  phantom += more.phantom;
+  undecided += more.undecided;
+  failed += more.failed;
+  unsupported += more.unsupported;
+  missing += more.missing;
+  return *this;
+}
+
 std::string_view to_string(Measure measure) {
   constexpr std::array<std::string_view, kMeasures> kNames = {"distance",   "depth",       "normal",
                                                               "witness",    "deepest",     "point_witness",
@@ -274,6 +285,42 @@ CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Ora
   return errors;
 }
 
+namespace {
+
+bool is_wrong(PairStatus status, bool contact, const char* reason) {
+  return class_fault(status, contact) != nullptr || reason == std::string_view("no value");
+}
+
+// Keeps the list short and ordered: dearest first, of equal costs the lower index.
+void keep_dearest(std::vector<WorstCase>& kept, const WorstCase& wrong) {
+  const auto place =
+      std::find_if(kept.begin(), kept.end(), [&](const WorstCase& other) { return wrong.cost > other.cost; });
+  kept.insert(place, wrong);
+  if (kept.size() > kKeptWrongCases) kept.pop_back();
+}
+
+std::vector<SignedError> signed_errors(const BackendAnswers& answers, std::span<const PairTruth> truth,
+                                       std::span<const double> scale) {
+  const QueryAnswers& distance = answers.queries[index_of(QueryKind::distance)];
+  std::vector<SignedError> all;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (!carries_geometry(distance.status[i], distance.geometry[i])) continue;
+    all.push_back({truth[i].separation / scale[i],
+                   (distance.geometry[i].separation - truth[i].separation) / scale[i], i});
+  }
+  if (all.size() <= kKeptSignedErrors) return all;
+  std::vector<SignedError> kept;
+  constexpr std::size_t kWorst = 8, kSpread = kKeptSignedErrors - kWorst;
+  for (std::size_t i = 0; i < kSpread; ++i) kept.push_back(all[i * all.size() / kSpread]);
+  std::stable_sort(all.begin(), all.end(), [](const SignedError& x, const SignedError& y) {
+    return std::abs(x.error) > std::abs(y.error);
+  });
+  kept.insert(kept.end(), all.begin(), all.begin() + kWorst);
+  return kept;
+}
+
+}  // namespace
+
 Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
                 const BackendAnswers& answers, int threads, const Progress& progress) {
   const std::size_t cases = set.cases();
@@ -300,9 +347,12 @@ Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Orac
       count(judgement.wrongness[q], answers.queries[q].status[i], truth[i].contact(), errors[i].reason[q]);
       WorstCase& worst = judgement.worst[q];
       if (i == 0 || errors[i].cost[q] > worst.cost) worst = {errors[i].cost[q], i, errors[i].reason[q]};
+      if (is_wrong(answers.queries[q].status[i], truth[i].contact(), errors[i].reason[q]))
+        keep_dearest(judgement.wrong_cases[q], {errors[i].cost[q], i, errors[i].reason[q]});
       sample.push_back({errors[i].cost[q] / scale[i], i});
     }
     judgement.cost[q] = quantiles(sample);
+    judgement.cost_curve[q] = curve(sample);
   }
   for (std::size_t m = 0; m < kMeasures; ++m) {
     const bool length = is_length(static_cast<Measure>(m));
@@ -316,6 +366,7 @@ Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Orac
     };
     judgement.errors[m] = {over(scale), over(size)};
   }
+  judgement.signed_errors = signed_errors(answers, truth, scale);
   return judgement;
 }
 

@@ -20,6 +20,7 @@ struct Wrongness {
   /// The class is right but a figure that was asked for is not finite, or there are no points.
   std::size_t missing = 0;
 
+  Wrongness& operator+=(const Wrongness& more);
   std::size_t total() const { return missed + phantom + undecided + failed + unsupported + missing; }
 };
 
@@ -54,12 +55,25 @@ struct WorstCase {
   const char* reason = "";  ///< "missed contact", "depth", ...
 };
 
+/// One case of the figure "error against true separation", both over S and signed.
+struct SignedError {
+  double separation = 0;
+  double error = 0;  ///< separation answered - d
+  std::size_t index = 0;
+};
+/// As many worst wrong cases a query, and signed errors, as a judgement keeps.
+inline constexpr std::size_t kKeptWrongCases = 3, kKeptSignedErrors = 48;
+
 struct Judgement {
   std::array<Wrongness, 3> wrongness;  ///< by QueryKind
   std::array<WorstCase, 3> worst;      ///< by QueryKind
   /// A case's cost over S, by QueryKind: overlap 0 or |d|; distance |separation - d|; manifold the largest of
   /// its errors in metres. Wrong class, undecided, failed, unsupported: |d|. Missing: +inf.
   std::array<Quantiles, 3> cost;
+  std::array<Curve, 3> cost_curve = {};  ///< the distributions of the same
+  std::array<std::vector<WorstCase>, 3>
+      wrong_cases;                           ///< by QueryKind: the wrong or missing answers that cost most
+  std::vector<SignedError> signed_errors;    ///< distance: cases evenly spread over the set, and the worst
   std::array<ErrorStats, kMeasures> errors;  ///< over all cases that carry the figure, wrong class or not
 };
 

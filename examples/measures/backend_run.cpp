@@ -104,7 +104,7 @@ bool answer_all(Narrowphase& narrowphase, const PairSet& set, const MeasureOptio
 
 // ---- timing
 
-enum class Mode : std::uint8_t { single, batch, raw };
+enum class Mode : std::uint8_t { single, batch, raw, cached };
 
 // One row of the timing table: a backend's query in one mode.
 struct Row {
@@ -132,12 +132,14 @@ class BlockTimer {
   std::size_t pairs() const { return pairs_.size(); }
 
   // Average [ns per pair] over `count` pairs from `first` on. A few pairs of the block before go first,
-  // untimed: they bring in the backend's code, not the block's data.
+  // untimed: they bring in the backend's code, not the block's data. Cached: the block itself goes first.
   double time(Timed& timed, QueryKind kind, Mode mode, std::size_t first, std::size_t count,
               std::size_t warm) {
     const auto all = std::span<const SolidPair>(pairs_);
     const std::size_t before = first >= warm ? first - warm : pairs_.size() - std::min(warm, pairs_.size());
-    run(timed, kind, mode, all.subspan(before, std::min(warm, pairs_.size() - before)));
+    run(timed, kind, mode,
+        mode == Mode::cached ? all.subspan(first, count)
+                             : all.subspan(before, std::min(warm, pairs_.size() - before)));
     const auto begin = Clock::now();
     run(timed, kind, mode, all.subspan(first, count));
     const auto end = Clock::now();
@@ -149,7 +151,7 @@ class BlockTimer {
       contacts_ += timed.raw->run(pairs, kind);
       return;
     }
-    const std::size_t step = mode == Mode::single ? 1 : pairs.size();
+    const std::size_t step = mode == Mode::batch ? pairs.size() : 1;
     const NarrowphaseOutput output = output_for(kind);
     for (std::size_t i = 0; i < pairs.size(); i += step) {
       timed.narrowphase->evaluate({pairs.subspan(i, step), set_.poses, query_for(kind)}, output,
@@ -199,7 +201,17 @@ double allocations_per_query(BlockTimer& timer, Timed& timed, const Row& row) {
 }
 
 std::optional<Timing>& slot_of(QueryAnswers& answers, Mode mode) {
-  return mode == Mode::single ? answers.single : mode == Mode::batch ? answers.batch : answers.raw;
+  switch (mode) {
+    case Mode::single:
+      return answers.single;
+    case Mode::batch:
+      return answers.batch;
+    case Mode::raw:
+      return answers.raw;
+    case Mode::cached:
+      break;
+  }
+  return answers.cached;
 }
 
 bool any_answer(const QueryAnswers& answers) {
@@ -221,6 +233,7 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
           timed[b].narrowphase != nullptr && any_answer(answers[b].queries[index_of(kind)]);
       if (supported) rows.push_back({b, kind, Mode::single, 0, 0, {}});
       if (supported) rows.push_back({b, kind, Mode::batch, 0, 0, {}});
+      if (supported) rows.push_back({b, kind, Mode::cached, 0, 0, {}});
       if (timed[b].raw != nullptr && timed[b].raw->supports(kind))
         rows.push_back({b, kind, Mode::raw, 0, 0, {}});
     }
@@ -255,7 +268,8 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
     }
   }
   for (Row& row : rows) {
-    slot_of(answers[row.backend].queries[index_of(row.kind)], row.mode) = summarise_blocks(row.averages);
+    slot_of(answers[row.backend].queries[index_of(row.kind)], row.mode) =
+        summarise_blocks(row.averages, static_cast<std::size_t>(options.repetitions));
     slot_of(answers[row.backend].queries[index_of(row.kind)], row.mode)->block = row.block;
   }
 }
@@ -302,7 +316,9 @@ void time_frames(std::span<Timed> timed, const PairSet& set, const MeasureOption
   for (std::size_t b = 0; b < timed.size(); ++b) {
     for (const QueryKind kind : kQueryKinds) {
       auto& sample = times[b][index_of(kind)];
-      if (!sample.empty()) answers[b].frame_by_query[index_of(kind)] = summarise_blocks(sample);
+      if (!sample.empty())
+        answers[b].frame_by_query[index_of(kind)] =
+            summarise_blocks(sample, static_cast<std::size_t>(options.repetitions));
     }
   }
 }
@@ -350,6 +366,8 @@ std::vector<BackendAnswers> run_backends(std::span<const BackendRegistry::Narrow
     if (whole && options.perturb) {
       answer_frames(*narrowphases[b], moved, QueryKind::manifold, options.threads, answers[b].perturbed);
     }
+    if (whole && options.check_consistency && set.frames() == 1)
+      answers[b].consistency = check_consistency(*narrowphases[b], set, options.threads);
     if (whole && (options.time_pairs || options.time_frames)) {
       timed[b].narrowphase = narrowphases[b].get();
       timed[b].workspace = narrowphases[b]->make_workspace();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact_core/registry.hpp"
+#include "examples/measures/consistency.hpp"
 #include "examples/measures/oracle.hpp"
 #include "examples/measures/pair_set.hpp"
 #include "examples/measures/quantiles.hpp"
@@ -29,6 +30,7 @@ struct QueryAnswers {
   std::optional<Timing> single;        ///< through the interface, one pair a call
   std::optional<Timing> batch;         ///< through the interface, `batch` pairs a call
   std::optional<Timing> raw;           ///< the engine's own call on posed objects
+  std::optional<Timing> cached;        ///< as single, on a block that was just run through
   std::optional<double> allocations;   ///< per query, in steady state
 };
 
@@ -40,7 +42,8 @@ struct BackendAnswers {
   QueryAnswers perturbed;               ///< manifolds with B moved by 1e-9 S, see perturbed_set
   /// Scenes: every pair of a frame in one call [ns per frame].
   std::array<std::optional<Timing>, 3> frame_by_query;
-  std::string failure;  ///< why there are no answers; empty otherwise
+  std::optional<Consistency> consistency;  ///< where it was asked for and every solid was taken
+  std::string failure;                     ///< why there are no answers; empty otherwise
 };
 
 struct MeasureOptions {
@@ -48,7 +51,8 @@ struct MeasureOptions {
   bool time_pairs = true;    ///< single, batch and raw
   bool time_frames = false;  ///< whole frames, for scenes
   bool perturb = true;
-  int threads = 1;  ///< for answers; timing always runs on one
+  bool check_consistency = false;  ///< of sets of one frame
+  int threads = 1;                 ///< for answers; timing always runs on one
   int repetitions = 5;
   std::size_t block = 128;           ///< pairs a timed block
   std::size_t batch = 1024;          ///< pairs a call of the batch row

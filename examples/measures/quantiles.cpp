@@ -28,14 +28,31 @@ Quantiles quantiles(std::span<CaseValue> sample) {
   return result;
 }
 
-Timing summarise_blocks(std::span<double> averages) {
+Curve curve(std::span<const CaseValue> sorted) {
+  Curve values{};
+  if (sorted.empty()) return values;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = sorted[rank(kCurveShares[i], sorted.size())].value;
+  return values;
+}
+
+Timing summarise_blocks(std::span<double> averages, std::size_t repetitions) {
   Timing timing;
   timing.blocks = averages.size();
   if (averages.empty()) return timing;
+  const std::size_t each = averages.size() / repetitions;
+  timing.repetitions = std::min(repetitions, kKeptRepetitions);
+  for (std::size_t r = 0; r < timing.repetitions; ++r) {
+    const auto part = averages.subspan(r * each, each);
+    std::sort(part.begin(), part.end());
+    timing.repetition_ns[r] = part[rank(0.5, each)];
+  }
   std::sort(averages.begin(), averages.end());
   timing.median_ns = averages[rank(0.5, averages.size())];
   timing.p99_ns = averages[rank(0.99, averages.size())];
   timing.minimum_ns = averages.front();
+  timing.lower_quartile_ns = averages[rank(0.25, averages.size())];
+  timing.upper_quartile_ns = averages[rank(0.75, averages.size())];
   return timing;
 }
 

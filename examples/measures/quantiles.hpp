@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -21,8 +22,18 @@ struct CaseValue {
   std::size_t index;
 };
 
+/// Where a distribution is looked at.
+inline constexpr std::array<double, 17> kCurveShares = {0,   0.01, 0.02, 0.05, 0.1,  0.2,  0.3,   0.4, 0.5,
+                                                        0.6, 0.7,  0.8,  0.9,  0.95, 0.99, 0.999, 1};
+/// A distribution: the nearest-rank value at each of kCurveShares, the least at 0; zeros of an empty sample.
+using Curve = std::array<double, kCurveShares.size()>;
+Curve curve(std::span<const CaseValue> sorted);
+
 /// Nearest-rank quantiles. Reorders the sample. Of equal worst values the one with the lowest index counts.
 Quantiles quantiles(std::span<CaseValue> sample);
+
+/// As many medians of repetitions as a Timing keeps.
+inline constexpr std::size_t kKeptRepetitions = 32;
 
 struct Timing {
   double median_ns = 0;  ///< of the blocks' averages, per pair
@@ -30,9 +41,14 @@ struct Timing {
   double minimum_ns = 0;
   std::size_t blocks = 0;
   std::size_t block = 0;  ///< pairs a block; 0: a frame
+  double lower_quartile_ns = 0;
+  double upper_quartile_ns = 0;
+  std::size_t repetitions = 0;                              ///< in repetition_ns
+  std::array<double, kKeptRepetitions> repetition_ns = {};  ///< each repetition's median, the first ones
 };
 
-/// Reorders the sample of block averages [ns]. An empty sample gives zeros.
-Timing summarise_blocks(std::span<double> averages);
+/// Reorders the sample of block averages [ns], which holds as many of each of the repetitions, one repetition
+/// after the other. An empty sample gives zeros.
+Timing summarise_blocks(std::span<double> averages, std::size_t repetitions = 1);
 
 }  // namespace touchstone::comparison

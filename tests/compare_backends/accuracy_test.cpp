@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "contact_core/input_error.hpp"
@@ -11,8 +12,10 @@
 #include "examples/compare_backends/html_report.hpp"
 #include "examples/compare_backends/json_writer.hpp"
 #include "examples/compare_backends/pareto_front.hpp"
+#include "examples/compare_backends/speed_error_plot.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
 #include "examples/compare_backends/terminal.hpp"
+#include "examples/compare_backends/time_plot.hpp"
 #include "examples/measures/allocations.hpp"
 #include "examples/program/text_table.hpp"
 #include "tests/measures/fake_backends.hpp"
@@ -265,7 +268,7 @@ TEST_F(Judged, ThePageMakesNoRequest) {
   std::string html = html_report(report);
   for (std::size_t at; (at = html.find("http://www.w3.org/2000/svg")) != std::string::npos;)
     html.erase(at, 26);
-  for (const char* outside : {"http:", "https:", "url(", "@import", "<link", "src=", "<script"}) {
+  for (const char* outside : {"http:", "https:", "url(", "@import", "<link", "src=", "<script src"}) {
     EXPECT_THAT(html, Not(HasSubstr(outside)));
   }
 }
@@ -282,6 +285,36 @@ TEST_F(Judged, AWrongBackendGetsNoSpeedMark) {
   SetResult right_only = result_;
   std::erase_if(right_only.backends, [](const BackendResult& b) { return b.name != "right"; });
   EXPECT_THAT(speed_error_plot(right_only, QueryKind::overlap, {}, names, true), HasSubstr("ns a pair"));
+}
+
+TEST_F(Judged, AWrongBackendGetsNoTimeMarkEither) {
+  const std::vector<std::string> names = {"right", "missing_contacts"};
+  SetResult wrong_only = result_;
+  std::erase_if(wrong_only.backends, [](const BackendResult& b) { return b.name != "missing_contacts"; });
+  const std::string plot = time_plot(wrong_only, QueryKind::overlap, {}, names, true);
+  EXPECT_THAT(plot, HasSubstr("hollow"));
+  EXPECT_THAT(plot, HasSubstr("3 of 6 wrong"));
+  EXPECT_THAT(plot, Not(HasSubstr("class='whisker")));
+  SetResult right_only = result_;
+  std::erase_if(right_only.backends, [](const BackendResult& b) { return b.name != "right"; });
+  EXPECT_THAT(time_plot(right_only, QueryKind::overlap, {}, names, true), HasSubstr("class='whisker"));
+}
+
+TEST_F(Judged, KeepsTheDearestWrongCasesAndTheDistribution) {
+  const auto& missed = of("missing_contacts").wrong_cases[index_of(QueryKind::overlap)];
+  ASSERT_EQ(missed.size(), 3u);
+  EXPECT_EQ(missed[0].index, 4u);  // 0.5 deep
+  EXPECT_EQ(missed[1].index, 3u);  // 0.25 deep
+  EXPECT_EQ(missed[2].index, 5u);  // touching
+  EXPECT_TRUE(of("right").wrong_cases[0].empty());
+  const Curve& curve = of("off_by_1e-3").cost_curve[index_of(QueryKind::distance)];
+  EXPECT_EQ(curve.back(), of("off_by_1e-3").cost[index_of(QueryKind::distance)].worst);
+  EXPECT_TRUE(std::is_sorted(curve.begin(), curve.end()));
+  const auto& errors = of("off_by_1e-3").signed_errors;
+  ASSERT_EQ(errors.size(), 6u);
+  for (const SignedError& each : errors)
+    EXPECT_NEAR(each.error * posed_pair(set_, each.index).scale, 1e-3, 1e-15);
+  EXPECT_TRUE(of("not_a_number").signed_errors.empty());
 }
 
 TEST(Backends, UnknownAndRepeatedNamesAreRefused) {

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "examples/compare_backends/speed_error_plot.hpp"
+
+namespace touchstone::comparison {
+
+/// The distribution of a query's cost over S in one set, as SVG: the share of the pairs (up) whose error is
+/// at most that (right, log), one line a backend with its marks along it. Exactly 0 has its own column left
+/// of a broken axis. A line that ends below 1 has pairs without a figure.
+std::string error_distribution_plot(const SetResult& set, QueryKind query, const PlotAxes& axes,
+                                    const std::vector<std::string>& backends, bool standalone);
+
+/// One backend's separation error against the true separation, both over S and on signed logarithmic axes,
+/// one dot a kept pair of every set: margins and tolerances show as shifted bands. Empty without any figure.
+std::string signed_error_plot(std::span<const SetResult> sets, const std::string& backend,
+                              const std::vector<std::string>& backends, bool standalone);
+
+}  // namespace touchstone::comparison

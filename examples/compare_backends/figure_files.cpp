@@ -1,0 +1,44 @@
+#include <fmt/format.h>
+
+#include "examples/compare_backends/error_plots.hpp"
+#include "examples/compare_backends/growth_plot.hpp"
+#include "examples/compare_backends/html_report.hpp"
+#include "examples/compare_backends/speed_error_plot.hpp"
+#include "examples/compare_backends/time_plot.hpp"
+#include "examples/compare_backends/timeline_plot.hpp"
+#include "examples/compare_backends/wireframe_plot.hpp"
+
+namespace touchstone::comparison {
+
+std::vector<ReportFile> figure_files(const Report& report) {
+  std::vector<ReportFile> files;
+  std::vector<std::string> names;
+  for (const auto& backend : report.backends) names.push_back(backend.first);
+  const auto add = [&](const std::string& name, std::string svg) {
+    if (!svg.empty()) files.emplace_back("figures/" + name + ".svg", std::move(svg));
+  };
+  const PlotAxes axes = axes_for(report.sets);
+  for (const SetResult& set : report.sets) {
+    for (const QueryKind query : kQueryKinds) {
+      const std::string name = fmt::format("{}_{}", set.name, to_string(query));
+      if (report.has_truth) add(name, speed_error_plot(set, query, axes, names, true));
+      add(name + "_times", time_plot(set, query, axes, names, true));
+    }
+    if (report.has_truth)
+      add(set.name + "_errors", error_distribution_plot(set, QueryKind::distance, axes, names, true));
+  }
+  if (report.has_truth) {
+    for (const std::string& name : names)
+      add("signed_" + name, signed_error_plot(report.sets, name, names, true));
+  }
+  add("broadphases", growth_plot(report.broadphases, Growth::objects, names, true));
+  add("broadphases_hexahedra", growth_plot(report.broadphases, Growth::hexahedra_each, names, true));
+  add("threads", thread_plot(report.thread_runs, names, true));
+  for (std::size_t i = 0; i < report.gallery.size(); ++i)
+    add(fmt::format("worst_{}", i + 1), wireframe_plot(report.gallery[i], names, true));
+  for (const SceneResult& scene : report.scenes)
+    add("scene_" + scene.name, timeline_plot(scene, names, true));
+  return files;
+}
+
+}  // namespace touchstone::comparison

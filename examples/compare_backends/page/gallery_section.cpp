@@ -1,0 +1,54 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "examples/compare_backends/page/sections.hpp"
+#include "examples/compare_backends/svg_plot.hpp"
+#include "examples/compare_backends/wireframe_plot.hpp"
+#include "examples/program/text_table.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+std::string normal_text(const Vector3& n) {
+  return is_finite(n) ? fmt::format("{:.3f} {:.3f} {:.3f}", n.x(), n.y(), n.z()) : "-";
+}
+
+std::string one_case(const Page& page, const GalleryCase& shown) {
+  std::string html = "<figure>" + wireframe_plot(shown, page.names, false);
+  html += fmt::format("<figcaption>{}: {}, {} m ({} S)<br><code>{}</code>", page.named(shown.backend),
+                      xml_text(shown.reason), format_error(shown.cost),
+                      format_error(shown.cost / shown.posed.scale), xml_text(shown.replay));
+  HtmlTable table({"answer", "class", "separation [m]", "normal"});
+  table.add(
+      {"exact", std::string(to_string(shown.truth.pair_class)), fmt::format("{:.6g}", shown.truth.separation),
+       normal_text(shown.truth.n_AB_W) + (shown.truth.normal_unique ? "" : " (one of several)")},
+      "exact-row");
+  for (const GalleryCase::Answer& answer : shown.answers) {
+    table.add({page.named(answer.backend), std::string(to_string(answer.status)),
+               std::isfinite(answer.separation) ? fmt::format("{:.6g}", answer.separation) : "-",
+               std::isfinite(answer.separation) ? normal_text(answer.n_AB_W) : "-"});
+  }
+  return html + table.str() + "</figcaption></figure>\n";
+}
+
+}  // namespace
+
+std::string gallery_section(const Page& page) {
+  if (!page.report.has_truth || page.report.sets.empty()) return "";
+  std::string html = "<h2>Worst cases</h2>\n";
+  if (page.report.gallery.empty()) return html + "<p>No backend erred in any distance.</p>\n";
+  html += fmt::format(
+      "<p>The {} distance answers that cost most over S, at most three of one backend. Solid lines: A, "
+      "dashed: "
+      "B, seen across the exact normal, which lies level. Thick arrow: the exact normal; thin arrows with "
+      "marks: "
+      "the backends' (shorter where they leave the picture's plane). The command shows every "
+      "digit.</p>\n<div "
+      "class='gallery'>\n",
+      page.report.gallery.size());
+  for (const GalleryCase& shown : page.report.gallery) html += one_case(page, shown);
+  return html + "</div>\n" + source_note(page, "gallery", "figures/worst_<number>.svg");
+}
+
+}  // namespace touchstone::comparison

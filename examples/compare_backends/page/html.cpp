@@ -1,0 +1,54 @@
+#include "examples/compare_backends/page/html.hpp"
+
+#include <fmt/format.h>
+
+#include "examples/compare_backends/svg_plot.hpp"
+#include "examples/program/text_table.hpp"
+
+namespace touchstone::comparison {
+
+Page::Page(const Report& of) : report(of) {
+  for (const auto& backend : report.backends) names.push_back(backend.first);
+}
+
+std::string Page::named(const std::string& backend) const {
+  return mark_svg(names, backend) + xml_text(backend);
+}
+
+HtmlTable::HtmlTable(const std::vector<std::string>& header, const char* style) {
+  html_ = std::string("<div class='scroll'><table class='") + style + "'><thead><tr>";
+  for (const std::string& cell : header) html_ += "<th>" + cell + "</th>";
+  html_ += "</tr></thead><tbody>\n";
+}
+
+void HtmlTable::add(const std::vector<std::string>& row, const char* style) {
+  html_ += *style ? fmt::format("<tr class='{}'>", style) : "<tr>";
+  for (std::size_t i = 0; i < row.size(); ++i)
+    html_ += i == 0 ? "<th>" + row[i] + "</th>" : "<td>" + xml_text(row[i]) + "</td>";
+  html_ += "</tr>\n";
+}
+
+std::string source_note(const Page& page, const std::string& json_path, const std::string& svg) {
+  std::string html =
+      "<p class='source'>Data: <code>results.json</code>, <code>" + xml_text(json_path) + "</code>";
+  if (!svg.empty()) html += "; SVG: <code>" + xml_text(svg) + "</code>";
+  return html + "; made by <code>" + xml_text(page.report.options.command_line) + "</code></p>\n";
+}
+
+std::string wrong_lines(const Wrongness& wrong, const char* between) {
+  std::string text;
+  const auto add = [&](std::size_t count, const char* what) {
+    if (count > 0)
+      text += fmt::format("{}<span class='n'>{} {}</span>", text.empty() ? "" : between, format_count(count),
+                          what);
+  };
+  add(wrong.missed, "missed");
+  add(wrong.phantom, "phantom");
+  add(wrong.undecided, "undecided");
+  add(wrong.failed, "failed");
+  add(wrong.unsupported, "unsupported");
+  add(wrong.missing, "no value");
+  return text;
+}
+
+}  // namespace touchstone::comparison

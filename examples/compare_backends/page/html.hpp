@@ -1,0 +1,42 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "examples/compare_backends/report.hpp"
+
+namespace touchstone::comparison {
+
+/// What every section of the page is written from.
+struct Page {
+  const Report& report;
+  std::vector<std::string> names;  ///< the backends, in the order of their marks
+
+  explicit Page(const Report& of);
+  /// A backend's mark and name, as markup.
+  std::string named(const std::string& backend) const;
+};
+
+/// A table; the first cell of a row is markup (a mark and a name), the others are text.
+class HtmlTable {
+ public:
+  explicit HtmlTable(const std::vector<std::string>& header, const char* style = "");
+  void add(const std::vector<std::string>& row, const char* style = "");
+  std::string str() const { return html_ + "</tbody></table></div>\n"; }
+
+ private:
+  std::string html_;
+};
+
+/// Under a figure or table: where its numbers stand in results.json, its SVG (may be empty), and the command.
+std::string source_note(const Page& page, const std::string& json_path, const std::string& svg = "");
+
+inline double median(const std::optional<Timing>& timing) {
+  return timing ? timing->median_ns : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// "3 missed", "12 undecided", each in a span.
+std::string wrong_lines(const Wrongness& wrong, const char* between);
+
+}  // namespace touchstone::comparison

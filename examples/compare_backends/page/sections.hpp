@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include "examples/compare_backends/page/html.hpp"
+
+// The page, section by section. Each is markup that needs neither script nor request, and is empty where the
+// run has nothing for it, or says in a labelled gap what is missing.
+
+namespace touchstone::comparison {
+
+/// The allowed error that the page opens with where the run was given none [m].
+inline constexpr double kDefaultBudget = 1e-6;
+
+std::string verdict_section(const Page& page);      ///< with the slider's data
+std::string speed_section(const Page& page);        ///< rankings, speed against error
+std::string wrongness_section(const Page& page);    ///< backends by families, with upper bounds
+std::string errors_section(const Page& page);       ///< distributions, error against true separation
+std::string times_section(const Page& page);        ///< single, cached, batch, raw; allocations
+std::string scaling_section(const Page& page);      ///< objects, hexahedra, threads
+std::string gallery_section(const Page& page);      ///< the worst cases as wireframes
+std::string scenes_section(const Page& page);       ///< what an error costs the task
+std::string consistency_section(const Page& page);  ///< the same pair asked in other ways
+std::string families_section(const Page& page);     ///< every figure of every set
+std::string pair_file_section(const Page& page);
+std::string method_section(const Page& page);  ///< machine, definitions, limits, schema
+
+std::string page_style();   ///< CSS: light, dark, print
+std::string page_script();  ///< the slider
+
+}  // namespace touchstone::comparison

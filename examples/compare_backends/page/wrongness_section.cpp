@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include "examples/compare_backends/page/sections.hpp"
+#include "examples/compare_backends/svg_plot.hpp"
+#include "examples/compare_backends/upper_bound.hpp"
+#include "examples/program/text_table.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+std::string bound_text(std::size_t found, std::size_t cases) {
+  return fmt::format("below {}", format_error(upper_bound_95(found, cases)));
+}
+
+std::string kinds(const Wrongness& wrong) {
+  std::string text;
+  const auto add = [&](std::size_t count, const char* what) {
+    text += fmt::format("{}{} {}: {}", text.empty() ? "" : "; ", format_count(count), what,
+                        bound_text(count, wrong.cases));
+  };
+  add(wrong.missed, "missed");
+  add(wrong.phantom, "phantom");
+  add(wrong.undecided, "undecided");
+  add(wrong.failed, "failed");
+  return text;
+}
+
+std::string worst_list(const SetResult& set, const std::vector<WorstCase>& cases) {
+  std::string html = "<ul>";
+  for (const WorstCase& each : cases) {
+    html += fmt::format("<li><code>{}</code> {}, {} m</li>", xml_text(case_id(set, each.index)), each.reason,
+                        format_error(each.cost));
+  }
+  return html + "</ul>";
+}
+
+std::string matrix_cell(const SetResult& set, const std::string& name, QueryKind query) {
+  for (const BackendResult& backend : set.backends) {
+    if (backend.name != name || !backend.judged) continue;
+    const std::size_t q = index_of(query);
+    const Wrongness& wrong = backend.judgement.wrongness[q];
+    const std::string bound = bound_text(wrong.total(), wrong.cases);
+    if (wrong.total() == 0) {
+      return fmt::format("<td class='right'>0<br><small>{}</small></td>", bound);
+    }
+    if (wrong.unsupported == wrong.cases) return "<td class='right'>unsupported</td>";
+    const double share = static_cast<double>(wrong.total()) / static_cast<double>(wrong.cases);
+    return fmt::format(
+        "<td class='wrong w{}'><details><summary>{}<br><small>{}</small></summary><p>{}</p>{}</details></td>",
+        share < 0.01  ? 1
+        : share < 0.2 ? 2
+                      : 3,
+        wrong_lines(wrong, "<br>"), bound, kinds(wrong), worst_list(set, backend.judgement.wrong_cases[q]));
+  }
+  return "<td>-</td>";
+}
+
+std::string matrix(const Page& page, QueryKind query) {
+  std::string html = fmt::format(
+      "<div class='scroll'><table class='matrix'><thead><tr><th>{}</th><th>pairs</th>", to_string(query));
+  for (const std::string& name : page.names) html += "<th>" + page.named(name) + "</th>";
+  html += "</tr></thead><tbody>\n";
+  for (const SetResult& set : page.report.sets) {
+    html += fmt::format("<tr><th>{}</th><td>{}</td>", xml_text(set.name), format_count(set.cases));
+    for (const std::string& name : page.names) html += matrix_cell(set, name, query);
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+}  // namespace
+
+std::string wrongness_section(const Page& page) {
+  if (!page.report.has_truth || page.report.sets.empty()) return "";
+  std::string html =
+      "<h2>Wrong answers</h2>\n<p>Of the pairs in each set. <em>Missed</em>: reported apart, yet in "
+      "contact. <em>Phantom</em>: reported in contact, yet apart. <em>No value</em>: the class is right, a "
+      "figure that was asked for is missing. <em>Below</em>: the 95 % upper bound of the share of wrong or "
+      "missing answers among pairs drawn like these (Clopper and Pearson; none of n: near 3 / n). A cell "
+      "opens "
+      "its kinds, each with its bound, and its worst cases; <code>--case ID</code> replays one.</p>\n";
+  for (const QueryKind query : kQueryKinds) html += matrix(page, query);
+  return html + source_note(page, "pair_sets[].backends[].queries.*: wrong, wrong_cases");
+}
+
+}  // namespace touchstone::comparison

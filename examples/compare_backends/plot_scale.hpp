@@ -1,0 +1,32 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace touchstone::comparison {
+
+/// A logarithmic axis between two powers of ten, in pixels; what lies outside is held at its end.
+struct LogScale {
+  double low, high;  ///< exponents of ten
+  double from, to;   ///< pixels
+
+  double operator()(double value) const {
+    return from + (to - from) * std::clamp((std::log10(value) - low) / (high - low), 0.0, 1.0);
+  }
+};
+
+/// A signed logarithmic axis: linear within `threshold` of 0, then the decades up to `largest` on both sides.
+struct SignedLogScale {
+  double threshold, largest;
+  double from, to;  ///< pixels of -largest and +largest
+
+  double operator()(double value) const {
+    const double decades = std::log10(largest / threshold) + 1;
+    const double size = std::abs(value);
+    const double share =
+        size <= threshold ? size / threshold : std::min(1 + std::log10(size / threshold), decades);
+    return (from + to) / 2 + std::copysign(share / decades, value) * (to - from) / 2;
+  }
+};
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <string_view>
+
+namespace touchstone::comparison {
+
+/// What a key of results.json holds. Objects whose keys are names (queries, errors, libraries, definitions,
+/// parameters, pareto_front, least_that_serves, consistency of the root) are described by their own key.
+struct SchemaEntry {
+  std::string_view where;  ///< the object that holds it
+  std::string_view keys;   ///< one or more, separated by spaces
+  std::string_view meaning;
+};
+
+inline constexpr SchemaEntry kJsonSchema[] = {
+    {"root", "schema command seed version", "name and number of this format; how it was made"},
+    {"root", "machine", "cpu, hardware_threads, system, compiler, build_type, flags"},
+    {"machine", "cpu hardware_threads system compiler build_type flags",
+     "what the figures were measured with"},
+    {"root", "libraries", "name: version, besides the engines"},
+    {"root", "timing", "how times were taken"},
+    {"timing", "pairs_a_family pairs_a_block pairs_a_batch repetitions seconds_a_row_and_repetition_at_most",
+     "sizes of the measurement"},
+    {"root, timing", "definitions", "name: definition, of errors (root) and of rows of times (timing)"},
+    {"root", "gaps", "what is not in this build, and why"},
+    {"gaps", "what why", "texts"},
+    {"root", "measured_against_exact", "false: no errors were measured"},
+    {"root", "curve_shares", "the shares at which every curve is given"},
+    {"root", "backends", "every backend: name, description with its version"},
+    {"root", "pair_sets", "the families, then the pair file"},
+    {"pair_sets, cases", "name description cases contacts touching backends",
+     "a set: its pairs, how many are in contact, how many of these exactly touching"},
+    {"pair_sets, cases", "pareto_front", "by query: backends that none beats in worst error and median time"},
+    {"backends", "backend capabilities failure", "name; what it declares; why it did not take the whole set"},
+    {"capabilities",
+     "distance penetration manifold overlap_complete scalar_bits deterministic thread_safe resolution "
+     "absolute_m relative",
+     "as declared; resolution = absolute_m + relative * scale"},
+    {"backends", "queries", "overlap, distance, manifold"},
+    {"queries", "single cached batch raw frame", "rows of times, see timing.definitions; null: not measured"},
+    {"times", "median_ns p99_ns minimum_ns lower_quartile_ns upper_quartile_ns blocks pairs_a_block",
+     "of the averages of blocks of pairs, ns a pair (frame: ns a frame)"},
+    {"times", "repetition_medians_ns", "the median of each of the first 32 repetitions: the samples of diff"},
+    {"queries", "allocations_per_query", "null: not counted"},
+    {"queries", "wrong", "counts of wrong and missing answers (a number in candidates: their sum)"},
+    {"wrong", "cases missed phantom undecided failed unsupported missing_value",
+     "of cases; missed: told apart, yet in contact; phantom: told in contact, yet apart"},
+    {"wrong", "share_below_95", "upper 95 % confidence bound of each share, and of any of them"},
+    {"share_below_95", "any", "of all kinds together"},
+    {"queries", "cost_over_S cost_curve_over_S",
+     "the error that --max-error is held against, over S: quantiles, and values at curve_shares"},
+    {"queries", "worst wrong_cases", "the dearest case; the wrong or missing answers that cost most"},
+    {"worst, wrong_cases", "cost_m case reason", "[m], id, what was wrong"},
+    {"quantiles", "median p99 worst_case", "nearest rank; the case of the worst"},
+    {"backends", "errors", "by measure, see definitions; lengths over S and over size, ratios as they are"},
+    {"errors", "over_S over_size ratio", "quantiles"},
+    {"backends", "signed_errors_over_S", "[true separation, error, case] of some pairs"},
+    {"backends", "consistency", "the same pairs asked in other ways"},
+    {"consistency", "swapped moved repeated threads", "(b,a); moved rigidly; again in reverse; on threads"},
+    {"consistency", "classes_changed bits_changed worst_over_S",
+     "pairs whose class, or any bit, changed; largest change of a separation"},
+    {"root", "broadphases", "one entry a broadphase and swarm"},
+    {"broadphases",
+     "broadphase objects hexahedra_each gap frames frame_ms minimum with_overlap_ms candidates_per_frame "
+     "allocations_per_frame missed true_pairs true_pairs_from",
+     "gap: why it was not run; missed: of true_pairs, null: not checked"},
+    {"root", "scenes", "one entry a scene"},
+    {"scenes", "file rate_hz duration_s gap_m parameters frames_of_the_scene pairs exact_first_contact_s",
+     "the scene as it was stepped"},
+    {"scenes.backends",
+     "first_contact_s missed_frames phantom_frames undecided_frames worst_clearance_error_m",
+     "over the frames"},
+    {"scenes.backends", "frames_told",
+     "one character a frame: . free, b blocked rightly, w wrongly, m merged"},
+    {"scenes.backends", "clearance_at_stop_m", "exact clearance of the last frame before the first block"},
+    {"scenes", "facets", "cost against error by facet count"},
+    {"facets", "finest frames budget_m rows facets query frame_ns error_m serves pairs",
+     "one row a count and query"},
+    {"facets", "least_that_serves", "by query, null: none"},
+    {"root", "consistency", "by backend: over all pair_sets"},
+    {"root", "fitted_slopes", "of the logarithms of time against size"},
+    {"fitted_slopes", "along slope", "objects, hexahedra an object, or threads"},
+    {"root", "thread_runs", "distances on several threads"},
+    {"thread_runs", "threads pass", "wall-clock times of whole passes, ns a pair"},
+    {"root", "gallery", "the worst cases"},
+    {"gallery", "replay shown_for cost_over_S S_m exact answers vertices_A_m vertices_B_m",
+     "world vertices in the order of Hexahedron; answers of every backend"},
+    {"exact, answers", "class status separation_m normal normal_unique", "normal: unit, from A to B"},
+    {"root", "rankings", "over pair_sets, by query"},
+    {"rankings", "standings mean_ns worst_cost_over_S", "the right ones by speed, then the others"},
+    {"root", "candidates", "what a verdict is made of, over pair_sets and scenes, by query"},
+    {"candidates", "worst_cost_m worst_reason wrong_words",
+     "inside an allowed error when worst_cost_m is at most that"},
+    {"root", "verdicts", "with --max-error: one a query"},
+    {"verdicts", "max_error_m fastest sentence headline inside reason_out",
+     "candidates, those inside by speed"},
+};
+
+inline constexpr std::string_view kCsvSchema =
+    "One row a set, backend and query: set, backend, query; counts of wrong and missing answers (cases, "
+    "missed, "
+    "phantom, undecided, failed, unsupported, missing_value); median and 99th percentile of single, batch, "
+    "raw, "
+    "cached and frame [ns]; allocations_per_query; the dearest case (worst_cost_m, worst_cost_case, "
+    "worst_cost_reason); for every measure median, p99, worst and its case, lengths over S and over size. "
+    "Empty: "
+    "not measured; inf: a figure that should be there is not.";
+
+inline constexpr std::string_view kKnownLimits[] = {
+    "Bounds speak of pairs drawn as these were, not of your pairs: bring them with --pairs.",
+    "Times are of one machine, taken in one run; on shared machines read ratios, and compare runs with diff.",
+    "The exact answer is that of the hulls of the eight world vertices as doubles: what posing rounds is in "
+    "no "
+    "backend's error.",
+    "Single-precision Bullet is timed in a process of its own, set by set, not block by block.",
+    "Scenes are judged frame by frame on the commanded motion; what a stop changes later is training_run's.",
+    "Signed errors and consistency look at some of a set's pairs, wrongness and errors at all of them.",
+};
+
+}  // namespace touchstone::comparison

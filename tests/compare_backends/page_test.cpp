@@ -1,0 +1,162 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "examples/compare_backends/html_report.hpp"
+#include "examples/compare_backends/verdict.hpp"
+#include "examples/measures/random.hpp"
+#include "tests/support/program_test.hpp"
+
+// The page in a browser. Needs Chromium, which is for this test alone: where there is none it is skipped.
+
+namespace touchstone::comparison {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+class PageInBrowser : public ProgramTest {
+ protected:
+  PageInBrowser() : ProgramTest(CHROMIUM " --headless --no-sandbox --disable-gpu --no-first-run") {}
+  void SetUp() override {
+    if (std::string_view(CHROMIUM).empty()) GTEST_SKIP() << "no Chromium on this machine";
+  }
+
+  // The page after `script` ran at its end; what the script left in `found` comes back.
+  nlohmann::json look(std::string page, const std::string& script) {
+    const std::string watch =
+        "<head><script>window.faults=[];addEventListener('error',e=>faults.push(String(e.message||e.type)),"
+        "true);"
+        "console.error=console.warn=(...a)=>faults.push(a.join(' '));</script>";
+    page.replace(page.find("<head>"), 6, watch);
+    const std::string tail =
+        "<script>let found=null;try{" + script +
+        "}catch(e){faults.push(String(e))}"
+        "addEventListener('load',()=>setTimeout(()=>{const pre=document.createElement('pre');"
+        "pre.id='found';pre.textContent=btoa(unescape(encodeURIComponent(JSON.stringify("
+        "{found,faults,requests:[...performance.getEntriesByType('resource').map(r=>r.name),...[...document."
+        "querySelectorAll('[src],link')].map(e=>e.src||e.href)]}))));"
+        "document.body.appendChild(pre)},0))</script></body>";
+    page.replace(page.rfind("</body>"), 7, tail);
+    const std::string file = write("page.html", page).string();
+    const Outcome outcome = run("--user-data-dir=" + (folder_ / "profile").string() +
+                                " --virtual-time-budget=5000 --dump-dom file://" + file);
+    const std::string open = "<pre id=\"found\">";
+    const std::size_t from = outcome.out.find(open);
+    if (from == std::string::npos) return {{"faults", {"no answer: " + outcome.err}}};
+    const std::size_t begin = from + open.size();
+    return nlohmann::json::parse(
+        from_base64(outcome.out.substr(begin, outcome.out.find('<', begin) - begin)));
+  }
+
+  static std::string from_base64(const std::string& text) {
+    std::string bytes;
+    unsigned bits = 0, count = 0;
+    for (const char c : text) {
+      const std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+      const std::size_t digit = digits.find(c);
+      if (digit == std::string_view::npos) break;
+      bits = bits << 6 | static_cast<unsigned>(digit);
+      if ((count += 6) >= 8) bytes += static_cast<char>(bits >> (count -= 8) & 0xffu);
+    }
+    return bytes;
+  }
+};
+
+// Nine backends over two sets, costs and times of all sizes, ties, a missing value and a missing time.
+std::vector<SetResult> made_up_sets(Random& random) {
+  std::vector<SetResult> sets(2);
+  for (std::size_t s = 0; s < 2; ++s) {
+    SetResult& set = sets[s];
+    set.name = s == 0 ? "one" : "two & <three>";
+    set.cases = 1000;
+    for (int b = 0; b < 9; ++b) {
+      BackendResult backend;
+      backend.name = "backend_" + std::to_string(b);
+      backend.judged = true;
+      for (std::size_t q = 0; q < 3; ++q) {
+        const double ns = random.binary_scale(3, 18);
+        if (b != 7) backend.rows[q].single = Timing{ns, ns, ns, 1};
+        const double cost = b == 8 ? kInfinity : b == 0 ? 0.0 : random.binary_scale(-52, 0);
+        backend.judgement.worst[q] = {cost, 7, b == 1 ? "phantom contact" : cost > 0 ? "depth" : ""};
+        backend.judgement.cost[q] = {cost, cost, cost, 7, 1000};
+        backend.judgement.wrongness[q].cases = 1000;
+        if (b == 1) backend.judgement.wrongness[q].phantom = 312;
+      }
+      if (b == 3) backend.rows = set.backends[2].rows;  // as fast as the one before
+      set.backends.push_back(backend);
+    }
+  }
+  return sets;
+}
+
+Report made_up_report(const std::vector<SetResult>& sets) {
+  Report report;
+  report.has_truth = true;
+  report.sets = sets;
+  for (const BackendResult& backend : sets[0].backends) report.backends.emplace_back(backend.name, "made up");
+  for (const QueryKind kind : kQueryKinds) report.candidates.push_back({kind, candidates(sets, kind)});
+  return report;
+}
+
+TEST_F(PageInBrowser, TheSliderDecidesAsTheProgramOnFiftyBudgets) {
+  Random random(20);
+  const std::vector<SetResult> sets = made_up_sets(random);
+  const Report report = made_up_report(sets);
+  nlohmann::json asked = nlohmann::json::array();
+  std::vector<Verdict> expected;
+  for (int i = 0; i < 50; ++i) {
+    const QueryKind query = kQueryKinds[random.below(3)];
+    const auto& some = report.candidates[index_of(query)].candidates[random.below(7)];
+    // Some budgets are exactly what a backend costs, one is 0.
+    const double budget = i == 0 ? 0.0 : i % 5 == 0 ? some.worst_cost : random.binary_scale(-60, 1);
+    asked.push_back({to_string(query), fmt::format("{}", budget)});
+    expected.push_back(decide(sets, query, budget));
+  }
+  const std::string script = "const asked=" + asked.dump() + R"(;found=asked.map(([q,b])=>{
+    document.getElementById('query').value=q;const budget=document.getElementById('budget');budget.value=b;
+    budget.dispatchEvent(new Event('input'));
+    const text=id=>{const e=document.getElementById(id);return e?e.textContent:''};
+    return {sentence:text('sentence'),headline:text('headline'),
+      rows:[...document.querySelectorAll('#chosen tbody tr')].map(r=>[...r.cells].map(c=>c.textContent))}});)";
+  const nlohmann::json seen = look(html_report(report), script);
+  EXPECT_EQ(seen["faults"], nlohmann::json::array());
+  ASSERT_TRUE(seen["found"].is_array()) << seen;
+  ASSERT_EQ(seen["found"].size(), 50u);
+  std::size_t decided = 0;
+  for (std::size_t i = 0; i < 50; ++i) {
+    const Verdict& verdict = expected[i];
+    const auto& page = seen["found"][i];
+    EXPECT_EQ(page["sentence"], sentence(verdict)) << asked[i];
+    EXPECT_EQ(page["headline"], verdict.fastest.empty() ? "" : headline(verdict)) << asked[i];
+    ASSERT_EQ(page["rows"].size(), verdict.candidates.size());
+    for (std::size_t c = 0; c < verdict.candidates.size(); ++c) {
+      EXPECT_EQ(page["rows"][c][0], verdict.candidates[c].backend) << asked[i];
+      EXPECT_EQ(page["rows"][c][1], verdict.candidates[c].inside ? "yes" : "no") << asked[i];
+      EXPECT_EQ(page["rows"][c][4], reason_out(verdict, verdict.candidates[c])) << asked[i];
+    }
+    decided += !verdict.fastest.empty();
+  }
+  EXPECT_GT(decided, 10u);
+}
+
+TEST_F(PageInBrowser, OpensWithoutAnErrorOrARequest) {
+  Random random(3);
+  const nlohmann::json seen = look(html_report(made_up_report(made_up_sets(random))),
+                                   "found=document.getElementById('controls').hidden");
+  EXPECT_EQ(seen["faults"], nlohmann::json::array());
+  EXPECT_EQ(seen["requests"], nlohmann::json::array());
+  EXPECT_EQ(seen["found"], false) << "the slider should be there";
+}
+
+TEST_F(PageInBrowser, TheWatchSeesWhatItIsFor) {
+  const nlohmann::json seen = look("<html><head></head><body><img src='no_such.png'></body></html>",
+                                   "console.error('a fault');found=1");
+  EXPECT_THAT(seen["faults"].dump(), ::testing::HasSubstr("a fault"));
+  EXPECT_THAT(seen["faults"].size(), 2u) << "the picture that is missing";
+  EXPECT_THAT(seen["requests"].size(), 1u);
+}
+
+}  // namespace
+}  // namespace touchstone::comparison

@@ -1,0 +1,161 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "examples/compare_backends/schema_text.hpp"
+#include "examples/program/text_table.hpp"
+#include "tests/support/program_test.hpp"
+
+// The files that the program writes, held against each other.
+
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class ReportFiles : public touchstone::ProgramTest {
+ protected:
+  ReportFiles() : ProgramTest(COMPARE_BACKENDS) {}
+
+  std::string report() const { return " --output " + (folder_ / "report").string() + " "; }
+};
+
+#ifdef TOUCHSTONE_HAS_SCENE_FILES
+
+// Tokens that stand for numbers: "1 234.5", "1.2e-16"; not those inside names.
+std::vector<std::string> numbers_in(const std::string& text) {
+  static const std::regex number(R"((^|[^\w.:])([0-9]+( [0-9]{3})*(\.[0-9]+)?(e[+-][0-9]+)?)(?![\w.]))");
+  std::vector<std::string> found;
+  for (std::sregex_iterator it(text.begin(), text.end(), number), end; it != end; ++it)
+    found.push_back((*it)[2]);
+  return found;
+}
+
+// Every way in which the page may write a number of the JSON.
+void allow(const nlohmann::json& json, std::set<std::string>& allowed) {
+  using namespace touchstone::comparison;
+  if (json.is_structured()) {
+    for (const auto& each : json) allow(each, allowed);
+  } else if (json.is_string()) {
+    for (const std::string& number : numbers_in(json.get<std::string>())) allowed.insert(number);
+  } else if (json.is_number()) {
+    const double value = std::abs(json.get<double>());
+    for (const char* format : {"{:.3g}", "{:.6g}", "{:.3f}", "{:.4f}", "{}"})
+      allowed.insert(fmt::format(fmt::runtime(format), value));
+    allowed.insert(format_ns(value));
+    allowed.insert(format_error(value));
+    if (value < 1e15) allowed.insert(format_count(static_cast<std::size_t>(value)));
+  }
+}
+
+TEST_F(ReportFiles, EveryNumberInATableOfThePageIsInTheJson) {
+  const Outcome outcome =
+      run("--quick --count 60 --families random touching near_parallel --max-error 1e-7 --scene " SCENES
+          "/oru_insertion.yaml" +
+          report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+  std::set<std::string> allowed;
+  allow(json, allowed);
+  const std::string page = read(folder_ / "report/report.html");
+  EXPECT_LT(page.size(), 2'000'000u);
+  std::size_t cells = 0;
+  for (std::size_t at = 0; (at = page.find("<td", at)) != std::string::npos;) {
+    const std::size_t begin = page.find('>', at) + 1, end = page.find("</td>", begin);
+    std::string text = page.substr(begin, end - begin);
+    at = end;
+    if (text.find("<code>") != std::string::npos && text.find("<details>") == std::string::npos) continue;
+    text = std::regex_replace(text, std::regex("<code>[^<]*</code>"), " ");
+    text = std::regex_replace(text, std::regex("<[^>]*>"), " ");
+    for (const std::string& number : numbers_in(text)) {
+      ++cells;
+      EXPECT_TRUE(allowed.contains(number)) << number << " in: " << text;
+    }
+  }
+  EXPECT_GT(cells, 1000u);
+}
+
+void collect_keys(const nlohmann::json& json, const std::string& parent, bool at_root,
+                  std::set<std::string>& keys) {
+  static const std::set<std::string> kNamed = {"libraries", "definitions",  "parameters",       "queries",
+                                               "errors",    "pareto_front", "least_that_serves"};
+  const bool names = kNamed.contains(parent) || (parent == "consistency" && at_root);
+  if (json.is_object()) {
+    for (const auto& [key, value] : json.items()) {
+      if (!names) keys.insert(key);
+      collect_keys(value, names ? "" : key, parent.empty() && !names && at_root, keys);
+    }
+  } else if (json.is_array()) {
+    for (const auto& each : json) collect_keys(each, "", false, keys);
+  }
+}
+
+TEST_F(ReportFiles, TheSchemaNamesEveryKeyAndNoOther) {
+  const Outcome outcome =
+      run("--quick --count 60 --backend native edge_face --families random touching near_parallel "
+          "--max-error 1e-7 --scene " SCENES "/grapple_approach.yaml" +
+          report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+  if (!json["measured_against_exact"]) GTEST_SKIP() << "a build without exact has fewer keys";
+  std::set<std::string> keys, described;
+  collect_keys(json, "", true, keys);
+  for (const auto& entry : touchstone::comparison::kJsonSchema) {
+    std::istringstream words{std::string(entry.keys)};
+    for (std::string key; words >> key;) described.insert(key);
+  }
+  for (const std::string& key : keys) EXPECT_TRUE(described.contains(key)) << key << " is in no schema";
+  for (const char* sometimes : {"failure", "gap", "gaps", "what", "why"}) described.erase(sometimes);
+  for (const std::string& key : described) EXPECT_TRUE(keys.contains(key)) << key << " is in no JSON";
+  std::istringstream csv(read(folder_ / "report/results.csv"));
+  std::string header;
+  std::getline(csv, header);
+  EXPECT_THAT(header, StartsWith("set,backend,query,cases,missed"));
+}
+
+TEST_F(ReportFiles, ATimelineHasAsManyMergedFramesAsWereMissed) {
+  const Outcome outcome =
+      run("--families none --no-broadphase --quick --scene " SCENES "/contained_solid.yaml" + report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+  if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth";
+  std::size_t merged = 0;
+  for (const auto& backend : json["scenes"][0]["backends"]) {
+    const std::string told = backend["frames_told"];
+    EXPECT_EQ(told.size(), json["scenes"][0]["frames"].get<std::size_t>());
+    const auto missed = static_cast<std::size_t>(std::count(told.begin(), told.end(), 'm'));
+    EXPECT_EQ(missed, backend["missed_frames"].get<std::size_t>()) << backend["backend"];
+    merged += missed;
+  }
+  EXPECT_GT(merged, 0u) << "edge_face does not see what is contained";
+  EXPECT_TRUE(fs::exists(folder_ / "report/figures/scene_contained_solid.svg"));
+}
+
+#endif
+
+TEST_F(ReportFiles, DiffsTwoRuns) {
+  const std::string small =
+      "--quick --count 20 --families random --no-broadphase --backend native edge_face ";
+  ASSERT_EQ(run(small + "--output " + (folder_ / "old").string()).code, 0);
+  ASSERT_EQ(run(small + "--seed 2 --output " + (folder_ / "new").string()).code, 0);
+  const std::string files =
+      (folder_ / "old/results.json").string() + " " + (folder_ / "new/results.json").string();
+  const Outcome outcome = run("diff " + files);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("seed differs: 1 -> 2"));
+  EXPECT_THAT(outcome.out, HasSubstr("0 rows resolved"));
+  for (const char* bad : {"diff", "diff /no/such.json /no/such.json"}) {
+    const Outcome refused = run(bad);
+    EXPECT_EQ(refused.code, 2) << bad;
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  }
+}
+
+}  // namespace

@@ -1,0 +1,84 @@
+#include "examples/measures/consistency.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "contact_core/registry.hpp"
+#include "examples/measures/pair_families.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+enum class Fault { none, keeps_its_normal, counts_its_calls, sees_the_world };
+
+// The distance of the centres, with a fault of choice.
+class Faulty final : public Narrowphase {
+ public:
+  explicit Faulty(Fault fault) : fault_(fault) { capabilities_.distance = true; }
+  std::string_view name() const noexcept override { return "faulty"; }
+  const Capabilities& capabilities() const noexcept override { return capabilities_; }
+  void build(std::span<const Hexahedron>) override {}
+  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
+  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
+                Workspace&) const noexcept override {
+    for (std::size_t i = 0; i < input.pairs.size(); ++i) {
+      const auto [a, b] = input.pairs[i];
+      const Vector3 apart = input.poses[b].p - input.poses[a].p;
+      PairGeometry& geometry = output.geometry[i];
+      geometry.separation = norm(apart);
+      if (fault_ == Fault::counts_its_calls) geometry.separation += 1e-6 * static_cast<double>(++calls_);
+      if (fault_ == Fault::sees_the_world) geometry.separation += 1e-3 * std::abs(input.poses[a].p.x());
+      geometry.n_AB_W = fault_ == Fault::keeps_its_normal ? Vector3::UnitX() : Vector3(apart / norm(apart));
+      output.status[i] = PairStatus::separated;
+    }
+  }
+
+ private:
+  Fault fault_;
+  Capabilities capabilities_;
+  mutable std::atomic<int> calls_{0};
+};
+
+Consistency of(Fault fault) {
+  return check_consistency(Faulty(fault), make_pair_family("random", 1, 200), 2);
+}
+
+TEST(Consistency, AskedInAnyWayTheSameIsSaid) {
+  const Consistency found = of(Fault::none);
+  for (const Change& change : {found.swapped, found.repeated, found.threads}) {
+    EXPECT_EQ(change.cases, 200u);
+    EXPECT_EQ(change.classes, 0u);
+    EXPECT_EQ(change.bits, 0u);
+    EXPECT_EQ(change.worst, 0.0);
+  }
+  EXPECT_LT(found.moved.worst, 1e-15);
+}
+
+TEST(Consistency, EveryFaultShowsWhereItBelongs) {
+  EXPECT_EQ(of(Fault::keeps_its_normal).swapped.bits, 200u);
+  EXPECT_EQ(of(Fault::keeps_its_normal).repeated.bits, 0u);
+  EXPECT_EQ(of(Fault::counts_its_calls).repeated.bits, 200u);
+  EXPECT_GT(of(Fault::counts_its_calls).threads.bits, 0u);
+  EXPECT_GT(of(Fault::sees_the_world).moved.worst, 1e-5);
+  EXPECT_EQ(of(Fault::sees_the_world).repeated.bits, 0u);
+}
+
+TEST(Consistency, NativeSaysTheSameInEveryWay) {
+  BackendRegistry registry;
+  register_core(registry);
+  const auto native = registry.make_narrowphase("native");
+  for (const char* family : {"random", "touching", "near_parallel"}) {
+    const PairSet set = make_pair_family(family, 5, 300);
+    native->build(set.solids);
+    const Consistency found = check_consistency(*native, set, 2);
+    for (const Change& change : {found.swapped, found.repeated, found.threads}) {
+      EXPECT_EQ(change.bits, 0u) << family;
+      EXPECT_EQ(change.classes, 0u) << family;
+    }
+    EXPECT_EQ(found.moved.classes, 0u) << family;
+  }
+}
+
+}  // namespace
+}  // namespace touchstone::comparison
