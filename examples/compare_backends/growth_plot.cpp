@@ -126,7 +126,7 @@ std::string line_plot(const std::vector<Line>& lines, Plot plot, const std::vect
   const double last = plot.x_ticks.empty() ? std::max(std::ceil(std::log10(most)), first + 1)
                                            : std::max(std::log10(most), first + 0.3);
   if (plot.x_ticks.empty()) {
-    for (double e = first; e <= last; ++e) plot.x_ticks.push_back(std::pow(10.0, e));
+    for (int e = static_cast<int>(first); e <= last; ++e) plot.x_ticks.push_back(std::pow(10.0, e));
   }
   const double inset = 8;
   const LogScale x{first, last, kLeft + inset, kRight - inset};

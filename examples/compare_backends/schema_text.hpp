@@ -109,9 +109,7 @@ inline constexpr std::string_view kCsvSchema =
 inline constexpr std::string_view kKnownLimits[] = {
     "Bounds speak of pairs drawn as these were, not of your pairs: bring them with --pairs.",
     "Times are of one machine, taken in one run; on shared machines read ratios, and compare runs with diff.",
-    "The exact answer is that of the hulls of the eight world vertices as doubles: what posing rounds is in "
-    "no "
-    "backend's error.",
+    "The exact answer is of the hulls of the eight world vertices as doubles: posing's rounding is no error.",
     "Single-precision Bullet is timed in a process of its own, set by set, not block by block.",
     "Scenes are judged frame by frame on the commanded motion; what a stop changes later is training_run's.",
     "Signed errors and consistency look at some of a set's pairs, wrongness and errors at all of them.",
