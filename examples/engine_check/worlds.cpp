@@ -67,7 +67,9 @@ World finished(World world) {
   return world;
 }
 
-std::string with_hulls(const std::string& name, bool by_hulls) { return name + (by_hulls ? ", as hulls" : ""); }
+std::string with_hulls(const std::string& name, bool by_hulls) {
+  return name + (by_hulls ? ", as hulls" : "");
+}
 
 }  // namespace
 
