@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "adapters/ode/convex_data.hpp"
 #include "adapters/ode/ode_library.hpp"
 
 namespace touchstone::ode {
@@ -16,43 +17,18 @@ using GeomHandle = std::unique_ptr<dxGeom, GeomDeleter>;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Vertex counts and loops of the six faces, as dConvex reads them.
-constexpr std::array<unsigned int, 30> kPolygons = [] {
-  std::array<unsigned int, 30> polygons{};
-  std::size_t next = 0;
-  for (const auto& face : Hexahedron::kFaceVertices) {
-    polygons[next++] = 4;
-    for (const std::uint8_t vertex : face) polygons[next++] = vertex;
-  }
-  return polygons;
-}();
-
-/// What a geom is made from; dConvex keeps pointers into this.
+/// What a geom is made from.
 struct Shape {
   bool is_box;
-  dVector3 side;                 ///< boxes: full side lengths [m]
-  Vector3 centre;                ///< origin of the geom in the solid's frame [m]
-  std::array<dReal, 24> points;  ///< vertices about `centre`
-  std::array<dReal, 24> planes;  ///< n . p = d about `centre`: ODE's offset is the negative of Plane::offset
+  dVector3 side;      ///< boxes: full side lengths [m]
+  ConvexData convex;  ///< boxes: about the solid's origin
 
-  explicit Shape(const Hexahedron& solid);
+  explicit Shape(const Hexahedron& solid)
+      : is_box(solid.is_box()), convex(solid, is_box ? Vector3(Vector3::Zero()) : mean_vertex(solid)) {
+    for (int k = 0; k < 3; ++k) side[k] = 2.0 * solid.half_extents()[k];
+    side[3] = 0.0;
+  }
 };
-
-Shape::Shape(const Hexahedron& solid) : is_box(solid.is_box()), centre(Vector3::Zero()) {
-  for (int k = 0; k < 3; ++k) side[k] = 2.0 * solid.half_extents()[k];
-  side[3] = 0.0;
-  if (!is_box) {
-    for (const Vector3& vertex : solid.vertices()) centre += vertex / 8.0;
-  }
-  for (int i = 0; i < Hexahedron::kVertices; ++i) {
-    for (int k = 0; k < 3; ++k) points[3 * i + k] = solid.vertices()[i][k] - centre[k];
-  }
-  for (int f = 0; f < 6; ++f) {
-    const Plane& plane = solid.face_plane(f);
-    for (int k = 0; k < 3; ++k) planes[4 * f + k] = plane.normal[k];
-    planes[4 * f + 3] = -plane.signed_distance(centre);
-  }
-}
 
 /// A solid's pose as ODE wants it.
 struct Placement {
@@ -60,7 +36,7 @@ struct Placement {
   Rotation rotation;
 
   Placement(const Shape& shape, const Pose& X_WS) : rotation(X_WS.R) {
-    const Vector3 p_W = shape.is_box ? X_WS.p : transform(X_WS, shape.centre);
+    const Vector3 p_W = shape.is_box ? X_WS.p : transform(X_WS, shape.convex.centre);
     for (int k = 0; k < 3; ++k) position[k] = p_W[k];
     position[3] = 0.0;
   }
@@ -141,7 +117,7 @@ class OdeWorkspace final : public Narrowphase::Workspace {
     for (int i = 0; i < 2; ++i) {
       boxes_[i].reset(dCreateBox(nullptr, 1, 1, 1));
       convexes_[i].reset(dCreateConvex(nullptr, kNoPlanes.data(), 6, kNoPoints.data(), Hexahedron::kVertices,
-                                       kPolygons.data()));
+                                       kConvexPolygons.data()));
     }
   }
 
@@ -168,8 +144,8 @@ class OdeWorkspace final : public Narrowphase::Workspace {
     if (shape.is_box) {
       dGeomBoxSetLengths(geom, shape.side[0], shape.side[1], shape.side[2]);
     } else {
-      dGeomSetConvex(geom, shape.planes.data(), 6, shape.points.data(), Hexahedron::kVertices,
-                     kPolygons.data());
+      dGeomSetConvex(geom, shape.convex.planes.data(), 6, shape.convex.points.data(), Hexahedron::kVertices,
+                     kConvexPolygons.data());
     }
     dGeomSetPosition(geom, at.position[0], at.position[1], at.position[2]);
     dGeomSetRotation(geom, at.rotation.rows);
@@ -289,8 +265,9 @@ class OdeRawCheck final : public RawCheck {
     geoms.reserve(shapes.size());
     for (const Shape& shape : shapes) {
       geoms.emplace_back(shape.is_box ? dCreateBox(nullptr, shape.side[0], shape.side[1], shape.side[2])
-                                      : dCreateConvex(nullptr, shape.planes.data(), 6, shape.points.data(),
-                                                      Hexahedron::kVertices, kPolygons.data()));
+                                      : dCreateConvex(nullptr, shape.convex.planes.data(), 6,
+                                                      shape.convex.points.data(), Hexahedron::kVertices,
+                                                      kConvexPolygons.data()));
     }
     geoms_ = std::move(geoms);
     shapes_ = std::move(shapes);  // moving keeps the elements that the geoms point into where they are

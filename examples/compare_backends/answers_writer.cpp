@@ -1,21 +1,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "examples/compare_backends/pair_file_run.hpp"
 #include "examples/program/csv.hpp"
+#include "examples/program/json.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json number(double value) {
-  if (std::isnan(value)) return nullptr;
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  return value;
-}
 
 Json vector(const Vector3& v) {
   if (!is_finite(v)) return nullptr;

@@ -253,6 +253,8 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   std::optional<PairFileCases> cases;
   if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
 
+  if (!options.dynamics_file.empty()) report.drift = load_drift(options.dynamics_file);
+
   session.run_families(report);
   if (cases) session.run_pair_file(report, std::move(*cases));
   session.run_scenes(report);

@@ -4,21 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "contact_core/input_error.hpp"
 #include "examples/compare_backends/mann_whitney.hpp"
+#include "examples/compare_backends/results_file.hpp"
 #include "examples/program/program.hpp"
 #include "examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kKinds[] = {"missed", "phantom", "undecided", "failed", "unsupported", "missing_value"};
 constexpr const char* kModes[] = {"single", "cached", "batch", "raw", "frame"};
@@ -42,17 +38,6 @@ Rows rows_of(const Json& report) {
   for (const Json& set : report.at("pair_sets")) add_rows(set, rows);
   for (const Json& scene : report.at("scenes")) add_rows(scene.at("cases"), rows);
   return rows;
-}
-
-Json parse(const std::string& text, const char* which) {
-  try {
-    Json report = Json::parse(text);
-    if (!report.at("schema").get<std::string>().starts_with("touchstone.compare_backends/"))
-      throw InputError(std::string("diff: the ") + which + " file is no results.json of compare_backends");
-    return report;
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(std::string("diff: the ") + which + " file: " + error.what());
-  }
 }
 
 std::string value_text(const Json& value) {
@@ -202,17 +187,11 @@ std::string time_text(const std::vector<TimeChange>& changes, bool all) {
              100 * kFalseDiscoveryRate);
 }
 
-std::string read(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream || !std::filesystem::is_regular_file(path))
-    throw InputError("diff: " + path + " cannot be read");
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 }  // namespace
 
 std::string diff_reports(const std::string& old_json, const std::string& new_json, bool all) {
-  const Json before = parse(old_json, "old"), after = parse(new_json, "new");
+  const Json before = parse_results(old_json, "diff", "the old file"),
+             after = parse_results(new_json, "diff", "the new file");
   try {
     const Rows old_rows = rows_of(before), new_rows = rows_of(after);
     return wrongness_changes(old_rows, new_rows) + error_changes(old_rows, new_rows) +
@@ -232,7 +211,7 @@ int run_diff(int argc, const char* const* argv) {
   app.add_option("NEW.json", after, "results.json of the later run")->required();
   app.add_flag("--all", all, "Also the times that noise leaves unresolved");
   if (!parse_command_line(app, argc - 1, argv + 1)) return 0;
-  fmt::print("{}", diff_reports(read(before), read(after), all));
+  fmt::print("{}", diff_reports(read_file(before, "diff"), read_file(after, "diff"), all));
   return 0;
 }
 

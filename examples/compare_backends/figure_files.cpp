@@ -34,6 +34,7 @@ std::vector<ReportFile> figure_files(const Report& report) {
   add("broadphases", growth_plot(report.broadphases, Growth::objects, names, true));
   add("broadphases_hexahedra", growth_plot(report.broadphases, Growth::hexahedra_each, names, true));
   add("threads", thread_plot(report.thread_runs, names, true));
+  add("dynamics_drift", drift_plot(report.drift, report.rankings, names, true));
   for (std::size_t i = 0; i < report.gallery.size(); ++i)
     add(fmt::format("worst_{}", i + 1), wireframe_plot(report.gallery[i], names, true));
   for (const SceneResult& scene : report.scenes)

@@ -40,8 +40,8 @@ std::string html_report(const Report& report) {
       "<style>\n" +
       page_style() + plot_style() + "</style></head><body>\n" + head(page);
   for (const auto section : {verdict_section, speed_section, wrongness_section, errors_section, times_section,
-                             scaling_section, gallery_section, scenes_section, consistency_section,
-                             families_section, pair_file_section, method_section})
+                             scaling_section, gallery_section, scenes_section, drift_section,
+                             consistency_section, families_section, pair_file_section, method_section})
     html += section(page);
   return html + "<script>\n" + page_script() + "</script></body></html>\n";
 }

@@ -99,12 +99,6 @@ Json json(const SetResult& set, const BackendResult& backend) {
 
 }  // namespace
 
-Json number(double value) {
-  if (std::isnan(value)) return nullptr;
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  return value;
-}
-
 Json optional_number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
 
 Json json(const std::optional<Timing>& timing) {

@@ -11,16 +11,37 @@ Json json(const Candidate& candidate) {
           {"worst_reason", candidate.worst_reason},
           {"wrong", candidate.wrong.total()},
           {"wrong_words", wrong_words(candidate.wrong)},
-          {"cases", candidate.wrong.cases}};
+          {"cases", candidate.wrong.cases},
+          {"missed", candidate.wrong.missed},
+          {"phantom", candidate.wrong.phantom},
+          {"undecided", candidate.wrong.undecided},
+          {"failed", candidate.wrong.failed},
+          {"unsupported", candidate.wrong.unsupported},
+          {"missing_value", candidate.wrong.missing}};
 }
-
-Json json(const Vector3& v) { return {number(v.x()), number(v.y()), number(v.z())}; }
 
 }  // namespace
 
 Json json(const Candidates& candidates) {
   Json result = {{"query", to_string(candidates.query)}, {"candidates", Json::array()}};
   for (const Candidate& each : candidates.candidates) result["candidates"].push_back(json(each));
+  return result;
+}
+
+Json json(const DriftRun& run) {
+  Json result = {{"scene", run.scene}, {"backend", run.backend}};
+  if (!run.gap.empty()) {
+    result["gap"] = run.gap;
+    return result;
+  }
+  result["pose_error_m"] = number(run.pose_error);
+  result["unexplained_momentum_ns"] = number(run.momentum);
+  result["energy_made_over_scale"] = number(run.energy_made);
+  result["deepest_m"] = number(run.deepest);
+  result["step_ns"] = number(run.step_ns);
+  result["answers"] = run.answers;
+  result["answers_met"] = run.met;
+  result["build_on"] = run.build_on;
   return result;
 }
 

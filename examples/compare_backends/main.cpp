@@ -4,6 +4,7 @@
 
 #include "examples/compare_backends/backends.hpp"
 #include "examples/compare_backends/comparison.hpp"
+#include "examples/compare_backends/decide_again.hpp"
 #include "examples/compare_backends/diff.hpp"
 #include "examples/compare_backends/html_report.hpp"
 #include "examples/compare_backends/json_writer.hpp"
@@ -46,6 +47,7 @@ std::vector<ReportFile> report_files(const Report& report) {
 
 int run(int argc, char** argv) {
   if (argc > 1 && argv[1] == std::string_view("diff")) return run_diff(argc, argv);
+  if (argc > 1 && argv[1] == std::string_view("decide")) return run_decide(argc, argv);
   const std::optional<Options> options = parse_options(argc, argv);
   if (!options) return 0;
   const Backends backends = build_backends(std::filesystem::canonical("/proc/self/exe"));

@@ -1,6 +1,5 @@
 #include "examples/compare_backends/options.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -14,36 +13,34 @@ namespace {
 const std::map<std::string, QueryKind> kQueries = {
     {"overlap", QueryKind::overlap}, {"distance", QueryKind::distance}, {"manifold", QueryKind::manifold}};
 
-SceneSetting parse_setting(const std::string& text) {
-  const std::size_t equals = text.find('='), colon = text.find(':');
-  const bool qualified = colon < equals;
-  SceneSetting setting;
-  if (qualified) setting.scene = text.substr(0, colon);
-  const std::size_t begin = qualified ? colon + 1 : 0;
-  if (equals == std::string::npos || equals == begin || (qualified && colon == 0))
-    throw InputError("--set '" + text + "': expected NAME=VALUE or SCENE:NAME=VALUE");
-  setting.name = text.substr(begin, equals - begin);
-  const char* first = text.data() + equals + 1;
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(first, last, setting.value);
-  if (error != std::errc() || end != last || !std::isfinite(setting.value))
-    throw InputError("--set '" + text + "': the value is no finite number");
-  return setting;
+}  // namespace
+
+void add_query_option(CLI::App& app, std::string& query) {
+  query = "distance";
+  app.add_option("--query", query, "The query of --max-error")
+      ->check(CLI::IsMember({"overlap", "distance", "manifold"}))
+      ->capture_default_str();
 }
 
-}  // namespace
+QueryKind query_named(const std::string& name) {
+  const auto found = kQueries.find(name);
+  if (found == kQueries.end()) throw InputError("unknown query '" + name + "'");
+  return found->second;
+}
 
 std::optional<Options> parse_options(int argc, const char* const* argv) {
   Options options;
   options.command_line = std::filesystem::path(argv[0]).filename().string();
   for (int i = 1; i < argc; ++i) options.command_line += " " + std::string(argv[i]);
-  std::string query = "distance";
+  std::string query;
   double max_error = 0;
   std::size_t count = 0;
 
   CLI::App app{
       "Every contact detection backend on the same pairs and scenes: speed against error.\n"
-      "compare_backends diff OLD.json NEW.json: what changed between two runs."};
+      "compare_backends diff OLD.json NEW.json: what changed between two runs.\n"
+      "compare_backends decide RESULTS.json --max-error M ...: the verdict of a run for other allowed "
+      "errors."};
   app.add_option("--backend", options.backends, "Backends to compare (default: all; --list names them)");
   app.add_option("--families", options.families, "Pair families (default: all; 'none' for no families)");
   auto* count_option = app.add_option("--count", count, "Pairs a family (default 20000, 500 with --quick)")
@@ -63,11 +60,11 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
          "Cases captured in an engine, with its answers: a pair file alone, no families unless named, no "
          "broadphases")
       ->excludes(pairs_option);
+  app.add_option("--dynamics", options.dynamics_file,
+                 "results.json of dynamics_run, for the page's section on dynamics drift");
   auto* error_option = app.add_option("--max-error", max_error,
                                       "Name the fastest backend whose worst case stays inside this [m]");
-  app.add_option("--query", query, "The query of --max-error")
-      ->check(CLI::IsMember({"overlap", "distance", "manifold"}))
-      ->capture_default_str();
+  add_query_option(app, query);
   app.add_option("--case", options.case_id,
                  "Replay one case: family:index, a pair file's id, or scene:frame:pair");
   app.add_option("--output", options.output, "Folder of the report")->capture_default_str();
@@ -88,12 +85,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
       throw InputError("--max-error: must be finite and not negative");
     options.max_error = max_error;
   }
-  for (const std::string& setting : settings) options.scene_settings.push_back(parse_setting(setting));
+  for (const std::string& setting : settings) options.scene_settings.push_back(parse_setting(setting, true));
   if (!settings.empty() && options.scenes.empty())
     throw InputError("--set: there is no --scene to set it in");
   if (app.count("--case") > 0 && options.case_id.empty()) throw InputError("--case: names no case");
   if (options.output.empty()) throw InputError("--output: names no folder");
-  options.query = kQueries.at(query);
+  options.query = query_named(query);
   if (app.count("--capture") > 0) {
     if (capture_file.empty()) throw InputError("--capture: names no file");
     options.pairs_file = capture_file;

@@ -1,20 +1,15 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "contact_core/narrowphase/narrowphase.hpp"
+#include "examples/program/choices.hpp"
 
 namespace touchstone::comparison {
-
-/// --set [SCENE:]NAME=VALUE: a parameter of one scene (by its file's stem), or of every scene that has it.
-struct SceneSetting {
-  std::string scene;  ///< empty: every scene
-  std::string name;
-  double value = 0;  ///< in the file's units
-};
 
 struct Options {
   std::vector<std::string> backends;  ///< empty: all
@@ -22,6 +17,7 @@ struct Options {
   std::vector<std::string> scenes;
   std::vector<SceneSetting> scene_settings;
   std::string pairs_file;            ///< of --pairs or --capture
+  std::string dynamics_file;         ///< results.json of dynamics_run; empty: none
   std::optional<std::size_t> count;  ///< pairs a family
   std::uint64_t seed = 1;
   std::optional<double> max_error;  ///< [m]
@@ -39,6 +35,11 @@ struct Options {
 
   std::size_t pair_count() const { return count.value_or(quick ? 500 : 20000); }
 };
+
+/// --query, "distance" unless it is given.
+void add_query_option(CLI::App& app, std::string& query);
+/// @throws InputError for a name that is none of a query.
+QueryKind query_named(const std::string& name);
 
 /// Parses the command line. On --help prints the help and returns nothing with exit_code 0.
 /// @throws InputError, one line, for what is no valid command line.

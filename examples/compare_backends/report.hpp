@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "examples/compare_backends/dynamics_drift.hpp"
 #include "examples/compare_backends/gallery.hpp"
-#include "examples/compare_backends/machine.hpp"
 #include "examples/compare_backends/options.hpp"
 #include "examples/compare_backends/pair_file_run.hpp"
 #include "examples/compare_backends/ranking.hpp"
@@ -13,6 +13,7 @@
 #include "examples/compare_backends/verdict.hpp"
 #include "examples/measures/broadphase_run.hpp"
 #include "examples/measures/thread_run.hpp"
+#include "examples/program/machine.hpp"
 
 namespace touchstone::comparison {
 
@@ -33,6 +34,7 @@ struct Report {
   std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`
   std::vector<BroadphaseResult> broadphases;
   std::vector<SceneResult> scenes;
+  std::vector<DriftRun> drift;            ///< of --dynamics
   std::vector<ThreadResult> thread_runs;  ///< of the backends in this process
   std::vector<GalleryCase> gallery;       ///< the worst first
   std::vector<Ranking> rankings;          ///< one a query, over `sets`; empty without truth

@@ -80,6 +80,12 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"root", "consistency", "by backend: over all pair_sets"},
     {"root", "fitted_slopes", "of the logarithms of time against size"},
     {"fitted_slopes", "along slope", "objects, hexahedra an object, or threads"},
+    {"root", "dynamics", "of --dynamics: one entry a scene and backend, as dynamics_run found it"},
+    {"dynamics",
+     "scene pose_error_m unexplained_momentum_ns energy_made_over_scale deepest_m step_ns answers "
+     "answers_met "
+     "build_on",
+     "step_ns: median; build_on: the backend that dynamics_run names for the scene; gap: why it did not end"},
     {"root", "thread_runs", "distances on several threads"},
     {"thread_runs", "threads pass", "wall-clock times of whole passes, ns a pair"},
     {"root", "gallery", "the worst cases"},
@@ -89,7 +95,8 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"root", "rankings", "over pair_sets, by query"},
     {"rankings", "standings mean_ns worst_cost_over_S", "the right ones by speed, then the others"},
     {"root", "candidates", "what a verdict is made of, over pair_sets and scenes, by query"},
-    {"candidates", "worst_cost_m worst_reason wrong_words",
+    {"candidates",
+     "worst_cost_m worst_reason wrong_words missed phantom undecided failed unsupported missing_value",
      "inside an allowed error when worst_cost_m is at most that"},
     {"root", "verdicts", "with --max-error: one a query"},
     {"verdicts", "max_error_m fastest sentence headline inside reason_out",

@@ -115,15 +115,13 @@ struct RailEntry {
   std::string count;
 };
 
-// Wrongness in a few words: the largest kind first.
+// Wrongness in a few words: the largest kind.
 std::string rail_text(const Wrongness& wrong) {
-  std::vector<std::pair<std::size_t, const char*>> kinds = {
-      {wrong.missed, "missed"}, {wrong.phantom, "phantom"},         {wrong.undecided, "undecided"},
-      {wrong.failed, "failed"}, {wrong.unsupported, "unsupported"}, {wrong.missing, "no value"}};
-  std::stable_sort(kinds.begin(), kinds.end(),
-                   [](const auto& x, const auto& y) { return x.first > y.first; });
-  std::string text = format_count(kinds[0].first) + " " + kinds[0].second;
-  const std::size_t others = wrong.total() - kinds[0].first;
+  const auto kinds = wrong.kinds();
+  const auto& [count, name] = *std::max_element(
+      kinds.begin(), kinds.end(), [](const auto& x, const auto& y) { return x.count < y.count; });
+  std::string text = format_count(count) + " " + name;
+  const std::size_t others = wrong.total() - count;
   if (others > 0) text += ", " + format_count(others) + " other";
   return text;
 }

@@ -201,7 +201,9 @@ std::string summary_section(const Report& report) {
   return text;
 }
 
-std::string verdict_section(const Verdict& verdict) {
+}  // namespace
+
+std::string verdict_text(const Verdict& verdict) {
   std::string text = "\n" + sentence(verdict) + "\n";
   TextTable table({"backend", "inside", "ns a pair", "worst [m]", "why", "case"});
   for (const Candidate& candidate : verdict.candidates) {
@@ -210,8 +212,6 @@ std::string verdict_section(const Verdict& verdict) {
   }
   return text + table.str();
 }
-
-}  // namespace
 
 std::string terminal_report(const Report& report) {
   std::string text = fmt::format("{}, {}\n{}, {}{}\n", report.machine.cpu, report.machine.system,
@@ -226,7 +226,7 @@ std::string terminal_report(const Report& report) {
   if (!report.broadphases.empty()) text += broadphase_section(report);
   text += summary_section(report);
   for (const Verdict& verdict : report.verdicts) {
-    if (verdict.query == report.options.query) text += verdict_section(verdict);
+    if (verdict.query == report.options.query) text += verdict_text(verdict);
   }
   return text;
 }

@@ -79,15 +79,8 @@ std::string sentence(const Verdict& verdict) {
 std::string wrong_words(const Wrongness& wrong) {
   if (wrong.total() == 0) return fmt::format("0 wrong of {}", format_count(wrong.cases));
   std::string text;
-  const auto add = [&](std::size_t count, const char* what) {
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", format_count(count), what);
-  };
-  add(wrong.missed, "missed");
-  add(wrong.phantom, "phantom");
-  add(wrong.undecided, "undecided");
-  add(wrong.failed, "failed");
-  add(wrong.unsupported, "unsupported");
-  add(wrong.missing, "without a value");
+  for (const auto& [count, name] : wrong.kinds())
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", format_count(count), name);
   return text;
 }
 

@@ -3,6 +3,7 @@
 #include "adapters/scene_files/dynamics_file.hpp"
 #include "examples/dynamics_run/run.hpp"
 #include "examples/measures/all_backends.hpp"
+#include "examples/program/choices.hpp"
 #include "examples/program/program.hpp"
 
 namespace {
@@ -10,17 +11,6 @@ namespace {
 using namespace touchstone;
 using namespace touchstone::dynamics;
 using comparison::ProgressLine;
-
-std::vector<std::string> chosen_backends(const Options& options, const BackendRegistry& registry) {
-  std::vector<std::string> names;
-  for (const std::string& name : options.backends) {
-    if (name == "all")
-      names = comparison::all_backend_names();
-    else
-      names.push_back(registry.narrowphase(name).name);
-  }
-  return names;
-}
 
 std::string chosen_reference(const Options& options, const BackendRegistry& registry) {
   if (!options.reference.empty()) return registry.narrowphase(options.reference).name;
@@ -33,9 +23,7 @@ void print_list(const Options& options, const BackendRegistry& registry) {
   fmt::print("scenes\n");
   for (const std::filesystem::path& file : find_scenes(options))
     fmt::print("  {:26}  {}\n", file.stem().string(), load_dynamic_scene(file).scene.name);
-  fmt::print("backends\n");
-  for (const auto& entry : registry.narrowphases())
-    fmt::print("  {:26}  {}\n", entry.name, entry.description);
+  fmt::print("backends\n{}", comparison::backend_list(registry));
 }
 
 int run(int argc, char** argv) {
@@ -47,19 +35,17 @@ int run(int argc, char** argv) {
     print_list(*options, registry);
     return 0;
   }
-  const std::vector<std::string> backends = chosen_backends(*options, registry);
+  const std::vector<std::string> backends = comparison::choose_backends(options->backends, registry);
   options->reference = chosen_reference(*options, registry);
   const std::vector<std::filesystem::path> scenes = find_scenes(*options);
   comparison::check_report_folder(options->output);
   fmt::print("{}", legend_text(options->reference));
-  ProgressLine progress;
-  std::vector<SceneResult> results;
-  for (const std::filesystem::path& scene : scenes) {
-    results.push_back(run_scene(scene, *options, registry, backends, progress));
-    progress.finish();
-    fmt::print("{}", terminal_text(results.back()));
-    std::fflush(stdout);
-  }
+  const auto results = comparison::run_each(
+      scenes,
+      [&](const auto& scene, ProgressLine& progress) {
+        return run_scene(scene, *options, registry, backends, progress);
+      },
+      terminal_text);
   comparison::write_report_folder(options->output, report_files(results));
   fmt::print("\nresults, series, plots: {}\n", options->output);
   return 0;

@@ -1,52 +1,11 @@
 #include "examples/dynamics_run/options.hpp"
 
-#include <algorithm>
-#include <charconv>
-#include <cmath>
-
 #include "contact_core/input_error.hpp"
+#include "examples/program/choices.hpp"
 #include "examples/program/program.hpp"
 
 namespace touchstone::dynamics {
-namespace {
-
-namespace fs = std::filesystem;
-
-std::vector<fs::path> scenes_in(const fs::path& folder) {
-  std::error_code error;
-  std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
-    if (entry.path().extension() == ".yaml") files.push_back(entry.path());
-  if (error) throw InputError("--scenes " + folder.string() + ": cannot be read");
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
-/// "8" and "08" mean every scene whose name starts with that number.
-bool means(const std::string& scene, const fs::path& file) {
-  const std::string name = file.stem().string();
-  if (scene == name) return true;
-  const auto without_zeros = [](const std::string& text) {
-    return text.substr(std::min(text.find_first_not_of('0'), text.size()));
-  };
-  return without_zeros(scene) == without_zeros(name.substr(0, name.find('_')));
-}
-
-ParameterSetting parse_setting(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0)
-    throw InputError("--set '" + text + "': expected NAME=VALUE");
-  ParameterSetting setting{text.substr(0, equals), 0.0};
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data() + equals + 1, last, setting.value);
-  if (error != std::errc() || end != last || !std::isfinite(setting.value))
-    throw InputError("--set '" + text + "': the value is no finite number");
-  return setting;
-}
-
-}  // namespace
-
-std::optional<Options> parse_options(int argc, const char* const* argv, const fs::path& scenes) {
+std::optional<Options> parse_options(int argc, const char* const* argv, const std::filesystem::path& scenes) {
   Options options;
   options.folder = scenes;
   CLI::App app{
@@ -73,26 +32,16 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const fs
   app.add_option("--scenes", folder, "Folder with the scenes");
   app.add_flag("--list", options.list, "List scenes and backends");
   if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
-  for (const std::string& setting : settings) options.settings.push_back(parse_setting(setting));
+  for (const std::string& setting : settings)
+    options.settings.push_back(comparison::parse_setting(setting, false));
   if (options.output.empty()) throw InputError("--out: names no folder");
   if (!folder.empty()) options.folder = folder;
   if (options.backends.empty()) options.backends = {"all"};
   return options;
 }
 
-std::vector<fs::path> find_scenes(const Options& options) {
-  const std::vector<fs::path> known = scenes_in(options.folder);
-  if (options.scenes.empty()) return known;
-  std::vector<fs::path> found;
-  for (const std::string& scene : options.scenes) {
-    const std::size_t before = found.size();
-    for (const fs::path& file : known)
-      if (means(scene, file)) found.push_back(file);
-    if (found.size() == before && fs::path(scene).extension() == ".yaml") found.emplace_back(scene);
-    if (found.size() == before)
-      throw InputError("--scene " + scene + ": there is no such scene; --list names them");
-  }
-  return found;
+std::vector<std::filesystem::path> find_scenes(const Options& options) {
+  return comparison::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
 }
 
 }  // namespace touchstone::dynamics

@@ -6,20 +6,15 @@
 #include <vector>
 
 #include "adapters/scene_files/scene_file.hpp"
+#include "examples/program/choices.hpp"
 
 namespace touchstone::dynamics {
-
-/// A scene's parameter; for every scene that is run.
-struct ParameterSetting {
-  std::string name;
-  double value;
-};
 
 struct Options {
   std::vector<std::string> scenes;      ///< numbers, names or files; empty: all bundled ones
   std::vector<std::string> backends{};  ///< empty: all
   std::string reference;                ///< empty: exact where it is built, else native
-  std::vector<ParameterSetting> settings{};
+  std::vector<comparison::SceneSetting> settings{};
   std::string output = "dynamics";  ///< folder
   std::filesystem::path folder;     ///< with the bundled scenes
   std::size_t every = 1;            ///< n-th step is recorded

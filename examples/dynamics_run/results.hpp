@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "examples/measures/quantiles.hpp"
 #include "physics/dynamic_scene.hpp"
 
 namespace touchstone::dynamics {
@@ -47,10 +48,6 @@ struct AnswerResult {
   bool holds = false;
 };
 
-struct StepTimes {
-  double median_us = kNone, p999_us = kNone, worst_us = kNone;
-};
-
 /// One scene over the contacts of one backend.
 struct BackendRun {
   std::string backend;
@@ -64,7 +61,7 @@ struct BackendRun {
          energy_made = kNone, energy_lost = kNone, energy_scale = kNone;
   double pose_error = kNone, angle_error = kNone;  ///< of final poses, from the reference's [m], [rad]
   std::vector<double> total_us, detection_us;  ///< of each step, its fastest repetition; emptied when judged
-  StepTimes total, detection;                  ///< of a step; finding the contacts alone
+  comparison::StepTimes total, detection;      ///< of a step; finding the contacts alone
   std::optional<std::uint64_t> allocations;    ///< in all of them but the first
   std::uint64_t contact_count = 0, undecided = 0, failed = 0, unconverged = 0;
   double worst_residual = 0.0;  ///< of the contact solver [m/s]

@@ -1,32 +1,19 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "examples/compare_backends/machine.hpp"
 #include "examples/dynamics_run/results.hpp"
 #include "examples/program/csv.hpp"
+#include "examples/program/json.hpp"
 
 namespace touchstone::dynamics {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using comparison::Json;
+using comparison::json;
+using comparison::number;
 
 constexpr int kSchema = 1;
-
-Json number(double value) {
-  if (std::isnan(value)) return nullptr;
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  return value;
-}
-
-Json json(const Vector3& v) { return Json::array({number(v.x()), number(v.y()), number(v.z())}); }
-
-Json json(const StepTimes& times) {
-  return {{"median", number(times.median_us)},
-          {"p99_9", number(times.p999_us)},
-          {"worst", number(times.worst_us)}};
-}
 
 Json json(const physics::DynamicScene& scene, const physics::SceneAnswer& answer,
           const AnswerResult& result) {
@@ -50,11 +37,8 @@ Json json(const physics::DynamicScene& scene, const physics::SceneAnswer& answer
 
 Json last_poses(const SceneResult& result, const BackendRun& run) {
   Json poses = Json::object();
-  for (std::size_t o = 0; o < run.last.size(); ++o) {
-    const Pose& X = run.last[o];
-    poses[result.scene->scene.objects[o].tree.name()] = {
-        {"p_m", json(X.p)}, {"R_rows", Json::array({json(X.R.row(0)), json(X.R.row(1)), json(X.R.row(2))})}};
-  }
+  for (std::size_t o = 0; o < run.last.size(); ++o)
+    poses[result.scene->scene.objects[o].tree.name()] = json(run.last[o]);
   return poses;
 }
 
@@ -92,17 +76,11 @@ Json json(const SceneResult& result, const BackendRun& run) {
   return out;
 }
 
-Json machine_json() {
-  const comparison::Machine machine = comparison::describe_machine();
-  return {{"cpu", machine.cpu},           {"system", machine.system},
-          {"compiler", machine.compiler}, {"build_type", machine.build_type},
-          {"flags", machine.flags},       {"version", machine.version}};
-}
-
 }  // namespace
 
 std::string results_json(const std::vector<SceneResult>& results) {
-  Json out = {{"schema", kSchema}, {"program", "dynamics_run"}, {"machine", machine_json()}};
+  Json out = {
+      {"schema", kSchema}, {"program", "dynamics_run"}, {"machine", json(comparison::describe_machine())}};
   out["scenes"] = Json::array();
   for (const SceneResult& result : results) {
     const physics::DynamicScene& scene = *result.scene;

@@ -13,7 +13,7 @@ SceneResult run_scene(const std::filesystem::path& file, const Options& options,
                       const BackendRegistry& registry, const std::vector<std::string>& backends,
                       comparison::ProgressLine& progress) {
   SceneParameters parameters;
-  for (const ParameterSetting& setting : options.settings) parameters[setting.name] = setting.value;
+  for (const comparison::SceneSetting& setting : options.settings) parameters[setting.name] = setting.value;
   SceneResult result;
   result.file = file.stem().string();
   result.scene = std::make_shared<const physics::DynamicScene>(load_dynamic_scene(file, parameters));

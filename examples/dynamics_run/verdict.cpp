@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "examples/dynamics_run/results.hpp"
 
@@ -10,17 +11,6 @@ namespace {
 
 /// Times closer than this are one: other work on the machine shifts them by as much.
 constexpr double kAsFast = 1.1;
-
-StepTimes summarise(std::vector<double>& us) {
-  if (us.empty()) return {};
-  std::sort(us.begin(), us.end());
-  const auto rank = [&](double share) {
-    return us[static_cast<std::size_t>(std::ceil(share * static_cast<double>(us.size()))) - 1];
-  };
-  const StepTimes times{rank(0.5), rank(0.999), us.back()};
-  us = {};
-  return times;
-}
 
 /// Of the rotation between two attitudes: |R1 - R2| (Frobenius) is 2 sqrt(2) sin(angle / 2).
 double angle_between(const Matrix3& R1, const Matrix3& R2) {
@@ -107,8 +97,8 @@ void judge(SceneResult& result) {
   const auto reference = std::find_if(result.runs.begin(), result.runs.end(),
                                       [&](const BackendRun& run) { return run.backend == result.reference; });
   for (BackendRun& run : result.runs) {
-    run.total = summarise(run.total_us);
-    run.detection = summarise(run.detection_us);
+    run.total = comparison::step_times(std::exchange(run.total_us, {}));
+    run.detection = comparison::step_times(std::exchange(run.detection_us, {}));
     const bool both = reference != result.runs.end() && reference->not_run.empty() && run.not_run.empty();
     if (both) compare_poses(*reference, run);
     find_misses(result, run);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "adapters/ode/convex_data.hpp"
 #include "adapters/ode_plugin/ode_plugin.hpp"
 #include "examples/engine_check/world.hpp"
 
@@ -13,30 +14,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr int kMostContacts = 8;
-
-constexpr std::array<unsigned int, 30> kPolygons = [] {
-  std::array<unsigned int, 30> polygons{};
-  std::size_t next = 0;
-  for (const auto& face : Hexahedron::kFaceVertices) {
-    polygons[next++] = 4;
-    for (const std::uint8_t vertex : face) polygons[next++] = vertex;
-  }
-  return polygons;
-}();
-
-/// What a dConvex points into.
-struct ConvexData {
-  std::array<dReal, 24> planes, points;
-
-  explicit ConvexData(const Hexahedron& solid) {
-    for (int f = 0; f < 6; ++f) {
-      for (int k = 0; k < 3; ++k) planes[4 * f + k] = solid.face_plane(f).normal[k];
-      planes[4 * f + 3] = -solid.face_plane(f).offset;
-    }
-    for (int i = 0; i < 8; ++i)
-      for (int k = 0; k < 3; ++k) points[3 * i + k] = solid.vertices()[i][k];
-  }
-};
 
 class Library {
  public:
@@ -111,8 +88,8 @@ class OdeWorld {
     const Vector3 side = 2.0 * solid.half_extents();
     if (solid.is_box() && !world_.by_hulls) return dCreateBox(space_, side.x(), side.y(), side.z());
     if (check_ == Check::native) return create_ode_hexahedron(space_, solid);
-    const ConvexData& data = convexes_.emplace_back(solid);
-    return dCreateConvex(space_, data.planes.data(), 6, data.points.data(), 8, kPolygons.data());
+    const ode::ConvexData& data = convexes_.emplace_back(solid);
+    return dCreateConvex(space_, data.planes.data(), 6, data.points.data(), 8, ode::kConvexPolygons.data());
   }
 
   void add(const Body& body) {
@@ -152,7 +129,7 @@ class OdeWorld {
   Check check_;
   Library library_;
   std::optional<OdeBoxOverride> override_;
-  std::vector<ConvexData> convexes_;
+  std::vector<ode::ConvexData> convexes_;
   dWorldID dynamics_ = dWorldCreate();
   dSpaceID space_ = dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
   dJointGroupID joints_ = dJointGroupCreate(0);

@@ -22,6 +22,20 @@ struct Wrongness {
 
   Wrongness& operator+=(const Wrongness& more);
   std::size_t total() const { return missed + phantom + undecided + failed + unsupported + missing; }
+
+  struct Kind {
+    std::size_t count;
+    const char* name;
+  };
+  /// Each kind with its name, in the order of the reports.
+  std::array<Kind, 6> kinds() const {
+    return {{{missed, "missed"},
+             {phantom, "phantom"},
+             {undecided, "undecided"},
+             {failed, "failed"},
+             {unsupported, "unsupported"},
+             {missing, "no value"}}};
+  }
 };
 
 /// What is measured; all but the last three in metres.

@@ -56,4 +56,10 @@ Timing summarise_blocks(std::span<double> averages, std::size_t repetitions) {
   return timing;
 }
 
+StepTimes step_times(std::vector<double> us) {
+  if (us.empty()) return {};
+  std::sort(us.begin(), us.end());
+  return {us[rank(0.5, us.size())], us[rank(0.999, us.size())], us.back()};
+}
+
 }  // namespace touchstone::comparison

@@ -32,6 +32,14 @@ Curve curve(std::span<const CaseValue> sorted);
 /// Nearest-rank quantiles. Reorders the sample. Of equal worst values the one with the lowest index counts.
 Quantiles quantiles(std::span<CaseValue> sample);
 
+/// Of frames or steps [us]: nearest ranks; NaN of none.
+struct StepTimes {
+  double median_us = std::numeric_limits<double>::quiet_NaN();
+  double p999_us = std::numeric_limits<double>::quiet_NaN();
+  double worst_us = std::numeric_limits<double>::quiet_NaN();
+};
+StepTimes step_times(std::vector<double> us);
+
 /// As many medians of repetitions as a Timing keeps.
 inline constexpr std::size_t kKeptRepetitions = 32;
 

@@ -43,6 +43,8 @@ int run_program(const std::string& name, const std::function<int()>& run) {
   }
 }
 
+void print_now(const std::string& text) { std::cout << text << std::flush; }
+
 bool parse_command_line(CLI::App& app, int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);

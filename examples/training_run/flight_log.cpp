@@ -23,8 +23,8 @@ FlightLog::FlightLog(const Setting& setting)
   formations.emplace_back(objects);
   formation.reserve(count);
   slide_steps.reserve(count);
-  frame_ns.reserve(count);
-  frame_cpu_ns.reserve(count);
+  frame_us.reserve(count);
+  frame_cpu_us.reserve(count);
   events.reserve(std::min(kMostEvents, 64 + 2 * count * setting.pairs().size()));
   hand_figures.reserve(hands);
 }

@@ -32,8 +32,8 @@ struct FlightLog {
   std::vector<Formation> formations;     ///< one after each change
   std::vector<std::uint32_t> formation;  ///< by frame: its index
   std::vector<std::uint8_t> slide_steps;  ///< by frame
-  std::vector<double> frame_ns;           ///< control and check, by the clock on the wall
-  std::vector<double> frame_cpu_ns;       ///< and by the thread's own, which a busy machine does not lengthen
+  std::vector<double> frame_us;           ///< control and check, by the clock on the wall
+  std::vector<double> frame_cpu_us;       ///< and by the thread's own, which a busy machine does not lengthen
   std::vector<LoggedEvent> events;
   std::size_t lost_events = 0;  ///< for which there was no room
   std::optional<std::uint64_t> allocations = 0;

@@ -85,8 +85,8 @@ class Flight {
     command(frame, duration);
     way_.frame(commands_, arm_commands_, log_);
     const std::chrono::duration<double, std::nano> elapsed = Clock::now() - start;
-    log_.frame_ns.push_back(elapsed.count());
-    log_.frame_cpu_ns.push_back(thread_ns() - cpu_start);
+    log_.frame_us.push_back(1e-3 * elapsed.count());
+    log_.frame_cpu_us.push_back(1e-3 * (thread_ns() - cpu_start));
     log_.X_WO.insert(log_.X_WO.end(), way_.poses().begin(), way_.poses().end());
     log_.joints.insert(log_.joints.end(), way_.joints().begin(), way_.joints().end());
     ++log_.frames;

@@ -463,15 +463,4 @@ std::vector<SeparationPoint> Judge::separations(const FlightLog& log, std::size_
   return points;
 }
 
-FrameTimes frame_times(std::span<const double> nanoseconds) {
-  if (nanoseconds.empty()) return {};
-  std::vector<double> sorted(nanoseconds.begin(), nanoseconds.end());
-  std::sort(sorted.begin(), sorted.end());
-  const auto at = [&](double share) {
-    const double rank = std::ceil(share * static_cast<double>(sorted.size()));
-    return 1e-3 * sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
-  };
-  return {at(0.5), at(0.999), 1e-3 * sorted.back()};
-}
-
 }  // namespace touchstone::training

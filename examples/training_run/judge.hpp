@@ -71,10 +71,4 @@ class Judge {
   std::unique_ptr<State> state_;
 };
 
-/// Of a sample of frame times; nearest rank.
-struct FrameTimes {
-  double median_us = 0.0, p999_us = 0.0, worst_us = 0.0;
-};
-FrameTimes frame_times(std::span<const double> nanoseconds);
-
 }  // namespace touchstone::training

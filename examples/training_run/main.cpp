@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "examples/measures/all_backends.hpp"
+#include "examples/program/choices.hpp"
 #include "examples/program/program.hpp"
 #include "examples/program/report_files.hpp"
 #include "examples/training_run/options.hpp"
@@ -12,24 +13,11 @@ using namespace touchstone;
 using namespace touchstone::training;
 using comparison::ProgressLine;
 
-std::vector<std::string> chosen_backends(const Options& options, const BackendRegistry& registry) {
-  std::vector<std::string> names;
-  for (const std::string& name : options.backends) {
-    if (name == "all")
-      names = comparison::all_backend_names();
-    else
-      names.push_back(registry.narrowphase(name).name);
-  }
-  return names;
-}
-
 void print_list(const Options& options, const BackendRegistry& registry) {
   fmt::print("scripts\n");
   for (const std::filesystem::path& file : find_scripts(options))
     fmt::print("  {:26}  {}\n", file.stem().string(), load_script(file).name);
-  fmt::print("backends\n");
-  for (const auto& entry : registry.narrowphases())
-    fmt::print("  {:26}  {}\n", entry.name, entry.description);
+  fmt::print("backends\n{}", comparison::backend_list(registry));
   fmt::print("outputs\n{}", outputs_text());
 }
 
@@ -52,7 +40,7 @@ int run(int argc, char** argv) {
     print_list(*options, registry);
     return 0;
   }
-  const std::vector<std::string> backends = chosen_backends(*options, registry);
+  const std::vector<std::string> backends = comparison::choose_backends(options->backends, registry);
   const std::vector<std::filesystem::path> scripts = find_scripts(*options);
   comparison::check_report_folder(options->output);
   prepare_outputs(options->outputs);
@@ -62,14 +50,12 @@ int run(int argc, char** argv) {
       "merged: frames shown in contact; shown!: wrongly so or untold; told!: told of none there was;\n"
       "blocked!: wrongly blocked of those blocked; us: control and check of a frame;\n"
       "cpu: the worst by the thread's own clock\n");
-  ProgressLine progress;
-  std::vector<ScriptResult> results;
-  for (const std::filesystem::path& script : scripts) {
-    results.push_back(run_script(script, *options, registry, backends, progress));
-    progress.finish();
-    fmt::print("{}", terminal_text(results.back()));
-    std::fflush(stdout);
-  }
+  const auto results = comparison::run_each(
+      scripts,
+      [&](const auto& script, ProgressLine& progress) {
+        return run_script(script, *options, registry, backends, progress);
+      },
+      terminal_text);
   fmt::print("{}", summary_text(results));
   comparison::write_report_folder(options->output, report_files(results));
   fmt::print("\nresults, plots: {}\n", options->output);

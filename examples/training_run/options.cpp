@@ -1,40 +1,12 @@
 #include "examples/training_run/options.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "contact_core/input_error.hpp"
+#include "examples/program/choices.hpp"
 #include "examples/program/program.hpp"
 
 namespace touchstone::training {
-namespace {
-
-namespace fs = std::filesystem;
-
-std::vector<fs::path> scripts_in(const fs::path& folder) {
-  std::error_code error;
-  std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
-    if (entry.path().extension() == ".yaml") files.push_back(entry.path());
-  if (error) throw InputError("--scripts " + folder.string() + ": cannot be read");
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
-/// "1" and "01" mean every script whose name starts with that number.
-bool means(const std::string& scene, const fs::path& file) {
-  const std::string name = file.stem().string();
-  if (scene == name) return true;
-  const std::string number = name.substr(0, name.find('_'));
-  const auto without_zeros = [](const std::string& text) {
-    return text.substr(std::min(text.find_first_not_of('0'), text.size()));
-  };
-  return without_zeros(scene) == without_zeros(number);
-}
-
-}  // namespace
-
-std::optional<Options> parse_options(int argc, const char* const* argv, const fs::path& scripts) {
+std::optional<Options> parse_options(int argc, const char* const* argv,
+                                     const std::filesystem::path& scripts) {
   Options options;
   options.scripts = scripts;
   CLI::App app{
@@ -65,19 +37,8 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const fs
   return options;
 }
 
-std::vector<fs::path> find_scripts(const Options& options) {
-  const std::vector<fs::path> known = scripts_in(options.scripts);
-  if (options.scenes.empty()) return known;
-  std::vector<fs::path> found;
-  for (const std::string& scene : options.scenes) {
-    const std::size_t before = found.size();
-    for (const fs::path& file : known)
-      if (means(scene, file)) found.push_back(file);
-    if (found.size() == before && fs::path(scene).extension() == ".yaml") found.emplace_back(scene);
-    if (found.size() == before)
-      throw InputError("--scene " + scene + ": no script flies it; --list names them");
-  }
-  return found;
+std::vector<std::filesystem::path> find_scripts(const Options& options) {
+  return comparison::choose_files({options.scripts, "--scripts", "no script flies it"}, options.scenes);
 }
 
 }  // namespace touchstone::training

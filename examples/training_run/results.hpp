@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "examples/measures/quantiles.hpp"
 #include "examples/training_run/judge.hpp"
 #include "examples/training_run/outputs.hpp"
 
@@ -17,8 +18,8 @@ struct WayResult {
   MotionCheck check = MotionCheck::proven;  ///< of the contact world
   std::string not_flown;                    ///< why; empty: it was
   Verdict verdict;
-  FrameTimes times;                          ///< by the clock on the wall
-  FrameTimes cpu_times;                      ///< of the thread
+  comparison::StepTimes times;               ///< by the clock on the wall
+  comparison::StepTimes cpu_times;           ///< of the thread
   std::optional<std::uint64_t> allocations;  ///< in all frames; none where they cannot be counted
   std::uint64_t queries = 0, iteration_limits = 0;
   std::vector<HandFigures> hands;

@@ -1,26 +1,19 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "examples/compare_backends/machine.hpp"
 #include "examples/program/csv.hpp"
+#include "examples/program/json.hpp"
 #include "examples/training_run/results.hpp"
 
 namespace touchstone::training {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using comparison::Json;
+using comparison::json;
+using comparison::number;
 
 constexpr int kSchema = 1;
-
-Json number(double value) {
-  if (std::isnan(value)) return nullptr;
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  return value;
-}
-
-Json json(const Vector3& v) { return Json::array({number(v.x()), number(v.y()), number(v.z())}); }
 
 Json json(const Setting& setting, const SolidPair& pair) {
   return Json::array({setting.instance().solid_name(pair.a), setting.instance().solid_name(pair.b)});
@@ -30,9 +23,7 @@ Json last_poses(const Setting& setting, const Verdict& verdict) {
   Json poses = Json::object();
   for (std::uint32_t i = 0; i < verdict.last.size(); ++i) {
     if (!setting.may_move(i)) continue;
-    const Pose& X = verdict.last[i];
-    poses[setting.object_name(i)] = {
-        {"p_m", json(X.p)}, {"R_rows", Json::array({json(X.R.row(0)), json(X.R.row(1)), json(X.R.row(2))})}};
+    poses[setting.object_name(i)] = json(verdict.last[i]);
   }
   return poses;
 }
@@ -51,12 +42,6 @@ Json json(const OutputFigures& output) {
           {"dropped_frames", output.status.dropped},
           {"errors", output.status.errors},
           {"error", output.error}};
-}
-
-Json json(const FrameTimes& times) {
-  return {{"median", number(times.median_us)},
-          {"p99_9", number(times.p999_us)},
-          {"worst", number(times.worst_us)}};
 }
 
 Json json(const Setting& setting, const WayResult& way) {
@@ -99,13 +84,6 @@ Json json(const Setting& setting, const WayResult& way) {
   return out;
 }
 
-Json machine_json() {
-  const comparison::Machine machine = comparison::describe_machine();
-  return {{"cpu", machine.cpu},           {"system", machine.system},
-          {"compiler", machine.compiler}, {"build_type", machine.build_type},
-          {"flags", machine.flags},       {"version", machine.version}};
-}
-
 }  // namespace
 
 std::string pair_name(const Setting& setting, const SolidPair& pair) {
@@ -113,7 +91,8 @@ std::string pair_name(const Setting& setting, const SolidPair& pair) {
 }
 
 std::string results_json(const std::vector<ScriptResult>& results) {
-  Json out = {{"schema", kSchema}, {"program", "training_run"}, {"machine", machine_json()}};
+  Json out = {
+      {"schema", kSchema}, {"program", "training_run"}, {"machine", json(comparison::describe_machine())}};
   out["scripts"] = Json::array();
   for (const ScriptResult& result : results) {
     const Setting& setting = *result.setting;

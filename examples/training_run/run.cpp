@@ -41,8 +41,8 @@ class Runner {
     out.backend = way.backend();
     out.check = way.check();
     out.verdict = judge_.judge(log, resolution, share);
-    out.times = frame_times(log.frame_ns);
-    out.cpu_times = frame_times(log.frame_cpu_ns);
+    out.times = comparison::step_times(log.frame_us);
+    out.cpu_times = comparison::step_times(log.frame_cpu_us);
     out.allocations = log.allocations;
     out.queries = log.queries;
     out.iteration_limits = log.iteration_limits;

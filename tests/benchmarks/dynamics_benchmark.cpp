@@ -27,7 +27,7 @@
 
 #include "contact_core/registry.hpp"
 #include "physics/narrowphase_contacts.hpp"
-#include "tests/physics/arms.hpp"
+#include "tests/physics/arm_with_payload.hpp"
 #include "tests/physics/random_contact_sets.hpp"
 
 using namespace touchstone;
@@ -242,48 +242,16 @@ void run_stacks(int steps, bool topples) {
 
 /// Where eight pads around the arm's tip meet the payload: each its own pad there, or, `rolling`, wherever
 /// the payload's face is.
-std::array<Contact, 8> rim_contacts(const DynamicsWorld& world, std::uint32_t arm, std::uint32_t tip,
-                                    std::uint32_t payload, bool rolling) {
-  const Pose X_WT = world.link_pose(arm, tip), X_WB = world.pose(payload);
-  std::array<Contact, 8> contacts;
-  for (unsigned i = 0; i < 8; ++i) {
-    const double angle = 0.785398163397448 * i, y = 0.2 * std::cos(angle), z = 0.2 * std::sin(angle);
-    const Vector3 n = X_WT.R.col(0), on_tip = touchstone::transform(X_WT, Vector3(0.0, y, z));
-    Vector3 on_payload = touchstone::transform(X_WB, Vector3(-2.0, y, z));
-    if (rolling) {
-      const Vector3 m = X_WB.R.col(0);
-      on_payload = on_tip + (dot(m, on_payload - on_tip) / dot(m, n)) * n;
-    }
-    contacts[i] = {Mover::of_link(arm, tip), Mover::of_body(payload), n, on_tip, on_payload, 0.3, 0.0, i + 1};
-  }
-  return contacts;
-}
-
 void run_arm(int steps, bool rolling) {
-  const Arm arm = ssrms_arm();
-  const MechanismDynamics dynamics(arm.mechanism, arm.links);
-  DynamicsWorld world({});
-  const std::vector<double> q = {0.1, 0.4, -0.8, 1.2, 0.5, -0.3, 0.2}, zero(7, 0.0);
-  const auto mechanism = world.add_mechanism(dynamics, {}, q, zero);
-  for (std::uint32_t i = 0; i < 7; ++i)
-    world.set_drive(mechanism, i, {.mode = JointDrive::Mode::brake, .limit = 2332.0});
-  const std::uint32_t tip = arm.mechanism.find_link("tip");
-  const RigidBody payload(box_inertia(1e5, {4, 4, 4}), "payload");
-  const auto send_off = [&] {
-    const Pose X_WT = world.link_pose(mechanism, tip);
-    const Vector3 p = touchstone::transform(X_WT, {2, 0, 0});
-    return payload.state({X_WT.R, p}, rotate(X_WT.R, {-0.01, 0.01, 0}), {0.001, 0, 0});
-  };
-  const auto body = world.add_body(payload, send_off());
-  world.reserve(8);
+  ArmWithPayload scene;
   std::vector<double> times, times_whole;
   std::uint32_t cut = 0, unconverged = 0;
   double worst = 0.0;
   for (int i = 0; i < steps; ++i) {
-    if (rolling && i % 500 == 0) world.set_state(body, send_off());
-    const std::array<Contact, 8> contacts = rim_contacts(world, mechanism, tip, body, rolling);
+    if (rolling && i % 500 == 0) scene.world.set_state(scene.body, scene.approaching());
+    const std::array<Contact, 8> contacts = scene.rim_contacts(rolling);
     StepReport report;
-    times.push_back(timed([&] { report = world.step(kStep, contacts); }));
+    times.push_back(timed([&] { report = scene.world.step(kStep, contacts); }));
     if (report.substeps == 1) times_whole.push_back(times.back());
     cut += report.substeps > 1 ? 1 : 0;
     unconverged += report.unconverged;

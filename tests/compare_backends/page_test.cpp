@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "examples/compare_backends/html_report.hpp"
+#include "examples/compare_backends/options.hpp"
+#include "examples/compare_backends/results_file.hpp"
 #include "examples/compare_backends/verdict.hpp"
 #include "examples/measures/random.hpp"
 #include "tests/support/program_test.hpp"
@@ -100,33 +102,42 @@ Report made_up_report(const std::vector<SetResult>& sets) {
   return report;
 }
 
-TEST_F(PageInBrowser, TheSliderDecidesAsTheProgramOnFiftyBudgets) {
-  Random random(20);
-  const std::vector<SetResult> sets = made_up_sets(random);
-  const Report report = made_up_report(sets);
-  nlohmann::json asked = nlohmann::json::array();
-  std::vector<Verdict> expected;
-  for (int i = 0; i < 50; ++i) {
-    const QueryKind query = kQueryKinds[random.below(3)];
-    const auto& some = report.candidates[index_of(query)].candidates[random.below(7)];
-    // Some budgets are exactly what a backend costs, one is 0.
-    const double budget = i == 0 ? 0.0 : i % 5 == 0 ? some.worst_cost : random.binary_scale(-60, 1);
-    asked.push_back({to_string(query), fmt::format("{}", budget)});
-    expected.push_back(decide(sets, query, budget));
-  }
-  const std::string script = "const asked=" + asked.dump() + R"(;found=asked.map(([q,b])=>{
+// What the page says when its budget and query are set to each of `asked`.
+std::string slider_script(const nlohmann::json& asked) {
+  return "const asked=" + asked.dump() + R"(;found=asked.map(([q,b])=>{
     document.getElementById('query').value=q;const budget=document.getElementById('budget');budget.value=b;
     budget.dispatchEvent(new Event('input'));
     const text=id=>{const e=document.getElementById(id);return e?e.textContent:''};
     return {sentence:text('sentence'),headline:text('headline'),
       rows:[...document.querySelectorAll('#chosen tbody tr')].map(r=>[...r.cells].map(c=>c.textContent))}});)";
-  const nlohmann::json seen = look(html_report(report), script);
+}
+
+// Query and budget, fifty times. Some budgets are exactly what a backend costs, one is 0.
+nlohmann::json fifty_budgets(Random& random, const std::vector<Candidates>& candidates) {
+  nlohmann::json asked = nlohmann::json::array();
+  for (int i = 0; i < 50; ++i) {
+    const auto& of = candidates[random.below(3)];
+    const double cost = of.candidates[random.below(of.candidates.size())].worst_cost;
+    const double budget = i == 0                              ? 0.0
+                          : i % 5 == 0 && std::isfinite(cost) ? cost
+                                                              : random.binary_scale(-60, 1);
+    asked.push_back({to_string(of.query), fmt::format("{}", budget)});
+  }
+  return asked;
+}
+
+TEST_F(PageInBrowser, TheSliderDecidesAsTheProgramOnFiftyBudgets) {
+  Random random(20);
+  const std::vector<SetResult> sets = made_up_sets(random);
+  const Report report = made_up_report(sets);
+  const nlohmann::json asked = fifty_budgets(random, report.candidates);
+  const nlohmann::json seen = look(html_report(report), slider_script(asked));
   EXPECT_EQ(seen["faults"], nlohmann::json::array());
   ASSERT_TRUE(seen["found"].is_array()) << seen;
   ASSERT_EQ(seen["found"].size(), 50u);
   std::size_t decided = 0;
   for (std::size_t i = 0; i < 50; ++i) {
-    const Verdict& verdict = expected[i];
+    const Verdict verdict = decide(sets, query_named(asked[i][0]), std::stod(std::string(asked[i][1])));
     const auto& page = seen["found"][i];
     EXPECT_EQ(page["sentence"], sentence(verdict)) << asked[i];
     EXPECT_EQ(page["headline"], verdict.fastest.empty() ? "" : headline(verdict)) << asked[i];
@@ -139,6 +150,39 @@ TEST_F(PageInBrowser, TheSliderDecidesAsTheProgramOnFiftyBudgets) {
     decided += !verdict.fastest.empty();
   }
   EXPECT_GT(decided, 10u);
+}
+
+// A real run's page against the command line on that run's results.json.
+TEST_F(PageInBrowser, TheSliderOfARealRunSaysWhatTheCommandLineSays) {
+  const std::string report = (folder_ / "report").string();
+  const auto command = [&](const std::string& arguments) {
+    const std::filesystem::path out = folder_ / "said";
+    EXPECT_EQ(std::system((COMPARE_BACKENDS " " + arguments + " >" + out.string() + " 2>/dev/null").c_str()),
+              0)
+        << arguments;
+    return read(out);
+  };
+  command("--quick --no-broadphase --count 60 --families random touching tapered --output " + report);
+  const std::vector<Candidates> candidates =
+      candidates_of(parse_results(read(report + "/results.json"), "test", "results.json"), "test");
+  if (candidates.empty()) GTEST_SKIP() << "without `exact` there is no verdict";
+  Random random(50);
+  const nlohmann::json asked = fifty_budgets(random, candidates);
+  const nlohmann::json seen = look(read(report + "/report.html"), slider_script(asked));
+  EXPECT_EQ(seen["faults"], nlohmann::json::array());
+  ASSERT_EQ(seen["found"].size(), 50u);
+  for (std::size_t i = 0; i < 50; ++i) {
+    const std::string query = asked[i][0], budget = asked[i][1];
+    const std::string said =
+        command("decide " + report + "/results.json --query " + query + " --max-error " + budget);
+    const std::string sentence = seen["found"][i]["sentence"];
+    EXPECT_EQ(said.substr(1, said.find('\n', 1) - 1), sentence) << asked[i];
+    std::size_t from = 0;  // the ranking, in the same order
+    for (const auto& row : seen["found"][i]["rows"]) {
+      from = said.find("\n  " + row[0].get<std::string>() + " ", from + 1);
+      EXPECT_NE(from, std::string::npos) << asked[i] << row << said;
+    }
+  }
 }
 
 TEST_F(PageInBrowser, OpensWithoutAnErrorOrARequest) {

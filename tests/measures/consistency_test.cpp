@@ -6,37 +6,37 @@
 
 #include "contact_core/registry.hpp"
 #include "examples/measures/pair_families.hpp"
+#include "tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
 enum class Fault { none, keeps_its_normal, counts_its_calls, sees_the_world };
 
+Capabilities distances() {
+  Capabilities capabilities;
+  capabilities.distance = true;
+  return capabilities;
+}
+
 // The distance of the centres, with a fault of choice.
-class Faulty final : public Narrowphase {
+class Faulty final : public testing::PairByPair {
  public:
-  explicit Faulty(Fault fault) : fault_(fault) { capabilities_.distance = true; }
-  std::string_view name() const noexcept override { return "faulty"; }
-  const Capabilities& capabilities() const noexcept override { return capabilities_; }
-  void build(std::span<const Hexahedron>) override {}
-  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
-  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
-                Workspace&) const noexcept override {
-    for (std::size_t i = 0; i < input.pairs.size(); ++i) {
-      const auto [a, b] = input.pairs[i];
-      const Vector3 apart = input.poses[b].p - input.poses[a].p;
-      PairGeometry& geometry = output.geometry[i];
-      geometry.separation = norm(apart);
-      if (fault_ == Fault::counts_its_calls) geometry.separation += 1e-6 * static_cast<double>(++calls_);
-      if (fault_ == Fault::sees_the_world) geometry.separation += 1e-3 * std::abs(input.poses[a].p.x());
-      geometry.n_AB_W = fault_ == Fault::keeps_its_normal ? Vector3::UnitX() : Vector3(apart / norm(apart));
-      output.status[i] = PairStatus::separated;
-    }
-  }
+  explicit Faulty(Fault fault) : PairByPair("faulty", distances()), fault_(fault) {}
 
  private:
+  void answer(const NarrowphaseInput& input, std::size_t i, const NarrowphaseOutput& output) const override {
+    const auto [a, b] = input.pairs[i];
+    const Vector3 apart = input.poses[b].p - input.poses[a].p;
+    PairGeometry& geometry = output.geometry[i];
+    geometry.separation = norm(apart);
+    if (fault_ == Fault::counts_its_calls) geometry.separation += 1e-6 * static_cast<double>(++calls_);
+    if (fault_ == Fault::sees_the_world) geometry.separation += 1e-3 * std::abs(input.poses[a].p.x());
+    geometry.n_AB_W = fault_ == Fault::keeps_its_normal ? Vector3::UnitX() : Vector3(apart / norm(apart));
+    output.status[i] = PairStatus::separated;
+  }
+
   Fault fault_;
-  Capabilities capabilities_;
   mutable std::atomic<int> calls_{0};
 };
 

@@ -8,40 +8,37 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-class FakeNarrowphase final : public Narrowphase {
- public:
-  explicit FakeNarrowphase(std::string name) : name_(std::move(name)) {
-    capabilities_.distance = capabilities_.penetration = capabilities_.manifold = true;
-  }
-  std::string_view name() const noexcept override { return name_; }
-  const Capabilities& capabilities() const noexcept override { return capabilities_; }
-  void build(std::span<const Hexahedron>) override {}
-  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
+Capabilities all_but_overlap() {
+  Capabilities capabilities;
+  capabilities.distance = capabilities.penetration = capabilities.manifold = true;
+  return capabilities;
+}
 
-  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
-                Workspace&) const noexcept override {
-    for (std::size_t i = 0; i < input.pairs.size(); ++i) {
-      const Vector3& p_WA = input.poses[input.pairs[i].a].p;
-      const double gap = input.poses[input.pairs[i].b].p.x() - p_WA.x() - 1.0;
-      output.status[i] = status(gap);
-      if (input.query.kind == QueryKind::overlap) continue;
-      const bool told = output.status[i] != PairStatus::failed && output.status[i] != PairStatus::unsupported;
-      const double separation = !told || name_ == "not_a_number" ? kNaN
-                                : name_ == "off_by_1e-3"         ? gap + 1e-3
-                                                                 : gap;
-      const Vector3 n = Vector3::UnitX(), p_A = p_WA + n * 0.5;
-      output.geometry[i] = {separation, n, p_A, p_A + n * separation, 0};
-      if (input.query.kind != QueryKind::manifold || !told || gap > 0) continue;
-      for (int c = 0; c < 4; ++c) {
-        const Vector3 corner = p_A + Vector3(0, c & 1 ? 0.5 : -0.5, c & 2 ? 0.5 : -0.5);
-        output.points[i * static_cast<std::size_t>(input.query.max_points) + static_cast<std::size_t>(c)] = {
-            corner, corner + n * separation, separation, 0};
-      }
-      output.geometry[i].point_count = 4;
-    }
-  }
+class FakeNarrowphase final : public PairByPair {
+ public:
+  explicit FakeNarrowphase(std::string name) : PairByPair(std::move(name), all_but_overlap()) {}
 
  private:
+  void answer(const NarrowphaseInput& input, std::size_t i, const NarrowphaseOutput& output) const override {
+    const Vector3& p_WA = input.poses[input.pairs[i].a].p;
+    const double gap = input.poses[input.pairs[i].b].p.x() - p_WA.x() - 1.0;
+    output.status[i] = status(gap);
+    if (input.query.kind == QueryKind::overlap) return;
+    const bool told = output.status[i] != PairStatus::failed && output.status[i] != PairStatus::unsupported;
+    const double separation = !told || name_ == "not_a_number" ? kNaN
+                              : name_ == "off_by_1e-3"         ? gap + 1e-3
+                                                               : gap;
+    const Vector3 n = Vector3::UnitX(), p_A = p_WA + n * 0.5;
+    output.geometry[i] = {separation, n, p_A, p_A + n * separation, 0};
+    if (input.query.kind != QueryKind::manifold || !told || gap > 0) return;
+    for (int c = 0; c < 4; ++c) {
+      const Vector3 corner = p_A + Vector3(0, c & 1 ? 0.5 : -0.5, c & 2 ? 0.5 : -0.5);
+      output.points[i * static_cast<std::size_t>(input.query.max_points) + static_cast<std::size_t>(c)] = {
+          corner, corner + n * separation, separation, 0};
+    }
+    output.geometry[i].point_count = 4;
+  }
+
   PairStatus status(double gap) const {
     if (name_ == "unsupported") return PairStatus::unsupported;
     if (name_ == "failing") return PairStatus::failed;
@@ -50,9 +47,6 @@ class FakeNarrowphase final : public Narrowphase {
     if (name_ == "seeing_phantoms") return PairStatus::overlapping;
     return gap > 0 ? PairStatus::separated : PairStatus::overlapping;
   }
-
-  std::string name_;
-  Capabilities capabilities_;
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <optional>
 
+#include "adapters/ode/convex_data.hpp"
 #include "adapters/ode_plugin/ode_plugin.hpp"
 #include "adapters/scene_files/pair_file.hpp"
 #include "tests/support/ask.hpp"
@@ -16,38 +17,22 @@
 namespace touchstone {
 namespace {
 
-constexpr std::array<unsigned int, 30> kPolygons = [] {
-  std::array<unsigned int, 30> polygons{};
-  std::size_t next = 0;
-  for (const auto& face : Hexahedron::kFaceVertices) {
-    polygons[next++] = 4;
-    for (const std::uint8_t vertex : face) polygons[next++] = vertex;
-  }
-  return polygons;
-}();
-
-/// A geom, and what a dConvex points into. ODE wants a convex about an inner point.
+/// A geom, and what a dConvex points into.
 class Geom {
  public:
-  Geom(const Hexahedron& solid, const Pose& X_WS, bool native) {
-    Vector3 centre = Vector3::Zero();
+  Geom(const Hexahedron& solid, const Pose& X_WS, bool native) : convex_(solid, ode::mean_vertex(solid)) {
+    const bool by_centre = !solid.is_box() && !native;
     if (solid.is_box()) {
       const Vector3 side = 2.0 * solid.half_extents();
       id = dCreateBox(nullptr, side.x(), side.y(), side.z());
     } else if (native) {
       id = create_ode_hexahedron(nullptr, solid);
     } else {
-      for (const Vector3& v : solid.vertices()) centre += v / 8.0;
-      for (int f = 0; f < 6; ++f) {
-        for (int k = 0; k < 3; ++k) planes_[4 * f + k] = solid.face_plane(f).normal[k];
-        planes_[4 * f + 3] = -solid.face_plane(f).signed_distance(centre);
-      }
-      for (int i = 0; i < 8; ++i)
-        for (int k = 0; k < 3; ++k) points_[3 * i + k] = solid.vertices()[i][k] - centre[k];
-      id = dCreateConvex(nullptr, planes_.data(), 6, points_.data(), 8, kPolygons.data());
+      id = dCreateConvex(nullptr, convex_.planes.data(), 6, convex_.points.data(), 8,
+                         ode::kConvexPolygons.data());
     }
     const Matrix3& R = X_WS.R;
-    const Vector3 p = solid.is_box() || native ? X_WS.p : transform(X_WS, centre);
+    const Vector3 p = by_centre ? transform(X_WS, convex_.centre) : X_WS.p;
     const dMatrix3 rows = {R(0, 0), R(0, 1), R(0, 2), 0,       R(1, 0), R(1, 1),
                            R(1, 2), 0,       R(2, 0), R(2, 1), R(2, 2), 0};
     dGeomSetPosition(id, p.x(), p.y(), p.z());
@@ -60,7 +45,7 @@ class Geom {
   dGeomID id;
 
  private:
-  std::array<dReal, 24> planes_{}, points_{};
+  ode::ConvexData convex_;
 };
 
 enum class Verdict { right, wrong_class, wrong_depth };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,22 @@ inline Arm ssrms_arm() {
   for (const Mechanism::Link& link : arm.mechanism.links())
     arm.links.push_back({link.mass.mass, link.mass.centre_L, link.mass.inertia_L});
   return arm;
+}
+
+/// Links along +x of these lengths [m], revolute joints about z at their inner ends.
+inline MechanismDescription planar_arm(std::span<const double> lengths, const char* name = "arm") {
+  MechanismDescription out{.name = name, .links = {{.name = "base"}}, .joints = {}};
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    JointDescription joint;
+    joint.name = "joint" + std::to_string(i + 1);
+    joint.kind = JointKind::revolute;
+    joint.parent = out.links.back().name;
+    joint.child = "link" + std::to_string(i + 1);
+    joint.X_PJ.p = {i == 0 ? 0.0 : lengths[i - 1], 0, 0};
+    out.links.push_back({joint.child, {}, {}});
+    out.joints.push_back(joint);
+  }
+  return out;
 }
 
 /// A chain of seven revolute joints (or a mix with prismatic ones) with turned frames and any inertia.

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "physics/dynamics_world.hpp"
+#include "tests/physics/arms.hpp"
 #include "tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
@@ -35,32 +36,18 @@ BodyInertia rod(double mass, double length) {
   return {mass, {length / 2.0, 0, 0}, Vector3(0.0, moment, moment).asDiagonal()};
 }
 
-/// Slender links along +x, joints about z at their inner ends.
+/// Of slender links.
 struct PlanarArm {
   Mechanism mechanism;
   MechanismDynamics dynamics;
 
-  static MechanismDescription describe(std::span<const double> lengths) {
-    MechanismDescription out{.name = "arm", .links = {{.name = "base"}}, .joints = {}};
-    for (std::size_t i = 0; i < lengths.size(); ++i) {
-      JointDescription joint;
-      joint.name = "joint" + std::to_string(i + 1);
-      joint.kind = JointKind::revolute;
-      joint.parent = out.links.back().name;
-      joint.child = "link" + std::to_string(i + 1);
-      joint.X_PJ.p = {i == 0 ? 0.0 : lengths[i - 1], 0, 0};
-      out.links.push_back({joint.child, {}, {}});
-      out.joints.push_back(joint);
-    }
-    return out;
-  }
   static std::vector<BodyInertia> rods(std::span<const double> masses, std::span<const double> lengths) {
     std::vector<BodyInertia> out = {{}};
     for (std::size_t i = 0; i < masses.size(); ++i) out.push_back(rod(masses[i], lengths[i]));
     return out;
   }
   PlanarArm(std::span<const double> masses, std::span<const double> lengths)
-      : mechanism(describe(lengths)), dynamics(mechanism, rods(masses, lengths)) {}
+      : mechanism(planar_arm(lengths)), dynamics(mechanism, rods(masses, lengths)) {}
   PlanarArm(const PlanarArm&) = delete;
 };
 

@@ -8,7 +8,7 @@
 #include <functional>
 
 #include "contact_core/input_error.hpp"
-#include "tests/physics/arms.hpp"
+#include "tests/physics/arm_with_payload.hpp"
 #include "tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
@@ -196,35 +196,12 @@ TEST(DynamicsWorld, KinematicBodiesPushAndDoNotYield) {
 }
 
 TEST(DynamicsWorld, StepsDoNotAllocate) {
-  const Arm arm = ssrms_arm();
-  const MechanismDynamics dynamics(arm.mechanism, arm.links);
-  DynamicsWorld world({});
-  const std::vector<double> q = {0.1, 0.4, -0.8, 1.2, 0.5, -0.3, 0.2}, zero(7, 0.0);
-  const auto mechanism = world.add_mechanism(dynamics, {}, q, zero);
-  for (std::uint32_t i = 0; i < 7; ++i)
-    world.set_drive(mechanism, i, {.mode = JointDrive::Mode::brake, .limit = 2332.0});
-  const std::uint32_t tip = arm.mechanism.find_link("tip");
-  const Pose X_WT = world.link_pose(mechanism, tip);
-  const RigidBody payload(box_inertia(1e5, {4, 4, 4}), "payload");
-  const auto body = world.add_body(payload, payload.state({X_WT.R, touchstone::transform(X_WT, {2, 0, 0})},
-                                                          {-0.01, 0.01, 0}, {0.001, 0, 0}));
-  world.reserve(8);
-  std::array<Contact, 8> contacts;
+  ArmWithPayload scene;
   std::array<ContactForce, 8> forces;
   for (int step = 0; step < 50; ++step) {
-    for (unsigned i = 0; i < 8; ++i) {
-      const double angle = 0.785398163397448 * i;
-      const Pose X = world.link_pose(mechanism, tip), X_WB = world.pose(body);
-      const Vector3 on_tip =
-          touchstone::transform(X, Vector3(0.0, 0.2 * std::cos(angle), 0.2 * std::sin(angle)));
-      const Vector3 on_body =
-          touchstone::transform(X_WB, Vector3(-2.0, 0.2 * std::cos(angle), 0.2 * std::sin(angle)));
-      const Vector3 n = X.R.col(0);
-      contacts[i] = {
-          Mover::of_link(mechanism, tip), Mover::of_body(body), n, on_tip, on_body, 0.3, 0.0, i + 1};
-    }
+    const std::array<Contact, 8> contacts = scene.rim_contacts();
     const std::size_t allocations = allocation_count();
-    const StepReport report = world.step(1e-3, contacts, forces);
+    const StepReport report = scene.world.step(1e-3, contacts, forces);
     EXPECT_EQ(allocation_count(), allocations);
     ASSERT_EQ(report.failure, StepFailure::none);
   }

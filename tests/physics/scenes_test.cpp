@@ -15,6 +15,7 @@
 #include "adapters/ode/ode.hpp"
 #endif
 #include "physics/narrowphase_contacts.hpp"
+#include "tests/physics/arms.hpp"
 #include "tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
@@ -116,20 +117,10 @@ BodyInertia straight_arm() {
   return combined(arm, slender(243.66, kL3, kL1 + kL2));
 }
 
-Mechanism planar(std::span<const double> lengths, const char* name) {
-  MechanismDescription out{.name = name, .links = {{.name = "base"}}, .joints = {}};
-  for (std::size_t i = 0; i < lengths.size(); ++i) {
-    JointDescription joint;
-    joint.name = "joint" + std::to_string(i + 1);
-    joint.kind = JointKind::revolute;
-    joint.parent = out.links.back().name;
-    joint.child = "link" + std::to_string(i + 1);
-    joint.X_PJ.p = {i == 0 ? 0.0 : lengths[i - 1], 0, 0};
-    joint.effort = 2332.0;
-    out.links.push_back({joint.child, {}, {}});
-    out.joints.push_back(joint);
-  }
-  return Mechanism(out);
+Mechanism planar(std::span<const double> lengths) {
+  MechanismDescription arm = planar_arm(lengths);
+  for (JointDescription& joint : arm.joints) joint.effort = 2332.0;
+  return Mechanism(arm);
 }
 
 constexpr double kReach = kL1 + kL2 + kL3;
@@ -140,7 +131,7 @@ TEST(Scene8, FreeArmPushesWithItsEffectiveMass) {
   EXPECT_NEAR(I, 135227.5, 0.05);
   const double effective = I / (kReach * kReach);
   EXPECT_NEAR(effective, 557.2, 0.05);
-  const Mechanism mechanism = planar(std::array{kReach}, "arm");
+  const Mechanism mechanism = planar(std::array{kReach});
   const MechanismDynamics dynamics(mechanism, std::vector<BodyInertia>{{}, straight_arm()});
   const RigidBody oru(box_inertia(kOruMass, {0.525, 0.525, 0.525}), "ORU");
   for (const double e : {0.0, 0.5}) {
@@ -171,7 +162,7 @@ struct Held {
 };
 Held push(double elbow, const Vector3& direction, double force) {
   const double L1 = 7.11, L2 = 7.11 + 1.3589, mass = 1.0;
-  const Mechanism mechanism = planar(std::array{L1, L2}, "arm");
+  const Mechanism mechanism = planar(std::array{L1, L2});
   const MechanismDynamics dynamics(mechanism,
                                    std::vector<BodyInertia>{{}, slender(500, L1, 0), slender(500, L2, 0)});
   DynamicsWorld world({});
@@ -233,7 +224,7 @@ TEST(Scene9, BackdrivenByAPayload) {
   };
   for (const Case& c :
        {Case{16.5e3, 0.02, 0.0784, 21.3e-3, 2.205}, Case{116e3, 0.012, 0.2042, 55.5e-3, 9.30}}) {
-    const Mechanism mechanism = planar(std::array{kReach}, "arm");
+    const Mechanism mechanism = planar(std::array{kReach});
     BodyInertia loaded = combined(straight_arm(), {c.mass, {kReach, 0, 0}, Matrix3::Zero()});
     const MechanismDynamics dynamics(mechanism, std::vector<BodyInertia>{{}, loaded});
     const double inertia = I + c.mass * kReach * kReach, w0 = c.mass * c.speed * kReach / inertia;
@@ -256,16 +247,26 @@ TEST(Scene9, BackdrivenByAPayload) {
   }
 }
 
+/// Cubes of 0.2 m and 1000 kg/m3 on the ground, which is z = 0.
+struct CubesOnTheGround {
+  Finder finder{1e-3};
+  DynamicsWorld world{{.gravity_W = {0, 0, -9.81}}};
+  HexahedronTree ground = box_tree("ground", {10, 10, 1}, {0, 0, -0.5}),
+                 cube = box_tree("cube", {0.2, 0.2, 0.2});
+  RigidBody body{inertia_of_density(cube.solids(), 1000.0, "cube"), "cube"};
+
+  CubesOnTheGround() { finder.contacts->add(Mover::ground(), ground, {}); }
+  void add(const Vector3& p_W, const Vector3& velocity_W) {
+    const auto added = world.add_body(body, body.state(at(p_W), velocity_W, kZero));
+    finder.contacts->add(Mover::of_body(added), cube, {});
+  }
+};
+
 TEST(NarrowphaseContacts, AStackOfBoxesRestsAndAllocatesNothing) {
-  Finder finder(1e-3);
-  DynamicsWorld world({.gravity_W = {0, 0, -9.81}});
-  const HexahedronTree ground = box_tree("ground", {10, 10, 1}, {0, 0, -0.5}),
-                       cube = box_tree("cube", {0.2, 0.2, 0.2});
-  const RigidBody body(inertia_of_density(cube.solids(), 1000.0, "cube"), "cube");
-  finder.contacts->add(Mover::ground(), ground, {});
-  for (int i = 0; i < 5; ++i)
-    finder.contacts->add(
-        Mover::of_body(world.add_body(body, body.state(at({0, 0, 0.1 + 0.2 * i}), kZero, kZero))), cube, {});
+  CubesOnTheGround scene;
+  for (int i = 0; i < 5; ++i) scene.add({0, 0, 0.1 + 0.2 * i}, kZero);
+  Finder& finder = scene.finder;
+  DynamicsWorld& world = scene.world;
   finder.contacts->build();
   world.reserve(64);
   std::size_t allocations = 0;
@@ -283,16 +284,10 @@ TEST(NarrowphaseContacts, AStackOfBoxesRestsAndAllocatesNothing) {
 
 TEST(NarrowphaseContacts, PairsThatKeepTheirPosesKeepWhatAFreshLookFinds) {
   // Two cubes rest, one slides: what is kept from step to step has the bits of what is found anew.
-  Finder finder(1e-3);
-  DynamicsWorld world({.gravity_W = {0, 0, -9.81}});
-  const HexahedronTree ground = box_tree("ground", {10, 10, 1}, {0, 0, -0.5}),
-                       cube = box_tree("cube", {0.2, 0.2, 0.2});
-  const RigidBody body(inertia_of_density(cube.solids(), 1000.0, "cube"), "cube");
-  finder.contacts->add(Mover::ground(), ground, {});
-  for (const double x : {1.0, 2.0, 3.0})
-    finder.contacts->add(
-        Mover::of_body(world.add_body(body, body.state(at({x, 0, 0.1}), {x > 2.5 ? 0.5 : 0.0, 0, 0}, kZero))),
-        cube, {});
+  CubesOnTheGround scene;
+  for (const double x : {1.0, 2.0, 3.0}) scene.add({x, 0, 0.1}, {x > 2.5 ? 0.5 : 0.0, 0, 0});
+  Finder& finder = scene.finder;
+  DynamicsWorld& world = scene.world;
   finder.contacts->build();
   int same = 0;
   for (int step = 0; step < 50; ++step) {

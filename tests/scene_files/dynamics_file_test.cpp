@@ -4,11 +4,11 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 #include <string>
 
 #include "contact_core/input_error.hpp"
+#include "tests/support/written_file.hpp"
 
 namespace touchstone {
 namespace {
@@ -32,13 +32,7 @@ constexpr const char* kHead =
     "    hexahedra: [{name: x, pose: {position: [0, 0, 5000]}, box: {size: [100, 100, 100]}}]\n"
     "    motion: {segments: [{velocity: [1, 0, 0]}]}\n";
 
-std::filesystem::path written(const std::string& text) {
-  const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  const std::filesystem::path path =
-      std::filesystem::path(::testing::TempDir()) / (std::string("dynamics_") + test->name() + ".yaml");
-  std::ofstream(path) << text;
-  return path;
-}
+std::filesystem::path written(const std::string& text) { return written_file(text, ".yaml"); }
 
 physics::DynamicScene loaded(const std::string& dynamics, const SceneParameters& parameters = {}) {
   return load_dynamic_scene(written(kHead + dynamics), parameters);
@@ -46,16 +40,7 @@ physics::DynamicScene loaded(const std::string& dynamics, const SceneParameters&
 
 // The error's line after the file's name, or "accepted".
 std::string error_of(const std::string& dynamics) {
-  const std::filesystem::path path = written(kHead + dynamics);
-  try {
-    load_dynamic_scene(path);
-  } catch (const InputError& error) {
-    const std::string message = error.what();
-    EXPECT_EQ(message.find(path.string()), 0u) << message;
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    return message.substr(path.string().size() + 1);
-  }
-  return "accepted";
+  return error_in_file(kHead + dynamics, ".yaml", [](const auto& path) { load_dynamic_scene(path); });
 }
 
 std::string error_in_body(const std::string& body) {

@@ -4,12 +4,12 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 #include <string>
 
 #include "contact_core/input_error.hpp"
 #include "contact_core/scene/scene_instance.hpp"
+#include "tests/support/written_file.hpp"
 
 namespace touchstone {
 namespace {
@@ -18,26 +18,11 @@ constexpr const char* kHead =
     "name: s\nframe_rate: 10\ncontact_gap: 1e-9\npolicy: hold\nduration: 1\nobjects:\n";  // objects from line
                                                                                           // 7
 
-std::filesystem::path written(const std::string& text) {
-  const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  const std::filesystem::path path =
-      std::filesystem::path(::testing::TempDir()) / (std::string("scene_") + test->name() + ".yaml");
-  std::ofstream(path) << text;
-  return path;
-}
+std::filesystem::path written(const std::string& text) { return written_file(text, ".yaml"); }
 
 // The error's line after the file's name, or "accepted".
 std::string error_of(const std::string& text, const SceneParameters& parameters = {}) {
-  const std::filesystem::path path = written(text);
-  try {
-    load_scene(path, parameters);
-  } catch (const InputError& error) {
-    const std::string message = error.what();
-    EXPECT_EQ(message.find(path.string()), 0u) << message;
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    return message.substr(path.string().size() + 1);
-  }
-  return "accepted";
+  return error_in_file(text, ".yaml", [&](const auto& path) { load_scene(path, parameters); });
 }
 
 std::string error_in_objects(const std::string& objects) { return error_of(kHead + objects); }

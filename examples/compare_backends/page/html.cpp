@@ -37,17 +37,11 @@ std::string source_note(const Page& page, const std::string& json_path, const st
 
 std::string wrong_lines(const Wrongness& wrong, const char* between) {
   std::string text;
-  const auto add = [&](std::size_t count, const char* what) {
+  for (const auto& [count, name] : wrong.kinds()) {
     if (count > 0)
       text += fmt::format("{}<span class='n'>{} {}</span>", text.empty() ? "" : between, format_count(count),
-                          what);
-  };
-  add(wrong.missed, "missed");
-  add(wrong.phantom, "phantom");
-  add(wrong.undecided, "undecided");
-  add(wrong.failed, "failed");
-  add(wrong.unsupported, "unsupported");
-  add(wrong.missing, "no value");
+                          name);
+  }
   return text;
 }
 

@@ -78,8 +78,6 @@ crossed, merged (contact not seen, so the frame is shown). Clearance at the stop
 the first that it blocks.</p>
 <p class='gap'>Missing: frames after a stop, as a world that holds the objects shows them. <code>training_run --scene FILE
 --backend NAME</code> flies the scenes through the contact world and judges every shown frame.</p>
-<p class='gap'>Missing: dynamics drift against contact error. This program runs no dynamics; the library and its tests are in
-<code>physics</code>.</p>
 )";
   for (const SceneResult& scene : page.report.scenes) html += one_scene(page, scene);
   return html + source_note(page, "scenes", "figures/scene_<name>.svg");

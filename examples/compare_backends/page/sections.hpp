@@ -20,6 +20,7 @@ std::string times_section(const Page& page);        ///< single, cached, batch, 
 std::string scaling_section(const Page& page);      ///< objects, hexahedra, threads
 std::string gallery_section(const Page& page);      ///< the worst cases as wireframes
 std::string scenes_section(const Page& page);       ///< what an error costs the task
+std::string drift_section(const Page& page);        ///< what a contact error costs in dynamics
 std::string consistency_section(const Page& page);  ///< the same pair asked in other ways
 std::string families_section(const Page& page);     ///< every figure of every set
 std::string pair_file_section(const Page& page);

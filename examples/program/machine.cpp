@@ -1,4 +1,4 @@
-#include "examples/compare_backends/machine.hpp"
+#include "examples/program/machine.hpp"
 
 #include <fmt/core.h>
 #include <gnu/libc-version.h>

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "examples/compare_backends/verdict.hpp"
+#include "examples/program/json.hpp"
+
+namespace touchstone::comparison {
+
+/// @param who, what name the reader and the file in an error: "diff", "the old file".
+/// @throws InputError for what is no results.json of compare_backends.
+Json parse_results(const std::string& text, const std::string& who, const std::string& what);
+
+/// @throws InputError when there is no such file.
+std::string read_file(const std::string& path, const std::string& who);
+
+/// What number() wrote.
+double number_of(const Json& value);
+
+/// What verdicts are made of, one a query, as results.json holds it.
+/// @throws InputError where a figure is missing.
+std::vector<Candidates> candidates_of(const Json& results, const std::string& who);
+
+}  // namespace touchstone::comparison
