@@ -16,9 +16,10 @@ int run_decide(int argc, const char* const* argv) {
   std::string file, query;
   std::vector<double> max_errors;
   app.add_option("RESULTS.json", file, "results.json of the run")->required();
-  app.add_option("--max-error", max_errors, "Allowed errors [m]")->required()->check(CLI::NonNegativeNumber);
+  app.add_option("--max-error", max_errors, "Allowed errors [m]")->required();
   add_query_option(app, query);
   if (!parse_command_line(app, argc - 1, argv + 1)) return 0;
+  for (const double allowed : max_errors) checked_max_error(allowed);
   const Json results = parse_results(read_file(file, "decide"), "decide", file);
   for (const Candidates& of : candidates_of(results, "decide")) {
     if (to_string(of.query) != query) continue;

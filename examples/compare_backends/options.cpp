@@ -22,6 +22,12 @@ void add_query_option(CLI::App& app, std::string& query) {
       ->capture_default_str();
 }
 
+double checked_max_error(double max_error) {
+  if (!std::isfinite(max_error) || max_error < 0)
+    throw InputError("--max-error: must be finite and not negative");
+  return max_error;
+}
+
 QueryKind query_named(const std::string& name) {
   const auto found = kQueries.find(name);
   if (found == kQueries.end()) throw InputError("unknown query '" + name + "'");
@@ -80,11 +86,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   app.add_flag("--list", options.list, "List backends, broadphases and families");
   if (!parse_command_line(app, argc, argv)) return std::nullopt;
   if (*count_option) options.count = count;
-  if (*error_option) {
-    if (!std::isfinite(max_error) || max_error < 0)
-      throw InputError("--max-error: must be finite and not negative");
-    options.max_error = max_error;
-  }
+  if (*error_option) options.max_error = checked_max_error(max_error);
   for (const std::string& setting : settings) options.scene_settings.push_back(parse_setting(setting, true));
   if (!settings.empty() && options.scenes.empty())
     throw InputError("--set: there is no --scene to set it in");

@@ -41,6 +41,9 @@ void add_query_option(CLI::App& app, std::string& query);
 /// @throws InputError for a name that is none of a query.
 QueryKind query_named(const std::string& name);
 
+/// @throws InputError for what is no allowed error [m].
+double checked_max_error(double max_error);
+
 /// Parses the command line. On --help prints the help and returns nothing with exit_code 0.
 /// @throws InputError, one line, for what is no valid command line.
 std::optional<Options> parse_options(int argc, const char* const* argv);

@@ -117,7 +117,8 @@ nlohmann::json fifty_budgets(Random& random, const std::vector<Candidates>& cand
   nlohmann::json asked = nlohmann::json::array();
   for (int i = 0; i < 50; ++i) {
     const auto& of = candidates[random.below(3)];
-    const double cost = of.candidates[random.below(of.candidates.size())].worst_cost;
+    const double cost =
+        of.candidates[random.below(static_cast<std::uint32_t>(of.candidates.size()))].worst_cost;
     const double budget = i == 0                              ? 0.0
                           : i % 5 == 0 && std::isfinite(cost) ? cost
                                                               : random.binary_scale(-60, 1);

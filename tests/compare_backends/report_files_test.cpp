@@ -27,6 +27,13 @@ class ReportFiles : public touchstone::ProgramTest {
   std::string report() const { return " --output " + (folder_ / "report").string() + " "; }
 };
 
+// As much of dynamics_run's results.json as the page reads.
+constexpr const char* kDynamics =
+    R"({"program": "dynamics_run", "scenes": [{"scene": "push", "build_on": "native",
+  "runs": [{"backend": "native", "stopped": null, "answers": [{"holds": true}, {"holds": false}], "deepest_m": 1.25e-9,
+  "pose_error_m": 0.0, "unexplained_momentum_ns": 3.5e-15, "energy_made_j": 1e-12, "energy_scale_j": 4.0,
+  "step_us": {"median": 12.5}}, {"backend": "edge_face", "not_run": "finds no manifolds"}]}]})";
+
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 
 // Tokens that stand for numbers: "1 234.5", "1.2e-16"; not those inside names.
@@ -58,8 +65,8 @@ void allow(const nlohmann::json& json, std::set<std::string>& allowed) {
 TEST_F(ReportFiles, EveryNumberInATableOfThePageIsInTheJson) {
   const Outcome outcome =
       run("--quick --count 60 --families random touching near_parallel --max-error 1e-7 --scene " SCENES
-          "/oru_insertion.yaml" +
-          report());
+          "/oru_insertion.yaml --dynamics " +
+          write("dynamics.json", kDynamics).string() + report());
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
   std::set<std::string> allowed;
@@ -100,8 +107,8 @@ void collect_keys(const nlohmann::json& json, const std::string& parent, bool at
 TEST_F(ReportFiles, TheSchemaNamesEveryKeyAndNoOther) {
   const Outcome outcome =
       run("--quick --count 60 --backend native edge_face --families random touching near_parallel "
-          "--max-error 1e-7 --scene " SCENES "/grapple_approach.yaml" +
-          report());
+          "--max-error 1e-7 --scene " SCENES "/grapple_approach.yaml --dynamics " +
+          write("dynamics.json", kDynamics).string() + report());
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
   if (!json["measured_against_exact"]) GTEST_SKIP() << "a build without exact has fewer keys";
@@ -138,7 +145,49 @@ TEST_F(ReportFiles, ATimelineHasAsManyMergedFramesAsWereMissed) {
   EXPECT_TRUE(fs::exists(folder_ / "report/figures/scene_contained_solid.svg"));
 }
 
+TEST_F(ReportFiles, DynamicsStandOnThePageOrAreAGapThatSaysHowToGetThem) {
+  const std::string small =
+      "--quick --count 20 --families random --no-broadphase --backend native edge_face ";
+  ASSERT_EQ(run(small + report()).code, 0);
+  EXPECT_THAT(read(folder_ / "report/report.html"),
+              HasSubstr("Missing: dynamics drift against contact error"));
+  ASSERT_EQ(run(small + report() + "--dynamics " + write("dynamics.json", kDynamics).string()).code, 0);
+  const std::string page = read(folder_ / "report/report.html");
+  EXPECT_THAT(page, ::testing::Not(HasSubstr("Missing: dynamics drift")));
+  EXPECT_THAT(page, HasSubstr("native, push: 3.5e-15"));  // the mark's title
+  EXPECT_THAT(page, HasSubstr("finds no manifolds"));
+  EXPECT_TRUE(fs::exists(folder_ / "report/figures/dynamics_drift.svg"));
+  for (const char* bad : {"{}", "[", R"({"program": "training_run"})", R"({"program": "dynamics_run"})"}) {
+    const Outcome refused = run(small + report() + "--dynamics " + write("bad.json", bad).string());
+    EXPECT_EQ(refused.code, 2) << bad;
+    EXPECT_THAT(refused.err, HasSubstr("bad.json")) << refused.err;
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  }
+}
+
 #endif
+
+TEST_F(ReportFiles, DecidesAgainFromAFinishedRun) {
+  ASSERT_EQ(run("--quick --count 20 --families random --no-broadphase --max-error 1e-9" + report()).code, 0);
+  const std::string results = (folder_ / "report/results.json").string();
+  const auto json = nlohmann::json::parse(read(results));
+  if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth, no verdict";
+  for (const auto& verdict : json["verdicts"]) {
+    const Outcome said =
+        run("decide " + results + " --max-error 1e-9 --query " + verdict["query"].get<std::string>());
+    EXPECT_EQ(said.code, 0) << said.err;
+    EXPECT_THAT(said.out, StartsWith("\n" + verdict["sentence"].get<std::string>() + "\n"));
+  }
+  const std::string no_results = write("no.json", R"({"schema": "other"})").string();
+  for (const std::string& bad : std::vector<std::string>{
+           "decide", "decide " + results, "decide " + results + " --max-error -1",
+           "decide " + results + " --max-error nan", "decide /no/such.json --max-error 1",
+           "decide " + no_results + " --max-error 1"}) {
+    const Outcome refused = run(bad);
+    EXPECT_EQ(refused.code, 2) << bad << refused.out;
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  }
+}
 
 TEST_F(ReportFiles, DiffsTwoRuns) {
   const std::string small =
