@@ -19,7 +19,7 @@ error of a manifold's figures over the families. One mark a scene. The time of a
 )";
   const std::string plot = drift_plot(report.drift, report.rankings, page.names, false);
   html += plot.empty() ? "<p class='gap'>Missing: the figure. No contact error was measured.</p>\n"
-                       : "<div class='plots'>" + plot + "</div>\n";
+                       : "<div>" + plot + "</div>\n";
   HtmlTable table({"backend", "scene", "final poses [m]", "momentum [N s]", "energy made / scale",
                    "deepest [m]", "closed forms met", "ns a step", "to build on"});
   for (const DriftRun& run : report.drift) {
