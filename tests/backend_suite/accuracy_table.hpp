@@ -22,6 +22,7 @@ inline constexpr int kPairs = 200;
 inline constexpr std::uint64_t kSeed = 1;
 inline constexpr double kUnsupported = -1.0;
 
+/// Defined by the program: one row a backend and family; a measured row is printed where one is missing.
 std::span<const AccuracyRow> accuracy_table();
 
 }  // namespace touchstone::suite

@@ -10,9 +10,10 @@
 #include "contact_core/registry.hpp"
 #include "tests/support/ask.hpp"
 
-// The shared backend suite: the same tests for every registered backend. A program links suite sources and
-// one definition of register_suite_backends(); one process holds one precision of Bullet, so there are two
-// programs.
+// The shared backend suite: the same tests for every registered backend. A program is the suite's library
+// (component backend_suite of the installed package, with its main) and two definitions:
+// register_suite_backends() below, and accuracy_table() of accuracy_table.hpp. One process holds one
+// precision of Bullet, so there are two programs here.
 
 namespace touchstone::suite {
 
@@ -42,6 +43,11 @@ Body as_hexahedron(const Body& body);
 Body moved(const Body& body, const Pose& X_VW);
 /// max(size of the pair, largest |world coordinate|), the S of the error measures.
 double scale_of(const Body& a, const Body& b);
+
+/// Do nothing; naming them links the tests.
+void link_narrowphase_suite();
+void link_broadphase_suite();
+void link_accuracy_suite();  ///< in installations with the component exact
 
 /// Can this backend be expected to give geometry for a pair of that class?
 bool gives_distance(const Capabilities& capabilities, double exact_separation);
