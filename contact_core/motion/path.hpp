@@ -32,7 +32,7 @@ class MotionPath {
 
   /// A bound on |d^2/ds^2 (n . p)| over [s, 1] for a point p fixed in the body, of which `offset_W` is p - O
   /// at s.
-  /// @param n unit, fixed in the world.
+  /// @param n_W unit, fixed in the world.
   virtual double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& offset_W,
                                  const Vector3& n_W) const noexcept = 0;
   /// Of several points of the body, which may share terms. @pre as many `out`.

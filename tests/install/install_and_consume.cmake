@@ -2,12 +2,7 @@
 # cmake -D BUILD_DIR=... -D WORK_DIR=... -D SOURCE=... -D PROGRAM=... -D CXX=... [-D COMPONENTS=a,b] -P install_and_consume.cmake
 # Components come with commas: a semicolon would end the argument in every function call on the way. With COMPONENTS,
 # one that was not built must be refused by name.
-function(run)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result)
-  if(NOT result EQUAL 0)
-    message(FATAL_ERROR "failed (${result}): ${ARGN}")
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${WORK_DIR})
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix)
