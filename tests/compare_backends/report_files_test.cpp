@@ -62,7 +62,31 @@ void allow(const nlohmann::json& json, std::set<std::string>& allowed) {
   }
 }
 
-TEST_F(ReportFiles, EveryNumberInATableOfThePageIsInTheJson) {
+// The text of every element of this name; code, which holds case ids and commands, left out.
+std::vector<std::string> texts_of(const std::string& page, const std::string& tag) {
+  static const std::regex code("<code>[^<]*</code>"), markup("<[^>]*>");
+  std::vector<std::string> texts;
+  for (std::size_t at = 0; (at = page.find("<" + tag, at)) != std::string::npos;) {
+    const std::size_t begin = page.find('>', at) + 1, end = page.find("</" + tag + ">", begin);
+    std::string text = page.substr(begin, end - begin);
+    at = end;
+    if (text.find("<code>") != std::string::npos && text.find("<details>") == std::string::npos &&
+        tag == "td")
+      continue;
+    text = std::regex_replace(text, code, " ");
+    texts.push_back(std::regex_replace(text, markup, " "));
+  }
+  return texts;
+}
+
+std::size_t expect_numbers(const std::string& text, const std::set<std::string>& allowed) {
+  const std::vector<std::string> numbers = numbers_in(text);
+  for (const std::string& number : numbers)
+    EXPECT_TRUE(allowed.contains(number)) << number << " in: " << text;
+  return numbers.size();
+}
+
+TEST_F(ReportFiles, EveryNumberOfATableOrAMarkOfThePageIsInTheJson) {
   const Outcome outcome =
       run("--quick --count 60 --families random touching near_parallel --max-error 1e-7 --scene " SCENES
           "/oru_insertion.yaml --dynamics " +
@@ -73,20 +97,15 @@ TEST_F(ReportFiles, EveryNumberInATableOfThePageIsInTheJson) {
   allow(json, allowed);
   const std::string page = read(folder_ / "report/report.html");
   EXPECT_LT(page.size(), 2'000'000u);
-  std::size_t cells = 0;
-  for (std::size_t at = 0; (at = page.find("<td", at)) != std::string::npos;) {
-    const std::size_t begin = page.find('>', at) + 1, end = page.find("</td>", begin);
-    std::string text = page.substr(begin, end - begin);
-    at = end;
-    if (text.find("<code>") != std::string::npos && text.find("<details>") == std::string::npos) continue;
-    text = std::regex_replace(text, std::regex("<code>[^<]*</code>"), " ");
-    text = std::regex_replace(text, std::regex("<[^>]*>"), " ");
-    for (const std::string& number : numbers_in(text)) {
-      ++cells;
-      EXPECT_TRUE(allowed.contains(number)) << number << " in: " << text;
-    }
+  std::size_t in_cells = 0, in_marks = 0;
+  for (const std::string& text : texts_of(page, "td")) in_cells += expect_numbers(text, allowed);
+  // Tooltips of marks, sentences, captions; a timeline's frames are positions in frames_told.
+  for (const char* tag : {"title", "strong", "figcaption"}) {
+    for (const std::string& text : texts_of(page, tag))
+      if (text.find(": frames ") == std::string::npos) in_marks += expect_numbers(text, allowed);
   }
-  EXPECT_GT(cells, 1000u);
+  EXPECT_GT(in_cells, 1000u);
+  EXPECT_GT(in_marks, 100u);
 }
 
 void collect_keys(const nlohmann::json& json, const std::string& parent, bool at_root,
