@@ -74,5 +74,9 @@ INSTANTIATE_TEST_SUITE_P(Ode, EngineWorlds, testing::Values(&run_ode));
 TEST(OdesOwnCheck, LetsAStackOfHullsFall) { EXPECT_GT(run_ode(stack(10, true), Check::engine).drift, 1.0); }
 #endif
 
+#ifdef TOUCHSTONE_ENGINE_CHECK_MUJOCO
+INSTANTIATE_TEST_SUITE_P(Mujoco, EngineWorlds, testing::Values(&run_mujoco));
+#endif
+
 }  // namespace
 }  // namespace touchstone::engine_check
