@@ -1,5 +1,9 @@
 #include "adapters/mujoco_plugin/geom_solid.hpp"
 
+#include <algorithm>
+#include <array>
+#include <numeric>
+
 #include "contact_core/native/solid_memory.hpp"
 
 namespace touchstone::mujoco_plugin {
@@ -19,19 +23,23 @@ SolidContent box_content(const mjModel& model, int geom) {
   return content;
 }
 
-/// The hull's vertices: of the mesh's graph where it has one, all of the mesh otherwise, as MuJoCo's own
-/// check takes them.
+/// All of the mesh where it has eight vertices, else those of its hull; in the mesh's order.
 bool mesh_content(const mjModel& model, int mesh, SolidContent& content) {
   const float* const vertices = model.mesh_vert + 3 * static_cast<std::ptrdiff_t>(model.mesh_vertadr[mesh]);
-  const int address = model.mesh_graphadr[mesh];
-  // numvert, numface, vert_edgeadr[numvert], vert_globalid[numvert], ...
-  const int* const graph = address < 0 ? nullptr : model.mesh_graph + address;
-  const int count = graph != nullptr ? graph[0] : model.mesh_vertnum[mesh];
-  if (count != Hexahedron::kVertices) return false;
-  for (int i = 0; i < count; ++i) {
-    const std::ptrdiff_t vertex = graph != nullptr ? graph[2 + count + i] : i;
-    for (int k = 0; k < 3; ++k) content.points[i][k] = static_cast<double>(vertices[3 * vertex + k]);
+  std::array<int, Hexahedron::kVertices> used;
+  if (model.mesh_vertnum[mesh] == Hexahedron::kVertices) {
+    std::iota(used.begin(), used.end(), 0);
+  } else {
+    // The hull's graph: numvert, numface, vert_edgeadr[numvert], vert_globalid[numvert], ...
+    const int address = model.mesh_graphadr[mesh];
+    if (address < 0) return false;
+    const int* const graph = model.mesh_graph + address;
+    if (graph[0] != Hexahedron::kVertices) return false;
+    std::copy_n(graph + 2 + Hexahedron::kVertices, Hexahedron::kVertices, used.begin());
+    std::sort(used.begin(), used.end());
   }
+  for (int i = 0; i < Hexahedron::kVertices; ++i)
+    for (int k = 0; k < 3; ++k) content.points[i][k] = static_cast<double>(vertices[3 * used[i] + k]);
   return true;
 }
 

@@ -67,7 +67,7 @@ void write_body(const World& world, const Body& body, std::size_t i, Text& asset
 mujoco::ModelHandle model_of(const World& world) {
   Text assets, bodies, model;
   for (std::size_t i = 0; i < world.bodies.size(); ++i) write_body(world, world.bodies[i], i, assets, bodies);
-  model.out << "<mujoco><size nconmax=\"2000\" njmax=\"8000\"/><option timestep=\"" << world.step
+  model.out << "<mujoco><size nconmax=\"1500\" njmax=\"4000\"/><option timestep=\"" << world.step
             << "\" iterations=\"" << kIterations << "\" cone=\"elliptic\"";
   model.vector("gravity", {0, 0, -kGravity}).out << "><flag multiccd=\"enable\"/></option><asset>"
                                                  << assets.out.str() << "</asset><worldbody>"

@@ -45,10 +45,10 @@ class CollisionScene {
                                  : " type=\"mesh\" mesh=\"" + mesh_name)
              << "\"/></body>";
     }
-    model = mujoco::load_model("<mujoco><size nconmax=\"5000\" njmax=\"20000\"/><asset>" + assets.str() +
+    model = mujoco::load_model("<mujoco><size nconmax=\"5000\" njmax=\"100\"/><asset>" + assets.str() +
                                "</asset><worldbody>" + bodies.str() + "</worldbody></mujoco>");
     data.reset(mj_makeData(model.get()));
-    mj_forward(model.get(), data.get());
+    mj_kinematics(model.get(), data.get());
   }
 
   /// The geom's place for a solid at X_WS: MuJoCo moves a mesh's vertices to its inertial frame.
@@ -92,6 +92,17 @@ class CollisionScene {
   mujoco::ModelHandle model;
   mujoco::DataHandle data;
 };
+
+/// One pair, through MuJoCo's table: without its bounding volumes, which know less than its checks.
+inline std::vector<mjContact> collide_pair(CollisionScene& scene) {
+  const int* const type = scene.model->geom_type;
+  const bool swapped = type[0] > type[1];
+  std::vector<mjContact> contacts(mjMAXCONPAIR);
+  const mjfCollision check = mjCOLLISIONFUNC[type[swapped]][type[!swapped]];
+  contacts.resize(static_cast<std::size_t>(
+      check(scene.model.get(), scene.data.get(), contacts.data(), swapped, !swapped, 0.0)));
+  return contacts;
+}
 
 inline std::optional<double> least_distance(std::span<const mjContact> contacts) {
   std::optional<double> least;
