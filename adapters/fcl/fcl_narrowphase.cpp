@@ -64,6 +64,8 @@ class Engine {
  public:
   explicit Engine(Solver solver) : solver_(solver) {}
 
+  bool supports(QueryKind kind) const { return kind != QueryKind::manifold || solver_ == Solver::libccd; }
+
   bool overlap(const PosedPair& pair, fcl::CollisionResultd& result) const {
     const fcl::CollisionRequestd request(1, false, 1, false, true, to_engine(solver_));
     return collide(pair, request, result);
@@ -78,8 +80,9 @@ class Engine {
                      [](const auto& p, const auto& q) { return p.penetration_depth > q.penetration_depth; });
     return true;
   }
-  double distance(const PosedPair& pair, bool is_signed, Vector3& p_A_W, Vector3& p_B_W) const {
-    const fcl::DistanceRequestd request(true, is_signed, 0.0, 0.0, kTolerance, to_engine(solver_));
+  /// Below 0 for pairs that are not apart, whatever their depth.
+  double distance(const PosedPair& pair, Vector3& p_A_W, Vector3& p_B_W) const {
+    const fcl::DistanceRequestd request(true, false, 0.0, 0.0, kTolerance, to_engine(solver_));
     fcl::DistanceResultd result;
     fcl::distance(&pair.a, pair.X_WA, &pair.b, pair.X_WB, request, result);
     p_A_W = result.nearest_points[0], p_B_W = result.nearest_points[1];
@@ -113,10 +116,10 @@ class FclNarrowphase final : public Narrowphase {
  public:
   explicit FclNarrowphase(Solver solver) : solver_(solver), engine_(solver) {
     capabilities_.distance = true;
-    capabilities_.penetration = true;
-    capabilities_.manifold = true;
+    capabilities_.penetration = capabilities_.manifold = solver == Solver::libccd;
     capabilities_.overlap_complete = false;  // pairs that just touch are missed
-    capabilities_.resolution = {kTolerance, kTolerance};
+    // Twice the largest errors of distances that were measured; of depths nothing is claimed.
+    capabilities_.resolution = {kTolerance, solver == Solver::libccd ? 6e-6 : 1.6e-2, kInfinity};
   }
 
   std::string_view name() const noexcept override { return solver_ == Solver::libccd ? "fcl" : "fcl_indep"; }
@@ -163,44 +166,38 @@ class FclNarrowphase final : public Narrowphase {
     const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
     if (!is_finite_pose(X_WA) || !is_finite_pose(X_WB)) return PairStatus::failed;
     const PosedPair posed{*a.shape, *b.shape, to_engine(X_WA), to_engine(X_WB)};
+    if (!engine_.supports(query.kind)) return PairStatus::unsupported;
     if (query.kind == QueryKind::overlap)
       return engine_.overlap(posed, scratch.collision) ? PairStatus::overlapping : PairStatus::separated;
     const double scale =
         std::max({a.size, b.size, X_WA.p.cwiseAbs().maxCoeff(), X_WB.p.cwiseAbs().maxCoeff()});
-    const double resolution = capabilities_.resolution.at(scale);
+    const double near = kTolerance * (1.0 + scale);
     Vector3 p_A_W, p_B_W;
-    const double apart = engine_.distance(posed, false, p_A_W, p_B_W);
-    if (apart > 0.0) {
-      if (apart > query.max_separation && apart >= resolution) {
-        geometry = no_geometry(kInfinity);
-        return PairStatus::separated;
-      }
-      return report_points(apart, p_A_W, p_B_W, resolution, geometry, points);
+    const double apart = engine_.distance(posed, p_A_W, p_B_W);
+    if (!(apart > 0.0) && solver_ == Solver::indep) return PairStatus::unsupported;
+    if (!(apart > 0.0)) return report_contacts(posed, near, scratch, geometry, points);
+    if (apart > query.max_separation && apart >= near) {
+      geometry = no_geometry(kInfinity);
+      return PairStatus::separated;
     }
-    if (query.kind == QueryKind::distance && solver_ == Solver::libccd) {
-      const double depth = engine_.distance(posed, true, p_A_W, p_B_W);
-      return report_points(depth, p_A_W, p_B_W, resolution, geometry, points);
-    }
-    return report_contacts(posed, resolution, scratch, geometry, points);
+    return report_points(apart, p_A_W, p_B_W, near, geometry, points);
   }
 
-  /// Two nearest points, on the surfaces.
-  static PairStatus report_points(double separation, const Vector3& p_A_W, const Vector3& p_B_W,
-                                  double resolution, PairGeometry& geometry, std::span<ContactPoint> points) {
+  /// The two nearest points of a pair that is apart.
+  static PairStatus report_points(double separation, const Vector3& p_A_W, const Vector3& p_B_W, double near,
+                                  PairGeometry& geometry, std::span<ContactPoint> points) {
     const Vector3 way = p_B_W - p_A_W;
     const double length = norm(way);
     if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(separation)) return PairStatus::failed;
-    const Vector3 n_AB_W = (separation > 0.0 ? 1.0 : -1.0) / length * way;
-    geometry = {separation, n_AB_W, p_A_W, p_B_W, 0};
+    geometry = {separation, way / length, p_A_W, p_B_W, 0};
     if (!points.empty()) {
       points[0] = {p_A_W, p_B_W, separation, 0};
       geometry.point_count = 1;
     }
-    if (std::abs(separation) < resolution) return PairStatus::undecided;
-    return separation > 0.0 ? PairStatus::separated : PairStatus::overlapping;
+    return separation < near ? PairStatus::undecided : PairStatus::separated;
   }
 
-  PairStatus report_contacts(const PosedPair& posed, double resolution, FclWorkspace& scratch,
+  PairStatus report_contacts(const PosedPair& posed, double near, FclWorkspace& scratch,
                              PairGeometry& geometry, std::span<ContactPoint> points) const {
     if (!engine_.contacts(posed, scratch)) return PairStatus::failed;  // neither apart nor in contact
     if (!std::all_of(scratch.contacts.begin(), scratch.contacts.end(), &is_usable)) return PairStatus::failed;
@@ -209,7 +206,7 @@ class FclNarrowphase final : public Narrowphase {
     const std::size_t count = std::min(points.size(), scratch.contacts.size());
     for (std::size_t k = 0; k < count; ++k) points[k] = to_contact_point(scratch.contacts[k]);
     geometry.point_count = static_cast<std::int32_t>(count);
-    return -deepest.separation < resolution ? PairStatus::undecided : PairStatus::overlapping;
+    return -deepest.separation < near ? PairStatus::undecided : PairStatus::overlapping;
   }
 
   Solver solver_;
@@ -227,7 +224,7 @@ class FclRawCheck final : public RawCheck {
     for (const Hexahedron& solid : solids) shapes.push_back(make_shape(solid));
     shapes_ = std::move(shapes);
   }
-  bool supports(QueryKind) const noexcept override { return true; }
+  bool supports(QueryKind kind) const noexcept override { return engine_.supports(kind); }
   void set_poses(std::span<const Pose> poses) override {
     poses_.clear();
     for (const Pose& X : poses) poses_.push_back(to_engine(X));
@@ -239,7 +236,7 @@ class FclRawCheck final : public RawCheck {
         const PosedPair posed{*shapes_[a], *shapes_[b], poses_[a], poses_[b]};
         Vector3 p_A_W, p_B_W;
         in_contact += kind == QueryKind::overlap    ? engine_.overlap(posed, scratch_.collision)
-                      : kind == QueryKind::distance ? engine_.distance(posed, true, p_A_W, p_B_W) <= 0.0
+                      : kind == QueryKind::distance ? engine_.distance(posed, p_A_W, p_B_W) <= 0.0
                                                     : engine_.contacts(posed, scratch_);
       } catch (const std::exception&) {  // it has said nothing
       }

@@ -14,7 +14,6 @@ static_assert(sizeof(ccd_real_t) == sizeof(double));
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr unsigned long kIterations = 100;
 
 /// What libccd asks for.
 struct Body {
@@ -55,17 +54,17 @@ bool is_in_range(const Body& body) {
   return in_range;
 }
 
-ccd_t make_settings() {
+ccd_t make_settings(unsigned long iterations) {
   ccd_t settings;
   CCD_INIT(&settings);
   settings.support1 = settings.support2 = &support;
   settings.center1 = settings.center2 = &centre;
-  settings.max_iterations = kIterations;
+  settings.max_iterations = iterations;
   return settings;
 }
 
 struct Depth {
-  int code;  ///< 0: overlapping
+  int code;  ///< 0: overlapping, -1: apart
   double depth;
   Vector3 n_AB_W;
   Vector3 p_W;
@@ -73,25 +72,25 @@ struct Depth {
 
 class Solver {
  public:
-  explicit Solver(Method method) : method_(method) {}
+  Solver(Method method, unsigned long iterations) : method_(method), settings_(make_settings(iterations)) {}
 
   bool overlap(const Body& a, const Body& b) const {
     const auto check = method_ == Method::gjk ? &ccdGJKIntersect : &ccdMPRIntersect;
     return check(&a, &b, &settings_) != 0;
   }
+  /// By MPR.
   Depth depth(const Body& a, const Body& b) const {
-    const auto check = method_ == Method::gjk ? &ccdGJKPenetration : &ccdMPRPenetration;
     double depth = kNaN;
     ccd_vec3_t n, p;
     ccdVec3Set(&n, kNaN, kNaN, kNaN);
     ccdVec3Set(&p, kNaN, kNaN, kNaN);
-    const int code = check(&a, &b, &settings_, &depth, &n, &p);
+    const int code = ccdMPRPenetration(&a, &b, &settings_, &depth, &n, &p);
     return {code, depth, {n.v[0], n.v[1], n.v[2]}, {p.v[0], p.v[1], p.v[2]}};
   }
 
  private:
   Method method_;
-  ccd_t settings_ = make_settings();
+  ccd_t settings_;
 };
 
 struct LibccdWorkspace final : Narrowphase::Workspace {
@@ -105,11 +104,12 @@ PairGeometry no_geometry(double separation) {
 
 class LibccdNarrowphase final : public Narrowphase {
  public:
-  explicit LibccdNarrowphase(Method method) : method_(method), solver_(method) {
-    capabilities_.penetration = true;
+  LibccdNarrowphase(Method method, unsigned long iterations)
+      : method_(method), iterations_(iterations), solver_(method, iterations) {
+    capabilities_.penetration = method == Method::mpr;
     capabilities_.overlap_complete = false;  // pairs that just touch are missed
-    // Absolute tolerances of 1e-4; MPR's direction need not be that of the least depth.
-    capabilities_.resolution = {1e-4, method == Method::gjk ? 1e-4 : 1.0};
+    const double tolerance = make_settings(iterations).mpr_tolerance;
+    capabilities_.resolution = {tolerance, tolerance, kInfinity};
   }
 
   std::string_view name() const noexcept override {
@@ -140,19 +140,13 @@ class LibccdNarrowphase final : public Narrowphase {
 
  private:
   PairStatus answer(const Body& a, const Body& b, const Query& query, PairGeometry& geometry) const {
-    switch (query.kind) {
-      case QueryKind::overlap:
-        return overlap(a, b);
-      case QueryKind::distance:
-        return depth(a, b, query.max_separation > 0.0, geometry);
-      case QueryKind::manifold:
-        break;
-    }
-    return PairStatus::unsupported;
+    if (query.kind == QueryKind::overlap) return overlap(a, b);
+    if (query.kind == QueryKind::manifold || method_ == Method::gjk) return PairStatus::unsupported;
+    return depth(a, b, query.max_separation > 0.0, geometry);
   }
 
-  /// Each iteration asks for one support of each body.
-  static bool at_limit(const Body& a) { return a.supports >= kIterations; }
+  /// One support of each body comes before the first iteration, then one with each.
+  bool at_limit(const Body& a) const { return a.supports > iterations_; }
 
   PairStatus overlap(const Body& a, const Body& b) const {
     if (solver_.overlap(a, b)) return PairStatus::overlapping;
@@ -161,14 +155,13 @@ class LibccdNarrowphase final : public Narrowphase {
 
   PairStatus depth(const Body& a, const Body& b, bool nearness_asked, PairGeometry& geometry) const {
     const Depth found = solver_.depth(a, b);
-    if (found.code == -1) {  // apart
-      if (at_limit(a)) return PairStatus::failed;
+    if (found.code == -1) {
       if (nearness_asked) return PairStatus::unsupported;
       geometry = no_geometry(kInfinity);
       return PairStatus::separated;
     }
-    const bool usable = found.code == 0 && std::isfinite(found.depth) && is_finite(found.p_W) &&
-                        norm(found.n_AB_W) > 0.5;  // a unit vector, or zero
+    const bool usable = found.code == 0 && !at_limit(a) && std::isfinite(found.depth) &&
+                        is_finite(found.p_W) && norm(found.n_AB_W) > 0.5;  // a unit vector, or zero
     if (!usable) return PairStatus::failed;
     const Vector3 half = 0.5 * found.depth * found.n_AB_W;
     geometry = {-found.depth, found.n_AB_W, found.p_W + half, found.p_W - half, 0};
@@ -176,6 +169,7 @@ class LibccdNarrowphase final : public Narrowphase {
   }
 
   Method method_;
+  unsigned long iterations_;
   Solver solver_;
   Capabilities capabilities_;
   std::vector<Hexahedron> solids_;
@@ -183,7 +177,7 @@ class LibccdNarrowphase final : public Narrowphase {
 
 class LibccdRawCheck final : public RawCheck {
  public:
-  explicit LibccdRawCheck(Method method) : solver_(method) {}
+  explicit LibccdRawCheck(Method method) : solver_(method, kIterations) {}
 
   void build(std::span<const Hexahedron> solids) override {
     std::vector<Hexahedron> copy(solids.begin(), solids.end());
@@ -209,8 +203,8 @@ class LibccdRawCheck final : public RawCheck {
 
 }  // namespace
 
-std::unique_ptr<Narrowphase> make_narrowphase(Method method) {
-  return std::make_unique<LibccdNarrowphase>(method);
+std::unique_ptr<Narrowphase> make_narrowphase(Method method, unsigned long iterations) {
+  return std::make_unique<LibccdNarrowphase>(method, iterations);
 }
 std::unique_ptr<RawCheck> make_raw_check(Method method) { return std::make_unique<LibccdRawCheck>(method); }
 

@@ -9,7 +9,9 @@ namespace touchstone::libccd {
 
 enum class Method : std::uint8_t { gjk, mpr };
 
-std::unique_ptr<Narrowphase> make_narrowphase(Method method);
+inline constexpr unsigned long kIterations = 100;
+
+std::unique_ptr<Narrowphase> make_narrowphase(Method method, unsigned long iterations = kIterations);
 std::unique_ptr<RawCheck> make_raw_check(Method method);
 
 }  // namespace touchstone::libccd

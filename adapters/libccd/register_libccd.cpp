@@ -10,7 +10,7 @@ void register_libccd(BackendRegistry& registry) {
                                                    [method] { return libccd::make_narrowphase(method); },
                                                    [method] { return libccd::make_raw_check(method); }});
   };
-  add("libccd_gjk", "libccd, double precision: GJK, EPA for depths", Method::gjk);
+  add("libccd_gjk", "libccd, double precision: GJK", Method::gjk);
   add("libccd_mpr", "libccd, double precision: Minkowski Portal Refinement", Method::mpr);
 }
 
