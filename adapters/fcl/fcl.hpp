@@ -18,8 +18,8 @@
 //    manifolds: its EPA gave 0.125 and 0.488 for one pair in its two orders.
 //  * Distances are within the declared resolution as measured (tests/backend_suite), not as proven.
 //  * The normal of a pair apart is along its two nearest points: where these coincide there is none, and the
-//    pair is `failed`. So it is where FCL throws, or says neither apart nor in contact. Closer to touching
-//    than 1e-6 (1 + S), the pair is `undecided` where geometry is asked.
+//    pair is `failed`. So it is where FCL throws, or says neither apart nor in contact, and with coordinates
+//    beyond 1e75. Closer to touching than 1e-6 (1 + S), the pair is `undecided` where geometry is asked.
 //
 // Memory: FCL and libccd allocate in most calls. Threads: any, each with its own workspace.
 

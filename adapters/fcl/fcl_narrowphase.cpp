@@ -100,7 +100,18 @@ class Engine {
   Solver solver_;
 };
 
-bool is_finite_pose(const Pose& X) { return X.R.allFinite() && X.p.allFinite(); }
+/// Products of four coordinates are taken; where they overflow, an assertion of the engine's ends the
+/// process.
+constexpr double kLargestCoordinate = 1e75;
+
+double largest(const Vector3& p) { return p.cwiseAbs().maxCoeff(); }
+
+/// Largest |coordinate| of the vertices, and at least the size.
+double reach_of(const Hexahedron& solid) {
+  double reach = solid.size();
+  for (const Vector3& vertex : solid.vertices()) reach = std::max(reach, largest(vertex));
+  return reach;
+}
 
 ContactPoint to_contact_point(const fcl::Contactd& contact) {
   const Vector3 half = 0.5 * contact.penetration_depth * contact.normal;
@@ -128,7 +139,7 @@ class FclNarrowphase final : public Narrowphase {
   void build(std::span<const Hexahedron> solids) override {
     std::vector<Entry> entries;
     entries.reserve(solids.size());
-    for (const Hexahedron& solid : solids) entries.push_back({make_shape(solid), solid.size()});
+    for (const Hexahedron& solid : solids) entries.push_back({make_shape(solid), reach_of(solid)});
     entries_ = std::move(entries);
   }
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<FclWorkspace>(); }
@@ -156,7 +167,7 @@ class FclNarrowphase final : public Narrowphase {
  private:
   struct Entry {
     Shape shape;
-    double size;
+    double reach;
   };
 
   PairStatus evaluate_pair(SolidPair pair, std::span<const Pose> poses, const Query& query,
@@ -164,13 +175,14 @@ class FclNarrowphase final : public Narrowphase {
                            std::span<ContactPoint> points) const {
     const Entry &a = entries_[pair.a], &b = entries_[pair.b];
     const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
-    if (!is_finite_pose(X_WA) || !is_finite_pose(X_WB)) return PairStatus::failed;
+    const double scale = std::max(std::max(a.reach, b.reach), std::max(largest(X_WA.p), largest(X_WB.p)));
+    if (!(scale <= kLargestCoordinate) || !X_WA.R.allFinite() || !X_WB.R.allFinite() || !X_WA.p.allFinite() ||
+        !X_WB.p.allFinite())
+      return PairStatus::failed;
     const PosedPair posed{*a.shape, *b.shape, to_engine(X_WA), to_engine(X_WB)};
     if (!engine_.supports(query.kind)) return PairStatus::unsupported;
     if (query.kind == QueryKind::overlap)
       return engine_.overlap(posed, scratch.collision) ? PairStatus::overlapping : PairStatus::separated;
-    const double scale =
-        std::max({a.size, b.size, X_WA.p.cwiseAbs().maxCoeff(), X_WB.p.cwiseAbs().maxCoeff()});
     const double near = kTolerance * (1.0 + scale);
     Vector3 p_A_W, p_B_W;
     const double apart = engine_.distance(posed, p_A_W, p_B_W);
