@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <bit>
 #include <limits>
 
 #include "adapters/ode_plugin/ode_plugin.hpp"
+#include "contact_core/native/solid_memory.hpp"
 
 namespace touchstone {
 namespace ode_plugin {
@@ -17,47 +17,6 @@ using native::SolidStore;
 
 std::atomic<std::uint64_t> checks{0};
 std::atomic<PairObserver*> told{nullptr};
-
-/// The solids of the boxes that a thread has met, by their sides. A size that falls on another's place takes
-/// it.
-class BoxMemory {
- public:
-  BoxMemory() : store_(solid_store()) {}
-  ~BoxMemory() {
-    for (const std::optional<SolidHandle>& solid : solids_)
-      if (solid) store_->release(*solid);
-  }
-  BoxMemory(const BoxMemory&) = delete;
-  BoxMemory& operator=(const BoxMemory&) = delete;
-
-  std::optional<SolidHandle> find(const dVector3& sides) {
-    std::optional<SolidHandle>& place = solids_[place_of(sides)];
-    if (place && std::equal(sides, sides + 3, place->content->points[0].begin())) return place;
-    native::SolidContent content;
-    content.is_box = true;
-    std::copy_n(sides, 3, content.points[0].begin());
-    const std::optional<SolidHandle> solid = store_->acquire(content);
-    if (!solid) return solid;
-    if (place) store_->release(*place);
-    return place = solid;
-  }
-
- private:
-  static constexpr std::size_t kPlaces = 1024;
-
-  static std::size_t place_of(const dVector3& sides) {
-    // Round numbers differ in their highest bits only: each product's are folded down before the next.
-    std::uint64_t hash = 0;
-    for (int k = 0; k < 3; ++k) {
-      hash = (hash ^ std::bit_cast<std::uint64_t>(sides[k])) * 0x9e3779b97f4a7c15u;
-      hash ^= hash >> 32;
-    }
-    return hash % kPlaces;
-  }
-
-  std::shared_ptr<SolidStore> store_;
-  std::array<std::optional<SolidHandle>, kPlaces> solids_;
-};
 
 /// How much of the depth lies between `pos` and the first box's surface; the rest lies between it and the
 /// second's.
@@ -101,10 +60,13 @@ Pose pose_of(dGeomID geom) {
 }
 
 std::optional<SolidHandle> solid_of_box(dGeomID box) {
-  thread_local BoxMemory memory;
+  thread_local native::SolidMemory memory(solid_store());
   dVector3 sides;
   dGeomBoxGetLengths(box, sides);
-  return memory.find(sides);
+  native::SolidContent content;
+  content.is_box = true;
+  std::copy_n(sides, 3, content.points[0].begin());
+  return memory.find(content);
 }
 
 void count_check() { checks.fetch_add(1, std::memory_order_relaxed); }

@@ -21,6 +21,10 @@ using Vertices = std::array<Vector3, 8>;
 // vector; 32 eps leaves room for one more such transform and for the plane's own rounding.
 constexpr double kPlanarTolerance = 32 * std::numeric_limits<double>::epsilon();
 
+// What rounding to single precision leaves of planar faces is planar to so many times this.
+constexpr double kSinglePrecision =
+    static_cast<double>(std::numeric_limits<float>::epsilon()) / std::numeric_limits<double>::epsilon();
+
 double largest_coordinate(const Vertices& vertices) {
   double largest = 0.0;
   for (const Vector3& v : vertices)
@@ -240,6 +244,19 @@ Vertices permuted(const Vertices& v, const std::array<int, 8>& label) {
   return out;
 }
 
+struct OrderedVertices {
+  Vertices vertices, unit;
+};
+
+// In the order of Hexahedron and not mirrored; nothing when the hull's faces to `tolerance` are not a cube's.
+std::optional<OrderedVertices> in_order(const Vertices& vertices, const Vertices& unit, double tolerance) {
+  const std::optional<std::array<int, 8>> label = relabelled(unit, tolerance);
+  if (!label) return std::nullopt;
+  OrderedVertices out{permuted(vertices, *label), permuted(unit, *label)};
+  if (signed_volume(out.unit) < 0.0) out = {mirrored(out.vertices), mirrored(out.unit)};
+  return out;
+}
+
 }  // namespace
 
 Hexahedron Hexahedron::from_size(const Vector3& size, std::string_view name) {
@@ -282,19 +299,22 @@ Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy 
     solid.finish(vertices);
     return solid;
   }
-  if (const std::optional<std::array<int, 8>> label = relabelled(unit, tolerance)) {
-    Vertices ordered = permuted(vertices, *label);
-    Vertices ordered_unit = permuted(unit, *label);
-    if (signed_volume(ordered_unit) < 0.0) ordered = mirrored(ordered), ordered_unit = mirrored(ordered_unit);
-    if (is_planar_hexahedron(ordered_unit, tolerance)) {
-      solid.finish(ordered);
-      return solid;
-    }
+  if (const auto ordered = in_order(vertices, unit, tolerance);
+      ordered && is_planar_hexahedron(ordered->unit, tolerance)) {
+    solid.finish(ordered->vertices);
+    return solid;
   }
   for (int i = 0; i < 8; ++i)
     if (!is_on_hull(vertices, i))
       reject(name, "not convex: vertex " + std::to_string(i) + " lies inside the hull of the others");
-  if (!is_warped_hexahedron(vertices))
+  bool is_hexahedron = is_warped_hexahedron(vertices);
+  if (!is_hexahedron && warp == WarpPolicy::accept) {
+    if (const auto ordered = in_order(vertices, unit, kSinglePrecision * tolerance)) {
+      vertices = ordered->vertices, unit = ordered->unit;
+      is_hexahedron = is_warped_hexahedron(vertices);
+    }
+  }
+  if (!is_hexahedron)
     reject(name,
            "no convex hexahedron: in the given vertex order its quads are not faces of the hull, and no "
            "order of "

@@ -67,7 +67,8 @@ class Hexahedron {
   /// the solid is a strictly convex planar-faced hexahedron (its faces are then found from the hull).
   /// Coincident vertices (collapsed edges or faces, e.g. a pyramid) are legal in the order above while the
   /// volume is positive. Faces more than 32 eps * size out of plane make the solid `warped`: accepted only
-  /// on WarpPolicy::accept.
+  /// on WarpPolicy::accept, and in any order only while single precision would call them planar (engines
+  /// that store hulls as floats).
   /// @throws InputError naming `name`, the face or vertex and the figure: not 8 vertices, not finite, zero
   /// volume, a vertex inside the hull (not convex), warped though refused, no hexahedron in any order.
   static Hexahedron from_vertices(std::span<const Vector3> vertices, WarpPolicy warp = WarpPolicy::refuse,

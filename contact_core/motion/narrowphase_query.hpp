@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,7 +15,8 @@ namespace touchstone {
 
 /// True where find_impact() can go by the narrowphase's own separations.
 inline bool gives_signed_distance(const Narrowphase& narrowphase) {
-  return narrowphase.capabilities().distance && narrowphase.capabilities().penetration;
+  const Capabilities& can = narrowphase.capabilities();
+  return can.distance && can.penetration && std::isfinite(can.resolution.of_depth);
 }
 
 /// Trial poses for a narrowphase that was built over many solids: only the pair in question is placed,

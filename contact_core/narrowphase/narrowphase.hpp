@@ -80,7 +80,7 @@ struct ContactPoint {
 struct Resolution {
   double absolute = 0.0;  ///< [m]
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size)
-  double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth (engines that prefer faces)
+  double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth; infinite: nothing is claimed
 
   double at(double scale) const { return absolute + relative * scale; }
 };

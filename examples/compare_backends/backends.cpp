@@ -14,6 +14,12 @@ Backends build_backends(const std::filesystem::path& program) {
 #ifndef TOUCHSTONE_HAS_ODE
   gaps.push_back({"ode", "not in this build: ODE was not found"});
 #endif
+#ifndef TOUCHSTONE_HAS_LIBCCD
+  gaps.push_back({"libccd_gjk, libccd_mpr", "not in this build: libccd was not found"});
+#endif
+#ifndef TOUCHSTONE_HAS_FCL
+  gaps.push_back({"fcl, fcl_indep", "not in this build: FCL was not found"});
+#endif
 #ifndef TOUCHSTONE_HAS_EXACT
   gaps.push_back({"exact", "not in this build: errors cannot be measured without it"});
 #endif

@@ -17,7 +17,10 @@ inline constexpr std::array<std::pair<std::string_view, std::string_view>, 9> kT
      "scattered over the heap, the same call took four times as long, and dCollide longer still); dCollide "
      "for "
      "other hexahedra. bullet: btBoxBoxDetector for boxes. bullet on other hexahedra, and bullet_gjk: "
-     "btGjkEpaSolver2::Distance (GJK without EPA) for the overlap, btGjkPairDetector with EPA for the rest"},
+     "btGjkEpaSolver2::Distance (GJK without EPA) for the overlap, btGjkPairDetector with EPA for the rest. "
+     "libccd: ccdGJKIntersect and ccdMPRIntersect on world vertices. fcl: fcl::collide, and fcl::distance "
+     "for "
+     "the distance"},
     {"cached",
      "as single, on a block of pairs that was just run through once, untimed: the data are in the cache"},
     {"frame", "scenes: every pair of a frame in one call through the interface, a frame"},

@@ -58,6 +58,9 @@ constexpr std::pair<const char*, Run> kEngines[] = {
 #ifdef TOUCHSTONE_ENGINE_CHECK_ODE
     {"ODE", run_ode},
 #endif
+#ifdef TOUCHSTONE_ENGINE_CHECK_MUJOCO
+    {"MuJoCo", run_mujoco},
+#endif
 };
 
 bool aborts(const char* engine, const World& world) {

@@ -69,6 +69,7 @@ enum class Check { engine, native };
 /// hexahedra (its dConvex) is not observed.
 Outcome run_bullet(const World& world, Check check, PairObserver* observer = nullptr);
 Outcome run_ode(const World& world, Check check, PairObserver* observer = nullptr);
+Outcome run_mujoco(const World& world, Check check, PairObserver* observer = nullptr);
 
 /// Times of each step. Medians: a busy machine interrupts some of them.
 class StepTimes {

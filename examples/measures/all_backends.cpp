@@ -9,6 +9,12 @@
 #ifdef TOUCHSTONE_HAS_ODE
 #include "adapters/ode/ode.hpp"
 #endif
+#ifdef TOUCHSTONE_HAS_LIBCCD
+#include "adapters/libccd/libccd.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_FCL
+#include "adapters/fcl/fcl.hpp"
+#endif
 
 namespace touchstone::comparison {
 
@@ -19,6 +25,12 @@ void register_all_backends(BackendRegistry& registry) {
 #endif
 #ifdef TOUCHSTONE_HAS_ODE
   register_ode(registry);
+#endif
+#ifdef TOUCHSTONE_HAS_LIBCCD
+  register_libccd(registry);
+#endif
+#ifdef TOUCHSTONE_HAS_FCL
+  register_fcl(registry);
 #endif
 #ifdef TOUCHSTONE_HAS_EXACT
   register_exact(registry);

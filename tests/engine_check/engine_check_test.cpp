@@ -12,10 +12,19 @@ namespace {
 
 using Run = Outcome (*)(const World&, Check, PairObserver*);
 
-class EngineWorlds : public testing::TestWithParam<Run> {
+struct Engine {
+  Run run;
+  /// MuJoCo's contacts give: by (1 - d) / d * g / k at rest, 1.1 mm each in the stacks (its solref and
+  /// solimp, d = 0.9, k = 1 / (0.95 * 2 steps)^2), and more while sliding fast, so that its own check is the
+  /// measure there.
+  bool is_soft = false;
+  double give() const { return is_soft ? 0.0015 : 0.0; }
+};
+
+class EngineWorlds : public testing::TestWithParam<Engine> {
  protected:
   static Outcome run(const World& world, Check check = Check::native) {
-    return GetParam()(world, check, nullptr);
+    return GetParam().run(world, check, nullptr);
   }
   static double off(const World& world, const Outcome& outcome) {
     return norm(Vector3(outcome.end - *world.end));
@@ -40,7 +49,7 @@ TEST_P(EngineWorlds, AStackOfBoxesStandsAsHighAsWithTheEnginesOwnCheck) {
 TEST_P(EngineWorlds, AStackOfFrustaStands) {
   const World world = frustum_stack(8);
   const Outcome ours = run(world);
-  EXPECT_LT(off_in_height(world, ours), 0.005);
+  EXPECT_LT(off_in_height(world, ours), 0.005 + 8 * GetParam().give());
   EXPECT_LT(ours.drift, 0.2);
 }
 
@@ -49,7 +58,8 @@ TEST_P(EngineWorlds, ABoxSlidesOverFlushBoxesAsOverOne) {
     const World world = seams(by_hulls);
     const Outcome ours = run(world);
     EXPECT_LT(off(world, ours), 0.02) << world.name;  // the step is 0.02 m long at the start
-    EXPECT_LT(ours.rise, 0.001) << world.name;
+    const double rise = GetParam().is_soft ? 1.25 * run(world, Check::engine).rise : 0.001;
+    EXPECT_LT(ours.rise, rise) << world.name;
     EXPECT_LT(ours.lean, 1e-3) << world.name;
   }
 }
@@ -60,7 +70,7 @@ TEST_P(EngineWorlds, ALeaningBoxComesBackBelowTheTippingAngleAndFallsAboveIt) {
 }
 
 #ifdef TOUCHSTONE_ENGINE_CHECK_BULLET
-INSTANTIATE_TEST_SUITE_P(Bullet, EngineWorlds, testing::Values(&run_bullet));
+INSTANTIATE_TEST_SUITE_P(Bullet, EngineWorlds, testing::Values(Engine{&run_bullet}));
 
 TEST(BulletsOwnCheck, CatchesOnSeamsOfHulls) {
   const World world = seams(true);
@@ -69,9 +79,29 @@ TEST(BulletsOwnCheck, CatchesOnSeamsOfHulls) {
 #endif
 
 #ifdef TOUCHSTONE_ENGINE_CHECK_ODE
-INSTANTIATE_TEST_SUITE_P(Ode, EngineWorlds, testing::Values(&run_ode));
+INSTANTIATE_TEST_SUITE_P(Ode, EngineWorlds, testing::Values(Engine{&run_ode}));
 
 TEST(OdesOwnCheck, LetsAStackOfHullsFall) { EXPECT_GT(run_ode(stack(10, true), Check::engine).drift, 1.0); }
+#endif
+
+#ifdef TOUCHSTONE_ENGINE_CHECK_MUJOCO
+INSTANTIATE_TEST_SUITE_P(Mujoco, EngineWorlds, testing::Values(Engine{&run_mujoco, true}));
+
+TEST(MujocosOwnCheck, LetsAStackOfHullsFallWhereOursStandsStill) {
+  const World world = stack(10, true);
+  EXPECT_GT(run_mujoco(world, Check::engine).drift, 1.0);
+  const Outcome ours = run_mujoco(world, Check::native);
+  EXPECT_LT(ours.drift, 1e-9);
+  EXPECT_LT(ours.speed, 1e-9);
+}
+
+TEST(MujocosOwnCheck, LetsAStackOfBoxesSinkDeeperAndDriftMore) {
+  const World world = stack(10, false);
+  const Outcome own = run_mujoco(world, Check::engine), ours = run_mujoco(world, Check::native);
+  EXPECT_LT(std::abs(ours.end.z() - world.end->z()), 0.6 * std::abs(own.end.z() - world.end->z()));
+  EXPECT_LT(ours.drift, 0.1 * own.drift);
+  EXPECT_LT(ours.speed, 0.1 * own.speed);
+}
 #endif
 
 }  // namespace

@@ -150,6 +150,30 @@ TEST(FromVertices, AnyOrderOfARhombohedronGivesTheSameSolid) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
+TEST(FromVertices, RoundedToSinglePrecisionAnyOrderIsRelabelledWhereWarpedIsAccepted) {
+  Vertices given;
+  for (const Vector3& v : rhombohedron())
+    given.push_back(transform(Pose{rotation_from_quaternion(0.8, 0.3, -0.4, 0.2), {0.1, 0.2, 0.3}}, v)
+                        .cast<float>()
+                        .cast<double>());
+  std::vector<int> order = {0, 1, 2, 3, 4, 5, 6, 7};
+  int count = 0;
+  do {
+    if (count++ % 131 != 0) continue;
+    Vertices v;
+    for (int i : order) v.push_back(given[i]);
+    const Hexahedron solid = Hexahedron::from_vertices(v, WarpPolicy::accept);
+    ASSERT_TRUE(solid.is_warped());
+    ASSERT_EQ(as_set(solid.vertices()), as_set(given));
+    ASSERT_LT(solid.out_of_plane(), 1e-6 * solid.size());
+    ASSERT_THROW(Hexahedron::from_vertices(v), InputError);
+  } while (std::next_permutation(order.begin(), order.end()));
+  // A face bent by more than that has no order of its own.
+  given[7] *= 1.01;
+  std::swap(given[0], given[5]);
+  EXPECT_THROW(Hexahedron::from_vertices(given, WarpPolicy::accept), InputError);
+}
+
 // The four sides become bow-ties whose diagonals are parallel, which once passed for collapsed faces.
 TEST(FromVertices, ACubeWithOneFaceHalfTurnedIsRelabelled) {
   Vertices v = box({1, 1, 1});

@@ -336,8 +336,10 @@ TEST_F(TrainingRun, FigureOneGhostsAndTheWorldDoesNot) {
 }
 
 TEST_F(TrainingRun, EveryBackendFliesAndSaysWhatItProves) {
-  // Of these scripts no sampled backend has a blind spot; edge_face has in the contained cube, see below.
-  const std::set<std::string> sampled = {"edge_face", "bullet", "ode"};
+  // Of these scripts no sampled backend but libccd_mpr has a blind spot; edge_face has in the contained cube,
+  // see below.
+  const std::set<std::string> sampled = {"edge_face",  "bullet", "ode",      "libccd_gjk",
+                                         "libccd_mpr", "fcl",    "fcl_indep"};
   for (const char* name : {"05_plates", "05_bar", "02_jaws_offset", "06_gate_jump", "10_figure_1_unloaded"}) {
     const json script = fly(name, "--backend all");
     std::size_t flown = 0;
@@ -345,6 +347,10 @@ TEST_F(TrainingRun, EveryBackendFliesAndSaysWhatItProves) {
       if (each["way"] != "contact world") continue;
       ASSERT_FALSE(each.contains("not_flown")) << each["backend"];
       EXPECT_EQ(each["check"], sampled.contains(each["backend"]) ? "sampled" : "proven") << each["backend"];
+      if (std::string(name) == "02_jaws_offset" && each["backend"] == "libccd_mpr") {
+        EXPECT_GT(each["merged_frames"], 0) << "MPR sees what it missed: face to face with the jaws";
+        continue;
+      }
       for (const char* figure :
            {"merged_frames", "passed_through_frames", "wrongly_shown_frames", "wrongly_told_frames"})
         EXPECT_EQ(each[figure], 0) << name << " " << each["backend"] << " " << figure;

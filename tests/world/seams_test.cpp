@@ -105,7 +105,15 @@ TEST_P(Seams, SlidingParallelTakesAtMost16CallsAPair) {
   EXPECT_LE(worst, 16);
 }
 
-INSTANTIATE_TEST_SUITE_P(AllBackends, Seams, ::testing::ValuesIn(comparison::all_backend_names()),
+/// But for libccd_gjk: what is 1e-7 m apart is contact to it now and then (backend_suite's accuracy table),
+/// and this is about gaps of 1e-9 m.
+std::vector<std::string> exact_enough() {
+  std::vector<std::string> names = comparison::all_backend_names();
+  std::erase(names, "libccd_gjk");
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(AllBackends, Seams, ::testing::ValuesIn(exact_enough()),
                          [](const auto& test) { return test.param; });
 
 }  // namespace

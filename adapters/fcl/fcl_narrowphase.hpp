@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone::fcl_adapter {
+
+enum class Solver : std::uint8_t { libccd, indep };
+
+std::unique_ptr<Narrowphase> make_narrowphase(Solver solver);
+std::unique_ptr<RawCheck> make_raw_check(Solver solver);
+
+}  // namespace touchstone::fcl_adapter

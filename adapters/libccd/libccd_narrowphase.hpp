@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone::libccd {
+
+enum class Method : std::uint8_t { gjk, mpr };
+
+inline constexpr unsigned long kIterations = 100;
+
+std::unique_ptr<Narrowphase> make_narrowphase(Method method, unsigned long iterations = kIterations);
+std::unique_ptr<RawCheck> make_raw_check(Method method);
+
+}  // namespace touchstone::libccd

@@ -1,0 +1,155 @@
+#include "adapters/mujoco_plugin/mujoco_plugin.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <mutex>
+#include <numeric>
+#include <string>
+
+#include "adapters/mujoco_plugin/geom_solid.hpp"
+#include "contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+using namespace mujoco_plugin;
+using native::SolidHandle;
+
+static_assert(kMaxManifoldPoints <= mjMAXCONPAIR);
+
+constexpr int kTypes[3][2] = {
+    {mjGEOM_BOX, mjGEOM_BOX}, {mjGEOM_BOX, mjGEOM_MESH}, {mjGEOM_MESH, mjGEOM_MESH}};
+
+/// What the overrides that live have in common.
+struct Overrides {
+  std::mutex mutex;
+  int count = 0;
+  MujocoOverride::Options options;
+  mjfCollision before[3] = {};
+  std::atomic<std::uint64_t> checks{0};
+};
+
+Overrides& overrides() {
+  static Overrides shared;
+  return shared;
+}
+
+mjfCollision before(const mjModel& model, int geom1, int geom2) {
+  return overrides()
+      .before[(model.geom_type[geom1] == mjGEOM_MESH) + (model.geom_type[geom2] == mjGEOM_MESH)];
+}
+
+struct SolidPairHandles {
+  std::optional<SolidHandle> first, second;
+
+  SolidPairHandles(const mjModel& model, int geom1, int geom2)
+      : first(solid_of(model, geom1)), second(first ? solid_of(model, geom2) : first) {}
+  bool known() const { return first && second; }
+};
+
+void tell(PairObserver& observer, const SolidPairHandles& pair, const Pose& X_1, const Pose& X_2,
+          PairStatus status, const PairGeometry& geometry, std::span<const ContactPoint> points,
+          std::string_view by) {
+  const Hexahedron a = solid_store().solid(*pair.first), b = solid_store().solid(*pair.second);
+  observer.observe({{&a, &b}, {X_1, X_2}, status, geometry, points, by});
+}
+
+void write_contact(const ContactPoint& point, const Vector3& n_12_W, mjContact& contact) {
+  contact.dist = point.separation;
+  std::fill_n(contact.frame, 9, 0.0);  // the engine makes the axes that are zero
+  for (int k = 0; k < 3; ++k) {
+    contact.pos[k] = 0.5 * (point.p_A_W[k] + point.p_B_W[k]);
+    contact.frame[k] = n_12_W[k];
+  }
+}
+
+/// mjfCollision, whose mjData is const in some versions.
+template <class Data>
+int collide(const mjModel* model, Data* data, mjContact* contacts, int geom1, int geom2, mjtNum margin) {
+  const SolidPairHandles pair(*model, geom1, geom2);
+  if (!pair.known()) return before(*model, geom1, geom2)(model, data, contacts, geom1, geom2, margin);
+  Overrides& shared = overrides();
+  shared.checks.fetch_add(1, std::memory_order_relaxed);
+  const Pose X_1 = pose_of(*data, geom1), X_2 = pose_of(*data, geom2);
+  native::PairAnswer answer;
+  solid_store().measure(*pair.first, X_1, *pair.second, X_2, margin, shared.options.most_contacts, answer);
+  if (shared.options.observer != nullptr && answer.status != PairStatus::failed)
+    tell(*shared.options.observer, pair, X_1, X_2, answer.status, answer.geometry,
+         {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},
+         "native inside MuJoCo");
+  int count = 0;
+  for (int i = 0; i < answer.geometry.point_count; ++i)
+    if (answer.points[i].separation <= margin)
+      write_contact(answer.points[i], answer.geometry.n_AB_W, contacts[count++]);
+  return count;
+}
+
+/// What was there, observed.
+template <class Data>
+int collide_observed(const mjModel* model, Data* data, mjContact* contacts, int geom1, int geom2,
+                     mjtNum margin) {
+  const int count = before(*model, geom1, geom2)(model, data, contacts, geom1, geom2, margin);
+  const SolidPairHandles pair(*model, geom1, geom2);
+  Overrides& shared = overrides();
+  if (!pair.known() || shared.options.observer == nullptr) return count;
+  shared.checks.fetch_add(1, std::memory_order_relaxed);
+  std::array<int, mjMAXCONPAIR> order{};
+  std::iota(order.begin(), order.begin() + count, 0);
+  std::stable_sort(order.begin(), order.begin() + count,
+                   [&](int i, int k) { return contacts[i].dist < contacts[k].dist; });
+  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  PairGeometry geometry{std::numeric_limits<double>::quiet_NaN(), unknown, unknown, unknown, 0};
+  std::array<ContactPoint, kMaxManifoldPoints> points;
+  for (int i = 0; i < std::min(count, kMaxManifoldPoints) && contacts[order[i]].dist <= 0.0; ++i) {
+    const mjContact& contact = contacts[order[i]];
+    const Vector3 n_12_W(contact.frame[0], contact.frame[1], contact.frame[2]);
+    const Vector3 middle(contact.pos[0], contact.pos[1], contact.pos[2]);
+    points[i] = {middle - 0.5 * contact.dist * n_12_W, middle + 0.5 * contact.dist * n_12_W, contact.dist, 0};
+    if (i == 0) geometry = {contact.dist, n_12_W, points[0].p_A_W, points[0].p_B_W, 0};
+    geometry.point_count = i + 1;
+  }
+  tell(*shared.options.observer, pair, pose_of(*data, geom1), pose_of(*data, geom2),
+       geometry.point_count > 0 ? PairStatus::overlapping : PairStatus::separated, geometry,
+       {points.data(), static_cast<std::size_t>(geometry.point_count)}, "MuJoCo, its own check");
+  return count;
+}
+
+mjfCollision& entry(int i) { return mjCOLLISIONFUNC[kTypes[i][0]][kTypes[i][1]]; }
+
+void check_options(const MujocoOverride::Options& options) {
+  if (mj_version() != mjVERSION_HEADER)
+    throw InputError("MuJoCo: compiled for version " + std::to_string(mjVERSION_HEADER) + ", loaded is " +
+                     std::to_string(mj_version()));
+  if (options.most_contacts < 1 || options.most_contacts > kMaxManifoldPoints)
+    throw InputError("MuJoCo: most_contacts is " + std::to_string(options.most_contacts) + ", must be 1 to " +
+                     std::to_string(kMaxManifoldPoints));
+}
+
+}  // namespace
+
+MujocoOverride::MujocoOverride(const Options& options) {
+  check_options(options);
+  Overrides& shared = overrides();
+  const std::scoped_lock lock(shared.mutex);
+  if (shared.count++ > 0) return;
+  shared.options = options;
+  for (int i = 0; i < 3; ++i) {
+    shared.before[i] = entry(i);
+    if (options.check == EngineCheck::native)
+      entry(i) = &collide;
+    else
+      entry(i) = &collide_observed;
+  }
+}
+
+MujocoOverride::~MujocoOverride() {
+  Overrides& shared = overrides();
+  const std::scoped_lock lock(shared.mutex);
+  if (--shared.count > 0) return;
+  for (int i = 0; i < 3; ++i) entry(i) = shared.before[i];
+}
+
+std::uint64_t mujoco_native_checks() { return overrides().checks.load(); }
+
+}  // namespace touchstone

@@ -1,0 +1,100 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <iostream>
+
+#include "adapters/exact/exact.hpp"
+#include "adapters/mujoco_plugin/mujoco_plugin.hpp"
+#include "adapters/scene_files/pair_file.hpp"
+#include "tests/mujoco_plugin/collision_scene.hpp"
+#include "tests/support/ask.hpp"
+#include "tests/support/scale_of.hpp"
+
+// The named hard cases asked through MuJoCo's table: its own check, and ours. The truth is that of the solids
+// and poses as the engine stores them.
+
+namespace touchstone::test {
+namespace {
+
+GeomText geom_of(const Hexahedron& solid) {
+  if (!solid.is_box()) return mesh(solid.vertices());
+  const Vector3 side = 2.0 * solid.half_extents();
+  return box(side.x(), side.y(), side.z());
+}
+
+struct Truth {
+  bool contact;
+  double separation, scale;
+};
+
+Truth truth_of(const CollisionScene& scene, Narrowphase& exact) {
+  const std::vector<Hexahedron> solids = {scene.solid(0), scene.solid(1)};
+  const Pose poses[2] = {scene.pose(0), scene.pose(1)};
+  exact.build(solids);
+  const Answer answer = ask(exact, poses, {.kind = QueryKind::distance});
+  return {answer.status == PairStatus::overlapping, answer.geometry.separation,
+          scale_of(solids[0], poses[0], solids[1], poses[1])};
+}
+
+enum class Verdict { right, wrong_class, wrong_depth };
+
+Verdict judge(std::optional<double> least, const Truth& truth, bool native) {
+  const double tolerance = (native ? 1e-12 : 1e-4) * truth.scale;  // the engine is forgiven a lot
+  if ((least && *least <= 0.0) != truth.contact) return Verdict::wrong_class;
+  if (truth.contact && !(std::abs(*least - truth.separation) <= tolerance)) return Verdict::wrong_depth;
+  return Verdict::right;
+}
+
+struct Tally {
+  int cases = 0, wrong_class[2] = {}, wrong_depth[2] = {};
+  std::vector<std::string> lost, ours_wrong;
+};
+
+void ask_both(const PairCase& hard, Narrowphase& exact, Tally& tally) {
+  const PosedPair& pair = *hard.pair;
+  std::optional<CollisionScene> scene;
+  Truth truth{};
+  try {
+    scene.emplace(std::vector<GeomText>{geom_of(pair.solids[0]), geom_of(pair.solids[1])});
+    for (int i = 0; i < 2; ++i) scene->place(i, pair.X_WS[i]);
+    truth = truth_of(*scene, exact);
+  } catch (const std::exception& error) {
+    tally.lost.push_back(hard.id + " (" + error.what() + ")");
+    return;
+  }
+  ++tally.cases;
+  if (truth.contact != (hard.exact->pair_class != PairClass::separated))
+    tally.lost.push_back(hard.id + " (another class once stored)");
+  for (const bool native : {false, true}) {
+    std::optional<MujocoOverride> override;
+    if (native) override.emplace();
+    const std::uint64_t before = mujoco_native_checks();
+    const Verdict verdict = judge(least_distance(collide_pair(*scene)), truth, native);
+    tally.wrong_class[native] += verdict == Verdict::wrong_class;
+    tally.wrong_depth[native] += verdict == Verdict::wrong_depth;
+    if (!native) continue;
+    if (verdict != Verdict::right) tally.ours_wrong.push_back(hard.id);
+    EXPECT_EQ(mujoco_native_checks() - before, 1u) << hard.id;
+  }
+}
+
+TEST(MujocoPluginHardCases, AreRightWithOurCheckWhereTheEnginesIsWrong) {
+  BackendRegistry registry;
+  register_exact(registry);
+  const auto exact = registry.make_narrowphase("exact");
+  Tally tally;
+  for (const char* file :
+       {"containment", "coplanar", "far", "hexahedra", "near_parallel", "scale", "thin", "touching"})
+    for (const PairCase& hard : load_pairs(std::string(TOUCHSTONE_HARD_CASES) + "/" + file + ".json"))
+      ask_both(hard, *exact, tally);
+  std::cout << tally.cases << " cases: engine's own " << tally.wrong_class[0] << " of the wrong class, "
+            << tally.wrong_depth[0] << " of wrong depth; ours " << tally.wrong_class[1] << ", "
+            << tally.wrong_depth[1] << "\n";
+  for (const std::string& id : tally.lost) std::cout << "lost to the engine's storage: " << id << "\n";
+  EXPECT_THAT(tally.ours_wrong, testing::IsEmpty());
+  EXPECT_GT(tally.wrong_class[0] + tally.wrong_depth[0], 0);
+  EXPECT_GT(tally.cases, 100);
+}
+
+}  // namespace
+}  // namespace touchstone::test
