@@ -136,6 +136,10 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
       is_placed = true;
       certified = certify_aligned(placed.a_W, placed.b_W);
       if (certified == Certified::overlapping) record.certified = certified;
+      if (certified == Certified::separated && !reaches_apart(input.query)) {
+        write_beyond(geometry);
+        return PairStatus::separated;
+      }
     }
     known = is_complete(record);
   }

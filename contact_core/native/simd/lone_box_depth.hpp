@@ -156,9 +156,9 @@ TOUCHSTONE_INLINE void search_lone_axes(const LoneBoxes& boxes, const double* R_
 }
 
 /// A vector's three coordinates in lanes.
-TOUCHSTONE_INLINE Double4 in_lanes(const double* p) { return {p[0], p[1], p[2], 0.0}; }
+TOUCHSTONE_INLINE Double4 in_lanes(const double* p) { return Double4{p[0], p[1], p[2], 0.0}; }
 TOUCHSTONE_INLINE Double4 in_lanes(const Vector3Of<Double4>& p, int lane) {
-  return {p.x[lane], p.y[lane], p.z[lane], 0.0};
+  return Double4{p.x[lane], p.y[lane], p.z[lane], 0.0};
 }
 TOUCHSTONE_INLINE double dot_lanes(Double4 p, Double4 q) {
   const Double4 product = p * q;
