@@ -5,8 +5,8 @@
 
 namespace touchstone::native {
 
-/// Hulls of eight vertices each that nearly are boxes along the world's axes, by comparing coordinates: exact,
-/// whatever lies flush. Unknown of others, and where vertices that rounding put askew decide.
+/// Hulls of eight vertices each that nearly are boxes along the world's axes, by comparing coordinates:
+/// exact, whatever lies flush. Unknown of others, and where vertices that rounding put askew decide.
 ///
 /// A hull with a vertex in each octant around a box, beyond its corner there in every coordinate, holds the
 /// box: along any direction the vertex of the octant that it points to lies beyond all of the box. So hulls

@@ -20,9 +20,9 @@
 // size at most. Hence with m = 64 u size + 4 u P + 2 D >= e + E: s < -m on any axis certifies separation, s >
 // m on all overlap. Edges at a sine below 2^-4 get their axis from exact products, right to 2 u |L|, and the
 // slack from its own projections: s / |L| then is off by E at most, and is what is compared with m. Below 8 u
-// (4 u, where rounded products are enough to tell) an axis carries no direction; leaving it out turns B by at most twice the sine and changes every other
-// slack by at most 4 times that times size (box_box_overlap.cpp), so the others must exceed m by 8 sines
-// times size for each. A sine is at most |L|_1 + 8 u.
+// (4 u, where rounded products are enough to tell) an axis carries no direction; leaving it out turns B by at
+// most twice the sine and changes every other slack by at most 4 times that times size (box_box_overlap.cpp),
+// so the others must exceed m by 8 sines times size for each. A sine is at most |L|_1 + 8 u.
 //
 // Choice. Overlaps are compared by the squares of s / |L|, without a division; a slack below 0, of pairs that
 // touch to rounding, counts as 0. An axis has an overlap right to (E + e) / 2^-4 at most, and rarely off by
@@ -255,13 +255,13 @@ TOUCHSTONE_INLINE void search_axes(const DepthSolid<Pack>& A, const Normals<Pack
   }
   for (int i = 0; i < 3; ++i) {
     const Pack reach = (B.half[0] * a_b[i][0] + B.half[1] * a_b[i][1]) + B.half[2] * a_b[i][2];
-    search.add_face(normal_a.of[i],
-                    (A.half[i] * normal_a.volume + reach) - magnitude(dot(normal_a.of[i], T)), i);
+    search.add_face(normal_a.of[i], (A.half[i] * normal_a.volume + reach) - magnitude(dot(normal_a.of[i], T)),
+                    i);
   }
   for (int j = 0; j < 3; ++j) {
     const Pack reach = (A.half[0] * b_a[j][0] + A.half[1] * b_a[j][1]) + A.half[2] * b_a[j][2];
-    search.add_face(normal_b.of[j],
-                    (B.half[j] * normal_b.volume + reach) - magnitude(dot(normal_b.of[j], T)), 3 + j);
+    search.add_face(normal_b.of[j], (B.half[j] * normal_b.volume + reach) - magnitude(dot(normal_b.of[j], T)),
+                    3 + j);
   }
   const auto widths = [&](const Vector3Of<Pack>& L) {
     return half_width<Pack>(L, A.direction, A.half) + half_width<Pack>(L, B.direction, B.half);

@@ -87,8 +87,8 @@ struct Table {
                          std::size_t count, double max_separation, ClipRecord* out) {
     if (count != 1) return clip_inline<Pack, BoxSolid>(poses, shapes, tasks, count, max_separation, out);
     const PairIndices pair = tasks->pair;
-    *out = clip_lone_boxes(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b], *tasks,
-                           max_separation);
+    *out =
+        clip_lone_boxes(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b], *tasks, max_separation);
   }
 
   template <template <class> class Solid, class Record>

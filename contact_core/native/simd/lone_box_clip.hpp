@@ -178,7 +178,8 @@ TOUCHSTONE_INLINE unsigned long long write_lone_corners(const LoneContact& conta
   scatter(tails, tail);
 
   const Double4 part = parts.to - parts.from;
-  const Mask4 left = (part > Double4{}) & (part * part > shuffled<k0, k1, k0, k1>(shortest2[0], shortest2[1]));
+  const Mask4 left =
+      (part > Double4{}) & (part * part > shuffled<k0, k1, k0, k1>(shortest2[0], shortest2[1]));
   const Mask4 near = left & (separation <= all<Double4>(contact.limit));
   const Mask4 deep = near & (separation <= all<Double4>(contact.deep));
   const auto at = [](Mask4 mask, int bit) {

@@ -55,7 +55,7 @@ struct LoneBoxes {
 /// What search_axes() finds: by code, and over all.
 struct LoneSearch {
   double length2[16], overlap[16];
-  double turn[3] = {};  // by B's edge
+  Double4 turn = {};  // by B's edge
   double least_slack = 0.0;
   int code = 0;
 
@@ -75,25 +75,22 @@ struct LoneSearch {
 };
 
 /// Short axes of edges anew, as AxisSearch::add_short(): of each of A's edges no more than one of B's is that
-/// near to parallel, so one lane is enough for each. @param which the edge of B, or -1
+/// near to parallel, so one lane is enough for each. @param which the edge of B, or -1 @return slacks
 TOUCHSTONE_INLINE Double4 refine_lone_axes(const LoneBoxes& boxes, const double* R_WB, const int (&which)[3],
-                                           const Vector3Of<Double4> (&rounded)[3], Double4 tie,
-                                           LoneSearch& search) {
-  Vector3Of<Double4> b = {}, L_rounded = {};
+                                           Double4 tie, LoneSearch& search) {
+  Vector3Of<Double4> b = {};
   for (int i = 0; i < 3; ++i) {
     const int j = which[i] < 0 ? 0 : which[i];
     b.x[i] = R_WB[3 * j], b.y[i] = R_WB[3 * j + 1], b.z[i] = R_WB[3 * j + 2];
-    L_rounded.x[i] = rounded[i].x[j], L_rounded.y[i] = rounded[i].y[j], L_rounded.z[i] = rounded[i].z[j];
   }
   const auto widths = [&boxes](const Vector3Of<Double4>& L) {
     return half_width<Double4>(L, boxes.each[0], boxes.half[0]) +
            half_width<Double4>(L, boxes.each[1], boxes.half[1]);
   };
-  const Mask4 surely_none = dot(L_rounded, L_rounded) <= all<Double4>(kSurelyNoAxis2);
   const SearchedAxis<Double4> fine = refined_axis<Double4>(boxes.direction[0], b, boxes.T, widths);
   const Double4 infinity = all<Double4>(__builtin_inf()), length = square_root(fine.L2);
-  const Mask4 none = surely_none | (fine.L2 <= all<Double4>(kNoAxis2));
-  const Double4 turn = turn_by(select<Double4>(surely_none, L_rounded, fine.L));
+  const Mask4 none = fine.L2 <= all<Double4>(kNoAxis2);
+  const Double4 turn = turn_by(fine.L);
   const Double4 overlap = none ? infinity : greatest(fine.slack, Double4{}) + tie * length;
   Double4 slack = none ? infinity : fine.slack / length;
   for (int i = 0; i < 3; ++i) {
@@ -102,8 +99,7 @@ TOUCHSTONE_INLINE Double4 refine_lone_axes(const LoneBoxes& boxes, const double*
       continue;
     }
     const int code = 6 + 3 * i + which[i];
-    search.overlap[code] = overlap[i];
-    if (!surely_none[i]) search.length2[code] = fine.L2[i];
+    search.overlap[code] = overlap[i], search.length2[code] = fine.L2[i];
     if (none[i]) search.turn[which[i]] += turn[i];
   }
   return slack;
@@ -127,30 +123,29 @@ TOUCHSTONE_INLINE void search_lone_axes(const LoneBoxes& boxes, const double* R_
     const Double4(&half)[3] = boxes.half[1 - s];
     const Double4(&products)[3] = s == 0 ? a_b : b_a;
     const Double4 reach = (half[0] * products[0] + half[1] * products[1]) + half[2] * products[2];
-    const Double4 slack =
-        (boxes.own[s] * boxes.volume[s] + reach) - magnitude(dot(boxes.normal[s], boxes.T));
+    const Double4 slack = (boxes.own[s] * boxes.volume[s] + reach) - magnitude(dot(boxes.normal[s], boxes.T));
     least_slack = least(least_slack, slack);
     search.keep(3 * s, dot(boxes.normal[s], boxes.normal[s]), greatest(slack, Double4{}));
   }
   const Double4(&half_a)[3] = boxes.half[0];
   const Double4 next_b = next(boxes.own[1]), after_b = after_next(boxes.own[1]);
-  Vector3Of<Double4> L[3];
   int which[3] = {-1, -1, -1};
   unsigned any_short = 0;
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
-    L[i] = cross(boxes.each[0][i], boxes.direction[1]);
+    const Vector3Of<Double4> L = cross(boxes.each[0][i], boxes.direction[1]);
     const Double4 radius_a = half_a[i1] * by_b[i2] + half_a[i2] * by_b[i1];
     const Double4 radius_b = next_b * after_next(b_a[i]) + after_b * next(b_a[i]);
-    const Double4 slack = (radius_a + radius_b) - magnitude(dot(L[i], boxes.T)), L2 = dot(L[i], L[i]);
-    const Mask4 is_short = L2 < all<Double4>(kShortAxis2);
-    const unsigned shorts = bits(is_short) & 7u;
+    const Double4 slack = (radius_a + radius_b) - magnitude(dot(L, boxes.T)), L2 = dot(L, L);
+    const Mask4 is_short = L2 < all<Double4>(kShortAxis2), none = L2 <= all<Double4>(kSurelyNoAxis2);
+    const unsigned shorts = bits(is_short & ~none) & 7u;
     if (shorts != 0) which[i] = __builtin_ctz(shorts);
     any_short |= shorts;
+    if ((bits(none) & 7u) != 0) search.turn = search.turn + (none ? turn_by(L) : Double4{});
     least_slack = least(least_slack, is_short ? infinity : slack);
-    search.keep(6 + 3 * i, L2, greatest(slack, Double4{}) + tie);
+    search.keep(6 + 3 * i, L2, none ? infinity : greatest(slack, Double4{}) + tie);
   }
-  if (any_short != 0) least_slack = least(least_slack, refine_lone_axes(boxes, R_WB, which, L, tie, search));
+  if (any_short != 0) least_slack = least(least_slack, refine_lone_axes(boxes, R_WB, which, tie, search));
   search.least_slack = least_of_three(least_slack);
   search.choose();
 }
@@ -256,9 +251,8 @@ TOUCHSTONE_INLINE void measure_lone_box_depth(const PoseRecord& X_WA, const BoxR
   out->has_witness = false;
   if (!out->has_axis) return;
   if (lone.code >= 6) return measure_along_lone_axis(X, box, lone, out);
-  const LoneFaceDepth depth =
-      measure_along_lone_face(X, boxes, lone.code, kLevelRoundoffs * unit_size,
-                              kWitnessRoundoffs * (unit_size + unit_position));
+  const LoneFaceDepth depth = measure_along_lone_face(X, boxes, lone.code, kLevelRoundoffs * unit_size,
+                                                      kWitnessRoundoffs * (unit_size + unit_position));
   out->separation = depth.separation;
   for (int k = 0; k < 3; ++k) out->n[k] = depth.n[k], out->p_A[k] = depth.p_A[k];
   out->has_witness = depth.has_witness;
