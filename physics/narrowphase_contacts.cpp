@@ -269,10 +269,12 @@ void NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const P
   const Part &a = part_of(pair.a), &b = part_of(pair.b);
   const double friction = std::sqrt(a.surface.friction * b.surface.friction);
   const double restitution = std::max(a.surface.restitution, b.surface.restitution);
+  // All of a fast pair's points that the step may close: one alone would turn it.
+  const double limit = a.is_fast || b.is_fast ? margin_ + (a.way + b.way) : margin_;
   for (std::size_t i = 0; i < static_cast<std::size_t>(geometry.point_count); ++i) {
     const ContactPoint& point = points[i];
     const Vector3& n = geometry.n_AB_W;
-    if (!(point.separation <= margin_)) continue;
+    if (!(point.separation <= limit)) continue;
     if (is_covered(pair.a, point.p_A_W, n) || is_covered(pair.b, point.p_B_W, -n)) continue;
     contacts_.push_back({a.mover, b.mover, geometry.n_AB_W, point.p_A_W, point.p_B_W, friction, restitution,
                          key_of(pair, point.feature_id, i)});
