@@ -64,6 +64,25 @@ void DynamicsWorld::set_velocity(std::uint32_t kinematic, const Vector3& v_W, co
   bodies_[kinematic].told_v_W = v_W, bodies_[kinematic].told_w_W = w_W;
 }
 
+void DynamicsWorld::set_body(std::uint32_t body, const RigidBody& as, const RigidBodyState& state) {
+  if (body >= bodies_.size()) throw InputError("no " + indexed("body", body));
+  if (!is_finite(state)) throw InputError(indexed("body", body) + ": its state is not finite");
+  bodies_[body].body = as;
+  bodies_[body].state = state;
+  bodies_[body].is_kinematic = false;
+}
+
+void DynamicsWorld::hold_out(std::uint32_t body) {
+  bodies_[body].is_kinematic = true;
+  bodies_[body].told_v_W = bodies_[body].told_w_W = Vector3::Zero();
+}
+
+void DynamicsWorld::set_rates(std::uint32_t mechanism, std::span<const double> qd) {
+  Arm& arm = mechanisms_[mechanism];
+  std::copy(qd.begin(), qd.end(), arm.qd.begin());
+  arm.dynamics->place(arm.X_WBase, arm.q, arm.qd, arm.placed);
+}
+
 std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, const Pose& X_WBase,
                                            std::span<const double> q, std::span<const double> qd) {
   const std::string name = "mechanism '" + dynamics.mechanism().name() + "'";
@@ -96,11 +115,13 @@ std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, co
 void DynamicsWorld::set_drive(std::uint32_t mechanism, std::uint32_t value, const JointDrive& drive) {
   if (mechanism >= mechanisms_.size()) throw InputError("no " + indexed("mechanism", mechanism));
   Arm& arm = mechanisms_[mechanism];
-  const std::string name = "mechanism '" + arm.dynamics->mechanism().name() + "', " + indexed("value", value);
-  if (value >= arm.drives.size()) throw InputError(name + ": no such joint");
-  if (!(drive.limit >= 0.0)) throw InputError(name + ": a torque limit below 0");
-  if (!std::isfinite(drive.torque) || !std::isfinite(drive.rate))
-    throw InputError(name + ": torque or rate is not finite");
+  const auto refuse = [&](const char* why) {
+    throw InputError("mechanism '" + arm.dynamics->mechanism().name() + "', " + indexed("value", value) +
+                     ": " + why);
+  };
+  if (value >= arm.drives.size()) refuse("no such joint");
+  if (!(drive.limit >= 0.0)) refuse("a torque limit below 0");
+  if (!std::isfinite(drive.torque) || !std::isfinite(drive.rate)) refuse("torque or rate is not finite");
   arm.drives[value] = drive;
   for (const Mechanism::Joint& joint : arm.dynamics->mechanism().joints())
     if (joint.value == value)
@@ -162,6 +183,17 @@ Vector3 DynamicsWorld::angular_velocity(std::uint32_t body) const {
 Pose DynamicsWorld::link_pose(std::uint32_t mechanism, std::uint32_t link) const {
   const Arm& arm = mechanisms_[mechanism];
   return arm.dynamics->link_pose(link, arm.placed);
+}
+
+Vector3 DynamicsWorld::velocity_at(const Mover& mover, const Vector3& p_W) const {
+  if (mover.kind == Mover::Kind::body)
+    return velocity(mover.index) + cross(angular_velocity(mover.index), p_W - bodies_[mover.index].state.p_W);
+  return point_velocity(mover, p_W);
+}
+
+Vector3 DynamicsWorld::link_angular_velocity(std::uint32_t mechanism, std::uint32_t link) const {
+  const Arm& arm = mechanisms_[mechanism];
+  return arm.dynamics->angular_velocity(link, arm.placed);
 }
 
 Vector3 DynamicsWorld::linear_momentum() const {

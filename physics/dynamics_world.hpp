@@ -114,6 +114,14 @@ class DynamicsWorld {
   void set_drive(std::uint32_t mechanism, std::uint32_t value, const JointDrive& drive);
   /// Velocities of a kinematic body from now on. @throws InputError: not one.
   void set_velocity(std::uint32_t kinematic, const Vector3& v_W, const Vector3& w_W);
+  /// A free body as it is from now on, after a latch or a release, say; also of one that was held out.
+  /// @throws InputError: no such body, a state that is not finite. Does not allocate.
+  void set_body(std::uint32_t body, const RigidBody& as, const RigidBodyState& state);
+  /// Out of the world until set_body(): it stays where it is, and has no momentum. @pre no contact names it.
+  void hold_out(std::uint32_t body);
+  /// Joint rates from now on, and the links' inertias taken anew (MechanismDynamics::set_links()). Does not
+  /// allocate. @pre one a joint value, finite.
+  void set_rates(std::uint32_t mechanism, std::span<const double> qd);
   /// Memory for `contacts` at a time, all joint rows besides.
   void reserve(std::size_t contacts);
 
@@ -132,6 +140,10 @@ class DynamicsWorld {
     return mechanisms_[mechanism].torque;
   }
   Pose link_pose(std::uint32_t mechanism, std::uint32_t link) const;
+  /// Of the mover's point now at p_W [m/s].
+  Vector3 velocity_at(const Mover& mover, const Vector3& p_W) const;
+  Vector3 link_angular_velocity(std::uint32_t mechanism, std::uint32_t link) const;
+  const Settings& settings() const { return settings_; }
 
   Vector3 linear_momentum() const;   ///< of free bodies and mechanisms [N s]
   Vector3 angular_momentum() const;  ///< the same, about the world's origin [N m s]

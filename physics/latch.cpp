@@ -1,7 +1,6 @@
 #include "physics/latch.hpp"
 
 #include <string>
-#include <vector>
 
 #include "physics/cholesky.hpp"
 #include "physics/matrix3.hpp"
@@ -36,29 +35,48 @@ BodyInertia latched_link(const BodyInertia& link, const Pose& X_WL, const RigidB
   return combined(link, transform(compose(inverse(X_WL), body.pose(state)), body.inertia()));
 }
 
+CaptureScratch::CaptureScratch(const MechanismDynamics& dynamics)
+    : M(std::size_t{dynamics.size()} * dynamics.size()),
+      momentum(dynamics.size()),
+      J(dynamics.size()),
+      placed(dynamics.make_workspace()) {}
+
+void gather_capture(const MechanismDynamics& before, const Pose& X_WBase, std::uint32_t link,
+                    const RigidBodyState& state, std::span<const double> q, std::span<const double> qd,
+                    CaptureScratch& scratch) {
+  const std::size_t n = before.size();
+  std::vector<double>&M = scratch.M, &momentum = scratch.momentum, &J = scratch.J;
+  before.place(X_WBase, q, qd, scratch.placed);
+  before.mass_matrix(M, scratch.placed);
+  for (std::size_t r = 0; r < n; ++r) {
+    momentum[r] = 0.0;
+    for (std::size_t c = 0; c < n; ++c) momentum[r] += M[r * n + c] * qd[c];
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3 e = Vector3::Unit(axis);
+    before.point_jacobian(link, state.p_W, e, J, scratch.placed);
+    for (std::size_t i = 0; i < n; ++i) momentum[i] += J[i] * state.momentum_W[axis];
+    before.turn_jacobian(link, e, J, scratch.placed);
+    for (std::size_t i = 0; i < n; ++i) momentum[i] += J[i] * state.angular_W[axis];
+  }
+}
+
+void finish_capture(const MechanismDynamics& after, const Pose& X_WBase, std::span<const double> q,
+                    std::span<double> qd, CaptureScratch& scratch) {
+  const std::size_t n = after.size();
+  after.place(X_WBase, q, qd, scratch.placed);
+  after.mass_matrix(scratch.M, scratch.placed);
+  factor_cholesky(scratch.M, n);
+  solve_cholesky(scratch.M, scratch.momentum);
+  for (std::size_t i = 0; i < n; ++i) qd[i] = scratch.momentum[i];
+}
+
 void capture(const MechanismDynamics& before, const MechanismDynamics::Workspace& placed,
              const MechanismDynamics& after, std::uint32_t link, const RigidBodyState& state,
              std::span<const double> q, std::span<double> qd) {
-  const std::size_t n = before.size();
-  std::vector<double> M(n * n), M_before(n * n), momentum(n, 0.0), J(n);
-  MechanismDynamics::Workspace workspace = after.make_workspace();
-  after.place(placed.X_WBase, q, qd, workspace);
-  after.mass_matrix(M, workspace);
-  MechanismDynamics::Workspace own = before.make_workspace();
-  before.place(placed.X_WBase, q, qd, own);
-  before.mass_matrix(M_before, own);
-  for (std::size_t r = 0; r < n; ++r)
-    for (std::size_t c = 0; c < n; ++c) momentum[r] += M_before[r * n + c] * qd[c];
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3 e = Vector3::Unit(axis);
-    before.point_jacobian(link, state.p_W, e, J, own);
-    for (std::size_t i = 0; i < n; ++i) momentum[i] += J[i] * state.momentum_W[axis];
-    before.turn_jacobian(link, e, J, own);
-    for (std::size_t i = 0; i < n; ++i) momentum[i] += J[i] * state.angular_W[axis];
-  }
-  factor_cholesky(M, n);
-  solve_cholesky(M, momentum);
-  for (std::size_t i = 0; i < n; ++i) qd[i] = momentum[i];
+  CaptureScratch scratch(before);
+  gather_capture(before, placed.X_WBase, link, state, q, qd, scratch);
+  finish_capture(after, placed.X_WBase, q, qd, scratch);
 }
 
 }  // namespace touchstone::physics

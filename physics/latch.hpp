@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "physics/mechanism_dynamics.hpp"
 #include "physics/rigid_body.hpp"
@@ -31,9 +32,25 @@ RigidBodyState release(const RigidBody& latched, const RigidBodyState& state, co
 BodyInertia latched_link(const BodyInertia& link, const Pose& X_WL, const RigidBody& body,
                          const RigidBodyState& state);
 
-/// The joint rates after that capture, M' qd' = M qd + J^T of the body's momenta. Limited drives give no
-/// impulse in no time. Allocates.
-/// @param before as placed. @param after the same mechanism with latched_link().
+/// Memory for captures by the links of one mechanism.
+struct CaptureScratch {
+  explicit CaptureScratch(const MechanismDynamics& dynamics);
+
+  std::vector<double> M, momentum, J;
+  MechanismDynamics::Workspace placed;
+};
+
+/// The joints' momenta with the body's, M qd + J^T of the body's momenta: before the link has it. Does not
+/// allocate.
+void gather_capture(const MechanismDynamics& before, const Pose& X_WBase, std::uint32_t link,
+                    const RigidBodyState& state, std::span<const double> q, std::span<const double> qd,
+                    CaptureScratch& scratch);
+/// The joint rates after it, M' qd' = those momenta. Limited drives give no impulse in no time. Does not
+/// allocate. @param after the same mechanism with latched_link().
+void finish_capture(const MechanismDynamics& after, const Pose& X_WBase, std::span<const double> q,
+                    std::span<double> qd, CaptureScratch& scratch);
+
+/// Both. Allocates. @param before as placed.
 void capture(const MechanismDynamics& before, const MechanismDynamics::Workspace& placed,
              const MechanismDynamics& after, std::uint32_t link, const RigidBodyState& state,
              std::span<const double> q, std::span<double> qd);

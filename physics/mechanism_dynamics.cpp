@@ -80,13 +80,14 @@ MechanismDynamics::MechanismDynamics(const Mechanism& mechanism, std::span<const
     inertias.push_back(links.empty() ? inertia_of(mechanism.links()[i].mass, link) : links[i]);
     validate(inertias.back(), Thinness::thin, link);
   }
-  gather_bodies(inertias);
+  gather_bodies();
+  set_links(inertias);
   require_inertia();
 }
 
-void MechanismDynamics::gather_bodies(std::span<const BodyInertia> links) {
-  body_of_.assign(links.size(), kBase);
-  X_BL_.assign(links.size(), Pose{});
+void MechanismDynamics::gather_bodies() {
+  body_of_.assign(mechanism_->links().size(), kBase);
+  X_BL_.assign(mechanism_->links().size(), Pose{});
   for (const std::uint32_t j : mechanism_->outwards()) {
     const Mechanism::Joint& joint = mechanism_->joints()[j];
     const Pose X_IJ = compose(X_BL_[joint.inner], joint.X_PJ);
@@ -99,9 +100,16 @@ void MechanismDynamics::gather_bodies(std::span<const BodyInertia> links) {
       bodies_.push_back({body_of_[joint.inner], joint.value, joint.kind == JointKind::revolute, X_IJ,
                          joint.axis_J, BodyInertia{}});
     }
-    if (body_of_[joint.outer] == kBase) continue;
-    BodyInertia& body = bodies_[body_of_[joint.outer]].inertia;
-    body = combined(body, transform(X_BL_[joint.outer], links[joint.outer]));
+  }
+}
+
+void MechanismDynamics::set_links(std::span<const BodyInertia> links) noexcept {
+  for (Body& body : bodies_) body.inertia = BodyInertia{};
+  for (const std::uint32_t j : mechanism_->outwards()) {
+    const std::uint32_t link = mechanism_->joints()[j].outer;
+    if (body_of_[link] == kBase) continue;
+    BodyInertia& body = bodies_[body_of_[link]].inertia;
+    body = combined(body, transform(X_BL_[link], links[link]));
   }
 }
 
@@ -277,6 +285,10 @@ Vector3 MechanismDynamics::point_velocity(std::uint32_t link, const Vector3& p_W
   if (body_of_[link] == kBase) return Vector3::Zero();
   const PlacedBody& b = workspace.bodies[body_of_[link]];
   return b.v_W + cross(b.w_W, p_W - b.origin_W);
+}
+
+Vector3 MechanismDynamics::angular_velocity(std::uint32_t link, const Workspace& workspace) const noexcept {
+  return body_of_[link] == kBase ? Vector3(Vector3::Zero()) : workspace.bodies[body_of_[link]].w_W;
 }
 
 Pose MechanismDynamics::link_pose(std::uint32_t link, const Workspace& workspace) const noexcept {

@@ -52,6 +52,10 @@ class MechanismDynamics {
   /// a joint that moves no inertia in the reference pose.
   explicit MechanismDynamics(const Mechanism& mechanism, std::span<const BodyInertia> links = {});
 
+  /// The same for other inertias of the links, as after a latch: what was placed before no longer holds. Does
+  /// not allocate. @pre one a link, valid; each joint that moves moves some.
+  void set_links(std::span<const BodyInertia> links) noexcept;
+
   const Mechanism& mechanism() const { return *mechanism_; }
   std::uint32_t size() const { return mechanism_->value_count(); }
   Workspace make_workspace() const;
@@ -79,6 +83,7 @@ class MechanismDynamics {
   void turn_jacobian(std::uint32_t link, const Vector3& axis_W, std::span<double> J,
                      const Workspace& workspace) const noexcept;
   Vector3 point_velocity(std::uint32_t link, const Vector3& p_W, const Workspace& workspace) const noexcept;
+  Vector3 angular_velocity(std::uint32_t link, const Workspace& workspace) const noexcept;
   Pose link_pose(std::uint32_t link, const Workspace& workspace) const noexcept;
   double kinetic_energy(const Workspace& workspace) const noexcept;                              ///< [J]
   double potential_energy(const Vector3& gravity_W, const Workspace& workspace) const noexcept;  ///< [J]
@@ -105,7 +110,7 @@ class MechanismDynamics {
     BodyInertia inertia;
   };
 
-  void gather_bodies(std::span<const BodyInertia> links);
+  void gather_bodies();
   void require_inertia() const;
 
   const Mechanism* mechanism_;

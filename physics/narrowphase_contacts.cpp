@@ -11,12 +11,17 @@ namespace touchstone::physics {
 namespace {
 
 constexpr std::size_t kBlock = 256;
+/// Reserved by build().
+constexpr std::size_t kContacts = 128;
+constexpr std::size_t kPairs = 1024;
 
 Pose pose_of(const Mover& mover, const DynamicsWorld& world) {
   if (mover.kind == Mover::Kind::body) return world.pose(mover.index);
   if (mover.kind == Mover::Kind::link) return world.link_pose(mover.index, mover.link);
   return {};
 }
+
+bool is_identity(const Pose& X) { return X.R == Matrix3::Identity() && X.p == Vector3::Zero(); }
 
 /// To the bit: -0.0 is not 0.0.
 bool is_same(const Pose& X, const Pose& Y) {
@@ -46,12 +51,12 @@ NarrowphaseContacts::NarrowphaseContacts(std::unique_ptr<Broadphase> broadphase,
     throw InputError("contacts: narrowphase '" + std::string(narrowphase_->name()) + "' has no manifolds");
 }
 
-std::uint32_t NarrowphaseContacts::add(const Mover& mover, const HexahedronTree& tree,
-                                       const Surface& surface) {
+std::uint32_t NarrowphaseContacts::add(const Mover& mover, const HexahedronTree& tree, const Surface& surface,
+                                       const Pose& X_MO, bool is_static) {
   if (!(surface.friction >= 0.0) || !std::isfinite(surface.friction) || !(surface.restitution >= 0.0) ||
       !(surface.restitution <= 1.0))
     throw InputError("contacts: '" + tree.name() + "': friction must be >= 0, restitution from 0 to 1");
-  parts_.push_back({mover, &tree, surface, part_of_.size()});
+  parts_.push_back({mover, &tree, surface, part_of_.size(), X_MO, is_static});
   part_of_.insert(part_of_.end(), tree.solids().size(), static_cast<std::uint32_t>(parts_.size() - 1));
   return static_cast<std::uint32_t>(parts_.size() - 1);
 }
@@ -72,15 +77,28 @@ bool NarrowphaseContacts::is_exempt(std::uint32_t part_a, std::uint32_t part_b) 
   });
 }
 
+void NarrowphaseContacts::sort_exempt() { std::sort(exempt_parts_.begin(), exempt_parts_.end()); }
+
+void NarrowphaseContacts::move_to(std::uint32_t part, const Mover& mover, const Pose& X_MO) {
+  parts_[part].mover = mover, parts_[part].X_MO = X_MO;
+  was_found_ = false;
+}
+
+void NarrowphaseContacts::reserve(std::size_t contacts, std::size_t pairs) {
+  for (auto* vector : {&contacts_, &last_contacts_}) vector->reserve(contacts);
+  for (auto* vector : {&origins_, &last_origins_}) vector->reserve(contacts);
+  for (auto* vector : {&found_, &last_found_}) vector->reserve(pairs);
+}
+
 void NarrowphaseContacts::build() {
   if (parts_.empty()) throw InputError("contacts: nothing to find any between");
-  std::sort(exempt_parts_.begin(), exempt_parts_.end());
+  sort_exempt();
   std::vector<const HexahedronTree*> trees;
   std::vector<Hexahedron> solids;
   std::vector<std::uint8_t> is_static;
   for (const Part& part : parts_) {
     trees.push_back(part.tree);
-    is_static.push_back(part.mover.kind == Mover::Kind::ground ? 1 : 0);
+    is_static.push_back(part.is_static && part.mover.kind == Mover::Kind::ground ? 1 : 0);
     for (const PlacedHexahedron& placed : part.tree->solids()) solids.push_back(placed.solid);
   }
   BroadphaseInput input;
@@ -97,6 +115,11 @@ void NarrowphaseContacts::build() {
   status_.resize(kBlock);
   geometry_.resize(kBlock);
   points_.resize(kBlock * kMaxManifoldPoints);
+  ways_.assign(solids.size(), 0.0);
+  trial_poses_.resize(solids.size());
+  is_warm_ = false;
+  exempt_parts_.reserve(parts_.size() * parts_.size() + exempt_parts_.size());
+  reserve(kContacts, kPairs);
   was_found_ = false;
 }
 
@@ -137,19 +160,36 @@ bool NarrowphaseContacts::move_parts(const DynamicsWorld& world) {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Part& part = parts_[i];
     const Pose X_WM = pose_of(part.mover, world);
-    part.has_moved = !was_found_ || !is_same(X_WM, part.X_WM);
+    part.has_moved = !was_found_ || part.is_fast || !is_same(X_WM, part.X_WM);
     if (!part.has_moved) continue;
     part.X_WM = X_WM;
     moved_.push_back(static_cast<std::uint32_t>(i));
-    find_global_positions(*part.tree, X_WM,
+    find_global_positions(*part.tree, is_identity(part.X_MO) ? X_WM : compose(X_WM, part.X_MO),
                           std::span(poses_).subspan(part.first_solid, part.tree->solids().size()));
   }
   return !moved_.empty();
 }
 
-std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world) {
+/// Poses, or all that parts may come to in the step. The first time both, so that memory is there.
+void NarrowphaseContacts::place_in_broadphase(bool any_fast) {
+  unfollowed_ = 0;
+  bool has_paths = false;
+  if (any_fast || !is_warm_) {
+    moved_.clear();
+    for (std::size_t i = 0; i < parts_.size(); ++i) moved_.push_back(static_cast<std::uint32_t>(i));
+    has_paths = broadphase_->update_paths({poses_, poses_, ways_}, moved_);
+    is_warm_ = true;
+  }
+  if (!any_fast || !has_paths) broadphase_->update(poses_, moved_);
+  if (!any_fast || (has_paths && narrowphase_->capabilities().distance)) return;
+  for (const Part& part : parts_) unfollowed_ += part.is_fast ? 1 : 0;
+}
+
+std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, double h) {
   if (!narrowphase_->capabilities().deterministic) was_found_ = false;
-  if (!move_parts(world)) return contacts_;
+  const bool any_moved = move_parts(world), any_fast = find_ways(world, h);
+  if (!any_moved && !any_fast) return contacts_;
+  step_ = h;
   contacts_.swap(last_contacts_);
   origins_.swap(last_origins_);
   found_.swap(last_found_);
@@ -158,7 +198,7 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world) {
   origins_.clear();
   found_.clear();
   undecided_ = failed_ = 0;
-  broadphase_->update(poses_, moved_);
+  place_in_broadphase(any_fast);
   std::size_t last = 0;
   for (PairCursor cursor; !cursor.done;) {
     sort_out(broadphase_->find_pairs(cursor, block_), last);
@@ -181,7 +221,7 @@ void NarrowphaseContacts::sort_out(std::size_t count, std::size_t& last) {
     Candidate& candidate = candidates_.emplace_back();
     candidate = {pair, nullptr};
     if (last == last_found_.size() || last_found_[last].pair != pair) continue;
-    if (!a.has_moved && !b.has_moved) candidate.kept = &last_found_[last];
+    if (!a.has_moved && !b.has_moved && !a.is_fast && !b.is_fast) candidate.kept = &last_found_[last];
   }
 }
 
@@ -189,7 +229,7 @@ void NarrowphaseContacts::take_block() {
   std::size_t count = 0;
   for (const Candidate& candidate : candidates_)
     if (candidate.kept == nullptr) evaluated_[count++] = candidate.pair;
-  const Query query{QueryKind::manifold, margin_, kMaxManifoldPoints};
+  const Query query{QueryKind::manifold, reach_, kMaxManifoldPoints};
   narrowphase_->evaluate({std::span(evaluated_).first(count), poses_, query, {}},
                          {std::span(status_).first(count), std::span(geometry_).first(count), points_},
                          *workspace_);
@@ -206,8 +246,12 @@ void NarrowphaseContacts::take_block() {
       continue;
     }
     this->count(status_[i]);
-    take(candidate.pair, status_[i], geometry_[i],
-         std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints));
+    const bool is_fast = part_of(candidate.pair.a).is_fast || part_of(candidate.pair.b).is_fast;
+    if (is_fast && status_[i] == PairStatus::separated && geometry_[i].separation > margin_)
+      meet_on_the_way(candidate.pair, geometry_[i]);
+    else
+      take(candidate.pair, status_[i], geometry_[i],
+           std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints));
     found_.push_back({candidate.pair, status_[i], first, contacts_.size() - first});
     ++i;
   }
@@ -225,9 +269,12 @@ void NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const P
   const Part &a = part_of(pair.a), &b = part_of(pair.b);
   const double friction = std::sqrt(a.surface.friction * b.surface.friction);
   const double restitution = std::max(a.surface.restitution, b.surface.restitution);
+  // All of a fast pair's points that the step may close: one alone would turn it.
+  const double limit = a.is_fast || b.is_fast ? margin_ + (a.way + b.way) : margin_;
   for (std::size_t i = 0; i < static_cast<std::size_t>(geometry.point_count); ++i) {
     const ContactPoint& point = points[i];
     const Vector3& n = geometry.n_AB_W;
+    if (!(point.separation <= limit)) continue;
     if (is_covered(pair.a, point.p_A_W, n) || is_covered(pair.b, point.p_B_W, -n)) continue;
     contacts_.push_back({a.mover, b.mover, geometry.n_AB_W, point.p_A_W, point.p_B_W, friction, restitution,
                          key_of(pair, point.feature_id, i)});

@@ -17,11 +17,14 @@ namespace touchstone::physics {
 ///     SceneSimulation run(scene, [&] { return std::make_unique<NarrowphaseContacts>(...); });
 ///     while (!run.is_over()) { run.begin_step(); run.find_contacts(); run.advance(); }
 ///
-/// Set-up throws InputError. The three parts of a step neither throw nor, warm, allocate, except steps in
-/// which something is latched or released: the world is made anew there. One thread.
+/// Set-up throws InputError. The three parts of a step do not throw, and do not allocate unless more contacts
+/// come up than there is memory for (kReservedContacts) or a backend does: latches and releases change the
+/// world in place. One thread.
 class SceneSimulation {
  public:
-  /// Empty contacts with the scene's margin, made at the start and after every latch and release.
+  static constexpr std::size_t kReservedContacts = 128;
+
+  /// Empty contacts with the scene's margin, made once.
   using MakeContacts = std::function<std::unique_ptr<NarrowphaseContacts>()>;
 
   /// Keeps a reference to `scene`. @throws InputError as validate(DynamicScene), and what `make` and the
@@ -42,10 +45,11 @@ class SceneSimulation {
   const DynamicScene& scene() const { return *scene_; }
   const DynamicsWorld& world() const { return *world_; }
   const NarrowphaseContacts& detection() const { return *contacts_; }
-  /// How often the world was made: at the start, and in every step that latched or released something.
+  /// Counts what moves with what: 1 at the start, one more after every step that latched or released
+  /// something.
   std::uint64_t worlds() const { return worlds_; }
   /// `contacts`, empty, gets what this simulation's own has: for a second opinion on where the world stands.
-  /// Good for the present world. @throws InputError: what the backends refuse.
+  /// Good until worlds() counts on. @throws InputError: what the backends refuse.
   void fill(NarrowphaseContacts& contacts) const;
   /// Of the last step; one a contact found in it.
   std::span<const Contact> contacts() const { return found_; }
@@ -75,11 +79,11 @@ class SceneSimulation {
     std::size_t root;
     std::size_t carrier = kNoObject;
     Pose X_FO;
-    Mover mover;                           // of the root
-    std::optional<RigidBody> body;         // roots that are dynamic: with all that they carry
-    RigidBodyState state;                  // of those, between two worlds
-    Pose X_WF;                             // roots that are fixed or kinematic, between two worlds
-    std::optional<HexahedronTree> tree_M;  // in the mover's frame, where that is not the object's
+    Mover mover;                    // of the root
+    Mover own;                      // where it is a root
+    std::string name;               // for messages
+    std::optional<RigidBody> body;  // roots that are dynamic: with all that they carry
+    Pose X_WF;                      // roots that are fixed
   };
   struct Arm {
     Mechanism mechanism;
@@ -88,19 +92,51 @@ class SceneSimulation {
     std::vector<std::uint32_t> value_of;  // by joint; kNone: fixed
     std::vector<SceneDrive> drives;       // by joint
     std::vector<double> drives_since;     // [s]
-    std::vector<double> q, qd;            // between two worlds
-    MechanismDynamics::Workspace placed;  // then
+    std::vector<double> qd;               // at the start; of a capture
+    std::optional<CaptureScratch> scratch;
+  };
+  /// Two objects that are not checked, because they are listed: while `carried` is, where that names one.
+  struct ListedPair {
+    std::uint32_t a, b;
+    std::size_t carried;
   };
 
+  // scene_simulation_setup.cpp
   void place_objects();
   void make_arm(std::size_t mechanism);
-  void place_arm(Arm& arm);
   void build_world();
-  void add_movers();
-  void place_trees();
-  void exempt_listed(NarrowphaseContacts& contacts) const;
-  void exempt_joined(NarrowphaseContacts& contacts) const;
-  void keep_states();
+  void name_solids();
+  void list_exempt();
+  std::vector<std::size_t> objects_of(const std::string& name) const;
+  std::vector<std::size_t> find_clusters() const;
+
+  // scene_simulation_latches.cpp
+  void latch(std::size_t carrier, std::size_t carried);
+  void capture_by_link(const Mover& link, const RigidBody& body, const RigidBodyState& state);
+  void release(std::size_t carried);
+  RigidBodyState released_state(std::size_t root, const RigidBody& part, const Pose& X_FG) const;
+  bool is_carried_by(std::size_t object, std::size_t carrier) const;
+  BodyInertia inertia_of_root(std::size_t root) const;
+  Pose root_pose(std::size_t root) const;
+  Pose pose_in_mover(const Piece& piece) const;
+  bool is_told(std::size_t object) const;
+  void change_contacts();
+  /// Pairs of objects that are not checked: listed ones, links that a joint joins, links that fixed joints
+  /// make one, and what neither forces nor joints move.
+  template <class Exempt>
+  void visit_exempt(const Exempt& exempt) const {
+    for (const ListedPair& pair : listed_)
+      if (pair.carried == kNoObject || pieces_[pair.carried].carrier != kNoObject) exempt(pair.a, pair.b);
+    for (const SceneMechanism& mechanism : scene_->mechanisms)
+      for (const SceneJoint& joint : mechanism.joints)
+        if (joint.parent != kNoObject) exempt(index_of(joint.parent), index_of(joint.child));
+    for (std::size_t i = 0; i < pieces_.size(); ++i)
+      for (std::size_t k = 0; k < i; ++k)
+        if (cluster_[i] == cluster_[k] || (is_told(i) && is_told(k))) exempt(index_of(i), index_of(k));
+  }
+  static std::uint32_t index_of(std::size_t object) { return static_cast<std::uint32_t>(object); }
+
+  // scene_simulation.cpp
   void set_drive(const JointAddress& joint, const SceneDrive& drive);
   void tell_drive(const JointAddress& joint);
   void move_kinematic(std::size_t object);
@@ -108,12 +144,6 @@ class SceneSimulation {
 
   BodyKind kind_of(std::size_t object) const { return scene_->bodies[object].kind; }
   const std::string& name_of(std::size_t object) const { return scene_->scene.objects[object].tree.name(); }
-  std::vector<std::size_t> objects_of(const std::string& name) const;
-  Pose root_pose(std::size_t root) const;
-  void latch(std::size_t carrier, std::size_t carried);
-  void release(std::size_t carried);
-  bool is_carried_by(std::size_t object, std::size_t carrier) const;
-  BodyInertia inertia_of_root(std::size_t root) const;
 
   const DynamicScene* scene_;
   MakeContacts make_;
@@ -121,6 +151,8 @@ class SceneSimulation {
   std::vector<std::unique_ptr<Arm>> arms_;
   std::unique_ptr<DynamicsWorld> world_;
   std::unique_ptr<NarrowphaseContacts> contacts_;
+  std::vector<ListedPair> listed_;
+  std::vector<std::size_t> cluster_;  // by object: fixed joints make links one
   std::vector<std::string> solid_names_;
   std::vector<std::size_t> object_of_;
   std::span<const Contact> found_;

@@ -11,8 +11,12 @@ namespace {
 
 double determinant(const Matrix3& R) { return dot(R.col(0), cross(R.col(1), R.col(2))); }
 
+/// x - x is 0 for finite numbers, else not a number.
 bool all_finite(const Pose& X) {
-  return is_finite(X.R.col(0)) && is_finite(X.R.col(1)) && is_finite(X.R.col(2)) && is_finite(X.p);
+  double sum = 0.0;
+  for (int i = 0; i < 9; ++i) sum += X.R.data()[i] - X.R.data()[i];
+  for (int k = 0; k < 3; ++k) sum += X.p[k] - X.p[k];
+  return sum == 0.0;
 }
 
 // cos(pitch) below this is gimbal lock: roll and yaw turn about the same axis to within rounding.

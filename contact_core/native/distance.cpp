@@ -1,6 +1,7 @@
 #include "contact_core/native/distance.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "contact_core/native/double_double.hpp"
 #include "contact_core/native/witness.hpp"
@@ -12,6 +13,9 @@ namespace {
 constexpr double kShort = 0x1p-6;
 /// Upper and lower bound must agree to this many u * extent.
 constexpr double kGap = 16;
+
+/// A search that stopped short is taken on by so many vertices.
+constexpr int kExtensions = 3;
 
 /// A triangle whose barycentric coordinates miss the sum 1 by more is too thin even for double-double.
 constexpr double kSliver = 0x1p-40;
@@ -54,13 +58,44 @@ bool foot_on_triangle(const DoubleDouble3& w0, const DoubleDouble3& w1, const Do
   return true;
 }
 
+/// The same for two vertices of a simplex, which then is that edge.
+bool recompute_on_edge(const HullPair& hulls, Simplex& s, SignedDistance& out) {
+  DoubleDouble3 v;
+  if (!foot_on_edge(minkowski_vertex(hulls, s, 0), minkowski_vertex(hulls, s, 1), s, v)) return false;
+  const Vector3 direction = v.rounded();
+  const double length = norm(direction);
+  if (!(length > 0.0)) return false;
+  out.separation = length;
+  out.n = direction / length;
+  return true;
+}
+
+/// Where the foot lies on a triangle's rim, rounding puts it on either side: the nearest edge has it.
+bool recompute_on_rim(const HullPair& hulls, Simplex& s, SignedDistance& out) {
+  Simplex best;
+  SignedDistance nearest{std::numeric_limits<double>::infinity(), {}, {}};
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    Simplex edge = s;
+    edge.count = 2;
+    edge.a = {s.a[i], s.a[j]}, edge.b = {s.b[i], s.b[j]};
+    edge.w[0] = s.w[i], edge.w[1] = s.w[j];
+    SignedDistance distance = out;
+    if (!recompute_on_edge(hulls, edge, distance) || !(distance.separation < nearest.separation)) continue;
+    best = edge, nearest = distance;
+  }
+  if (best.count == 0) return false;
+  s = best, out = nearest;
+  return true;
+}
+
 bool recompute(const HullPair& hulls, Simplex& s, SignedDistance& out) {
   const DoubleDouble3 w0 = minkowski_vertex(hulls, s, 0);
   if (s.count == 3)
-    return foot_on_triangle(w0, minkowski_vertex(hulls, s, 1), minkowski_vertex(hulls, s, 2), s, out);
-  DoubleDouble3 v = w0;
-  if (s.count == 2 && !foot_on_edge(w0, minkowski_vertex(hulls, s, 1), s, v)) return false;
-  const Vector3 direction = v.rounded();
+    return foot_on_triangle(w0, minkowski_vertex(hulls, s, 1), minkowski_vertex(hulls, s, 2), s, out) ||
+           recompute_on_rim(hulls, s, out);
+  if (s.count == 2) return recompute_on_edge(hulls, s, out);
+  const Vector3 direction = w0.rounded();
   const double length = norm(direction);
   if (!(length > 0.0)) return false;
   out.separation = length;
@@ -70,6 +105,33 @@ bool recompute(const HullPair& hulls, Simplex& s, SignedDistance& out) {
 
 bool agrees(const HullPair& hulls, const SignedDistance& d) {
   return d.separation - separation_along(hulls, d.n) <= kGap * kRoundoff * hulls.extent;
+}
+
+/// Takes in the vertex that lies furthest against out.n, instead of one of three: where the search stopped
+/// on a face's diagonal, say, which the foot misses by a rounding. False when there is none, or it is no
+/// better.
+bool extend(const HullPair& hulls, Simplex& s, SignedDistance& out) {
+  const auto a = static_cast<std::uint8_t>(support_high(hulls.a, out.n).index);
+  const auto b = static_cast<std::uint8_t>(support_low(hulls.b, out.n).index);
+  for (int i = 0; i < s.count; ++i)
+    if (s.a[i] == a && s.b[i] == b) return false;
+  const auto put = [&](int i, Simplex& to) {
+    to.a[i] = a, to.b[i] = b;
+    to.w[i] = hulls.b.vertex(b) - hulls.a.vertex(a);
+  };
+  if (s.count < 3) {
+    put(s.count++, s);
+    return recompute(hulls, s, out);
+  }
+  for (int i = 0; i < 3; ++i) {
+    Simplex other = s;
+    put(i, other);
+    SignedDistance distance = out;
+    if (!recompute(hulls, other, distance) || !agrees(hulls, distance)) continue;
+    s = other, out = distance;
+    return true;
+  }
+  return false;
 }
 
 struct BestDirection {
@@ -131,6 +193,8 @@ bool distance_apart(const PosedPair& pair, double limit, SignedDistance& result)
     if (known && length > kShort * pair.hulls.extent &&
         !agrees(pair.hulls, {norm(combination(s)), result.n, {}}))
       known = recompute(pair.hulls, s, result);
+    for (int i = 0; i < kExtensions && known && !agrees(pair.hulls, result); ++i)
+      known = extend(pair.hulls, s, result);
     if (known && agrees(pair.hulls, result)) {
       result.p_A = point_on_a(pair.hulls, s);
       return true;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact_core/native/aligned_hulls.hpp"
 #include "contact_core/native/apart_pass.hpp"
 #include "contact_core/native/clip_batch.hpp"
 #include "contact_core/native/overlap.hpp"
@@ -121,34 +122,47 @@ PairStatus measure_one(const SolidSet& set, const Kernels& kernels, const Ordere
     return is_done();
   };
   if (out_of_reach() || is_done()) return PairStatus::separated;
-  bool known = is_complete(record) && record.separation <= max_separation;
-  bool ordinary = true;
+  const SolidKind kind = kind_of(set, pair);
+  const bool general = kind == SolidKind::general;
+  bool known = is_complete(record);
+  bool ordinary = true, is_placed = false;
+  PlacedPair placed;
+  Certified certified = Certified::unknown;
   if (!known && !apart.found) {
     ordinary = is_ordinary(set, pair.a, X_WA, pair.b, X_WB);
     if (!ordinary) record = scaled_pair_depth(set, kernels, pair, input.poses);
-    known = is_complete(record) && record.separation <= max_separation;
+    if (ordinary && !general && record.certified == Certified::unknown) {
+      place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
+      is_placed = true;
+      certified = certify_aligned(placed.a_W, placed.b_W);
+      if (certified == Certified::overlapping) record.certified = certified;
+      if (certified == Certified::separated && !reaches_apart(input.query)) {
+        write_beyond(geometry);
+        return PairStatus::separated;
+      }
+    }
+    known = is_complete(record);
   }
   if (known) {
     write(given, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
     if (points == nullptr) return PairStatus::overlapping;
   }
-  const SolidKind kind = kind_of(set, pair);
-  const bool general = kind == SolidKind::general;
   if (!general && try_apart()) return PairStatus::separated;
   if ((known || apart.found) && !general && ordinary) {
     clips.add(given, kind, geometry, points);
     return apart.found ? PairStatus::separated : PairStatus::overlapping;
   }
-  PlacedPair placed;
-  place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
+  if (!is_placed) place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, ordinary, placed);
   if (general && !apart.found) {
     record = hull_depth(set, kernels, pair, placed);
     if (!ordinary) record.certified = Certified::unknown;
     if (out_of_reach() || try_apart()) return PairStatus::separated;
   }
   known = known || apart.found;
-  Certified certified = apart.found ? Certified::separated : record.certified;
-  if (certified == Certified::unknown && ordinary) certified = certify_kinds(set, pair, input.poses);
+  if (apart.found)
+    certified = Certified::separated;
+  else if (certified == Certified::unknown)
+    certified = record.certified;
   if (certified == Certified::unknown)
     certified = hulls_meet(placed) ? Certified::overlapping : Certified::separated;
   const bool meet = certified == Certified::overlapping;

@@ -4,7 +4,9 @@
 
 #include <cmath>
 
+#include "contact_core/broadphase/register_broadphases.hpp"
 #include "contact_core/input_error.hpp"
+#include "contact_core/native/native.hpp"
 #include "contact_core/registry.hpp"
 #include "contact_core/scene/motion.hpp"
 #include "tests/support/counting_allocator.hpp"
@@ -288,6 +290,112 @@ TEST(SceneSimulation, StepsAllocateNothing) {
   }
   EXPECT_EQ(allocation_count(), allocations);
   EXPECT_GT(simulation.object_pose(2).p.x(), 0.01);  // it was pushed
+}
+
+TEST(SceneSimulation, LatchesReleasesAndRampsAllocateNothing) {
+  // A rod with a ramp on its drive catches a free body and lets it go; two free bodies latch, one of them is
+  // let go again; a box falls onto the floor meanwhile. Not one allocation after set-up.
+  DynamicScene scene = empty_scene(0.5);
+  scene.gravity_W = {0, 0, -9.81};
+  const Vector3 size(0.2, 0.2, 0.2);
+  const double I = 70.0 * 25.0 / 3.0;
+  add(scene, box("rod of the arm", {5, 0.1, 0.1}, at({2.5, 0, 3})),
+      {.kind = BodyKind::link, .inertia = {70, kZero, Vector3(0, I / 4, I / 4).asDiagonal()}});
+  add(scene, box("payload of the arm", size, at({5.2, 0, 3})), free_body(10, size, {0.3, 0.1, 0}));
+  add(scene, box("first of two bodies", size, at({0, 5, 3})), free_body(5, size, {0.1, 0, 0}, {0, 0, 0.5}));
+  add(scene, box("second of two bodies", size, at({0.5, 5, 3})), free_body(3, size, {0, 0.2, 0.1}));
+  add(scene, box("floor", {4, 4, 1}, at({0, -4, -0.5})), {});
+  add(scene, box("falling box", size, at({0, -4, 0.15})), free_body(8, size));
+  SceneJoint joint = pivot(0, {0, 0, 3});
+  joint.drive.ramp = 6.0;
+  scene.mechanisms.push_back({"arm", {joint}, {}});
+  SceneAction by_link{SceneAction::Kind::latch, 0.1}, by_body{SceneAction::Kind::latch, 0.2},
+      from_link{SceneAction::Kind::release, 0.3}, from_body{SceneAction::Kind::release, 0.4};
+  by_link.carrier = 0, by_link.carried = from_link.carried = 1;
+  by_body.carrier = 2, by_body.carried = from_body.carried = 3;
+  scene.actions = {by_link, by_body, from_link, from_body};
+  SceneSimulation simulation(scene, native_contacts);
+  const std::size_t allocations = allocation_count();
+  while (!simulation.is_over()) {
+    ASSERT_EQ(step(simulation).failure, StepFailure::none);
+    ASSERT_EQ(allocation_count(), allocations) << simulation.time();
+  }
+  EXPECT_EQ(simulation.worlds(), 5u);
+  EXPECT_EQ(simulation.contacts().size(), 4u);
+  EXPECT_NEAR(simulation.object_pose(5).p.z(), 0.1, 1e-8);
+}
+
+TEST(SceneSimulation, NothingPassesThroughAPlateHoweverFast) {
+  // In one step of 1 ms it goes 0.4 m at most, through a plate of 5 cm and beyond; the margin is 1 mm.
+  for (const double speed : {0.5, 2.0, 50.0, 400.0}) {
+    for (const bool plate_moves : {false, true}) {
+      DynamicScene scene = empty_scene(std::ceil(1500.0 / speed) * 1e-3);
+      const Vector3 size(0.2, 0.2, 0.2);
+      add(scene, box("ball", size, at({-1.0, 0.1, 0})),
+          free_body(1, size, {plate_moves ? 0.0 : speed, 0, 0}));
+      SceneObject plate = box("plate", {0.05, 1, 1}, {});
+      if (plate_moves) plate.motion.segments.push_back({0.0, scene.scene.duration, {-speed, 0, 0}});
+      add(scene, plate, {.kind = plate_moves ? BodyKind::kinematic : BodyKind::fixed});
+      SceneSimulation simulation(scene, native_contacts);
+      while (!simulation.is_over()) {
+        ASSERT_EQ(step(simulation).failure, StepFailure::none);
+        const double gap = simulation.object_pose(1).p.x() - simulation.object_pose(0).p.x() - 0.125;
+        ASSERT_GE(gap, -1e-8) << speed << " m/s at " << simulation.time();
+      }
+      const Vector3 ball = simulation.object_pose(0).p;
+      EXPECT_NEAR(ball.x() + 0.125, simulation.object_pose(1).p.x(), 1e-8) << speed;
+      EXPECT_NEAR(ball.y(), 0.1, 1e-12);
+    }
+  }
+}
+
+TEST(SceneSimulation, FastBodiesPassByWhatTheyDoNotMeet) {
+  // Past the plate's edge by 2 mm, and away from it: no contact, no force.
+  DynamicScene scene = empty_scene(0.02);
+  const Vector3 size(0.2, 0.2, 0.2);
+  add(scene, box("past", size, at({-1.0, 0.602, 0})), free_body(1, size, {100, 0, 0}));
+  add(scene, box("away", size, at({-0.2, 0, 0})), free_body(1, size, {-100, 0, 0}));
+  add(scene, box("plate", {0.05, 1, 1}, {}), {});
+  SceneSimulation simulation(scene, native_contacts);
+  run(simulation);
+  EXPECT_NEAR(simulation.object_pose(0).p.x(), 1.0, 1e-12);
+  EXPECT_NEAR(simulation.object_pose(1).p.x(), -2.2, 1e-12);
+}
+
+/// Knows poses only.
+class PosesOnly final : public Broadphase {
+ public:
+  std::string_view name() const noexcept override { return "poses_only"; }
+  void build(const BroadphaseInput& input) override { of_->build(input); }
+  void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept override {
+    of_->update(poses, moved);
+  }
+  std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept override {
+    return of_->find_pairs(cursor, block);
+  }
+
+ private:
+  std::unique_ptr<Broadphase> of_ = make_native_broadphase();
+};
+
+TEST(NarrowphaseContacts, SayWhatTheBroadphaseCannotFollow) {
+  DynamicsWorld world({});
+  const Vector3 size(0.2, 0.2, 0.2);
+  const RigidBody ball(box_inertia(1, size), "ball");
+  const HexahedronTree tree({{"box", Hexahedron::from_size(size), {}}}, "ball");
+  const std::uint32_t slow = world.add_body(ball, ball.state(at({0, 3, 0}), {0.4, 0, 0}, kZero));
+  const std::uint32_t fast = world.add_body(ball, ball.state({}, {0.6, 0, 0}, kZero));
+  for (const bool knows_paths : {true, false}) {
+    std::unique_ptr<Broadphase> broadphase = make_native_broadphase();
+    if (!knows_paths) broadphase = std::make_unique<PosesOnly>();
+    NarrowphaseContacts contacts(std::move(broadphase), make_native(), 1e-3);
+    for (const std::uint32_t body : {slow, fast}) contacts.add(Mover::of_body(body), tree, {});
+    contacts.build();
+    contacts.find(world, 1e-3);
+    EXPECT_EQ(contacts.unfollowed(), knows_paths ? 0u : 1u);
+    contacts.find(world, 0.5e-3);
+    EXPECT_EQ(contacts.unfollowed(), 0u);
+  }
 }
 
 TEST(SceneSimulation, SetUpRefusesAJointThatMovesNoInertia) {

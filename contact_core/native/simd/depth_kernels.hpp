@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact_core/native/simd/box_kernels.hpp"
+#include "contact_core/native/simd/exact_products.hpp"
 #include "contact_core/native/simd/line_crossing.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 
@@ -17,17 +18,18 @@
 // of the solids that A_i, B_j and T span exactly (box_box_overlap.cpp, parallelepiped_overlap.cpp). A product
 // L is off by 2 u a coordinate, a triple product of directions by 7 u, T . L by 8 u t, so a slack by E = 16 u
 // size at most. Hence with m = 64 u size + 4 u P + 2 D >= e + E: s < -m on any axis certifies separation, s >
-// m on all overlap. Edges at a sine below 2^-38 cannot reach that; leaving their axes out turns B by at most
-// 2 * 2^-38 each and changes every other slack by at most 4 times that times size (box_box_overlap.cpp), so
-// the others must exceed m by 2^-35 size for each.
+// m on all overlap. Edges at a sine below 2^-4 get their axis from exact products, right to 2 u |L|, and the
+// slack from its own projections: s / |L| then is off by E at most, and is what is compared with m. Below 8 u
+// (4 u, where rounded products are enough to tell) an axis carries no direction; leaving it out turns B by at
+// most twice the sine and changes every other slack by at most 4 times that times size (box_box_overlap.cpp),
+// so the others must exceed m by 8 sines times size for each. A sine is at most |L|_1 + 8 u.
 //
-// Choice. Overlaps are compared by the squares of s / |L|, without a division. An axis with |L| >= 2^-4 has
-// an overlap right to (E + e) / |L| at most, and rarely off by more than 2 u size; of axes closer than that
-// any is right to as much. Cross axes are taken when better than face axes by 4 u size, so that ties are
-// decided for faces. An axis with a shorter L is never taken: when its overlap less E could be the least, the
-// pair is left to the scalar road, which forms the axis from exact products. Shorter than 8 u an axis carries
-// no direction and is left out: its facet is no wider than 8 u times the shorter edge, so its neighbours are
-// as near to that.
+// Choice. Overlaps are compared by the squares of s / |L|, without a division; a slack below 0, of pairs that
+// touch to rounding, counts as 0. An axis has an overlap right to (E + e) / 2^-4 at most, and rarely off by
+// more than 2 u size; of axes closer than that any is right to as much. Cross axes are taken when better than
+// face axes by 4 u size, so that ties are decided for faces. A face's axis with |L| < 2^-4, of forms, is
+// never taken: when its overlap less E could be the least, the pair is left to the scalar road. The facet of
+// an axis left out is no wider than 8 u times the shorter edge, so its neighbours are as near to that.
 //
 // Depth. n = +-L / |L|; the vertices that support it are found by the signs of n . A_i and n . B_j, formed as
 // world_vertices() does, and the separation is n . (v_B - v_A): that of the hulls along n to e.
@@ -44,9 +46,11 @@ constexpr double kDeviationRoundoffs = 8.0;
 constexpr double kLevelRoundoffs = 4.0;
 constexpr double kWitnessRoundoffs = 16.0;
 constexpr double kShortAxis2 = 0x1p-8;
-constexpr double kTinyAxis2 = 0x1p-76;
-constexpr double kTinyTurn = 0x1p-35;
+constexpr double kTurn = 8.0;
+constexpr double kSineRoundoffs = 8.0;
 constexpr double kNoAxis2 = 64 * kU * kU;
+/// Short of which an axis from rounded products is off by less than what is missing to that.
+constexpr double kSurelyNoAxis2 = 16 * kU * kU;
 
 // ---- The solids in lanes
 
@@ -136,42 +140,95 @@ struct OneOfThree {
   TOUCHSTONE_INLINE Pack of(const Pack (&p)[3]) const { return first ? p[0] : (second ? p[1] : p[2]); }
 };
 
+/// By how much, of the size, other slacks change when the edges that span L are made parallel.
+template <class Pack>
+TOUCHSTONE_INLINE Pack turn_by(const Vector3Of<Pack>& L) {
+  return all<Pack>(kTurn) * (sum(L) + all<Pack>(kSineRoundoffs * kU));
+}
+
+template <class Pack>
+struct SearchedAxis {
+  Vector3Of<Pack> L;
+  Pack slack;
+  Pack L2;
+  Pack overlap;  ///< times |L|, with its handicap
+};
+
 template <class Pack>
 struct AxisSearch {
   Pack slack_error, tie, margin;
   Pack least_slack = all<Pack>(__builtin_inf());
-  Pack turn = Pack{};
-  MaskOf<Pack> separated = MaskOf<Pack>{};
+  Pack turn[3] = {};  // by B's edge
   // Of the least overlap so far: (overlap |L|)^2 and |L|^2.
   Pack best_square = all<Pack>(__builtin_inf());
   Pack best_length2 = all<Pack>(1.0);
   Pack code = Pack{};
 
-  TOUCHSTONE_INLINE void add(const Vector3Of<Pack>& L, Pack slack, Pack handicap, double number) {
-    const Pack L2 = dot(L, L);
-    Pack overlap = slack + handicap;
-    const MaskOf<Pack> is_short = L2 < all<Pack>(kShortAxis2);
-    if (__builtin_expect(bits(is_short) != 0, 0))
-      add_short(L2, is_short, slack, overlap);
-    else
-      least_slack = least(least_slack, slack);
-    const Pack square = overlap * overlap;
-    const MaskOf<Pack> better = square * best_length2 < best_square * L2;
-    best_square = better ? square : best_square;
-    best_length2 = better ? L2 : best_length2;
-    code = better ? all<Pack>(number) : code;
+  TOUCHSTONE_INLINE void add_face(const Vector3Of<Pack>& L, Pack slack, double number) {
+    SearchedAxis<Pack> axis = {L, slack, dot(L, L), greatest(slack, Pack{})};
+    const MaskOf<Pack> is_short = axis.L2 < all<Pack>(kShortAxis2);
+    least_slack = least(least_slack, slack);
+    if (__builtin_expect(bits(is_short) != 0, 0)) {
+      const Pack uncertain = greatest(slack - slack_error, Pack{});
+      axis.overlap = is_short ? uncertain : axis.overlap;
+      axis.overlap = axis.L2 <= all<Pack>(kNoAxis2) ? all<Pack>(__builtin_inf()) : axis.overlap;
+    }
+    choose(axis, number);
   }
 
-  TOUCHSTONE_INLINE void add_short(Pack L2, MaskOf<Pack> is_short, Pack slack, Pack& overlap) {
-    const Pack infinity = all<Pack>(__builtin_inf());
-    const MaskOf<Pack> tiny = L2 < all<Pack>(kTinyAxis2);
-    separated |= slack < -margin;
-    turn = turn + (tiny ? all<Pack>(kTinyTurn) : Pack{});
-    least_slack = least(least_slack, tiny ? infinity : slack);
-    overlap = is_short ? greatest(slack - slack_error, Pack{}) : overlap;
-    overlap = L2 <= all<Pack>(kNoAxis2) ? infinity : overlap;
+  /// @param refine the same axis from exact products
+  template <class Refine>
+  TOUCHSTONE_INLINE void add_edges(const Vector3Of<Pack>& L, Pack slack, int i, int j, const Refine& refine) {
+    SearchedAxis<Pack> axis = {L, slack, dot(L, L), greatest(slack, Pack{}) + tie};
+    const MaskOf<Pack> is_short = axis.L2 < all<Pack>(kShortAxis2);
+    if (__builtin_expect(bits(is_short) != 0, 0)) {
+      const MaskOf<Pack> none = axis.L2 <= all<Pack>(kSurelyNoAxis2);
+      SearchedAxis<Pack> fine = axis;
+      if (bits(is_short & ~none) != 0) fine = refine();
+      add_short(fine, is_short, none, turn[j], axis);
+    } else {
+      least_slack = least(least_slack, axis.slack);
+    }
+    choose(axis, 6 + 3 * i + j);
+  }
+
+  TOUCHSTONE_INLINE void add_short(const SearchedAxis<Pack>& refined, MaskOf<Pack> is_short,
+                                   MaskOf<Pack> surely_none, Pack& turn_j, SearchedAxis<Pack>& axis) {
+    const Pack length = square_root(refined.L2);
+    const MaskOf<Pack> none = surely_none | (is_short & (refined.L2 <= all<Pack>(kNoAxis2)));
+    const Pack slack = is_short ? refined.slack / length : axis.slack;
+    least_slack = none ? least_slack : least(least_slack, slack);
+    turn_j = turn_j + (none ? turn_by(select<Pack>(surely_none, axis.L, refined.L)) : Pack{});
+    const Pack overlap = greatest(refined.slack, Pack{}) + tie * length;
+    axis.overlap = is_short ? (none ? all<Pack>(__builtin_inf()) : overlap) : axis.overlap;
+    axis.L2 = is_short ? (surely_none ? axis.L2 : refined.L2) : axis.L2;
+  }
+
+  TOUCHSTONE_INLINE void choose(const SearchedAxis<Pack>& axis, double number) {
+    const Pack square = axis.overlap * axis.overlap;
+    const MaskOf<Pack> better = square * best_length2 < best_square * axis.L2;
+    best_square = better ? square : best_square;
+    best_length2 = better ? axis.L2 : best_length2;
+    code = better ? all<Pack>(number) : code;
   }
 };
+
+/// Half the solid's width along L.
+template <class Pack>
+TOUCHSTONE_INLINE Pack half_width(const Vector3Of<Pack>& L, const Vector3Of<Pack> (&direction)[3],
+                                  const Pack (&half)[3]) {
+  return (half[0] * magnitude(dot(L, direction[0])) + half[1] * magnitude(dot(L, direction[1]))) +
+         half[2] * magnitude(dot(L, direction[2]));
+}
+
+/// The axis across two edges from exact products, and its slack from its own projections. @param widths L ->
+/// the sum of both half widths
+template <class Pack, class Widths>
+TOUCHSTONE_INLINE SearchedAxis<Pack> refined_axis(const Vector3Of<Pack>& a, const Vector3Of<Pack>& b,
+                                                  const Vector3Of<Pack>& T, const Widths& widths) {
+  const Vector3Of<Pack> L = accurate_cross(a, b);
+  return {L, widths(L) - magnitude(dot(L, T)), dot(L, L), Pack{}};
+}
 
 template <class Pack>
 struct Normals {
@@ -198,14 +255,17 @@ TOUCHSTONE_INLINE void search_axes(const DepthSolid<Pack>& A, const Normals<Pack
   }
   for (int i = 0; i < 3; ++i) {
     const Pack reach = (B.half[0] * a_b[i][0] + B.half[1] * a_b[i][1]) + B.half[2] * a_b[i][2];
-    search.add(normal_a.of[i], (A.half[i] * normal_a.volume + reach) - magnitude(dot(normal_a.of[i], T)),
-               Pack{}, i);
+    search.add_face(normal_a.of[i], (A.half[i] * normal_a.volume + reach) - magnitude(dot(normal_a.of[i], T)),
+                    i);
   }
   for (int j = 0; j < 3; ++j) {
     const Pack reach = (A.half[0] * b_a[j][0] + A.half[1] * b_a[j][1]) + A.half[2] * b_a[j][2];
-    search.add(normal_b.of[j], (B.half[j] * normal_b.volume + reach) - magnitude(dot(normal_b.of[j], T)),
-               Pack{}, 3 + j);
+    search.add_face(normal_b.of[j], (B.half[j] * normal_b.volume + reach) - magnitude(dot(normal_b.of[j], T)),
+                    3 + j);
   }
+  const auto widths = [&](const Vector3Of<Pack>& L) {
+    return half_width<Pack>(L, A.direction, A.half) + half_width<Pack>(L, B.direction, B.half);
+  };
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {
@@ -214,7 +274,8 @@ TOUCHSTONE_INLINE void search_axes(const DepthSolid<Pack>& A, const Normals<Pack
       // L . A_k is up to sign B_j . normal of A opposite both; likewise for B.
       const Pack radius_a = A.half[i1] * a_b[i2][j] + A.half[i2] * a_b[i1][j];
       const Pack radius_b = B.half[j1] * b_a[j2][i] + B.half[j2] * b_a[j1][i];
-      search.add(L, (radius_a + radius_b) - magnitude(dot(L, T)), search.tie, 6 + 3 * i + j);
+      search.add_edges(L, (radius_a + radius_b) - magnitude(dot(L, T)), i, j,
+                       [&] { return refined_axis<Pack>(A.direction[i], B.direction[j], T, widths); });
     }
   }
 }
@@ -237,10 +298,15 @@ TOUCHSTONE_INLINE Vector3Of<Pack> axis_of(Pack code, const DepthSolid<Pack>& A, 
                                           const DepthSolid<Pack>& B, const Normals<Pack>& normal_b) {
   const OneOfThree<Pack> face_a = {code == Pack{}, code == all<Pack>(1)};
   const OneOfThree<Pack> face_b = {code == all<Pack>(3), code == all<Pack>(4)};
-  const Vector3Of<Pack> edges = cross(row_of(code).of(A.direction), column_of(code).of(B.direction));
   const Vector3Of<Pack> face =
       select<Pack>(code < all<Pack>(3), face_a.of(normal_a.of), face_b.of(normal_b.of));
-  return select<Pack>(code < all<Pack>(6), face, edges);
+  const MaskOf<Pack> is_face = code < all<Pack>(6);
+  if (bits(~is_face) == 0) return face;
+  const Vector3Of<Pack> a = row_of(code).of(A.direction), b = column_of(code).of(B.direction);
+  const Vector3Of<Pack> edges = cross(a, b);
+  const MaskOf<Pack> is_short = dot(edges, edges) < all<Pack>(kShortAxis2);
+  if (__builtin_expect(bits(is_short) == 0, 1)) return select<Pack>(is_face, face, edges);
+  return select<Pack>(is_face, face, select<Pack>(is_short, accurate_cross(a, b), edges));
 }
 
 // ---- Depth and witness points
@@ -324,42 +390,58 @@ TOUCHSTONE_INLINE MaskOf<Pack> edge_witness(const DepthSolid<Pack>& A, const Dep
   return (magnitude(x - on_a) <= tolerance) & (magnitude(y - clamped<Pack>(y, twice_b)) <= tolerance);
 }
 
-template <class Solid, class Pack>
-TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
-  const Vector3Of<Pack> T = (B.p - A.p) + (B.centre - A.centre);
-  const Pack size = ((A.reach + B.reach) + (A.centre_sum + B.centre_sum)) + sum(T);
-  const Pack position = largest(A.p) + largest(B.p);
-  const Pack unit_size = all<Pack>(kU) * size, unit_position = all<Pack>(kU) * position;
-  const Pack deviation = A.deviation + B.deviation;
-  AxisSearch<Pack> search;
-  search.slack_error = all<Pack>(kSlackRoundoffs) * unit_size;
-  search.tie = all<Pack>(kTieRoundoffs) * unit_size;
-  search.margin = (all<Pack>(kFormRoundoffs) * unit_size + all<Pack>(kPositionRoundoffs) * unit_position) +
-                  all<Pack>(2.0) * deviation;
-  const Normals<Pack> normal_a(A), normal_b(B);
-  search_axes<Pack>(A, normal_a, B, normal_b, T, search);
+/// What bounds the roundings of a pair.
+template <class Pack>
+struct DepthScale {
+  Vector3Of<Pack> T;
+  Pack size, position, unit_size, unit_position, deviation;
 
+  TOUCHSTONE_INLINE DepthScale(const DepthSolid<Pack>& A, const DepthSolid<Pack>& B) {
+    T = (B.p - A.p) + (B.centre - A.centre);
+    size = ((A.reach + B.reach) + (A.centre_sum + B.centre_sum)) + sum(T);
+    position = largest(A.p) + largest(B.p);
+    unit_size = all<Pack>(kU) * size, unit_position = all<Pack>(kU) * position;
+    deviation = A.deviation + B.deviation;
+  }
+
+  TOUCHSTONE_INLINE Pack slack_error() const { return all<Pack>(kSlackRoundoffs) * unit_size; }
+  TOUCHSTONE_INLINE Pack tie() const { return all<Pack>(kTieRoundoffs) * unit_size; }
+  TOUCHSTONE_INLINE Pack margin() const {
+    return (all<Pack>(kFormRoundoffs) * unit_size + all<Pack>(kPositionRoundoffs) * unit_position) +
+           all<Pack>(2.0) * deviation;
+  }
+};
+
+/// Verdict, depth and witness points from the axis found. The axis holds for pairs that overlap, whether this
+/// or something else proves that they do.
+template <class Solid, class Pack>
+TOUCHSTONE_INLINE DepthLanes<Pack> measure_along(const Solid& A, const Normals<Pack>& normal_a,
+                                                 const Solid& B, const Normals<Pack>& normal_b,
+                                                 const DepthScale<Pack>& scale,
+                                                 const AxisSearch<Pack>& search) {
   DepthLanes<Pack> out;
-  const MaskOf<Pack> ordinary = size + position < all<Pack>(kOrdinaryHigh);
-  out.separated = (search.separated | (search.least_slack < -search.margin)) & ordinary;
-  out.overlapping = (search.least_slack > search.margin + search.turn * size) & ordinary;
+  const MaskOf<Pack> ordinary = scale.size + scale.position < all<Pack>(kOrdinaryHigh);
+  const Pack turn = (search.turn[0] + search.turn[1]) + search.turn[2];
+  out.separated = (search.least_slack < -search.margin) & ordinary;
+  out.overlapping = (search.least_slack > search.margin + turn * scale.size) & ordinary;
   out.code = search.code;
 
   const Vector3Of<Pack> axis = axis_of<Pack>(out.code, A, normal_a, B, normal_b);
   const Pack length2 = dot(axis, axis);
-  out.has_axis = out.overlapping & (length2 >= all<Pack>(kShortAxis2)) &
-                 (deviation <= all<Pack>(kDeviationRoundoffs) * unit_size);
-  const Pack forward = dot(axis, T) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
+  const MaskOf<Pack> is_b = out.code >= all<Pack>(3), is_edge = out.code >= all<Pack>(6);
+  out.has_axis = ordinary & ~out.separated & (is_edge | (length2 >= all<Pack>(kShortAxis2))) &
+                 (scale.deviation <= all<Pack>(kDeviationRoundoffs) * scale.unit_size);
+  const Pack forward = dot(axis, scale.T) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
   out.n = (forward / square_root(length2)) * axis;
   Supports<Pack> v;
   support_signs<Pack>(A, out.n, v.sign_a, v.projection_a);
   support_signs<Pack>(B, out.n, v.sign_b, v.projection_b);
   for (int k = 0; k < 3; ++k) v.sign_b[k] = -v.sign_b[k];
   v.a = A.vertex(v.sign_a), v.b = B.vertex(v.sign_b);
-  out.separation = dot(v.b - v.a, out.n);
-  const Pack tolerance = all<Pack>(kWitnessRoundoffs) * (unit_size + unit_position) + deviation;
-  const Pack level = all<Pack>(kLevelRoundoffs) * unit_size;
-  const MaskOf<Pack> is_b = out.code >= all<Pack>(3), is_edge = out.code >= all<Pack>(6);
+  out.separation = least(dot(v.b - v.a, out.n), Pack{});
+  const Pack tolerance =
+      all<Pack>(kWitnessRoundoffs) * (scale.unit_size + scale.unit_position) + scale.deviation;
+  const Pack level = all<Pack>(kLevelRoundoffs) * scale.unit_size;
   out.p_A = {Pack{}, Pack{}, Pack{}};
   out.has_witness = MaskOf<Pack>{};
   if (bits(~is_edge) != 0)
@@ -372,6 +454,16 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
     out.has_witness = (is_edge & holds) | (~is_edge & out.has_witness);
   }
   return out;
+}
+
+template <class Solid, class Pack>
+TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
+  const DepthScale<Pack> scale(A, B);
+  AxisSearch<Pack> search;
+  search.slack_error = scale.slack_error(), search.tie = scale.tie(), search.margin = scale.margin();
+  const Normals<Pack> normal_a(A), normal_b(B);
+  search_axes<Pack>(A, normal_a, B, normal_b, scale.T, search);
+  return measure_along<Solid, Pack>(A, normal_a, B, normal_b, scale, search);
 }
 
 template <class Pack>

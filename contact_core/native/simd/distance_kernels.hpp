@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact_core/native/simd/exact_products.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 
 // The distance of two boxes or parallelepipeds that are apart, in closed form, pairs in lanes.
@@ -84,38 +85,6 @@ TOUCHSTONE_INLINE void add_where(MaskOf<Pack> mask, const Vector3Of<Pack>& p, Ve
   to.z = (Pack)((Mask)to.z | (mask & (Mask)p.z));
 }
 
-/// high + low; see double_double.hpp, also for the steps below.
-template <class Pack>
-struct Wide {
-  Pack high, low;
-};
-
-template <class Pack>
-TOUCHSTONE_INLINE Wide<Pack> exact_sum(Pack x, Pack y) {
-  const Pack sum = x + y;
-  const Pack y_part = sum - x;
-  return {sum, (x - (sum - y_part)) + (y - y_part)};
-}
-
-/// x y exactly.
-template <class Pack>
-TOUCHSTONE_INLINE Wide<Pack> exact_product(Pack x, Pack y) {
-  const Pack splitter = all<Pack>(0x1p27 + 1.0);
-  const Pack tx = splitter * x, ty = splitter * y;
-  const Pack xh = tx - (tx - x), yh = ty - (ty - y);
-  const Pack xl = x - xh, yl = y - yh;
-  const Pack product = x * y;
-  return {product, ((xh * yh - product) + xh * yl + xl * yh) + xl * yl};
-}
-
-/// p x - q y to about one rounding, however much cancels.
-template <class Pack>
-TOUCHSTONE_INLINE Pack difference_of_products(Pack p, Pack x, Pack q, Pack y) {
-  const Wide<Pack> px = exact_product(p, x), qy = exact_product(q, y);
-  const Wide<Pack> difference = exact_sum(px.high, -qy.high);
-  return difference.high + (difference.low + (px.low - qy.low));
-}
-
 template <class Pack>
 TOUCHSTONE_INLINE Wide<Pack> operator+(const Wide<Pack>& x, const Wide<Pack>& y) {
   const Wide<Pack> sum = exact_sum(x.high, y.high);
@@ -152,8 +121,7 @@ TOUCHSTONE_INLINE void move_across(const Vector3Of<Pack>& g, MaskOf<Pack> moves,
 template <bool accurate, class Pack>
 TOUCHSTONE_INLINE Vector3Of<Pack> normal_of(const Vector3Of<Pack>& p, const Vector3Of<Pack>& q) {
   if constexpr (accurate)
-    return {difference_of_products(p.y, q.z, p.z, q.y), difference_of_products(p.z, q.x, p.x, q.z),
-            difference_of_products(p.x, q.y, p.y, q.x)};
+    return accurate_cross(p, q);
   else
     return cross(p, q);
 }

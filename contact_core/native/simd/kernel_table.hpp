@@ -5,6 +5,8 @@
 #include "contact_core/native/simd/distance_kernels.hpp"
 #include "contact_core/native/simd/hull_distance_kernels.hpp"
 #include "contact_core/native/simd/hull_kernels.hpp"
+#include "contact_core/native/simd/lone_box_clip.hpp"
+#include "contact_core/native/simd/lone_box_depth.hpp"
 #include "contact_core/native/simd/manifold_kernels.hpp"
 #include "contact_core/native/simd/parallelepiped_kernels.hpp"
 #include "contact_core/native/simd/portal_kernels.hpp"
@@ -46,7 +48,7 @@ struct Table {
   static void measure_box_depths(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                                  std::size_t count, DepthRecord* out) {
     if (count == 1)
-      measure_depths_inline<Double2, BoxSolid>(poses, shapes, pairs, count, out);
+      measure_lone_box_depth(poses[pairs->a], shapes[pairs->a], poses[pairs->b], shapes[pairs->b], out);
     else
       measure_depths_inline<Pack, BoxSolid>(poses, shapes, pairs, count, out);
   }
@@ -81,6 +83,14 @@ struct Table {
       measure_hulls_apart_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
+  static void clip_boxes(const PoseRecord* poses, const BoxRecord* shapes, const ClipTask* tasks,
+                         std::size_t count, double max_separation, ClipRecord* out) {
+    if (count != 1) return clip_inline<Pack, BoxSolid>(poses, shapes, tasks, count, max_separation, out);
+    const PairIndices pair = tasks->pair;
+    *out =
+        clip_lone_boxes(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b], *tasks, max_separation);
+  }
+
   template <template <class> class Solid, class Record>
   static void clip(const PoseRecord* poses, const Record* shapes, const ClipTask* tasks, std::size_t count,
                    double max_separation, ClipRecord* out) {
@@ -106,7 +116,7 @@ struct Table {
             .measure_boxes_apart_accurately = measure_apart<true, BoxesApart>,
             .measure_parallelepipeds_apart_accurately = measure_apart<true, FormsApart>,
             .measure_hulls_apart = measure_hulls_apart,
-            .clip_boxes = clip<BoxSolid>,
+            .clip_boxes = clip_boxes,
             .clip_parallelepipeds = clip<FormSolid>};
   }
 };

@@ -68,10 +68,10 @@ struct ContactFace {
 };
 
 /// +x, +y, +z have their edges in cyclic order, -x, -y, -z the other way round; seen from inside (B), the
-/// second runs back.
+/// second runs back. @param sense 1 for A, -1 for B
 template <bool kIsBox, class Pack>
 TOUCHSTONE_INLINE ContactFace<Pack> contact_face(const DepthSolid<Pack>& s, const Vector3Of<Pack>& centre,
-                                                 const Vector3Of<Pack>& n, bool is_b) {
+                                                 const Vector3Of<Pack>& n, Pack sense) {
   const Normals<Pack> normals(s);
   Pack lean[3], magnitude_of[3];
   Vector3Of<Pack> half[3];
@@ -90,12 +90,12 @@ TOUCHSTONE_INLINE ContactFace<Pack> contact_face(const DepthSolid<Pack>& s, cons
   ContactFace<Pack> out;
   const Pack along = main.of(lean);
   out.normal = (all<Pack>(1.0) / along) * main.of(normals.of);
-  const MaskOf<Pack> positive = is_b ? along < Pack{} : along > Pack{};
+  const MaskOf<Pack> positive = sense * along > Pack{};
   const Pack side = positive ? all<Pack>(1.0) : all<Pack>(-1.0);
   out.centre = centre + side * main.of(half);
   const Vector3Of<Pack> second = main.of(next), third_half = main.of(after);
   out.half[0] = select<Pack>(positive, second, third_half);
-  out.half[1] = all<Pack>(is_b ? -1.0 : 1.0) * select<Pack>(positive, third_half, second);
+  out.half[1] = sense * select<Pack>(positive, third_half, second);
   const Pack axis = main.first ? Pack{} : (main.second ? all<Pack>(2.0) : all<Pack>(4.0));
   out.index = axis + (positive ? all<Pack>(1.0) : Pack{});
   out.lean = third ? magnitude_of[2] : best;
@@ -333,8 +333,8 @@ TOUCHSTONE_INLINE void clip_lanes(const Solid& A, const Solid& B, ContactLanes<P
   contact.deep =
       contact.separation +
       ((all<Pack>(kAsDeepSize) * unit_size + all<Pack>(kAsDeepPosition) * unit_position) + deviation);
-  const ContactFace<Pack> a = contact_face<kIsBox, Pack>(A, A.centre, contact.n, false);
-  const ContactFace<Pack> b = contact_face<kIsBox, Pack>(B, T + B.centre, contact.n, true);
+  const ContactFace<Pack> a = contact_face<kIsBox, Pack>(A, A.centre, contact.n, all<Pack>(1.0));
+  const ContactFace<Pack> b = contact_face<kIsBox, Pack>(B, T + B.centre, contact.n, all<Pack>(-1.0));
   out.face_a = a.index, out.face_b = b.index;
 
   const PlaneAcross<Pack> across(contact.n);
@@ -486,6 +486,18 @@ TOUCHSTONE_INLINE ClipRecord collect(const PointRecord (&corners)[8][kLanes], in
   return out;
 }
 
+/// The same for a task, its names found.
+template <int kLanes>
+TOUCHSTONE_INLINE ClipRecord collect_task(const ClipTask& task, const PointRecord (&corners)[8][kLanes],
+                                          int lane, unsigned long long flags, unsigned long long flush,
+                                          double face_a, double face_b) {
+  const int names[2] = {static_cast<int>(face_a), static_cast<int>(face_b)};
+  const auto faces = static_cast<std::uint32_t>(256 * names[task.swapped] + 4096 * names[!task.swapped]);
+  std::uint64_t labels = task.swapped ? kSwappedEdgeLabels : kEdgeLabels;
+  if (flush != 0) labels = flush_labels(flush, task.swapped, labels);
+  return collect<kLanes>(corners, lane, flags, labels, faces, task.swapped, task.points);
+}
+
 template <class Pack, template <class> class Solid, class Record>
 TOUCHSTONE_INLINE void clip_inline(const PoseRecord* poses, const Record* shapes, const ClipTask* tasks,
                                    std::size_t count, double max_separation, ClipRecord* out) {
@@ -525,15 +537,9 @@ TOUCHSTONE_INLINE void clip_inline(const PoseRecord* poses, const Record* shapes
     double face_a[kLanes], face_b[kLanes];
     store(corners.face_a, face_a), store(corners.face_b, face_b);
     for (std::size_t l = 0; l < here; ++l) {
-      const ClipTask& task = tasks[begin + l];
-      const int names[2] = {static_cast<int>(face_a[l]), static_cast<int>(face_b[l])};
-      const auto faces = static_cast<std::uint32_t>(256 * names[task.swapped] + 4096 * names[!task.swapped]);
-      std::uint64_t labels = task.swapped ? kSwappedEdgeLabels : kEdgeLabels;
-      if (flush[l] != 0)
-        labels = flush_labels(static_cast<unsigned long long>(flush[l]), task.swapped, labels);
-      out[begin + l] =
-          collect<kLanes>(corners.points, static_cast<int>(l), static_cast<unsigned long long>(flags[l]),
-                          labels, faces, task.swapped, task.points);
+      out[begin + l] = collect_task<kLanes>(tasks[begin + l], corners.points, static_cast<int>(l),
+                                            static_cast<unsigned long long>(flags[l]),
+                                            static_cast<unsigned long long>(flush[l]), face_a[l], face_b[l]);
     }
   }
 }

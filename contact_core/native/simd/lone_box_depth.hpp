@@ -1,0 +1,261 @@
+#pragma once
+
+#include "contact_core/native/simd/depth_kernels.hpp"
+
+// depth_kernels.hpp for one pair of boxes alone: lanes are the axes of one box, so that none is idle. Each
+// figure comes of the same operations in the same order as among others, so the bits are the same.
+
+namespace touchstone::native::TOUCHSTONE_ISA {
+
+/// A box's three directions in lanes, the last lane zero.
+TOUCHSTONE_INLINE Vector3Of<Double4> lanes_of(const PoseRecord& X) {
+  const Rows rows = rows_of(X);
+  return {rows.x, rows.y, rows.z};
+}
+
+TOUCHSTONE_INLINE Vector3Of<Double4> in_all_lanes(const double* p) {
+  return {all<Double4>(p[0]), all<Double4>(p[1]), all<Double4>(p[2])};
+}
+
+TOUCHSTONE_INLINE Vector3Of<Double4> normals_of(const Vector3Of<Double4>& d) {
+  return cross(Vector3Of<Double4>{next(d.x), next(d.y), next(d.z)},
+               Vector3Of<Double4>{after_next(d.x), after_next(d.y), after_next(d.z)});
+}
+
+/// out[i][j] = in[j][i], three by three.
+TOUCHSTONE_INLINE void transpose_three(const Double4 (&in)[3], Double4 (&out)[3]) {
+  const Double4 low = __builtin_shufflevector(in[0], in[1], 0, 4, 1, 5);
+  const Double4 high = __builtin_shufflevector(in[0], in[1], 2, 6, 3, 7);
+  out[0] = __builtin_shufflevector(low, in[2], 0, 1, 4, 7);
+  out[1] = __builtin_shufflevector(low, in[2], 2, 3, 5, 7);
+  out[2] = __builtin_shufflevector(high, in[2], 0, 1, 6, 7);
+}
+
+/// Both boxes. By axis in lanes: directions and normals; in all lanes: one coordinate, or one half-extent.
+struct LoneBoxes {
+  Vector3Of<Double4> direction[2], normal[2];
+  Vector3Of<Double4> each[2][3];  // a direction in all lanes
+  Double4 own[2], half[2][3];
+  Double4 volume[2];  // in all lanes
+  Vector3Of<Double4> T;
+
+  TOUCHSTONE_INLINE LoneBoxes(const PoseRecord* const (&X)[2], const BoxRecord* const (&box)[2]) {
+    for (int s = 0; s < 2; ++s) {
+      direction[s] = lanes_of(*X[s]);
+      normal[s] = normals_of(direction[s]);
+      volume[s] = all<Double4>(magnitude(dot(normal[s], direction[s]))[0]);
+      const double* const h = box[s]->half_extents;
+      own[s] = Double4{h[0], h[1], h[2], 0.0};
+      for (int i = 0; i < 3; ++i) each[s][i] = in_all_lanes(X[s]->R + 3 * i), half[s][i] = all<Double4>(h[i]);
+    }
+    T = in_all_lanes(X[1]->p) - in_all_lanes(X[0]->p);
+  }
+};
+
+/// What search_axes() finds: by code, and over all.
+struct LoneSearch {
+  double length2[16], overlap[16];
+  Double4 turn = {};  // by B's edge
+  double least_slack = 0.0;
+  int code = 0;
+
+  TOUCHSTONE_INLINE void keep(int first, Double4 L2, Double4 overlap_of) {
+    store(L2, length2 + first), store(overlap_of, overlap + first);  // the next covers the last lane
+  }
+
+  /// Of the least overlap; later axes only where they are less.
+  TOUCHSTONE_INLINE void choose() {
+    double best_square = __builtin_inf(), best_length2 = 1.0;
+    for (int k = 0; k < 15; ++k) {
+      const double square = overlap[k] * overlap[k];
+      if (!(square * best_length2 < best_square * length2[k])) continue;
+      best_square = square, best_length2 = length2[k], code = k;
+    }
+  }
+};
+
+/// Short axes of edges anew, as AxisSearch::add_short(): of each of A's edges no more than one of B's is that
+/// near to parallel, so one lane is enough for each. @param which the edge of B, or -1 @return slacks
+TOUCHSTONE_INLINE Double4 refine_lone_axes(const LoneBoxes& boxes, const double* R_WB, const int (&which)[3],
+                                           Double4 tie, LoneSearch& search) {
+  Vector3Of<Double4> b = {};
+  for (int i = 0; i < 3; ++i) {
+    const int j = which[i] < 0 ? 0 : which[i];
+    b.x[i] = R_WB[3 * j], b.y[i] = R_WB[3 * j + 1], b.z[i] = R_WB[3 * j + 2];
+  }
+  const auto widths = [&boxes](const Vector3Of<Double4>& L) {
+    return half_width<Double4>(L, boxes.each[0], boxes.half[0]) +
+           half_width<Double4>(L, boxes.each[1], boxes.half[1]);
+  };
+  const SearchedAxis<Double4> fine = refined_axis<Double4>(boxes.direction[0], b, boxes.T, widths);
+  const Double4 infinity = all<Double4>(__builtin_inf()), length = square_root(fine.L2);
+  const Mask4 none = fine.L2 <= all<Double4>(kNoAxis2);
+  const Double4 turn = turn_by(fine.L);
+  const Double4 overlap = none ? infinity : greatest(fine.slack, Double4{}) + tie * length;
+  Double4 slack = none ? infinity : fine.slack / length;
+  for (int i = 0; i < 3; ++i) {
+    if (which[i] < 0) {
+      slack[i] = __builtin_inf();
+      continue;
+    }
+    const int code = 6 + 3 * i + which[i];
+    search.overlap[code] = overlap[i], search.length2[code] = fine.L2[i];
+    if (none[i]) search.turn[which[i]] += turn[i];
+  }
+  return slack;
+}
+
+TOUCHSTONE_INLINE double least_of_three(Double4 p) {
+  const double least_01 = p[0] < p[1] ? p[0] : p[1];
+  return least_01 < p[2] ? least_01 : p[2];
+}
+
+TOUCHSTONE_INLINE void search_lone_axes(const LoneBoxes& boxes, const double* R_WB, double tie_of,
+                                        LoneSearch& search) {
+  const Double4 tie = all<Double4>(tie_of), infinity = all<Double4>(__builtin_inf());
+  // a_b[j]: |normal i of A . direction j of B|, lanes i; b_a[i]: |normal j of B . direction i of A|, lanes j.
+  Double4 a_b[3], b_a[3], by_b[3];
+  for (int k = 0; k < 3; ++k) a_b[k] = magnitude(dot(boxes.normal[0], boxes.each[1][k]));
+  for (int k = 0; k < 3; ++k) b_a[k] = magnitude(dot(boxes.normal[1], boxes.each[0][k]));
+  transpose_three(a_b, by_b);  // by_b[i]: lanes j
+  Double4 least_slack = infinity;
+  for (int s = 0; s < 2; ++s) {
+    const Double4(&half)[3] = boxes.half[1 - s];
+    const Double4(&products)[3] = s == 0 ? a_b : b_a;
+    const Double4 reach = (half[0] * products[0] + half[1] * products[1]) + half[2] * products[2];
+    const Double4 slack = (boxes.own[s] * boxes.volume[s] + reach) - magnitude(dot(boxes.normal[s], boxes.T));
+    least_slack = least(least_slack, slack);
+    search.keep(3 * s, dot(boxes.normal[s], boxes.normal[s]), greatest(slack, Double4{}));
+  }
+  const Double4(&half_a)[3] = boxes.half[0];
+  const Double4 next_b = next(boxes.own[1]), after_b = after_next(boxes.own[1]);
+  int which[3] = {-1, -1, -1};
+  unsigned any_short = 0;
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+    const Vector3Of<Double4> L = cross(boxes.each[0][i], boxes.direction[1]);
+    const Double4 radius_a = half_a[i1] * by_b[i2] + half_a[i2] * by_b[i1];
+    const Double4 radius_b = next_b * after_next(b_a[i]) + after_b * next(b_a[i]);
+    const Double4 slack = (radius_a + radius_b) - magnitude(dot(L, boxes.T)), L2 = dot(L, L);
+    const Mask4 is_short = L2 < all<Double4>(kShortAxis2), none = L2 <= all<Double4>(kSurelyNoAxis2);
+    const unsigned shorts = bits(is_short & ~none) & 7u;
+    if (shorts != 0) which[i] = __builtin_ctz(shorts);
+    any_short |= shorts;
+    if ((bits(none) & 7u) != 0) search.turn = search.turn + (none ? turn_by(L) : Double4{});
+    least_slack = least(least_slack, is_short ? infinity : slack);
+    search.keep(6 + 3 * i, L2, none ? infinity : greatest(slack, Double4{}) + tie);
+  }
+  if (any_short != 0) least_slack = least(least_slack, refine_lone_axes(boxes, R_WB, which, tie, search));
+  search.least_slack = least_of_three(least_slack);
+  search.choose();
+}
+
+/// A vector's three coordinates in lanes.
+TOUCHSTONE_INLINE Double4 in_lanes(const double* p) { return Double4{p[0], p[1], p[2], 0.0}; }
+TOUCHSTONE_INLINE Double4 in_lanes(const Vector3Of<Double4>& p, int lane) {
+  return Double4{p.x[lane], p.y[lane], p.z[lane], 0.0};
+}
+TOUCHSTONE_INLINE double dot_lanes(Double4 p, Double4 q) {
+  const Double4 product = p * q;
+  return (product[0] + product[1]) + product[2];
+}
+TOUCHSTONE_INLINE Vector3Of<Double4> spread(Double4 p) {
+  return {all<Double4>(p[0]), all<Double4>(p[1]), all<Double4>(p[2])};
+}
+
+/// measure_along() a face's normal.
+struct LoneFaceDepth {
+  double separation;
+  Double4 n, p_A;  // coordinates in lanes
+  bool has_witness;
+};
+
+/// The vertex that `sign` names, with the bits of world_vertices().
+TOUCHSTONE_INLINE Double4 lone_vertex(const PoseRecord& X, Double4 sign, Double4 half) {
+  const Double4 part = sign * half;
+  return ((all<Double4>(part[0]) * in_lanes(X.R) + all<Double4>(part[1]) * in_lanes(X.R + 3)) +
+          all<Double4>(part[2]) * in_lanes(X.R + 6)) +
+         in_lanes(X.p);
+}
+
+TOUCHSTONE_INLINE LoneFaceDepth measure_along_lone_face(const PoseRecord* const (&X)[2],
+                                                        const LoneBoxes& boxes, int code, double level,
+                                                        double tolerance) {
+  const int own = code < 3 ? 0 : 1, other = 1 - own;  // whose face it is
+  const Double4 axis = in_lanes(boxes.normal[own], code % 3);
+  const double T[3] = {boxes.T.x[0], boxes.T.y[0], boxes.T.z[0]};
+  const double forward = dot_lanes(axis, in_lanes(T)) >= 0.0 ? 1.0 : -1.0;
+  LoneFaceDepth out;
+  out.n = all<Double4>(forward / square_root(Double2{dot_lanes(axis, axis), 1.0})[0]) * axis;
+  const Vector3Of<Double4> n = spread(out.n);
+  Double4 sign[2], projection[2], vertex[2];
+  const Double4 one = all<Double4>(1.0);
+  for (int s = 0; s < 2; ++s) {
+    const Double4 along = dot(boxes.direction[s], n);
+    projection[s] = magnitude(along);
+    sign[s] = s == 0 ? (along >= Double4{} ? one : -one) : (along >= Double4{} ? -one : one);
+    vertex[s] = lone_vertex(*X[s], sign[s], boxes.own[s]);
+  }
+  const double raw = dot_lanes(vertex[1] - vertex[0], out.n);
+  out.separation = raw < 0.0 ? raw : 0.0;
+  // As face_witness().
+  const Double4 centre = in_lanes(X[own]->p) + Double4{}, inward = -sign[other];
+  const Double4 twice = all<Double4>(2.0) * boxes.own[other];
+  const Double4 way = inward * dot(spread(centre - vertex[other]), boxes.direction[other]);
+  const Double4 along = least(greatest(way, Double4{}), twice);
+  const Double4 by = inward * (projection[other] * twice <= all<Double4>(level) ? along : Double4{});
+  Double4 p = vertex[other];
+  for (int k = 0; k < 3; ++k) p = p + all<Double4>(by[k]) * in_lanes(X[other]->R + 3 * k);
+  const Double4 offset = all<Double4>(out.separation) * out.n;
+  const Double4 moved = own == 1 ? p + offset : p - offset;
+  out.p_A = own == 1 ? p : moved;
+  const Double4 off = magnitude(dot(boxes.normal[own], spread(moved - centre)));
+  const Double4 most = (boxes.own[own] + all<Double4>(tolerance)) * boxes.volume[own];
+  out.has_witness = (bits(off <= most) & 7u) == 7u;
+  return out;
+}
+
+/// measure_along() any axis, with idle lanes.
+TOUCHSTONE_INLINE void measure_along_lone_axis(const PoseRecord* const (&X)[2],
+                                               const BoxRecord* const (&box)[2], const LoneSearch& lone,
+                                               DepthRecord* out) {
+  BoxSolid<Double2> A, B;
+  A.read({X[0]->R, X[0]->R}, {box[0]->half_extents, box[0]->half_extents});
+  B.read({X[1]->R, X[1]->R}, {box[1]->half_extents, box[1]->half_extents});
+  const DepthScale<Double2> scale(A, B);
+  AxisSearch<Double2> search;
+  search.margin = scale.margin();
+  search.least_slack = all<Double2>(lone.least_slack);
+  for (int j = 0; j < 3; ++j) search.turn[j] = all<Double2>(lone.turn[j]);
+  search.code = all<Double2>(lone.code);
+  const Normals<Double2> normal_a(A), normal_b(B);
+  write<Double2>(measure_along<BoxSolid<Double2>, Double2>(A, normal_a, B, normal_b, scale, search), 1, out);
+}
+
+TOUCHSTONE_INLINE void measure_lone_box_depth(const PoseRecord& X_WA, const BoxRecord& a,
+                                              const PoseRecord& X_WB, const BoxRecord& b, DepthRecord* out) {
+  const PoseRecord* const X[2] = {&X_WA, &X_WB};
+  const BoxRecord* const box[2] = {&a, &b};
+  const LoneBoxes boxes(X, box);
+  const double size = (a.reach + b.reach) + sum(boxes.T)[0];
+  const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
+  const double unit_size = kU * size, unit_position = kU * position;
+  LoneSearch lone;
+  search_lone_axes(boxes, X_WB.R, kTieRoundoffs * unit_size, lone);
+  const double margin = kFormRoundoffs * unit_size + kPositionRoundoffs * unit_position;
+  const bool ordinary = size + position < kOrdinaryHigh;
+  const double turn = (lone.turn[0] + lone.turn[1]) + lone.turn[2];
+  const bool separated = lone.least_slack < -margin && ordinary;
+  out->certified = verdict(separated, lone.least_slack > margin + turn * size && ordinary);
+  out->has_axis = ordinary && !separated;
+  out->has_witness = false;
+  if (!out->has_axis) return;
+  if (lone.code >= 6) return measure_along_lone_axis(X, box, lone, out);
+  const LoneFaceDepth depth = measure_along_lone_face(X, boxes, lone.code, kLevelRoundoffs * unit_size,
+                                                      kWitnessRoundoffs * (unit_size + unit_position));
+  out->separation = depth.separation;
+  for (int k = 0; k < 3; ++k) out->n[k] = depth.n[k], out->p_A[k] = depth.p_A[k];
+  out->has_witness = depth.has_witness;
+}
+
+}  // namespace touchstone::native::TOUCHSTONE_ISA

@@ -1,0 +1,130 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "contact_core/scene/motion.hpp"
+#include "physics/matrix3.hpp"
+#include "physics/narrowphase_contacts.hpp"
+
+// Pairs that close by more than the margin in a step.
+
+namespace touchstone::physics {
+namespace {
+
+/// A pair is looked at so often on its way; it takes three or four, more where solids turn past each other.
+constexpr int kMostAdvances = 64;
+
+/// A point of a mover that goes on evenly from where it is, after `t`; `t` < 0: before.
+Vector3 moved(const Vector3& p_W, const Vector3& about_W, const Vector3& v_W, const Vector3& w_W, double t) {
+  const double w = norm(w_W);
+  const Vector3 r = p_W - about_W;
+  return (about_W + t * v_W) + (w > 0.0 ? rotate(rotation_about(w_W / w, w * t), r) : r);
+}
+
+}  // namespace
+
+/// The part's motion, and how far its solids' centres and points may come in the step. The mover's turn rate
+/// from the velocities of three points beside one: w x e_k.
+double NarrowphaseContacts::find_motion(const DynamicsWorld& world, double h, Part& part) {
+  if (part.mover.kind == Mover::Kind::ground) return 0.0;
+  const bool is_body = part.mover.kind == Mover::Kind::body;
+  part.p_W = is_body ? world.state(part.mover.index).p_W : part.X_WM.p;
+  part.v_W = world.velocity_at(part.mover, part.p_W);
+  part.w_W = is_body ? world.angular_velocity(part.mover.index)
+                     : world.link_angular_velocity(part.mover.index, part.mover.link);
+  const double w = norm(part.w_W);
+  double way = 0.0;
+  for (std::size_t i = 0; i < part.tree->solids().size(); ++i) {
+    const std::size_t solid = part.first_solid + i;
+    const Sphere sphere = part.tree->solids()[i].solid.bounding_sphere();
+    const double lever = norm(touchstone::transform(poses_[solid], sphere.centre) - part.p_W);
+    ways_[solid] = (norm(part.v_W) + w * lever) * h + fall_;
+    way = std::max(way, ways_[solid] + w * sphere.radius * h);
+  }
+  return way;
+}
+
+/// @return whether any part is fast.
+bool NarrowphaseContacts::find_ways(const DynamicsWorld& world, double h) {
+  bool any = false;
+  double first = 0.0, second = 0.0;  // the two longest
+  fall_ = norm(world.settings().gravity_W) * h * h;
+  for (Part& part : parts_) {
+    part.way = h > 0.0 ? find_motion(world, h, part) : 0.0;
+    part.is_fast = part.way > 0.5 * margin_;
+    any = any || part.is_fast;
+    second = std::max(second, std::min(first, part.way));
+    first = std::max(first, part.way);
+  }
+  reach_ = any ? margin_ + (first + second) : margin_;
+  return any;
+}
+
+/// At most so fast do the solids close along n, whose bounding spheres' centres are at a_W and b_W: the
+/// centres' velocities and what each solid's turn adds. A turning centre's velocity changes by w^2 times its
+/// lever.
+double NarrowphaseContacts::closing_speed(const SolidPair& pair, const Vector3& n_AB_W, const Vector3& a_W,
+                                          const Vector3& b_W) const {
+  double speed = 0.0;
+  for (const int side : {0, 1}) {
+    const SolidIndex solid = side == 0 ? pair.a : pair.b;
+    const Part& part = part_of(solid);
+    const double radius = part.tree->solids()[solid - part.first_solid].solid.bounding_sphere().radius;
+    const Vector3 r = (side == 0 ? a_W : b_W) - part.p_W;
+    const double w = norm(part.w_W), towards = dot(n_AB_W, part.v_W + cross(part.w_W, r));
+    speed += (side == 0 ? towards : -towards) + (w * radius + w * w * norm(r) * step_);
+  }
+  return speed + 2.0 * fall_ / step_;
+}
+
+/// Conservative advancement: from each distance as far on as cannot bring the solids within half the margin,
+/// until they are within it.
+void NarrowphaseContacts::meet_on_the_way(const SolidPair& pair, const PairGeometry& now) {
+  const Part &a = part_of(pair.a), &b = part_of(pair.b);
+  const std::array solids{pair.a, pair.b};
+  std::array<Vector3, 2> centre_W;
+  PairGeometry geometry = now;
+  PairStatus status = PairStatus::separated;
+  std::array<ContactPoint, kMaxManifoldPoints> points;
+  double t = 0.0;
+  for (int i = 0; status == PairStatus::separated && geometry.separation > margin_; ++i) {
+    if (i == kMostAdvances) {
+      ++unfollowed_;
+      return;
+    }
+    for (int s = 0; s < 2; ++s) {
+      const Part& part = s == 0 ? a : b;
+      const Sphere sphere = part.tree->solids()[solids[s] - part.first_solid].solid.bounding_sphere();
+      centre_W[s] =
+          moved(touchstone::transform(poses_[solids[s]], sphere.centre), part.p_W, part.v_W, part.w_W, t);
+    }
+    const double speed = closing_speed(pair, geometry.n_AB_W, centre_W[0], centre_W[1]);
+    if (!(speed > 0.0) || !std::isfinite(geometry.separation)) return;
+    t += (geometry.separation - 0.5 * margin_) / speed;
+    if (!(t < step_)) return;
+    for (int s = 0; s < 2; ++s) {
+      const Part& part = s == 0 ? a : b;
+      const double w = norm(part.w_W);
+      Pose& X = trial_poses_[solids[s]] = poses_[solids[s]];
+      X.p = moved(X.p, part.p_W, part.v_W, part.w_W, t);
+      if (w > 0.0) X.R = product(rotation_about(part.w_W / w, w * t), X.R);
+    }
+    const Query query{QueryKind::manifold, reach_, kMaxManifoldPoints};
+    narrowphase_->evaluate({{&pair, 1}, trial_poses_, query, {}}, {{&status, 1}, {&geometry, 1}, points},
+                           *workspace_);
+  }
+  int kept = 0;
+  for (const ContactPoint& there : std::span(points).first(static_cast<std::size_t>(geometry.point_count))) {
+    ContactPoint point = there;
+    point.p_A_W = moved(there.p_A_W, a.p_W + t * a.v_W, -a.v_W, -a.w_W, t);
+    point.p_B_W = moved(there.p_B_W, b.p_W + t * b.v_W, -b.v_W, -b.w_W, t);
+    // A turn may bring points together from beyond each other: seen along n they never meet.
+    if (dot(geometry.n_AB_W, point.p_B_W - point.p_A_W) > 0.0) points[kept++] = point;
+  }
+  unfollowed_ += kept == 0 ? 1 : 0;
+  geometry.point_count = kept;
+  take(pair, status, geometry, points);
+}
+
+}  // namespace touchstone::physics

@@ -1,0 +1,177 @@
+#include <algorithm>
+
+#include "contact_core/input_error.hpp"
+#include "contact_core/scene/motion.hpp"
+#include "physics/matrix3.hpp"
+#include "physics/scene_simulation.hpp"
+
+// What is made once: bodies, mechanisms, contacts.
+
+namespace touchstone::physics {
+namespace {
+
+constexpr const char* kGround = "(ground)";
+/// The joint's frame at the start: its origin on the axis, turned as the child.
+Pose joint_frame(const SceneJoint& joint, const Pose& X_WO) {
+  if (joint.kind == JointKind::fixed) return X_WO;
+  return rigid_frame({X_WO.R, joint.p_W});
+}
+
+/// The same, the joint's value taken back.
+Pose frame_at_0(const SceneJoint& joint, const Pose& X_WL) {
+  Pose X = X_WL;
+  if (joint.kind == JointKind::revolute)
+    X.R = product(X_WL.R, rotation_about(rotate_back(X_WL.R, joint.axis_W), -joint.value));
+  if (joint.kind == JointKind::prismatic) X.p -= joint.value * joint.axis_W;
+  return X;
+}
+
+}  // namespace
+
+/// Every object that may ever move by itself is a body of the world; those that are carried are held out.
+void SceneSimulation::place_objects() {
+  pieces_.resize(scene_->bodies.size());
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    const SceneBody& body = scene_->bodies[i];
+    Piece& piece = pieces_[i];
+    piece.root = i;
+    piece.name = "object '" + name_of(i) + "'";
+    piece.X_WF = scene_->scene.objects[i].X_WO;
+    if (body.kind == BodyKind::kinematic)
+      piece.own = Mover::of_body(world_->add_kinematic(piece.X_WF, Vector3::Zero(), Vector3::Zero()));
+    if (body.kind == BodyKind::dynamic) {
+      piece.body.emplace(body.inertia, piece.name);
+      piece.own =
+          Mover::of_body(world_->add_body(*piece.body, piece.body->state(piece.X_WF, body.v_W, body.w_W)));
+    }
+    piece.mover = piece.own;
+  }
+}
+
+void SceneSimulation::make_arm(std::size_t mechanism) {
+  const SceneMechanism& source = scene_->mechanisms[mechanism];
+  MechanismDescription description{.name = source.name, .links = {{.name = kGround}}, .joints = {}};
+  std::vector<Pose> X_WL(pieces_.size());  // by object, of links
+  for (const SceneJoint& joint : source.joints)
+    X_WL[joint.child] = joint_frame(joint, scene_->scene.objects[joint.child].X_WO);
+  std::vector<double> q, qd;
+  for (const SceneJoint& joint : source.joints) {
+    JointDescription out;
+    out.name = joint.name;
+    out.kind = joint.kind;
+    const bool is_ground = joint.parent == kNoObject || kind_of(joint.parent) == BodyKind::fixed;
+    out.parent = is_ground ? kGround : name_of(joint.parent);
+    out.child = name_of(joint.child);
+    const Pose& X_WC = X_WL[joint.child];
+    out.X_PJ =
+        rigid_frame(compose(is_ground ? Pose{} : inverse(X_WL[joint.parent]), frame_at_0(joint, X_WC)));
+    out.axis_J = rotate_back(X_WC.R, joint.axis_W);
+    out.lower = joint.lower, out.upper = joint.upper;
+    out.rate = joint.most_rate, out.effort = joint.effort;
+    description.links.push_back({.name = out.child});
+    description.joints.push_back(out);
+    if (joint.kind == JointKind::fixed) continue;
+    q.push_back(joint.value);
+    qd.push_back(joint.rate);
+    description.reference.push_back(joint.value);
+  }
+  try {
+    arms_.push_back(std::make_unique<Arm>(Arm{Mechanism(description), {}, {}, {}, {}, {}, qd, {}}));
+    Arm& arm = *arms_.back();
+    arm.links.resize(arm.mechanism.links().size());
+    for (const SceneJoint& joint : source.joints) {
+      Piece& piece = pieces_[joint.child];
+      const std::uint32_t link = arm.mechanism.find_link(name_of(joint.child));
+      piece.own = piece.mover = Mover::of_link(static_cast<std::uint32_t>(mechanism), link);
+      piece.X_FO = compose(inverse(X_WL[joint.child]), scene_->scene.objects[joint.child].X_WO);
+      arm.links[link] = transform(piece.X_FO, scene_->bodies[joint.child].inertia);
+    }
+    for (const Mechanism::Joint& joint : arm.mechanism.joints()) arm.value_of.push_back(joint.value);
+    for (const SceneJoint& joint : source.joints) arm.drives.push_back(joint.drive);
+    arm.drives_since.assign(source.joints.size(), 0.0);
+    arm.dynamics = std::make_unique<MechanismDynamics>(arm.mechanism, arm.links);
+    arm.scratch.emplace(*arm.dynamics);
+    world_->add_mechanism(*arm.dynamics, {}, q, qd);
+  } catch (const InputError& error) {
+    throw InputError(source.where + error.what());
+  }
+}
+
+void SceneSimulation::build_world() {
+  DynamicsWorld::Settings settings;
+  settings.gravity_W = scene_->gravity_W;
+  settings.contact_gap = scene_->scene.contact_gap;
+  settings.bounce_speed = scene_->bounce_speed;
+  settings.push_out = scene_->push_out;
+  world_ = std::make_unique<DynamicsWorld>(settings);
+  place_objects();
+  for (std::size_t m = 0; m < scene_->mechanisms.size(); ++m) make_arm(m);
+  for (const SceneLatch& each : scene_->scene.latches)
+    latch(find_object(scene_->scene, each.carrier), find_object(scene_->scene, each.carried));
+  for (std::size_t m = 0; m < arms_.size(); ++m)
+    for (std::size_t j = 0; j < arms_[m]->drives.size(); ++j) tell_drive({m, j});
+  world_->reserve(kReservedContacts);
+  forces_.reserve(kReservedContacts);
+  name_solids();
+  list_exempt();
+  contacts_ = make_();
+  fill(*contacts_);
+  contacts_->find(*world_, scene_->step);  // so that the backends' memory is there
+  worlds_ = 1;
+}
+
+void SceneSimulation::name_solids() {
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    const HexahedronTree& tree = scene_->scene.objects[i].tree;
+    for (const PlacedHexahedron& placed : tree.solids()) {
+      solid_names_.push_back(tree.name() + "/" + placed.name);
+      object_of_.push_back(i);
+    }
+  }
+}
+
+void SceneSimulation::fill(NarrowphaseContacts& contacts) const {
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    const Piece& piece = pieces_[i];
+    contacts.add(piece.mover, scene_->scene.objects[i].tree, scene_->bodies[i].surface, pose_in_mover(piece),
+                 kind_of(i) == BodyKind::fixed);
+  }
+  visit_exempt([&](std::uint32_t a, std::uint32_t b) { contacts.exempt_parts(a, b); });
+  contacts.build();
+}
+
+std::vector<std::size_t> SceneSimulation::objects_of(const std::string& name) const {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    const std::vector<std::string>& groups = scene_->scene.objects[i].groups;
+    if (name_of(i) == name || std::find(groups.begin(), groups.end(), name) != groups.end()) out.push_back(i);
+  }
+  return out;
+}
+
+void SceneSimulation::list_exempt() {
+  const auto list = [&](const ExemptPair& pair, std::size_t carried) {
+    for (const std::size_t a : objects_of(pair.first))
+      for (const std::size_t b : objects_of(pair.second))
+        listed_.push_back({index_of(a), index_of(b), carried});
+  };
+  for (const ExemptPair& pair : scene_->scene.exempt_pairs) list(pair, kNoObject);
+  for (const SceneLatch& each : scene_->scene.latches)
+    for (const ExemptPair& pair : each.allowed) list(pair, find_object(scene_->scene, each.carried));
+  cluster_ = find_clusters();
+}
+
+/// Links that fixed joints make one have one number.
+std::vector<std::size_t> SceneSimulation::find_clusters() const {
+  std::vector<std::size_t> cluster(pieces_.size());
+  for (std::size_t i = 0; i < cluster.size(); ++i) cluster[i] = i;
+  for (const SceneMechanism& mechanism : scene_->mechanisms)
+    for (const SceneJoint& joint : mechanism.joints) {
+      if (joint.parent == kNoObject || joint.kind != JointKind::fixed) continue;
+      const std::size_t from = cluster[joint.child], to = cluster[joint.parent];
+      std::replace(cluster.begin(), cluster.end(), from, to);
+    }
+  return cluster;
+}
+
+}  // namespace touchstone::physics
