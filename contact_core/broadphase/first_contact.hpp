@@ -6,6 +6,7 @@
 
 namespace touchstone {
 
+/// What find_first_contact() found. @see PairStatus: `undecided`, `failed` and `unsupported` count, too.
 struct FirstContact {
   SolidPair pair;
   PairStatus status;  ///< never `separated`

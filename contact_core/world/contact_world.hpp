@@ -14,13 +14,14 @@
 #include "contact_core/scene/scene.hpp"
 #include "contact_core/world/selection.hpp"
 
-// The contact world (the paper's Contact_object, Object_manager and Contact_manager): objects come and go at
-// run time, are commanded frame by frame, and move only as far as nothing merges.
-//
-// Threads: one thread owns a world. Only select() may be called from others, while frames run.
-// Set-up (add, remove, rules, latches, backends) may allocate and throws InputError, the world unchanged.
-// frame() neither throws nor, once warm, allocates; set-up is taken up by the next prepare() or, where it was
-// left out, frame().
+/// @file
+/// The contact world (the paper's Contact_object, Object_manager and Contact_manager): objects come and go at
+/// run time, are commanded frame by frame, and move only as far as nothing merges.
+///
+/// Threads: one thread owns a world. Only select() may be called from others, while frames run.
+/// Set-up (add, remove, rules, latches, backends) may allocate and throws InputError, the world unchanged.
+/// frame() neither throws nor, once warm, allocates; set-up is taken up by the next prepare() or, where it
+/// was left out, frame().
 
 namespace touchstone {
 
@@ -32,6 +33,7 @@ struct ObjectHandle {
   friend bool operator==(const ObjectHandle&, const ObjectHandle&) = default;
 };
 
+/// What ContactWorld::add() takes: a rigid object and where it starts.
 struct ObjectDescription {
   std::shared_ptr<const HexahedronTree> tree;  ///< its name is the object's, unique in the world
   Pose X_WO;
@@ -86,6 +88,7 @@ struct JointCommand {
   std::span<const double> values;  ///< read by frame() only; in the order of Mechanism::joints()
 };
 
+/// What happened to a pair, or to a command, in a frame.
 enum class EventKind : std::uint8_t {
   near,                  ///< within the warn distance, not in contact
   began,                 ///< came within the gap
@@ -98,8 +101,10 @@ enum class EventKind : std::uint8_t {
                          ///< joint values that are not finite or too few or many (a: the first link)
   at_limit,              ///< a joint was told to go beyond its limits (a: the link that it moves)
 };
+/// The enumerator's name.
 std::string_view to_string(EventKind kind);
 
+/// One event of a frame, about a pair of solids or about a command.
 struct ContactEvent {
   EventKind kind;
   ObjectHandle a, b;      ///< b: none for `refused` and `at_limit`
@@ -108,6 +113,7 @@ struct ContactEvent {
   PairGeometry geometry;  ///< n from a to b; NaN for `refused` and `at_limit`
 };
 
+/// What a frame came to. Counts are of this frame alone.
 struct FrameReport {
   std::uint64_t frame = 0;
   std::span<const ContactEvent> events;  ///< valid until the next frame; by pair
@@ -131,10 +137,13 @@ struct WorldCapabilities {
   MotionCheck check = MotionCheck::proven;
 };
 
+/// Most sub-steps of slides in one frame.
 inline constexpr std::uint32_t kMostSlideSteps = 16;
 /// Changes that ContactWorld::selection_record() has room for unless told otherwise.
 inline constexpr std::size_t kSelectionRoom = 4096;
 
+/// Objects and mechanisms at run time, moved frame by frame as far as no pair gets closer than the gap
+/// allows. Threads and errors: see contact_world.hpp.
 class ContactWorld {
  public:
   /// @param gap g [m], finite and > 0.
