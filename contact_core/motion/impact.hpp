@@ -75,6 +75,7 @@ struct Impact {
 class SeparationQuery {
  public:
   virtual ~SeparationQuery() = default;
+  /// Signed distance, normal and witness points at these poses, as a distance query gives them.
   virtual PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept = 0;
   /// True: separations only set the steps; verdict() decides about poses, and answers are `sampled`.
   virtual bool judges_poses() const noexcept { return false; }

@@ -90,6 +90,7 @@ struct Resolution {
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size)
   double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth (engines that prefer faces)
 
+  /// Of pairs that do not penetrate [m]. @param scale max(|world coordinate|, size) [m].
   double at(double scale) const { return absolute + relative * scale; }
 };
 

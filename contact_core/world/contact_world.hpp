@@ -37,8 +37,8 @@ struct ObjectHandle {
 struct ObjectDescription {
   std::shared_ptr<const HexahedronTree> tree;  ///< its name is the object's, unique in the world
   Pose X_WO;
-  bool is_static = false;  ///< never moves; pairs of static objects are not checked
-  std::vector<std::string> groups = {};
+  bool is_static = false;                ///< never moves; pairs of static objects are not checked
+  std::vector<std::string> groups = {};  ///< a world has at most 64 names of groups
 };
 
 /// A pair's rule. Policies are ContactPolicy's. A mover that a `slide` pair stopped goes on along it towards
@@ -146,7 +146,7 @@ inline constexpr std::size_t kSelectionRoom = 4096;
 /// allows. Threads and errors: see contact_world.hpp.
 class ContactWorld {
  public:
-  /// @param gap g [m], finite and > 0.
+  /// @param gap g [m], finite and > 0. @throws InputError: another gap, no narrowphase or no broadphase.
   ContactWorld(std::unique_ptr<Narrowphase> narrowphase, std::unique_ptr<Broadphase> broadphase, double gap);
   ~ContactWorld();
   ContactWorld(const ContactWorld&) = delete;
@@ -154,7 +154,7 @@ class ContactWorld {
 
   // ---- set-up, at any time between frames
 
-  /// @throws InputError: no tree, a name that is taken, a pose that is none.
+  /// @throws InputError: no tree, a name that is taken, a pose that is none, a 65th group.
   ObjectHandle add(ObjectDescription description);
   /// @throws InputError: an unknown handle, or an object that carries or is carried.
   void remove(ObjectHandle object);
@@ -176,11 +176,15 @@ class ContactWorld {
   /// @throws InputError: an unknown handle or name, or a link without hexahedra.
   ObjectHandle link(MechanismHandle mechanism, std::string_view name) const;
 
+  /// For every pair without a rule of its own or of its groups.
   void set_default_rule(const PairRule& rule);
   /// For every pair with one object in `first` and the other in `second` (the same group: within it).
+  /// @throws InputError: a 65th group.
   void set_group_rule(std::string_view first, std::string_view second, const PairRule& rule);
+  /// Before any other rule. @throws InputError: an unknown handle.
   void set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule& rule);
   /// Never checked: `first` and `second` each name a hexahedron of the object, or all of it if empty.
+  /// @throws InputError: an unknown handle or hexahedron, one object twice.
   void exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second);
 
   /// `carried` moves with `carrier` from now on, as they stand. Pairs of the two are checked but for those
@@ -191,13 +195,16 @@ class ContactWorld {
   /// @throws InputError when it is not carried.
   void unlatch(ObjectHandle carried);
 
-  /// Swapped in place, for the next frame on.
+  /// Swapped in place, for the next frame on. @throws InputError: none given.
   void set_narrowphase(std::unique_ptr<Narrowphase> narrowphase);
+  /// @copydoc set_narrowphase
   void set_broadphase(std::unique_ptr<Broadphase> broadphase);
 
   WorldCapabilities capabilities() const;
 
   /// Takes up all set-up so far: what may allocate is done here.
+  /// @throws InputError: what build() of the backends refuses, a broadphase without paths
+  /// (Broadphase::update_paths()).
   void prepare();
   /// Initial poses, no latches, everything selected, whatever waits in the queue; objects and rules stay.
   void reset();
@@ -219,15 +226,20 @@ class ContactWorld {
 
   // ---- frames
 
+  /// To a pose, on the shorter way round from the actual one. @throws InputError: an unknown handle.
   MotionCommand go_to(ObjectHandle object, const Pose& X_WO) const;
-  /// @param turn_W axis times angle [rad], of any size.
+  /// @param displacement_W [m]. @param turn_W axis times angle [rad], of any size.
+  /// @throws InputError: an unknown handle.
   MotionCommand move_by(ObjectHandle object, const Vector3& displacement_W, const Vector3& turn_W) const;
   /// Moves what is commanded as far as the rules allow. A bad command is reported and its object stays.
   /// Of several commands for one mover the last good one counts.
   FrameReport frame(std::span<const MotionCommand> commands,
                     std::span<const JointCommand> joint_commands = {});
 
+  /// X_WO, as the last frame left it. @throws InputError: an unknown handle.
   const Pose& actual_pose(ObjectHandle object) const;
+  /// X_WO of the last good command of its own; the initial pose before the first. @throws InputError: an
+  /// unknown handle.
   const Pose& commanded_pose(ObjectHandle object) const;
   /// X_WS of the object's solids; empty between set-up and the prepare() or frame() that takes it up.
   std::span<const Pose> solid_poses(ObjectHandle object) const;
@@ -245,6 +257,7 @@ class ContactWorld {
   /// What the last frame executed: part 0 is the commanded paths up to where they were stopped, then come the
   /// sub-steps of slides, each with an s of its own from 0 to 1.
   std::size_t executed_parts() const;
+  /// X_WO at s of a part; the actual one of what did not move. @throws InputError: an unknown handle.
   Pose executed_pose(ObjectHandle object, std::size_t part, double s) const;
   /// @param out one a joint value. @throws InputError: an unknown handle, or of another size.
   void executed_joints(MechanismHandle mechanism, std::size_t part, double s, std::span<double> out) const;
