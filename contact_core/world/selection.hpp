@@ -11,7 +11,7 @@ namespace touchstone {
 /// What is switched on or off: everything, an object, a pair of objects, or a group. A pair is checked while
 /// all that it belongs to is on.
 struct SelectionChange {
-  /// What `first` and `second` name.
+  /// What `first` and `second` name: nothing, an object, two objects, a group.
   enum class Scope : std::uint8_t { everything, object, pair, group };
 
   Scope scope = Scope::everything;
