@@ -16,12 +16,14 @@ namespace touchstone {
 /// start.
 class BackendRegistry {
  public:
+  /// A fine check and how to make one; every call of `make` gives an instance of its own, not yet built.
   struct NarrowphaseEntry {
     std::string name;
     std::string description;  ///< one line, with library and version
     std::function<std::unique_ptr<Narrowphase>()> make;
     std::function<std::unique_ptr<RawCheck>()> make_raw;  ///< may be empty
   };
+  /// The same for a coarse check.
   struct BroadphaseEntry {
     std::string name;
     std::string description;

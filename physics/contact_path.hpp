@@ -29,6 +29,7 @@ class ContactPath {
     std::span<const double> W, b;
   };
 
+  /// Which of the paths is followed, and how closely.
   struct Way {
     double smoothing;      ///< width over softness, in units of the largest |b|: other widths, other paths
     double most_off;       ///< of the width: how far from the path a point may be

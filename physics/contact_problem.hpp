@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <span>
 
-// Impulses between bodies as one problem: contacts with friction, and joints whose torque is limited.
+/// @file
+/// Impulses between bodies as one problem: contacts with friction, and joints whose torque is limited.
 
 namespace touchstone::physics {
 
@@ -19,6 +20,7 @@ namespace touchstone::physics {
 ///  +-its
 ///    torque times the step, b relative to the commanded rate. An end stop: 0 to infinity.)
 struct ContactProblem {
+  /// Of a joint row's impulse [N m s] or [N s]; may be infinite.
   struct Bounds {
     double lower, upper;
   };

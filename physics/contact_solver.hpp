@@ -8,6 +8,7 @@
 
 namespace touchstone::physics {
 
+/// How a solve went. Not converged: the best found is returned all the same, off by `residual`.
 struct SolveReport {
   double residual = 0.0;  ///< natural_residual() of what is returned [m/s]
   int sweeps = 0;         ///< projected Gauss-Seidel
@@ -25,6 +26,7 @@ struct SolveReport {
 /// reserved for.
 class ContactSolver {
  public:
+  /// When a solve is done, and when it gives up.
   struct Settings {
     double tolerance = 1e-10;  ///< of the residual [m/s]
     int sweeps = 4;            ///< before each round's Newton steps

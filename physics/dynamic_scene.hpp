@@ -14,16 +14,19 @@
 #include "physics/inertia.hpp"
 #include "physics/narrowphase_contacts.hpp"
 
-// A scene with dynamics as plain data; SceneSimulation (scene_simulation.hpp) runs it.
+/// @file
+/// A scene with dynamics as plain data; SceneSimulation (scene_simulation.hpp) runs it.
 
 namespace touchstone::physics {
 
+/// Who decides how an object moves.
 enum class BodyKind : std::uint8_t {
   fixed,      ///< at rest
   kinematic,  ///< follows the object's motion in the scene, as if of infinite mass
   dynamic,    ///< free: forces move it
   link,       ///< moved by a joint of a mechanism
 };
+/// As scene files have it: `fixed` is "static".
 std::string_view to_string(BodyKind kind);
 
 /// What one object of the scene is to dynamics.
@@ -74,6 +77,7 @@ struct JointAddress {
 
 /// In force from the first step on that starts at `time` or later.
 struct SceneAction {
+  /// Sets a drive, or joins and parts two objects.
   enum class Kind : std::uint8_t { drive, latch, release } kind = Kind::drive;
   double time = 0.0;        ///< [s]
   JointAddress joint = {};  ///< drive
@@ -85,6 +89,7 @@ struct SceneAction {
 
 /// A figure that the scene is known to come to, from a closed form.
 struct SceneAnswer {
+  /// Which figure of the run is held against `value`.
   enum class Figure : std::uint8_t {
     position,          ///< of the object's origin [m]
     velocity,          ///< of a dynamic object's centre of mass [m/s]
@@ -108,6 +113,7 @@ struct SceneAnswer {
   bool is_vector() const { return figure <= Figure::impact; }
   bool is_of_joint() const { return figure >= Figure::value && figure <= Figure::moved; }
 };
+/// The enumerator's name.
 std::string_view to_string(SceneAnswer::Figure figure);
 /// In SI: "m", "rad", ...; values and rates of joints: as their kind has it.
 std::string unit_of(const SceneAnswer& answer, JointKind kind);
@@ -128,6 +134,7 @@ struct SceneAccept {
   double energy_made = 1e-3;  ///< as a share of the largest energy seen
 };
 
+/// A scene and all that its dynamics need, nothing checked: see validate().
 struct DynamicScene {
   Scene scene;
   std::vector<SceneBody> bodies;  ///< one an object, in the scene's order

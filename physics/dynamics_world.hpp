@@ -10,15 +10,17 @@
 #include "physics/mechanism_dynamics.hpp"
 #include "physics/rigid_body.hpp"
 
-// Bodies and mechanisms that push each other. Which narrowphase found the contact points is not known here.
-//
-// Threads: one thread owns a world; different worlds share nothing. Set-up throws InputError and changes
-// nothing; step() neither throws nor, once as many contacts as reserved for have been seen, allocates.
+/// @file
+/// Bodies and mechanisms that push each other. Which narrowphase found the contact points is not known here.
+///
+/// Threads: one thread owns a world; different worlds share nothing. Set-up throws InputError and changes
+/// nothing; step() neither throws nor, once as many contacts as reserved for have been seen, allocates.
 
 namespace touchstone::physics {
 
 /// One side of a contact.
 struct Mover {
+  /// What it belongs to; the ground never moves.
   enum class Kind : std::uint8_t { ground, body, link };
   Kind kind = Kind::ground;
   std::uint32_t index = 0;  ///< of the body or the mechanism, as add_...() returned
@@ -44,6 +46,7 @@ struct Contact {
 /// How a joint is driven. The torque of `rate` and `brake` is whatever the motion takes, up to the limit: it
 /// is found together with the contact forces.
 struct JointDrive {
+  /// What `torque`, `rate` and `limit` mean.
   enum class Mode : std::uint8_t {
     torque,  ///< applies `torque`, cut to +-limit
     rate,    ///< follows `rate` with at most `limit`
@@ -70,14 +73,18 @@ struct Wrench {
 /// between its points. @pre one force a contact.
 Wrench wrench_on(const Mover& mover, std::span<const Contact> contacts, std::span<const ContactForce> forces);
 
+/// Why a step was not taken.
 enum class StepFailure : std::uint8_t {
   none,
   bad_contact,  ///< a contact that names nothing, a normal that is not unit, figures out of range
   body,         ///< a body's state would not be finite, or it would turn too far
   mechanism,    ///< the same of a mechanism
 };
+/// The enumerator's name.
 std::string_view to_string(StepFailure failure);
 
+/// How a step went. Solves, sweeps and Newton steps are sums; residual and pieces are the largest of any
+/// group.
 struct StepReport {
   StepFailure failure = StepFailure::none;  ///< if any, the state is as before the step
   std::uint32_t failed_index = 0;           ///< of the contact, body or mechanism
@@ -88,8 +95,11 @@ struct StepReport {
                                                                 ///< joint last stopped [s]
 };
 
+/// Free and kinematic bodies and mechanisms under gravity, drives and contacts, stepped in time. Threads and
+/// errors: see dynamics_world.hpp.
 class DynamicsWorld {
  public:
+  /// The same for every step. A gap that is not > 0, speeds or rates below 0 and 0 pieces are an InputError.
   struct Settings {
     Vector3 gravity_W = Vector3::Zero();  ///< [m/s2]
     double contact_gap = 1e-9;            ///< closer than this [m] (joint stops: rad or m) counts as touching

@@ -6,7 +6,8 @@
 #include "physics/mechanism_dynamics.hpp"
 #include "physics/rigid_body.hpp"
 
-// Latching in dynamics: an inelastic capture, then one body until release.
+/// @file
+/// Latching in dynamics: an inelastic capture, then one body until release.
 
 namespace touchstone::physics {
 

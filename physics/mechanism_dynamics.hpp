@@ -39,6 +39,7 @@ class MechanismDynamics {
     double D, u;
     Vector3 alpha, a;  ///< angular acceleration, acceleration of the origin
   };
+  /// Scratch memory, one a thread. @see make_workspace()
   struct Workspace {
     std::vector<PlacedBody> bodies;  ///< valid after place()
     Pose X_WBase;

@@ -11,10 +11,12 @@ struct Quaternion {
   Vector3 v = Vector3::Zero();
 };
 
+/// Hamilton's product: the turn b, then a.
 inline Quaternion operator*(const Quaternion& a, const Quaternion& b) {
   return {a.w * b.w - dot(a.v, b.v), (a.w * b.v + b.w * a.v) + cross(a.v, b.v)};
 }
 
+/// q / |q|. @pre |q|^2 as a double is neither 0 nor infinite.
 Quaternion normalized(const Quaternion& q);
 /// Of a unit quaternion.
 Matrix3 rotation_matrix(const Quaternion& q);

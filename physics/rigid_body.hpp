@@ -20,6 +20,7 @@ struct RigidBodyState {
   Vector3 turn_low_W = Vector3::Zero();  ///< turns too small for q_WB so far [rad]
 };
 
+/// True where place, attitude and momenta are; what rounding has taken is not looked at.
 bool is_finite(const RigidBodyState& state);
 
 /// A rigid body that moves freely. Immutable; const use from several threads is safe. No allocation.

@@ -2,9 +2,10 @@
 
 #include "contact_core/registry.hpp"
 
-// Bullet in double precision (library touchstone::bullet). The single-precision build
-// (touchstone::bullet_single) has the same symbols inside, so one process holds one of the two: linking both
-// is an error, at configure time with CMake and at link time without.
+/// @file
+/// Bullet in double precision (library touchstone::bullet). The single-precision build
+/// (touchstone::bullet_single) has the same symbols inside, so one process holds one of the two: linking both
+/// is an error, at configure time with CMake and at link time without.
 
 namespace touchstone {
 

@@ -5,43 +5,44 @@
 
 #include "contact_core/narrowphase/pair_observer.hpp"
 
-// Our check inside Bullet, in place of the engine's own, for boxes and hexahedral hulls. Bullet's headers are
-// not needed here. The library `touchstone::bullet_plugin` is for Bullet in double precision (compile with
-// BT_USE_DOUBLE_PRECISION, as pkg-config's bullet-float64 says), `touchstone::bullet_plugin_single` for the
-// stock build; the wrong one does not link.
-//
-//     btCollisionDispatcher dispatcher(&configuration);
-//     touchstone::BulletPlugin native(dispatcher);        // that is all
-//
-// What is checked by us: btBoxShape, and btConvexHullShape of 8 points that are a convex hexahedron (in any
-// order; collapsed and warped ones in the order of Hexahedron), each against each. Other pairs, hulls of
-// other points among them, go to what the dispatcher had before.
-//
-// What the shapes are. A box is a sharp box of the half-extents that it was made with: Bullet's margin is
-// inside of these. A hull with a margin m is the hull grown by a ball of m, as Bullet has it: our check sees
-// the hull of the points, sharp and exact, and m is taken off the distance along the normal. Set the margin
-// to 0 for what you see.
-//
-// Conventions. Bullet's: the normal is on B and points to A, distances below 0 penetrate, the point is on B.
-// A contact begins when the solids (with their margins) touch, and goes on while they are apart by less than
-// the contact breaking threshold along much the same normal (45 degrees): a non-empty manifold is not
-// overlap. So it is with the engine's box check; its hull check also begins contacts across that gap, with
-// the normal of the gap, and a box that slides over flush neighbours catches on their sides. Closest-point
-// queries get what is within the threshold plus the one asked for.
-//
-// Persistence. At most 4 points: the deepest, and of all choices of the others the one with the largest area.
-// Each step they are found anew; a point made by the same features as one of the last step is that point, and
-// keeps its impulses, lifetime and user data; failing that, the nearest within the breaking threshold. No
-// point is kept that the check did not find.
-//
-// Capture. With an observer (say, a PairCapture of adapters/scene_files) each pair, its poses and the answer
-// are told, ours or, with EngineCheck::own, the engine's; a hull's margin is taken out of the answer then.
-//
-// Memory. An algorithm is smaller than an element of the default configuration's pool; the constructor throws
-// where it is not (Bullet would write beyond the element in release builds). Nothing is allocated in steps
-// that bring no new pair and no new shape.
-//
-// Threads: as the dispatcher; btCollisionDispatcherMt may run our algorithms on several.
+/// @file
+/// Our check inside Bullet, in place of the engine's own, for boxes and hexahedral hulls. Bullet's headers
+/// are not needed here. The library `touchstone::bullet_plugin` is for Bullet in double precision (compile
+/// with BT_USE_DOUBLE_PRECISION, as pkg-config's bullet-float64 says), `touchstone::bullet_plugin_single` for
+/// the stock build; the wrong one does not link.
+///
+///     btCollisionDispatcher dispatcher(&configuration);
+///     touchstone::BulletPlugin native(dispatcher);        // that is all
+///
+/// What is checked by us: btBoxShape, and btConvexHullShape of 8 points that are a convex hexahedron (in any
+/// order; collapsed and warped ones in the order of Hexahedron), each against each. Other pairs, hulls of
+/// other points among them, go to what the dispatcher had before.
+///
+/// What the shapes are. A box is a sharp box of the half-extents that it was made with: Bullet's margin is
+/// inside of these. A hull with a margin m is the hull grown by a ball of m, as Bullet has it: our check sees
+/// the hull of the points, sharp and exact, and m is taken off the distance along the normal. Set the margin
+/// to 0 for what you see.
+///
+/// Conventions. Bullet's: the normal is on B and points to A, distances below 0 penetrate, the point is on B.
+/// A contact begins when the solids (with their margins) touch, and goes on while they are apart by less than
+/// the contact breaking threshold along much the same normal (45 degrees): a non-empty manifold is not
+/// overlap. So it is with the engine's box check; its hull check also begins contacts across that gap, with
+/// the normal of the gap, and a box that slides over flush neighbours catches on their sides. Closest-point
+/// queries get what is within the threshold plus the one asked for.
+///
+/// Persistence. At most 4 points: the deepest, and of all choices of the others the one with the largest
+/// area. Each step they are found anew; a point made by the same features as one of the last step is that
+/// point, and keeps its impulses, lifetime and user data; failing that, the nearest within the breaking
+/// threshold. No point is kept that the check did not find.
+///
+/// Capture. With an observer (say, a PairCapture of adapters/scene_files) each pair, its poses and the answer
+/// are told, ours or, with EngineCheck::own, the engine's; a hull's margin is taken out of the answer then.
+///
+/// Memory. An algorithm is smaller than an element of the default configuration's pool; the constructor
+/// throws where it is not (Bullet would write beyond the element in release builds). Nothing is allocated in
+/// steps that bring no new pair and no new shape.
+///
+/// Threads: as the dispatcher; btCollisionDispatcherMt may run our algorithms on several.
 
 class btCollisionDispatcher;
 
@@ -58,11 +59,13 @@ inline namespace bullet_plugin_single {
 /// also after this is gone, until they part or are cleaned (btOverlappingPairCache::cleanProxyFromPairs).
 class BulletPlugin {
  public:
+  /// Since the plugin was made; with EngineCheck::own `checks` counts the pairs that were observed.
   struct Statistics {
     std::uint64_t checks = 0;   ///< pairs checked by us
     std::uint64_t refused = 0;  ///< of these without an answer: a pose not finite, a shape that became none
   };
 
+  /// Who decides, and who is told.
   struct Options {
     EngineCheck check = EngineCheck::native;
     PairObserver* observer = nullptr;  ///< told of every pair of hexahedra; must outlive the plugin

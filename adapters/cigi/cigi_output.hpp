@@ -19,6 +19,7 @@ struct CigiEntity {
   Pose X_OE;               ///< the model's axes (x forward, y right, z down) in the object's frame
 };
 
+/// Where to send, and as what. The defaults are those of a scene attached to entity 0.
 struct CigiOptions {
   std::string host = "127.0.0.1";
   std::uint16_t port = 8004;

@@ -6,9 +6,10 @@
 #include "adapters/cigi/packets.hpp"
 #include "contact_core/geometry/pose.hpp"
 
-// From the world W to what an image generator takes. Frames: E an entity (x forward, y right, z down), P its
-// parent entity, N north, east, down at the origin on Earth, C Earth's centre (WGS 84, x through 0 N 0 E, z
-// through the north pole).
+/// @file
+/// From the world W to what an image generator takes. Frames: E an entity (x forward, y right, z down), P its
+/// parent entity, N north, east, down at the origin on Earth, C Earth's centre (WGS 84, x through 0 N 0 E, z
+/// through the north pole).
 
 namespace touchstone::cigi {
 
@@ -19,6 +20,7 @@ struct Geodetic {
   double altitude = 0.0;   ///< above the ellipsoid [m]
 };
 
+/// p_C of a place [m].
 Vector3 position_on_earth(const Geodetic& place);
 /// For altitudes from -10 km to 1000 km to 5 nm in the position that it stands for, as tested; at the poles
 /// the longitude is what is left of x and y.
@@ -39,6 +41,7 @@ struct OnEarth {
   Pose X_NW;  ///< the world in north, east, down at `origin`; z_up() where its x is north, its y west, z up
 };
 
+/// Where the world is for the image generator.
 using Anchor = std::variant<AttachedTo, OnEarth>;
 
 /// Half a turn about x: from axes with z up to axes with z down.

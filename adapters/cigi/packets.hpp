@@ -6,17 +6,22 @@
 #include <optional>
 #include <span>
 
-// Packets of the Common Image Generator Interface 3.3, after its Interface Control Document (Boeing
-// TST08I016, 2008), sections 4.1.1, 4.1.2 and 4.2.1. Written big-endian; the byte swap magic number of the
-// first packet tells a receiver so. Read in either order.
+/// @file
+/// Packets of the Common Image Generator Interface 3.3, after its Interface Control Document (Boeing
+/// TST08I016, 2008), sections 4.1.1, 4.1.2 and 4.2.1. Written big-endian; the byte swap magic number of the
+/// first packet tells a receiver so. Read in either order.
 
 namespace touchstone::cigi {
 
+/// Sizes of whole packets.
 inline constexpr std::size_t kIgControlBytes = 24;
+/// @copydoc kIgControlBytes
 inline constexpr std::size_t kEntityControlBytes = 48;
+/// @copydoc kIgControlBytes
 inline constexpr std::size_t kStartOfFrameBytes = 24;
 inline constexpr double kTicksPerSecond = 1e5;  ///< a timestamp counts 10 us
 
+/// The image generator's mode, as the packets number it.
 enum class IgMode : std::uint8_t { standby = 0, operate = 1, debug = 2, offline_maintenance = 3 };
 
 /// The first packet of every message to the image generator, and the only one of its kind in it.
@@ -32,6 +37,7 @@ struct IgControl {
   friend bool operator==(const IgControl&, const IgControl&) = default;
 };
 
+/// An entity's state, as the packet numbers it.
 enum class EntityState : std::uint8_t { standby = 0, active = 1, destroyed = 2 };
 
 /// Where an entity is. An entity's axes: x forward, y to the right, z down. Angles turn it by yaw about z,
@@ -70,7 +76,9 @@ struct StartOfFrame {
   friend bool operator==(const StartOfFrame&, const StartOfFrame&) = default;
 };
 
+/// The whole packet, big-endian. All fields are written as they are, unchecked.
 void encode(const IgControl& packet, std::span<std::byte, kIgControlBytes> out) noexcept;
+/// @copydoc encode(const IgControl&, std::span<std::byte, kIgControlBytes>)
 void encode(const EntityControl& packet, std::span<std::byte, kEntityControlBytes> out) noexcept;
 
 /// Of a message that begins with one, of version 3.2 or 3.3; nothing else of the message is looked at.

@@ -5,13 +5,15 @@
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/narrowphase/pair_class.hpp"
 
-// The signed distance of two convex hulls of eight vertices, decided in integers: the ground truth. Hulls may
-// have any rank (rounding far from the origin flattens solids to polygons, segments, points). Coordinates may
-// be any finite doubles. Pure functions, safe on any thread; they allocate (GMP) and are not for a frame
-// loop.
+/// @file
+/// The signed distance of two convex hulls of eight vertices, decided in integers: the ground truth. Hulls
+/// may have any rank (rounding far from the origin flattens solids to polygons, segments, points).
+/// Coordinates may be any finite doubles. Pure functions, safe on any thread; they allocate (GMP) and are not
+/// for a frame loop.
 
 namespace touchstone {
 
+/// The truth about a pair, each figure rounded once from its exact value.
 struct ExactResult {
   PairClass pair_class;
   /// The exact signed distance rounded to the nearest double [m]: below 0 the minimal translation distance.
@@ -36,6 +38,7 @@ ExactResult exact_signed_distance(const WorldVertices& a, const WorldVertices& b
 
 /// The class alone: cheaper.
 PairClass exact_pair_class(const WorldVertices& a, const WorldVertices& b);
+/// True for `touching` and `penetrating`: cheaper still.
 bool exact_overlap(const WorldVertices& a, const WorldVertices& b);
 
 /// The signed distance as a decimal d.ddde[+-]x with `digits` significant digits, rounded to nearest; "0"

@@ -9,6 +9,7 @@
 
 namespace touchstone {
 
+/// How write_gltf() reads the world.
 struct GltfOptions {
   /// The world's z is up: a root node turns it to glTF's y. Otherwise the world's y is.
   bool is_z_up = true;

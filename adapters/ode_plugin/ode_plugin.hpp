@@ -5,25 +5,26 @@
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/narrowphase/pair_observer.hpp"
 
-// Our check inside the Open Dynamics Engine (double precision), in place of its own for boxes, and a geom for
-// any convex hexahedron. ODE's headers are not needed here.
-//
-//     const touchstone::OdeBoxOverride native;                       // boxes, until it goes
-//     dGeomID geom = touchstone::create_ode_hexahedron(space, solid);  // any hexahedron
-//
-// Conventions. ODE's: the normal points into geom 1, depths are positive. `pos` is half-way between the two
-// surfaces, so that it is the same in whichever order ODE asks. Only points that penetrate or touch are
-// contacts; touching is contact, with depth 0. dCollide's flags are honoured: at most as many contacts as
-// asked for and at most 8, the deepest first among those kept, of the others those with the largest area;
-// with CONTACTS_UNIMPORTANT any of them. `skip` is the way from one contact to the next.
-//
-// ODE asks for a pair of one class in reversed order (its table says so for every override) and turns the
-// answer round; the answer is the same either way.
-//
-// Boxes with a side of 0 go to ODE's dBoxBox, poses that are not finite have no contacts.
-//
-// Memory: nothing is allocated for boxes whose sizes a thread has seen (it remembers the last 1024 or so),
-// nor for hexahedra. Threads: as ODE itself.
+/// @file
+/// Our check inside the Open Dynamics Engine (double precision), in place of its own for boxes, and a geom
+/// for any convex hexahedron. ODE's headers are not needed here.
+///
+///     const touchstone::OdeBoxOverride native;                       // boxes, until it goes
+///     dGeomID geom = touchstone::create_ode_hexahedron(space, solid);  // any hexahedron
+///
+/// Conventions. ODE's: the normal points into geom 1, depths are positive. `pos` is half-way between the two
+/// surfaces, so that it is the same in whichever order ODE asks. Only points that penetrate or touch are
+/// contacts; touching is contact, with depth 0. dCollide's flags are honoured: at most as many contacts as
+/// asked for and at most 8, the deepest first among those kept, of the others those with the largest area;
+/// with CONTACTS_UNIMPORTANT any of them. `skip` is the way from one contact to the next.
+///
+/// ODE asks for a pair of one class in reversed order (its table says so for every override) and turns the
+/// answer round; the answer is the same either way.
+///
+/// Boxes with a side of 0 go to ODE's dBoxBox, poses that are not finite have no contacts.
+///
+/// Memory: nothing is allocated for boxes whose sizes a thread has seen (it remembers the last 1024 or so),
+/// nor for hexahedra. Threads: as ODE itself.
 
 struct dxGeom;
 struct dxSpace;
@@ -35,6 +36,7 @@ namespace touchstone {
 /// say what that is: a program that has overridden box against box itself names its collider here.
 class OdeBoxOverride {
  public:
+  /// ODE's dColliderFn.
   using Collider = int(dxGeom*, dxGeom*, int, dContactGeom*, int);
 
   /// All of it counts in the first of several that live at once.

@@ -9,11 +9,13 @@
 
 namespace touchstone {
 
+/// What Recorder::write() does while the rows are full.
 enum class WhenFull : std::uint8_t {
   drop,  ///< the frame is dropped whole and counted; the record says how many are missing, and where
   wait,  ///< write() waits for room: nothing is lost, but a slow disk delays frames
 };
 
+/// Memory of a Recorder, and its patience.
 struct RecorderOptions {
   /// Memory between the frame loop and the writing thread: a frame takes one row, and one more for each pose
   /// and event; 168 bytes each. Rounded up to a power of two.

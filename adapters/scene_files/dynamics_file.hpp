@@ -5,8 +5,9 @@
 #include "adapters/scene_files/scene_file.hpp"
 #include "physics/dynamic_scene.hpp"
 
-// Component dynamics_files: what a scene file asks of dynamics. Programs without dynamics read the same file
-// with load_scene() and link no physics.
+/// @file
+/// Component dynamics_files: what a scene file asks of dynamics. Programs without dynamics read the same file
+/// with load_scene() and link no physics.
 
 namespace touchstone {
 

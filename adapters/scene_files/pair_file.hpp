@@ -12,8 +12,9 @@
 #include "contact_core/narrowphase/narrowphase.hpp"
 #include "contact_core/narrowphase/pair_class.hpp"
 
-// Pairs of solids that users bring as JSON, and our own hard cases in the same format
-// (adapters/scene_files/README.md).
+/// @file
+/// Pairs of solids that users bring as JSON, and our own hard cases in the same format
+/// (adapters/scene_files/README.md).
 
 namespace touchstone {
 
@@ -39,6 +40,7 @@ struct CapturedAnswer {
   std::vector<ContactPoint> points;  ///< the deepest first; feature ids are not kept
 };
 
+/// One case of a pair file.
 struct PairCase {
   std::string id;
   std::optional<PosedPair> pair;  ///< empty: invalid

@@ -14,6 +14,7 @@ struct HandRates {
   double time = 0.0;                   ///< [s]
   Vector3 velocity = Vector3::Zero();  ///< of the object's origin [m/s]
   Vector3 turn = Vector3::Zero();      ///< angular velocity about its origin [rad/s]
+  /// Whose axes the rates are along.
   enum class Mode : std::uint8_t {
     world,  ///< both along the world's axes
     hand,   ///< both along the object's own axes, as they stand at the frame's start
@@ -37,6 +38,7 @@ struct HandScript {
 
 /// What the operator does besides flying; in force from the first frame on that starts at `time` or later.
 struct OperatorAction {
+  /// What is done; `switch_on` and `switch_off` are of the object's selection.
   enum class Kind : std::uint8_t { latch, release, switch_on, switch_off } kind = Kind::latch;
   double time = 0.0;    ///< [s]
   std::string object;   ///< carried, released or switched
@@ -53,7 +55,8 @@ struct Script {
   std::vector<OperatorAction> actions;  ///< by time
 };
 
-inline constexpr double kLowestFrameRate = 10.0, kHighestFrameRate = 1000.0;  // [Hz]
+/// Frame rates that scripts may ask for, from the first to the second [Hz].
+inline constexpr double kLowestFrameRate = 10.0, kHighestFrameRate = 1000.0;  ///< [Hz]
 
 /// Reads a script (YAML; the format is described in adapters/scene_files/README.md) and its scene, which is
 /// named relative to the script. Prescribed motion in the scene file is left out: only hands move objects.

@@ -9,7 +9,8 @@
 #include "contact_core/geometry/hexahedron_tree.hpp"
 #include "contact_core/narrowphase/narrowphase.hpp"
 
-// The coarse check: which pairs of solids may be within `margin` of each other.
+/// @file
+/// The coarse check: which pairs of solids may be within `margin` of each other.
 
 namespace touchstone {
 
@@ -44,6 +45,8 @@ struct PairCursor {
   bool done = false;
 };
 
+/// The coarse check's interface. One thread at a time; inside, the threads of BroadphaseInput::threads.
+/// @see find_first_contact(), register_broadphases()
 class Broadphase {
  public:
   virtual ~Broadphase() = default;

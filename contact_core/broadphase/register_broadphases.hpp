@@ -8,7 +8,9 @@ namespace touchstone {
 /// `native`: the paper's sphere trees per object under a bounding-box tree over the objects.
 void register_broadphases(BackendRegistry& registry);
 
+/// The broadphases of those names, to be built.
 std::unique_ptr<Broadphase> make_brute_force_broadphase();
+/// @copydoc make_brute_force_broadphase
 std::unique_ptr<Broadphase> make_native_broadphase();
 
 }  // namespace touchstone

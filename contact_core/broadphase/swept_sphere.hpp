@@ -2,7 +2,8 @@
 
 #include "contact_core/broadphase/world_spheres.hpp"
 
-// Bounds of a solid's motion between two poses.
+/// @file
+/// Bounds of a solid's motion between two poses.
 
 namespace touchstone {
 

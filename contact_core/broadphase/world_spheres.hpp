@@ -39,6 +39,7 @@ struct Box {
 /// grown by half of may_touch()'s margin overlap wherever it says true.
 Box bounding_box(const Sphere& sphere, double margin);
 
+/// The least box that contains both.
 inline Box union_of(const Box& a, const Box& b) {
   Box box;
   for (std::size_t i = 0; i < 3; ++i)
@@ -46,6 +47,7 @@ inline Box union_of(const Box& a, const Box& b) {
   return box;
 }
 
+/// Closed boxes: touching is overlap. False where a bound is NaN.
 inline bool overlap(const Box& a, const Box& b) {
   bool all = true;
   for (std::size_t i = 0; i < 3; ++i) all = all && a.low[i] <= b.high[i] && b.low[i] <= a.high[i];

@@ -25,6 +25,7 @@ struct EdgeLine {
   Vector3 direction;  ///< end - origin, not normalised [m]
 };
 
+/// In the frame that its name gives: sphere_S in a solid's, sphere_O in an object's.
 struct Sphere {
   Vector3 centre;
   double radius;  ///< [m]
@@ -37,6 +38,7 @@ struct alignas(64) WorldVertices {
   Vector3 vertex(int i) const { return {x[i], y[i], z[i]}; }
 };
 
+/// Whether Hexahedron::from_vertices() takes solids with bent faces.
 enum class WarpPolicy : std::uint8_t { refuse, accept };
 
 /// A validated convex hexahedron in its local frame. Immutable; copies are independent.

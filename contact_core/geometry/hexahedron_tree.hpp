@@ -20,6 +20,7 @@ struct PlacedHexahedron {
 /// below it.
 class HexahedronTree {
  public:
+  /// A leaf holds one solid, an inner node two children.
   struct Node {
     Sphere sphere_O;  ///< in the object's frame, encloses every world vertex below to rounding, see .cpp
     std::int32_t left = -1;  ///< node index; -1 at a leaf

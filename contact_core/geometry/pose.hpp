@@ -34,6 +34,7 @@ Matrix3 rotation_from_quaternion(double w, double x, double y, double z,
 
 /// @throws InputError when `X` is no rigid transform (see is_valid_pose) or its last row is not 0 0 0 1.
 Pose pose_from_matrix(const Matrix4& X, std::string_view name = "matrix");
+/// The 4x4 matrix [R p; 0 0 0 1], every bit as in the pose.
 Matrix4 matrix_from_pose(const Pose& X);
 
 /// The paper's 6x1 position vector (x, y, z [m], roll, pitch, yaw [rad]) as a pose: R = Rz(yaw) Ry(pitch)

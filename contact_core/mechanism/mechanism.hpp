@@ -11,12 +11,15 @@
 #include "contact_core/geometry/hexahedron_tree.hpp"
 #include "contact_core/scene/scene.hpp"
 
-// Arms: rigid links joined by revolute, prismatic and fixed joints into a tree, any link of which may be the
-// base.
+/// @file
+/// Arms: rigid links joined by revolute, prismatic and fixed joints into a tree, any link of which may be the
+/// base.
 
 namespace touchstone {
 
+/// What a joint lets its child do: nothing, turn about its axis [rad], shift along it [m].
 enum class JointKind : std::uint8_t { fixed, revolute, prismatic };
+/// The enumerator's name.
 std::string_view to_string(JointKind kind);
 
 /// Carried along for dynamics: nothing here reads it.
@@ -27,6 +30,7 @@ struct MassProperties {
   Vector3 inertia_about_L = Vector3::Zero();  ///< the point that inertia_L is about [m]
 };
 
+/// One rigid part of a mechanism. Its solids are placed in its frame L.
 struct LinkDescription {
   std::string name;
   std::vector<PlacedHexahedron> solids = {};  ///< X_OS in the link's frame; may be none
@@ -48,6 +52,7 @@ struct JointDescription {
   double effort = std::numeric_limits<double>::infinity();  ///< largest torque [N m] or force [N], >= 0
 };
 
+/// A mechanism as plain data, nothing checked: what Mechanism is made from.
 struct MechanismDescription {
   std::string name;
   std::vector<LinkDescription> links;
@@ -69,11 +74,12 @@ inline constexpr double kFrameTolerance = 0x1p-48;
 /// @pre is_valid_pose(X).
 Pose rigid_frame(const Pose& X);
 
-/// Immutable; const use from several threads is safe.
+/// A checked mechanism: a tree of links held by its base. Immutable; const use from several threads is safe.
 class Mechanism {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
+  /// A link and where it hangs.
   struct Link {
     std::string name;
     std::shared_ptr<const HexahedronTree> tree;  ///< named `mechanism.link`; null: no solids

@@ -31,6 +31,7 @@ class ResolvedRate {
   /// @throws InputError: a setting out of range, a link that no joint moves.
   ResolvedRate(const Mechanism& mechanism, std::uint32_t link, const ResolvedRateSettings& settings = {});
 
+  /// What solve() had to give up.
   struct Outcome {
     /// All joint rates were scaled down to this share, so that each is within its joint's limit; 1: none was.
     double scale = 1.0;

@@ -5,7 +5,8 @@
 
 #include "contact_core/mechanism/mechanism.hpp"
 
-// Round parts of links as hexahedra. By how much their facets are off is returned as data.
+/// @file
+/// Round parts of links as hexahedra. By how much their facets are off is returned as data.
 
 namespace touchstone {
 

@@ -8,11 +8,12 @@
 #include "contact_core/motion/path.hpp"
 #include "contact_core/narrowphase/narrowphase.hpp"
 
-// When two moving solids meet: conservative advancement (Mirtich 1996) with the motion projected on the
-// separating axis (Zhang, Lee, Kim 2006). At s the pair's separation and normal n are queried; along that
-// fixed n every vertex's path is enclosed by its value, its slope and a bound on its curvature, so the
-// projections' distance, which the separation never falls below, is known to stay above a threshold up to
-// some s': there it is queried again. Motion along a face takes one step, however close.
+/// @file
+/// When two moving solids meet: conservative advancement (Mirtich 1996) with the motion projected on the
+/// separating axis (Zhang, Lee, Kim 2006). At s the pair's separation and normal n are queried; along that
+/// fixed n every vertex's path is enclosed by its value, its slope and a bound on its curvature, so the
+/// projections' distance, which the separation never falls below, is known to stay above a threshold up to
+/// some s': there it is queried again. Motion along a face takes one step, however close.
 
 namespace touchstone {
 
@@ -45,8 +46,10 @@ enum class MotionCheck : std::uint8_t {
   proven,   ///< the whole path, by separations
   sampled,  ///< poses on the path, judged by a backend without separations; what lies between is not proven
 };
+/// The enumerator's name.
 std::string_view to_string(MotionCheck check);
 
+/// How find_impact() ended.
 enum class ImpactStatus : std::uint8_t {
   clear,            ///< the whole path
   blocked,          ///< at lo
@@ -54,6 +57,7 @@ enum class ImpactStatus : std::uint8_t {
   failed,           ///< the backend gave no answer: at lo, or, where it judges poses, soon after lo
 };
 
+/// When a pair stops: a bracket [lo, hi] in the path's s, 0 to 1. Separations in metres.
 struct Impact {
   ImpactStatus status = ImpactStatus::clear;
   MotionCheck check = MotionCheck::proven;
@@ -71,6 +75,7 @@ struct Impact {
 class SeparationQuery {
  public:
   virtual ~SeparationQuery() = default;
+  /// Signed distance, normal and witness points at these poses, as a distance query gives them.
   virtual PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept = 0;
   /// True: separations only set the steps; verdict() decides about poses, and answers are `sampled`.
   virtual bool judges_poses() const noexcept { return false; }
@@ -81,6 +86,7 @@ class SeparationQuery {
   }
 };
 
+/// So many queries of one pair on one path, then find_impact() stops early: `iteration_limit`.
 inline constexpr int kImpactIterations = 256;
 
 /// Where the query judges poses: find_sampled_impact() (sampled_impact.hpp).

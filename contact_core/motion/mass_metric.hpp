@@ -2,8 +2,9 @@
 
 #include "contact_core/geometry/hexahedron.hpp"
 
-// How far a rigid body is from where it is to be: by its mass metric at uniform density, over its mass. For a
-// displacement dc of its centre of mass and a turn w (axis times angle) that is |dc|^2 + w . J w [m^2].
+/// @file
+/// How far a rigid body is from where it is to be: by its mass metric at uniform density, over its mass. For
+/// a displacement dc of its centre of mass and a turn w (axis times angle) that is |dc|^2 + w . J w [m^2].
 
 namespace touchstone {
 
@@ -21,6 +22,7 @@ MassMoments mass_moments(const Hexahedron& solid);
 /// In frame A of what is known in frame B.
 MassMoments transform(const Pose& X_AB, const MassMoments& moments_B);
 
+/// What |dc|^2 + w . J w is made from.
 struct MassMetric {
   Vector3 centre = Vector3::Zero();  ///< of mass, in the frame of the moments
   Matrix3 J = Matrix3::Identity();   ///< inertia about the centre over mass, positive definite [m2]
@@ -38,6 +40,7 @@ struct Twist {
   Vector3 w = Vector3::Zero();
 };
 
+/// Both parts scaled.
 inline Twist operator*(double factor, const Twist& twist) { return {factor * twist.v, factor * twist.w}; }
 
 /// @param J_W in the frame that the twists are in.

@@ -5,8 +5,9 @@
 
 #include "contact_core/geometry/pose.hpp"
 
-// How things move within one frame: a path over s in [0, 1], from the pose at the frame's start to the
-// commanded one.
+/// @file
+/// How things move within one frame: a path over s in [0, 1], from the pose at the frame's start to the
+/// commanded one.
 
 namespace touchstone {
 

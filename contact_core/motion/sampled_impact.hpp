@@ -2,8 +2,9 @@
 
 #include "contact_core/motion/impact.hpp"
 
-// Motion under a backend that has no separations: it judges poses, those at which conservative advancement
-// by another check's separations (native's) would query. Nothing is proven between them.
+/// @file
+/// Motion under a backend that has no separations: it judges poses, those at which conservative advancement
+/// by another check's separations (native's) would query. Nothing is proven between them.
 
 namespace touchstone {
 

@@ -16,6 +16,7 @@ namespace touchstone {
 /// there. Not to be kept over Narrowphase::build(). Does not allocate once made.
 class SeparationMemo {
  public:
+  /// As Narrowphase::evaluate() gave it.
   struct Answer {
     PairStatus status;
     PairGeometry geometry;

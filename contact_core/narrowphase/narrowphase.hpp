@@ -9,15 +9,17 @@
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/geometry/pose.hpp"
 
-// The fine check, behind one interface. Conventions for every backend:
-//  * SI units, doubles. Solids are closed sets: touching is contact (`overlapping`, separation 0).
-//  * n_AB_W: unit, from A to B, in world. separation > 0 apart, < 0 overlapping (minimal translation
-//    distance).
-//  * p_B_W = p_A_W + separation * n_AB_W; moving B by -separation * n_AB_W brings the pair to touch.
-//  * Results come in the order of the pairs; result i depends on pair i alone.
+/// @file
+/// The fine check, behind one interface. Conventions for every backend:
+///  * SI units, doubles. Solids are closed sets: touching is contact (`overlapping`, separation 0).
+///  * n_AB_W: unit, from A to B, in world. separation > 0 apart, < 0 overlapping (minimal translation
+///    distance).
+///  * p_B_W = p_A_W + separation * n_AB_W; moving B by -separation * n_AB_W brings the pair to touch.
+///  * Results come in the order of the pairs; result i depends on pair i alone.
 
 namespace touchstone {
 
+/// Counts solids in the order in which they were given to build().
 using SolidIndex = std::uint32_t;
 
 /// Two solids, a < b, as indices into the span given to build().
@@ -29,6 +31,7 @@ struct SolidPair {
   friend auto operator<=>(const SolidPair&, const SolidPair&) = default;
 };
 
+/// A backend's answer about one pair. Never a guess: what it does not know it says.
 enum class PairStatus : std::uint8_t {
   separated,    ///< apart by more than the declared resolution
   overlapping,  ///< touching or penetrating
@@ -36,15 +39,19 @@ enum class PairStatus : std::uint8_t {
   failed,       ///< did not converge or the engine refused; carries nothing
   unsupported,  ///< this backend cannot answer this query for this pair; carries nothing
 };
+/// The enumerator's name.
 std::string_view to_string(PairStatus status);
 
+/// How much is asked about a pair; each kind includes those before it.
 enum class QueryKind : std::uint8_t {
   overlap,   ///< status only
   distance,  ///< signed distance, normal and one pair of witness points
   manifold,  ///< the same and up to max_points contact points
 };
+/// The enumerator's name.
 std::string_view to_string(QueryKind kind);
 
+/// Most contact points of one pair, whatever the backend.
 inline constexpr int kMaxManifoldPoints = 8;
 
 /// What is asked. Less asked is less paid.
@@ -67,6 +74,7 @@ struct PairGeometry {
   std::int32_t point_count;
 };
 
+/// One point of a manifold: a point on each surface, p_B_W = p_A_W + separation * n_AB_W [m].
 struct ContactPoint {
   Vector3 p_A_W;
   Vector3 p_B_W;
@@ -82,9 +90,12 @@ struct Resolution {
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size)
   double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth; infinite: nothing is claimed
 
+  /// Of pairs that do not penetrate [m]. @param scale max(|world coordinate|, size) [m].
   double at(double scale) const { return absolute + relative * scale; }
 };
 
+/// What a backend can answer, and how well. Declared by it; where the resolution depends on the solids, as of
+/// its last build().
 struct Capabilities {
   bool distance = false;     ///< separation, normal and witness points of pairs that are apart
   bool penetration = false;  ///< the same for pairs that overlap
@@ -105,6 +116,7 @@ struct PairCacheEntry {
   std::uint32_t data[4] = {0, 0, 0, 0};  ///< zero: nothing known
 };
 
+/// A batch of pairs, all asked the same. Spans are borrowed for the call.
 struct NarrowphaseInput {
   std::span<const SolidPair> pairs;
   std::span<const Pose> poses;  ///< X_WS of every solid given to build(), in that order; valid poses
@@ -120,6 +132,9 @@ struct NarrowphaseOutput {
   std::span<ContactPoint> points = {};    ///< max_points a pair; may be empty unless manifold
 };
 
+/// The fine check's interface. Built over solids once, then asked about batches of pairs at any poses.
+/// evaluate() is const: several threads may call it where Capabilities::thread_safe says so, each with a
+/// Workspace of its own; not during build().
 class Narrowphase {
  public:
   /// A thread's scratch memory, made by the backend it is used with.

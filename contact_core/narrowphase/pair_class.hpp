@@ -12,6 +12,7 @@ enum class PairClass : std::uint8_t {
   touching,     ///< in contact, signed distance 0
   penetrating,  ///< signed distance < 0
 };
+/// The enumerator's name.
 std::string_view to_string(PairClass pair_class);
 
 }  // namespace touchstone

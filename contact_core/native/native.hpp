@@ -26,6 +26,8 @@ namespace touchstone {
 ///   evaluate() does not allocate; its workspace is empty.
 std::unique_ptr<Narrowphase> make_native();
 
+/// Adds make_native() as narrowphase `native`; register_core() does it, too.
+/// @throws InputError when the name is taken.
 void register_native(BackendRegistry& registry);
 
 }  // namespace touchstone

@@ -3,8 +3,9 @@
 #include "contact_core/geometry/hexahedron.hpp"
 #include "contact_core/geometry/vector.hpp"
 
-// Signs decided exactly, for every finite double input (denormals to 1e308, mixed freely). No heap, no state:
-// any thread may call at any time.
+/// @file
+/// Signs decided exactly, for every finite double input (denormals to 1e308, mixed freely). No heap, no
+/// state: any thread may call at any time.
 
 namespace touchstone::numerics {
 

@@ -6,8 +6,9 @@
 
 #include "contact_core/world/contact_world.hpp"
 
-// What leaves the contact world, once a frame: actual poses only. A commanded or rejected pose has no place
-// in these types, so no output can show one.
+/// @file
+/// What leaves the contact world, once a frame: actual poses only. A commanded or rejected pose has no place
+/// in these types, so no output can show one.
 
 namespace touchstone {
 
@@ -17,6 +18,7 @@ struct OutputObject {
   std::string name;
 };
 
+/// Where an object of a frame is.
 struct ShownPose {
   ObjectHandle object;
   Pose X_WO;  ///< actual

@@ -14,6 +14,7 @@ struct RecordedPose {
   Pose X_WO;
 };
 
+/// A ContactEvent as recorded. @see ContactEvent for units and signs.
 struct RecordedEvent {
   static constexpr std::uint32_t kNone = 0xffffffff;
 
@@ -24,6 +25,7 @@ struct RecordedEvent {
   PairGeometry geometry;
 };
 
+/// One frame, whole.
 struct RecordedFrame {
   std::uint64_t frame;
   double time;                    ///< [s]

@@ -9,9 +9,10 @@
 #include "contact_core/geometry/hexahedron_tree.hpp"
 #include "contact_core/scene/motion.hpp"
 
-// A scene as plain data: objects made of hexahedra, how they are commanded to move, and which pairs do not
-// matter. It holds no state of a run; SceneInstance (scene_instance.hpp) turns it into solids and poses at a
-// time.
+/// @file
+/// A scene as plain data: objects made of hexahedra, how they are commanded to move, and which pairs do not
+/// matter. It holds no state of a run; SceneInstance (scene_instance.hpp) turns it into solids and poses at a
+/// time.
 
 namespace touchstone {
 
@@ -23,8 +24,10 @@ enum class ContactPolicy : std::uint8_t {
   advance,  ///< up to the contact
   slide,    ///< up to it, then along it
 };
+/// The enumerator's name, as scene files have it.
 std::string_view to_string(ContactPolicy policy);
 
+/// One rigid object: its hexahedra, where it starts and how it is told to move.
 struct SceneObject {
   HexahedronTree tree;  ///< tree.name() is the object's name
   Pose X_WO;            ///< initial pose
@@ -57,6 +60,7 @@ struct FacetFigure {
   double error;    ///< r (1 - cos(pi/n)) inscribed, r (1 / cos(pi/n) - 1) circumscribed [m]
 };
 
+/// All of a scene in SI units, nothing checked: see validate().
 struct Scene {
   std::string name;
   std::string description;
@@ -77,6 +81,7 @@ struct Scene {
   double frame_time(std::uint64_t frame) const { return static_cast<double>(frame) / frame_rate; }
 };
 
+/// Stands for "none" where an object's index is returned.
 inline constexpr std::size_t kNoObject = static_cast<std::size_t>(-1);
 
 /// The object's index, or kNoObject.

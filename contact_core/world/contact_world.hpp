@@ -14,13 +14,14 @@
 #include "contact_core/scene/scene.hpp"
 #include "contact_core/world/selection.hpp"
 
-// The contact world (the paper's Contact_object, Object_manager and Contact_manager): objects come and go at
-// run time, are commanded frame by frame, and move only as far as nothing merges.
-//
-// Threads: one thread owns a world. Only select() may be called from others, while frames run.
-// Set-up (add, remove, rules, latches, backends) may allocate and throws InputError, the world unchanged.
-// frame() neither throws nor, once warm, allocates; set-up is taken up by the next prepare() or, where it was
-// left out, frame().
+/// @file
+/// The contact world (the paper's Contact_object, Object_manager and Contact_manager): objects come and go at
+/// run time, are commanded frame by frame, and move only as far as nothing merges.
+///
+/// Threads: one thread owns a world. Only select() may be called from others, while frames run.
+/// Set-up (add, remove, rules, latches, backends) may allocate and throws InputError, the world unchanged.
+/// frame() neither throws nor, once warm, allocates; set-up is taken up by the next prepare() or, where it
+/// was left out, frame().
 
 namespace touchstone {
 
@@ -32,11 +33,12 @@ struct ObjectHandle {
   friend bool operator==(const ObjectHandle&, const ObjectHandle&) = default;
 };
 
+/// What ContactWorld::add() takes: a rigid object and where it starts.
 struct ObjectDescription {
   std::shared_ptr<const HexahedronTree> tree;  ///< its name is the object's, unique in the world
   Pose X_WO;
-  bool is_static = false;  ///< never moves; pairs of static objects are not checked
-  std::vector<std::string> groups = {};
+  bool is_static = false;                ///< never moves; pairs of static objects are not checked
+  std::vector<std::string> groups = {};  ///< a world has at most 64 names of groups
 };
 
 /// A pair's rule. Policies are ContactPolicy's. A mover that a `slide` pair stopped goes on along it towards
@@ -86,6 +88,7 @@ struct JointCommand {
   std::span<const double> values;  ///< read by frame() only; in the order of Mechanism::joints()
 };
 
+/// What happened to a pair, or to a command, in a frame.
 enum class EventKind : std::uint8_t {
   near,                  ///< within the warn distance, not in contact
   began,                 ///< came within the gap
@@ -98,8 +101,10 @@ enum class EventKind : std::uint8_t {
                          ///< joint values that are not finite or too few or many (a: the first link)
   at_limit,              ///< a joint was told to go beyond its limits (a: the link that it moves)
 };
+/// The enumerator's name.
 std::string_view to_string(EventKind kind);
 
+/// One event of a frame, about a pair of solids or about a command.
 struct ContactEvent {
   EventKind kind;
   ObjectHandle a, b;      ///< b: none for `refused` and `at_limit`
@@ -108,6 +113,7 @@ struct ContactEvent {
   PairGeometry geometry;  ///< n from a to b; NaN for `refused` and `at_limit`
 };
 
+/// What a frame came to. Counts are of this frame alone.
 struct FrameReport {
   std::uint64_t frame = 0;
   std::span<const ContactEvent> events;  ///< valid until the next frame; by pair
@@ -131,13 +137,16 @@ struct WorldCapabilities {
   MotionCheck check = MotionCheck::proven;
 };
 
+/// Most sub-steps of slides in one frame.
 inline constexpr std::uint32_t kMostSlideSteps = 16;
 /// Changes that ContactWorld::selection_record() has room for unless told otherwise.
 inline constexpr std::size_t kSelectionRoom = 4096;
 
+/// Objects and mechanisms at run time, moved frame by frame as far as no pair gets closer than the gap
+/// allows. Threads and errors: see contact_world.hpp.
 class ContactWorld {
  public:
-  /// @param gap g [m], finite and > 0.
+  /// @param gap g [m], finite and > 0. @throws InputError: another gap, no narrowphase or no broadphase.
   ContactWorld(std::unique_ptr<Narrowphase> narrowphase, std::unique_ptr<Broadphase> broadphase, double gap);
   ~ContactWorld();
   ContactWorld(const ContactWorld&) = delete;
@@ -145,7 +154,7 @@ class ContactWorld {
 
   // ---- set-up, at any time between frames
 
-  /// @throws InputError: no tree, a name that is taken, a pose that is none.
+  /// @throws InputError: no tree, a name that is taken, a pose that is none, a 65th group.
   ObjectHandle add(ObjectDescription description);
   /// @throws InputError: an unknown handle, or an object that carries or is carried.
   void remove(ObjectHandle object);
@@ -167,11 +176,15 @@ class ContactWorld {
   /// @throws InputError: an unknown handle or name, or a link without hexahedra.
   ObjectHandle link(MechanismHandle mechanism, std::string_view name) const;
 
+  /// For every pair without a rule of its own or of its groups.
   void set_default_rule(const PairRule& rule);
   /// For every pair with one object in `first` and the other in `second` (the same group: within it).
+  /// @throws InputError: a 65th group.
   void set_group_rule(std::string_view first, std::string_view second, const PairRule& rule);
+  /// Before any other rule. @throws InputError: an unknown handle.
   void set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule& rule);
   /// Never checked: `first` and `second` each name a hexahedron of the object, or all of it if empty.
+  /// @throws InputError: an unknown handle or hexahedron, one object twice.
   void exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second);
 
   /// `carried` moves with `carrier` from now on, as they stand. Pairs of the two are checked but for those
@@ -182,13 +195,16 @@ class ContactWorld {
   /// @throws InputError when it is not carried.
   void unlatch(ObjectHandle carried);
 
-  /// Swapped in place, for the next frame on.
+  /// Swapped in place, for the next frame on. @throws InputError: none given.
   void set_narrowphase(std::unique_ptr<Narrowphase> narrowphase);
+  /// @copydoc set_narrowphase
   void set_broadphase(std::unique_ptr<Broadphase> broadphase);
 
   WorldCapabilities capabilities() const;
 
   /// Takes up all set-up so far: what may allocate is done here.
+  /// @throws InputError: what build() of the backends refuses, a broadphase without paths
+  /// (Broadphase::update_paths()).
   void prepare();
   /// Initial poses, no latches, everything selected, whatever waits in the queue; objects and rules stay.
   void reset();
@@ -210,15 +226,20 @@ class ContactWorld {
 
   // ---- frames
 
+  /// To a pose, on the shorter way round from the actual one. @throws InputError: an unknown handle.
   MotionCommand go_to(ObjectHandle object, const Pose& X_WO) const;
-  /// @param turn_W axis times angle [rad], of any size.
+  /// @param displacement_W [m]. @param turn_W axis times angle [rad], of any size.
+  /// @throws InputError: an unknown handle.
   MotionCommand move_by(ObjectHandle object, const Vector3& displacement_W, const Vector3& turn_W) const;
   /// Moves what is commanded as far as the rules allow. A bad command is reported and its object stays.
   /// Of several commands for one mover the last good one counts.
   FrameReport frame(std::span<const MotionCommand> commands,
                     std::span<const JointCommand> joint_commands = {});
 
+  /// X_WO, as the last frame left it. @throws InputError: an unknown handle.
   const Pose& actual_pose(ObjectHandle object) const;
+  /// X_WO of the last good command of its own; the initial pose before the first. @throws InputError: an
+  /// unknown handle.
   const Pose& commanded_pose(ObjectHandle object) const;
   /// X_WS of the object's solids; empty between set-up and the prepare() or frame() that takes it up.
   std::span<const Pose> solid_poses(ObjectHandle object) const;
@@ -236,6 +257,7 @@ class ContactWorld {
   /// What the last frame executed: part 0 is the commanded paths up to where they were stopped, then come the
   /// sub-steps of slides, each with an s of its own from 0 to 1.
   std::size_t executed_parts() const;
+  /// X_WO at s of a part; the actual one of what did not move. @throws InputError: an unknown handle.
   Pose executed_pose(ObjectHandle object, std::size_t part, double s) const;
   /// @param out one a joint value. @throws InputError: an unknown handle, or of another size.
   void executed_joints(MechanismHandle mechanism, std::size_t part, double s, std::span<double> out) const;

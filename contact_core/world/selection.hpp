@@ -11,6 +11,7 @@ namespace touchstone {
 /// What is switched on or off: everything, an object, a pair of objects, or a group. A pair is checked while
 /// all that it belongs to is on.
 struct SelectionChange {
+  /// What `first` and `second` name: nothing, an object, two objects, a group.
   enum class Scope : std::uint8_t { everything, object, pair, group };
 
   Scope scope = Scope::everything;
@@ -21,6 +22,7 @@ struct SelectionChange {
   friend bool operator==(const SelectionChange&, const SelectionChange&) = default;
 };
 
+/// A change that came into force, for a replay.
 struct SelectionRecord {
   std::uint64_t frame;  ///< the frame at whose start it came into force
   SelectionChange change;
