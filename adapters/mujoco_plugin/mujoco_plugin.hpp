@@ -32,6 +32,7 @@ namespace touchstone {
 /// whole process; then the three entries are what they were. Of several that live at once the first decides.
 class MujocoOverride {
  public:
+  /// Whose check decides, how many contacts it may give, who is told.
   struct Options {
     EngineCheck check = EngineCheck::native;  ///< own: what was there decides, and is observed
     int most_contacts = kMaxManifoldPoints;   ///< a pair, 1 to 8

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -8,6 +7,10 @@
 
 #include "contact_core/narrowphase/narrowphase.hpp"
 #include "examples/program/choices.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace touchstone::comparison {
 
