@@ -54,6 +54,8 @@ class ContactArc {
                       std::span<double> curvature) const;
   /// The length to where what has this value and rate will be 0, predicted likewise; or infinity.
   double length_to_zero(double value, double rate, std::span<const double> tangent) const;
+  /// As limits need them.
+  void update_velocities();
   void keep();
   void go_back();
 
@@ -74,7 +76,6 @@ class ContactArc {
   void number_unknowns();
   void set_status(std::size_t block);
   void move_unknowns(double factor, std::span<const double> step);
-  void update_velocities();
   void fill_velocities();
   void fill_row(std::size_t equation, std::size_t row);
   void fill_turn(std::size_t block);

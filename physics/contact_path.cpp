@@ -11,11 +11,15 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Lengths are in log softness, radians, and impulses over their size.
 constexpr double kFirstStep = 1.0, kLongestStep = 3.0, kShortestStep = 1e-5;
 constexpr int kMostCorrections = 5;
+// Of Newton's steps: the longest, the most of the one before, what the last one is shorter than, and how far
+// back they may lead.
+constexpr double kMostCorrection = 0.3, kContraction = 0.5, kLastCorrection = 1e-2, kSharpest = 1e-6, kLoosest = 1e-3,
+                 kBackwards = 1e-6;
 constexpr double kMostTurn = 2.0;  // one over the cosine between the tangents of a step
 // How far from the path a point may be, and beyond a limit, over the sizes of velocities and impulses.
 constexpr double kOff = 1e-8;
-// A path this much softer than it began has gone back the way it came.
-constexpr double kLost = 1e3;
+// A path that gets this much softer than it began has gone back the way it came.
+constexpr double kLost = 1.5;
 
 }  // namespace
 
@@ -40,15 +44,19 @@ double ContactPath::along_tangent(std::span<const double> step) const {
   return sum;
 }
 
+double ContactPath::length_of(std::span<const double> step) const {
+  double sum = 0.0;
+  for (std::size_t j = 0; j < arc_.unknowns(); ++j) {
+    const double scaled = step[j] / arc_.unit(j);
+    sum += scaled * scaled;
+  }
+  return std::sqrt(sum);
+}
+
 /// Takes next_tangent_ at the point, of length 1, and what limits do along it.
 /// @param way since the last point, if it was on the same arc, or 0. @return false where it turned too much.
 bool ContactPath::take_tangent(double way, double longest) {
-  double sum = 0.0;
-  for (std::size_t j = 0; j < arc_.unknowns(); ++j) {
-    const double scaled = next_tangent_[j] / arc_.unit(j);
-    sum += scaled * scaled;
-  }
-  const double length = std::sqrt(sum);
+  const double length = length_of(next_tangent_);
   if (!(length > 0.0) || !std::isfinite(length) || length > longest) return false;
   for (double& change : next_tangent_) change /= length;
   if (way > 0.0) {
@@ -88,43 +96,50 @@ bool ContactPath::start(const ScaledContacts& problem, std::span<const double> a
   return false;
 }
 
-/// From `length` along the tangent back to the path: at right angles, or to where the limit is 0.
+/// From `length` along the tangent back to the path: at right angles, or to where the limit is 0. Newton's
+/// steps must shrink, and the last one of all is so short that what it leaves is nothing.
 bool ContactPath::correct(const ContactArc::Limit* limit, double length) {
   arc_.go_back();
   arc_.predict(tangent_, curvature_, length);
   double last = kInfinity, way = length;
-  for (corrections_ = 0;; ++corrections_) {
-    double off = arc_.linearise();
-    if (limit != nullptr) {
-      off = std::max(off, std::abs(arc_.value(*limit)));
-      if (off <= kOff) return way >= -1e-6 && way <= 2.0 * length + 1e-6;
-    }
-    if (!(off <= 1e6) || (corrections_ > 0 && off > 0.5 * last) || corrections_ == kMostCorrections)
-      return false;
+  for (corrections_ = 1; corrections_ <= kMostCorrections; ++corrections_) {
+    arc_.linearise();
     if (limit != nullptr) {
       arc_.border_by(*limit);
     } else {
       arc_.border_by(tangent_);
     }
     if (!solve()) return false;
-    arc_.move(change_);
-    if (off <= kOff) return true;
-    last = off;
+    const double size = length_of(change_);
+    if (!(size <= kMostCorrection) || size > kContraction * last) return false;
+    last = size;
     way += along_tangent(change_);
+    arc_.move(change_);
+    if (size > (limit != nullptr ? kSharpest : std::clamp(kLastCorrection * length, kSharpest, kLoosest)))
+      continue;
+    arc_.update_velocities();
+    return way >= -kBackwards && way <= 2.0 * length + kBackwards;
   }
+  return false;
 }
+
+/// Of a limit: what was a little below 0 may stay so.
+double ContactPath::least_of(std::size_t limit) const { return 2.0 * std::min(values_[limit], 0.0) - kOff; }
 
 /// To the end of the arc and around the corner.
 bool ContactPath::meet(ContactArc::Limit limit, double length) {
   if (!correct(&limit, length)) return false;
   for (std::size_t i = 0; i < arc_.limits(); ++i)
-    if (arc_.value(ContactArc::limit(i)) < -kOff) return false;
+    if (arc_.value(ContactArc::limit(i)) < least_of(i)) return false;
   const ContactArc::Limit growing = arc_.cross(limit);
   ++arcs_;
-  is_lost_ = true;
-  if (!(arc_.linearise() <= 1e3 * kOff)) return false;
+  arc_.linearise();
   arc_.border_by(growing);
-  is_lost_ = !solve() || !take_tangent(0.0, kInfinity);
+  is_lost_ = !solve() || !(length_of(change_) <= kLoosest);
+  if (is_lost_) return false;
+  arc_.move(change_);
+  arc_.update_velocities();
+  is_lost_ = !take_tangent(0.0, kInfinity);
   return !is_lost_;
 }
 
@@ -134,7 +149,7 @@ bool ContactPath::go(double length, double& broken_at, ContactArc::Limit& broken
   bool all_kept = true;
   for (std::size_t i = 0; i < arc_.limits(); ++i) {
     const double value = arc_.value(ContactArc::limit(i));
-    if (!(value < -kOff)) continue;
+    if (!(value < least_of(i))) continue;
     all_kept = false;
     // One that has only just been crossed comes again later, if at all.
     const double before = values_[i], at = length * (before / (before - value));
@@ -160,7 +175,7 @@ bool ContactPath::advance() {
     double broken_at = kInfinity;
     ContactArc::Limit broken;
     if (go(length, broken_at, broken)) {
-      step_ = corrections_ <= 2 ? 2.0 * length : corrections_ == 3 ? 1.4 * length : length;
+      step_ = corrections_ <= 2 ? 1.7 * length : corrections_ == 3 ? 1.2 * length : length;
       return true;
     }
     if (broken_at < kInfinity && meet(broken, broken_at)) return true;

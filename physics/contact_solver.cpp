@@ -16,12 +16,12 @@ constexpr double kFirstPolish = 1e-2, kPolishAgain = 0.05;
 // once, it does from there, for a tenth of what a path costs.
 constexpr int kSweepsBetween = 30, kSweptTries = 4, kSweptSteps = 8;
 constexpr int kPathSteps = 8;
-constexpr int kPathSolves = 600;
+constexpr int kPathSolves = 700;
 // Softer than this is what rounding makes of 0.
 constexpr double kLeastSoftness = 1e-14;
 // In units of the tolerance: what is more does not count as solved. More is let pass when all is tried.
 constexpr double kMostRounding = 5.0, kMostLateRounding = 9.0;
-constexpr int kLate = 30;
+constexpr int kLate = 4;
 
 }  // namespace
 
