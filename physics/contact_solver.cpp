@@ -190,7 +190,7 @@ bool ContactSolver::try_round(int round) {
   }
   if (round == 2) return follow_path({}, kPathSolves);
   start_anew(round);
-  if (round % 4 == 3) {
+  if (round % 8 == 7) {
     start_ = y_;
     return follow_path(start_, kPathSolves);
   }
