@@ -30,7 +30,7 @@ void ContactSolver::reserve(std::size_t rows) {
   scaled_.reserve(rows);
   const std::size_t newton_rows = std::min(rows, settings_.most_newton_rows);
   newton_.reserve(newton_rows);
-  path_.reserve(newton_rows);
+  path_.reserve(std::min(rows, settings_.most_path_rows));
   status_.reserve(rows);
 }
 
@@ -203,7 +203,9 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
   report_.residual = residual_of(y_);
   bool done = report_.residual <= settings_.tolerance;
   const bool with_newton = y_.size() <= settings_.most_newton_rows;
-  for (int round = 0; round < settings_.rounds && !done; ++round) {
+  const bool only_newton = with_newton && y_.size() > settings_.most_path_rows;
+  const int rounds = only_newton ? std::min(settings_.rounds, 1) : settings_.rounds;
+  for (int round = 0; round < rounds && !done; ++round) {
     report_.rounds = round + 1;
     if (!with_newton) {
       sweep(settings_.sweeps);

@@ -91,7 +91,8 @@ void DynamicsWorld::add_contact(std::size_t index, Phase phase, double t) {
   } else if (point.separation > gap) {
     b[0] += point.separation / t;
   } else if (point.separation < -gap) {
-    b[0] += settings_.push_out * (point.separation + gap);
+    const double push_out = is_swept_ ? std::max(settings_.push_out, settings_.swept_push_out / t) : settings_.push_out;
+    b[0] += push_out * (point.separation + gap);
   }
   b_.insert(b_.end(), b, b + 3);
   friction_.push_back(contact.friction);
@@ -145,6 +146,7 @@ void DynamicsWorld::gather(Phase phase, double t, bool all) {
   for (auto* vector : {&J_, &Y_, &b_, &x_, &friction_}) vector->clear();
   bounds_.clear();
   prepare_bodies(phase);
+  is_swept_ = is_swept_group();
   for (std::size_t i = 0; i < points_.size(); ++i)
     if (all || points_[i].separation <= settings_.contact_gap) add_contact(i, phase, t);
   for (const std::uint32_t m : group_.mechanisms) add_joint_rows(m, phase, t, all);

@@ -86,7 +86,8 @@ bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, std:
   std::uint32_t pieces = 0;
   for (double left = h; left > 0.0;) {
     ++pieces;
-    const double t = piece(left, h, pieces >= settings_.most_substeps, pieces, report);
+    const bool to_the_end = pieces >= settings_.most_substeps || is_swept_group();
+    const double t = piece(left, h, to_the_end, pieces, report);
     if (report.failure != StepFailure::none) return false;
     left = t >= left ? 0.0 : left - t;
   }

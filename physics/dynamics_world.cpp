@@ -126,6 +126,10 @@ void DynamicsWorld::reserve(std::size_t contacts) {
     vector->reserve(units);
   fill_.reserve(units + 1);
   patience_.reserve(units);
+  sweeps_left_.reserve(units);
+  first_V_.reserve(units);
+  V_.reserve(widest * units);
+  own_W_.reserve(18 * contacts + 3 * joints);
   for (auto* vector : {&residuals_, &scales_}) vector->reserve(blocks);
   groups_.reserve(units);
   islands_.reserve(units);
