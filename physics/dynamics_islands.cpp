@@ -314,28 +314,27 @@ bool DynamicsWorld::may_refine(const Island& island) {
 }
 
 /// To the end; or, where that has failed on a large one, by sweeps for a while.
-SolveReport DynamicsWorld::solve_afresh(const Island& island, bool holds) {
+SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm) {
+  const bool holds = warm <= settings_.solver.tolerance;
   const std::size_t mechanism_rows = J_.size();
   load_island(island);
   SolveReport solved;
   if (is_swept(island)) {
-    solved = sweep_loaded(island);
+    solved = sweep_loaded(island, warm);
   } else {
     load_couplings();
+    warm_x_ = local_x_;
     solved = solve_loaded(island);
     if (holds) refine(island);
+    update_velocities(island);
     if (!solved.converged && local_rows_.size() > settings_.solver.most_path_rows) {
       leave_to_sweeps(island);
+      local_x_ = warm_x_;
       const SolveReport tried = solved;
-      solved = sweep_loaded(island);
+      solved = sweep_loaded(island, warm);
       solved.sweeps += tried.sweeps;
       solved.newton_steps = tried.newton_steps;
     }
-  }
-  const Residual left = update_velocities(island);
-  if (solved.newton_steps == 0 || solved.sweeps >= settings_.island_sweeps) {
-    solved.residual = left.worst;
-    solved.converged = left.worst <= settings_.solver.tolerance;
   }
   J_.resize(mechanism_rows);
   Y_.resize(mechanism_rows);
@@ -348,7 +347,7 @@ void DynamicsWorld::solve_island(const Island& island, StepReport& report) {
   const bool holds = warm.worst <= settings_.solver.tolerance;
   SolveReport solved;
   solved.residual = warm.worst;
-  if (!holds || (!warm.is_still && may_refine(island))) solved = solve_afresh(island, holds);
+  if (!holds || (!warm.is_still && may_refine(island))) solved = solve_afresh(island, warm.worst);
   ++report.solves;
   report.unconverged += solved.converged ? 0 : 1;
   report.sweeps += static_cast<std::uint32_t>(solved.sweeps);

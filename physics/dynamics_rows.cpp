@@ -11,6 +11,8 @@ namespace touchstone::physics {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// What sweeps let sink in parts again: this share of its depth a step, but no faster [m/s].
+constexpr double kSweptShare = 0.2, kMostSweptSpeed = 0.1;
 
 }  // namespace
 
@@ -91,8 +93,9 @@ void DynamicsWorld::add_contact(std::size_t index, Phase phase, double t) {
   } else if (point.separation > gap) {
     b[0] += point.separation / t;
   } else if (point.separation < -gap) {
-    const double push_out = is_swept_ ? std::max(settings_.push_out, settings_.swept_push_out / t) : settings_.push_out;
-    b[0] += push_out * (point.separation + gap);
+    const double depth = -(point.separation + gap);
+    b[0] -= settings_.push_out * depth;
+    if (is_swept_) b[0] -= std::min(kSweptShare * depth / h_, kMostSweptSpeed);
   }
   b_.insert(b_.end(), b, b + 3);
   friction_.push_back(contact.friction);

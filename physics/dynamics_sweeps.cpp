@@ -9,8 +9,13 @@
 namespace touchstone::physics {
 namespace {
 
-// Steps that an island is left to sweeps after Newton's method has failed on it.
-constexpr std::uint8_t kStepsOfSweeps = 64;
+// Steps that an island is left to sweeps after Newton's method has failed on it, or till they leave less than
+// this [m/s]: what comes to rest is then solved to the end.
+constexpr std::uint8_t kStepsOfSweeps = 128;
+constexpr double kNearlySolved = 1e-5;
+// What held in a step of another length may be far too much in this: worse than nothing by this factor, it is
+// dropped.
+constexpr double kWorseThanNothing = 10.0;
 constexpr int kSlipSteps = 2;
 
 /// The inverse of a symmetric matrix, row by row. @return false where it has none.
@@ -70,9 +75,17 @@ bool DynamicsWorld::is_swept(const Island& island) const {
   return std::any_of(units.begin(), units.end(), [&](std::uint32_t unit) { return sweeps_left_[unit] > 0; });
 }
 
+/// Not all that failed together are tried again together.
 void DynamicsWorld::leave_to_sweeps(const Island& island) {
+  const std::span<const std::uint32_t> units = std::span(unit_order_).subspan(island.first_unit, island.units);
+  for (const std::uint32_t unit : units)
+    sweeps_left_[unit] = static_cast<std::uint8_t>(kStepsOfSweeps + units.front() % kStepsOfSweeps);
+}
+
+/// After a step of sweeps that left `residual`.
+void DynamicsWorld::count_sweeps(const Island& island, double residual) {
   for (const std::uint32_t unit : std::span(unit_order_).subspan(island.first_unit, island.units))
-    sweeps_left_[unit] = kStepsOfSweeps;
+    if (sweeps_left_[unit] > 0) sweeps_left_[unit] = residual <= kNearlySolved ? 0 : sweeps_left_[unit] - 1;
 }
 
 /// J V of a loaded row: the velocity that the impulses so far give it.
@@ -133,7 +146,11 @@ void DynamicsWorld::sweep_contact(std::size_t contact) {
 }
 
 /// Block Gauss-Seidel over the loaded island in impulses, to and fro, as many times as there is time for.
-SolveReport DynamicsWorld::sweep_loaded(const Island& island) {
+/// @param warm the residual of what there is to start from.
+SolveReport DynamicsWorld::sweep_loaded(const Island& island, double warm) {
+  double without = 0.0;
+  for (std::size_t c = 0; c < island.contacts; ++c) without = std::max(without, -local_b_[3 * c]);
+  if (warm > kWorseThanNothing * without) std::fill(local_x_.begin(), local_x_.end(), 0.0);
   prepare_sweeps(island);
   SolveReport report;
   for (report.sweeps = 0; report.sweeps < settings_.island_sweeps; ++report.sweeps) {
@@ -149,8 +166,9 @@ SolveReport DynamicsWorld::sweep_loaded(const Island& island) {
     }
   }
   for (std::size_t k = 0; k < local_rows_.size(); ++k) x_[local_rows_[k]] = local_x_[k];
-  for (const std::uint32_t unit : std::span(unit_order_).subspan(island.first_unit, island.units))
-    if (sweeps_left_[unit] > 0) --sweeps_left_[unit];
+  report.residual = update_velocities(island).worst;
+  report.converged = report.residual <= settings_.solver.tolerance;
+  count_sweeps(island, report.residual);
   return report;
 }
 

@@ -139,7 +139,7 @@ void DynamicsWorld::reserve(std::size_t contacts) {
   for (auto* vector : {&bounds_, &local_bounds_}) vector->reserve(3 * joints);
   rows_.reserve(rows);
   local_rows_.reserve(rows);
-  for (auto* vector : {&b_, &x_, &u_, &local_b_, &local_x_}) vector->reserve(rows);
+  for (auto* vector : {&b_, &x_, &u_, &local_b_, &local_x_, &warm_x_}) vector->reserve(rows);
   for (auto* vector : {&friction_, &local_friction_}) vector->reserve(contacts);
   for (auto* vector : {&J_, &Y_}) vector->reserve(2 * widest * rows);
   // Of the largest island: who expects larger ones than a thousand rows pays for them when they come.
