@@ -12,9 +12,9 @@
 namespace touchstone::physics {
 
 /// A point on an arc: impulses y and softness s with the laws of open, sticking and slipping contacts, the
-/// velocities being u = W y + b + s (y - anchor). Unknown is only what may change: nothing of an open contact,
-/// its three impulses where it sticks, the normal one and the direction where it slips; and log s, the last
-/// one. What ends the arc is a limit: a figure that is positive on it.
+/// velocities being u = W y + b + s (y - anchor). Unknown is only what may change: nothing of an open
+/// contact, its three impulses where it sticks, the normal one and the direction where it slips; and log s,
+/// the last one. What ends the arc is a limit: a figure that is positive on it.
 class ContactArc {
  public:
   /// `second`: of the two that slipping contacts have (an impulse, a slip) and joint rows within bounds.
@@ -34,7 +34,6 @@ class ContactArc {
   double softness() const { return s_; }
   /// Unit of steps in an unknown.
   double unit(std::size_t unknown) const { return units_[unknown]; }
-  double impulse_size() const { return size_; }
 
   /// Sets the equations up at the point. Returns the largest violation, in units of the largest |b|.
   double linearise();
@@ -70,6 +69,7 @@ class ContactArc {
   Limit cross(Limit limit);
 
  private:
+  /// still: no impulse moves it; closed: without friction.
   enum class Status : std::uint8_t { still, open, closed, slip, stick, lower, within, upper };
 
   static std::size_t unknowns(Status status);
@@ -85,9 +85,9 @@ class ContactArc {
   std::span<const double> anchor_;
   std::size_t n_ = 0, m_ = 0;  // rows; unknowns but the softness
   double s_ = 1.0, kept_s_ = 1.0;
-  double speed_ = 1.0, size_ = 1.0;  // of velocities, of impulses
-  std::vector<Status> status_;       // by block
-  std::vector<std::size_t> first_;   // by block: of its unknowns
+  double speed_ = 1.0, size_ = 1.0;         // of velocities, of impulses
+  std::vector<Status> status_;              // by block
+  std::vector<std::size_t> first_;          // by block: of its unknowns
   std::vector<double> y_, u_, slope_, du_;  // by row; slope: u by log s; du: along the tangent
   std::vector<double> e_;                   // by block: a contact's direction of friction where it slips
   std::vector<double> kept_y_, kept_e_;

@@ -13,8 +13,8 @@ constexpr double kFirstStep = 1.0, kLongestStep = 3.0, kShortestStep = 1e-5;
 constexpr int kMostCorrections = 5;
 // Of Newton's steps: the longest, the most of the one before, what the last one is shorter than, and how far
 // back they may lead.
-constexpr double kMostCorrection = 0.3, kContraction = 0.5, kLastCorrection = 1e-2, kSharpest = 1e-6, kLoosest = 1e-3,
-                 kBackwards = 1e-6;
+constexpr double kMostCorrection = 0.3, kContraction = 0.5, kLastCorrection = 1e-2, kSharpest = 1e-6,
+                 kLoosest = 1e-3, kBackwards = 1e-6;
 constexpr double kMostTurn = 2.0;  // one over the cosine between the tangents of a step
 // How far from the path a point may be, and beyond a limit, over the sizes of velocities and impulses.
 constexpr double kOff = 1e-8;
@@ -78,7 +78,8 @@ bool ContactPath::take_tangent(double way, double longest) {
 bool ContactPath::start(const ScaledContacts& problem, std::span<const double> anchor) {
   linear_solves_ = arcs_ = 0;
   arc_.load(problem, anchor);
-  for (auto* vector : {&tangent_, &next_tangent_, &curvature_, &change_}) vector->assign(problem.rows() + 1, 0.0);
+  for (auto* vector : {&tangent_, &next_tangent_, &curvature_, &change_})
+    vector->assign(problem.rows() + 1, 0.0);
   for (auto* vector : {&values_, &rates_}) vector->assign(arc_.limits(), 0.0);
   if (!arc_.begin()) return false;
   first_softness_ = arc_.softness();

@@ -10,16 +10,16 @@
 
 namespace touchstone::physics {
 
-/// Follows the solutions y of the problem softened by s, with velocities u = W y + b + s (y - a) for an anchor
-/// a, from a large s, where there is one only, towards s = 0.
+/// Follows the solutions y of the problem softened by s, with velocities u = W y + b + s (y - a) for an
+/// anchor a, from a large s, where there is one only, towards s = 0.
 ///
-/// Why it arrives: solutions of the softened problem dissipate, so y (W y + b) + s y (y - a) <= 0; with b = J v
-/// in the range of W = J M^-1 J^T and a = 0, s |y|^2 is at most |v|^2 / 4 in the metric of M: as s goes to 0,
-/// what softening adds to velocities, s y, falls at least as sqrt(s). The solutions are a curve of smooth arcs,
-/// on each of which the contacts go on doing what they do. Arcs are followed by their own length, as friction
-/// makes them turn back in s (pseudo-arclength continuation: Allgower and Georg, Numerical Continuation
-/// Methods, 1990). Where one ends, a contact does something else, and the next arc leads on from there: what
-/// Lemke's method is for pyramids, for cones.
+/// Why it arrives: solutions of the softened problem dissipate, so y (W y + b) + s y (y - a) <= 0; with b = J
+/// v in the range of W = J M^-1 J^T and a = 0, s |y|^2 is at most |v|^2 / 4 in the metric of M: as s goes to
+/// 0, what softening adds to velocities, s y, falls at least as sqrt(s). The solutions are a curve of smooth
+/// arcs, on each of which the contacts go on doing what they do. Arcs are followed by their own length, as
+/// friction makes them turn back in s (pseudo-arclength continuation: Allgower and Georg, Numerical
+/// Continuation Methods, 1990). Where one ends, a contact does something else, and the next arc leads on from
+/// there: what Lemke's method is for pyramids, for cones.
 class ContactPath {
  public:
   void reserve(std::size_t rows);

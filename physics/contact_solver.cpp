@@ -16,7 +16,8 @@ constexpr double kFirstPolish = 1e-2, kPolishAgain = 0.05;
 // once, it does from there, for a tenth of what a path costs.
 constexpr int kSweepsBetween = 30, kSweptTries = 4, kSweptSteps = 8;
 constexpr int kPathSteps = 8;
-constexpr int kPathSolves = 700;
+// Of a round: linear systems along a path; one of so many rounds follows one.
+constexpr int kPathSolves = 700, kPathEvery = 8;
 // Softer than this is what rounding makes of 0.
 constexpr double kLeastSoftness = 1e-14;
 // In units of the tolerance: what is more does not count as solved. More is let pass when all is tried.
@@ -37,6 +38,7 @@ void ContactSolver::reserve(std::size_t rows) {
 void ContactSolver::load(const ContactProblem& problem, std::span<const double> x) {
   report_ = {};
   random_ = 0x9e3779b97f4a7c15;
+  has_path_ = false;
   for (auto* vector : {&y_, &u_, &best_, &trial_, &step_, &start_}) vector->resize(problem.rows());
   status_.assign(problem.contacts, Status::by_value);
   newton_.assume({});
@@ -107,19 +109,28 @@ bool ContactSolver::descend(bool with_line_search) {
 }
 
 /// Along the path of softened problems, and off it to the solution where it is near enough.
-bool ContactSolver::follow_path(std::span<const double> anchor, int most_solves) {
+bool ContactSolver::follow_path(std::span<const double> anchor) {
+  has_path_ = path_.start(scaled_.view(), anchor);
+  next_polish_ = kFirstPolish;
+  return go_on_with_path();
+}
+
+/// As far as a round's share of work goes; the next may go on.
+bool ContactSolver::go_on_with_path() {
   rho_ = 1.0;
-  if (!path_.start(scaled_.view(), anchor)) return false;
-  double next = kFirstPolish;
-  while (path_.linear_solves() < most_solves && path_.advance()) {
+  const int before = path_.linear_solves();
+  bool done = false;
+  while (has_path_ && !done && path_.linear_solves() - before < kPathSolves) {
+    has_path_ = path_.advance();
     const double softness = path_.softness();
-    if (softness > next) continue;
-    next = softness * kPolishAgain;
+    if (!has_path_ || softness > next_polish_) continue;
+    next_polish_ = softness * kPolishAgain;
     std::copy(path_.y().begin(), path_.y().end(), y_.begin());
-    if (keep_better(residual_of(y_)) || polish(kPathSteps) || softness < kLeastSoftness) break;
+    done = keep_better(residual_of(y_)) || polish(kPathSteps);
+    has_path_ = softness > kLeastSoftness;
   }
-  report_.newton_steps += path_.linear_solves();
-  return report_.residual <= settings_.tolerance;
+  report_.newton_steps += path_.linear_solves() - before;
+  return done;
 }
 
 /// Whether the best is as good as rounding lets it be, though not as good as asked: by the problem's own
@@ -188,11 +199,12 @@ bool ContactSolver::try_round(int round) {
     y_ = best_;
     return sweep_and_polish(kSweptTries);
   }
-  if (round == 2) return follow_path({}, kPathSolves);
+  if (round == 2) return follow_path({});
+  if (round % kPathEvery == kPathEvery - 1 && has_path_) return go_on_with_path();
   start_anew(round);
-  if (round % 8 == 7) {
+  if (round % kPathEvery == kPathEvery - 1) {
     start_ = y_;
-    return follow_path(start_, kPathSolves);
+    return follow_path(start_);
   }
   return round % 4 == 0 ? descend(round % 8 == 0) : sweep_and_polish(1);
 }

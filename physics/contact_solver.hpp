@@ -18,20 +18,21 @@ struct SolveReport {
 };
 
 /// Solves ContactProblems: projected Gauss-Seidel sweeps, then a semismooth Newton method on the natural map
-/// (ContactNewton). With friction the problem is not monotone, and Newton may run into a cycle: further rounds
-/// start elsewhere, along a path of softened problems (ContactPath), or from other choices of which contacts
-/// open, stick and slip, drawn from a generator that every solve starts anew: the same problem gives the same
-/// answer. The best of all is returned with its residual. Owns its memory: one a thread; no allocation while
-/// no problem is larger than reserved for.
+/// (ContactNewton). With friction the problem is not monotone, and Newton may run into a cycle: further
+/// rounds start elsewhere, along a path of softened problems (ContactPath), or from other choices of which
+/// contacts open, stick and slip, drawn from a generator that every solve starts anew: the same problem gives
+/// the same answer. The best of all is returned with its residual. Owns its memory: one a thread; no
+/// allocation while no problem is larger than reserved for.
 class ContactSolver {
  public:
   struct Settings {
-    double tolerance = 1e-10;  ///< of the residual [m/s]
-    int sweeps = 4;            ///< before the first Newton steps
-    int newton_steps = 15;     ///< the first ones
-    int rounds = 600;          ///< the iteration cap: one problem in thousands needs more than 10
-    std::size_t most_path_rows = 64;     ///< larger problems get the first Newton steps only
-    std::size_t most_newton_rows = 192;  ///< larger problems are left to the sweeps, as many as come to the cap
+    double tolerance = 1e-10;         ///< of the residual [m/s]
+    int sweeps = 4;                   ///< before the first Newton steps
+    int newton_steps = 15;            ///< the first ones
+    int rounds = 600;                 ///< the iteration cap: one problem in thousands needs more than 10
+    std::size_t most_path_rows = 64;  ///< larger problems get the first Newton steps only
+    std::size_t most_newton_rows =
+        192;  ///< larger problems are left to the sweeps, as many as come to the cap
   };
 
   ContactSolver() = default;
@@ -54,7 +55,8 @@ class ContactSolver {
   bool polish(int steps);
   bool sweep_and_polish(int tries);
   bool descend(bool with_line_search);
-  bool follow_path(std::span<const double> anchor, int most_solves);
+  bool follow_path(std::span<const double> anchor);
+  bool go_on_with_path();
   bool is_rounding();
   void start_anew(int round);
   void draw_statuses(double share_kept);
@@ -68,6 +70,8 @@ class ContactSolver {
   SolveReport report_;
   std::uint64_t random_ = 0;
   double rho_ = 1.0;
+  bool has_path_ = false;                                    // that leads further
+  double next_polish_ = 0.0;                                 // softness
   std::vector<double> y_, u_, best_, trial_, step_, start_;  // scaled
   std::vector<Status> status_;                               // drawn, by contact
 };

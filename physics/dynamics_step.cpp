@@ -86,7 +86,8 @@ bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, std:
                                StepReport& report) {
   attach(contacts);
   const bool is_large = 3 * points_.size() > settings_.solver.most_path_rows;
-  const std::uint32_t most_pieces = is_large ? std::min(kMostLargePieces, settings_.most_substeps) : settings_.most_substeps;
+  const std::uint32_t most_pieces =
+      is_large ? std::min(kMostLargePieces, settings_.most_substeps) : settings_.most_substeps;
   std::uint32_t pieces = 0;
   for (double left = h; left > 0.0;) {
     ++pieces;

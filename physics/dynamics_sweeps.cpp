@@ -20,7 +20,8 @@ constexpr int kSlipSteps = 2;
 
 /// The inverse of a symmetric matrix, row by row. @return false where it has none.
 bool invert(const double* D, double* inverse) {
-  const double c00 = D[4] * D[8] - D[5] * D[5], c01 = D[2] * D[5] - D[1] * D[8], c02 = D[1] * D[5] - D[2] * D[4];
+  const double c00 = D[4] * D[8] - D[5] * D[5], c01 = D[2] * D[5] - D[1] * D[8],
+               c02 = D[1] * D[5] - D[2] * D[4];
   const double determinant = (D[0] * c00 + D[1] * c01) + D[2] * c02;
   if (!(determinant > 0.0)) return false;
   inverse[0] = c00 / determinant;
@@ -42,11 +43,12 @@ void solve_contact(const double* D, const double* inverse, double friction, cons
   double stick[3];
   for (int i = 0; i < 3; ++i)
     stick[i] = -((inverse[3 * i] * q[0] + inverse[3 * i + 1] * q[1]) + inverse[3 * i + 2] * q[2]);
-  if (inverse[0] > 0.0 && std::sqrt(stick[1] * stick[1] + stick[2] * stick[2]) <= friction * stick[0]) {
+  if (inverse[0] > 0.0 && length_of(stick[1], stick[2]) <= friction * stick[0]) {
     std::copy(stick, stick + 3, x);
     return;
   }
-  const double half = 0.5 * (D[4] - D[8]), largest = 0.5 * (D[4] + D[8]) + std::sqrt(half * half + D[5] * D[5]);
+  const double half = 0.5 * (D[4] - D[8]),
+               largest = 0.5 * (D[4] + D[8]) + std::sqrt(half * half + D[5] * D[5]);
   for (int i = 0; i < kSlipSteps; ++i) {
     x[0] = D[0] > 0.0 ? std::max(0.0, -((q[0] + D[1] * x[1]) + D[2] * x[2]) / D[0]) : 0.0;
     if (!(largest > 0.0)) continue;
@@ -62,7 +64,9 @@ void solve_contact(const double* D, const double* inverse, double friction, cons
 
 /// Whether some of the group is left to sweeps: it then goes through the step in one piece.
 bool DynamicsWorld::is_swept_group() const {
-  const auto is_swept = [&](std::uint32_t unit) { return unit < sweeps_left_.size() && sweeps_left_[unit] > 0; };
+  const auto is_swept = [&](std::uint32_t unit) {
+    return unit < sweeps_left_.size() && sweeps_left_[unit] > 0;
+  };
   return std::any_of(group_.bodies.begin(), group_.bodies.end(), is_swept) ||
          std::any_of(group_.mechanisms.begin(), group_.mechanisms.end(), [&](std::uint32_t m) {
            return is_swept(static_cast<std::uint32_t>(bodies_.size()) + m);
@@ -71,13 +75,15 @@ bool DynamicsWorld::is_swept_group() const {
 
 bool DynamicsWorld::is_swept(const Island& island) const {
   if (3 * island.contacts + island.joints <= settings_.solver.most_path_rows) return false;
-  const std::span<const std::uint32_t> units = std::span(unit_order_).subspan(island.first_unit, island.units);
+  const std::span<const std::uint32_t> units =
+      std::span(unit_order_).subspan(island.first_unit, island.units);
   return std::any_of(units.begin(), units.end(), [&](std::uint32_t unit) { return sweeps_left_[unit] > 0; });
 }
 
 /// Not all that failed together are tried again together.
 void DynamicsWorld::leave_to_sweeps(const Island& island) {
-  const std::span<const std::uint32_t> units = std::span(unit_order_).subspan(island.first_unit, island.units);
+  const std::span<const std::uint32_t> units =
+      std::span(unit_order_).subspan(island.first_unit, island.units);
   for (const std::uint32_t unit : units)
     sweeps_left_[unit] = static_cast<std::uint8_t>(kStepsOfSweeps + units.front() % kStepsOfSweeps);
 }
@@ -121,7 +127,8 @@ void DynamicsWorld::prepare_sweeps(const Island& island) {
   for (std::size_t c = 0; c < island.contacts; ++c) {
     double* const D = &own_W_[18 * c];
     for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t k = i; k < 3; ++k) D[3 * i + k] = D[3 * k + i] = coupling(rows_[3 * c + i], rows_[3 * c + k]);
+      for (std::size_t k = i; k < 3; ++k)
+        D[3 * i + k] = D[3 * k + i] = coupling(rows_[3 * c + i], rows_[3 * c + k]);
     if (!invert(D, D + 9)) std::fill(D + 9, D + 18, 0.0);
   }
   for (std::size_t j = 0; j < island.joints; ++j) {

@@ -365,8 +365,8 @@ class DynamicsWorld {
   std::vector<double> W_, local_b_, local_x_, warm_x_, local_friction_;
   std::vector<ContactProblem::Bounds> local_bounds_;
   // Of what is left to sweeps.
-  bool is_swept_ = false;  // the group whose rows were gathered
-  double h_ = 0.0;         // the whole step
+  bool is_swept_ = false;                  // the group whose rows were gathered
+  double h_ = 0.0;                         // the whole step
   std::vector<std::uint8_t> sweeps_left_;  // by unit: steps until Newton's method is tried again
   std::vector<std::size_t> first_V_;       // by unit
   std::vector<double> V_, own_W_;          // velocities by impulses; each contact's block of W, its inverse

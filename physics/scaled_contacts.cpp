@@ -61,7 +61,8 @@ double ScaledProblem::residual(std::span<const double> y, std::span<double> u) c
   double worst = 0.0;
   for (std::size_t c = 0; c < problem_.contacts; ++c)
     if (scale_[3 * c] > 0.0)
-      worst = std::max(worst, contact_residual(1.0, problem_.friction[c], &y[3 * c], &u[3 * c]) / scale_[3 * c]);
+      worst =
+          std::max(worst, contact_residual(1.0, problem_.friction[c], &y[3 * c], &u[3 * c]) / scale_[3 * c]);
   for (std::size_t i = 3 * problem_.contacts; i < n; ++i)
     if (scale_[i] > 0.0)
       worst = std::max(worst,
