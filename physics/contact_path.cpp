@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Lengths are in log softness, radians, and impulses over their size.
-constexpr double kFirstStep = 1.0, kLongestStep = 3.0, kShortestStep = 1e-5;
+constexpr double kFirstStep = 1.0, kLongestStep = 3.0, kShortestStep = 1e-5, kShorter = 0.35;
 constexpr int kMostCorrections = 5;
 // Of Newton's steps: the longest, the most of the one before, what the last one is shorter than, and how far
 // back they may lead.
@@ -167,7 +167,8 @@ bool ContactPath::advance() {
     const double at = arc_.length_to_zero(values_[i], rates_[i], tangent_);
     if (at < first) first = at, limit = ContactArc::limit(i);
   }
-  for (double length = std::min(step_, kLongestStep); length > kShortestStep; length *= 0.35) {
+  double length = std::min(step_, kLongestStep);
+  while (length > kShortestStep) {
     if (first <= length) {
       if (meet(limit, first)) return true;
       if (is_lost_) return false;
@@ -181,6 +182,7 @@ bool ContactPath::advance() {
     }
     if (broken_at < kInfinity && meet(broken, broken_at)) return true;
     if (is_lost_) return false;
+    length *= kShorter;
     step_ = length;
   }
   return false;

@@ -313,12 +313,13 @@ bool DynamicsWorld::may_refine(const Island& island) {
   return may;
 }
 
-/// To the end; or, where that has failed on a large one, by sweeps for a while.
+/// To the end; or, where that has failed on a large one, by sweeps for a while. The largest are only swept.
 SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm) {
   const bool holds = warm <= settings_.solver.tolerance;
   const std::size_t mechanism_rows = J_.size();
   load_island(island);
   SolveReport solved;
+  if (local_rows_.size() > settings_.solver.most_newton_rows) leave_to_sweeps(island);
   if (is_swept(island)) {
     solved = sweep_loaded(island, warm);
   } else {

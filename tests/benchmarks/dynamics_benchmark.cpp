@@ -64,13 +64,15 @@ void run_sets(int count, unsigned seed) {
   std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
   for (const double friction : {0.3, 0.5, 0.9}) {
     std::mt19937_64 random(seed);
-    std::vector<double> times, residuals, u(RandomSet::kRows);
+    std::vector<double> times, work, residuals, u(RandomSet::kRows);
     int failed = 0, slow = 0;
     for (int i = 0; i < count; ++i) {
       const RandomSet set(random, friction, i % 2 == 1);
       const ContactProblem problem = set.problem();
       std::vector<double> x(RandomSet::kRows, 0.0);
-      times.push_back(timed([&] { solver.solve(problem, x); }));
+      SolveReport report;
+      times.push_back(timed([&] { report = solver.solve(problem, x); }));
+      work.push_back(report.newton_steps);
       residuals.push_back(natural_residual(problem, x, u));
       failed += residuals.back() <= 1e-9 ? 0 : 1;
       slow += times.back() > 2000.0 ? 1 : 0;
@@ -78,6 +80,7 @@ void run_sets(int count, unsigned seed) {
     std::printf("friction %.1f: %d of %d sets above 1e-9 m/s, %d above 2 ms\n", friction, failed, count,
                 slow);
     print_quantiles("  processor time [us]", times, "%12.1f");
+    print_quantiles("  linear systems", work, "%12.0f");
     print_quantiles("  residual [m/s]", residuals, "%12.1e");
   }
 }
