@@ -12,9 +12,11 @@
 
 namespace touchstone::physics {
 
+inline double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
+
 /// Shrinks (x, y) to the disc of radius r.
 inline void project_on_disc(double r, double& x, double& y) {
-  const double length = std::sqrt(x * x + y * y);
+  const double length = length_of(x, y);
   if (length <= r) return;
   const double factor = r > 0.0 ? r / length : 0.0;
   x *= factor;

@@ -4,68 +4,52 @@
 #include <span>
 #include <vector>
 
-#include "physics/contact_problem.hpp"
+#include "physics/contact_arc.hpp"
 
-// The way to a solution from an easy problem, followed through its turns.
+// The way to a solution from an easy problem, followed through its turns and corners.
 
 namespace touchstone::physics {
 
-/// Follows the solutions y of the problem softened by s (W + s 1) and smoothed over a width that goes to 0
-/// with s, from a large s, where there is one only, towards s = 0.
+/// Follows the solutions y of the problem softened by s, with velocities u = W y + b + s (y - a) for an
+/// anchor a, from a large s, where there is one only, towards s = 0.
 ///
-/// Why it arrives: solutions of the softened problem dissipate, so y (W y + b) + s |y|^2 <= 0; with b = J v
-/// in the range of W = J M^-1 J^T, s |y|^2 is at most |v|^2 / 4 in the metric of M: as s goes to 0, what
-/// softening adds to velocities, s y, falls at least as sqrt(s). The curve of solutions is smooth (Chen and
-/// Harker's smoothing), so where it turns back in s (friction makes it do that) steps along its own length go
-/// on; steps in s alone would end there. Pseudo-arclength continuation: Allgower and Georg, Numerical
-/// Continuation Methods, 1990.
+/// Why it arrives: solutions of the softened problem dissipate, so y (W y + b) + s y (y - a) <= 0; with b = J
+/// v in the range of W = J M^-1 J^T and a = 0, s |y|^2 is at most |v|^2 / 4 in the metric of M: as s goes to
+/// 0, what softening adds to velocities, s y, falls at least as sqrt(s). The solutions are a curve of smooth
+/// arcs, on each of which the contacts go on doing what they do. Arcs are followed by their own length, as
+/// friction makes them turn back in s (pseudo-arclength continuation: Allgower and Georg, Numerical
+/// Continuation Methods, 1990). Where one ends, a contact does something else, and the next arc leads on from
+/// there: what Lemke's method is for pyramids, for cones.
 class ContactPath {
  public:
-  /// Scaled so that the largest diagonal entry of each block is 1 (or the block is 0). Spans are kept.
-  struct Problem {
-    std::size_t contacts = 0;
-    std::span<const double> friction;
-    std::span<const ContactProblem::Bounds> bounds;
-    std::span<const double> W, b;
-  };
-
-  /// Which of the paths is followed, and how closely.
-  struct Way {
-    double smoothing;      ///< width over softness, in units of the largest |b|: other widths, other paths
-    double most_off;       ///< of the width: how far from the path a point may be
-    double shortest_step;  ///< of the length in log softness and in y over its size
-    int most_solves;       ///< linear systems
-  };
-
   void reserve(std::size_t rows);
-  /// @return false where even the softest problem was not solved.
-  bool start(const Problem& problem, const Way& way);
-  /// One step along the path. @return false where it got too short to go on.
+  /// @param anchor of rows, kept; or empty: 0. @return false where even the softest problem was not solved.
+  bool start(const ScaledContacts& problem, std::span<const double> anchor = {});
+  /// One step: some way along an arc, or to its end. @return false where it leads no further.
   bool advance();
 
-  std::span<const double> y() const { return {y_.data(), n_}; }
-  double softness() const { return softness_; }
+  std::span<const double> y() const { return arc_.y(); }
+  double softness() const { return arc_.softness(); }
   int linear_solves() const { return linear_solves_; }
+  int arcs() const { return arcs_; }
 
  private:
-  void set_parameter(double log_softness);
-  double evaluate(std::span<const double> point);
-  void contact_rows(std::size_t contact, const double* y);
-  void joint_row(std::size_t joint, const double* y);
-  void tangential_rows(std::size_t row, double friction, const double* y);
-  bool correct(double tolerance, int most_steps);
-  bool solve_bordered();
-  void keep();
+  bool solve();
+  double length_of(std::span<const double> step) const;
+  double along_tangent(std::span<const double> step) const;
+  bool take_tangent(double way, double longest);
+  double least_of(std::size_t limit) const;
+  bool correct(const ContactArc::Limit* limit, double length);
+  bool go(double length, double& broken_at, ContactArc::Limit& broken);
+  bool meet(ContactArc::Limit limit, double length);
 
-  Problem problem_;
-  std::size_t n_ = 0;
-  int linear_solves_ = 0;
-  Way way_ = {};
-  double smoothing_ = 0.0;  // width over softness
-  double step_ = 0.0, softness_ = 0.0;
-  double s_ = 1.0, rho_ = 1.0, width_ = 1.0, size_ = 1.0, least_size_ = 1.0;
-  // Points are y, then log s; A_ has a column more than rows to solve for: both right-hand sides.
-  std::vector<double> y_, trial_, tangent_, next_tangent_, u_, F_, A_, change_;
+  ContactArc arc_;
+  int linear_solves_ = 0, arcs_ = 0, corrections_ = 0;
+  bool is_lost_ = false;
+  double step_ = 0.0, first_softness_ = 1.0;
+  // By unknown: along the arc, in units of length; steps; of the length's metric.
+  std::vector<double> tangent_, next_tangent_, curvature_, change_;
+  std::vector<double> values_, rates_;  // of limits, where the step starts
 };
 
 }  // namespace touchstone::physics

@@ -3,8 +3,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "physics/contact_newton.hpp"
 #include "physics/contact_path.hpp"
-#include "physics/contact_problem.hpp"
+#include "physics/scaled_contacts.hpp"
 
 namespace touchstone::physics {
 
@@ -18,20 +19,20 @@ struct SolveReport {
 };
 
 /// Solves ContactProblems: projected Gauss-Seidel sweeps, then a semismooth Newton method on the natural map
-/// (Alart and Curnier 1991), its linear systems kept regular by a proximal term. With friction the problem is
-/// not monotone, and Newton may run into a cycle: further rounds start elsewhere, along a path of softened
-/// problems W + s 1, s from 1 to 0, or from other choices of which contacts open, stick and slip, drawn from
-/// a generator that every solve starts anew: the same problem gives the same answer. The best of all is
-/// returned with its residual. Owns its memory: one a thread; no allocation while no problem is larger than
-/// reserved for.
+/// (ContactNewton). With friction the problem is not monotone, and Newton may run into a cycle: further
+/// rounds start elsewhere, along a path of softened problems (ContactPath), or from other choices of which
+/// contacts open, stick and slip, drawn from a generator that every solve starts anew: the same problem gives
+/// the same answer. The best of all is returned with its residual. Owns its memory: one a thread; no
+/// allocation while no problem is larger than reserved for.
 class ContactSolver {
  public:
   /// When a solve is done, and when it gives up.
   struct Settings {
-    double tolerance = 1e-10;  ///< of the residual [m/s]
-    int sweeps = 4;            ///< before each round's Newton steps
-    int newton_steps = 15;     ///< a round
-    int rounds = 600;          ///< the iteration cap: one problem in thousands needs more than 10
+    double tolerance = 1e-10;         ///< of the residual [m/s]
+    int sweeps = 4;                   ///< before the first Newton steps
+    int newton_steps = 15;            ///< the first ones
+    int rounds = 600;                 ///< the iteration cap: one problem in thousands needs more than 10
+    std::size_t most_path_rows = 64;  ///< larger problems get the first Newton steps only
     std::size_t most_newton_rows =
         192;  ///< larger problems are left to the sweeps, as many as come to the cap
   };
@@ -45,49 +46,36 @@ class ContactSolver {
   SolveReport solve(const ContactProblem& problem, std::span<double> x);
 
  private:
-  enum class Status : std::uint8_t { by_value, open, stick, slip };
+  using Status = ContactNewton::Status;
 
   void load(const ContactProblem& problem, std::span<const double> x);
-  double velocity_of(std::size_t row, const std::vector<double>& y) const;
-  void update_velocities(const std::vector<double>& y);
-  double residual_of(const std::vector<double>& y);
-  void sweep();
-
-  void hold_at(std::size_t row, double value);
-  void stop(std::size_t row);
-  void slip(std::size_t contact, double z1, double z2, double length);
-  void linearise_contact(std::size_t contact);
-  void linearise_joint_row(std::size_t joint);
-  bool solve_step();
-  bool newton_step();
+  bool try_round(int round);
+  double residual_of(const std::vector<double>& y) { return scaled_.residual(y, u_); }
+  void sweep(int times);
   double newton(bool with_line_search);
-
-  void start_anew(int round);
-  bool follow_path(const ContactPath::Way& way);
+  bool keep_better(double residual);
   bool polish(int steps);
   bool sweep_and_polish(int tries);
+  bool descend(bool with_line_search);
+  bool follow_path(std::span<const double> anchor);
+  bool go_on_with_path();
   bool is_rounding();
+  void start_anew(int round);
   void draw_statuses(double share_kept);
   void draw_values();
   double draw();
-  bool keep_better(double residual);
 
   Settings settings_;
+  ScaledProblem scaled_;
+  ContactNewton newton_;
   ContactPath path_;
-  ContactProblem problem_;
   SolveReport report_;
-  std::size_t n_ = 0;
   std::uint64_t random_ = 0;
   double rho_ = 1.0;
-  // Scaled so that the largest diagonal entry of every block is 1: x = scale y, W' = scale W scale.
-  std::vector<double> scale_, W_, b_, y_, u_, best_, trial_, step_, swept_, A_;
-  std::vector<ContactProblem::Bounds> bounds_;
-  struct Columns {
-    std::size_t first, end;
-  };
-  std::vector<Columns> columns_;              // of W_, by row: all else is 0
-  std::vector<std::size_t> end_, block_end_;  // of A_, by row; before elimination, by block
-  std::vector<Status> status_;                // by contact, of the next linearisation
+  bool has_path_ = false;                                    // that leads further
+  double next_polish_ = 0.0;                                 // softness
+  std::vector<double> y_, u_, best_, trial_, step_, start_;  // scaled
+  std::vector<Status> status_;                               // drawn, by contact
 };
 
 }  // namespace touchstone::physics

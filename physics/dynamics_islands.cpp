@@ -277,6 +277,7 @@ void DynamicsWorld::solve(StepReport& report) {
   // Not all that came to rest together at the same time.
   for (std::size_t i = patience_.size(); i < bodies_.size() + mechanisms_.size(); ++i)
     patience_.push_back(static_cast<std::uint8_t>(i % (kPatience - 1)));
+  sweeps_left_.resize(patience_.size(), 0);
   find_islands();
   for (const Island& island : islands_) solve_island(island, report);
 }
@@ -312,22 +313,42 @@ bool DynamicsWorld::may_refine(const Island& island) {
   return may;
 }
 
+/// To the end; or, where that has failed on a large one, by sweeps for a while. The largest are only swept.
+SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm) {
+  const bool holds = warm <= settings_.solver.tolerance;
+  const std::size_t mechanism_rows = J_.size();
+  load_island(island);
+  SolveReport solved;
+  if (local_rows_.size() > settings_.solver.most_newton_rows) leave_to_sweeps(island);
+  if (is_swept(island)) {
+    solved = sweep_loaded(island, warm);
+  } else {
+    load_couplings();
+    warm_x_ = local_x_;
+    solved = solve_loaded(island);
+    if (holds) refine(island);
+    update_velocities(island);
+    if (!solved.converged && local_rows_.size() > settings_.solver.most_path_rows) {
+      leave_to_sweeps(island);
+      local_x_ = warm_x_;
+      const SolveReport tried = solved;
+      solved = sweep_loaded(island, warm);
+      solved.sweeps += tried.sweeps;
+      solved.newton_steps = tried.newton_steps;
+    }
+  }
+  J_.resize(mechanism_rows);
+  Y_.resize(mechanism_rows);
+  return solved;
+}
+
 void DynamicsWorld::solve_island(const Island& island, StepReport& report) {
   // Most of what rests goes on resting: what held it in the last step does in this.
   const Residual warm = update_velocities(island);
   const bool holds = warm.worst <= settings_.solver.tolerance;
   SolveReport solved;
   solved.residual = warm.worst;
-  if (!holds || (!warm.is_still && may_refine(island))) {
-    const std::size_t mechanism_rows = J_.size();
-    load_island(island);
-    load_couplings();
-    solved = solve_loaded(island);
-    if (holds) refine(island);
-    update_velocities(island);
-    J_.resize(mechanism_rows);
-    Y_.resize(mechanism_rows);
-  }
+  if (!holds || (!warm.is_still && may_refine(island))) solved = solve_afresh(island, warm.worst);
   ++report.solves;
   report.unconverged += solved.converged ? 0 : 1;
   report.sweeps += static_cast<std::uint32_t>(solved.sweeps);

@@ -16,6 +16,8 @@ constexpr int kMostTries = 6;
 // many pieces of a step end at one, each found in at most two tries.
 constexpr std::uint32_t kMostStops = 4;
 constexpr int kStopTries = 2;
+// Of groups too large to be solved to the end at any price.
+constexpr std::uint32_t kMostLargePieces = 4;
 
 }  // namespace
 
@@ -83,10 +85,14 @@ void DynamicsWorld::undo() {
 bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
                                StepReport& report) {
   attach(contacts);
+  const bool is_large = 3 * points_.size() > settings_.solver.most_path_rows;
+  const std::uint32_t most_pieces =
+      is_large ? std::min(kMostLargePieces, settings_.most_substeps) : settings_.most_substeps;
   std::uint32_t pieces = 0;
   for (double left = h; left > 0.0;) {
     ++pieces;
-    const double t = piece(left, h, pieces >= settings_.most_substeps, pieces, report);
+    const bool to_the_end = pieces >= most_pieces || is_swept_group();
+    const double t = piece(left, h, to_the_end, pieces, report);
     if (report.failure != StepFailure::none) return false;
     left = t >= left ? 0.0 : left - t;
   }
@@ -116,6 +122,7 @@ bool DynamicsWorld::step_loose(double h, StepReport& report) {
 StepReport DynamicsWorld::step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces) {
   StepReport report;
   if (!check(contacts, report)) return report;
+  h_ = h;
   for (Body& body : bodies_) body.kept = body.state;
   for (Arm& arm : mechanisms_) {
     arm.kept_q = arm.q, arm.kept_qd = arm.qd;

@@ -147,6 +147,10 @@ void DynamicsWorld::reserve(std::size_t contacts) {
     vector->reserve(units);
   fill_.reserve(units + 1);
   patience_.reserve(units);
+  sweeps_left_.reserve(units);
+  first_V_.reserve(units);
+  V_.reserve(widest * units);
+  own_W_.reserve(18 * contacts + 3 * joints);
   for (auto* vector : {&residuals_, &scales_}) vector->reserve(blocks);
   groups_.reserve(units);
   islands_.reserve(units);
@@ -156,7 +160,7 @@ void DynamicsWorld::reserve(std::size_t contacts) {
   for (auto* vector : {&bounds_, &local_bounds_}) vector->reserve(3 * joints);
   rows_.reserve(rows);
   local_rows_.reserve(rows);
-  for (auto* vector : {&b_, &x_, &u_, &local_b_, &local_x_}) vector->reserve(rows);
+  for (auto* vector : {&b_, &x_, &u_, &local_b_, &local_x_, &warm_x_}) vector->reserve(rows);
   for (auto* vector : {&friction_, &local_friction_}) vector->reserve(contacts);
   for (auto* vector : {&J_, &Y_}) vector->reserve(2 * widest * rows);
   // Of the largest island: who expects larger ones than a thousand rows pays for them when they come.

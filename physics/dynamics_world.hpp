@@ -107,6 +107,11 @@ class DynamicsWorld {
     double push_out = 0.0;  ///< touching bodies deeper than the gap part at this rate times the depth [1/s]
     std::uint32_t most_substeps = 16;  ///< then contacts of the rest of the step are met without bouncing
     ContactSolver::Settings solver = {};
+    /// Islands of more rows than ContactSolver::Settings::most_path_rows on which Newton's method fails are
+    /// left to this many sweeps a step for up to 255 steps, and say `unconverged` with what is left.
+    /// They go through a step in one piece, without looking for arrivals and stops; what sinks in meanwhile
+    /// parts again, by a fifth of its depth a step, at 0.1 m/s at most.
+    int island_sweeps = 20;
   };
 
   explicit DynamicsWorld(const Settings& settings);
@@ -334,8 +339,21 @@ class DynamicsWorld {
   void load_island(const Island& island);
   void write_out(std::size_t block, std::size_t i);
   void load_couplings();
+  SolveReport solve_afresh(const Island& island, double warm);
   double coupling(const Row& r, const Row& s) const;
   static bool meet(const Row& r, const Row& s);
+
+  // dynamics_sweeps.cpp
+  bool is_swept_group() const;
+  bool is_swept(const Island& island) const;
+  void leave_to_sweeps(const Island& island);
+  void count_sweeps(const Island& island, double residual);
+  void prepare_sweeps(const Island& island);
+  std::size_t width_of(std::uint32_t unit) const { return is_body(unit) ? 6 : arm_of(unit).q.size(); }
+  double swept_velocity(std::size_t row) const;
+  void add_swept_impulse(std::size_t row, double change);
+  void sweep_contact(std::size_t contact);
+  SolveReport sweep_loaded(const Island& island, double warm);
 
   Settings settings_;
   ContactSolver solver_;
@@ -366,8 +384,14 @@ class DynamicsWorld {
   // Of the island being solved.
   std::vector<Row> rows_;
   std::vector<std::size_t> local_rows_;
-  std::vector<double> W_, local_b_, local_x_, local_friction_;
+  std::vector<double> W_, local_b_, local_x_, warm_x_, local_friction_;
   std::vector<ContactProblem::Bounds> local_bounds_;
+  // Of what is left to sweeps.
+  bool is_swept_ = false;                  // the group whose rows were gathered
+  double h_ = 0.0;                         // the whole step
+  std::vector<std::uint8_t> sweeps_left_;  // by unit: steps until Newton's method is tried again
+  std::vector<std::size_t> first_V_;       // by unit
+  std::vector<double> V_, own_W_;          // velocities by impulses; each contact's block of W, its inverse
 };
 
 }  // namespace touchstone::physics

@@ -64,13 +64,15 @@ void run_sets(int count, unsigned seed) {
   std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
   for (const double friction : {0.3, 0.5, 0.9}) {
     std::mt19937_64 random(seed);
-    std::vector<double> times, residuals, u(RandomSet::kRows);
+    std::vector<double> times, work, residuals, u(RandomSet::kRows);
     int failed = 0, slow = 0;
     for (int i = 0; i < count; ++i) {
       const RandomSet set(random, friction, i % 2 == 1);
       const ContactProblem problem = set.problem();
       std::vector<double> x(RandomSet::kRows, 0.0);
-      times.push_back(timed([&] { solver.solve(problem, x); }));
+      SolveReport report;
+      times.push_back(timed([&] { report = solver.solve(problem, x); }));
+      work.push_back(report.newton_steps);
       residuals.push_back(natural_residual(problem, x, u));
       failed += residuals.back() <= 1e-9 ? 0 : 1;
       slow += times.back() > 2000.0 ? 1 : 0;
@@ -78,6 +80,7 @@ void run_sets(int count, unsigned seed) {
     std::printf("friction %.1f: %d of %d sets above 1e-9 m/s, %d above 2 ms\n", friction, failed, count,
                 slow);
     print_quantiles("  processor time [us]", times, "%12.1f");
+    print_quantiles("  linear systems", work, "%12.0f");
     print_quantiles("  residual [m/s]", residuals, "%12.1e");
   }
 }
@@ -240,28 +243,52 @@ void run_stacks(int steps, bool topples) {
 #endif
 }
 
-/// Where eight pads around the arm's tip meet the payload: each its own pad there, or, `rolling`, wherever
-/// the payload's face is.
-void run_arm(int steps, bool rolling) {
-  ArmWithPayload scene;
-  std::vector<double> times, times_whole;
-  std::uint32_t cut = 0, unconverged = 0;
+/// What a run of the arm takes, step by step.
+struct ArmRun {
+  std::vector<double> times;
+  std::vector<std::uint32_t> pieces;
+  std::uint32_t unconverged = 0;
   double worst = 0.0;
+};
+
+ArmRun run_arm_once(int steps, bool rolling) {
+  ArmWithPayload scene;
+  ArmRun run;
   for (int i = 0; i < steps; ++i) {
     if (rolling && i % 500 == 0) scene.world.set_state(scene.body, scene.approaching());
     const std::array<Contact, 8> contacts = scene.rim_contacts(rolling);
     StepReport report;
-    times.push_back(timed([&] { report = scene.world.step(kStep, contacts); }));
-    if (report.substeps == 1) times_whole.push_back(times.back());
-    cut += report.substeps > 1 ? 1 : 0;
-    unconverged += report.unconverged;
-    worst = std::max(worst, report.worst_residual);
+    run.times.push_back(timed([&] { report = scene.world.step(kStep, contacts); }));
+    run.pieces.push_back(report.substeps);
+    run.unconverged += report.unconverged;
+    run.worst = std::max(run.worst, report.worst_residual);
   }
+  return run;
+}
+
+/// The run has the same bits each time: the least time of each step over several is without what the machine
+/// does besides.
+void run_arm(int steps, bool rolling) {
+  constexpr int kReplays = 7;
+  const ArmRun run = run_arm_once(steps, rolling);
+  std::vector<double> least = run.times;
+  for (int i = 1; i < kReplays; ++i) {
+    const ArmRun again = run_arm_once(steps, rolling);
+    for (std::size_t k = 0; k < least.size(); ++k) least[k] = std::min(least[k], again.times[k]);
+  }
+  const auto whole = [&](const std::vector<double>& times) {
+    std::vector<double> kept;
+    for (std::size_t k = 0; k < times.size(); ++k)
+      if (run.pieces[k] == 1) kept.push_back(times[k]);
+    return kept;
+  };
   std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
-  print_quantiles("step [us]", times, "%12.1f");
-  print_quantiles("steps in one piece [us]", times_whole, "%12.1f");
-  std::printf("%d steps, %u of them cut, %u solves unconverged, worst residual %.1e m/s\n", steps, cut,
-              unconverged, worst);
+  print_quantiles("step [us]", run.times, "%12.1f");
+  print_quantiles("  least of 7 replays", least, "%12.1f");
+  print_quantiles("steps in one piece [us]", whole(run.times), "%12.1f");
+  print_quantiles("  least of 7 replays", whole(least), "%12.1f");
+  std::printf("%d steps, %zu of them cut, %u solves unconverged, worst residual %.1e m/s\n", steps,
+              run.times.size() - whole(least).size(), run.unconverged, run.worst);
 }
 
 }  // namespace

@@ -100,7 +100,7 @@ TEST(ContactPath, EndsAtASolution) {
     }
     ContactPath path;
     path.reserve(RandomSet::kRows);
-    ASSERT_TRUE(path.start({RandomSet::kContacts, set.friction, {}, W, b}, {1.0, 0.02, 1e-7, 2000}));
+    ASSERT_TRUE(path.start({RandomSet::kContacts, set.friction, {}, W, b}));
     while (path.softness() > 1e-9 && path.linear_solves() < 2000 && path.advance()) {
     }
     for (std::size_t r = 0; r < RandomSet::kRows; ++r) x[r] = path.y()[r] * scale[r];

@@ -386,4 +386,55 @@ TEST(NarrowphaseContacts, SeamsBetweenHexahedraCostNoSpeed) {
   EXPECT_NEAR(world.state(slider).p_W.z(), 0.1, 1e-7);
 }
 
+/// Ten cubes off each other's middle on a free slab that comes up to them: too large an island for paths, and
+/// it slides at every level.
+struct LeaningStack {
+  static constexpr int kCubes = 10;
+  HexahedronTree slab_tree = box_tree("slab", {4, 4, 0.2}), cube_tree = box_tree("cube", {0.2, 0.2, 0.2});
+  RigidBody slab{box_inertia(1000.0, {4, 4, 0.2}), "slab"}, cube{box_inertia(1.0, {0.2, 0.2, 0.2}), "cube"};
+  DynamicsWorld world{{}};
+  Finder finder{1e-3};
+
+  LeaningStack() {
+    const auto add = [&](const RigidBody& body, const HexahedronTree& tree, const Vector3& p,
+                         const Vector3& v) {
+      finder.contacts->add(Mover::of_body(world.add_body(body, body.state(at(p), v, kZero))), tree,
+                           {0.5, 0.0});
+    };
+    add(slab, slab_tree, {0, 0, -0.1}, {0, 0, 0.1});
+    for (int i = 0; i < kCubes; ++i)
+      add(cube, cube_tree, {i % 2 == 1 ? 0.03 : 0.0, 0, 0.1 + 0.2 * i}, {0.2, 0.05 * i, -0.05 * i});
+    finder.contacts->build();
+    world.reserve(8 * kCubes);
+  }
+};
+
+TEST(SweptIslands, SayWhatIsLeftAndKeepMomentum) {
+  LeaningStack scene, again;
+  const Vector3 p = scene.world.linear_momentum(), l = scene.world.angular_momentum();
+  std::uint32_t swept = 0;
+  double worst = 0.0, depth = 0.0;
+  for (int step = 0; step < 60; ++step) {
+    const auto contacts = scene.finder.contacts->find(scene.world);
+    for (const Contact& contact : contacts)
+      depth = std::max(depth, -dot(contact.n_AB_W, contact.p_B_W - contact.p_A_W));
+    const std::size_t allocations = allocation_count();
+    const StepReport report = scene.world.step(1e-3, contacts);
+    EXPECT_TRUE(step == 0 || allocation_count() == allocations);
+    ASSERT_EQ(report.failure, StepFailure::none);
+    swept += report.unconverged;
+    worst = std::max(worst, report.worst_residual);
+    EXPECT_EQ(report.unconverged > 0, report.worst_residual > 1e-9);  // said, and not for nothing
+    again.world.step(1e-3, again.finder.contacts->find(again.world));
+  }
+  std::printf("%u solves swept, worst residual %.1e m/s, deepest %.1e m\n", swept, worst, depth);
+  EXPECT_GT(swept, 10U);   // or nothing was tried
+  EXPECT_LT(worst, 0.5);   // of speeds of 0.5 m/s
+  EXPECT_LT(depth, 1e-3);  // what these make of two steps
+  EXPECT_LT(norm(scene.world.linear_momentum() - p), 1e-13 * 100.0);
+  EXPECT_LT(norm(scene.world.angular_momentum() - l), 1e-13 * 100.0);
+  for (std::uint32_t i = 0; i <= LeaningStack::kCubes; ++i)
+    EXPECT_EQ(scene.world.state(i).p_W, again.world.state(i).p_W);
+}
+
 }  // namespace
