@@ -71,7 +71,7 @@ struct HullView {
   const double* R;         ///< R_WS by columns
 };
 
-/// Of a pair that overlaps; see depth_kernels.hpp.
+/// Of a pair that overlaps, be it `certified` here or proven by something else; see depth_kernels.hpp.
 struct alignas(64) DepthRecord {
   double separation;
   double n[3];

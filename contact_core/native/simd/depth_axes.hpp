@@ -1,0 +1,280 @@
+#pragma once
+
+#include "contact_core/native/simd/box_kernels.hpp"
+#include "contact_core/native/simd/exact_products.hpp"
+#include "contact_core/native/simd/parallelepiped_kernels.hpp"
+
+// The solids and the search for the axis of least overlap; notation and bounds stand in depth_kernels.hpp.
+
+namespace touchstone::native::TOUCHSTONE_ISA {
+
+constexpr double kSlackRoundoffs = 16.0;
+constexpr double kTieRoundoffs = 4.0;
+constexpr double kDeviationRoundoffs = 8.0;
+constexpr double kLevelRoundoffs = 4.0;
+constexpr double kWitnessRoundoffs = 16.0;
+constexpr double kShortAxis2 = 0x1p-8;
+constexpr double kTurn = 8.0;
+constexpr double kSineRoundoffs = 8.0;
+constexpr double kNoAxis2 = 64 * kU * kU;
+/// Short of which an axis from rounded products is off by less than what is missing to that.
+constexpr double kSurelyNoAxis2 = 16 * kU * kU;
+
+// ---- The solids in lanes
+
+template <class Pack>
+struct DepthSolid {
+  Vector3Of<Pack> direction[3];
+  Pack half[3];
+  Pack reach;              // their sum
+  Vector3Of<Pack> p;       // of the pose
+  Vector3Of<Pack> centre;  // less p, in W
+  Pack centre_sum;
+  Pack deviation;
+};
+
+template <class Pack>
+struct BoxSolid : DepthSolid<Pack> {
+  TOUCHSTONE_INLINE void read(const double* const (&poses)[Traits<Pack>::lanes],
+                              const double* const (&shapes)[Traits<Pack>::lanes]) {
+    Pack pose[12], shape[4];
+    gather(poses, pose);
+    gather(shapes, shape);
+    for (int i = 0; i < 3; ++i) this->direction[i] = {pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]};
+    this->p = {pose[9], pose[10], pose[11]};
+    for (int i = 0; i < 3; ++i) this->half[i] = shape[i];
+    this->reach = shape[3];
+    this->centre = {Pack{}, Pack{}, Pack{}};
+    this->centre_sum = this->deviation = Pack{};
+  }
+
+  /// With the bits of world_vertices().
+  TOUCHSTONE_INLINE Vector3Of<Pack> vertex(const Pack (&sign)[3]) const {
+    return (((sign[0] * this->half[0]) * this->direction[0] +
+             (sign[1] * this->half[1]) * this->direction[1]) +
+            (sign[2] * this->half[2]) * this->direction[2]) +
+           this->p;
+  }
+};
+
+template <class Pack>
+struct FormSolid : DepthSolid<Pack> {
+  Vector3Of<Pack> column[3];
+  const double* record[Traits<Pack>::lanes];
+
+  TOUCHSTONE_INLINE void read(const double* const (&poses)[Traits<Pack>::lanes],
+                              const double* const (&shapes)[Traits<Pack>::lanes]) {
+    Pack pose[12], shape[16];
+    gather(poses, pose);
+    gather(shapes, shape);
+    for (int i = 0; i < 3; ++i) column[i] = {pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]};
+    this->p = {pose[9], pose[10], pose[11]};
+    for (int i = 0; i < 3; ++i) {
+      this->direction[i] = rotate(column, Vector3Of<Pack>{shape[3 * i], shape[3 * i + 1], shape[3 * i + 2]});
+      this->half[i] = shape[9 + i];
+    }
+    this->reach = (this->half[0] + this->half[1]) + this->half[2];
+    const Vector3Of<Pack> middle = {shape[12], shape[13], shape[14]};
+    this->centre = rotate(column, middle);
+    this->centre_sum = sum(middle);
+    this->deviation = shape[15];
+    for (int l = 0; l < Traits<Pack>::lanes; ++l) record[l] = shapes[l];
+  }
+
+  /// With the bits of world_vertices().
+  TOUCHSTONE_INLINE Vector3Of<Pack> vertex(const Pack (&sign)[3]) const {
+    constexpr int kVertices = 16;  // where FormRecord::x begins
+    const unsigned x = bits(sign[0] > Pack{}), y = bits(sign[1] > Pack{}), z = bits(sign[2] > Pack{});
+    double local[3][Traits<Pack>::lanes];
+    for (int l = 0; l < Traits<Pack>::lanes; ++l) {
+      const unsigned i = (x >> l & 1u) << 2 | (y >> l & 1u) << 1 | (z >> l & 1u);
+      for (int k = 0; k < 3; ++k) local[k][l] = record[l][kVertices + 8 * k + static_cast<int>(i)];
+    }
+    return rotate(column, Vector3Of<Pack>{load<Pack>(local[0]), load<Pack>(local[1]), load<Pack>(local[2])}) +
+           this->p;
+  }
+};
+
+// ---- The axis
+
+/// One of three, by lane.
+template <class Pack>
+struct OneOfThree {
+  MaskOf<Pack> first, second;
+
+  TOUCHSTONE_INLINE Vector3Of<Pack> of(const Vector3Of<Pack> (&v)[3]) const {
+    return select<Pack>(first, v[0], select<Pack>(second, v[1], v[2]));
+  }
+  TOUCHSTONE_INLINE Pack of(const Pack (&p)[3]) const { return first ? p[0] : (second ? p[1] : p[2]); }
+};
+
+/// By how much, of the size, other slacks change when the edges that span L are made parallel.
+template <class Pack>
+TOUCHSTONE_INLINE Pack turn_by(const Vector3Of<Pack>& L) {
+  return all<Pack>(kTurn) * (sum(L) + all<Pack>(kSineRoundoffs * kU));
+}
+
+template <class Pack>
+struct SearchedAxis {
+  Vector3Of<Pack> L;
+  Pack slack;
+  Pack L2;
+  Pack overlap;  ///< times |L|, with its handicap
+};
+
+template <class Pack>
+struct AxisSearch {
+  Pack slack_error, tie, margin;
+  Pack least_slack = all<Pack>(__builtin_inf());
+  Pack turn[3] = {};  // by B's edge
+  // Of the least overlap so far: (overlap |L|)^2 and |L|^2.
+  Pack best_square = all<Pack>(__builtin_inf());
+  Pack best_length2 = all<Pack>(1.0);
+  Pack code = Pack{};
+
+  TOUCHSTONE_INLINE void add_face(const Vector3Of<Pack>& L, Pack slack, double number) {
+    SearchedAxis<Pack> axis = {L, slack, dot(L, L), greatest(slack, Pack{})};
+    const MaskOf<Pack> is_short = axis.L2 < all<Pack>(kShortAxis2);
+    least_slack = least(least_slack, slack);
+    if (__builtin_expect(bits(is_short) != 0, 0)) {
+      const Pack uncertain = greatest(slack - slack_error, Pack{});
+      axis.overlap = is_short ? uncertain : axis.overlap;
+      axis.overlap = axis.L2 <= all<Pack>(kNoAxis2) ? all<Pack>(__builtin_inf()) : axis.overlap;
+    }
+    choose(axis, number);
+  }
+
+  /// @param refine the same axis from exact products
+  template <class Refine>
+  TOUCHSTONE_INLINE void add_edges(const Vector3Of<Pack>& L, Pack slack, int i, int j, const Refine& refine) {
+    SearchedAxis<Pack> axis = {L, slack, dot(L, L), greatest(slack, Pack{}) + tie};
+    const MaskOf<Pack> is_short = axis.L2 < all<Pack>(kShortAxis2);
+    if (__builtin_expect(bits(is_short) != 0, 0)) {
+      const MaskOf<Pack> none = axis.L2 <= all<Pack>(kSurelyNoAxis2);
+      SearchedAxis<Pack> fine = axis;
+      if (bits(is_short & ~none) != 0) fine = refine();
+      add_short(fine, is_short, none, turn[j], axis);
+    } else {
+      least_slack = least(least_slack, axis.slack);
+    }
+    choose(axis, 6 + 3 * i + j);
+  }
+
+  TOUCHSTONE_INLINE void add_short(const SearchedAxis<Pack>& refined, MaskOf<Pack> is_short,
+                                   MaskOf<Pack> surely_none, Pack& turn_j, SearchedAxis<Pack>& axis) {
+    const Pack length = square_root(refined.L2);
+    const MaskOf<Pack> none = surely_none | (is_short & (refined.L2 <= all<Pack>(kNoAxis2)));
+    const Pack slack = is_short ? refined.slack / length : axis.slack;
+    least_slack = none ? least_slack : least(least_slack, slack);
+    turn_j = turn_j + (none ? turn_by(select<Pack>(surely_none, axis.L, refined.L)) : Pack{});
+    const Pack overlap = greatest(refined.slack, Pack{}) + tie * length;
+    axis.overlap = is_short ? (none ? all<Pack>(__builtin_inf()) : overlap) : axis.overlap;
+    axis.L2 = is_short ? (surely_none ? axis.L2 : refined.L2) : axis.L2;
+  }
+
+  TOUCHSTONE_INLINE void choose(const SearchedAxis<Pack>& axis, double number) {
+    const Pack square = axis.overlap * axis.overlap;
+    const MaskOf<Pack> better = square * best_length2 < best_square * axis.L2;
+    best_square = better ? square : best_square;
+    best_length2 = better ? axis.L2 : best_length2;
+    code = better ? all<Pack>(number) : code;
+  }
+};
+
+/// Half the solid's width along L.
+template <class Pack>
+TOUCHSTONE_INLINE Pack half_width(const Vector3Of<Pack>& L, const Vector3Of<Pack> (&direction)[3],
+                                  const Pack (&half)[3]) {
+  return (half[0] * magnitude(dot(L, direction[0])) + half[1] * magnitude(dot(L, direction[1]))) +
+         half[2] * magnitude(dot(L, direction[2]));
+}
+
+/// The axis across two edges from exact products, and its slack from its own projections. @param widths L ->
+/// the sum of both half widths
+template <class Pack, class Widths>
+TOUCHSTONE_INLINE SearchedAxis<Pack> refined_axis(const Vector3Of<Pack>& a, const Vector3Of<Pack>& b,
+                                                  const Vector3Of<Pack>& T, const Widths& widths) {
+  const Vector3Of<Pack> L = accurate_cross(a, b);
+  return {L, widths(L) - magnitude(dot(L, T)), dot(L, L), Pack{}};
+}
+
+template <class Pack>
+struct Normals {
+  Vector3Of<Pack> of[3];
+  Pack volume;  // |direction_i . normal_i|
+
+  TOUCHSTONE_INLINE explicit Normals(const DepthSolid<Pack>& s) {
+    for (int i = 0; i < 3; ++i) of[i] = cross(s.direction[(i + 1) % 3], s.direction[(i + 2) % 3]);
+    volume = magnitude(dot(of[0], s.direction[0]));
+  }
+};
+
+/// Codes 0-2: A's faces, 3-5: B's, 6 + 3 i + j: edge i of A, j of B.
+template <class Pack>
+TOUCHSTONE_INLINE void search_axes(const DepthSolid<Pack>& A, const Normals<Pack>& normal_a,
+                                   const DepthSolid<Pack>& B, const Normals<Pack>& normal_b,
+                                   const Vector3Of<Pack>& T, AxisSearch<Pack>& search) {
+  Pack a_b[3][3], b_a[3][3];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      a_b[i][j] = magnitude(dot(normal_a.of[i], B.direction[j]));
+      b_a[i][j] = magnitude(dot(normal_b.of[i], A.direction[j]));
+    }
+  }
+  for (int i = 0; i < 3; ++i) {
+    const Pack reach = (B.half[0] * a_b[i][0] + B.half[1] * a_b[i][1]) + B.half[2] * a_b[i][2];
+    search.add_face(normal_a.of[i], (A.half[i] * normal_a.volume + reach) - magnitude(dot(normal_a.of[i], T)),
+                    i);
+  }
+  for (int j = 0; j < 3; ++j) {
+    const Pack reach = (A.half[0] * b_a[j][0] + A.half[1] * b_a[j][1]) + A.half[2] * b_a[j][2];
+    search.add_face(normal_b.of[j], (B.half[j] * normal_b.volume + reach) - magnitude(dot(normal_b.of[j], T)),
+                    3 + j);
+  }
+  const auto widths = [&](const Vector3Of<Pack>& L) {
+    return half_width<Pack>(L, A.direction, A.half) + half_width<Pack>(L, B.direction, B.half);
+  };
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+    for (int j = 0; j < 3; ++j) {
+      const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      const Vector3Of<Pack> L = cross(A.direction[i], B.direction[j]);
+      // L . A_k is up to sign B_j . normal of A opposite both; likewise for B.
+      const Pack radius_a = A.half[i1] * a_b[i2][j] + A.half[i2] * a_b[i1][j];
+      const Pack radius_b = B.half[j1] * b_a[j2][i] + B.half[j2] * b_a[j1][i];
+      search.add_edges(L, (radius_a + radius_b) - magnitude(dot(L, T)), i, j,
+                       [&] { return refined_axis<Pack>(A.direction[i], B.direction[j], T, widths); });
+    }
+  }
+}
+
+/// Which edge of A, and of B, an edge code names.
+template <class Pack>
+TOUCHSTONE_INLINE OneOfThree<Pack> row_of(Pack code) {
+  return {code < all<Pack>(9), code < all<Pack>(12)};
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE OneOfThree<Pack> column_of(Pack code) {
+  return {(code == all<Pack>(6)) | (code == all<Pack>(9)) | (code == all<Pack>(12)),
+          (code == all<Pack>(7)) | (code == all<Pack>(10)) | (code == all<Pack>(13))};
+}
+
+/// The axis that a code names, as the search formed it.
+template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> axis_of(Pack code, const DepthSolid<Pack>& A, const Normals<Pack>& normal_a,
+                                          const DepthSolid<Pack>& B, const Normals<Pack>& normal_b) {
+  const OneOfThree<Pack> face_a = {code == Pack{}, code == all<Pack>(1)};
+  const OneOfThree<Pack> face_b = {code == all<Pack>(3), code == all<Pack>(4)};
+  const Vector3Of<Pack> face =
+      select<Pack>(code < all<Pack>(3), face_a.of(normal_a.of), face_b.of(normal_b.of));
+  const MaskOf<Pack> is_face = code < all<Pack>(6);
+  if (bits(~is_face) == 0) return face;
+  const Vector3Of<Pack> a = row_of(code).of(A.direction), b = column_of(code).of(B.direction);
+  const Vector3Of<Pack> edges = cross(a, b);
+  const MaskOf<Pack> is_short = dot(edges, edges) < all<Pack>(kShortAxis2);
+  if (__builtin_expect(bits(is_short) == 0, 1)) return select<Pack>(is_face, face, edges);
+  return select<Pack>(is_face, face, select<Pack>(is_short, accurate_cross(a, b), edges));
+}
+
+}  // namespace touchstone::native::TOUCHSTONE_ISA
