@@ -9,9 +9,25 @@
 namespace touchstone::comparison {
 namespace {
 
-// ---- marks: distinct shapes, Okabe and Ito's colours (as CSS classes, by the backend's place in the list)
+// ---- marks: distinct shapes, Okabe and Ito's colours (as CSS classes, by the backend's place in the list);
+// beyond the ninth place colours come again, shapes do not
 
-constexpr int kShapes = 9;
+constexpr int kShapes = 14, kColours = 9;
+
+std::string star(int points, double inner, double x, double y, double r) {
+  std::string corners;
+  for (int i = 0; i < 2 * points; ++i) {
+    const double angle = M_PI * i / points, radius = i % 2 ? r * inner : r * 1.1;
+    corners += fmt::format("{}{:.1f},{:.1f}", i ? " " : "", x + radius * std::sin(angle),
+                           y - radius * std::cos(angle));
+  }
+  return fmt::format("<polygon points='{}'/>", corners);
+}
+
+std::string bar(double x, double y, double half_width, double half_height) {
+  return fmt::format("<rect x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'/>", x - half_width,
+                     y - half_height, 2 * half_width, 2 * half_height);
+}
 
 std::string mark_path(int shape, double x, double y, double r) {
   const auto polygon = [&](int corners, double turn) {
@@ -33,8 +49,7 @@ std::string mark_path(int shape, double x, double y, double r) {
           ">",
           x - r * 0.35, y - r, r * 0.7, r * 0.65, -r * 0.65, -r * 0.7);
     case 2:
-      return fmt::format("<rect x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'/>", x - r * 0.85,
-                         y - r * 0.85, r * 1.7, r * 1.7);
+      return bar(x, y, r * 0.85, r * 0.85);
     case 3:
       return polygon(4, 0.0);
     case 4:
@@ -45,15 +60,20 @@ std::string mark_path(int shape, double x, double y, double r) {
       return polygon(3, M_PI);
     case 7:
       return polygon(6, 0.5);
-    default: {  // a star
-      std::string points;
-      for (int i = 0; i < 10; ++i) {
-        const double angle = M_PI * i / 5, radius = i % 2 ? r * 0.45 : r * 1.1;
-        points += fmt::format("{}{:.1f},{:.1f}", i ? " " : "", x + radius * std::sin(angle),
-                              y - radius * std::cos(angle));
-      }
-      return fmt::format("<polygon points='{}'/>", points);
-    }
+    case 8:
+      return star(5, 0.45, x, y, r);
+    case 9:
+      return star(4, 0.35, x, y, r);
+    case 10:
+      return bar(x, y, r, r * 0.42);
+    case 11:
+      return bar(x, y, r * 0.42, r);
+    case 12:  // an hourglass
+      return fmt::format("<path d='M{:.1f} {:.1f}h{:.1f}l{:.1f} {:.1f}h{:.1f}z'/>", x - r * 0.85, y - r,
+                         r * 1.7, -r * 1.7, 2 * r, r * 1.7);
+    default:  // the lower half of a disc
+      return fmt::format("<path d='M{:.1f} {:.1f}h{:.1f}a{:.1f} {:.1f} 0 0 1 {:.1f} 0z'/>", x - r,
+                         y - r * 0.5, 2 * r, r, r, -2 * r);
   }
 }
 
@@ -111,7 +131,7 @@ std::string xml_text(const std::string& text) {
 }
 
 std::string plot_style() {
-  return R"(.plot{--ink:#1b1f24;--soft:#5b6470;--line:#d5dae0;--area:#f7f8fa;--paper:#ffffff;
+  std::string style = R"(.plot{--ink:#1b1f24;--soft:#5b6470;--line:#d5dae0;--area:#f7f8fa;--paper:#ffffff;
 --c0:#0072b2;--c1:#7a7a7a;--c2:#d55e00;--c3:#b07c00;--c4:#00835d;--c5:#222222;--c6:#b3508a;--c7:#2f8fc4;--c8:#8a6d00}
 @media (prefers-color-scheme: dark){.plot{--ink:#e8eaed;--soft:#a3abb5;--line:#3a414a;--area:#1d2126;--paper:#14171a;
 --c0:#4db2ec;--c1:#b5b5b5;--c2:#ff8a3d;--c3:#e9b949;--c4:#2fc79a;--c5:#f5f5f5;--c6:#e893c3;--c7:#8fd0f5;--c8:#d9c35a}}
@@ -122,22 +142,19 @@ std::string plot_style() {
 .plot .front{stroke:var(--soft);stroke-width:1.2;stroke-dasharray:5 4;fill:none}.plot .rail{stroke:var(--soft);stroke-dasharray:2 3}.plot .break{stroke:var(--soft);fill:none}
 .plot .leader{stroke:var(--soft);stroke-width:.6}.plot .whisker{fill:none;stroke-width:1.6;opacity:.55}
 .plot .m{stroke-width:1.6;paint-order:stroke;stroke:var(--paper)}.plot .hollow{fill:var(--paper)!important}
-.plot .m0{fill:var(--c0)}.plot .m1{fill:var(--c1)}.plot .m2{fill:var(--c2)}.plot .m3{fill:var(--c3)}.plot .m4{fill:var(--c4)}
-.plot .m5{fill:var(--c5)}.plot .m6{fill:var(--c6)}.plot .m7{fill:var(--c7)}.plot .m8{fill:var(--c8)}
-.plot .whisker.m0,.plot .hollow.m0{stroke:var(--c0)}.plot .whisker.m1,.plot .hollow.m1{stroke:var(--c1)}
-.plot .whisker.m2,.plot .hollow.m2{stroke:var(--c2)}.plot .whisker.m3,.plot .hollow.m3{stroke:var(--c3)}
-.plot .whisker.m4,.plot .hollow.m4{stroke:var(--c4)}.plot .whisker.m5,.plot .hollow.m5{stroke:var(--c5)}
-.plot .whisker.m6,.plot .hollow.m6{stroke:var(--c6)}.plot .whisker.m7,.plot .hollow.m7{stroke:var(--c7)}
-.plot .whisker.m8,.plot .hollow.m8{stroke:var(--c8)}.plot .whisker{fill:none!important}
 .plot .box{stroke:none;opacity:.45}.plot .curve{fill:none!important;stroke-width:1.6;stroke-linejoin:round}
 .plot .dots{fill:none!important;stroke-width:3.4;stroke-linecap:round;opacity:.6}
-.plot .curve.m0,.plot .dots.m0{stroke:var(--c0)}.plot .curve.m1,.plot .dots.m1{stroke:var(--c1)}.plot .curve.m2,.plot .dots.m2{stroke:var(--c2)}
-.plot .curve.m3,.plot .dots.m3{stroke:var(--c3)}.plot .curve.m4,.plot .dots.m4{stroke:var(--c4)}.plot .curve.m5,.plot .dots.m5{stroke:var(--c5)}
-.plot .curve.m6,.plot .dots.m6{stroke:var(--c6)}.plot .curve.m7,.plot .dots.m7{stroke:var(--c7)}.plot .curve.m8,.plot .dots.m8{stroke:var(--c8)}
 .plot .solid-a{fill:none;stroke:var(--c0);stroke-width:1.3}.plot .solid-b{fill:none;stroke:var(--c2);stroke-width:1.3;stroke-dasharray:5 2.5}
 .plot .exact{stroke:var(--ink);stroke-width:2.4;fill:none}.plot .arrow{stroke-width:1.8;fill:none}
 .plot .t-free{fill:var(--area);stroke:var(--line)}.plot .t-b{fill:var(--c0)}.plot .t-w{fill:var(--c3)}.plot .t-m{fill:var(--c2)}.plot .tick{stroke:var(--paper);stroke-width:1.4;fill:none}
 )";
+  for (int place = 0; place < kShapes; ++place) {
+    style += fmt::format(
+        ".plot .m{0}{{fill:var(--c{1})}}.plot .whisker.m{0},.plot .hollow.m{0},.plot .curve.m{0},.plot "
+        ".dots.m{0}{{stroke:var(--c{1})}}\n",
+        place, place % kColours);
+  }
+  return style + ".plot .whisker{fill:none!important}\n";
 }
 
 std::string mark_svg(const std::vector<std::string>& backends, const std::string& backend) {

@@ -12,7 +12,7 @@ std::string plot_style();
 /// otherwise for the page, which brings plot_style().
 std::string svg_open(double width, double height, const std::string& label, bool standalone);
 
-/// Marks: nine distinct shapes in Okabe and Ito's colours, as the CSS classes m0 to m8, by the backend's
+/// Marks: fourteen distinct shapes in Okabe and Ito's colours, as the CSS classes m0 to m13, by the backend's
 /// place.
 int place_of(const std::vector<std::string>& backends, const std::string& backend);
 /// @param hollow for what has no speed.
