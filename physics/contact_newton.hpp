@@ -16,6 +16,7 @@ namespace touchstone::physics {
 /// is known beforehand; the rest is one system, eliminated as far as its profile reaches.
 class ContactNewton {
  public:
+  /// What a step came to.
   enum class Status : std::uint8_t { by_value, open, stick, slip };
 
   void reserve(std::size_t rows);
