@@ -85,10 +85,10 @@ std::string one_set(const Page& page, const SetResult& set) {
 std::string families_section(const Page& page) {
   if (page.report.sets.empty()) return "";
   std::string html =
-      "<h2>Pair sets: every figure</h2>\n<p>Faint rows: backends with a wrong or missing answer in the "
-      "set.</p>\n";
+      "<h2>Pair sets: every figure</h2>\n<p class='print'>Not printed: see results.csv, or the page on a "
+      "screen.</p>\n<div class='screen'><p>Faint rows: backends with a wrong or missing answer in the set.</p>\n";
   for (const SetResult& set : page.report.sets) html += one_set(page, set);
-  return html + source_note(page, "pair_sets");
+  return html + source_note(page, "pair_sets") + "</div>\n";
 }
 
 }  // namespace touchstone::comparison

@@ -32,7 +32,8 @@ std::string source_note(const Page& page, const std::string& json_path, const st
   std::string html =
       "<p class='source'>Data: <code>results.json</code>, <code>" + xml_text(json_path) + "</code>";
   if (!svg.empty()) html += "; SVG: <code>" + xml_text(svg) + "</code>";
-  return html + "; made by <code>" + xml_text(page.report.options.command_line) + "</code></p>\n";
+  return html + "<span class='screen'>; made by <code>" + xml_text(page.report.options.command_line) +
+         "</code></span></p>\n";
 }
 
 std::string wrong_lines(const Wrongness& wrong, const char* between) {

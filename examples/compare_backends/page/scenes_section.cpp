@@ -44,7 +44,7 @@ std::string facets(const Page& page, const SceneResult& scene) {
 
 std::string one_scene(const Page& page, const SceneResult& scene) {
   std::string html = fmt::format(
-      "<h3>{}</h3><p class='soft'>{} {} of {} frames at {} Hz, {} pairs each; first contact of the "
+      "<section><h3>{}</h3><p class='soft'>{} {} of {} frames at {} Hz, {} pairs each; first contact of the "
       "commanded "
       "motion: {}.{}</p>\n",
       xml_text(scene.name), xml_text(scene.description), format_count(scene.frames),
@@ -64,7 +64,7 @@ std::string one_scene(const Page& page, const SceneResult& scene) {
                format_count(backend.undecided_frames), format_error(backend.worst_clearance_error),
                format_error(backend.clearance_at_stop)});
   }
-  return html + table.str() + facets(page, scene);
+  return html + table.str() + facets(page, scene) + "</section>\n";
 }
 
 }  // namespace
@@ -79,8 +79,9 @@ the first that it blocks.</p>
 <p class='gap'>Missing: frames after a stop, as a world that holds the objects shows them. <code>training_run --scene FILE
 --backend NAME</code> flies the scenes through the contact world and judges every shown frame.</p>
 )";
+  html += "<div class='scenes'>\n";
   for (const SceneResult& scene : page.report.scenes) html += one_scene(page, scene);
-  return html + source_note(page, "scenes", "figures/scene_<name>.svg");
+  return html + "</div>\n" + source_note(page, "scenes", "figures/scene_<name>.svg");
 }
 
 }  // namespace touchstone::comparison

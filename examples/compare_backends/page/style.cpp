@@ -33,7 +33,8 @@ summary{cursor:pointer}summary h3{display:inline}.matrix ul{text-align:left;marg
 .matrix details[open]{min-width:190px}.schema td{text-align:left;white-space:normal}svg.plot{max-width:100%}body>svg.plot{display:block;max-width:min(760px,100%)}.plots>.gap{align-self:center}
 @page{size:A4 landscape;margin:11mm}
 @media print{.plots>*,.ranks>*,tr{break-inside:avoid}.scroll{overflow:visible}
-body{padding:0;max-width:none;font-size:11px}td,th{padding:2px 4px;font-size:8.5px;white-space:normal}h2,h3{break-after:avoid}.plots{grid-template-columns:1fr 1fr}.controls{display:none!important}.plots.three{grid-template-columns:1fr 1fr 1fr}.plots.small{grid-template-columns:repeat(4,1fr)}.gallery{grid-template-columns:1fr 1fr 1fr}figure,.verdict section{break-inside:avoid}figure>svg.plot{max-height:42mm}figcaption td,figcaption th{font-size:7px;padding:0 3px;white-space:nowrap}figcaption{font-size:9px}figcaption code{font-size:8px}.source{font-size:8px}}
+body{padding:0;max-width:none;font-size:11px}td,th{padding:2px 4px;font-size:8.5px;white-space:normal}h2,h3{break-after:avoid}.plots,.plots.three,.scenes{display:grid;grid-template-columns:1fr 1fr 1fr;gap:6px 12px}.controls,.screen{display:none!important}.scenes{grid-template-columns:1fr 1fr;gap:6px 24px}.scenes svg.plot{width:100%}.plots.small{grid-template-columns:repeat(4,1fr)}.gallery{grid-template-columns:1fr 1fr 1fr}figure,.verdict section,.scenes section{break-inside:avoid}figure>svg.plot{max-height:42mm}figcaption td,figcaption th{font-size:7px;padding:0 3px;white-space:nowrap}figcaption{font-size:9px}figcaption code{font-size:8px}.source{font-size:8px}h2{margin-top:14px;padding-top:8px}h3{margin-top:8px}}
+@media screen{.print{display:none}}
 )";
 }
 
