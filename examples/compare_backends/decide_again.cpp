@@ -27,7 +27,8 @@ int run_decide(int argc, const char* const* argv) {
       fmt::print("{}", verdict_text(decide(of.candidates, of.query, allowed)));
     return 0;
   }
-  throw InputError("decide: " + file + " holds no candidates: it was run without 'exact'");
+  throw InputError("decide: " + file +
+                   " holds no candidates: it was run without 'exact', or no case was judged");
 }
 
 }  // namespace touchstone::comparison

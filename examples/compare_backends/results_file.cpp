@@ -10,21 +10,32 @@
 namespace touchstone::comparison {
 namespace {
 
+double not_negative(const Json& json, const char* key) {
+  const double value = number_of(json.at(key));
+  if (value < 0) throw InputError(std::string("'") + key + "' is negative");
+  return value;
+}
+
+std::size_t count_of(const Json& json, const char* key) {
+  if (!json.at(key).is_number_unsigned()) throw InputError(std::string("'") + key + "' is no count");
+  return json.at(key);
+}
+
 Candidate candidate_of(const Json& json) {
   Candidate candidate;
   candidate.backend = json.at("backend");
-  candidate.nanoseconds = number_of(json.at("mean_ns"));
-  candidate.worst_cost = number_of(json.at("worst_cost_m"));
+  candidate.nanoseconds = not_negative(json, "mean_ns");
+  candidate.worst_cost = not_negative(json, "worst_cost_m");
   candidate.worst_id = json.at("worst_case");
   candidate.worst_reason = json.at("worst_reason");
   Wrongness& wrong = candidate.wrong;
-  wrong.cases = json.at("cases");
-  wrong.missed = json.at("missed");
-  wrong.phantom = json.at("phantom");
-  wrong.undecided = json.at("undecided");
-  wrong.failed = json.at("failed");
-  wrong.unsupported = json.at("unsupported");
-  wrong.missing = json.at("missing_value");
+  wrong.cases = count_of(json, "cases");
+  wrong.missed = count_of(json, "missed");
+  wrong.phantom = count_of(json, "phantom");
+  wrong.undecided = count_of(json, "undecided");
+  wrong.failed = count_of(json, "failed");
+  wrong.unsupported = count_of(json, "unsupported");
+  wrong.missing = count_of(json, "missing_value");
   return candidate;
 }
 
@@ -63,8 +74,8 @@ std::vector<Candidates> candidates_of(const Json& results, const std::string& wh
       all.push_back(std::move(candidates));
     }
     return all;
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(who + ": " + error.what());
+  } catch (const std::exception& error) {
+    throw InputError(who + ": candidates: " + error.what());
   }
 }
 

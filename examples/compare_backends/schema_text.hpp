@@ -48,7 +48,8 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"wrong", "share_below_95", "upper 95 % confidence bound of each share, and of any of them"},
     {"share_below_95", "any", "of all kinds together"},
     {"queries", "cost_over_S cost_curve_over_S",
-     "the error that --max-error is held against, over S: quantiles, and values at curve_shares"},
+     "the query's error, which --max-error is held against (see Errors), over S: quantiles, and values at "
+     "curve_shares"},
     {"queries", "worst wrong_cases", "the dearest case; the wrong or missing answers that cost most"},
     {"worst, wrong_cases", "cost_m case reason", "[m], id, what was wrong"},
     {"quantiles", "median p99 worst_case", "nearest rank; the case of the worst"},
@@ -111,7 +112,7 @@ inline constexpr std::string_view kCsvSchema =
     "cached and frame [ns]; allocations_per_query; the dearest case (worst_cost_m, worst_cost_case, "
     "worst_cost_reason); for every measure median, p99, worst and its case, lengths over S and over size. "
     "Empty: "
-    "not measured; inf: a figure that should be there is not.";
+    "not measured; inf: no answer, or a figure that should be there is not.";
 
 inline constexpr std::string_view kKnownLimits[] = {
     "Bounds speak of pairs drawn as these were, not of your pairs: bring them with --pairs.",
@@ -119,6 +120,9 @@ inline constexpr std::string_view kKnownLimits[] = {
     "The exact answer is of the hulls of the eight world vertices as doubles: posing's rounding is no error.",
     "Single-precision Bullet is timed in a process of its own, set by set, not block by block.",
     "Scenes are judged frame by frame on the commanded motion; what a stop changes later is training_run's.",
+    "exact's class, separation and normal are exact to one rounding; its manifold points are computed in "
+    "doubles, and off by "
+    "rounding times a face's length over its width.",
     "Signed errors and consistency look at some of a set's pairs, wrongness and errors at all of them.",
 };
 

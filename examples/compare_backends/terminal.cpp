@@ -205,10 +205,11 @@ std::string summary_section(const Report& report) {
 
 std::string verdict_text(const Verdict& verdict) {
   std::string text = "\n" + sentence(verdict) + "\n";
-  TextTable table({"backend", "inside", "ns a pair", "worst [m]", "why", "case"});
+  TextTable table({"backend", "inside", "ns a pair", "worst [m]", "why", "case", "wrong"});
   for (const Candidate& candidate : verdict.candidates) {
-    table.add({candidate.backend, candidate.inside ? "yes" : "no", format_ns(candidate.nanoseconds),
-               format_error(candidate.worst_cost), candidate.worst_reason, candidate.worst_id});
+    table.add({candidate.backend, candidate.inside ? "yes" : "no", speed_text(candidate),
+               format_error(candidate.worst_cost), candidate.worst_reason, candidate.worst_id,
+               format_count(candidate.wrong.total())});
   }
   return text + table.str();
 }

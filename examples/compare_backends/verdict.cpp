@@ -72,8 +72,9 @@ std::string sentence(const Verdict& verdict) {
   const std::string asked =
       fmt::format("within {:.3g} m on every {} case", verdict.max_error, to_string(verdict.query));
   if (verdict.fastest.empty()) return "no backend stays " + asked;
-  return fmt::format("fastest {}: {}, {:.0f} ns a pair", asked, verdict.fastest,
-                     verdict.candidates.front().nanoseconds);
+  const Candidate& first = verdict.candidates.front();
+  return fmt::format("fastest {}: {}, {:.0f} ns a pair{}", asked, verdict.fastest, first.nanoseconds,
+                     first.wrong.total() == 0 ? "" : ", with " + wrong_words(first.wrong));
 }
 
 std::string wrong_words(const Wrongness& wrong) {
@@ -84,9 +85,16 @@ std::string wrong_words(const Wrongness& wrong) {
   return text;
 }
 
+std::string speed_text(const Candidate& candidate) {
+  const std::string text = format_ns(candidate.nanoseconds);
+  return candidate.wrong.total() == 0 || std::isnan(candidate.nanoseconds) ? text : "(" + text + ")";
+}
+
 std::string reason_out(const Verdict& verdict, const Candidate& candidate) {
   if (candidate.worst_cost > verdict.max_error) {
     const std::string reason = candidate.worst_reason.empty() ? "error" : candidate.worst_reason;
+    if (format_error(candidate.worst_cost) == format_error(verdict.max_error))
+      return fmt::format("{} costs just over the allowed error in {}", reason, candidate.worst_id);
     return std::isinf(candidate.worst_cost)
                ? fmt::format("{} in {}", reason, candidate.worst_id)
                : fmt::format("{} costs {} m in {}", reason, format_error(candidate.worst_cost),
@@ -105,12 +113,12 @@ std::string headline(const Verdict& verdict) {
   for (const Candidate& other : verdict.candidates) {
     if (other.backend == first.backend) continue;
     text += "; " + other.backend;
-    if (std::isfinite(other.nanoseconds)) {
-      const double ratio = other.nanoseconds / first.nanoseconds;
-      text += ratio >= 1 ? fmt::format(" is {:.3g} times slower", ratio)
-                         : fmt::format(" is {:.3g} times faster", 1 / ratio);
+    const double ratio = other.nanoseconds / first.nanoseconds;
+    if (std::isfinite(ratio) && other.wrong.total() == 0) {
+      text += ratio >= 1 ? fmt::format(" is {:.3g} times slower,", ratio)
+                         : fmt::format(" is {:.3g} times faster,", 1 / ratio);
     }
-    text += fmt::format("{} {}", std::isfinite(other.nanoseconds) ? "," : "", wrong_words(other.wrong));
+    text += " " + wrong_words(other.wrong);
   }
   return text;
 }

@@ -14,7 +14,7 @@ struct Candidate {
   /// Mean over the sets of the median per pair: one pair a call, in scenes a frame a call; NaN if not
   /// measured in all.
   double nanoseconds = 0;
-  double worst_cost = 0;  ///< [m]
+  double worst_cost = 0;  ///< [m]; CaseErrors::cost
   std::string worst_id;
   std::string worst_reason;
   bool inside = false;  ///< worst_cost <= max_error, and the speed was measured
@@ -39,15 +39,19 @@ struct Verdict {
 Verdict decide(std::vector<Candidate> candidates, QueryKind query, double max_error);
 Verdict decide(std::span<const SetResult> sets, QueryKind query, double max_error);
 
-/// "fastest within 1e-06 m on every distance case: native, 41 ns a pair" or that no backend stays within.
+/// "fastest within 1e-06 m on every distance case: native, 41 ns a pair", with what it got wrong within that,
+/// or that no backend stays within.
 std::string sentence(const Verdict& verdict);
 
-/// "native, 41 ns a pair, 0 wrong of 220 000; bullet is 5 times slower, 312 phantom contacts; ..." of the
-/// fastest inside and the others.
+/// "native, 41 ns a pair, 0 wrong of 220 000; exact is 160 times slower, 0 wrong of 220 000; bullet 312
+/// phantom" of the fastest inside and the others. Who was wrong has no speed here.
 std::string headline(const Verdict& verdict);
 
 /// "0 wrong of 500", or what is wrong: "3 missed, 12 undecided".
 std::string wrong_words(const Wrongness& wrong);
+
+/// The time, in brackets where an answer was wrong or missing.
+std::string speed_text(const Candidate& candidate);
 
 /// Why a candidate is not the fastest inside: "phantom contact costs 0.0012 m in near:12", "3.1 times
 /// slower".

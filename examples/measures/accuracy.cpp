@@ -202,6 +202,9 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
 
 // ---- costs
 
+// What a wrong class costs at least: where solids touch exactly, it is wrong by nothing and still not right.
+constexpr double kLeastWrong = std::numeric_limits<double>::denorm_min();
+
 void charge(CaseErrors& errors, QueryKind kind, double cost, const char* reason) {
   errors.cost[index_of(kind)] = cost;
   errors.reason[index_of(kind)] = reason;
@@ -220,12 +223,18 @@ void charge_query(const PairTruth& truth, const BackendAnswers& answers, std::si
                   CaseErrors& errors) {
   const QueryAnswers& of_kind = answers.queries[index_of(kind)];
   charge(errors, kind, 0.0, "");
-  if (const char* fault = class_fault(of_kind.status[index], truth.contact())) {
-    return charge(errors, kind, std::abs(truth.separation), fault);
+  const PairStatus status = of_kind.status[index];
+  if (const char* fault = class_fault(status, truth.contact())) {
+    const bool answered = status == PairStatus::separated || status == PairStatus::overlapping;
+    return charge(errors, kind, answered ? std::max(std::abs(truth.separation), kLeastWrong) : kInfinity,
+                  fault);
   }
   if (kind == QueryKind::distance) {
     const Measure measure = truth.contact() ? Measure::depth : Measure::distance;
-    charge_largest(errors, kind, {{at(errors, measure), truth.contact() ? "depth" : "distance"}});
+    charge_largest(errors, kind,
+                   {{at(errors, measure), truth.contact() ? "depth" : "distance"},
+                    {at(errors, Measure::normal), "normal"},
+                    {at(errors, Measure::witness), "witness points"}});
   } else if (kind == QueryKind::manifold && truth.contact()) {
     const PairGeometry& geometry = of_kind.geometry[index];
     charge_largest(errors, kind,
@@ -272,6 +281,20 @@ std::string_view definition(Measure measure) {
       "larger than what touches, so a right answer, such as one point where two edges cross, may have 1 here",
       "manifold: change of that area ratio when B moves by 1e-9 S, of contacts face on face"};
   return kDefinitions[static_cast<std::size_t>(measure)];
+}
+
+std::string_view cost_definition(QueryKind query) {
+  switch (query) {
+    case QueryKind::overlap:
+      return "overlap: 0 where the class is right";
+    case QueryKind::distance:
+      return "distance: the largest of the distance or depth, normal and witness errors";
+    case QueryKind::manifold:
+      return "manifold: in contact, the largest of the errors of its depth, its deepest point and its "
+             "points' "
+             "witness error; apart 0";
+  }
+  return "";
 }
 
 CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,

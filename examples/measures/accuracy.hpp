@@ -55,6 +55,7 @@ inline constexpr std::size_t kMeasures = 9;
 inline constexpr double kFaceOnFaceAngle = 1e-6;
 std::string_view to_string(Measure measure);
 std::string_view definition(Measure measure);
+std::string_view cost_definition(QueryKind query);
 constexpr bool is_length(Measure measure) { return measure < Measure::patch_area; }
 
 /// The same errors divided by S and by the pair's size; ratios are not divided.
@@ -64,7 +65,7 @@ struct ErrorStats {
 
 /// The case that costs most: what --max-error is held against.
 struct WorstCase {
-  double cost = 0;  ///< [m]; +inf for a missing figure
+  double cost = 0;  ///< [m], CaseErrors::cost
   std::size_t index = 0;
   const char* reason = "";  ///< "missed contact", "depth", ...
 };
@@ -79,11 +80,9 @@ struct SignedError {
 inline constexpr std::size_t kKeptWrongCases = 3, kKeptSignedErrors = 48;
 
 struct Judgement {
-  std::array<Wrongness, 3> wrongness;  ///< by QueryKind
-  std::array<WorstCase, 3> worst;      ///< by QueryKind
-  /// A case's cost over S, by QueryKind: overlap 0 or |d|; distance |separation - d|; manifold the largest of
-  /// its errors in metres. Wrong class, undecided, failed, unsupported: |d|. Missing: +inf.
-  std::array<Quantiles, 3> cost;
+  std::array<Wrongness, 3> wrongness;    ///< by QueryKind
+  std::array<WorstCase, 3> worst;        ///< by QueryKind
+  std::array<Quantiles, 3> cost;         ///< CaseErrors::cost over S, by QueryKind
   std::array<Curve, 3> cost_curve = {};  ///< the distributions of the same
   std::array<std::vector<WorstCase>, 3>
       wrong_cases;                           ///< by QueryKind: the wrong or missing answers that cost most
@@ -95,10 +94,11 @@ struct Judgement {
 Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
                 const BackendAnswers& answers, int threads, const Progress& progress = {});
 
-/// One case's errors, NaN where the answer carries no such figure, and its cost by query.
+/// One case's errors, NaN where the answer carries no such figure, and its cost by query: see
+/// cost_definition().
 struct CaseErrors {
   std::array<double, kMeasures> values;
-  std::array<double, 3> cost;
+  std::array<double, 3> cost;  ///< [m]; +inf: no answer, or a figure is missing
   std::array<const char*, 3> reason;
 };
 CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,

@@ -104,9 +104,9 @@ TEST_F(Judged, CostsFollowTheRules) {
   EXPECT_STREQ(worst("missing_contacts", QueryKind::overlap).reason, "missed contact");
   EXPECT_EQ(worst("seeing_phantoms", QueryKind::distance).cost, 0.5);
   EXPECT_EQ(worst("seeing_phantoms", QueryKind::distance).index, 0u);
-  EXPECT_EQ(worst("unsupported", QueryKind::distance).cost, 0.5);
-  EXPECT_EQ(worst("undecided", QueryKind::distance).cost, 0.5);
-  EXPECT_EQ(worst("failing", QueryKind::manifold).cost, 0.5);
+  EXPECT_EQ(worst("unsupported", QueryKind::distance).cost, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(worst("undecided", QueryKind::distance).cost, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(worst("failing", QueryKind::manifold).cost, std::numeric_limits<double>::infinity());
   EXPECT_NEAR(worst("off_by_1e-3", QueryKind::distance).cost, 1e-3, 1e-15);
   EXPECT_EQ(worst("off_by_1e-3", QueryKind::overlap).cost, 0.0);
   EXPECT_TRUE(std::isinf(worst("not_a_number", QueryKind::distance).cost));
@@ -183,8 +183,33 @@ TEST_F(Judged, MaxErrorPicksAmongTheFakes) {
   };
   EXPECT_THAT(inside(0.0), ::testing::ElementsAre("right"));
   EXPECT_THAT(inside(2e-3), ::testing::UnorderedElementsAre("right", "off_by_1e-3"));
-  EXPECT_THAT(inside(0.5), ::testing::UnorderedElementsAre("right", "off_by_1e-3", "missing_contacts",
-                                                           "seeing_phantoms", "failing", "undecided"));
+  EXPECT_THAT(inside(0.5),
+              ::testing::UnorderedElementsAre("right", "off_by_1e-3", "missing_contacts", "seeing_phantoms"));
+  EXPECT_THAT(inside(1e300), ::testing::Not(::testing::Contains("undecided"))) << "no answer is never inside";
+}
+
+TEST(Verdict, AMissedTouchIsNeverWithinNothing) {
+  Backends backends;
+  testing::register_fakes(backends.registry);
+  const testing::CubeOracle oracle;
+  const PairSet set = testing::cubes({0.0});
+  const auto truth = compute_truth(set, oracle, 1);
+  const std::vector<SetResult> sets = {sum_up(set, truth, &oracle, answer_set({}, backends, set, {}), 1)};
+  for (const Candidate& candidate : decide(sets, QueryKind::overlap, 0.0).candidates)
+    EXPECT_EQ(candidate.inside, candidate.wrong.total() == 0) << candidate.backend;
+}
+
+TEST(Verdict, WhoWasWrongIsNamedWithItAndHasNoSpeed) {
+  std::vector<SetResult> sets = {made_up(1e-9, 1e-9)};
+  sets[0].backends[0].judgement.wrongness[index_of(QueryKind::distance)].phantom = 3;
+  const Verdict verdict = decide(sets, QueryKind::distance, 1e-6);
+  EXPECT_EQ(sentence(verdict),
+            "fastest within 1e-06 m on every distance case: fast, 10 ns a pair, with 3 phantom");
+  EXPECT_EQ(speed_text(verdict.candidates[0]), "(10.0)");
+  EXPECT_EQ(speed_text(verdict.candidates[1]), "100");
+  sets[0].backends[0].judgement.worst[index_of(QueryKind::distance)].cost = 1.0;
+  EXPECT_EQ(headline(decide(sets, QueryKind::distance, 1e-6)),
+            "slow, 100 ns a pair, 0 wrong of 0; fast 3 phantom");
 }
 
 TEST(Ranking, OrdersTheRightOnesBySpeedAndGivesTheWrongOnesNoPlace) {

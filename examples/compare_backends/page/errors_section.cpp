@@ -9,9 +9,9 @@ std::string errors_section(const Page& page) {
   const PlotAxes axes = axes_for(report.sets);
   std::string html =
       "<h2>Error distributions</h2>\n<p>Distance query: the share of a set's pairs whose error over S is at "
-      "most so much; exactly 0 stands left of the broken axis. A wrong class counts as the depth or distance "
-      "it "
-      "is wrong by. Lines go through the 0, 1, 2, 5, 10, 20 ... 90, 95, 99, 99.9 and 100 % values. A backend "
+      "most so much; exactly 0 stands left of the broken axis. A missed or phantom contact counts as the "
+      "depth or distance it is wrong by; a line ends below 100 % where pairs have no answer. Lines go "
+      "through the 0, 1, 2, 5, 10, 20 ... 90, 95, 99, 99.9 and 100 % values. A backend "
       "that answers no pair's distance has no line.</p>\n<div class='plots three'>\n";
   for (const SetResult& set : report.sets)
     html += error_distribution_plot(set, QueryKind::distance, axes, page.names, false);

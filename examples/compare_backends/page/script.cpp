@@ -18,6 +18,13 @@ const marks = {};
 document.querySelectorAll('.legend [data-backend]').forEach(e => {
   marks[e.dataset.backend] = e.querySelector('svg');
 });
+// As toExponential, but of two decimals equally near the even one.
+function exponential(v, digits) {
+  const whole = v.toExponential(60), e = whole.indexOf('e');
+  const all = whole.slice(0, e).replace('.', '');
+  if (!/^50*$/.test(all.slice(digits + 1)) || Number(all[digits]) % 2 === 1) return v.toExponential(digits);
+  return all[0] + (digits > 0 ? '.' + all.slice(1, digits + 1) : '') + whole.slice(e);
+}
 const exponent = text => text.replace(/e([+-])(\d)$/, 'e$10$2');
 function tieEven(v) {
   const low = Math.floor(v);
@@ -26,24 +33,24 @@ function tieEven(v) {
 function general(v, digits) {
   if (v === 0) return '0';
   if (!isFinite(v)) return isNaN(v) ? 'nan' : 'inf';
-  const scientific = v.toExponential(digits - 1);
+  const scientific = exponential(v, digits - 1);
   const power = Number(scientific.slice(scientific.indexOf('e') + 1));
   const trim = t => t.includes('.') ? t.replace(/0+$/, '').replace(/\.$/, '') : t;
   if (power < -4 || power >= digits) {
     const parts = scientific.split('e');
     return exponent(trim(parts[0]) + 'e' + parts[1]);
   }
-  return trim(v.toFixed(Math.max(digits - 1 - power, 0)));
+  return trim(Number(scientific).toFixed(Math.max(digits - 1 - power, 0)));
 }
 const thousands = v => String(v).replace(/\B(?=(\d{3})+$)/g, ' ');
 function nanoseconds(v) {
   if (isNaN(v)) return '-';
-  return v < 99.95 ? v.toFixed(1) : thousands(Math.round(v));
+  return v < 99.95 ? (tieEven(10 * v) / 10).toFixed(1) : thousands(Math.round(v));
 }
 function error(v) {
   if (isNaN(v)) return '-';
   if (v === 0) return '0';
-  return isFinite(v) ? exponent(v.toExponential(1)) : 'inf';
+  return isFinite(v) ? exponent(exponential(v, 1)) : 'inf';
 }
 function decide(name, allowed) {
   const list = queries.find(q => q.query === name).candidates.map(c => Object.assign({}, c, {
@@ -60,14 +67,15 @@ function decide(name, allowed) {
 function sentence(name, allowed, list) {
   const asked = 'within ' + general(allowed, 3) + ' m on every ' + name + ' case';
   if (!list.length || !list[0].inside) return 'no backend stays ' + asked;
-  return 'fastest ' + asked + ': ' + list[0].backend + ', ' + tieEven(list[0].ns) + ' ns a pair';
+  return 'fastest ' + asked + ': ' + list[0].backend + ', ' + tieEven(list[0].ns) + ' ns a pair' +
+    (list[0].wrong === 0 ? '' : ', with ' + list[0].wrong_words);
 }
 function headline(list) {
   const first = list[0];
   return first.backend + ', ' + nanoseconds(first.ns) + ' ns a pair, ' + first.wrong_words +
     list.slice(1).map(c => {
       const ratio = c.ns / first.ns;
-      const speed = isNaN(ratio) ? '' : ratio >= 1 ? ' is ' + general(ratio, 3) + ' times slower,'
+      const speed = !isFinite(ratio) || c.wrong > 0 ? '' : ratio >= 1 ? ' is ' + general(ratio, 3) + ' times slower,'
                                                    : ' is ' + general(1 / ratio, 3) + ' times faster,';
       return '; ' + c.backend + speed + ' ' + c.wrong_words;
     }).join('');
@@ -75,6 +83,7 @@ function headline(list) {
 function reason(list, allowed, c) {
   if (c.cost > allowed) {
     const what = c.worst_reason || 'error';
+    if (error(c.cost) === error(allowed)) return what + ' costs just over the allowed error in ' + c.worst_case;
     return isFinite(c.cost) ? what + ' costs ' + error(c.cost) + ' m in ' + c.worst_case
                             : what + ' in ' + c.worst_case;
   }
@@ -101,7 +110,7 @@ function table(list, allowed) {
     if (marks[c.backend]) name.appendChild(marks[c.backend].cloneNode(true));
     name.appendChild(document.createTextNode(c.backend));
     const time = nanoseconds(c.ns);
-    [c.inside ? 'yes' : 'no', c.inside || c.wrong === 0 ? time : '(' + time + ')', error(c.cost),
+    [c.inside ? 'yes' : 'no', c.wrong === 0 || isNaN(c.ns) ? time : '(' + time + ')', error(c.cost),
      reason(list, allowed, c), c.worst_case, thousands(c.wrong)].forEach(t => element('td', t, row));
   });
   return body;

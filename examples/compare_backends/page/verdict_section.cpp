@@ -15,9 +15,7 @@ std::string verdict_block(const Page& page, const Verdict& verdict, bool open) {
                   xml_text(headline(verdict)));
   HtmlTable table({"backend", "inside", "ns a pair", "worst [m]", "why", "case", "wrong"}, "ranked");
   for (const Candidate& each : verdict.candidates) {
-    table.add({page.named(each.backend), each.inside ? "yes" : "no",
-               each.inside || each.wrong.total() == 0 ? format_ns(each.nanoseconds)
-                                                      : "(" + format_ns(each.nanoseconds) + ")",
+    table.add({page.named(each.backend), each.inside ? "yes" : "no", speed_text(each),
                format_error(each.worst_cost), reason_out(verdict, each), each.worst_id,
                format_count(each.wrong.total())},
               each.inside ? "" : "out");
@@ -48,13 +46,14 @@ std::string verdict_section(const Page& page) {
   std::string html = fmt::format(
       "<div class='verdict' id='verdict'><h2>Which backend for which error</h2>\n<p class='soft'>Allowed "
       "error: "
-      "{} m{}. A wrong class, undecided, failed or unsupported answer costs the depth or distance it is "
-      "wrong "
-      "by; a missing figure is never inside. Speed: the mean of the medians over {} pair sets and {} scenes, "
+      "{} m{}. A contact missed or reported where there is none costs the depth or distance it is wrong by, "
+      "and "
+      "is named; an undecided, failed or unsupported answer and a missing figure are never inside. Speed: "
+      "the mean of the medians over {} pair sets and {} scenes, "
       "one "
       "pair a call (scenes: a frame a call). In brackets: the time of a backend with a wrong or missing "
       "answer.</p>\n",
-      format_error(budget), report.options.max_error ? "" : " (<code>--max-error</code> chooses another)",
+      budget, report.options.max_error ? "" : " (<code>--max-error</code> chooses another)",
       report.sets.size(), report.scenes.size());
   html += controls(page, budget) + "<div id='chosen' aria-live='polite'></div><div id='static-verdicts'>\n";
   for (const QueryKind asked :
