@@ -9,6 +9,7 @@
 
 #include "adapters/mujoco_plugin/mujoco_plugin.hpp"
 #include "examples/measures/allocations.hpp"
+#include "tests/mujoco_plugin/collision_scene.hpp"
 #include "tests/support/ask.hpp"
 
 namespace touchstone {
@@ -108,6 +109,28 @@ TEST(Mujoco, ItHasNoDistances) {
       EXPECT_EQ(asked_no_more.geometry.separation, kInfinity);
     }
   }
+}
+
+// Why it has none: what MuJoCo lists where geoms have a margin.
+TEST(Mujoco, WithAMarginItListsNoDistances) {
+  BackendRegistry registry;
+  register_core(registry);
+  const auto native = registry.make_narrowphase("native");
+  native->build(std::array{cube(true), cube(true)});
+  const auto share_of_distance = [&](const test::GeomText& geom, const Pose& X_WB) {
+    test::CollisionScene scene({geom, geom}, 2.0);
+    scene.place(0, at(0, 0, 0));
+    scene.place(1, X_WB);
+    const double least = test::least_distance(scene.collide()).value_or(kInfinity);
+    return least /
+           ask(*native, std::array{at(0, 0, 0), X_WB}, {.kind = QueryKind::distance}).geometry.separation;
+  };
+  Pose corner_first = at(1.8, 0.2, 0.1);
+  corner_first.R = rotation_from_quaternion(0.95, 0.1, 0.0, 0.3);
+  const char* const better = "better than it was: let mujoco answer distances";
+  EXPECT_NEAR(share_of_distance(test::box(1, 1, 1), corner_first), 0.5, 1e-6) << better;
+  const auto cube_mesh = test::mesh(Hexahedron::from_size({1, 1, 1}).vertices());
+  EXPECT_LT(share_of_distance(cube_mesh, at(1.5, 0.9, 0)), 0.9) << better;
 }
 
 /// As thick as one that MuJoCo's hull finder takes to be flat.
