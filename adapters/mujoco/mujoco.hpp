@@ -18,9 +18,10 @@
 //    pairs with a mesh in libccd's MPR. Blind spots: two boxes with nearly parallel edges may be listed
 //    without a contact (of 4 000 pairs up to 7.4e-4 S deep); MPR misses what is less than its tolerance deep.
 //  * No distances: `unsupported` for a pair that is apart, unless max_separation <= 0, where "apart" is all
-//    that was asked. With a margin MuJoCo lists contacts of pairs apart, but their `dist` is no distance: half
-//    of it where a box's corner is nearest to a face, with meshes too little, as MPR sees the shapes grown by
-//    the margin. At a margin of ten times the distance it was -7.0 to 1.7 times the distance (pair families).
+//    that was asked. With a margin MuJoCo lists contacts of pairs apart, but their `dist` is no distance:
+//    half of it where a box's corner is nearest to a face, with meshes too little, as MPR sees the shapes
+//    grown by the margin. At a margin of ten times the distance it was -7.0 to 1.7 times the distance (pair
+//    families).
 //  * Of depths nothing is claimed (Resolution::of_depth is infinite). Where faces of boxes meet, 2.2.2 gives
 //    half the depth; of edges, now and then a contact as deep as the boxes are large. MPR takes the depth
 //    where a ray from the centre of mass leaves, which need not be near the minimum.
