@@ -7,6 +7,7 @@
 #include <numeric>
 #include <string>
 
+#include "adapters/mujoco/engine.hpp"
 #include "adapters/mujoco_plugin/geom_solid.hpp"
 #include "contact_core/input_error.hpp"
 
@@ -118,9 +119,7 @@ int collide_observed(const mjModel* model, Data* data, mjContact* contacts, int 
 mjfCollision& entry(int i) { return mjCOLLISIONFUNC[kTypes[i][0]][kTypes[i][1]]; }
 
 void check_options(const MujocoOverride::Options& options) {
-  if (mj_version() != mjVERSION_HEADER)
-    throw InputError("MuJoCo: compiled for version " + std::to_string(mjVERSION_HEADER) + ", loaded is " +
-                     std::to_string(mj_version()));
+  mujoco::require_version();
   if (options.most_contacts < 1 || options.most_contacts > kMaxManifoldPoints)
     throw InputError("MuJoCo: most_contacts is " + std::to_string(options.most_contacts) + ", must be 1 to " +
                      std::to_string(kMaxManifoldPoints));
@@ -133,6 +132,7 @@ MujocoOverride::MujocoOverride(const Options& options) {
   Overrides& shared = overrides();
   const std::scoped_lock lock(shared.mutex);
   if (shared.count++ > 0) return;
+  mujoco::own_collision_functions();  // for the backend, which asks the engine all the same
   shared.options = options;
   for (int i = 0; i < 3; ++i) {
     shared.before[i] = entry(i);

@@ -30,6 +30,7 @@ namespace touchstone {
 
 /// While one of these lives, our check stands in mjCOLLISIONFUNC for box-box, box-mesh and mesh-mesh, in the
 /// whole process; then the three entries are what they were. Of several that live at once the first decides.
+/// The backend `mujoco` (adapters/mujoco) asks MuJoCo's own all the same.
 class MujocoOverride {
  public:
   /// Whose check decides, how many contacts it may give, who is told.

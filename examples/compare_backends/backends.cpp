@@ -20,6 +20,9 @@ Backends build_backends(const std::filesystem::path& program) {
 #ifndef TOUCHSTONE_HAS_FCL
   gaps.push_back({"fcl, fcl_indep", "not in this build: FCL was not found"});
 #endif
+#ifndef TOUCHSTONE_HAS_MUJOCO
+  gaps.push_back({"mujoco", "not in this build: MuJoCo was not found"});
+#endif
 #ifndef TOUCHSTONE_HAS_EXACT
   gaps.push_back({"exact", "not in this build: errors cannot be measured without it"});
 #endif

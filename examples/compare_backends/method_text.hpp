@@ -19,8 +19,8 @@ inline constexpr std::array<std::pair<std::string_view, std::string_view>, 9> kT
      "other hexahedra. bullet: btBoxBoxDetector for boxes. bullet on other hexahedra, and bullet_gjk: "
      "btGjkEpaSolver2::Distance (GJK without EPA) for the overlap, btGjkPairDetector with EPA for the rest. "
      "libccd: ccdGJKIntersect and ccdMPRIntersect on world vertices. fcl: fcl::collide, and fcl::distance "
-     "for "
-     "the distance"},
+     "for the distance. mujoco: the function of its own collision table for the pair's types, whatever is "
+     "asked"},
     {"cached",
      "as single, on a block of pairs that was just run through once, untimed: the data are in the cache"},
     {"frame", "scenes: every pair of a frame in one call through the interface, a frame"},

@@ -15,6 +15,9 @@
 #ifdef TOUCHSTONE_HAS_FCL
 #include "adapters/fcl/fcl.hpp"
 #endif
+#ifdef TOUCHSTONE_HAS_MUJOCO
+#include "adapters/mujoco/mujoco.hpp"
+#endif
 
 namespace touchstone::comparison {
 
@@ -31,6 +34,9 @@ void register_all_backends(BackendRegistry& registry) {
 #endif
 #ifdef TOUCHSTONE_HAS_FCL
   register_fcl(registry);
+#endif
+#ifdef TOUCHSTONE_HAS_MUJOCO
+  register_mujoco(registry);
 #endif
 #ifdef TOUCHSTONE_HAS_EXACT
   register_exact(registry);

@@ -21,6 +21,9 @@ struct AccuracyRow {
 inline constexpr int kPairs = 200;
 inline constexpr std::uint64_t kSeed = 1;
 inline constexpr double kUnsupported = -1.0;
+/// Family of a row about the pairs that the suite derives by hand. Its `depth` is by what share of its depth
+/// an overlapping pair may be off, beyond the resolution; nothing else of it is read. No row: by none.
+inline constexpr std::string_view kByHand = "by_hand";
 
 /// Defined by the program: one row a backend and family; a measured row is printed where one is missing.
 std::span<const AccuracyRow> accuracy_table();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "adapters/mujoco/geom_pose.hpp"
 #include "adapters/mujoco/xml_model.hpp"
 #include "contact_core/geometry/hexahedron.hpp"
 
@@ -51,17 +52,9 @@ class CollisionScene {
     mj_kinematics(model.get(), data.get());
   }
 
-  /// The geom's place for a solid at X_WS: MuJoCo moves a mesh's vertices to its inertial frame.
   void place(int i, const Pose& X_WS) {
-    Pose X_SG;
-    const mjtNum *p = model->geom_pos + 3 * i, *q = model->geom_quat + 4 * i;
-    X_SG.R = rotation_from_quaternion(q[0], q[1], q[2], q[3]);
-    X_SG.p = {p[0], p[1], p[2]};
-    const Pose X = model->geom_type[i] == mjGEOM_BOX ? X_WS : compose(X_WS, X_SG);
-    for (int r = 0; r < 3; ++r) {
-      data->geom_xpos[3 * i + r] = X.p[r];
-      for (int c = 0; c < 3; ++c) data->geom_xmat[9 * i + 3 * r + c] = X.R(r, c);
-    }
+    const Pose X_SG = mujoco::pose_in_solid(*model, i).value();
+    mujoco::place(*data, i, model->geom_type[i] == mjGEOM_BOX ? X_WS : compose(X_WS, X_SG));
   }
 
   Pose pose(int i) const {

@@ -338,8 +338,8 @@ TEST_F(TrainingRun, FigureOneGhostsAndTheWorldDoesNot) {
 TEST_F(TrainingRun, EveryBackendFliesAndSaysWhatItProves) {
   // Of these scripts no sampled backend but libccd_mpr has a blind spot; edge_face has in the contained cube,
   // see below.
-  const std::set<std::string> sampled = {"edge_face",  "bullet", "ode",      "libccd_gjk",
-                                         "libccd_mpr", "fcl",    "fcl_indep"};
+  const std::set<std::string> sampled = {"edge_face",  "bullet", "ode",       "libccd_gjk",
+                                         "libccd_mpr", "fcl",    "fcl_indep", "mujoco"};
   for (const char* name : {"05_plates", "05_bar", "02_jaws_offset", "06_gate_jump", "10_figure_1_unloaded"}) {
     const json script = fly(name, "--backend all");
     std::size_t flown = 0;

@@ -269,7 +269,7 @@ TEST_P(FlownBackends, ScenesWithinWhatIsDeclared) {
   std::cout << "  " << violations << " violations; " << rows.iteration_limits << " iteration limits\n";
   EXPECT_EQ(rows.iteration_limits, 0u);
   const std::set<std::string> judge_poses = {"bullet",     "ode", "edge_face", "libccd_gjk",
-                                             "libccd_mpr", "fcl", "fcl_indep"};
+                                             "libccd_mpr", "fcl", "fcl_indep", "mujoco"};
   const bool sampled = judge_poses.contains(backend);
   for (const Row& row : rows.rows) EXPECT_EQ(row.check, sampled ? MotionCheck::sampled : MotionCheck::proven);
 }

@@ -13,6 +13,15 @@
 #ifdef WITH_ode
 #include "adapters/ode/ode.hpp"
 #endif
+#ifdef WITH_libccd
+#include "adapters/libccd/libccd.hpp"
+#endif
+#ifdef WITH_fcl
+#include "adapters/fcl/fcl.hpp"
+#endif
+#ifdef WITH_mujoco
+#include "adapters/mujoco/mujoco.hpp"
+#endif
 
 using namespace touchstone;
 
@@ -27,6 +36,15 @@ int main() try {
 #endif
 #ifdef WITH_ode
   register_ode(registry);
+#endif
+#ifdef WITH_libccd
+  register_libccd(registry);
+#endif
+#ifdef WITH_fcl
+  register_fcl(registry);
+#endif
+#ifdef WITH_mujoco
+  register_mujoco(registry);
 #endif
 
   const std::array solids = {Hexahedron::from_size({2.0, 2.0, 2.0}), Hexahedron::from_size({1.0, 1.0, 1.0})};

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <memory>
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone::mujoco {
+
+std::unique_ptr<Narrowphase> make_narrowphase();
+std::unique_ptr<RawCheck> make_raw_check();
+
+}  // namespace touchstone::mujoco
