@@ -1,6 +1,7 @@
 #include "adapters/bullet_plugin/manifold_update.hpp"
 
 #include <new>
+#include <utility>
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
@@ -135,6 +136,20 @@ void begin(const ObjectPair& objects, const Materials& materials, const FoundPoi
   make_point(objects, materials, found, manifold.getContactPoint(slot));
 }
 
+/// Shallowest first, those of one depth as they were. The engine's solver takes the points in this order, and
+/// what its iterations leave over falls on the same points each step: in a fixed order stacks bend and creep
+/// to one side.
+void put_deepest_last(btPersistentManifold& manifold, ManifoldFeatures& features) {
+  for (int end = 1; end < features.count; ++end) {
+    for (int k = end; k > 0; --k) {
+      btManifoldPoint &before = manifold.getContactPoint(k - 1), &point = manifold.getContactPoint(k);
+      if (before.getDistance() >= point.getDistance()) break;
+      std::swap(before, point);
+      std::swap(features.ids[k - 1], features.ids[k]);
+    }
+  }
+}
+
 void call_added(const ObjectPair& objects, btManifoldPoint& point) {
   if (gContactAddedCallback == nullptr) return;
   if (!has_flag(*objects.a.getCollisionObject(), *objects.b.getCollisionObject(),
@@ -175,6 +190,7 @@ void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> foun
   }
   features.count = count;
   for (int k = 0; k < count; ++k) features.ids[k] = found[new_in[k]].feature_id;
+  put_deepest_last(manifold, features);
 
   for (int k = 0; k < count; ++k) call_added(objects, manifold.getContactPoint(k));
   if (gContactStartedCallback != nullptr && old_count == 0 && count > 0) gContactStartedCallback(&manifold);

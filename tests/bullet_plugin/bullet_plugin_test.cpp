@@ -104,6 +104,38 @@ TEST(TOUCHSTONE_SUITE, PointsKeepTheirMemoryAsLongAsTheirFeaturesMeet) {
   }
 }
 
+TEST(TOUCHSTONE_SUITE, TheDeepestPointComesLastAndBringsItsMemory) {
+  CollisionScene scene(true);
+  scene.add(make_box(2, 2, 1), at(0, 0, 0));
+  btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 0.98));
+  // Leaning to each side in turn, so that every corner is the deepest once.
+  std::vector<std::pair<btVector3, btScalar>> impulses;  // of each corner of B
+  for (const double about_x : {0.01, -0.01}) {
+    for (const double about_y : {0.004, -0.004}) {
+      btTransform X = to_engine(at(0, 0, 0.98));
+      X.setRotation(btQuaternion(to_engine(about_y), to_engine(about_x), 0));
+      b.setWorldTransform(X);
+      btPersistentManifold& manifold = scene.detect();
+      ASSERT_EQ(manifold.getNumContacts(), 4);
+      for (int k = 1; k < 4; ++k)
+        EXPECT_GT(manifold.getContactPoint(k - 1).getDistance(), manifold.getContactPoint(k).getDistance());
+      for (int k = 0; k < 4; ++k) {
+        btManifoldPoint& point = manifold.getContactPoint(k);
+        for (const auto& [corner, impulse] : impulses) {
+          if ((corner - point.m_localPointB).length() < 0.1) {
+            EXPECT_EQ(point.m_appliedImpulse, impulse);
+          }
+        }
+      }
+      if (!impulses.empty()) continue;
+      for (int k = 0; k < 4; ++k) {
+        manifold.getContactPoint(k).m_appliedImpulse = to_engine(k + 1);
+        impulses.emplace_back(manifold.getContactPoint(k).m_localPointB, to_engine(k + 1));
+      }
+    }
+  }
+}
+
 TEST(TOUCHSTONE_SUITE, FourPointsKeepTheDeepestAndHalfTheArea) {
   CollisionScene scene(true);
   scene.add(make_box(1, 1, 1), at(0, 0, 0));
