@@ -136,6 +136,29 @@ TEST(TOUCHSTONE_SUITE, TheDeepestPointComesLastAndBringsItsMemory) {
   }
 }
 
+TEST(TOUCHSTONE_SUITE, WhatRoundingMakesOfTouchingIsTouchingForTheSolver) {
+  const double ulp = std::numeric_limits<btScalar>::epsilon();
+  for (const double ulps : {-1.0, 1.0, 2.0, -3.0}) {
+    CollisionScene scene(true);
+    scene.add(make_box(4, 4, 2), at(0, 0, 0));
+    btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 1.25));
+    scene.detect();
+    b.setWorldTransform(to_engine(at(0, 0, 1.5 + ulps * ulp)));
+    const Contacts contacts = scene.query(0.01);
+    ASSERT_EQ(contacts.points.size(), 4u);
+    EXPECT_EQ(contacts.deepest()->getDistance(), to_engine(ulps * ulp));
+    b.setWorldTransform(to_engine(at(0, 0, 1.4375)));
+    scene.detect();
+    b.setWorldTransform(to_engine(at(0, 0, 1.5 + ulps * ulp)));
+    btPersistentManifold& manifold = scene.detect();
+    ASSERT_EQ(manifold.getNumContacts(), 4);
+    for (int k = 0; k < 4; ++k) {
+      const double expected = std::abs(ulps) * ulp <= 1.5 * ulp ? 0.0 : ulps * ulp;
+      EXPECT_EQ(manifold.getContactPoint(k).getDistance(), to_engine(expected)) << ulps;
+    }
+  }
+}
+
 TEST(TOUCHSTONE_SUITE, FourPointsKeepTheDeepestAndHalfTheArea) {
   CollisionScene scene(true);
   scene.add(make_box(1, 1, 1), at(0, 0, 0));
