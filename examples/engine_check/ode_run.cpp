@@ -55,7 +55,7 @@ class OdeWorld {
       dSpaceCollide(space_, this, &collide);
       const auto checked = Clock::now();
       dWorldQuickStep(dynamics_, world_.step);
-      times.add(checked - start, Clock::now() - start);
+      times.add(checked - start, Clock::now() - start, contacts_);
       dJointGroupEmpty(joints_);
       tracker.see_last(pose(geoms_.back()).p);
     }
