@@ -89,6 +89,10 @@ constexpr std::pair<const char*, Run> kEngines[] = {
 bool aborts(const char* engine, const World& world) {
   return world.ode_aborts && std::string_view(engine) == "ODE";
 }
+/// From some starts a rotation becomes no number with ODE's convexes in any world.
+bool may_abort(const char* engine, const World& world) {
+  return world.by_hulls && std::string_view(engine) == "ODE";
+}
 
 bool is_asked(const char* engine, std::string_view only) { return only.empty() || only == engine; }
 
@@ -123,24 +127,25 @@ void print_range(std::vector<double>& values) {
 /// Stillness from many starts: the median, the least and the largest.
 int run_starts(unsigned starts, std::string_view only) {
   std::printf(
-      "| engine | world | check | off [m] | largest way of a body [m] | speed at the end [m/s] |\n"
+      "| engine | world | check | off [m] | in height [m] | speed at the end [m/s] |\n"
       "|---|---|---|---|---|---|\n");
   const World worlds[] = {stack(10, false), wall(12, false), frustum_stack(8), seams(false)};
   for (const auto& [engine, run] : kEngines) {
     if (!is_asked(engine, only)) continue;
     for (const World& world : worlds) {
       for (const Check check : {Check::engine, Check::native}) {
-        std::vector<double> off, drift, speed;
+        if (check == Check::engine && may_abort(engine, world)) continue;
+        std::vector<double> off, height, speed;
         for (unsigned start = 0; start < starts; ++start) {
           const World each = shifted(world, start);
           const Outcome out = run(each, check, nullptr);
           off.push_back(norm(Vector3(out.end - *each.end)));
-          drift.push_back(out.drift);
+          height.push_back(std::abs(out.end.z() - each.end->z()));
           speed.push_back(out.speed);
         }
         std::printf("| %s | %s | %s |", engine, world.name.c_str(),
                     check == Check::engine ? "own" : "native");
-        for (std::vector<double>* values : {&off, &drift, &speed}) print_range(*values);
+        for (std::vector<double>* values : {&off, &height, &speed}) print_range(*values);
         std::printf("\n");
         std::fflush(stdout);
       }
