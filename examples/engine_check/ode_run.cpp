@@ -33,6 +33,7 @@ class OdeWorld {
       const EngineCheck whose = check == Check::native ? EngineCheck::native : EngineCheck::own;
       override_.emplace(OdeBoxOverride::Options{.check = whose, .observer = observer});
     }
+    dRandSetSeed(world.seed);  // else drawn on from run to run
     dWorldSetGravity(dynamics_, 0, 0, -kGravity);
     dWorldSetQuickStepNumIterations(dynamics_, kIterations);
     convexes_.reserve(world.bodies.size());

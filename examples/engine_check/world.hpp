@@ -33,6 +33,7 @@ struct World {
   int steps = 600;
   /// Where the last body's centre of mass is at the end. Empty: no closed form that is exact.
   std::optional<Vector3> end = std::nullopt;
+  unsigned seed = 0;        ///< of what an engine's solver draws (ODE the order of its constraints)
   bool by_hulls = false;    ///< boxes are given to the engine as hulls of 8 points
   bool ode_aborts = false;  ///< ODE ends the process (an assertion) with its own check, 0.16.2
 };
@@ -50,7 +51,7 @@ World seams(bool by_hulls);
 /// it stands upright (rocking, so no closed form in y), above 1 it falls.
 World toppling(double share);
 /// The same world with each body that moves put up to 0.1 mm aside along x and y: of a sway that grows from
-/// rounding one start tells nothing. Start 0 is the world itself.
+/// rounding one start tells nothing. The solver draws by `start`, too. Start 0 is the world itself.
 World shifted(World world, unsigned start);
 
 /// Those steps of a run that had so many contacts.

@@ -143,6 +143,7 @@ World toppling(double share) {
 }
 
 World shifted(World world, unsigned start) {
+  world.seed = start;
   std::mt19937 random(start);
   const auto shift = [&] { return 1e-4 * (2.0 * static_cast<double>(random()) / 0x1p32 - 1.0); };
   for (Body& body : world.bodies) {
