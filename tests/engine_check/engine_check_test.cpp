@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ostream>
 #include <vector>
 
 #include "examples/engine_check/world.hpp"
@@ -29,6 +30,8 @@ struct Engine {
   unsigned starts = 9;
   double give() const { return is_soft ? 0.0015 : 0.0; }
 };
+
+void PrintTo(const Engine& engine, std::ostream* out) { *out << (engine.is_soft ? "soft" : "stiff"); }
 
 class EngineWorlds : public testing::TestWithParam<Engine> {
  protected:
