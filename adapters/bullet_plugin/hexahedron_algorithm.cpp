@@ -2,6 +2,9 @@
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <new>
 #include <typeinfo>
 
@@ -20,14 +23,26 @@ std::optional<SolidHandle> acquire(native::SolidStore& store, const btCollisionS
   return content ? store.acquire(*content) : std::nullopt;
 }
 
-/// The points of an answer as Bullet's, the margins taken off; those beyond `limit` are left out.
+/// How far the engine's rounding of the two positions, half an ulp each, may have moved the bodies along n.
+double position_rounding(const ObjectPair& objects, const Vector3& n) {
+  const btVector3 &p_a = objects.a.getWorldTransform().getOrigin(),
+                  &p_b = objects.b.getWorldTransform().getOrigin();
+  double sum = 0;
+  for (int k = 0; k < 3; ++k)
+    sum += std::abs(n[k]) * static_cast<double>(std::max(std::abs(p_a[k]), std::abs(p_b[k])));
+  return static_cast<double>(std::numeric_limits<btScalar>::epsilon()) * sum;
+}
+
+/// The points of an answer as Bullet's, the margins taken off; those beyond `limit` are left out, distances
+/// within `rounding` are 0.
 std::size_t write_points(const native::PairAnswer& answer, double margin_a, double margin_b, btScalar limit,
-                         std::span<FoundPoint, MANIFOLD_CACHE_SIZE> out) {
+                         double rounding, std::span<FoundPoint, MANIFOLD_CACHE_SIZE> out) {
   const Vector3& n_AB_W = answer.geometry.n_AB_W;
   std::size_t count = 0;
   for (int i = 0; i < answer.geometry.point_count; ++i) {
     const ContactPoint& point = answer.points[i];
-    const btScalar distance = to_engine(point.separation - (margin_a + margin_b));
+    const double separation = point.separation - (margin_a + margin_b);
+    const btScalar distance = to_engine(std::abs(separation) <= rounding ? 0.0 : separation);
     if (distance > limit) continue;
     const Vector3 p_B_W = point.p_B_W - margin_b * n_AB_W;
     out[count++] = {to_engine(Vector3(-n_AB_W)), to_engine(p_B_W), distance, point.feature_id};
@@ -101,8 +116,9 @@ std::size_t HexahedronAlgorithm::find_points(const ObjectPair& objects, const bt
                           MANIFOLD_CACHE_SIZE, answer);
     const btScalar separation = to_engine(answer.geometry.separation - margins);
     if (!keeps || threshold > 0 || (answer.geometry.point_count > 0 && goes_on(answer, separation)))
-      count = write_points(answer, margin_a, margin_b,
-                           keeps ? manifold_->getContactBreakingThreshold() : limit, points);
+      count =
+          write_points(answer, margin_a, margin_b, keeps ? manifold_->getContactBreakingThreshold() : limit,
+                       keeps ? position_rounding(objects, answer.geometry.n_AB_W) : 0.0, points);
   }
   if (PairObserver* const observer = state_->observer.load(std::memory_order_relaxed))
     observe_ours(objects, state_->store, solids_, answer, *observer);

@@ -1,6 +1,7 @@
 #include "adapters/bullet_plugin/manifold_update.hpp"
 
 #include <new>
+#include <optional>
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
@@ -103,36 +104,82 @@ class Matching {
   Slots old_of_, new_of_;
 };
 
-/// Writes a point over the one it continues: the engine's replaceContactPoint() without its copies.
-void carry_on(const ObjectPair& objects, const Materials& materials, const FoundPoint& found, int slot,
-              btPersistentManifold& manifold) {
-  btManifoldPoint& point = manifold.getContactPoint(slot);
-  if ((materials.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0) {
-    btManifoldPoint fresh;
-    make_point(objects, materials, found, fresh);
-    manifold.replaceContactPoint(fresh, slot);
-  } else {
-    void* const user_data = point.m_userPersistentData;
-    const int life_time = point.m_lifeTime;
-    const btScalar impulse = point.m_appliedImpulse, rhs = point.m_prevRHS,
-                   lateral_1 = point.m_appliedImpulseLateral1, lateral_2 = point.m_appliedImpulseLateral2;
-    make_point(objects, materials, found, point);
+/// What a point keeps from the step before.
+struct Memory {
+  void* user_data;
+  int life_time;
+  btScalar impulse, rhs, lateral_1, lateral_2;
+
+  static Memory of(const btManifoldPoint& point) {
+    return {point.m_userPersistentData,     point.m_lifeTime,
+            point.m_appliedImpulse,         point.m_prevRHS,
+            point.m_appliedImpulseLateral1, point.m_appliedImpulseLateral2};
+  }
+  void write(btManifoldPoint& point) const {
     point.m_userPersistentData = user_data;
     point.m_lifeTime = life_time;
     point.m_appliedImpulse = impulse, point.m_prevRHS = rhs;
     point.m_appliedImpulseLateral1 = lateral_1, point.m_appliedImpulseLateral2 = lateral_2;
   }
-  ++point.m_lifeTime;
+};
+
+/// The manifold's points before they are written over.
+class OldPoints {
+ public:
+  OldPoints(const btPersistentManifold& manifold, bool anchored) {
+    const int count = manifold.getNumContacts();
+    for (int k = 0; k < count; ++k) memory_[k] = Memory::of(manifold.getContactPoint(k));
+    if (!anchored) return;
+    whole_.emplace();
+    for (int k = 0; k < count; ++k) (*whole_)[k] = manifold.getContactPoint(k);
+  }
+
+  /// Writes `found` into `slot` as what old point `k` has become.
+  void carry_on(int k, const ObjectPair& objects, const Materials& materials, const FoundPoint& found,
+                int slot, btPersistentManifold& manifold) const {
+    btManifoldPoint& point = manifold.getContactPoint(slot);
+    if (whole_) {  // the engine decides whether the anchor holds
+      btManifoldPoint fresh;
+      make_point(objects, materials, found, fresh);
+      point = (*whole_)[k];
+      manifold.replaceContactPoint(fresh, slot);
+    } else {
+      make_point(objects, materials, found, point);
+      memory_[k].write(point);
+    }
+    ++point.m_lifeTime;
+  }
+
+ private:
+  std::array<Memory, MANIFOLD_CACHE_SIZE> memory_;
+  std::optional<std::array<btManifoldPoint, MANIFOLD_CACHE_SIZE>> whole_;
+};
+
+/// Which of `found` comes into which slot: shallowest first, those of one depth as they were. The engine's
+/// solver takes the points in this order, and what its iterations leave over falls on the same points each
+/// step: in a fixed order stacks bend and creep to one side.
+Slots deepest_last(std::span<const FoundPoint> found, const Matching& matching, int old_count) {
+  Slots order;
+  int count = 0;
+  const auto insert = [&](int i) {
+    int k = count++;
+    for (; k > 0 && found[order[k - 1]].distance < found[i].distance; --k) order[k] = order[k - 1];
+    order[k] = i;
+  };
+  for (int k = 0; k < old_count; ++k)
+    if (matching.new_of(k) != kNone) insert(matching.new_of(k));
+  for (int i = 0; i < static_cast<int>(found.size()); ++i)
+    if (matching.old_of(i) == kNone) insert(i);
+  return order;
 }
 
-/// Writes a point where none is, or over one whose features are gone.
-void begin(const ObjectPair& objects, const Materials& materials, const FoundPoint& found, int slot,
-           btPersistentManifold& manifold) {
-  if (slot < manifold.getNumContacts())
-    manifold.clearUserCache(manifold.getContactPoint(slot));
-  else
-    manifold.setNumContacts(slot + 1);
-  make_point(objects, materials, found, manifold.getContactPoint(slot));
+/// Tells of the points that are gone, and makes the manifold's count `count`.
+void drop_the_rest(const Matching& matching, int count, btPersistentManifold& manifold) {
+  const int old_count = manifold.getNumContacts();
+  for (int k = 0; k < old_count; ++k)
+    if (matching.new_of(k) == kNone) manifold.clearUserCache(manifold.getContactPoint(k));
+  for (int k = count; k < old_count; ++k) Memory{}.write(manifold.getContactPoint(k));
+  manifold.setNumContacts(count);
 }
 
 void call_added(const ObjectPair& objects, btManifoldPoint& point) {
@@ -153,28 +200,24 @@ void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> foun
     features.count = 0;
     return;
   }
+  if (count == 0) {
+    features.count = 0;
+    return manifold.clearManifold();
+  }
   const Materials materials(*objects.a.getCollisionObject(), *objects.b.getCollisionObject());
   const Matching matching(objects, found, manifold, features);
-  Slots new_in;  // which of `found` is in each of the manifold's slots
-  new_in.fill(kNone);
-  for (int k = 0; k < old_count; ++k) {
-    new_in[k] = matching.new_of(k);
-    if (new_in[k] != kNone) carry_on(objects, materials, found[new_in[k]], k, manifold);
-  }
-  for (int i = 0, k = 0; i < count; ++i) {
-    if (matching.old_of(i) != kNone) continue;
-    while (k < old_count && new_in[k] != kNone) ++k;
-    const int slot = k < old_count ? k : manifold.getNumContacts();
-    begin(objects, materials, found[i], slot, manifold);
-    new_in[slot] = i;
-  }
-  for (int k = old_count - 1; k >= 0; --k) {
-    if (new_in[k] != kNone) continue;
-    new_in[k] = new_in[manifold.getNumContacts() - 1];  // the engine fills the gap with its last
-    manifold.removeContactPoint(k);
+  const Slots order = deepest_last(found, matching, old_count);
+  const OldPoints old(manifold, (materials.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0);
+  drop_the_rest(matching, count, manifold);
+  for (int slot = 0; slot < count; ++slot) {
+    const int i = order[slot], k = matching.old_of(i);
+    if (k != kNone)
+      old.carry_on(k, objects, materials, found[i], slot, manifold);
+    else
+      make_point(objects, materials, found[i], manifold.getContactPoint(slot));
+    features.ids[slot] = found[i].feature_id;
   }
   features.count = count;
-  for (int k = 0; k < count; ++k) features.ids[k] = found[new_in[k]].feature_id;
 
   for (int k = 0; k < count; ++k) call_added(objects, manifold.getContactPoint(k));
   if (gContactStartedCallback != nullptr && old_count == 0 && count > 0) gContactStartedCallback(&manifold);

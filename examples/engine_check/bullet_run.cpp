@@ -64,7 +64,7 @@ class BulletWorld {
     for (int i = 0; i < world_.steps; ++i) {
       const auto start = Clock::now();
       dynamics_.stepSimulation(step, 0, step);
-      times.add(dynamics_.check_time, Clock::now() - start);
+      times.add(dynamics_.check_time, Clock::now() - start, contacts());
       tracker.see_last(from_engine(bodies_.back()->getWorldTransform().getOrigin()));
     }
     Outcome out;
@@ -78,12 +78,18 @@ class BulletWorld {
       tracker.finish(i, pose, from_engine(bodies_[i]->getLinearVelocity()),
                      from_engine(bodies_[i]->getAngularVelocity()), out);
     }
-    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i)
-      out.contacts += static_cast<std::size_t>(dispatcher_.getManifoldByIndexInternal(i)->getNumContacts());
+    out.contacts = contacts();
     return out;
   }
 
  private:
+  std::size_t contacts() {
+    int count = 0;
+    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i)
+      count += dispatcher_.getManifoldByIndexInternal(i)->getNumContacts();
+    return static_cast<std::size_t>(count);
+  }
+
   void add(const Body& body) {
     shapes_.push_back(make_shape(world_, body));
     btRigidBody::btRigidBodyConstructionInfo info(to_engine(body.mass), nullptr, shapes_.back().get(),

@@ -98,7 +98,8 @@ class MujocoWorld {
       mj_step(model_.get(), data_.get());
       const std::chrono::duration<double, std::micro> check(data_->timer[mjTIMER_POS_COLLISION].duration -
                                                             checked);
-      times.add(std::chrono::duration_cast<Clock::duration>(check), Clock::now() - start);
+      times.add(std::chrono::duration_cast<Clock::duration>(check), Clock::now() - start,
+                static_cast<std::size_t>(data_->ncon));
       tracker.see_last(position(last));
     }
     Outcome out;

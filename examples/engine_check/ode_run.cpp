@@ -33,6 +33,7 @@ class OdeWorld {
       const EngineCheck whose = check == Check::native ? EngineCheck::native : EngineCheck::own;
       override_.emplace(OdeBoxOverride::Options{.check = whose, .observer = observer});
     }
+    dRandSetSeed(world.seed);  // else drawn on from run to run
     dWorldSetGravity(dynamics_, 0, 0, -kGravity);
     dWorldSetQuickStepNumIterations(dynamics_, kIterations);
     convexes_.reserve(world.bodies.size());
@@ -55,7 +56,7 @@ class OdeWorld {
       dSpaceCollide(space_, this, &collide);
       const auto checked = Clock::now();
       dWorldQuickStep(dynamics_, world_.step);
-      times.add(checked - start, Clock::now() - start);
+      times.add(checked - start, Clock::now() - start, contacts_);
       dJointGroupEmpty(joints_);
       tracker.see_last(pose(geoms_.back()).p);
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,7 @@ struct World {
   int steps = 600;
   /// Where the last body's centre of mass is at the end. Empty: no closed form that is exact.
   std::optional<Vector3> end = std::nullopt;
+  unsigned seed = 0;        ///< of what an engine's solver draws (ODE the order of its constraints)
   bool by_hulls = false;    ///< boxes are given to the engine as hulls of 8 points
   bool ode_aborts = false;  ///< ODE ends the process (an assertion) with its own check, 0.16.2
 };
@@ -42,11 +44,21 @@ World stack(int count, bool by_hulls);
 World frustum_stack(int count);
 /// A brick wall of `rows` rows. Nothing moves.
 World wall(int rows, bool by_hulls);
-/// A box slides over a row of fixed boxes whose tops are flush: it stops after v^2 / (2 mu g).
+/// A box slides over a row of fixed boxes whose tops are flush. Where it stops is that of steps which take mu
+/// g dt off the speed and then move by it, as all three engines integrate: v dt / 2 short of v^2 / (2 mu g).
 World seams(bool by_hulls);
 /// A tall box leans over its edge by `share` of the angle at which it tips. Below 1 it comes back to where
 /// it stands upright (rocking, so no closed form in y), above 1 it falls.
 World toppling(double share);
+/// The same world with each body that moves put up to 0.1 mm aside along x and y: of a sway that grows from
+/// rounding one start tells nothing. The solver draws by `start`, too. Start 0 is the world itself.
+World shifted(World world, unsigned start);
+
+/// Those steps of a run that had so many contacts.
+struct StepsWith {
+  std::size_t steps = 0;
+  double step_us = 0.0;  ///< median [us]
+};
 
 /// What came of a world.
 struct Outcome {
@@ -59,6 +71,7 @@ struct Outcome {
   double check_us = 0.0;          ///< the engine's collision detection, median of the steps [us]
   double step_us = 0.0;           ///< the whole step, likewise [us]
   std::size_t contacts = 0;       ///< contact points in the last step
+  std::map<std::size_t, StepsWith> steps_with;  ///< by the number of contact points
 };
 
 inline constexpr int kIterations = 50;  ///< of each engine's solver
@@ -78,11 +91,13 @@ class StepTimes {
     check_.reserve(static_cast<std::size_t>(steps));
     step_.reserve(static_cast<std::size_t>(steps));
   }
-  void add(std::chrono::steady_clock::duration check, std::chrono::steady_clock::duration step);
+  void add(std::chrono::steady_clock::duration check, std::chrono::steady_clock::duration step,
+           std::size_t contacts);
   void finish(Outcome& out);
 
  private:
   std::vector<double> check_, step_;  ///< [us]
+  std::map<std::size_t, std::vector<double>> step_with_;
 };
 
 /// Shared by the runs: fills what is measured of positions.

@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
+#include <random>
+#include <vector>
 
 #include "examples/engine_check/world.hpp"
 
@@ -116,8 +117,10 @@ World seams(bool by_hulls) {
   for (int i = 0; i < 20; ++i) world.bodies.push_back(box({0.5, 2, 1}, at(0.5 * i, 0, -0.5), true));
   world.bodies.push_back(box({0.6, 0.6, 0.3}, at(0.1, 0, 0.15)));
   Body& slider = world.bodies.back();
-  slider.velocity = {5.0, 0, 0};
-  world.end = slider.X_WS.p + Vector3(25.0 / (2.0 * world.friction * kGravity), 0, 0);
+  const double speed = 5.0, loss = world.friction * kGravity * world.step;
+  slider.velocity = {speed, 0, 0};
+  const double n = std::floor(speed / loss);  // steps until it stands
+  world.end = slider.X_WS.p + Vector3(world.step * (n * speed - loss * n * (n + 1.0) / 2.0), 0, 0);
   return world;
 }
 
@@ -139,18 +142,41 @@ World toppling(double share) {
   return world;
 }
 
-void StepTimes::add(std::chrono::steady_clock::duration check, std::chrono::steady_clock::duration step) {
+World shifted(World world, unsigned start) {
+  world.seed = start;
+  std::mt19937 random(start);
+  const auto shift = [&] { return 1e-4 * (2.0 * static_cast<double>(random()) / 0x1p32 - 1.0); };
+  for (Body& body : world.bodies) {
+    if (start == 0 || body.mass == 0.0) continue;
+    const Vector3 way(shift(), shift(), 0.0);
+    body.X_WS.p += way;
+    if (world.end && &body == &world.bodies.back()) *world.end += way;
+  }
+  return world;
+}
+
+namespace {
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void StepTimes::add(std::chrono::steady_clock::duration check, std::chrono::steady_clock::duration step,
+                    std::size_t contacts) {
   using Microseconds = std::chrono::duration<double, std::micro>;
   check_.push_back(Microseconds(check).count());
   step_.push_back(Microseconds(step).count());
+  step_with_[contacts].push_back(step_.back());
 }
 
 void StepTimes::finish(Outcome& out) {
-  for (const auto& [times, median] : {std::pair{&check_, &out.check_us}, {&step_, &out.step_us}}) {
-    const auto middle = times->begin() + static_cast<std::ptrdiff_t>(times->size() / 2);
-    std::nth_element(times->begin(), middle, times->end());
-    *median = *middle;
-  }
+  out.check_us = median(check_);
+  out.step_us = median(step_);
+  for (auto& [contacts, times] : step_with_) out.steps_with[contacts] = {times.size(), median(times)};
 }
 
 void Tracker::see_last(const Vector3& p) {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <btBulletCollisionCommon.h>
+#include <gtest/gtest.h>
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -15,6 +17,10 @@
 namespace touchstone::test {
 
 using namespace TOUCHSTONE_BULLET_NAMESPACE;
+
+inline constexpr double kTolerance = 8.0 * std::numeric_limits<btScalar>::epsilon();
+
+inline void expect_near(const btVector3& p, const btVector3& q) { EXPECT_LE((p - q).length(), kTolerance); }
 
 inline std::unique_ptr<btBoxShape> make_box(double x, double y, double z) {
   return std::make_unique<btBoxShape>(btVector3(to_engine(x / 2), to_engine(y / 2), to_engine(z / 2)));

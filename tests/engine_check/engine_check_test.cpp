@@ -1,11 +1,15 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <ostream>
+#include <vector>
 
 #include "examples/engine_check/world.hpp"
 
 // Worlds with closed-form answers, stepped in each engine with our check, and with its own where that is to
-// be beaten. Every run is deterministic: the figures are those of the table, with room.
+// be beaten. Runs are deterministic but for ODE's order of constraints, which a process draws in one
+// sequence: the figures are those of the table, with room.
 
 namespace touchstone::engine_check {
 namespace {
@@ -18,8 +22,16 @@ struct Engine {
   /// solimp, d = 0.9, k = 1 / (0.95 * 2 steps)^2), and more while sliding fast, so that its own check is the
   /// measure there.
   bool is_soft = false;
+  /// How far from its end the slide may come; a soft engine's: not farther than with its own check.
+  double slide_off = 0.0;
+  /// What a stack may creep and how fast it may be at the end, as shares of the engine's own check: medians.
+  /// In ODE both are draws of one kind: from 41 starts 8 to 37 mm (own) and 4 to 41 mm, medians 18 and 22.
+  double creep = 1.0, speed = 1.0;
+  unsigned starts = 9;
   double give() const { return is_soft ? 0.0015 : 0.0; }
 };
+
+void PrintTo(const Engine& engine, std::ostream* out) { *out << (engine.is_soft ? "soft" : "stiff"); }
 
 class EngineWorlds : public testing::TestWithParam<Engine> {
  protected:
@@ -57,11 +69,39 @@ TEST_P(EngineWorlds, ABoxSlidesOverFlushBoxesAsOverOne) {
   for (const bool by_hulls : {false, true}) {
     const World world = seams(by_hulls);
     const Outcome ours = run(world);
-    EXPECT_LT(off(world, ours), 0.02) << world.name;  // the step is 0.02 m long at the start
+    const double limit = GetParam().is_soft ? off(world, run(world, Check::engine)) : GetParam().slide_off;
+    EXPECT_LT(off(world, ours), limit) << world.name;
     const double rise = GetParam().is_soft ? 1.25 * run(world, Check::engine).rise : 0.001;
     EXPECT_LT(ours.rise, rise) << world.name;
     EXPECT_LT(ours.lean, 1e-3) << world.name;
   }
+}
+
+struct Stillness {
+  double creep, speed;
+};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+Stillness stillness(Run run, const World& world, Check check, unsigned starts) {
+  std::vector<double> creep, speed;
+  for (unsigned start = 0; start < starts; ++start) {
+    const Outcome outcome = run(shifted(world, start), check, nullptr);
+    creep.push_back(outcome.drift);
+    speed.push_back(outcome.speed);
+  }
+  return {median(creep), median(speed)};
+}
+
+TEST_P(EngineWorlds, FromManyStartsAStackIsAsStillAsWithTheEnginesOwnCheck) {
+  const World world = stack(10, false);
+  const Stillness own = stillness(GetParam().run, world, Check::engine, GetParam().starts);
+  const Stillness ours = stillness(GetParam().run, world, Check::native, GetParam().starts);
+  EXPECT_LT(ours.creep, GetParam().creep * own.creep);
+  EXPECT_LT(ours.speed, GetParam().speed * own.speed);
 }
 
 TEST_P(EngineWorlds, ALeaningBoxComesBackBelowTheTippingAngleAndFallsAboveIt) {
@@ -70,7 +110,16 @@ TEST_P(EngineWorlds, ALeaningBoxComesBackBelowTheTippingAngleAndFallsAboveIt) {
 }
 
 #ifdef TOUCHSTONE_ENGINE_CHECK_BULLET
-INSTANTIATE_TEST_SUITE_P(Bullet, EngineWorlds, testing::Values(Engine{&run_bullet}));
+INSTANTIATE_TEST_SUITE_P(Bullet, EngineWorlds,
+                         testing::Values(Engine{.run = &run_bullet, .slide_off = 1e-9, .creep = 0.25}));
+
+TEST(BulletsOwnCheck, CreepsMoreThanOursWithFrustaToo) {
+  const World world = frustum_stack(8);
+  const Stillness own = stillness(&run_bullet, world, Check::engine, 9);
+  const Stillness ours = stillness(&run_bullet, world, Check::native, 9);
+  EXPECT_LT(ours.creep, 0.5 * own.creep);
+  EXPECT_LT(ours.speed, own.speed);
+}
 
 TEST(BulletsOwnCheck, CatchesOnSeamsOfHulls) {
   const World world = seams(true);
@@ -79,13 +128,17 @@ TEST(BulletsOwnCheck, CatchesOnSeamsOfHulls) {
 #endif
 
 #ifdef TOUCHSTONE_ENGINE_CHECK_ODE
-INSTANTIATE_TEST_SUITE_P(Ode, EngineWorlds, testing::Values(Engine{&run_ode}));
+INSTANTIATE_TEST_SUITE_P(Ode, EngineWorlds,
+                         testing::Values(Engine{
+                             .run = &run_ode, .slide_off = 1e-3, .creep = 2.0, .speed = 1.5, .starts = 21}));
 
 TEST(OdesOwnCheck, LetsAStackOfHullsFall) { EXPECT_GT(run_ode(stack(10, true), Check::engine).drift, 1.0); }
 #endif
 
 #ifdef TOUCHSTONE_ENGINE_CHECK_MUJOCO
-INSTANTIATE_TEST_SUITE_P(Mujoco, EngineWorlds, testing::Values(Engine{&run_mujoco, true}));
+INSTANTIATE_TEST_SUITE_P(Mujoco, EngineWorlds,
+                         testing::Values(Engine{
+                             .run = &run_mujoco, .is_soft = true, .creep = 0.1, .speed = 0.1, .starts = 5}));
 
 TEST(MujocosOwnCheck, LetsAStackOfHullsFallWhereOursStandsStill) {
   const World world = stack(10, true);

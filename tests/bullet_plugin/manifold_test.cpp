@@ -1,0 +1,206 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/bullet_plugin/collision_scene.hpp"
+#include "tests/support/ask.hpp"
+
+// What the solver gets: which points a manifold has, in which order, and what they remember.
+
+namespace touchstone::test {
+namespace {
+
+TEST(TOUCHSTONE_SUITE, AContactBeginsAtTouchingAndGoesOnToTheBreakingThreshold) {
+  CollisionScene scene(true);
+  scene.add(make_box(1, 1, 1), at(0, 0, 0));
+  btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 1.001));
+  EXPECT_EQ(scene.detect().getNumContacts(), 0);
+  b.setWorldTransform(to_engine(at(0, 0, 0.999)));
+  EXPECT_EQ(scene.detect().getNumContacts(), 4);
+  b.setWorldTransform(to_engine(at(0, 0, 1.001)));
+  EXPECT_EQ(scene.detect().getNumContacts(), 4);
+  EXPECT_NEAR(scene.detect().getContactPoint(0).getDistance(), 0.001, kTolerance);
+  b.setWorldTransform(to_engine(at(0, 0, 1.1)));
+  EXPECT_EQ(scene.detect().getNumContacts(), 0);
+}
+
+TEST(TOUCHSTONE_SUITE, PointsKeepTheirMemoryAsLongAsTheirFeaturesMeet) {
+  CollisionScene scene(true);
+  scene.add(make_box(2, 2, 1), at(0, 0, 0));
+  btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 0.99));
+  btPersistentManifold& manifold = scene.detect();
+  ASSERT_EQ(manifold.getNumContacts(), 4);
+  for (int k = 0; k < 4; ++k) manifold.getContactPoint(k).m_appliedImpulse = to_engine(k + 1);
+  std::array<btVector3, 4> on_b;
+  for (int k = 0; k < 4; ++k) on_b[k] = manifold.getContactPoint(k).m_localPointB;
+  // A quarter of a metre in one step: far beyond the breaking threshold, but the same corners of B.
+  b.setWorldTransform(to_engine(at(0.25, 0.25, 0.98)));
+  scene.detect();
+  ASSERT_EQ(manifold.getNumContacts(), 4);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_EQ(manifold.getContactPoint(k).m_appliedImpulse, k + 1);
+    EXPECT_EQ(manifold.getContactPoint(k).getLifeTime(), 1);
+    expect_near(manifold.getContactPoint(k).m_localPointB, on_b[k]);
+    EXPECT_NEAR(manifold.getContactPoint(k).getDistance(), -0.02, kTolerance);
+  }
+}
+
+TEST(TOUCHSTONE_SUITE, TheDeepestPointComesLastAndBringsItsMemory) {
+  CollisionScene scene(true);
+  scene.add(make_box(2, 2, 1), at(0, 0, 0));
+  btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 0.98));
+  // Leaning to each side in turn, so that every corner is the deepest once.
+  std::vector<std::pair<btVector3, btScalar>> impulses;  // of each corner of B
+  for (const double about_x : {0.01, -0.01}) {
+    for (const double about_y : {0.004, -0.004}) {
+      btTransform X = to_engine(at(0, 0, 0.98));
+      X.setRotation(btQuaternion(to_engine(about_y), to_engine(about_x), 0));
+      b.setWorldTransform(X);
+      btPersistentManifold& manifold = scene.detect();
+      ASSERT_EQ(manifold.getNumContacts(), 4);
+      for (int k = 1; k < 4; ++k)
+        EXPECT_GT(manifold.getContactPoint(k - 1).getDistance(), manifold.getContactPoint(k).getDistance());
+      for (int k = 0; k < 4; ++k) {
+        btManifoldPoint& point = manifold.getContactPoint(k);
+        for (const auto& [corner, impulse] : impulses) {
+          if ((corner - point.m_localPointB).length() < 0.1) {
+            EXPECT_EQ(point.m_appliedImpulse, impulse);
+          }
+        }
+      }
+      if (!impulses.empty()) continue;
+      for (int k = 0; k < 4; ++k) {
+        manifold.getContactPoint(k).m_appliedImpulse = to_engine(k + 1);
+        impulses.emplace_back(manifold.getContactPoint(k).m_localPointB, to_engine(k + 1));
+      }
+    }
+  }
+}
+
+TEST(TOUCHSTONE_SUITE, WhatRoundingMakesOfTouchingIsTouchingForTheSolver) {
+  const double ulp = std::numeric_limits<btScalar>::epsilon();
+  for (const double ulps : {-1.0, 1.0, 2.0, -3.0}) {
+    CollisionScene scene(true);
+    scene.add(make_box(4, 4, 2), at(0, 0, 0));
+    btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 1.25));
+    scene.detect();
+    b.setWorldTransform(to_engine(at(0, 0, 1.5 + ulps * ulp)));
+    const Contacts contacts = scene.query(0.01);
+    ASSERT_EQ(contacts.points.size(), 4u);
+    EXPECT_EQ(contacts.deepest()->getDistance(), to_engine(ulps * ulp));
+    b.setWorldTransform(to_engine(at(0, 0, 1.4375)));
+    scene.detect();
+    b.setWorldTransform(to_engine(at(0, 0, 1.5 + ulps * ulp)));
+    btPersistentManifold& manifold = scene.detect();
+    ASSERT_EQ(manifold.getNumContacts(), 4);
+    for (int k = 0; k < 4; ++k) {
+      const double expected = std::abs(ulps) * ulp <= 1.5 * ulp ? 0.0 : ulps * ulp;
+      EXPECT_EQ(manifold.getContactPoint(k).getDistance(), to_engine(expected)) << ulps;
+    }
+  }
+}
+
+TEST(TOUCHSTONE_SUITE, FourPointsKeepTheDeepestAndHalfTheArea) {
+  CollisionScene scene(true);
+  scene.add(make_box(1, 1, 1), at(0, 0, 0));
+  Pose X = at(0, 0, 0.95);  // turned by 45 degrees and leaning: eight corners of unlike depth
+  const double c = std::sqrt(0.5), s = std::sin(0.02);
+  X.R << c, -c, 0, c, c, 0, 0, 0, 1;
+  Pose lean;
+  lean.R << std::cos(0.02), 0, s, 0, 1, 0, -s, 0, std::cos(0.02);
+  X = compose(X, lean);
+  scene.add(make_box(1, 1, 1), X);
+  btPersistentManifold& manifold = scene.detect();
+  ASSERT_EQ(manifold.getNumContacts(), 4);
+  double deepest = 0;
+  btVector3 p[4];
+  for (int k = 0; k < 4; ++k) {
+    deepest = std::min(deepest, static_cast<double>(manifold.getContactPoint(k).getDistance()));
+    p[k] = manifold.getContactPoint(k).getPositionWorldOnB();
+  }
+  EXPECT_LT(deepest, -0.05);
+  double area = 0;
+  for (int i = 0; i < 4; ++i)
+    for (int j = i + 1; j < 4; ++j) {
+      const int k = (i == 0 && j == 1) ? 2 : (i == 0 ? 1 : 0), l = 6 - i - j - k;
+      area = std::max(area, 0.5 * std::abs(static_cast<double>((p[j] - p[i]).cross(p[l] - p[k]).z())));
+    }
+  const double octagon = 2.0 * (std::sqrt(2.0) - 1.0);  // two unit squares at 45 degrees have this in common
+  EXPECT_GT(area, 0.5 * octagon);
+}
+
+std::vector<void*>* destroyed = nullptr;
+
+TEST(TOUCHSTONE_SUITE, UserDataGoesWithItsPointAndIsGivenBackOnce) {
+  std::vector<void*> gone;
+  destroyed = &gone;
+  gContactDestroyedCallback = [](void* data) {
+    destroyed->push_back(data);
+    return true;
+  };
+  {
+    CollisionScene scene(true);
+    scene.add(make_box(2, 2, 1), at(0, 0, 0));
+    btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0.25, 0, 0.98));
+    btPersistentManifold& manifold = scene.detect();
+    std::array<int, 4> data{};
+    std::array<btVector3, 4> on_b;
+    for (int k = 0; k < 4; ++k) {
+      manifold.getContactPoint(k).m_userPersistentData = &data[k];
+      on_b[k] = manifold.getContactPoint(k).m_localPointB;
+    }
+    // Two corners leave the lower box, a quarter of a metre away: two points end, and two begin on its rim.
+    b.setWorldTransform(to_engine(at(0.75, 0, 0.98)));
+    scene.detect();
+    ASSERT_EQ(manifold.getNumContacts(), 4);
+    EXPECT_EQ(gone.size(), 2u);
+    int kept = 0;
+    for (int k = 0; k < 4; ++k) {
+      const btManifoldPoint& point = manifold.getContactPoint(k);
+      if (point.m_userPersistentData == nullptr) continue;
+      ++kept;
+      expect_near(point.m_localPointB, on_b[static_cast<int*>(point.m_userPersistentData) - data.data()]);
+    }
+    EXPECT_EQ(kept, 2);
+    b.setWorldTransform(to_engine(at(0.75, 0, 1.03)));
+    scene.detect();
+    EXPECT_EQ(manifold.getNumContacts(), 0);
+    std::sort(gone.begin(), gone.end());
+    EXPECT_THAT(gone, testing::ElementsAre(&data[0], &data[1], &data[2], &data[3]));
+  }
+  EXPECT_EQ(gone.size(), 4u);
+  gContactDestroyedCallback = nullptr;
+}
+
+TEST(TOUCHSTONE_SUITE, AnAnchoredPointStaysUntilItsFrictionIsUsedUp) {
+  CollisionScene scene(true);
+  btCollisionObject& a = scene.add(make_box(2, 2, 1), at(0, 0, 0));
+  btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 0.98));
+  a.setCollisionFlags(a.getCollisionFlags() | btCollisionObject::CF_HAS_FRICTION_ANCHOR);
+  btPersistentManifold& manifold = scene.detect();
+  ASSERT_EQ(manifold.getNumContacts(), 4);
+  std::array<btVector3, 4> on_a;
+  for (int k = 0; k < 4; ++k) {
+    btManifoldPoint& point = manifold.getContactPoint(k);
+    on_a[k] = point.m_localPointA;
+    point.m_appliedImpulse = 8;
+    point.m_appliedImpulseLateral1 = k < 2 ? 1 : 7;  // friction 0.25: the last two slide
+  }
+  b.setWorldTransform(to_engine(at(0.001, 0, 0.98)));
+  scene.detect();
+  int anchored = 0;
+  for (int k = 0; k < 4; ++k) {
+    const btManifoldPoint& point = manifold.getContactPoint(k);
+    const bool holds = point.m_appliedImpulseLateral1 == 1;
+    anchored += holds;
+    EXPECT_EQ(point.getLifeTime(), 1);
+    double nearest = 1.0;
+    for (const btVector3& p : on_a) nearest = std::min<double>(nearest, (point.m_localPointA - p).length());
+    EXPECT_NEAR(nearest, holds ? 0.0 : 0.001, kTolerance);
+  }
+  EXPECT_EQ(anchored, 2);
+}
+
+}  // namespace
+}  // namespace touchstone::test
