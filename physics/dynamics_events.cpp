@@ -13,8 +13,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A piece of a step that is this close to its whole is the whole.
 constexpr double kWhole = 1.0 - 1e-6;
 // Of the contact gap, the finest way there is: what is off by no more than this share is where it should be.
-constexpr double kMostMissed = 1e-2;
-// An aim goes beyond the stop, by this share of the way at most, so that the stop is within the piece.
+constexpr double kMostMissed = 1e-3;
+// All but a first aim goes beyond the stop, by this share of the correction at most, so that the stop is within
+// the piece.
 constexpr double kBeyond = 1e-3;
 // A stop that was aimed at and missed by less than this is aimed at again.
 constexpr double kNear = 1.05;
@@ -60,6 +61,14 @@ DynamicsWorld::Stop DynamicsWorld::first_stop(double t) const {
   return stop;
 }
 
+/// Or drives that follow a rate, with limited torque.
+bool DynamicsWorld::has_brakes() const {
+  for (const std::uint32_t m : group_.mechanisms)
+    for (const JointDrive& drive : mechanisms_[m].drives)
+      if (drive.mode != JointDrive::Mode::torque && drive.limit < kInfinity) return true;
+  return false;
+}
+
 /// A drive that may be overcome.
 bool DynamicsWorld::can_stop(std::size_t joint_row) const {
   return !joint_rows_[joint_row].is_stop && bounds_[joint_row].upper > 0.0 &&
@@ -101,13 +110,15 @@ DynamicsWorld::Stop DynamicsWorld::coming_stop(double t, double left) const {
 bool DynamicsWorld::seek_stop(const Stop& stop, double left, double& t, StopSearch& search) const {
   if (search.tries == 0) return false;
   const double most = kMostMissed * settings_.contact_gap;
+  const bool is_probe = search.is_probe, is_aimed = search.is_aimed;
   const auto aim = [&](const Stop& at) {
     --search.tries;
+    const double beyond =
+        is_probe || is_aimed ? std::min(kBeyond * std::abs(at.when - t), most / at.speed) : 0.0;
+    t = std::min(at.when + beyond, left);
     search.is_aimed = true;
-    t = std::min(at.when + std::min(kBeyond * at.when, most / at.speed), left);
     return true;
   };
-  const bool is_probe = search.is_probe, is_aimed = search.is_aimed;
   search.is_probe = false;
   if (stop.is_any) return stop.missed > most && stop.when < kWhole * t && aim(stop);
   if (!is_probe && !is_aimed) return false;

@@ -16,6 +16,8 @@ constexpr int kMostTries = 6;
 // many pieces of a step end at one, each found in a few tries.
 constexpr std::uint32_t kMostStops = 4;
 constexpr int kStopTries = 2;
+// Of what is left: after an impact joints move that brakes stop at once.
+constexpr double kProbe = 1e-3;
 // Of groups too large to be solved to the end at any price.
 constexpr std::uint32_t kMostLargePieces = 4;
 
@@ -28,7 +30,10 @@ double DynamicsWorld::piece(Clock& clock, double h, bool all, StepReport& report
   update_motions();
   refresh();
   factor_masses();
-  if (needs_impact()) impact(h, report);
+  if (needs_impact()) {
+    impact(h, report);
+    if (has_brakes()) clock.probe = std::min(clock.probe, kProbe * left);
+  }
   keep_start();
   if (!begin_flight(report)) return 0.0;
   StopSearch search{!all && clock.pieces <= kMostStops ? kStopTries : 0};

@@ -324,6 +324,7 @@ class DynamicsWorld {
   void commit(double t, double h);
 
   // dynamics_events.cpp
+  bool has_brakes() const;
   Stop first_stop(double t) const;
   Stop coming_stop(double t, double left) const;
   bool can_stop(std::size_t joint_row) const;
