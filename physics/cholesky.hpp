@@ -8,7 +8,8 @@
 
 namespace touchstone::physics {
 
-/// A = L L^T in place: L in the lower triangle, with the inverses of its diagonal; the upper one left as it is.
+/// A = L L^T in place: L in the lower triangle, with the inverses of its diagonal; the upper one left as it
+/// is.
 /// @param A n x n. @return false where a pivot is not positive; A is then spoilt.
 inline bool factor_cholesky(std::span<double> A, std::size_t n) {
   for (std::size_t j = 0; j < n; ++j) {

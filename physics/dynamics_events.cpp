@@ -14,8 +14,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kWhole = 1.0 - 1e-6;
 // Of the contact gap, the finest way there is: what is off by no more than this share is where it should be.
 constexpr double kMostMissed = 1e-3;
-// All but a first aim goes beyond the stop, by this share of the correction at most, so that the stop is within
-// the piece.
+// All but a first aim goes beyond the stop, by this share of the correction at most, so that the stop is
+// within the piece.
 constexpr double kBeyond = 1e-3;
 // A stop that was aimed at and missed by less than this is aimed at again.
 constexpr double kNear = 1.05;

@@ -261,7 +261,8 @@ class DynamicsWorld {
   struct Clock {
     double left;
     std::uint32_t pieces = 0;
-    double probe = std::numeric_limits<double>::infinity();  // the last piece, if something stopped at its end
+    double probe =
+        std::numeric_limits<double>::infinity();  // the last piece, if something stopped at its end
   };
   /// The first stop within a piece.
   struct Stop {

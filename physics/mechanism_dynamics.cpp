@@ -75,8 +75,9 @@ const Method& method_for(double share) {
   return share > 1.0 / 102 ? kOrder4 : share > 1.0 / 2180 ? kOrder3 : kOrder2;
 }
 constexpr double kShareOfOrder4 = 1.0 / 16;
-// Of rates: what order 4 is estimated to leave of them is 1/128 of rounding or less. Where it was, it was within
-// 8.3e-16 of order 6 (20 000 flights of random arms of 1 to 7 joints at 1e-5 to 30 rad/s, weightless or not, 0.1 to 10 ms).
+// Of rates: what order 4 is estimated to leave of them is 1/128 of rounding or less. Where it was, it was
+// within 8.3e-16 of order 6 (20 000 flights of random arms of 1 to 7 joints at 1e-5 to 30 rad/s, weightless
+// or not, 0.1 to 10 ms).
 constexpr double kMostLeft = 0x1p-60;
 // That this would leave more is plain: it is about z^2, and z^5 is left.
 constexpr double kMostChange = 0x1p-20;
@@ -92,8 +93,8 @@ double largest_change(std::span<const double> from, std::span<const double> to) 
   return largest;
 }
 
-/// Whether order 4 leaves nothing, by its slopes: with z = w h the first two differ, at the second and third the
-/// difference is less by z / 2, and so is what all four bend; the order's error is about z^2 times that.
+/// Whether order 4 leaves nothing, by its slopes: with z = w h the first two differ, at the second and third
+/// the difference is less by z / 2, and so is what all four bend; the order's error is about z^2 times that.
 bool is_smooth(double h, std::span<const double> qd, const MechanismDynamics::Workspace& workspace) {
   const auto& slope = workspace.slope;
   const double first = largest_change(slope[0], slope[1]);

@@ -93,8 +93,8 @@ class MechanismDynamics {
   Vector3 angular_momentum(const Workspace& workspace) const noexcept;  ///< [N m s]
 
   /// q and qd over `h` [s] at constant joint torques: an explicit Runge-Kutta method of order 6 (Hairer,
-  /// Norsett, Wanner, Solving Ordinary Differential Equations I, II.5), or of 4 as in fly(). Places the bodies
-  /// anew.
+  /// Norsett, Wanner, Solving Ordinary Differential Equations I, II.5), or of 4 as in fly(). Places the
+  /// bodies anew.
   /// @return false, q and qd unchanged, where forward_dynamics() fails or the result is not finite.
   bool step(const Pose& X_WBase, const Vector3& gravity_W, std::span<const double> tau, double h,
             std::span<double> q, std::span<double> qd, Workspace& workspace) const noexcept;
