@@ -70,11 +70,12 @@ constexpr Method kOrder6 = {7,
 
 /// Where motion changes at a rate w, order p leaves (w h)^(p + 1) and order 6 over r h (r w h)^7: not less
 /// whatever w, as far as it is above rounding, if r^(p + 1) is 2^(53 (6 - p) / 7) or more: r = 8.1, 51, 1090
-/// for orders 4, 3, 2. Twice that makes up for their constants.
+/// for orders 4, 3, 2. Four times that, for order 2 sixteen times, makes up for their constants
+/// (MechanismDynamics.ShortFlightsLeaveNoMoreThanTheirWholeStep).
 const Method& method_for(double share) {
-  return share > 1.0 / 102 ? kOrder4 : share > 1.0 / 2180 ? kOrder3 : kOrder2;
+  return share > 1.0 / 204 ? kOrder4 : share > 1.0 / 17500 ? kOrder3 : kOrder2;
 }
-constexpr double kShareOfOrder4 = 1.0 / 16;
+constexpr double kShareOfOrder4 = 1.0 / 32;
 // Of rates: what order 4 is estimated to leave of them is 1/128 of rounding or less. Where it was, it was
 // within 8.3e-16 of order 6 (20 000 flights of random arms of 1 to 7 joints at 1e-5 to 30 rad/s, weightless
 // or not, 0.1 to 10 ms).
