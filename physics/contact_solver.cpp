@@ -17,7 +17,7 @@ constexpr double kFirstPolish = 1e-2, kPolishAgain = 0.05;
 constexpr int kSweepsBetween = 30, kSweptTries = 4, kSweptSteps = 8;
 constexpr int kPathSteps = 8;
 // Of a round: linear systems along a path; one of so many rounds follows one.
-constexpr int kPathSolves = 700, kPathEvery = 8;
+constexpr int kFirstPath = 3, kPathSolves = 700, kPathEvery = 8;
 // Softer than this is what rounding makes of 0.
 constexpr double kLeastSoftness = 1e-14;
 // In units of the tolerance: what is more does not count as solved. More is let pass when all is tried.
@@ -99,12 +99,20 @@ bool ContactSolver::sweep_and_polish(int tries) {
   return done;
 }
 
-/// A few sweeps, then Newton's steps whether they help or not.
-bool ContactSolver::descend(bool with_line_search) {
+/// A few sweeps, then Newton's steps, shortened where they do not help.
+bool ContactSolver::descend() {
   sweep(settings_.sweeps);
   bool done = keep_better(residual_of(y_));
-  const int steps = with_line_search ? settings_.newton_steps : 3 * settings_.newton_steps;
-  for (int i = 0; i < steps && !done; ++i) done = keep_better(newton(with_line_search));
+  for (int i = 0; i < settings_.newton_steps && !done; ++i) done = keep_better(newton(true));
+  return done;
+}
+
+/// The same, taken whole whether they help or not: of what is left after the sweeps half is found that way,
+/// for a tenth of what a path costs.
+bool ContactSolver::stray() {
+  sweep(settings_.sweeps);
+  bool done = keep_better(residual_of(y_));
+  for (int i = 0; i < 2 * settings_.newton_steps && !done; ++i) done = keep_better(newton(false));
   return done;
 }
 
@@ -199,14 +207,14 @@ bool ContactSolver::try_round(int round) {
     y_ = best_;
     return sweep_and_polish(kSweptTries);
   }
-  if (round == 2) return follow_path({});
+  if (round == kFirstPath) return follow_path({});
   if (round % kPathEvery == kPathEvery - 1 && has_path_) return go_on_with_path();
   start_anew(round);
   if (round % kPathEvery == kPathEvery - 1) {
     start_ = y_;
     return follow_path(start_);
   }
-  return round % 4 == 0 ? descend(round % 8 == 0) : sweep_and_polish(1);
+  return stray();
 }
 
 SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double> x) {
@@ -224,7 +232,7 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
       done = keep_better(residual_of(y_));
     } else if (round == 0) {
       rho_ = kRho[0];
-      done = descend(true);
+      done = descend();
     } else {
       done = is_rounding() || try_round(round);
     }

@@ -37,6 +37,22 @@ void DynamicsWorld::place_kinematics(double elapsed) {
   }
 }
 
+/// What flights of any length from here have in common.
+bool DynamicsWorld::begin_flight(StepReport& report) {
+  for (const std::uint32_t m : group_.mechanisms) {
+    Arm& arm = mechanisms_[m];
+    for (std::size_t k = 0; k < arm.q.size(); ++k) {
+      const JointDrive& drive = arm.drives[k];
+      arm.tau[k] = drive.mode == JointDrive::Mode::torque ? cut_torque(drive) : 0.0;
+    }
+    if (arm.dynamics->begin_flight(settings_.gravity_W, arm.tau, arm.qd, arm.placed, arm.scratch)) continue;
+    report.failure = StepFailure::mechanism;
+    report.failed_index = m;
+    return false;
+  }
+  return true;
+}
+
 /// Without contacts, drives of rows and stops: into the flown states.
 bool DynamicsWorld::fly(double t, StepReport& report) {
   const auto fail = [&](StepFailure failure, std::uint32_t index) {
@@ -53,12 +69,8 @@ bool DynamicsWorld::fly(double t, StepReport& report) {
     Arm& arm = mechanisms_[m];
     arm.flown_q = arm.q;
     arm.flown_qd = arm.qd;
-    for (std::size_t k = 0; k < arm.q.size(); ++k) {
-      const JointDrive& drive = arm.drives[k];
-      arm.tau[k] = drive.mode == JointDrive::Mode::torque ? cut_torque(drive) : 0.0;
-    }
-    if (!arm.dynamics->step(arm.X_WBase, settings_.gravity_W, arm.tau, t, arm.flown_q, arm.flown_qd,
-                            arm.scratch))
+    if (!arm.dynamics->fly(arm.X_WBase, settings_.gravity_W, arm.tau, t, t / h_, arm.flown_q, arm.flown_qd,
+                           arm.scratch))
       return fail(StepFailure::mechanism, m);
   }
   return true;

@@ -30,7 +30,7 @@ bool DynamicsWorld::needs_impact() const {
 }
 
 void DynamicsWorld::impact(double h, StepReport& report) {
-  gather(Phase::impact, 0.0, false);
+  gather(Phase::impact, 0.0, false, true);
   solve(report);
   accumulate();
   for (const std::uint32_t i : group_.bodies) {

@@ -56,18 +56,21 @@ Vector3 DynamicsWorld::add_side(Side& side, const Mover& mover, const Point& poi
   const Arm& arm = arm_of(side.unit);
   const std::vector<double>& rates = phase == Phase::impact ? arm.qd : arm.flown_qd;
   const std::size_t n = rates.size();
-  side.first = J_.size();
-  J_.resize(J_.size() + 3 * n);
-  Y_.resize(J_.size());
   const Vector3 directions[3] = {point.contact->n_AB_W, point.t1_W, point.t2_W};
-  for (std::size_t r = 0; r < 3; ++r) {
-    const std::span<double> J = std::span(J_).subspan(side.first + r * n, n),
-                            Y = std::span(Y_).subspan(side.first + r * n, n);
-    arm.dynamics->point_jacobian(mover.link, point.p_W, side.sign * directions[r], J, arm.placed);
-    std::copy(J.begin(), J.end(), Y.begin());
-    solve_cholesky(arm.M, Y);
-    for (std::size_t k = 0; k < n; ++k) b[r] += J[k] * rates[k];
+  if (!has_rows_) {
+    side.first = J_.size();
+    J_.resize(J_.size() + 3 * n);
+    Y_.resize(J_.size());
+    for (std::size_t r = 0; r < 3; ++r) {
+      const std::span<double> J = std::span(J_).subspan(side.first + r * n, n),
+                              Y = std::span(Y_).subspan(side.first + r * n, n);
+      arm.dynamics->point_jacobian(mover.link, point.p_W, side.sign * directions[r], J, arm.placed);
+      std::copy(J.begin(), J.end(), Y.begin());
+      solve_cholesky(arm.M, Y);
+    }
   }
+  for (std::size_t r = 0; r < 3; ++r)
+    for (std::size_t k = 0; k < n; ++k) b[r] += J_[side.first + r * n + k] * rates[k];
   return Vector3::Zero();
 }
 
@@ -99,13 +102,17 @@ void DynamicsWorld::add_contact(std::size_t index, Phase phase, double t) {
   }
   b_.insert(b_.end(), b, b + 3);
   friction_.push_back(contact.friction);
-  active_.push_back(index);
+  if (!has_rows_) active_.push_back(index);
 }
 
 void DynamicsWorld::add_joint_row(const JointRow& joint, double b, ContactProblem::Bounds bounds,
                                   double warm) {
   const Arm& arm = mechanisms_[joint.mechanism];
   const std::size_t n = arm.q.size();
+  b_.push_back(b);
+  x_.push_back(warm);
+  bounds_.push_back(bounds);
+  if (has_rows_) return;
   joint_rows_.push_back(joint);
   joint_rows_.back().first = J_.size();
   J_.resize(J_.size() + n, 0.0);
@@ -113,9 +120,6 @@ void DynamicsWorld::add_joint_row(const JointRow& joint, double b, ContactProble
   const std::size_t own = joint_rows_.back().first + joint.value;
   J_[own] = Y_[own] = joint.sign;
   solve_cholesky(arm.M, std::span(Y_).subspan(joint_rows_.back().first, n));
-  b_.push_back(b);
-  x_.push_back(warm);
-  bounds_.push_back(bounds);
 }
 
 void DynamicsWorld::add_joint_rows(std::uint32_t mechanism, Phase phase, double t, bool all) {
@@ -143,10 +147,15 @@ void DynamicsWorld::add_joint_rows(std::uint32_t mechanism, Phase phase, double 
 }
 
 /// @param all points and stops that are apart, too: they may be approached as far as they are.
-void DynamicsWorld::gather(Phase phase, double t, bool all) {
-  active_.clear();
-  joint_rows_.clear();
-  for (auto* vector : {&J_, &Y_, &b_, &x_, &friction_}) vector->clear();
+/// @param anew or the rows are those gathered last, in a piece of another length from the same start.
+void DynamicsWorld::gather(Phase phase, double t, bool all, bool anew) {
+  has_rows_ = !anew;
+  if (anew) {
+    active_.clear();
+    joint_rows_.clear();
+    for (auto* vector : {&J_, &Y_}) vector->clear();
+  }
+  for (auto* vector : {&b_, &x_, &friction_}) vector->clear();
   bounds_.clear();
   prepare_bodies(phase);
   is_swept_ = is_swept_group();

@@ -2,54 +2,53 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
 namespace {
 
-// A piece of a step that is this close to its whole is the whole.
-constexpr double kWhole = 1.0 - 1e-6;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Arrivals tried for one piece: each try lands closer by the square of what is left.
 constexpr int kMostTries = 6;
 // Where points stop one by one (a body that turns as it slides) their stops are many and none is sharp: this
-// many pieces of a step end at one, each found in at most two tries.
+// many pieces of a step end at one, each found in a few tries.
 constexpr std::uint32_t kMostStops = 4;
 constexpr int kStopTries = 2;
+// Of what is left: after an impact joints move that brakes stop at once.
+constexpr double kProbe = 1e-3;
 // Of groups too large to be solved to the end at any price.
 constexpr std::uint32_t kMostLargePieces = 4;
 
 }  // namespace
 
-/// Goes on by at most `left`; returns by how much, 0 on failure.
-double DynamicsWorld::piece(double left, double h, bool all, std::uint32_t pieces, StepReport& report) {
-  const double elapsed = h - left;
+/// Goes on by at most what is left; returns by how much, 0 on failure.
+double DynamicsWorld::piece(Clock& clock, double h, bool all, StepReport& report) {
+  const double left = clock.left, elapsed = h - left;
   place_kinematics(elapsed);
   update_motions();
   refresh();
   factor_masses();
-  if (needs_impact()) impact(h, report);
-  for (const std::uint32_t i : group_.bodies) bodies_[i].start = bodies_[i].state;
-  for (const std::uint32_t m : group_.mechanisms) {
-    Arm& arm = mechanisms_[m];
-    arm.start_q = arm.q, arm.start_qd = arm.qd, arm.start_torque = arm.torque;
+  if (needs_impact()) {
+    impact(h, report);
+    if (has_brakes()) clock.probe = std::min(clock.probe, kProbe * left);
   }
-  for (Point& point : points_) point.start_impulse_W = point.impulse_W;
-  double t = left;
-  int stop_tries = 0;
+  keep_start();
+  if (!begin_flight(report)) return 0.0;
+  StopSearch search{!all && clock.pieces <= kMostStops ? kStopTries : 0};
+  search.is_probe = search.tries > 0 && clock.probe < left;
+  double t = search.is_probe ? clock.probe : left;
+  clock.probe = kInfinity;
   for (int attempt = 0;; ++attempt) {
     const bool is_last = all || attempt == kMostTries;
     if (!fly(t, report)) return 0.0;
-    gather(Phase::forces, t, is_last);
+    gather(Phase::forces, t, is_last, attempt == 0 || is_last);
     solve(report);
-    bool stops = false;
-    const double stop = first_stop(t, stops);
-    if (!is_last && stop < kWhole * t && pieces <= kMostStops && stop_tries < kStopTries) {
-      ++stop_tries;
-      t = stop;
-      continue;
-    }
-    if (stops) report.last_stop = std::fmax(report.last_stop, elapsed + t);
+    const Stop stop = first_stop(t);
+    if (!is_last && seek_stop(stop, left, t, search)) continue;
+    if (stop.is_any) report.last_stop = std::fmax(report.last_stop, elapsed + stop.when);
+    if (search.is_aimed && stop.is_any) clock.probe = t;
     commit(t, h);
     if (is_last) return t;
     place_kinematics(elapsed + t);
@@ -59,7 +58,17 @@ double DynamicsWorld::piece(double left, double h, bool all, std::uint32_t piece
     go_back();
     place_kinematics(elapsed);
     t = arrival;
+    search.is_aimed = false;
   }
+}
+
+void DynamicsWorld::keep_start() {
+  for (const std::uint32_t i : group_.bodies) bodies_[i].start = bodies_[i].state;
+  for (const std::uint32_t m : group_.mechanisms) {
+    Arm& arm = mechanisms_[m];
+    arm.start_q = arm.q, arm.start_qd = arm.qd, arm.start_torque = arm.torque;
+  }
+  for (Point& point : points_) point.start_impulse_W = point.impulse_W;
 }
 
 /// To the start of the piece.
@@ -88,15 +97,15 @@ bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, std:
   const bool is_large = 3 * points_.size() > settings_.solver.most_path_rows;
   const std::uint32_t most_pieces =
       is_large ? std::min(kMostLargePieces, settings_.most_substeps) : settings_.most_substeps;
-  std::uint32_t pieces = 0;
-  for (double left = h; left > 0.0;) {
-    ++pieces;
-    const bool to_the_end = pieces >= most_pieces || is_swept_group();
-    const double t = piece(left, h, to_the_end, pieces, report);
+  Clock clock{h};
+  while (clock.left > 0.0) {
+    ++clock.pieces;
+    const bool to_the_end = clock.pieces >= most_pieces || is_swept_group();
+    const double t = piece(clock, h, to_the_end, report);
     if (report.failure != StepFailure::none) return false;
-    left = t >= left ? 0.0 : left - t;
+    clock.left = t >= clock.left ? 0.0 : clock.left - t;
   }
-  report.substeps = std::max(report.substeps, pieces);
+  report.substeps = std::max(report.substeps, clock.pieces);
   finish(h, forces);
   return true;
 }

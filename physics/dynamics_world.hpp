@@ -257,6 +257,25 @@ class DynamicsWorld {
     bool is_new;  // in the last step it had another name, or was not
   };
   enum class Phase { impact, forces };
+  /// How far a group is in the step.
+  struct Clock {
+    double left;
+    std::uint32_t pieces = 0;
+    double probe =
+        std::numeric_limits<double>::infinity();  // the last piece, if something stopped at its end
+  };
+  /// The first stop within a piece.
+  struct Stop {
+    bool is_any = false;
+    double when = 0.0;
+    double speed = 0.0;   // the largest at the start of what stops [m/s], [rad/s]
+    double missed = 0.0;  // the farthest that something is off at the end, as it stopped before [m], [rad]
+  };
+  struct StopSearch {
+    int tries = 0;          // left
+    bool is_probe = false;  // so short a piece that it tells how velocities go on
+    bool is_aimed = false;  // a stop should be at its end
+  };
 
   // dynamics_world.cpp
   std::uint32_t unit_of(const Mover& mover) const;  // kNone: the ground, a kinematic body
@@ -287,7 +306,8 @@ class DynamicsWorld {
   bool step_group(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
                   StepReport& report);
   bool step_loose(double h, StepReport& report);
-  double piece(double left, double h, bool all, std::uint32_t pieces, StepReport& report);
+  double piece(Clock& clock, double h, bool all, StepReport& report);
+  void keep_start();
   void undo();
   void go_back();
   void finish(double h, std::span<ContactForce> forces);
@@ -299,17 +319,23 @@ class DynamicsWorld {
   // dynamics_flight.cpp
   void update_motions();
   void place_kinematics(double elapsed);
+  bool begin_flight(StepReport& report);
   bool fly(double t, StepReport& report);
   void accumulate();
   void commit(double t, double h);
 
   // dynamics_events.cpp
-  double first_stop(double t, bool& stops) const;
+  bool has_brakes() const;
+  Stop first_stop(double t) const;
+  Stop coming_stop(double t, double left) const;
+  bool can_stop(std::size_t joint_row) const;
+  double rate_before(const JointRow& row) const;
+  bool seek_stop(const Stop& stop, double left, double& t, StopSearch& search) const;
   double first_arrival(double t) const;
 
   // dynamics_rows.cpp
   void factor_masses();
-  void gather(Phase phase, double t, bool all);
+  void gather(Phase phase, double t, bool all, bool anew);
   void prepare_bodies(Phase phase);
   void add_contact(std::size_t index, Phase phase, double t);
   Vector3 add_side(Side& side, const Mover& mover, const Point& point, Phase phase, double* b);
@@ -373,6 +399,7 @@ class DynamicsWorld {
   std::vector<std::size_t> active_;  // points with rows, in order
   std::vector<JointRow> joint_rows_;
   std::vector<double> J_, Y_;  // rows of mechanisms, then those written out
+  bool has_rows_ = false;      // those being gathered
   std::vector<double> b_, x_, u_, friction_;
   std::vector<ContactProblem::Bounds> bounds_;
   // Blocks are contacts, then joint rows.

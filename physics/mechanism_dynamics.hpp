@@ -93,10 +93,21 @@ class MechanismDynamics {
   Vector3 angular_momentum(const Workspace& workspace) const noexcept;  ///< [N m s]
 
   /// q and qd over `h` [s] at constant joint torques: an explicit Runge-Kutta method of order 6 (Hairer,
-  /// Norsett, Wanner, Solving Ordinary Differential Equations I, II.5). Places the bodies anew.
+  /// Norsett, Wanner, Solving Ordinary Differential Equations I, II.5), or of 4 as in fly(). Places the
+  /// bodies anew.
   /// @return false, q and qd unchanged, where forward_dynamics() fails or the result is not finite.
   bool step(const Pose& X_WBase, const Vector3& gravity_W, std::span<const double> tau, double h,
             std::span<double> q, std::span<double> qd, Workspace& workspace) const noexcept;
+  /// The same in two parts, for several lengths from one start: what they have in common, and the rest.
+  /// @param placed at the start, may be the workspace itself. @return as forward_dynamics().
+  bool begin_flight(const Vector3& gravity_W, std::span<const double> tau, std::span<const double> qd,
+                    Workspace& placed, Workspace& workspace) const noexcept;
+  /// @param share of a whole step that `h` is: a small one goes by a method of order 4, 3 or 2, which is then
+  /// as exact as order 6 is over the whole. Where motion changes so slowly that order 4 is off by less than
+  /// rounding, it goes by that, too. Places the bodies anywhere. @return as step().
+  /// @pre begin_flight() with the same q and qd, and since then nothing else in the workspace.
+  bool fly(const Pose& X_WBase, const Vector3& gravity_W, std::span<const double> tau, double h, double share,
+           std::span<double> q, std::span<double> qd, Workspace& workspace) const noexcept;
 
  private:
   static constexpr std::uint32_t kBase = 0xffffffff;

@@ -122,6 +122,33 @@ TEST(MechanismDynamics, TorqueFreeArmKeepsItsEnergyForAMinute) {
   EXPECT_LT(drift, 5e-12);
 }
 
+TEST(MechanismDynamics, ShortFlightsLeaveNoMoreThanTheirWholeStep) {
+  // By methods of lower orders: against the same in two steps, with what two steps say of the whole one.
+  std::mt19937_64 random(17);
+  const double h = 1e-2, ulp = 0x1p-52;
+  for (int round = 0; round < 400; ++round) {
+    const Arm arm = round % 4 == 0 ? ssrms_arm() : random_arm(random, round % 4 == 1);
+    const MechanismDynamics dynamics(arm.mechanism, arm.links);
+    auto workspace = dynamics.make_workspace();
+    const Vector3 gravity(0, 0, round % 2 == 0 ? 0.0 : -9.81);
+    const double extent = std::pow(10.0, uniform(random, -4, 0.5));
+    const std::vector<double> q0 = random_values(random, 7, 1.5), qd0 = random_values(random, 7, extent),
+                              tau(7, 0.0);
+    const auto difference = [&](double t, double share) {
+      std::vector<double> q = q0, qd = qd0, other_q = q0, other_qd = qd0;
+      dynamics.place({}, q, qd, workspace);
+      EXPECT_TRUE(dynamics.begin_flight(gravity, tau, qd, workspace, workspace));
+      EXPECT_TRUE(dynamics.fly({}, gravity, tau, t, share, q, qd, workspace));
+      for (int half = 0; half < 2; ++half)
+        EXPECT_TRUE(dynamics.step({}, gravity, tau, 0.5 * t, other_q, other_qd, workspace));
+      return relative_error(qd, other_qd);
+    };
+    const double whole = difference(h, 1.0);
+    for (const double share : {1.0 / 33, 1.0 / 205, 1.0 / 17501})
+      EXPECT_LE(difference(share * h, share), std::max(whole, 16.0 * ulp)) << round << ", " << share;
+  }
+}
+
 TEST(MechanismDynamics, PhysicalPendulumsPeriodIsTheEllipticIntegral) {
   // A rod of length L let go at 90 deg: T = 4 K(1/2) sqrt(2 L / (3 g)), K(m = 1/2) = Gamma(1/4)^2 / (4 sqrt
   // pi).
