@@ -8,6 +8,7 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "contact_core/input_error.hpp"
@@ -314,6 +315,56 @@ TEST_F(OdePlugin, CollidingAllocatesNothing) {
   EXPECT_EQ(collide_all(), count);
   EXPECT_EQ(allocation_count() - before, 0u);
   EXPECT_GT(count, 100);
+}
+
+// Round sizes differ in the highest bits of a double only: a table of them must not mistake one for another.
+TEST_F(OdePlugin, BoxesOfRoundSizesAreRememberedTogether) {
+  const OdeBoxOverride native;
+  const dGeomID cube = box(1, 1, 1, at(0, 0, 0));
+  const std::array<double, 7> heights = {0.25, 0.5, 1.25, 1.5, 2, 3, 4};
+  for (const double height : heights) box(1, 1, height, at(0, 0, 0.5 + height / 2 - 0.125));
+  std::array<dContactGeom, 8> contacts;
+  std::size_t allocations = 0;
+  for (int round = 0; round < 10; ++round) {
+    if (round == 1) allocations = allocation_count();
+    for (std::size_t i = 1; i < geoms_.size(); ++i) {
+      ASSERT_EQ(dCollide(cube, geoms_[i], 8, contacts.data(), sizeof(dContactGeom)), 4);
+      EXPECT_NEAR(contacts[0].depth, 0.125, kTolerance) << heights[i - 1];
+    }
+  }
+  EXPECT_EQ(allocation_count() - allocations, 0u);
+}
+
+TEST_F(OdePlugin, ThreadsWithBoxesOfManySizesGetTheirOwnAnswers) {
+  const OdeBoxOverride native;
+  constexpr int kThreads = 4, kSizes = 12, kRounds = 2000;
+  std::array<std::vector<dGeomID>, kThreads> stacks;
+  for (int t = 0; t < kThreads; ++t) {
+    for (int i = 0; i < kSizes; ++i) {
+      const double height = 0.25 * (1 + i + kSizes * t);
+      stacks[t].push_back(box(1, 1, height, at(0, 0, -height / 2)));
+      stacks[t].push_back(box(1, 1, 1, at(0, 0, 0.5 - 1.0 / 64 * (1 + i + kSizes * t))));
+    }
+  }
+  std::array<int, kThreads> wrong{};
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      dAllocateODEDataForThread(dAllocateMaskAll);
+      std::array<dContactGeom, 8> contacts;
+      for (int round = 0; round < kRounds; ++round) {
+        for (int i = 0; i < kSizes; ++i) {
+          const int count =
+              dCollide(stacks[t][2 * i], stacks[t][2 * i + 1], 8, contacts.data(), sizeof(dContactGeom));
+          const double expected = std::min(1.0 / 64 * (1 + i + kSizes * t), 0.25 * (1 + i + kSizes * t));
+          wrong[t] += count == 0 || std::abs(contacts[0].depth - expected) > kTolerance;
+        }
+      }
+      dCleanupODEAllDataForThread();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_THAT(wrong, testing::Each(0));
 }
 
 }  // namespace
