@@ -15,7 +15,7 @@ namespace {
 using native::SolidHandle;
 using native::SolidStore;
 
-std::atomic<std::uint64_t> checks{0};
+std::atomic<std::uint64_t> checks{0}, refused{0};
 std::atomic<PairObserver*> told{nullptr};
 
 /// How much of the depth lies between `pos` and the first box's surface; the rest lies between it and the
@@ -71,6 +71,11 @@ std::optional<SolidHandle> solid_of_box(dGeomID box) {
 
 void count_check() { checks.fetch_add(1, std::memory_order_relaxed); }
 
+int refuse() {
+  refused.fetch_add(1, std::memory_order_relaxed);
+  return 0;
+}
+
 int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, const SolidHandle& solid2,
                    const SolidStore& store, int flags, dContactGeom* contacts, int skip) {
   count_check();
@@ -89,6 +94,7 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
                     {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},
                     "native inside ODE, double precision"});
   }
+  if (answer.status == PairStatus::failed) return refuse();
   if (answer.status != PairStatus::overlapping) return 0;
   int count = 0;
   for (int i = 0; i < answer.geometry.point_count && count < most; ++i) {
@@ -153,5 +159,6 @@ void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int sk
 }  // namespace ode_plugin
 
 std::uint64_t ode_native_checks() { return ode_plugin::checks.load(); }
+std::uint64_t ode_native_refusals() { return ode_plugin::refused.load(); }
 
 }  // namespace touchstone

@@ -46,6 +46,22 @@ TEST(SolidMemory, HoldsTheLastThousandWhateverTheirSizes) {
   EXPECT_EQ(allocation_count() - before, 0u);
 }
 
+TEST(SolidMemory, HoldsBothSolidsOfAPairWhateverOthersAcquire) {
+  const std::array<SolidContent, 6> contents = {box(1, 1, 1),   box(1, 1, 2),    box(1, 1, 0.5),
+                                                box(1, 1, 1.5), box(1, 1, 1.25), box(1, 1, 3)};
+  const auto store = std::make_shared<SolidStore>();
+  SolidMemory memory(store);
+  for (const SolidContent& a : contents) {
+    for (const SolidContent& b : contents) {
+      const auto first = memory.find(a), second = memory.find(b);
+      const auto others = store->acquire(box(5, 6, 7));  // as another thread may at any time
+      EXPECT_EQ(2.0 * store->solid(*first).half_extents().z(), a.points[0][2]);
+      EXPECT_EQ(2.0 * store->solid(*second).half_extents().z(), b.points[0][2]);
+      store->release(*others);
+    }
+  }
+}
+
 TEST(SolidMemory, ForgetsWhatWasAskedForLongestAgo) {
   const std::vector<SolidContent> contents = random_boxes(SolidMemory::kPlaces + 1);
   const auto store = std::make_shared<SolidStore>();
