@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <limits>
 
 #include "adapters/ode_plugin/ode_plugin.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 #include "contact_core/native/solid_memory.hpp"
 
 namespace touchstone {
@@ -133,8 +133,7 @@ void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int sk
   const std::shared_ptr<SolidStore> store = solid_store();
   const Hexahedron a = store->solid(*solid1), b = store->solid(*solid2);
   std::array<ContactPoint, kMaxManifoldPoints> points;
-  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
-  PairGeometry geometry{std::numeric_limits<double>::quiet_NaN(), unknown, unknown, unknown, 0};
+  PairGeometry geometry = no_geometry();
   geometry.point_count = std::min(count, kMaxManifoldPoints);
   for (int i = 0; i < geometry.point_count; ++i) {
     const dContactGeom& contact = contact_at(contacts, skip, i);
