@@ -109,7 +109,9 @@ Outcome run_ode_seeded(const World& world, Check check, PairObserver* observer) 
   return run_ode(world, check, observer);
 }
 
-INSTANTIATE_TEST_SUITE_P(Ode, EngineWorlds, testing::Values(Engine{&run_ode_seeded, {0, 0}, {0, 0}, {0, 0}}));
+INSTANTIATE_TEST_SUITE_P(Ode, EngineWorlds,
+                         testing::Values(Engine{
+                             &run_ode_seeded, {0.02, 0.054}, {0.027, 0.084}, {0.016, 0.0084}}));
 
 TEST(OdesOwnCheck, LetsAStackOfHullsFall) {
   EXPECT_GT(run_ode_seeded(stack(10, true), Check::engine, nullptr).drift, 1.0);
