@@ -7,7 +7,8 @@
 
 #include "physics/scaled_contacts.hpp"
 
-// Solutions of a softened contact problem as long as every contact goes on doing what it does.
+/// @file
+/// Solutions of a softened contact problem as long as every contact goes on doing what it does.
 
 namespace touchstone::physics {
 

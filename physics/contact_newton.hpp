@@ -7,7 +7,8 @@
 
 #include "physics/scaled_contacts.hpp"
 
-// Newton's step on the natural map.
+/// @file
+/// Newton's step on the natural map.
 
 namespace touchstone::physics {
 

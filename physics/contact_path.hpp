@@ -6,7 +6,8 @@
 
 #include "physics/contact_arc.hpp"
 
-// The way to a solution from an easy problem, followed through its turns and corners.
+/// @file
+/// The way to a solution from an easy problem, followed through its turns and corners.
 
 namespace touchstone::physics {
 

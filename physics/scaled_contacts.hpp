@@ -6,7 +6,8 @@
 
 #include "physics/contact_problem.hpp"
 
-// Contact problems in units of their own: what the solver's methods share.
+/// @file
+/// Contact problems in units of their own: what the solver's methods share.
 
 namespace touchstone::physics {
 

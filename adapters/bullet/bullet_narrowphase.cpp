@@ -5,21 +5,16 @@
 
 #include "adapters/bullet/backends.hpp"
 #include "adapters/bullet/checks.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct BulletWorkspace final : Narrowphase::Workspace {
   Solvers solvers;
 };
-
-PairGeometry no_geometry(double separation) {
-  const Vector3 nowhere(kNaN, kNaN, kNaN);
-  return {separation, nowhere, nowhere, nowhere, 0};
-}
 
 double largest_coordinate(const Shape& shape, const Pose& X) {
   return std::max({std::abs(X.p.x()), std::abs(X.p.y()), std::abs(X.p.z())}) + shape.reach;
@@ -129,7 +124,7 @@ class BulletNarrowphase final : public Narrowphase {
     const Shape& b = shapes_[pair.b];
     const btTransform X_WA = to_engine(poses[pair.a]);
     const btTransform X_WB = to_engine(poses[pair.b]);
-    geometry = no_geometry(kNaN);
+    geometry = no_geometry();
     if (largest_coordinate(a, poses[pair.a]) > kLargestCoordinate ||
         largest_coordinate(b, poses[pair.b]) > kLargestCoordinate)
       return PairStatus::failed;

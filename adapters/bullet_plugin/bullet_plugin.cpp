@@ -43,18 +43,25 @@ class BulletPlugin::Registration {
     constexpr int kTypes[2] = {BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE};
     for (const int a : kTypes) {
       for (const int b : kTypes) {
-        entries_.push_back({a, b, std::make_unique<HexahedronCreateFunc>(state_, contacts(a, b)),
-                            std::make_unique<HexahedronCreateFunc>(state_, closest(a, b))});
+        entries_.push_back({a, b, std::make_shared<HexahedronCreateFunc>(state_, contacts(a, b)),
+                            std::make_shared<HexahedronCreateFunc>(state_, closest(a, b))});
       }
     }
-    for (const Entry& entry : entries_)
-      write(entry.a, entry.b, entry.contacts.get(), entry.closest_points.get());
+    for (const Entry& entry : entries_) {
+      dispatcher_.registerCollisionCreateFunc(entry.a, entry.b, entry.contacts.get());
+      dispatcher_.registerClosestPointsCreateFunc(entry.a, entry.b, entry.closest_points.get());
+    }
   }
 
   ~Registration() {
     state_->observer = nullptr;
-    for (const Entry& entry : entries_)
-      write(entry.a, entry.b, entry.contacts->fallback(), entry.closest_points->fallback());
+    for (const auto& [a, b, contacts_entry, closest_entry] : entries_) {
+      contacts_entry->retire(), closest_entry->retire();
+      if (contacts(a, b) == contacts_entry.get())
+        dispatcher_.registerCollisionCreateFunc(a, b, contacts_entry->before());
+      if (closest(a, b) == closest_entry.get())
+        dispatcher_.registerClosestPointsCreateFunc(a, b, closest_entry->before());
+    }
   }
 
   Registration(const Registration&) = delete;
@@ -65,7 +72,7 @@ class BulletPlugin::Registration {
  private:
   struct Entry {
     int a, b;  ///< shape types
-    std::unique_ptr<HexahedronCreateFunc> contacts, closest_points;
+    std::shared_ptr<HexahedronCreateFunc> contacts, closest_points;
   };
 
   btCollisionAlgorithmCreateFunc* contacts(int a, int b) const {
@@ -73,11 +80,6 @@ class BulletPlugin::Registration {
   }
   btCollisionAlgorithmCreateFunc* closest(int a, int b) const {
     return (dispatcher_.*Tables::closest_points())[a][b];
-  }
-  void write(int a, int b, btCollisionAlgorithmCreateFunc* contacts,
-             btCollisionAlgorithmCreateFunc* closest_points) {
-    dispatcher_.registerCollisionCreateFunc(a, b, contacts);
-    dispatcher_.registerClosestPointsCreateFunc(a, b, closest_points);
   }
 
   btCollisionDispatcher& dispatcher_;

@@ -60,6 +60,10 @@ inline namespace bullet_plugin_single {
 /// While it lives, new pairs of the dispatcher are checked by us, contacts and closest points; then the
 /// dispatcher has what it had before. Pairs that overlap in the broadphase keep the check they began with,
 /// also after this is gone, until they part or are cleaned (btOverlappingPairCache::cleanProxyFromPairs).
+///
+/// Of several on one dispatcher the last one made decides; they may go in any order. An entry of its tables
+/// that a program has written after this was made is left as it is; if that one calls what it found, it must
+/// go first.
 class BulletPlugin {
  public:
   /// Since the plugin was made; with EngineCheck::own `checks` counts the pairs that were observed.

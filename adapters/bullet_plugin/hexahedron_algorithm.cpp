@@ -150,19 +150,31 @@ void HexahedronAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
   if (owns_manifold_) manifolds.push_back(manifold_);
 }
 
+HexahedronCreateFunc::HexahedronCreateFunc(std::shared_ptr<PluginState> state,
+                                           btCollisionAlgorithmCreateFunc* before)
+    : state_(std::move(state)), before_(before) {
+  if (const auto* const ours = dynamic_cast<const HexahedronCreateFunc*>(before))
+    another_plugins_ = ours->shared_from_this();
+}
+
+btCollisionAlgorithmCreateFunc* HexahedronCreateFunc::before() const {
+  return another_plugins_ && another_plugins_->is_retired_ ? another_plugins_->before() : before_;
+}
+
 btCollisionAlgorithm* HexahedronCreateFunc::CreateCollisionAlgorithm(
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
     const btCollisionObjectWrapper* b) {
+  if (is_retired_) return before()->CreateCollisionAlgorithm(info, a, b);
   const std::optional<SolidHandle> solid_a = acquire(state_->store, *a->getCollisionShape());
   const std::optional<SolidHandle> solid_b = acquire(state_->store, *b->getCollisionShape());
   if (!solid_a || !solid_b) {
     if (solid_a) state_->store.release(*solid_a);
     if (solid_b) state_->store.release(*solid_b);
-    return fallback_->CreateCollisionAlgorithm(info, a, b);
+    return before()->CreateCollisionAlgorithm(info, a, b);
   }
   if (state_->check == EngineCheck::own) {
     static_assert(sizeof(ObservedAlgorithm) <= sizeof(HexahedronAlgorithm));  // whose size the pool has
-    btCollisionAlgorithm* const own = fallback_->CreateCollisionAlgorithm(info, a, b);
+    btCollisionAlgorithm* const own = before()->CreateCollisionAlgorithm(info, a, b);
     void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(ObservedAlgorithm));
     return new (memory) ObservedAlgorithm(info, own, state_, *solid_a, *solid_b);
   }

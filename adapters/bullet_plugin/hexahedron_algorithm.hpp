@@ -54,20 +54,26 @@ class HexahedronAlgorithm final : public btCollisionAlgorithm {
 };
 
 /// Creates our algorithm for a pair of hexahedra (or, to observe, the engine's in an ObservedAlgorithm), what
-/// `fallback` creates for the rest.
-class HexahedronCreateFunc final : public btCollisionAlgorithmCreateFunc {
+/// `before` creates for the rest. Another plugin's is held: that plugin may go first.
+class HexahedronCreateFunc final : public btCollisionAlgorithmCreateFunc,
+                                   public std::enable_shared_from_this<HexahedronCreateFunc> {
  public:
-  HexahedronCreateFunc(std::shared_ptr<PluginState> state, btCollisionAlgorithmCreateFunc* fallback)
-      : state_(std::move(state)), fallback_(fallback) {}
+  /// @param before what the dispatcher's table held
+  HexahedronCreateFunc(std::shared_ptr<PluginState> state, btCollisionAlgorithmCreateFunc* before);
 
-  btCollisionAlgorithmCreateFunc* fallback() const { return fallback_; }
+  /// What was there, past the plugins that have gone.
+  btCollisionAlgorithmCreateFunc* before() const;
+  /// Its plugin has gone: it does what `before` does from now on.
+  void retire() { is_retired_ = true; }
   btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                  const btCollisionObjectWrapper* a,
                                                  const btCollisionObjectWrapper* b) override;
 
  private:
   std::shared_ptr<PluginState> state_;
-  btCollisionAlgorithmCreateFunc* fallback_;
+  btCollisionAlgorithmCreateFunc* before_;
+  std::shared_ptr<const HexahedronCreateFunc> another_plugins_;  ///< before_, where it is
+  bool is_retired_ = false;
 };
 
 }  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE

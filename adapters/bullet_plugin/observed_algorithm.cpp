@@ -1,4 +1,5 @@
 #include "adapters/bullet_plugin/observed_algorithm.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 
@@ -9,12 +10,6 @@ namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-PairGeometry no_geometry(double separation) {
-  const Vector3 unknown = Vector3::Constant(kNaN);
-  return {separation, unknown, unknown, unknown, 0};
-}
 
 void tell(const ObjectPair& objects, const native::SolidStore& store, const native::SolidHandle (&solids)[2],
           PairStatus status, const PairGeometry& geometry, std::span<const ContactPoint> points,
@@ -56,7 +51,7 @@ class OwnAnswer {
 
  private:
   std::array<ContactPoint, MANIFOLD_CACHE_SIZE> points_{};
-  PairGeometry geometry_ = no_geometry(kNaN);
+  PairGeometry geometry_ = no_geometry();
 };
 
 constexpr std::string_view kOwn =
@@ -89,7 +84,7 @@ void ObservedAlgorithm::processCollision(const btCollisionObjectWrapper* a, cons
   const OwnAnswer answer(*manifold, swapped, outer_margin(shape_a), outer_margin(shape_b));
   const bool contact = answer.geometry().point_count > 0 && answer.geometry().separation <= 0.0;
   tell({*a, *b}, state_->store, solids_, contact ? PairStatus::overlapping : PairStatus::separated,
-       contact ? answer.geometry() : no_geometry(kNaN), contact ? answer.points() : std::span<ContactPoint>{},
+       contact ? answer.geometry() : no_geometry(), contact ? answer.points() : std::span<ContactPoint>{},
        kOwn, *observer);
 }
 
@@ -98,7 +93,7 @@ void observe_ours(const ObjectPair& objects, const native::SolidStore& store,
                   PairObserver& observer) {
   if (answer.status == PairStatus::failed) return;
   const bool known = answer.geometry.separation < kInfinity;
-  tell(objects, store, solids, answer.status, known ? answer.geometry : no_geometry(kNaN),
+  tell(objects, store, solids, answer.status, known ? answer.geometry : no_geometry(),
        {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)}, kOurs, observer);
 }
 

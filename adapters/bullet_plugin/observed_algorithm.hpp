@@ -23,7 +23,7 @@ class ObservedAlgorithm final : public btCollisionAlgorithm {
     return own_ == nullptr ? btScalar(1) : own_->calculateTimeOfImpact(a, b, info, result);
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
-    own_->getAllContactManifolds(manifolds);
+    if (own_ != nullptr) own_->getAllContactManifolds(manifolds);
   }
 
  private:

@@ -10,16 +10,10 @@
 #include "adapters/exact/contact_patch.hpp"
 #include "adapters/exact/signed_distance.hpp"
 #include "contact_core/narrowphase/narrowphase.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-PairGeometry no_geometry(double separation) {
-  const Vector3 nan(kNan, kNan, kNan);
-  return {separation, nan, nan, nan, 0};
-}
 
 bool same_vertices(const WorldVertices& a, const WorldVertices& b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
@@ -48,7 +42,7 @@ class ExactNarrowphase final : public Narrowphase {
       world_vertices(solids_[pair.b], input.poses[pair.b], b);
       if (input.query.kind == QueryKind::overlap) {
         output.status[i] = exact_overlap(a, b) ? PairStatus::overlapping : PairStatus::separated;
-        if (!output.geometry.empty()) output.geometry[i] = no_geometry(kNan);
+        if (!output.geometry.empty()) output.geometry[i] = no_geometry();
         continue;
       }
       const bool wants_points = input.query.kind == QueryKind::manifold;

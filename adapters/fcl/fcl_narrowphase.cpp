@@ -1,4 +1,5 @@
 #include "adapters/fcl/fcl_narrowphase.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/convex.h>
@@ -14,7 +15,6 @@
 namespace touchstone::fcl_adapter {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Of FCL's requests, by default.
 constexpr double kTolerance = 1e-6;
@@ -48,11 +48,6 @@ struct FclWorkspace final : Narrowphase::Workspace {
   fcl::CollisionResultd collision;
   std::vector<fcl::Contactd> contacts;
 };
-
-PairGeometry no_geometry(double separation) {
-  const Vector3 nowhere = Vector3::Constant(kNaN);
-  return {separation, nowhere, nowhere, nowhere, 0};
-}
 
 struct PosedPair {
   const fcl::CollisionGeometryd &a, &b;
@@ -152,13 +147,13 @@ class FclNarrowphase final : public Narrowphase {
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       PairGeometry unused;
       PairGeometry& geometry = output.geometry.empty() ? unused : output.geometry[i];
-      geometry = no_geometry(kNaN);
+      geometry = no_geometry();
       try {
         output.status[i] =
             evaluate_pair(input.pairs[i], input.poses, input.query, scratch, geometry,
                           wants_points ? output.points.subspan(i * slots, slots) : std::span<ContactPoint>{});
       } catch (const std::exception&) {
-        geometry = no_geometry(kNaN);
+        geometry = no_geometry();
         output.status[i] = PairStatus::failed;
       }
     }

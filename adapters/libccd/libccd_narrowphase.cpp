@@ -1,4 +1,5 @@
 #include "adapters/libccd/libccd_narrowphase.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 #include <ccd/ccd.h>
 
@@ -97,11 +98,6 @@ struct LibccdWorkspace final : Narrowphase::Workspace {
   Body a, b;
 };
 
-PairGeometry no_geometry(double separation) {
-  const Vector3 nowhere = Vector3::Constant(kNaN);
-  return {separation, nowhere, nowhere, nowhere, 0};
-}
-
 class LibccdNarrowphase final : public Narrowphase {
  public:
   LibccdNarrowphase(Method method, unsigned long iterations)
@@ -132,7 +128,7 @@ class LibccdNarrowphase final : public Narrowphase {
       a.supports = b.supports = 0;
       PairGeometry unused;
       PairGeometry& geometry = output.geometry.empty() ? unused : output.geometry[i];
-      geometry = no_geometry(kNaN);
+      geometry = no_geometry();
       output.status[i] =
           is_in_range(a) && is_in_range(b) ? answer(a, b, input.query, geometry) : PairStatus::failed;
     }

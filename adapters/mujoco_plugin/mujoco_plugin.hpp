@@ -5,26 +5,27 @@
 #include "contact_core/narrowphase/narrowphase.hpp"
 #include "contact_core/narrowphase/pair_observer.hpp"
 
-// Our check inside MuJoCo, in place of its own for boxes and hexahedral meshes, each against each. MuJoCo's
-// headers are not needed here.
-//
-//     const touchstone::MujocoOverride native;  // every model and mj_step of the process, until it goes
-//
-// What is checked by us: box geoms, and mesh geoms whose hull has 8 vertices that are a convex hexahedron, in
-// any order. MuJoCo stores vertices as floats, about the mesh's inertial frame: the solid is the hull of what
-// it stores, faces bent by that rounding included. Geoms of any other kind, other meshes, and boxes of zero
-// volume go to what MuJoCo's table held before.
-//
-// Conventions. MuJoCo's: the normal is the first axis of the contact's frame and points from geom 1 to
-// geom 2, `dist` is below 0 where they penetrate, `pos` is half-way between the two surfaces; the other axes
-// are left for the engine to make. Contacts are the points at most the pair's margin apart (the margin that
-// mj_collision hands over), the deepest among them; touching is contact, of distance 0, which MuJoCo lists
-// and at margin 0 does not act on. At most 8 a pair (MuJoCo takes mjMAXCONPAIR, 50): the deepest, and of the
-// others those with the largest area. A pose that is not finite has none.
-//
-// Memory: nothing is allocated for shapes that a thread has seen (it remembers the last thousand or so), nor
-// by this from MuJoCo's stack. Threads: several may step, each with its own mjData; none while an override
-// comes or goes.
+/// @file
+/// Our check inside MuJoCo, in place of its own for boxes and hexahedral meshes, each against each. MuJoCo's
+/// headers are not needed here.
+///
+///     const touchstone::MujocoOverride native;  // every model and mj_step of the process, until it goes
+///
+/// What is checked by us: box geoms, and mesh geoms whose hull has 8 vertices that are a convex hexahedron,
+/// in any order. MuJoCo stores vertices as floats, about the mesh's inertial frame: the solid is the hull of
+/// what it stores, faces bent by that rounding included. Geoms of any other kind, other meshes, and boxes of
+/// zero volume go to what MuJoCo's table held before.
+///
+/// Conventions. MuJoCo's: the normal is the first axis of the contact's frame and points from geom 1 to
+/// geom 2, `dist` is below 0 where they penetrate, `pos` is half-way between the two surfaces; the other axes
+/// are left for the engine to make. Contacts are the points at most the pair's margin apart (the margin that
+/// mj_collision hands over), the deepest among them; touching is contact, of distance 0, which MuJoCo lists
+/// and at margin 0 does not act on. At most 8 a pair (MuJoCo takes mjMAXCONPAIR, 50): the deepest, and of the
+/// others those with the largest area. A pose that is not finite has none.
+///
+/// Memory: nothing is allocated for shapes that a thread has seen (it remembers the last 1024), nor by this
+/// from MuJoCo's stack. Threads: several may step, each with its own mjData; none while an override comes or
+/// goes.
 
 namespace touchstone {
 

@@ -8,6 +8,7 @@
 
 #include "adapters/ode/convex_data.hpp"
 #include "adapters/ode/ode_library.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::ode {
 namespace {
@@ -101,11 +102,6 @@ bool is_usable(const Contacts& contacts) {
       return false;
   }
   return std::abs(norm(contacts.n_AB_W) - 1.0) <= kRotationTolerance;
-}
-
-PairGeometry no_geometry(double separation) {
-  const Vector3 unknown = Vector3::Constant(kNaN);
-  return {separation, unknown, unknown, unknown, 0};
 }
 
 class OdeWorkspace final : public Narrowphase::Workspace {

@@ -13,9 +13,9 @@ namespace {
 
 using namespace ode_plugin;
 
-/// A geom's data, in memory that ODE gives.
+/// A geom's data, in memory that ODE gives, all zero: so it stays in a geom that dCreateGeom has made.
 struct GeomSolid {
-  std::shared_ptr<native::SolidStore> store;  ///< null until it has a solid
+  std::shared_ptr<native::SolidStore> store;  ///< null without a solid
   native::SolidHandle solid{};
   std::array<Vector3, Hexahedron::kVertices> vertices;
 };
@@ -30,8 +30,13 @@ void destroy(dGeomID geom) {
 
 void find_bounds(dGeomID geom, dReal bounds[6]) {
   const Pose X = pose_of(geom);
+  const GeomSolid& data = solid_of(geom);
+  if (!data.store) {
+    for (int k = 0; k < 3; ++k) bounds[2 * k] = bounds[2 * k + 1] = X.p[k];
+    return;
+  }
   for (int k = 0; k < 3; ++k) bounds[2 * k] = dInfinity, bounds[2 * k + 1] = -dInfinity;
-  for (const Vector3& vertex : solid_of(geom).vertices) {
+  for (const Vector3& vertex : data.vertices) {
     const Vector3 p = transform(X, vertex);
     for (int k = 0; k < 3; ++k) {
       bounds[2 * k] = std::min(bounds[2 * k], p[k]);
@@ -42,18 +47,21 @@ void find_bounds(dGeomID geom, dReal bounds[6]) {
 
 int collide_hexahedra(dGeomID geom1, dGeomID geom2, int flags, dContactGeom* contacts, int skip) {
   const GeomSolid &a = solid_of(geom1), &b = solid_of(geom2);
-  if (!a.store || !b.store) return 0;  // made by dCreateGeom, without a solid
+  if (!a.store || !b.store) return refuse();
   return collide_solids(geom1, a.solid, geom2, b.solid, *a.store, flags, contacts, skip);
 }
 
 int collide_with_box(dGeomID geom, dGeomID box, int flags, dContactGeom* contacts, int skip) {
   const GeomSolid& a = solid_of(geom);
   const auto b = solid_of_box(box);
-  return a.store && b ? collide_solids(geom, a.solid, box, *b, *a.store, flags, contacts, skip) : 0;
+  if (!a.store || !b) return refuse();
+  return collide_solids(geom, a.solid, box, *b, *a.store, flags, contacts, skip);
 }
 
 /// The vertices on or below the plane, the deepest first.
 int collide_with_plane(dGeomID geom, dGeomID plane, int flags, dContactGeom* contacts, int skip) {
+  const GeomSolid& data = solid_of(geom);
+  if (!data.store) return refuse();
   count_check();
   dVector4 n;
   dGeomPlaneGetParams(plane, n);
@@ -64,7 +72,7 @@ int collide_with_plane(dGeomID geom, dGeomID plane, int flags, dContactGeom* con
   };
   std::array<Below, Hexahedron::kVertices> below;
   int count = 0;
-  for (const Vector3& vertex : solid_of(geom).vertices) {
+  for (const Vector3& vertex : data.vertices) {
     const Vector3 p = transform(X, vertex);
     const double depth = n[3] - dot({n[0], n[1], n[2]}, p);
     if (depth >= 0.0) below[count++] = {p, depth};
@@ -74,7 +82,10 @@ int collide_with_plane(dGeomID geom, dGeomID plane, int flags, dContactGeom* con
   count = std::min(count, most_contacts(flags));
   for (int i = 0; i < count; ++i) {
     dContactGeom& contact = contact_at(contacts, skip, i);
-    for (int k = 0; k < 3; ++k) contact.pos[k] = below[i].p[k], contact.normal[k] = n[k];
+    for (int k = 0; k < 3; ++k) {
+      contact.pos[k] = below[i].p[k] + 0.5 * below[i].depth * n[k];
+      contact.normal[k] = n[k];
+    }
     contact.pos[3] = contact.normal[3] = 0.0;
     contact.depth = below[i].depth;
     contact.g1 = geom, contact.g2 = plane;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <limits>
 
 #include "adapters/ode_plugin/ode_plugin.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 #include "contact_core/native/solid_memory.hpp"
 
 namespace touchstone {
@@ -15,7 +15,7 @@ namespace {
 using native::SolidHandle;
 using native::SolidStore;
 
-std::atomic<std::uint64_t> checks{0};
+std::atomic<std::uint64_t> checks{0}, refused{0};
 std::atomic<PairObserver*> told{nullptr};
 
 /// How much of the depth lies between `pos` and the first box's surface; the rest lies between it and the
@@ -71,6 +71,11 @@ std::optional<SolidHandle> solid_of_box(dGeomID box) {
 
 void count_check() { checks.fetch_add(1, std::memory_order_relaxed); }
 
+int refuse() {
+  refused.fetch_add(1, std::memory_order_relaxed);
+  return 0;
+}
+
 int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, const SolidHandle& solid2,
                    const SolidStore& store, int flags, dContactGeom* contacts, int skip) {
   count_check();
@@ -89,6 +94,7 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
                     {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},
                     "native inside ODE, double precision"});
   }
+  if (answer.status == PairStatus::failed) return refuse();
   if (answer.status != PairStatus::overlapping) return 0;
   int count = 0;
   for (int i = 0; i < answer.geometry.point_count && count < most; ++i) {
@@ -127,8 +133,7 @@ void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int sk
   const std::shared_ptr<SolidStore> store = solid_store();
   const Hexahedron a = store->solid(*solid1), b = store->solid(*solid2);
   std::array<ContactPoint, kMaxManifoldPoints> points;
-  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
-  PairGeometry geometry{std::numeric_limits<double>::quiet_NaN(), unknown, unknown, unknown, 0};
+  PairGeometry geometry = no_geometry();
   geometry.point_count = std::min(count, kMaxManifoldPoints);
   for (int i = 0; i < geometry.point_count; ++i) {
     const dContactGeom& contact = contact_at(contacts, skip, i);
@@ -153,5 +158,6 @@ void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int sk
 }  // namespace ode_plugin
 
 std::uint64_t ode_native_checks() { return ode_plugin::checks.load(); }
+std::uint64_t ode_native_refusals() { return ode_plugin::refused.load(); }
 
 }  // namespace touchstone

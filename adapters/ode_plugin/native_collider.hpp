@@ -46,5 +46,7 @@ void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int sk
                       PairObserver& observer);
 
 void count_check();
+/// Counts a pair without an answer. Returns its number of contacts, none.
+int refuse();
 
 }  // namespace touchstone::ode_plugin

@@ -21,9 +21,11 @@
 /// ODE asks for a pair of one class in reversed order (its table says so for every override) and turns the
 /// answer round; the answer is the same either way.
 ///
-/// Boxes with a side of 0 go to ODE's dBoxBox, poses that are not finite have no contacts.
+/// Two boxes of which one has a side of 0 go to ODE's dBoxBox. Nothing answers for such a box against a
+/// hexahedron geom, for a geom of its class that was made without a solid (dCreateGeom), or for a pose that
+/// is not finite: these pairs have no contacts, and ode_native_refusals() counts them.
 ///
-/// Memory: nothing is allocated for boxes whose sizes a thread has seen (it remembers the last 1024 or so),
+/// Memory: nothing is allocated for boxes whose sizes a thread has seen (it remembers the last 1024),
 /// nor for hexahedra. Threads: as ODE itself.
 
 struct dxGeom;
@@ -57,6 +59,9 @@ class OdeBoxOverride {
 
 /// Pairs that our colliders were asked for, in this process so far.
 std::uint64_t ode_native_checks();
+
+/// Pairs that they had no answer to, so that there were no contacts, in this process so far.
+std::uint64_t ode_native_refusals();
 
 /// A geom for a hexahedron: placeable, as any other, to be destroyed by dGeomDestroy (or its space). It meets
 /// boxes, planes and others of its kind; with the rest of ODE's geoms it has no contacts.

@@ -3,7 +3,8 @@
 # HEADERS: those that the Doxyfile takes in. NAMESPACES: the file with the namespaces' lines.
 # WHAT: `warnings`: any warning. `undocumented`: a namespace, class, struct or enumeration, or a function, alias or
 # constant of a namespace or file, without a line. Members are free to go without, and so are classes that have none:
-# Doxygen does not ask for those.
+# Doxygen does not ask for those. And a header whose head says something (comments before its first declaration) that
+# Doxygen does not take for documentation.
 file(MAKE_DIRECTORY ${WORK_DIR})
 file(READ ${DOXYFILE} settings)
 set(warn_if_undocumented NO)
@@ -33,6 +34,14 @@ if(WHAT STREQUAL "undocumented")
     foreach(name IN LISTS names)
       list(APPEND found "${header}: Namespace ${name} is not documented.")
     endforeach()
+    file(STRINGS ${header} comments REGEX "^//")
+    file(STRINGS ${header} blocks REGEX "^/// @file")
+    if(comments AND NOT blocks)
+      list(GET comments 0 first)
+      if(NOT first MATCHES "^///")
+        list(APPEND found "${header}: Head is not documented.")
+      endif()
+    endif()
   endforeach()
 endif()
 foreach(line IN LISTS found)

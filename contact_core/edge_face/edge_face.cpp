@@ -1,4 +1,5 @@
 #include "contact_core/edge_face/edge_face.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +7,6 @@
 
 namespace touchstone {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // The paper's coefficients: A, B, C, D of each face's plane (equation 2), not normalised.
 struct FacePlanes {
@@ -126,11 +125,6 @@ class EdgeFace final : public Narrowphase {
   }
 
  private:
-  static PairGeometry no_geometry() {
-    const Vector3 none(kNaN, kNaN, kNaN);
-    return {kNaN, none, none, none, 0};
-  }
-
   PairStatus check(SolidPair pair, std::span<const Pose> poses) const noexcept {
     PlacedSolid a, b;
     world_vertices(solids_[pair.a], poses[pair.a], a.vertices);

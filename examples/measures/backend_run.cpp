@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "contact_core/input_error.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 #include "examples/measures/allocations.hpp"
 #include "examples/measures/parallel.hpp"
 #include "examples/measures/random.hpp"
@@ -15,15 +16,9 @@ namespace touchstone::comparison {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double nanoseconds(Clock::time_point begin, Clock::time_point end) {
   return std::chrono::duration<double, std::nano>(end - begin).count();
-}
-
-PairGeometry no_geometry() {
-  const Vector3 none(kNaN, kNaN, kNaN);
-  return {kNaN, none, none, none, 0};
 }
 
 void make_slots(QueryAnswers& answers, QueryKind kind, std::size_t cases) {

@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "contact_core/narrowphase/no_geometry.hpp"
+
 namespace {
 
 using namespace touchstone;
@@ -101,7 +103,7 @@ class SeparatingAxes final : public Narrowphase {
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       output.status[i] =
           input.query.kind == QueryKind::overlap ? answer(input, input.pairs[i]) : PairStatus::unsupported;
-      if (!output.geometry.empty()) output.geometry[i] = nothing();
+      if (!output.geometry.empty()) output.geometry[i] = no_geometry();
     }
   }
 
@@ -110,12 +112,6 @@ class SeparatingAxes final : public Narrowphase {
     const Pose &X_WA = input.poses[pair.a], &X_WB = input.poses[pair.b];
     const double moved_by = std::max(X_WA.p.cwiseAbs().maxCoeff(), X_WB.p.cwiseAbs().maxCoeff());
     return check(Placed(solids_[pair.a], X_WA, X_WA.p), Placed(solids_[pair.b], X_WB, X_WA.p), moved_by);
-  }
-
-  static PairGeometry nothing() {
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    const Vector3 none = Vector3::Constant(nan);
-    return {nan, none, none, none, 0};
   }
 
   std::vector<Hexahedron> solids_;

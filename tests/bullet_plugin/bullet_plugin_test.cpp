@@ -66,17 +66,18 @@ TEST(TOUCHSTONE_SUITE, AHullsMarginIsAroundItAndABoxsInside) {
   EXPECT_NEAR(scene.query().deepest()->getDistance(), std::sqrt(2.0) * 0.0625 - 0.125, kTolerance);
 }
 
+struct Dispatcher : btCollisionDispatcher {
+  using btCollisionDispatcher::btCollisionDispatcher;
+  std::vector<btCollisionAlgorithmCreateFunc*> tables() const {
+    std::vector<btCollisionAlgorithmCreateFunc*> all;
+    for (int i = 0; i < MAX_BROADPHASE_COLLISION_TYPES; ++i)
+      for (int k = 0; k < MAX_BROADPHASE_COLLISION_TYPES; ++k)
+        all.insert(all.end(), {m_doubleDispatchContactPoints[i][k], m_doubleDispatchClosestPoints[i][k]});
+    return all;
+  }
+};
+
 TEST(TOUCHSTONE_SUITE, TheTablesAreAsTheyWereAfterwards) {
-  struct Dispatcher : btCollisionDispatcher {
-    using btCollisionDispatcher::btCollisionDispatcher;
-    std::vector<btCollisionAlgorithmCreateFunc*> tables() const {
-      std::vector<btCollisionAlgorithmCreateFunc*> all;
-      for (int i = 0; i < MAX_BROADPHASE_COLLISION_TYPES; ++i)
-        for (int k = 0; k < MAX_BROADPHASE_COLLISION_TYPES; ++k)
-          all.insert(all.end(), {m_doubleDispatchContactPoints[i][k], m_doubleDispatchClosestPoints[i][k]});
-      return all;
-    }
-  };
   btDefaultCollisionConfiguration configuration;
   Dispatcher dispatcher(&configuration);
   btCollisionAlgorithmCreateFunc users_own;
@@ -90,6 +91,72 @@ TEST(TOUCHSTONE_SUITE, TheTablesAreAsTheyWereAfterwards) {
     EXPECT_EQ(dispatcher.tables(), with_one);
   }
   EXPECT_EQ(dispatcher.tables(), before);
+}
+
+TEST(TOUCHSTONE_SUITE, SeveralPluginsMayGoInAnyOrder) {
+  const std::array<Vector3, 4> tetrahedron = {Vector3(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  for (const std::array<int, 3>& order :
+       {std::array{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}) {
+    btDefaultCollisionConfiguration configuration;
+    Dispatcher dispatcher(&configuration);
+    const auto before = dispatcher.tables();
+    btDbvtBroadphase broadphase;
+    btCollisionWorld world(&dispatcher, &broadphase, &configuration);
+    const auto box = make_box(1, 1, 1), small = make_box(0.5, 0.5, 0.5);
+    const auto other = make_hull(tetrahedron);
+    std::array<btCollisionObject, 3> objects;
+    for (int i = 0; i < 3; ++i)
+      objects[i].setCollisionShape(i == 2 ? static_cast<btCollisionShape*>(other.get())
+                                          : (i == 0 ? box : small).get());
+    std::array<std::unique_ptr<BulletPlugin>, 3> plugins;
+    for (auto& plugin : plugins) plugin = std::make_unique<BulletPlugin>(dispatcher);
+    for (const int first : order) {
+      plugins[first].reset();
+      const BulletPlugin* newest = nullptr;
+      for (const auto& plugin : plugins)
+        if (plugin) newest = plugin.get();
+      const std::uint64_t checks = newest != nullptr ? newest->statistics().checks : 0;
+      for (const int partner : {1, 2}) {
+        Contacts contacts;
+        world.contactPairTest(&objects[0], &objects[partner], contacts);
+        EXPECT_FALSE(contacts.points.empty());
+      }
+      if (newest != nullptr) {
+        EXPECT_EQ(newest->statistics().checks, checks + 1);
+      }
+    }
+    EXPECT_EQ(dispatcher.tables(), before);
+  }
+}
+
+TEST(TOUCHSTONE_SUITE, AnEntryThatAProgramHasWrittenSinceIsLeft) {
+  btDefaultCollisionConfiguration configuration;
+  Dispatcher dispatcher(&configuration);
+  btCollisionAlgorithmCreateFunc users_own;
+  auto expected = dispatcher.tables();
+  {
+    const BulletPlugin plugin(dispatcher);
+    dispatcher.registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &users_own);
+  }
+  ASSERT_EQ(BOX_SHAPE_PROXYTYPE, 0);
+  expected[0] = &users_own;
+  EXPECT_EQ(dispatcher.tables(), expected);
+}
+
+TEST(TOUCHSTONE_SUITE, AnEngineWithoutAnAlgorithmIsObserved) {
+  CollisionScene scene(false);
+  btCollisionAlgorithmCreateFunc none;  // creates null
+  scene.dispatcher.registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &none);
+  scene.plugin.emplace(scene.dispatcher, BulletPlugin::Options{EngineCheck::own, nullptr});
+  scene.add(make_box(1, 1, 1), at(0, 0, 0));
+  scene.add(make_box(1, 1, 1), at(0, 0, 0.75));
+  scene.world.performDiscreteCollisionDetection();
+  const btBroadphasePairArray& pairs = scene.broadphase.getOverlappingPairCache()->getOverlappingPairArray();
+  ASSERT_EQ(pairs.size(), 1);
+  ASSERT_NE(pairs[0].m_algorithm, nullptr);
+  btManifoldArray manifolds;
+  pairs[0].m_algorithm->getAllContactManifolds(manifolds);
+  EXPECT_EQ(manifolds.size(), 0);
 }
 
 TEST(TOUCHSTONE_SUITE, APoolWithTooSmallElementsIsRefused) {

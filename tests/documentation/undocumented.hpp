@@ -1,6 +1,6 @@
 #pragma once
 
-// Read by Doxygen alone: each name is to be found undocumented but for those that say otherwise.
+// Read by Doxygen alone: this head and each name are to be found undocumented but for those that say otherwise.
 
 namespace touchstone {
 

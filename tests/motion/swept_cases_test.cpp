@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <iostream>
+#include <map>
+#include <set>
+#include <vector>
 
 #include "contact_core/input_error.hpp"
 #include "contact_core/registry.hpp"
@@ -43,25 +45,30 @@ std::vector<SweptCase> cases() {
   };
 }
 
-// Exact and native never late and within the gap; others counted (all of them in `swept_cases`).
+/// Whose stops are proven; what the others get wrong: they pass a corner that is touched in one instant.
+const std::set<std::string> kProven = {"native", "exact", "bullet_gjk"};
+const std::map<std::string, std::vector<std::string>> kKnownViolations = {
+    {"edge_face", {"corner graze"}},  {"bullet", {"corner graze"}}, {"ode", {"corner graze"}},
+    {"libccd_mpr", {"corner graze"}}, {"fcl", {"corner graze"}},    {"fcl_indep", {"corner graze"}}};
+
+// Those that are proven never late and within the gap; the others as known (all of the cases in
+// `swept_cases`).
 TEST(SweptCases, EveryBackendIsHeldAgainstTheExactTimes) {
   BackendRegistry registry;
   comparison::register_all_backends(registry);
   for (const BackendRegistry::NarrowphaseEntry& entry : registry.narrowphases()) {
-    int violations = 0;
+    std::vector<std::string> violating;
     for (const SweptCase& swept : cases()) {
       const auto narrowphase = entry.make();
       narrowphase->build(swept.solids);
       const SweptAnswer a = answer(swept, *narrowphase);
-      violations += !a.violation.empty();
-      const Capabilities& can = narrowphase->capabilities();
-      const bool claims = can.distance && can.penetration && std::isfinite(can.resolution.of_depth);
-      EXPECT_EQ(a.is_sampled, !claims);
-      if (!a.is_sampled) {
-        EXPECT_EQ(a.violation, "") << entry.name << ": " << swept.name;
-      }
+      if (!a.violation.empty()) violating.push_back(swept.name);
+      EXPECT_EQ(a.is_sampled, !kProven.contains(entry.name)) << entry.name;
+      if (!a.violation.empty()) std::cout << entry.name << ", " << swept.name << ": " << a.violation << '\n';
     }
-    std::cout << entry.name << ": " << violations << " violations of " << cases().size() << " swept cases\n";
+    const auto known = kKnownViolations.find(entry.name);
+    EXPECT_EQ(violating, known != kKnownViolations.end() ? known->second : std::vector<std::string>{})
+        << entry.name;
   }
 }
 

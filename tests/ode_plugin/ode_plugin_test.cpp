@@ -8,6 +8,7 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "contact_core/input_error.hpp"
@@ -285,6 +286,56 @@ TEST_F(OdePlugin, BoxesWithoutVolumeGoToOdeAndBadPosesHaveNoContacts) {
   dGeomSetPosition(bad, 0, 0, 0);
 }
 
+TEST_F(OdePlugin, APlanesContactsAreHalfWayAndItsDeepestVerticesFirst) {
+  Pose X = at(0.5, -0.25, 0.625);
+  X.R = rotation_from_quaternion(std::cos(0.05), std::sin(0.05), 0, 0);
+  const Hexahedron solid = frustum();
+  const dGeomID geom = hexahedron(solid, X);
+  geoms_.push_back(dCreatePlane(nullptr, 0, 0, 1, 0.25));
+  const dGeomID plane = geoms_.back();
+  std::vector<double> depths;
+  for (const Vector3& vertex : solid.vertices())
+    if (const double z = transform(X, vertex).z(); z <= 0.25) depths.push_back(0.25 - z);
+  ASSERT_EQ(depths.size(), 4u);
+  std::sort(depths.rbegin(), depths.rend());
+  for (const bool swapped : {false, true}) {
+    const auto contacts = swapped ? collide(plane, geom) : collide(geom, plane);
+    ASSERT_EQ(contacts.size(), depths.size());
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      EXPECT_NEAR(contacts[i].depth, depths[i], kTolerance);
+      EXPECT_NEAR(contacts[i].pos[2], 0.25 - 0.5 * depths[i], kTolerance);
+      EXPECT_NEAR(std::abs(contacts[i].pos[0] - 0.5), 0.5, kTolerance);
+    }
+  }
+}
+
+TEST_F(OdePlugin, WhatNothingAnswersForIsCounted) {
+  const dGeomID solid = hexahedron(frustum(), at(0, 0, 0)), flat = box(1, 1, 0, at(0, 0, 0.25));
+  geoms_.push_back(dCreateGeom(ode_hexahedron_class()));
+  const dGeomID empty = place(geoms_.back(), at(0, 0, -0.125));
+  const dGeomID cube = box(1, 1, 1, at(0, 0, 0));
+  geoms_.push_back(dCreatePlane(nullptr, 0, 0, 1, 0.5));
+  const dGeomID plane = geoms_.back();
+  const std::array<std::pair<dGeomID, dGeomID>, 4> pairs = {
+      {{solid, flat}, {empty, solid}, {empty, cube}, {empty, plane}}};
+  for (const auto& [a, b] : pairs) {
+    for (const bool swapped : {false, true}) {
+      const std::uint64_t before = ode_native_refusals();
+      EXPECT_THAT(swapped ? collide(b, a) : collide(a, b), testing::IsEmpty());
+      EXPECT_EQ(ode_native_refusals() - before, 1u);
+    }
+  }
+  dReal bounds[6];
+  dGeomGetAABB(empty, bounds);
+  EXPECT_THAT(bounds, testing::ElementsAre(0, 0, 0, 0, -0.125, -0.125));
+  const std::uint64_t before = ode_native_refusals();
+  EXPECT_FALSE(collide(solid, cube).empty());
+  dGeomSetPosition(cube, std::numeric_limits<double>::infinity(), 0, 0);
+  EXPECT_THAT(collide(solid, cube), testing::IsEmpty());
+  dGeomSetPosition(cube, 0, 0, 0);
+  EXPECT_EQ(ode_native_refusals() - before, 1u);
+}
+
 TEST_F(OdePlugin, ABoxThatChangesItsSizeIsSeen) {
   const OdeBoxOverride native;
   const dGeomID a = box(1, 1, 1, at(0, 0, 0)), b = box(1, 1, 1, at(0, 0, 0.75));
@@ -314,6 +365,56 @@ TEST_F(OdePlugin, CollidingAllocatesNothing) {
   EXPECT_EQ(collide_all(), count);
   EXPECT_EQ(allocation_count() - before, 0u);
   EXPECT_GT(count, 100);
+}
+
+// Round sizes differ in the highest bits of a double only: a table of them must not mistake one for another.
+TEST_F(OdePlugin, BoxesOfRoundSizesAreRememberedTogether) {
+  const OdeBoxOverride native;
+  const dGeomID cube = box(1, 1, 1, at(0, 0, 0));
+  const std::array<double, 7> heights = {0.25, 0.5, 1.25, 1.5, 2, 3, 4};
+  for (const double height : heights) box(1, 1, height, at(0, 0, 0.5 + height / 2 - 0.125));
+  std::array<dContactGeom, 8> contacts;
+  std::size_t allocations = 0;
+  for (int round = 0; round < 10; ++round) {
+    if (round == 1) allocations = allocation_count();
+    for (std::size_t i = 1; i < geoms_.size(); ++i) {
+      ASSERT_EQ(dCollide(cube, geoms_[i], 8, contacts.data(), sizeof(dContactGeom)), 4);
+      EXPECT_NEAR(contacts[0].depth, 0.125, kTolerance) << heights[i - 1];
+    }
+  }
+  EXPECT_EQ(allocation_count() - allocations, 0u);
+}
+
+TEST_F(OdePlugin, ThreadsWithBoxesOfManySizesGetTheirOwnAnswers) {
+  const OdeBoxOverride native;
+  constexpr int kThreads = 4, kSizes = 12, kRounds = 500;
+  std::array<std::vector<dGeomID>, kThreads> stacks;
+  for (int t = 0; t < kThreads; ++t) {
+    for (int i = 0; i < kSizes; ++i) {
+      const double height = 0.25 * (1 + i + kSizes * t);
+      stacks[t].push_back(box(1, 1, height, at(0, 0, -height / 2)));
+      stacks[t].push_back(box(1, 1, 1, at(0, 0, 0.5 - 1.0 / 64 * (1 + i + kSizes * t))));
+    }
+  }
+  std::array<int, kThreads> wrong{};
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      dAllocateODEDataForThread(dAllocateMaskAll);
+      std::array<dContactGeom, 8> contacts;
+      for (int round = 0; round < kRounds; ++round) {
+        for (int i = 0; i < kSizes; ++i) {
+          const int count =
+              dCollide(stacks[t][2 * i], stacks[t][2 * i + 1], 8, contacts.data(), sizeof(dContactGeom));
+          const double expected = std::min(1.0 / 64 * (1 + i + kSizes * t), 0.25 * (1 + i + kSizes * t));
+          wrong[t] += count == 0 || std::abs(contacts[0].depth - expected) > kTolerance;
+        }
+      }
+      dCleanupODEAllDataForThread();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_THAT(wrong, testing::Each(0));
 }
 
 }  // namespace

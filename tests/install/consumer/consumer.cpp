@@ -1,8 +1,10 @@
-// What a user of the installed package writes: two boxes, one query, every installed backend by name.
+// What a user of the installed package writes: two boxes, one query, every installed backend by name; and a
+// call of each further component, so that what its static library needs is linked.
 #include <array>
 #include <cstdio>
 #include <exception>
 
+#include "contact_core/input_error.hpp"
 #include "contact_core/registry.hpp"
 #ifdef WITH_exact
 #include "adapters/exact/exact.hpp"
@@ -10,8 +12,14 @@
 #ifdef WITH_bullet
 #include "adapters/bullet/bullet.hpp"
 #endif
+#ifdef WITH_bullet_plugin
+#include "adapters/bullet_plugin/bullet_plugin.hpp"
+#endif
 #ifdef WITH_ode
 #include "adapters/ode/ode.hpp"
+#endif
+#ifdef WITH_ode_plugin
+#include "adapters/ode_plugin/ode_plugin.hpp"
 #endif
 #ifdef WITH_libccd
 #include "adapters/libccd/libccd.hpp"
@@ -22,11 +30,37 @@
 #ifdef WITH_mujoco
 #include "adapters/mujoco/mujoco.hpp"
 #endif
+#ifdef WITH_mujoco_plugin
+#include "adapters/mujoco_plugin/mujoco_plugin.hpp"
+#endif
+#ifdef WITH_scene_files
+#include "adapters/scene_files/pair_file.hpp"
+#include "adapters/scene_files/scene_file.hpp"
+#endif
+#ifdef WITH_dynamics_files
+#include "adapters/scene_files/dynamics_file.hpp"
+#endif
+#ifdef WITH_urdf
+#include "adapters/urdf/urdf.hpp"
+#endif
+#ifdef WITH_recorder
+#include "adapters/recorder/recorder.hpp"
+#endif
+#ifdef WITH_cigi
+#include "adapters/cigi/cigi_output.hpp"
+#endif
+#ifdef WITH_gltf
+#include "adapters/gltf/gltf.hpp"
+#endif
+#ifdef WITH_physics
+#include "physics/dynamics_world.hpp"
+#endif
 
 using namespace touchstone;
 
-int main() try {
-  BackendRegistry registry;
+namespace {
+
+void register_all(BackendRegistry& registry) {
   register_core(registry);
 #ifdef WITH_exact
   register_exact(registry);
@@ -46,12 +80,14 @@ int main() try {
 #ifdef WITH_mujoco
   register_mujoco(registry);
 #endif
+}
 
+/// Backends that do not find two boxes in contact.
+int wrong_backends(const BackendRegistry& registry) {
   const std::array solids = {Hexahedron::from_size({2.0, 2.0, 2.0}), Hexahedron::from_size({1.0, 1.0, 1.0})};
   std::array<Pose, 2> poses;
   poses[1].p = {1.25, 0.0, 0.0};  // a quarter of a metre deep
   const std::array pairs = {SolidPair{0, 1}};
-
   int wrong = 0;
   for (const BackendRegistry::NarrowphaseEntry& entry : registry.narrowphases()) {
     const std::unique_ptr<Narrowphase> narrowphase = entry.make();
@@ -64,6 +100,75 @@ int main() try {
     std::printf("%-12s %s\n", entry.name.c_str(), to_string(status[0]).data());
     if (status[0] != PairStatus::overlapping) ++wrong;
   }
+  return wrong;
+}
+
+/// 1 unless `call` is refused by name, as something that is not there must be.
+template <class Call>
+[[maybe_unused]] int refused(const char* component, Call call) try {
+  call();
+  std::printf("%s took what is not there\n", component);
+  return 1;
+} catch (const InputError& error) {
+  std::printf("%-12s refuses: %s\n", component, error.what());
+  return 0;
+}
+
+int wrong_plugins() {
+  int wrong = 0;
+#ifdef WITH_bullet_plugin
+  // Linked, not called: a dispatcher takes Bullet's headers.
+  if (void* const volatile dispatcher = nullptr; dispatcher != nullptr)
+    BulletPlugin(*static_cast<btCollisionDispatcher*>(dispatcher));
+#endif
+#ifdef WITH_ode_plugin
+  const OdeBoxOverride ode;
+  wrong += create_ode_hexahedron(nullptr, Hexahedron::from_size({1.0, 1.0, 1.0})) == nullptr;
+#endif
+#ifdef WITH_mujoco_plugin
+  const MujocoOverride mujoco;
+  wrong += mujoco_native_checks() != 0;
+#endif
+  return wrong;
+}
+
+int wrong_files() {
+  int wrong = 0;
+#ifdef WITH_scene_files
+  wrong += refused("scene_files", [] { load_scene("not_there.yaml"); });
+  wrong += refused("scene_files", [] { load_pairs("not_there.json"); });
+#endif
+#ifdef WITH_dynamics_files
+  wrong += refused("dynamics_files", [] { load_dynamic_scene("not_there.yaml"); });
+#endif
+#ifdef WITH_urdf
+  wrong += refused("urdf", [] { urdf::parse_urdf("<robot/>"); });
+  wrong += refused("urdf", [] { urdf::parse_srdf("no markup"); });
+#endif
+#ifdef WITH_recorder
+  wrong += refused("recorder", [] { Recorder("/not/there.csv"); });
+#endif
+#ifdef WITH_cigi
+  CigiOptions twice;
+  twice.entities.assign(2, {.object = "box", .id = 1, .type = 0, .X_OE = {}});
+  wrong += refused("cigi", [&] { CigiOutput output(twice); });
+#endif
+#ifdef WITH_gltf
+  wrong += refused("gltf", [] { write_gltf("not_there.gltf", Recording{}, {}); });
+#endif
+#ifdef WITH_physics
+  physics::DynamicsWorld world(physics::DynamicsWorld::Settings{});
+  world.step(0.01, {});
+#endif
+  return wrong;
+}
+
+}  // namespace
+
+int main() try {
+  BackendRegistry registry;
+  register_all(registry);
+  const int wrong = wrong_backends(registry) + wrong_plugins() + wrong_files();
   return registry.narrowphases().empty() || wrong != 0;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "%s\n", error.what());

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <limits>
+
+#include "contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone {
+
+/// Nothing but a separation [m], NaN where that is not known either: no normal, no witness points, no
+/// manifold.
+inline PairGeometry no_geometry(double separation = std::numeric_limits<double>::quiet_NaN()) {
+  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  return {separation, unknown, unknown, unknown, 0};
+}
+
+}  // namespace touchstone

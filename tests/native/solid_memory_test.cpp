@@ -1,0 +1,101 @@
+#include "contact_core/native/solid_memory.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+#include "tests/support/counting_allocator.hpp"
+#include "tests/support/random_poses.hpp"
+
+namespace touchstone::native {
+namespace {
+
+SolidContent box(double x, double y, double z) {
+  SolidContent content;
+  content.is_box = true;
+  content.points[0] = {x, y, z};
+  return content;
+}
+
+std::vector<SolidContent> random_boxes(std::size_t count) {
+  std::mt19937_64 random(7);
+  std::vector<SolidContent> boxes;
+  while (boxes.size() < count) {
+    const Vector3 sides = random_vector(random, 0.5, 2.0);
+    boxes.push_back(box(sides.x(), sides.y(), sides.z()));
+  }
+  return boxes;
+}
+
+TEST(SolidMemory, HoldsTheLastThousandWhateverTheirSizes) {
+  std::vector<SolidContent> contents = random_boxes(SolidMemory::kPlaces / 2);
+  for (std::size_t i = 0; contents.size() < SolidMemory::kPlaces; ++i)  // round sizes: few bits differ
+    contents.push_back(box(0.25 * static_cast<double>(1 + i % 8), 0.25 * static_cast<double>(1 + i / 8 % 8),
+                           0.25 * static_cast<double>(1 + i / 64)));
+  const auto store = std::make_shared<SolidStore>();
+  SolidMemory memory(store);
+  for (const SolidContent& content : contents) ASSERT_TRUE(memory.find(content));
+  EXPECT_EQ(store->size(), SolidMemory::kPlaces);
+  const std::size_t before = allocation_count();
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    const auto solid = memory.find(contents[i * 389 % contents.size()]);
+    ASSERT_TRUE(solid);
+    EXPECT_EQ(*solid->content, contents[i * 389 % contents.size()]);
+  }
+  EXPECT_EQ(allocation_count() - before, 0u);
+}
+
+TEST(SolidMemory, HoldsBothSolidsOfAPairWhateverOthersAcquire) {
+  const std::array<SolidContent, 6> contents = {box(1, 1, 1),   box(1, 1, 2),    box(1, 1, 0.5),
+                                                box(1, 1, 1.5), box(1, 1, 1.25), box(1, 1, 3)};
+  const auto store = std::make_shared<SolidStore>();
+  SolidMemory memory(store);
+  for (const SolidContent& a : contents) {
+    for (const SolidContent& b : contents) {
+      const auto first = memory.find(a), second = memory.find(b);
+      const auto others = store->acquire(box(5, 6, 7));  // as another thread may at any time
+      EXPECT_EQ(2.0 * store->solid(*first).half_extents().z(), a.points[0][2]);
+      EXPECT_EQ(2.0 * store->solid(*second).half_extents().z(), b.points[0][2]);
+      store->release(*others);
+    }
+  }
+}
+
+TEST(SolidMemory, ForgetsWhatWasAskedForLongestAgo) {
+  const std::vector<SolidContent> contents = random_boxes(SolidMemory::kPlaces + 1);
+  const auto store = std::make_shared<SolidStore>();
+  const auto is_held = [&](const SolidContent& content) {
+    const std::size_t size = store->size();
+    const auto solid = store->acquire(content);
+    const bool held = store->size() == size;
+    store->release(*solid);
+    return held;
+  };
+  {
+    SolidMemory memory(store);
+    for (std::size_t i = 0; i < SolidMemory::kPlaces; ++i) memory.find(contents[i]);
+    memory.find(contents[0]);
+    memory.find(contents.back());
+    EXPECT_EQ(store->size(), SolidMemory::kPlaces);
+    EXPECT_TRUE(is_held(contents[0]));
+    EXPECT_FALSE(is_held(contents[1]));
+    EXPECT_TRUE(is_held(contents[2]));
+  }
+  EXPECT_EQ(store->size(), 0u);
+}
+
+TEST(SolidMemory, RemembersWhatIsNoHexahedron) {
+  const auto store = std::make_shared<SolidStore>();
+  SolidMemory memory(store);
+  const SolidContent flat = box(1, 1, 0), none = box(1, 1, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_FALSE(memory.find(flat));
+  EXPECT_FALSE(memory.find(none));
+  const std::size_t before = allocation_count();
+  EXPECT_FALSE(memory.find(flat));
+  EXPECT_FALSE(memory.find(none));
+  EXPECT_EQ(allocation_count() - before, 0u);
+}
+
+}  // namespace
+}  // namespace touchstone::native
