@@ -65,8 +65,9 @@ std::set<FactKey> keys_of(const ReportFacts& facts, bool with_exact) {
     if (kParts[part].needs_exact && !with_exact) continue;
     for (const auto& [key, fact] : facts.parts[part]) keys.insert(key);
   }
-  for (const auto& [key, sample] : facts.times)
-    keys.insert({key.where, key.query, key.backend, key.what + " time"});
+  for (const auto* times : {&facts.times, &facts.thread_times})
+    for (const auto& [key, sample] : *times)
+      keys.insert({key.where, key.query, key.backend, key.what + " time"});
   return keys;
 }
 
@@ -133,11 +134,12 @@ double median_of(std::vector<double> values) {
   return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
-std::vector<TimeChange> time_changes(const ReportFacts& before, const ReportFacts& after) {
+using Times = std::map<FactKey, std::vector<double>>;
+std::vector<TimeChange> time_changes(const Times& before, const Times& after) {
   std::vector<TimeChange> changes;
-  for (const auto& [key, old_sample] : before.times) {
-    const auto found = after.times.find(key);
-    if (found == after.times.end()) continue;
+  for (const auto& [key, old_sample] : before) {
+    const auto found = after.find(key);
+    if (found == after.end()) continue;
     const std::vector<double>& new_sample = found->second;
     TimeChange change{key};
     change.repetitions = std::min(old_sample.size(), new_sample.size());
@@ -162,8 +164,9 @@ std::vector<TimeChange> time_changes(const ReportFacts& before, const ReportFact
   return changes;
 }
 
-std::string time_text(const std::vector<TimeChange>& changes, bool all) {
-  TextTable table({"times: new / old", "query", "backend", "row", "ratio", "p", "repetitions", ""});
+std::string time_text(const char* title, const std::vector<TimeChange>& changes, bool all) {
+  TextTable table(
+      {std::string(title) + ": new / old", "query", "backend", "row", "ratio", "p", "repetitions", ""});
   std::size_t unresolved = 0, untested = 0;
   for (const TimeChange& change : changes) {
     unresolved += !change.resolved;
@@ -178,15 +181,18 @@ std::string time_text(const std::vector<TimeChange>& changes, bool all) {
   }
   std::string text = table.rows().size() == 1 ? "" : table.str();
   text += fmt::format(
-      "times: {} rows resolved, {} unresolved ({} of these with fewer than {} repetitions in one of the "
+      "{}: {} rows resolved, {} unresolved ({} of these with fewer than {} repetitions in one of the "
       "runs).\n",
-      changes.size() - unresolved, unresolved, untested, kLeastRepetitions);
-  return text +
-         fmt::format(
-             "  Mann and Whitney, exact, on the medians of the repetitions; of the resolved at most {:.0f} % "
-             "expected by chance (Benjamini and Hochberg).\n  The test knows the noise within the runs; a "
-             "machine that was slower throughout one of them shows as a change of every row.\n",
-             100 * kFalseDiscoveryRate);
+      title, changes.size() - unresolved, unresolved, untested, kLeastRepetitions);
+  return text;
+}
+
+std::string test_note() {
+  return fmt::format(
+      "  Mann and Whitney, exact, on the medians of the repetitions; of the resolved at most {:.0f} % "
+      "expected by chance (Benjamini and Hochberg).\n  The test knows the noise within the runs; a "
+      "machine that was slower throughout one of them shows as a change of every row.\n",
+      100 * kFalseDiscoveryRate);
 }
 
 std::string uncompared(const Json& before, const Json& after) {
@@ -204,7 +210,9 @@ std::string diff_reports(const std::string& old_json, const std::string& new_jso
     std::string text;
     for (std::size_t part = 0; part < kFactParts; ++part) text += part_changes(old_facts, new_facts, part);
     return text + gone_and_new(old_facts, new_facts) + setting_changes(before, after) +
-           time_text(time_changes(old_facts, new_facts), all) + uncompared(before, after);
+           time_text("times", time_changes(old_facts.times, new_facts.times), all) +
+           time_text("times on threads", time_changes(old_facts.thread_times, new_facts.thread_times), all) +
+           test_note() + uncompared(before, after);
   } catch (const nlohmann::json::exception& error) {
     throw InputError(std::string("diff: ") + error.what());
   }

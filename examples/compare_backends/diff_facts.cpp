@@ -52,8 +52,9 @@ class Collector {
     add_number(FactPart::error, key, quantiles.at("worst"), quantiles.at("worst_case").get<std::string>());
   }
 
-  void add_time(const FactKey& key, const Json& timing) {
-    if (!timing.is_null()) facts_.times[key] = timing.at("repetition_medians_ns").get<std::vector<double>>();
+  static void add_time(std::map<FactKey, std::vector<double>>& times, const FactKey& key,
+                       const Json& timing) {
+    if (!timing.is_null()) times[key] = timing.at("repetition_medians_ns").get<std::vector<double>>();
   }
 
   void add_set(const Json& set) {
@@ -68,7 +69,7 @@ class Collector {
 
   void add_row(const std::string& where, const std::string& query, const std::string& backend,
                const Json& row) {
-    for (const char* mode : kModes) add_time({where, query, backend, mode}, row.at(mode));
+    for (const char* mode : kModes) add_time(facts_.times, {where, query, backend, mode}, row.at(mode));
     add_number(FactPart::allocations, {where, query, backend, "a query"}, row.at("allocations_per_query"));
     if (!facts_.exact) return;
     const Json& wrong = row.at("wrong");
@@ -126,6 +127,7 @@ class Collector {
   void add_threads(const Json& run) {
     if (run.contains("gap")) return;
     add_time(
+        facts_.thread_times,
         {"threads", run.at("query"), run.at("backend"), fmt::format("on {}", run.at("threads").get<int>())},
         run.at("pass"));
   }

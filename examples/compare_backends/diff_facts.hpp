@@ -33,7 +33,8 @@ inline constexpr std::size_t kFactParts = 4;
 struct ReportFacts {
   bool exact = false;  ///< without, there is neither wrongness nor error
   std::array<std::map<FactKey, Fact>, kFactParts> parts;
-  std::map<FactKey, std::vector<double>> times;  ///< the medians of the repetitions [ns]
+  std::map<FactKey, std::vector<double>> times;         ///< the medians of the repetitions [ns]
+  std::map<FactKey, std::vector<double>> thread_times;  ///< of whole passes over a set [ns a pair]
 };
 
 /// @throws nlohmann::json::exception where a key is missing that every such file has.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "examples/compare_backends/plot_scale.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
@@ -166,7 +167,9 @@ std::vector<FittedSlope> fitted_slopes(std::span<const BroadphaseResult> broadph
   std::vector<FittedSlope> slopes;
   const auto add = [&](const char* along, const std::vector<Line>& lines) {
     for (const Line& line : lines) {
-      if (has_slope(line)) slopes.push_back({along, line.name, slope(line.points)});
+      if (line.wrong == 0)
+        slopes.push_back({along, line.name,
+                          has_slope(line) ? slope(line.points) : std::numeric_limits<double>::quiet_NaN()});
     }
   };
   add("objects", lines_of(broadphases, Growth::objects));

@@ -25,9 +25,9 @@ inline constexpr std::size_t kLeastForSlope = 3;
 struct FittedSlope {
   std::string along;  ///< "objects", "hexahedra an object", "threads"
   std::string name;
-  double slope = 0;
+  double slope = 0;  ///< NaN of fewer than kLeastForSlope points
 };
-/// Of every line of kLeastForSlope points or more in the three plots, those without a speed mark left out.
+/// Of every line in the three plots, those without a speed mark left out.
 std::vector<FittedSlope> fitted_slopes(std::span<const BroadphaseResult> broadphases,
                                        std::span<const ThreadResult> threads);
 

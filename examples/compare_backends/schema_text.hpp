@@ -85,7 +85,7 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"least_that_serves", "thin", "why that is no recommendation; empty: it is one"},
     {"root", "consistency", "by backend: over all pair_sets"},
     {"root", "fitted_slopes",
-     "of the logarithms of time against size, of three points or more and nothing wrong"},
+     "of the logarithms of time against size, where nothing is wrong; null: fewer than three points"},
     {"fitted_slopes", "along slope", "objects, hexahedra an object, or threads"},
     {"root", "dynamics", "of --dynamics: one entry a scene and backend, as dynamics_run found it"},
     {"dynamics",

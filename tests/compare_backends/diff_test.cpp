@@ -111,8 +111,8 @@ TEST(Diff, ReadsFramesAndBroadphases) {
   after.scenes[0].backends[0].missed_frames = 11;
   after.scenes[0].backends[0].worst_clearance_error = 0.25;
   const std::string text = diff(before, after);
-  EXPECT_THAT(text, HasSubstr("0 of 777   5 of 777"));
-  EXPECT_THAT(text, HasSubstr("0 of 50   11 of 50"));
+  EXPECT_THAT(text, HasSubstr("0 of 777  5 of 777"));
+  EXPECT_THAT(text, HasSubstr("0 of 50  11 of 50"));
   EXPECT_THAT(text, HasSubstr("2.5e-01"));
   EXPECT_THAT(text, HasSubstr("a frame"));
   EXPECT_THAT(text, HasSubstr("times of broadphases: not compared"));
@@ -139,6 +139,23 @@ TEST(Diff, ReadsEveryErrorConsistencyAndAllocations) {
   const std::string same = diff(before, before);
   for (const char* part : {"wrong answers", "worst errors", "consistency", "allocations"})
     EXPECT_THAT(same, HasSubstr(std::string(part) + ": no change in "));
+}
+
+TEST(Diff, ComparesTimesOnThreads) {
+  Report before = made_up(100, 50, 0, 0);
+  ThreadResult run;
+  run.backend = "some";
+  run.threads = 2;
+  run.pass = times(100, 9);
+  before.thread_runs = {run};
+  Report after = before;
+  after.thread_runs[0].pass = times(300, 9);
+  const std::string text = diff(before, after);
+  EXPECT_THAT(text, HasSubstr("times on threads: 1 rows resolved, 0 unresolved"));
+  EXPECT_THAT(text, HasSubstr("times: 0 rows resolved, 2 unresolved"));
+  EXPECT_THAT(text, HasSubstr("on 2  2.961"));  // 302 over 102
+  after.thread_runs.clear();
+  EXPECT_THAT(diff(before, after), HasSubstr("row gone: threads, some: all of it"));
 }
 
 TEST(Diff, RowsThatAreGoneAreNamed) {

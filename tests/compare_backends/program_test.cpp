@@ -123,7 +123,7 @@ TEST_F(Program, AFolderThatCannotBeMadeIsRefusedBeforeAnythingIsMeasured) {
       run("--count 2000000 --no-broadphase --families random --output /proc/no_such/report");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("--output /proc/no_such/report"));
-  EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("backends")));
+  EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("exact answers")));
 }
 
 TEST_F(Program, TheReportedCommandCanBePasted) {
@@ -375,7 +375,8 @@ TEST_F(Program, FacetFramesStandAroundTheFirstContact) {
   EXPECT_LE(facets["frames"].get<int>(), 10);
   EXPECT_GT(facets["frames_that_differ_in_class"].get<int>(), 0);
   for (const auto& [query, least] : facets["least_that_serves"].items()) {
-    if (!least.is_null()) EXPECT_THAT(least["thin"].get<std::string>(), HasSubstr("too few frames")) << query;
+    if (least.is_null()) continue;
+    EXPECT_THAT(least["thin"].get<std::string>(), HasSubstr("too few frames")) << query;
   }
   EXPECT_THAT(read(folder_ / "report/report.html"), HasSubstr("No recommendation: too few frames"));
 }
