@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "contact_core/input_error.hpp"
+#include "examples/compare_backends/replay_command.hpp"
 #include "examples/measures/pair_families.hpp"
 
 namespace touchstone::comparison {
@@ -63,6 +65,10 @@ class Session {
     ThreadOptions threads;
     threads.threads = thread_counts();
     const std::size_t pairs = std::min<std::size_t>(options_.pair_count(), 1024);
+    for (const auto& [name, description] : report.backends) {
+      if (!is_here(name))
+        report.thread_gaps.push_back({name, "runs in a process of its own, which is timed on one thread"});
+    }
     report.thread_runs = run_threads(here, make_pair_family(families.front(), options_.seed, pairs), threads);
     for (ThreadResult& run : report.thread_runs) {
       for (const BackendResult& backend : report.sets.front().backends) {
@@ -95,6 +101,9 @@ class Session {
         return answer_set(options_, backends_, set, measure, share_);
       };
       report.scenes.push_back(run_scene(file, scene, oracle_, answer, share_));
+      auto& worst = report.scenes.back().worst_cases;
+      std::move(worst.begin(), worst.end(), std::back_inserter(gallery_));
+      worst.clear();
     }
   }
 
@@ -111,17 +120,12 @@ class Session {
                         [&](const Worker& worker) { return worker.offers(name); });
   }
 
-  std::string replay(const std::string& id, const PairFileResult* file) const {
-    std::string command = "examples/run --case '" + id + "'";
-    if (file != nullptr) return command + " --pairs " + file->cases.file;
-    return command + " --seed " + std::to_string(options_.seed);
-  }
-
-  SetResult run_set(const PairSet& set, PairFileResult* keep) {
+  SetResult run_set(PairSet set, PairFileResult* keep) {
     std::vector<PairTruth> truth;
     if (oracle_ != nullptr) {
       progress_.step(set.name + ": exact answers");
       truth = compute_truth(set, *oracle_, options_.threads, share_);
+      for (const PairTruth& each : truth) set.exact_separations.push_back(each.separation);
     }
     progress_.step(set.name + ": backends");
     MeasureOptions measure = measure_options(options_);
@@ -131,10 +135,7 @@ class Session {
     progress_.step(set.name + ": errors");
     SetResult result = sum_up(set, truth, oracle_, answers, options_.threads, share_);
     if (oracle_ != nullptr) {
-      const std::size_t before = gallery_.size();
       collect_cases(set, truth, answers, result, gallery_);
-      for (std::size_t i = before; i < gallery_.size(); ++i)
-        gallery_[i].replay = replay(gallery_[i].id, keep);
     }
     if (keep != nullptr) {
       keep->truth = std::move(truth);
@@ -167,6 +168,19 @@ std::string describe(const Backends& backends, const std::string& name) {
     }
   }
   return backends.registry.narrowphase(name).description;
+}
+
+// Ids, figures and settings go by these names.
+void check_once(const std::string& option, std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  const auto again = std::adjacent_find(names.begin(), names.end());
+  if (again != names.end()) throw InputError(option + ": '" + *again + "' is given twice");
+}
+
+std::vector<std::string> scene_names(const std::vector<std::string>& files) {
+  std::vector<std::string> names;
+  for (const std::string& file : files) names.push_back(std::filesystem::path(file).stem().string());
+  return names;
 }
 
 void check_known(const Backends& backends, const std::string& name) {
@@ -246,6 +260,8 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   report.has_truth = oracle != nullptr;
   report.backends = chosen_backends(options, backends);
   Session session(options, backends, oracle, progress);
+  check_once("--families", options.families);
+  check_once("--scene", scene_names(options.scenes));
   for (const std::string& name : session.chosen_families()) make_pair_family(name, options.seed, 0);
   for (const std::string& file : options.scenes)
     load_scene_frames(file, parameters_for(file, options.scene_settings), 1);
@@ -261,6 +277,7 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   if (!options.no_broadphase) session.run_broadphase_sizes(report);
   session.run_thread_counts(report);
   report.gallery = session.worst_cases();
+  for (GalleryCase& shown : report.gallery) shown.replay = replay_command(report, shown.set, shown.id);
   if (report.has_truth) {
     for (const QueryKind kind : kQueryKinds) {
       if (!report.sets.empty()) report.rankings.push_back(rank(report.sets, kind));

@@ -7,7 +7,7 @@ namespace touchstone::comparison {
 namespace {
 
 std::string cells(const std::optional<Timing>& timing) {
-  return timing ? csv_number(timing->median_ns) + "," + csv_number(timing->p99_ns) : ",";
+  return timing ? csv_number(timing->median_ns) + "," + csv_number(shown_p99(*timing)) : ",";
 }
 
 std::string cells(const Quantiles& quantiles, const SetResult& set) {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <map>
+#include <set>
 
 #include "contact_core/input_error.hpp"
+#include "examples/compare_backends/diff_facts.hpp"
 #include "examples/compare_backends/mann_whitney.hpp"
 #include "examples/compare_backends/results_file.hpp"
 #include "examples/program/program.hpp"
@@ -16,44 +16,91 @@
 namespace touchstone::comparison {
 namespace {
 
-constexpr const char* kKinds[] = {"missed", "phantom", "undecided", "failed", "unsupported", "missing_value"};
-constexpr const char* kModes[] = {"single", "cached", "batch", "raw", "frame"};
+// ---- figures that are the same or not
 
-// Set, backend and query: what one row of the comparison is about.
-struct Subject {
-  std::string set, backend, query;
-  auto operator<=>(const Subject&) const = default;
+struct PartText {
+  const char* title;
+  const char* compared;  // what "no change" is said of
+  bool needs_exact;
 };
-using Rows = std::map<Subject, Json>;
+constexpr PartText kParts[kFactParts] = {
+    {"wrong answers", "pair sets, scenes' frames, broadphases", true},
+    {"worst errors", "every measure over S, clearances of scenes", true},
+    {"consistency", "classes, bits, separations over S", false},
+    {"allocations", "a query, a frame of a broadphase", false},
+};
 
-void add_rows(const Json& set, Rows& rows) {
-  for (const Json& backend : set.at("backends")) {
-    for (const auto& [query, row] : backend.at("queries").items())
-      rows[{set.at("name"), backend.at("backend"), query}] = row;
+// Which of the two was not measured against exact; empty: both were.
+std::string without_exact(const ReportFacts& before, const ReportFacts& after) {
+  if (before.exact && after.exact) return "";
+  return before.exact ? "NEW has no exact" : after.exact ? "OLD has no exact" : "neither has exact";
+}
+
+std::string part_changes(const ReportFacts& before, const ReportFacts& after, std::size_t part) {
+  const PartText& about = kParts[part];
+  const std::string lacking = without_exact(before, after);
+  if (about.needs_exact && !lacking.empty())
+    return fmt::format("{}: not comparable: {}\n", about.title, lacking);
+  TextTable table({about.title, "query", "backend", "what", "old", "new", "case"});
+  std::size_t compared = 0;
+  for (const auto& [key, fact] : before.parts[part]) {
+    const auto found = after.parts[part].find(key);
+    if (found == after.parts[part].end()) continue;
+    ++compared;
+    if (fact.value == found->second.value) continue;
+    table.add(
+        {key.where, key.query, key.backend, key.what, fact.text, found->second.text, found->second.note});
   }
+  if (compared == 0) return fmt::format("{}: nothing to compare: no figure is in both\n", about.title);
+  if (table.rows().size() > 1) return table.str();
+  return fmt::format("{}: no change in {} figures ({})\n", about.title, format_count(compared),
+                     about.compared);
 }
 
-Rows rows_of(const Json& report) {
-  Rows rows;
-  for (const Json& set : report.at("pair_sets")) add_rows(set, rows);
-  for (const Json& scene : report.at("scenes")) add_rows(scene.at("cases"), rows);
-  return rows;
+// ---- what only one of the two has
+
+std::set<FactKey> keys_of(const ReportFacts& facts, bool with_exact) {
+  std::set<FactKey> keys;
+  for (std::size_t part = 0; part < kFactParts; ++part) {
+    if (kParts[part].needs_exact && !with_exact) continue;
+    for (const auto& [key, fact] : facts.parts[part]) keys.insert(key);
+  }
+  for (const auto* times : {&facts.times, &facts.thread_times})
+    for (const auto& [key, sample] : *times)
+      keys.insert({key.where, key.query, key.backend, key.what + " time"});
+  return keys;
 }
+
+std::string only_in(const std::set<FactKey>& here, const std::set<FactKey>& there, const char* what) {
+  std::set<std::pair<std::string, std::string>> known;
+  for (const FactKey& key : there) known.emplace(key.where, key.backend);
+  std::set<std::string> lines;
+  for (const FactKey& key : here) {
+    if (there.contains(key)) continue;
+    std::string line = fmt::format("row {}: {}, {}", what, key.where, key.backend);
+    if (known.contains({key.where, key.backend}))
+      line += fmt::format(", {}{}{}", key.query, key.query.empty() ? "" : ", ", key.what);
+    else
+      line += ": all of it";
+    lines.insert(line);
+  }
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+std::string gone_and_new(const ReportFacts& before, const ReportFacts& after) {
+  const bool exact = before.exact && after.exact;
+  const std::set<FactKey> old_keys = keys_of(before, exact), new_keys = keys_of(after, exact);
+  return only_in(old_keys, new_keys, "gone") + only_in(new_keys, old_keys, "new");
+}
+
+// ---- settings
 
 std::string value_text(const Json& value) {
   if (value.is_number_float()) return format_error(value.get<double>());
   return value.is_string() ? value.get<std::string>() : value.dump();
 }
-
-void both(const Rows& before, const Rows& after,
-          const std::function<void(const Subject&, const Json&, const Json&)>& visit) {
-  for (const auto& [subject, row] : before) {
-    const auto found = after.find(subject);
-    if (found != after.end()) visit(subject, row, found->second);
-  }
-}
-
-// ---- what the answers changed in
 
 std::string setting_changes(const Json& before, const Json& after) {
   std::string text;
@@ -64,58 +111,17 @@ std::string setting_changes(const Json& before, const Json& after) {
   compare("machine", before.at("machine").at("cpu"), after.at("machine").at("cpu"));
   compare("compiler", before.at("machine").at("compiler"), after.at("machine").at("compiler"));
   compare("flags", before.at("machine").at("flags"), after.at("machine").at("flags"));
+  compare("measured against exact", before.at("measured_against_exact"), after.at("measured_against_exact"));
   compare("seed", before.at("seed"), after.at("seed"));
   compare("pairs a family", before.at("timing").at("pairs_a_family"),
           after.at("timing").at("pairs_a_family"));
   return text.empty() ? "" : "settings\n" + text;
 }
 
-std::string wrongness_changes(const Rows& before, const Rows& after) {
-  TextTable table({"wrong answers", "query", "backend", "kind", "old", "new"});
-  both(before, after, [&](const Subject& subject, const Json& x, const Json& y) {
-    if (!x.contains("wrong") || !y.contains("wrong")) return;
-    for (const char* kind : kKinds) {
-      const std::size_t old_count = x["wrong"].at(kind), new_count = y["wrong"].at(kind);
-      const std::size_t old_cases = x["wrong"].at("cases"), new_cases = y["wrong"].at("cases");
-      if (old_count == new_count && (old_cases == new_cases || new_count == 0)) continue;
-      table.add({subject.set, subject.query, subject.backend, kind,
-                 format_count(old_count) + " of " + format_count(old_cases),
-                 format_count(new_count) + " of " + format_count(new_cases)});
-    }
-  });
-  return table.rows().size() == 1 ? "wrong answers: no change\n" : table.str();
-}
-
-std::string error_changes(const Rows& before, const Rows& after) {
-  TextTable table({"worst error / S", "query", "backend", "old", "new", "case"});
-  both(before, after, [&](const Subject& subject, const Json& x, const Json& y) {
-    if (!x.contains("cost_over_S") || !y.contains("cost_over_S") || x["cost_over_S"].is_null() ||
-        y["cost_over_S"].is_null() || x["cost_over_S"]["worst"] == y["cost_over_S"]["worst"])
-      return;
-    table.add({subject.set, subject.query, subject.backend, value_text(x["cost_over_S"]["worst"]),
-               value_text(y["cost_over_S"]["worst"]), y["cost_over_S"]["worst_case"].get<std::string>()});
-  });
-  return table.rows().size() == 1 ? "worst errors: no change\n" : table.str();
-}
-
-std::string only_in_one(const Rows& before, const Rows& after) {
-  const auto list = [](const Rows& here, const Rows& there, const char* which) {
-    std::map<std::string, std::size_t> missing;
-    for (const auto& [subject, row] : here) {
-      if (!there.contains(subject)) ++missing[subject.set + ", " + subject.backend];
-    }
-    std::string text;
-    for (const auto& [what, count] : missing) text += fmt::format("  only in the {}: {}\n", which, what);
-    return text;
-  };
-  return list(before, after, "old") + list(after, before, "new");
-}
-
 // ---- times
 
 struct TimeChange {
-  Subject subject;
-  std::string mode;
+  FactKey key;
   double ratio = 1;  // new over old
   std::size_t repetitions = 0;
   double p = 1;
@@ -128,22 +134,20 @@ double median_of(std::vector<double> values) {
   return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
-std::vector<TimeChange> time_changes(const Rows& before, const Rows& after) {
+using Times = std::map<FactKey, std::vector<double>>;
+std::vector<TimeChange> time_changes(const Times& before, const Times& after) {
   std::vector<TimeChange> changes;
-  both(before, after, [&](const Subject& subject, const Json& x, const Json& y) {
-    for (const char* mode : kModes) {
-      if (!x.contains(mode) || !y.contains(mode) || x[mode].is_null() || y[mode].is_null()) continue;
-      const auto old_sample = x[mode].value("repetition_medians_ns", std::vector<double>{});
-      const auto new_sample = y[mode].value("repetition_medians_ns", std::vector<double>{});
-      TimeChange change{subject, mode};
-      change.repetitions = std::min(old_sample.size(), new_sample.size());
-      if (change.repetitions == 0) continue;
-      change.ratio = median_of(new_sample) / median_of(old_sample);
-      change.tested = change.repetitions >= kLeastRepetitions;
-      if (change.tested) change.p = mann_whitney_p(old_sample, new_sample);
-      changes.push_back(std::move(change));
-    }
-  });
+  for (const auto& [key, old_sample] : before) {
+    const auto found = after.find(key);
+    if (found == after.end()) continue;
+    const std::vector<double>& new_sample = found->second;
+    TimeChange change{key};
+    change.repetitions = std::min(old_sample.size(), new_sample.size());
+    if (change.repetitions > 0) change.ratio = median_of(new_sample) / median_of(old_sample);
+    change.tested = change.repetitions >= kLeastRepetitions;
+    if (change.tested) change.p = mann_whitney_p(old_sample, new_sample);
+    changes.push_back(std::move(change));
+  }
   std::vector<double> p_values;
   for (const TimeChange& change : changes) {
     if (change.tested) p_values.push_back(change.p);
@@ -160,14 +164,15 @@ std::vector<TimeChange> time_changes(const Rows& before, const Rows& after) {
   return changes;
 }
 
-std::string time_text(const std::vector<TimeChange>& changes, bool all) {
-  TextTable table({"times: new / old", "query", "backend", "row", "ratio", "p", "repetitions", ""});
+std::string time_text(const char* title, const std::vector<TimeChange>& changes, bool all) {
+  TextTable table(
+      {std::string(title) + ": new / old", "query", "backend", "row", "ratio", "p", "repetitions", ""});
   std::size_t unresolved = 0, untested = 0;
   for (const TimeChange& change : changes) {
     unresolved += !change.resolved;
     untested += !change.tested;
     if (!change.resolved && !all) continue;
-    table.add({change.subject.set, change.subject.query, change.subject.backend, change.mode,
+    table.add({change.key.where, change.key.query, change.key.backend, change.key.what,
                fmt::format("{:.3f}", change.ratio), change.tested ? fmt::format("{:.2g}", change.p) : "-",
                std::to_string(change.repetitions),
                !change.resolved   ? "unresolved"
@@ -176,15 +181,23 @@ std::string time_text(const std::vector<TimeChange>& changes, bool all) {
   }
   std::string text = table.rows().size() == 1 ? "" : table.str();
   text += fmt::format(
-      "times: {} rows resolved, {} unresolved ({} of these with fewer than {} repetitions in one of the "
+      "{}: {} rows resolved, {} unresolved ({} of these with fewer than {} repetitions in one of the "
       "runs).\n",
-      changes.size() - unresolved, unresolved, untested, kLeastRepetitions);
-  return text +
-         fmt::format(
-             "  Mann and Whitney, exact, on the medians of the repetitions; of the resolved at most {:.0f} % "
-             "expected by chance (Benjamini and Hochberg).\n  The test knows the noise within the runs; a "
-             "machine that was slower throughout one of them shows as a change of every row.\n",
-             100 * kFalseDiscoveryRate);
+      title, changes.size() - unresolved, unresolved, untested, kLeastRepetitions);
+  return text;
+}
+
+std::string test_note() {
+  return fmt::format(
+      "  Mann and Whitney, exact, on the medians of the repetitions; of the resolved at most {:.0f} % "
+      "expected by chance (Benjamini and Hochberg).\n  The test knows the noise within the runs; a "
+      "machine that was slower throughout one of them shows as a change of every row.\n",
+      100 * kFalseDiscoveryRate);
+}
+
+std::string uncompared(const Json& before, const Json& after) {
+  if (before.at("broadphases").empty() || after.at("broadphases").empty()) return "";
+  return "times of broadphases: not compared: no repetitions of them are kept\n";
 }
 
 }  // namespace
@@ -193,10 +206,13 @@ std::string diff_reports(const std::string& old_json, const std::string& new_jso
   const Json before = parse_results(old_json, "diff", "the old file"),
              after = parse_results(new_json, "diff", "the new file");
   try {
-    const Rows old_rows = rows_of(before), new_rows = rows_of(after);
-    return wrongness_changes(old_rows, new_rows) + error_changes(old_rows, new_rows) +
-           only_in_one(old_rows, new_rows) + setting_changes(before, after) +
-           time_text(time_changes(old_rows, new_rows), all);
+    const ReportFacts old_facts = facts_of(before), new_facts = facts_of(after);
+    std::string text;
+    for (std::size_t part = 0; part < kFactParts; ++part) text += part_changes(old_facts, new_facts, part);
+    return text + gone_and_new(old_facts, new_facts) + setting_changes(before, after) +
+           time_text("times", time_changes(old_facts.times, new_facts.times), all) +
+           time_text("times on threads", time_changes(old_facts.thread_times, new_facts.thread_times), all) +
+           test_note() + uncompared(before, after);
   } catch (const nlohmann::json::exception& error) {
     throw InputError(std::string("diff: ") + error.what());
   }

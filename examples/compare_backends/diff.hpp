@@ -9,10 +9,11 @@ inline constexpr std::size_t kLeastRepetitions = 9;
 /// Of the changes of speed that are named, at most this share is expected to be chance.
 inline constexpr double kFalseDiscoveryRate = 0.05;
 
-/// What changed between two results.json: first wrong and missing answers, then worst errors, then what only
-/// one of the two has, then times: the ratio of the medians of the repetitions and Mann and Whitney's p;
-/// "unresolved" where noise wins or the repetitions are too few. @param all also the rows that are
-/// unresolved.
+/// What changed between two results.json: first wrong and missing answers (of pair sets, scenes' frames and
+/// broadphases), then worst errors, consistency and allocations, then rows that are gone or new and settings,
+/// then times: the ratio of the medians of the repetitions and Mann and Whitney's p; "unresolved" where noise
+/// wins or the repetitions are too few. What cannot be compared, as one of the two has no exact, is named.
+/// @param all also the rows that are unresolved.
 /// @throws InputError for text that is no results.json.
 std::string diff_reports(const std::string& old_json, const std::string& new_json, bool all);
 

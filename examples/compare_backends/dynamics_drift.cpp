@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "contact_core/input_error.hpp"
 #include "examples/compare_backends/plot_scale.hpp"
@@ -14,6 +15,15 @@
 
 namespace touchstone::comparison {
 namespace {
+
+// NaN: not measured. @throws InputError for what is below what such a figure can be.
+double checked(const Json& run, const char* key, const DriftRun& of) {
+  const double value = number_of(run.at(key));
+  if (value < 0)
+    throw InputError(
+        fmt::format("--dynamics: scene {}, backend {}: {} is negative", of.scene, of.backend, key));
+  return value;
+}
 
 DriftRun run_of(const Json& scene, const Json& run) {
   DriftRun drift;
@@ -25,11 +35,13 @@ DriftRun run_of(const Json& scene, const Json& run) {
     return drift;
   }
   if (!run.at("stopped").is_null()) drift.gap = "stopped: " + run.at("stopped").get<std::string>();
-  drift.pose_error = number_of(run.at("pose_error_m"));
-  drift.momentum = number_of(run.at("unexplained_momentum_ns"));
-  drift.energy_made = number_of(run.at("energy_made_j")) / number_of(run.at("energy_scale_j"));
-  drift.deepest = number_of(run.at("deepest_m"));
-  drift.step_ns = 1e3 * number_of(run.at("step_us").at("median"));
+  drift.pose_error = checked(run, "pose_error_m", drift);
+  drift.momentum = checked(run, "unexplained_momentum_ns", drift);
+  // Where nothing has energy there is no share of it: 0 over 0 is no figure, and neither is more over 0.
+  const double made = checked(run, "energy_made_j", drift), scale = checked(run, "energy_scale_j", drift);
+  drift.energy_made = scale > 0 ? made / scale : std::numeric_limits<double>::quiet_NaN();
+  drift.deepest = checked(run, "deepest_m", drift);
+  drift.step_ns = 1e3 * checked(run.at("step_us"), "median", drift);
   for (const Json& answer : run.at("answers")) {
     ++drift.answers;
     drift.met += answer.at("holds").get<bool>() ? 1 : 0;
@@ -94,6 +106,14 @@ std::vector<DriftRun> load_drift(const std::string& path) {
   }
 }
 
+std::vector<std::string> missing_figures(const DriftRun& run) {
+  std::vector<std::string> missing;
+  for (const Panel& panel : kPanels) {
+    if (run.gap.empty() && !std::isfinite(run.*panel.figure)) missing.emplace_back(panel.label);
+  }
+  return missing;
+}
+
 std::string drift_plot(const std::vector<DriftRun>& runs, const std::vector<Ranking>& rankings,
                        const std::vector<std::string>& backends, bool standalone) {
   const std::vector<Standing> standings = contact_errors(rankings);
@@ -107,11 +127,13 @@ std::string drift_plot(const std::vector<DriftRun>& runs, const std::vector<Rank
     for (const Standing& standing : standings) {
       for (const DriftRun& run : runs) {
         const double value = run.*panel.figure;
-        if (run.backend != standing.backend || !run.gap.empty() || std::isnan(value)) continue;
+        if (run.backend != standing.backend || !run.gap.empty() || !std::isfinite(value)) continue;
         svg += fmt::format(
             "<g><title>{}, {}: {}; contact error {} S</title>{}</g>", xml_text(standing.backend),
             xml_text(run.scene), format_error(value), format_error(standing.worst_error),
             mark_at(place_of(backends, standing.backend), x(standing.worst_error), y(value), false, 4.0));
+        if (x.beyond(standing.worst_error) > 0) svg += held_mark(x(standing.worst_error), y(value), 1, 0);
+        if (y.beyond(value) > 0) svg += held_mark(x(standing.worst_error), y(value), 0, -1);
       }
     }
     left += kSide;

@@ -13,15 +13,19 @@ struct DriftRun {
   std::string gap;         ///< why it was not run, or stopped; empty: it went through
   double pose_error = 0;   ///< of the final poses, from the reference's [m]
   double momentum = 0;     ///< that nothing explains [N s]
-  double energy_made = 0;  ///< over the scene's energy scale
+  double energy_made = 0;  ///< over the scene's energy scale; NaN also where that is 0
   double deepest = 0;      ///< worst penetration [m]
   double step_ns = 0;      ///< median
   std::size_t answers = 0, met = 0;
   bool build_on = false;  ///< the backend that dynamics_run names for the scene
 };
 
-/// From dynamics_run's results.json. @throws InputError for a file that is none.
+/// From dynamics_run's results.json. @throws InputError for a file that is none, or where a figure is
+/// negative that cannot be.
 std::vector<DriftRun> load_drift(const std::string& path);
+
+/// The panels of drift_plot() that have no mark of a run that went through, as nothing finite was measured.
+std::vector<std::string> missing_figures(const DriftRun& run);
 
 /// Three panels: final poses, momentum and energy against the backend's worst error of a contact, one mark a
 /// backend and scene.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -60,6 +61,7 @@ std::string distribution_line(const Curve& values, const LogScale& x, int place)
 
 constexpr double kSide = 300, kMargin = 44, kArea = 222, kAreaTop = 28;
 constexpr double kThreshold = 1e-17;
+constexpr double kLargest = 10;  // of two solids within S of the origin none are 2 sqrt(3) S apart
 
 std::string signed_axes(const SignedLogScale& x, const SignedLogScale& y) {
   std::string svg = fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kMargin,
@@ -80,11 +82,35 @@ std::string signed_axes(const SignedLogScale& x, const SignedLogScale& y) {
                            kMargin + kArea / 2, kAreaTop + kArea + 32);
 }
 
+// A backend that answers no such query has no line.
+bool has_line(const BackendResult& backend, std::size_t query) {
+  return backend.judged && backend.judgement.cost[query].count > 0 &&
+         backend.judgement.wrongness[query].unsupported < backend.judgement.wrongness[query].cases;
+}
+
 }  // namespace
 
-std::string error_distribution_plot(const SetResult& set, QueryKind query, const PlotAxes& axes,
+ErrorAxis error_axis_for(std::span<const SetResult> sets, QueryKind query) {
+  double least = 1, most = 0;
+  for (const SetResult& set : sets) {
+    for (const BackendResult& backend : set.backends) {
+      if (!has_line(backend, index_of(query))) continue;
+      for (const double value : backend.judgement.cost_curve[index_of(query)]) {
+        if (!(value > 0) || !std::isfinite(value)) continue;
+        least = std::min(least, value);
+        most = std::max(most, value);
+      }
+    }
+  }
+  if (most == 0) return {};
+  const int low = static_cast<int>(std::floor(std::log10(least)));
+  return {low, std::max(static_cast<int>(std::ceil(std::log10(most))), low + 1)};
+}
+
+std::string error_distribution_plot(const SetResult& set, QueryKind query, const ErrorAxis& axis,
                                     const std::vector<std::string>& backends, bool standalone) {
-  const LogScale x{std::log10(axes.error_low), std::log10(axes.error_high), kAxisLeft + 4, kAxisRight - 4};
+  const LogScale x{static_cast<double>(axis.low), static_cast<double>(axis.high), kAxisLeft + 4,
+                   kAxisRight - 4};
   std::string svg = svg_open(
       kWidth, kHeight, fmt::format("{} {}: distribution of errors", set.name, to_string(query)), standalone);
   svg += fmt::format("<text class='title' x='{}' y='18'>{}, {}</text>", kLeft, xml_text(set.name),
@@ -92,8 +118,7 @@ std::string error_distribution_plot(const SetResult& set, QueryKind query, const
   svg += distribution_axes(x);
   for (const BackendResult& backend : set.backends) {
     const std::size_t q = index_of(query);
-    if (!backend.judged || backend.judgement.cost[q].count == 0) continue;
-    if (backend.judgement.wrongness[q].unsupported == backend.judgement.wrongness[q].cases) continue;
+    if (!has_line(backend, q)) continue;
     svg += "<g><title>" + xml_text(backend.name) + "</title>" +
            distribution_line(backend.judgement.cost_curve[q], x, place_of(backends, backend.name)) + "</g>";
   }
@@ -103,15 +128,17 @@ std::string error_distribution_plot(const SetResult& set, QueryKind query, const
 
 std::string signed_error_plot(std::span<const SetResult> sets, const std::string& backend,
                               const std::vector<std::string>& backends, bool standalone) {
-  const SignedLogScale x{kThreshold, 1.0, kMargin, kMargin + kArea};
-  const SignedLogScale y{kThreshold, 1.0, kAreaTop + kArea, kAreaTop};
-  std::string dots;
+  const SignedLogScale x{kThreshold, kLargest, kMargin, kMargin + kArea};
+  const SignedLogScale y{kThreshold, kLargest, kAreaTop + kArea, kAreaTop};
+  std::string dots, held;
   for (const SetResult& set : sets) {
     for (const BackendResult& result : set.backends) {
       if (result.name != backend || !result.judged) continue;
       for (const SignedError& each : result.judgement.signed_errors) {
         if (!std::isfinite(each.error)) continue;
         dots += fmt::format("M{:.0f} {:.0f}h0", x(each.separation), y(each.error));
+        if (!y.reaches(each.error))
+          held += held_mark(x(each.separation), y(each.error), 0, each.error > 0 ? -1 : 1);
       }
     }
   }
@@ -121,7 +148,7 @@ std::string signed_error_plot(std::span<const SetResult> sets, const std::string
   svg += mark_at(place, kMargin + 6, 14, false) +
          fmt::format("<text class='title' x='{}' y='18'>{}</text>", kMargin + 18, xml_text(backend));
   svg += signed_axes(x, y);
-  return svg + fmt::format("<path class='dots m{}' d='{}'/></svg>\n", place, dots);
+  return svg + fmt::format("<path class='dots m{}' d='{}'/>", place, dots) + held + "</svg>\n";
 }
 
 }  // namespace touchstone::comparison

@@ -18,14 +18,16 @@ std::vector<ReportFile> figure_files(const Report& report) {
     if (!svg.empty()) files.emplace_back("figures/" + name + ".svg", std::move(svg));
   };
   const PlotAxes axes = axes_for(report.sets);
+  const ErrorAxis error_axis = error_axis_for(report.sets, QueryKind::distance);
+  const TimeAxis time_axis = time_axis_for(report.sets);
   for (const SetResult& set : report.sets) {
     for (const QueryKind query : kQueryKinds) {
       const std::string name = fmt::format("{}_{}", set.name, to_string(query));
       if (report.has_truth) add(name, speed_error_plot(set, query, axes, names, true));
-      add(name + "_times", time_plot(set, query, axes, names, true));
+      add(name + "_times", time_plot(set, query, time_axis, names, true));
     }
     if (report.has_truth)
-      add(set.name + "_errors", error_distribution_plot(set, QueryKind::distance, axes, names, true));
+      add(set.name + "_errors", error_distribution_plot(set, QueryKind::distance, error_axis, names, true));
   }
   if (report.has_truth) {
     for (const std::string& name : names)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "examples/compare_backends/plot_scale.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
@@ -55,6 +56,9 @@ std::vector<Line> lines_of(std::span<const BroadphaseResult> results, Growth gro
   return lines;
 }
 
+// A straight line through two points fits always: it is no measure of growth.
+bool has_slope(const Line& line) { return line.wrong == 0 && line.points.size() >= kLeastForSlope; }
+
 /// d log(ms) / d log(size).
 double slope(const std::vector<Point>& points) {
   double x_mean = 0, y_mean = 0, xx = 0, xy = 0;
@@ -97,7 +101,7 @@ std::string line_labels(const std::vector<Line>& lines, const LogScale& y) {
       continue;
     }
     const std::string slope_text =
-        line.points.size() > 1 ? fmt::format(", slope {:.2f}", slope(line.points)) : std::string();
+        has_slope(line) ? fmt::format(", slope {:.2f}", slope(line.points)) : std::string();
     labels.emplace_back(y(line.points.back().ms), line.name + slope_text);
   }
   std::sort(labels.begin(), labels.end());
@@ -163,7 +167,9 @@ std::vector<FittedSlope> fitted_slopes(std::span<const BroadphaseResult> broadph
   std::vector<FittedSlope> slopes;
   const auto add = [&](const char* along, const std::vector<Line>& lines) {
     for (const Line& line : lines) {
-      if (line.points.size() > 1) slopes.push_back({along, line.name, slope(line.points)});
+      if (line.wrong == 0)
+        slopes.push_back({along, line.name,
+                          has_slope(line) ? slope(line.points) : std::numeric_limits<double>::quiet_NaN()});
     }
   };
   add("objects", lines_of(broadphases, Growth::objects));

@@ -13,24 +13,26 @@ namespace touchstone::comparison {
 enum class Growth { objects, hexahedra_each };
 
 /// How a broadphase's frame grows as SVG: log-log, one line a broadphase with its fitted slope (least squares
-/// of the logarithms) at the end. Along hexahedra_each, the swarms of as many objects as the fewest that have
-/// several count. A
-/// broadphase that missed a pair gets no speed mark, but its count. Empty without any. @param backends gives
-/// the marks, as in speed_error_plot().
+/// of the logarithms, of kLeastForSlope points or more) at the end. Along hexahedra_each, the swarms of as
+/// many objects as the fewest that have several count. A broadphase that missed a pair gets no speed mark,
+/// but its count. Empty without any. @param backends gives the marks, as in speed_error_plot().
 std::string growth_plot(std::span<const BroadphaseResult> results, Growth growth,
                         const std::vector<std::string>& backends, bool standalone);
 
+/// Fewer points than this have no slope.
+inline constexpr std::size_t kLeastForSlope = 3;
 /// A line's slope: least squares of the logarithms.
 struct FittedSlope {
   std::string along;  ///< "objects", "hexahedra an object", "threads"
   std::string name;
-  double slope = 0;
+  double slope = 0;  ///< NaN of fewer than kLeastForSlope points
 };
-/// Of every line with two points or more in the three plots.
+/// Of every line in the three plots, those without a speed mark left out.
 std::vector<FittedSlope> fitted_slopes(std::span<const BroadphaseResult> broadphases,
                                        std::span<const ThreadResult> threads);
 
-/// Time a pair against threads, log-log, one line a backend with its fitted slope: -1 is perfect.
+/// Time a pair against threads, log-log, one line a backend with its fitted slope (of kLeastForSlope counts
+/// or more): -1 is perfect.
 std::string thread_plot(std::span<const ThreadResult> results, const std::vector<std::string>& backends,
                         bool standalone);
 

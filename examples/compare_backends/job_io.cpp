@@ -139,6 +139,7 @@ std::string encode_job(const Job& job) {
   for (const Hexahedron& solid : job.set.solids) put(out, solid);
   out.put_list(job.set.pairs);
   put_each(out, job.set.poses);
+  out.put_list(job.set.exact_separations);
   return out.bytes();
 }
 
@@ -153,6 +154,7 @@ Job decode_job(std::string bytes) {
   for (std::size_t i = 0; i < solids; ++i) job.set.solids.push_back(get_solid(in));
   in.get_list(job.set.pairs);
   get_each(in, job.set.poses);
+  in.get_list(job.set.exact_separations);
   return job;
 }
 

@@ -1,4 +1,5 @@
 #include "examples/compare_backends/json_parts.hpp"
+#include "examples/compare_backends/upper_bound.hpp"
 
 namespace touchstone::comparison {
 
@@ -13,7 +14,7 @@ Json json(const BroadphaseResult& result) {
   }
   json["frames"] = result.frames;
   json["frame_ms"] = {{"median", number(result.frame.median_ns * 1e-6)},
-                      {"p99", number(result.frame.p99_ns * 1e-6)},
+                      {"p99", number(shown_p99(result.frame) * 1e-6)},
                       {"minimum", number(result.frame.minimum_ns * 1e-6)}};
   json["with_overlap_ms"] =
       result.with_overlap ? number(result.with_overlap->median_ns * 1e-6) : Json(nullptr);
@@ -53,6 +54,9 @@ Json json(const SceneResult& scene) {
   if (scene.facet_rows.empty()) return result;
   result["facets"] = {{"finest", scene.finest_facets},
                       {"frames", scene.facet_frames},
+                      {"frames_near_contact", scene.facet_frames_near},
+                      {"frames_that_differ_in_class", scene.facet_class_frames},
+                      {"frames_wrong_below_95", number(upper_bound_95(0, scene.facet_frames))},
                       {"budget_m", number(scene.facet_budget)},
                       {"rows", Json::array()}};
   for (const FacetRow& row : scene.facet_rows) {
@@ -62,12 +66,16 @@ Json json(const SceneResult& scene) {
                                         {"pairs", row.pairs},
                                         {"frame_ns", number(row.frame_ns)},
                                         {"error_m", number(row.error)},
+                                        {"wrong", row.wrong},
                                         {"serves", row.serves}});
   }
   for (const QueryKind query : kQueryKinds) {
     const FacetRow* cheapest = cheapest_row(scene, query);
     result["facets"]["least_that_serves"][to_string(query)] =
-        cheapest ? Json{{"backend", cheapest->backend}, {"facets", cheapest->facets}} : Json(nullptr);
+        cheapest ? Json{{"backend", cheapest->backend},
+                        {"facets", cheapest->facets},
+                        {"thin", thin_evidence(scene, query)}}
+                 : Json(nullptr);
   }
   return result;
 }

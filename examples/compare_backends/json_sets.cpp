@@ -66,6 +66,7 @@ Json json(const Change& change) {
   return {{"cases", change.cases},
           {"classes_changed", change.classes},
           {"bits_changed", change.bits},
+          {"left_out", change.left_out},
           {"worst_over_S", number(change.worst)}};
 }
 
@@ -104,7 +105,7 @@ Json optional_number(const std::optional<double>& value) { return value ? number
 Json json(const std::optional<Timing>& timing) {
   if (!timing) return nullptr;
   return {{"median_ns", number(timing->median_ns)},
-          {"p99_ns", number(timing->p99_ns)},
+          {"p99_ns", number(shown_p99(*timing))},
           {"minimum_ns", number(timing->minimum_ns)},
           {"lower_quartile_ns", number(timing->lower_quartile_ns)},
           {"upper_quartile_ns", number(timing->upper_quartile_ns)},

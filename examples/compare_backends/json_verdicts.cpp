@@ -61,6 +61,8 @@ Json json(const ThreadResult& run) {
 Json json(const GalleryCase& each) {
   Json result = {{"case", each.id},
                  {"replay", each.replay},
+                 {"set", each.set},
+                 {"query", to_string(each.query)},
                  {"shown_for", each.backend},
                  {"reason", each.reason},
                  {"cost_m", number(each.cost)},

@@ -66,6 +66,9 @@ std::string results_json(const Report& report) {
     root["fitted_slopes"].push_back(
         {{"along", each.along}, {"backend", each.name}, {"slope", number(each.slope)}});
   root["thread_runs"] = json_list(report.thread_runs);
+  root["thread_gaps"] = Json::array();
+  for (const Gap& gap : report.thread_gaps)
+    root["thread_gaps"].push_back({{"what", gap.what}, {"why", gap.why}});
   root["gallery"] = json_list(report.gallery);
   root["rankings"] = json_list(report.rankings);
   root["candidates"] = json_list(report.candidates);

@@ -6,6 +6,7 @@
 
 #include "contact_core/input_error.hpp"
 #include "examples/program/program.hpp"
+#include "examples/program/shell_text.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -36,8 +37,8 @@ QueryKind query_named(const std::string& name) {
 
 std::optional<Options> parse_options(int argc, const char* const* argv) {
   Options options;
-  options.command_line = std::filesystem::path(argv[0]).filename().string();
-  for (int i = 1; i < argc; ++i) options.command_line += " " + std::string(argv[i]);
+  options.command_line = shell_word(std::filesystem::path(argv[0]).filename().string());
+  for (int i = 1; i < argc; ++i) options.command_line += " " + shell_word(argv[i]);
   std::string query;
   double max_error = 0;
   std::size_t count = 0;

@@ -34,7 +34,7 @@ struct Options {
   bool no_broadphase = false;
   bool quick = false;
   bool list = false;
-  std::string command_line;
+  std::string command_line;  ///< quoted, as a shell takes it back
 
   std::size_t pair_count() const { return count.value_or(quick ? 500 : 20000); }
 };

@@ -10,6 +10,12 @@ struct LogScale {
   double low, high;  ///< exponents of ten
   double from, to;   ///< pixels
 
+  /// -1 or 1 where the value is held at the low or high end, 0 on the axis.
+  int beyond(double value) const {
+    const double exponent = std::log10(value);
+    return exponent < low ? -1 : exponent > high ? 1 : 0;
+  }
+
   double operator()(double value) const {
     return from + (to - from) * std::clamp((std::log10(value) - low) / (high - low), 0.0, 1.0);
   }
@@ -19,6 +25,8 @@ struct LogScale {
 struct SignedLogScale {
   double threshold, largest;
   double from, to;  ///< pixels of -largest and +largest
+
+  bool reaches(double value) const { return std::abs(value) <= largest; }
 
   double operator()(double value) const {
     const double decades = std::log10(largest / threshold) + 1;

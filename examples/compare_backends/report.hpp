@@ -36,6 +36,7 @@ struct Report {
   std::vector<SceneResult> scenes;
   std::vector<DriftRun> drift;            ///< of --dynamics
   std::vector<ThreadResult> thread_runs;  ///< of the backends in this process
+  std::vector<Gap> thread_gaps;           ///< the other backends, and why
   std::vector<GalleryCase> gallery;       ///< the worst first
   std::vector<Ranking> rankings;          ///< one a query, over `sets`; empty without truth
   std::vector<Candidates> candidates;     ///< one a query, over `sets` and the scenes' cases

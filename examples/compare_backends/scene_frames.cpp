@@ -13,9 +13,9 @@ namespace touchstone::comparison {
 
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 
-SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters,
-                              std::size_t most_frames) {
-  const Scene scene = load_scene(file, parameters);
+namespace {
+
+SceneFrames frames_of(const Scene& scene, const std::string& file, std::span<const std::size_t> numbers) {
   const SceneInstance instance(scene);
   SceneFrames frames;
   frames.description = scene.description;
@@ -30,12 +30,10 @@ SceneFrames load_scene_frames(const std::string& file, const std::map<std::strin
   set.solids.assign(instance.solids().begin(), instance.solids().end());
   set.pairs = instance.checked_pairs();
 
-  const std::size_t all = scene.frame_count();
-  frames.all_frames = all;
-  const std::size_t count = most_frames == 0 ? all : std::min(all, most_frames);
+  frames.all_frames = scene.frame_count();
+  frames.numbers.assign(numbers.begin(), numbers.end());
   std::vector<Pose> poses(set.solids.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t frame = count > 1 ? i * (all - 1) / (count - 1) : 0;
+  for (const std::size_t frame : numbers) {
     frames.times.push_back(scene.frame_time(frame));
     instance.poses_at(frames.times.back(), poses);
     set.poses.insert(set.poses.end(), poses.begin(), poses.end());
@@ -46,13 +44,38 @@ SceneFrames load_scene_frames(const std::string& file, const std::map<std::strin
   return frames;
 }
 
+}  // namespace
+
+SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters,
+                              std::size_t most_frames) {
+  const Scene scene = load_scene(file, parameters);
+  const std::size_t all = scene.frame_count();
+  return frames_of(scene, file, spread_frames(all, most_frames == 0 ? all : std::min(all, most_frames)));
+}
+
+SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters,
+                              std::span<const std::size_t> numbers) {
+  return frames_of(load_scene(file, parameters), file, numbers);
+}
+
 #else
+
+SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters,
+                              std::span<const std::size_t>) {
+  return load_scene_frames(file, parameters, std::size_t{1});
+}
 
 SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>&, std::size_t) {
   throw InputError(file + ": this build reads no scene files (adapter scene_files is off)");
 }
 
 #endif
+
+std::vector<std::size_t> spread_frames(std::size_t all, std::size_t count) {
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < count; ++i) numbers.push_back(count > 1 ? i * (all - 1) / (count - 1) : 0);
+  return numbers;
+}
 
 std::map<std::string, double> parameters_for(const std::string& file,
                                              std::span<const SceneSetting> settings) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "examples/compare_backends/comparison.hpp"
 #include "examples/measures/parallel.hpp"
@@ -119,7 +120,54 @@ std::vector<double> exact_clearance(const PairSet& set, const Oracle& oracle, in
   return least;
 }
 
-void run_facets(SceneResult& result, const SceneOptions& options, const Oracle& oracle,
+// What run_scene found at the scene's own facets, where the facet frames are looked for.
+struct Motion {
+  std::span<const std::size_t> numbers;  // of the frames
+  std::span<const double> exact;         // clearance in each
+};
+
+using FramesAt = std::function<SceneFrames(int facets, std::span<const std::size_t> numbers)>;
+
+// The frame of the first contact at the finest facets, or of the least clearance. Only some frames may have
+// been stepped: those between the two around it are looked at too.
+std::size_t first_contact_frame(const Motion& motion, const FramesAt& frames_at, int finest,
+                                const Oracle& oracle, int threads) {
+  const auto first =
+      std::find_if(motion.exact.begin(), motion.exact.end(), [](double d) { return d <= 0.0; });
+  const auto found =
+      first != motion.exact.end() ? first : std::min_element(motion.exact.begin(), motion.exact.end());
+  const auto at = static_cast<std::size_t>(found - motion.exact.begin());
+  std::vector<std::size_t> between;
+  for (std::size_t f = motion.numbers[at > 0 ? at - 1 : 0];
+       f <= motion.numbers[std::min(at + 1, motion.numbers.size() - 1)]; ++f)
+    between.push_back(f);
+  const std::vector<double> exact = exact_clearance(frames_at(finest, between).set, oracle, threads);
+  const auto contact = std::find_if(exact.begin(), exact.end(), [](double d) { return d <= 0.0; });
+  const auto here = contact != exact.end() ? contact : std::min_element(exact.begin(), exact.end());
+  return between[static_cast<std::size_t>(here - exact.begin())];
+}
+
+// Half of the frames one after the other around `centre`, the others evenly spread.
+std::vector<std::size_t> facet_frames(std::size_t all, std::size_t count, std::size_t centre,
+                                      SceneResult& result) {
+  count = std::min(count, all);
+  const std::size_t near = (count + 1) / 2;
+  const std::size_t begin = std::min(centre - std::min(centre, near / 2), all - near);
+  std::set<std::size_t> numbers;
+  for (std::size_t f = begin; f < begin + near; ++f) numbers.insert(f);
+  for (const std::size_t f : spread_frames(all, count - near)) numbers.insert(f);
+  result.facet_frames = numbers.size();
+  result.facet_frames_near = near;
+  return {numbers.begin(), numbers.end()};
+}
+
+bool is_wrong(const SetResult& set, const std::string& backend, QueryKind query) {
+  return std::any_of(set.backends.begin(), set.backends.end(), [&](const BackendResult& each) {
+    return each.name == backend && each.judgement.wrongness[index_of(query)].total() > 0;
+  });
+}
+
+void run_facets(SceneResult& result, const SceneOptions& options, const Motion& motion, const Oracle& oracle,
                 const AnswerSet& answer, const Progress& progress) {
   result.finest_facets = options.facets.back();
   result.facet_budget = options.max_error.value_or(result.gap);
@@ -127,23 +175,32 @@ void run_facets(SceneResult& result, const SceneOptions& options, const Oracle& 
   measure.time_pairs = false;
   measure.time_frames = true;
   measure.perturb = false;
-  const auto frames_at = [&](int facets) {
+  const FramesAt frames_at = [&](int facets, std::span<const std::size_t> numbers) {
     std::map<std::string, double> parameters = options.parameters;
     parameters["facets"] = facets;
-    return load_scene_frames(result.file, parameters, options.facet_frames);
+    return load_scene_frames(result.file, parameters, numbers);
   };
-  const SceneFrames finest = frames_at(result.finest_facets);
-  result.facet_frames = finest.times.size();
-  const std::vector<double> exact = exact_clearance(finest.set, oracle, measure.threads);
+  const std::size_t centre =
+      first_contact_frame(motion, frames_at, result.finest_facets, oracle, measure.threads);
+  const std::vector<std::size_t> numbers =
+      facet_frames(result.all_frames, options.facet_frames, centre, result);
+  const std::vector<double> exact =
+      exact_clearance(frames_at(result.finest_facets, numbers).set, oracle, measure.threads);
+  const std::vector<double> coarsest =
+      exact_clearance(frames_at(options.facets.front(), numbers).set, oracle, measure.threads);
+  for (std::size_t f = 0; f < exact.size(); ++f)
+    result.facet_class_frames += (exact[f] <= 0.0) != (coarsest[f] <= 0.0);
   for (std::size_t i = 0; i < options.facets.size(); ++i) {
-    const SceneFrames frames = frames_at(options.facets[i]);
+    const SceneFrames frames = frames_at(options.facets[i], numbers);
     for (const BackendAnswers& answers : answer(frames.set, measure)) {
       for (const QueryKind query : kQueryKinds) {
         const auto& timing = answers.frame_by_query[index_of(query)];
         if (!timing) continue;
         const double error = facet_error(answers, query, frames.set.pairs.size(), exact);
+        const bool wrong = is_wrong(result.set, answers.name, query);
         result.facet_rows.push_back({answers.name, options.facets[i], query, frames.set.pairs.size(),
-                                     timing->median_ns, error, error <= result.facet_budget});
+                                     timing->median_ns, error, wrong,
+                                     error <= result.facet_budget && !wrong});
       }
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(options.facets.size()));
@@ -159,6 +216,15 @@ const FacetRow* cheapest_row(const SceneResult& scene, QueryKind query) {
     if (cheapest == nullptr || row.frame_ns < cheapest->frame_ns) cheapest = &row;
   }
   return cheapest;
+}
+
+std::string thin_evidence(const SceneResult& scene, QueryKind query) {
+  if (scene.facet_frames < kLeastFacetFrames)
+    return "too few frames (" + std::to_string(scene.facet_frames) + ", at least " +
+           std::to_string(kLeastFacetFrames) + " leave less than 5 % unknown)";
+  if (query == QueryKind::overlap && scene.facet_class_frames == 0)
+    return "no frame lies where the facet counts differ in class";
+  return "";
 }
 
 SceneResult run_scene(const std::string& file, const SceneOptions& options, const Oracle* oracle,
@@ -193,7 +259,9 @@ SceneResult run_scene(const std::string& file, const SceneOptions& options, cons
   for (const BackendAnswers& backend : answers) result.backends.push_back(follow(backend, frames, exact));
   result.set = sum_up(frames.set, truth, oracle, answers, measure.threads, progress);
   result.set.ids = frames.set.ids;
-  if (frames.has_facets && oracle != nullptr) run_facets(result, options, *oracle, answer, progress);
+  if (oracle != nullptr) collect_cases(frames.set, truth, answers, result.set, result.worst_cases);
+  if (frames.has_facets && oracle != nullptr)
+    run_facets(result, options, {frames.numbers, exact}, *oracle, answer, progress);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "examples/compare_backends/gallery.hpp"
 #include "examples/compare_backends/options.hpp"
 #include "examples/compare_backends/set_result.hpp"
 
@@ -38,7 +39,8 @@ struct FacetRow {
   std::size_t pairs = 0;
   double frame_ns = 0;  ///< median
   double error = 0;     ///< worst over the frames [m]; +inf where a figure is missing
-  bool serves = false;  ///< error <= budget
+  bool wrong = false;   ///< this backend has a wrong or missing answer to the query among the scene's cases
+  bool serves = false;  ///< error <= budget and not wrong
 };
 
 struct SceneResult {
@@ -52,8 +54,13 @@ struct SceneResult {
   std::optional<double> exact_first_contact;
   SetResult set;  ///< every pair of every frame
   std::vector<SceneBackend> backends;
-  int finest_facets = 0;  ///< 0: the scene has no parameter `facets`
+  std::vector<GalleryCase> worst_cases;  ///< each backend's, see collect_cases()
+  int finest_facets = 0;                 ///< 0: the scene has no parameter `facets`
   std::size_t facet_frames = 0;
+  /// Of these, one after the other around the first contact, or the least clearance where there is none.
+  std::size_t facet_frames_near = 0;
+  /// Of facet_frames, those whose exact class differs between the fewest and the most facets.
+  std::size_t facet_class_frames = 0;
   double facet_budget = 0;  ///< --max-error or the scene's gap [m]
   std::vector<FacetRow> facet_rows;
 };
@@ -61,13 +68,19 @@ struct SceneResult {
 /// The cheapest row of this query that serves; null when none does.
 const FacetRow* cheapest_row(const SceneResult& scene, QueryKind query);
 
+/// Fewer frames than this leave more than 5 % of the frames unknown (95 % bound of none).
+inline constexpr std::size_t kLeastFacetFrames = 59;
+/// Why the facet frames do not bear a recommendation for this query, one line; empty: they do.
+std::string thin_evidence(const SceneResult& scene, QueryKind query);
+
 /// Every chosen backend's answers to a set, in this process or a worker.
 using AnswerSet = std::function<std::vector<BackendAnswers>(const PairSet&, const MeasureOptions&)>;
 
 /// A scene file stepped through time, as a pair set. Ids are "stem:frame:pair".
 struct SceneFrames {
   PairSet set;
-  std::vector<double> times;  ///< of the frames [s]
+  std::vector<double> times;         ///< of the frames [s]
+  std::vector<std::size_t> numbers;  ///< of the frames, among all_frames
   std::string description;
   double rate = 0, duration = 0, gap = 0;
   bool has_facets = false;
@@ -78,6 +91,13 @@ struct SceneFrames {
 /// @throws InputError naming file, line and object; also in a build without the scene_files adapter.
 SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters = {},
                               std::size_t most_frames = 0);
+
+/// The given frames of a scene file, by their numbers among all_frames.
+SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters,
+                              std::span<const std::size_t> numbers);
+
+/// `count` of `all` frames, evenly spread from the first to the last.
+std::vector<std::size_t> spread_frames(std::size_t all, std::size_t count);
 
 /// The settings that concern this file.
 /// @throws InputError when one names this scene and a parameter that it does not have.
@@ -91,8 +111,8 @@ struct SceneOptions {
   MeasureOptions measure;
   std::optional<double> max_error;  ///< [m]
   std::vector<int> facets = {4, 8, 12, 16, 24, 32, 48, 64};
-  std::size_t facet_frames = 100;
-  std::size_t most_frames = 0;  ///< of the scene itself, evenly spread; 0: all
+  std::size_t facet_frames = 100;  ///< half of them around the first contact, the others evenly spread
+  std::size_t most_frames = 0;     ///< of the scene itself, evenly spread; 0: all
 };
 
 SceneResult run_scene(const std::string& file, const SceneOptions& options, const Oracle* oracle,

@@ -1,29 +1,17 @@
 #include "examples/compare_backends/set_result.hpp"
 
-#include <algorithm>
 #include <limits>
 
 namespace touchstone::comparison {
-namespace {
-
-void add(Change& sum, const Change& more) {
-  sum.cases += more.cases;
-  sum.classes += more.classes;
-  sum.bits += more.bits;
-  sum.worst = std::max(sum.worst, more.worst);
-}
-
-}  // namespace
-
 Consistency total_consistency(std::span<const SetResult> sets, const std::string& backend) {
   Consistency sum;
   for (const SetResult& set : sets) {
     for (const BackendResult& result : set.backends) {
       if (result.name != backend || !result.consistency) continue;
-      add(sum.swapped, result.consistency->swapped);
-      add(sum.moved, result.consistency->moved);
-      add(sum.repeated, result.consistency->repeated);
-      add(sum.threads, result.consistency->threads);
+      sum.swapped += result.consistency->swapped;
+      sum.moved += result.consistency->moved;
+      sum.repeated += result.consistency->repeated;
+      sum.threads += result.consistency->threads;
     }
   }
   return sum;

@@ -28,6 +28,7 @@ struct Scale {
     const double share = (std::log10(value) - std::log10(low)) / (std::log10(high) - std::log10(low));
     return from + (to - from) * std::clamp(share, 0.0, 1.0);
   }
+  int beyond(double value) const { return value < low ? -1 : value > high ? 1 : 0; }
 };
 
 std::string draw_axes(const Scale& x, const Scale& y) {
@@ -176,6 +177,20 @@ std::vector<double> zero_columns(const std::vector<Mark>& marks, const Scale& y)
   return columns;
 }
 
+// Of what lies beyond an axis: the end it is held at.
+std::string held_marks(double error, double ns, const Scale& x, const Scale& y, double mx, double my) {
+  std::string svg;
+  if (error > 0.0 && x.beyond(error) != 0) svg += held_mark(mx, my, x.beyond(error), 0);
+  if (y.beyond(ns) != 0) svg += held_mark(mx, my, 0, -y.beyond(ns));
+  return svg;
+}
+
+// The end of the whisker of times: the mark itself where there are too few blocks for a 99 %.
+double whisker_end(const Timing& time) {
+  const double p99 = shown_p99(time);
+  return std::isnan(p99) ? time.median_ns : p99;
+}
+
 std::string draw_marks(const std::vector<Mark>& marks, const Scale& x, const Scale& y) {
   std::string whiskers, shapes, text;
   Labels labels;
@@ -186,23 +201,24 @@ std::string draw_marks(const std::vector<Mark>& marks, const Scale& x, const Sca
     labels.block({mx - 7, my - 7, mx + 7, my + 7});
     const double median_x = marks[i].error.median == 0.0 ? columns[i] : x(marks[i].error.median);
     labels.block({std::min(mx, median_x), my - 2, std::max(mx, median_x), my + 2});
-    labels.block({mx - 2, y(marks[i].time.p99_ns), mx + 2, my});
+    labels.block({mx - 2, y(whisker_end(marks[i].time)), mx + 2, my});
   }
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const Mark& each = marks[i];
     const double mx = each.error.worst == 0.0 ? columns[i] : x(each.error.worst), my = y(each.time.median_ns);
     const double median_x = each.error.median == 0.0 ? columns[i] : x(each.error.median);
     whiskers += fmt::format("<path class='whisker m{}' d='M{:.1f} {:.1f}H{:.1f}M{:.1f} {:.1f}V{:.1f}'/>",
-                            each.place, median_x, my, mx, mx, my, y(each.time.p99_ns));
+                            each.place, median_x, my, mx, mx, my, y(whisker_end(each.time)));
     if (each.error.p99 > 0.0 && std::isfinite(each.error.p99)) {
       whiskers += fmt::format("<path class='whisker m{}' d='M{:.1f} {:.1f}v8'/>", each.place,
                               x(each.error.p99), my - 4);
     }
     shapes += fmt::format(
         "<g><title>{}: {} ns a pair (99% {}), worst error {} S, 99% {} S, median {} S</title>{}</g>",
-        xml_text(each.name), format_ns(each.time.median_ns), format_ns(each.time.p99_ns),
+        xml_text(each.name), format_ns(each.time.median_ns), format_ns(shown_p99(each.time)),
         format_error(each.error.worst), format_error(each.error.p99), format_error(each.error.median),
         mark_at(each.place, mx, my, false));
+    shapes += held_marks(each.error.worst, each.time.median_ns, x, y, mx, my);
     text += labels.place(mx, my, each.name);
   }
   return whiskers + shapes + text;
@@ -236,7 +252,7 @@ PlotAxes axes_for(std::span<const SetResult> sets) {
           continue;
         const Quantiles& error = backend.judgement.cost[q];
         ns_low = std::min(ns_low, backend.rows[q].single->median_ns);
-        ns_high = std::max(ns_high, backend.rows[q].single->p99_ns);
+        ns_high = std::max(ns_high, whisker_end(*backend.rows[q].single));
         for (const double value : {error.median, error.worst}) {
           if (value > 0.0 && std::isfinite(value)) {
             error_low = std::min(error_low, value);

@@ -88,6 +88,15 @@ std::string mark_at(int place, double x, double y, bool hollow, double radius) {
                      mark_path(place, x, y, radius));
 }
 
+std::string held_mark(double x, double y, int dx, int dy) {
+  constexpr double from = 5, wide = 3.5, tip = 9;
+  return fmt::format(
+      "<path class='held' d='M{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}'><title>further out than the axis "
+      "reaches</title></path>",
+      x + from * dx - wide * dy, y + from * dy - wide * dx, x + tip * dx, y + tip * dy,
+      x + from * dx + wide * dy, y + from * dy + wide * dx);
+}
+
 std::string svg_open(double width, double height, const std::string& label, bool standalone) {
   std::string svg = fmt::format(
       "<svg class='plot' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}'{2} role='img' "
@@ -108,7 +117,9 @@ std::string superscript(int exponent) {
 std::string nanosecond_label(int exponent) {
   constexpr std::array<const char*, 10> kLabels = {"1 ns",   "10 ns", "100 ns", "1 us",   "10 us",
                                                    "100 us", "1 ms",  "10 ms",  "100 ms", "1 s"};
-  return kLabels[static_cast<std::size_t>(std::clamp(exponent, 0, 9))];
+  if (exponent < 0) return fmt::format("{:g} ns", std::pow(10.0, exponent));
+  if (exponent > 9) return fmt::format("{:g} s", std::pow(10.0, exponent - 9));
+  return kLabels[static_cast<std::size_t>(exponent)];
 }
 
 std::string xml_text(const std::string& text) {
@@ -140,7 +151,7 @@ std::string plot_style() {
 .plot .small{font-size:10px}.plot .title{font-size:13px;font-weight:600;fill:var(--ink)}
 .plot .area{fill:var(--area);stroke:var(--line)}.plot .grid{stroke:var(--line);stroke-width:.7;fill:none}
 .plot .front{stroke:var(--soft);stroke-width:1.2;stroke-dasharray:5 4;fill:none}.plot .rail{stroke:var(--soft);stroke-dasharray:2 3}.plot .break{stroke:var(--soft);fill:none}
-.plot .leader{stroke:var(--soft);stroke-width:.6}.plot .whisker{fill:none;stroke-width:1.6;opacity:.55}
+.plot .held{stroke:var(--ink);stroke-width:1.4;fill:none}.plot .leader{stroke:var(--soft);stroke-width:.6}.plot .whisker{fill:none;stroke-width:1.6;opacity:.55}
 .plot .m{stroke-width:1.6;paint-order:stroke;stroke:var(--paper)}.plot .hollow{fill:var(--paper)!important}
 .plot .box{stroke:none;opacity:.45}.plot .curve{fill:none!important;stroke-width:1.6;stroke-linejoin:round}
 .plot .dots{fill:none!important;stroke-width:3.4;stroke-linecap:round;opacity:.6}

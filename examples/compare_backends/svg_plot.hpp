@@ -17,11 +17,14 @@ std::string svg_open(double width, double height, const std::string& label, bool
 int place_of(const std::vector<std::string>& backends, const std::string& backend);
 /// @param hollow for what has no speed.
 std::string mark_at(int place, double x, double y, bool hollow, double radius = 6.0);
+/// An open arrow beside a mark that is held at the end of an axis: its value lies further out. One of dx and
+/// dy is -1 or 1: the way out in SVG's axes.
+std::string held_mark(double x, double y, int dx, int dy);
 /// A backend's mark alone, 16 by 16, for legends and tables.
 std::string mark_svg(const std::vector<std::string>& backends, const std::string& backend);
 
 std::string superscript(int exponent);       ///< of 10, as SVG text
-std::string nanosecond_label(int exponent);  ///< "100 ns", "1 us": 10 to the exponent
+std::string nanosecond_label(int exponent);  ///< "0.1 ns", "100 ns", "1 us": 10 to the exponent
 
 /// Escapes &, <, > and quotes.
 std::string xml_text(const std::string& text);

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "examples/compare_backends/plot_scale.hpp"
@@ -28,17 +31,41 @@ std::string mode_mark(std::size_t mode, double x, double y) {
   }
 }
 
+using Modes = std::array<const std::optional<Timing>*, 4>;
+Modes modes_of(const BackendResult::Rows& rows) {
+  return {&rows.single, &rows.cached, &rows.batch, &rows.raw};
+}
+
+bool is_wrong(const BackendResult& backend, std::size_t query) {
+  return backend.judged && backend.judgement.wrongness[query].total() > 0;
+}
+
+double line_end(const Timing& timing) {
+  const double p99 = shown_p99(timing);
+  return std::isnan(p99) ? timing.upper_quartile_ns : p99;
+}
+
+std::string held_ends(const Timing& timing, const LogScale& x, double y) {
+  std::string svg;
+  if (x.beyond(timing.minimum_ns) < 0) svg += held_mark(x(timing.minimum_ns), y, -1, 0);
+  if (x.beyond(line_end(timing)) > 0) svg += held_mark(x(line_end(timing)), y, 1, 0);
+  return svg;
+}
+
 std::string bar(const Timing& timing, std::size_t mode, int place, const LogScale& x, double y) {
   constexpr const char* kModes[] = {"single", "cached", "batch", "raw"};
   const double q1 = x(timing.lower_quartile_ns), q3 = x(timing.upper_quartile_ns);
   return fmt::format(
-      "<g><title>{}: median {} ns, quartiles {} to {}, least {}, 99% {}</title><path class='whisker m{}' "
-      "d='M{:.1f} {:.1f}H{:.1f}'/><rect class='box m{}' x='{:.1f}' y='{:.1f}' width='{:.1f}' height='6'/><g "
-      "class='m m{}'>{}</g></g>",
-      kModes[mode], format_ns(timing.median_ns), format_ns(timing.lower_quartile_ns),
-      format_ns(timing.upper_quartile_ns), format_ns(timing.minimum_ns), format_ns(timing.p99_ns), place,
-      x(timing.minimum_ns), y, x(timing.p99_ns), place, q1, y - 3, std::max(q3 - q1, 0.5), place,
-      mode_mark(mode, x(timing.median_ns), y));
+             "<g><title>{}: median {} ns, quartiles {} to {}, least {}, 99% {}, of {} blocks</title><path "
+             "class='whisker m{}' "
+             "d='M{:.1f} {:.1f}H{:.1f}'/><rect class='box m{}' x='{:.1f}' y='{:.1f}' width='{:.1f}' "
+             "height='6'/><g "
+             "class='m m{}'>{}</g></g>",
+             kModes[mode], format_ns(timing.median_ns), format_ns(timing.lower_quartile_ns),
+             format_ns(timing.upper_quartile_ns), format_ns(timing.minimum_ns), format_ns(shown_p99(timing)),
+             timing.blocks, place, x(timing.minimum_ns), y, x(line_end(timing)), place, q1, y - 3,
+             std::max(q3 - q1, 0.5), place, mode_mark(mode, x(timing.median_ns), y)) +
+         held_ends(timing, x, y);
 }
 
 std::string time_axis(const LogScale& x, double bottom) {
@@ -55,11 +82,30 @@ std::string time_axis(const LogScale& x, double bottom) {
 
 }  // namespace
 
-std::string time_plot(const SetResult& set, QueryKind query, const PlotAxes& axes,
+TimeAxis time_axis_for(std::span<const SetResult> sets) {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (const SetResult& set : sets) {
+    for (const BackendResult& backend : set.backends) {
+      for (std::size_t q = 0; q < 3; ++q) {
+        if (is_wrong(backend, q)) continue;
+        for (const std::optional<Timing>* timing : modes_of(backend.rows[q])) {
+          if (!*timing || !((*timing)->minimum_ns > 0)) continue;
+          least = std::min(least, (*timing)->minimum_ns);
+          most = std::max(most, line_end(**timing));
+        }
+      }
+    }
+  }
+  if (most == 0) return {};
+  const int low = static_cast<int>(std::floor(std::log10(least)));
+  return {low, std::max(static_cast<int>(std::ceil(std::log10(most))), low + 1)};
+}
+
+std::string time_plot(const SetResult& set, QueryKind query, const TimeAxis& axis,
                       const std::vector<std::string>& backends, bool standalone) {
   const std::size_t q = index_of(query);
   const double bottom = kTop + kRow * static_cast<double>(set.backends.size());
-  const LogScale x{std::log10(axes.ns_low), std::log10(axes.ns_high), kLeft + 4, kRight - 4};
+  const LogScale x{static_cast<double>(axis.low), static_cast<double>(axis.high), kLeft + 12, kRight - 12};
   std::string svg =
       svg_open(kWidth, bottom + 22, fmt::format("{} {}: distribution of times", set.name, to_string(query)),
                standalone);
@@ -70,12 +116,12 @@ std::string time_plot(const SetResult& set, QueryKind query, const PlotAxes& axe
   double top = kTop;
   for (const BackendResult& backend : set.backends) {
     const int place = place_of(backends, backend.name);
-    const bool wrong = backend.judged && backend.judgement.wrongness[q].total() > 0;
+    const bool wrong = is_wrong(backend, q);
     svg += mark_at(place, 14, top + kRow / 2, wrong);
     svg += fmt::format("<text class='label' x='26' y='{:.1f}'>{}</text>", top + kRow / 2 + 4,
                        xml_text(backend.name));
     const BackendResult::Rows& rows = backend.rows[q];
-    const std::optional<Timing>* const modes[] = {&rows.single, &rows.cached, &rows.batch, &rows.raw};
+    const Modes modes = modes_of(rows);
     if (wrong) {
       svg += fmt::format(
           "<text class='small' x='{}' y='{:.1f}'>{} of {} wrong or without an answer: no speed</text>",

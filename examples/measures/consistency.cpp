@@ -47,10 +47,15 @@ bool same_bits(double x, double y) {
 
 bool same_number(double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); }
 
-double change_of_separation(const PairGeometry& before, const PairGeometry& after) {
-  if (same_number(before.separation, after.separation)) return 0.0;
-  const double change = std::abs(after.separation - before.separation);
-  return std::isnan(change) ? std::numeric_limits<double>::infinity() : change;
+// fmax: NaN, where neither answer has a separation, is no change.
+void note_separations(const PairGeometry& before, const PairGeometry& after, double scale, Change& change) {
+  if (std::isnan(before.separation) && std::isnan(after.separation)) return;
+  double moved = 0.0;
+  if (!same_number(before.separation, after.separation)) {
+    moved = std::abs(after.separation - before.separation);
+    if (std::isnan(moved)) moved = std::numeric_limits<double>::infinity();
+  }
+  change.worst = std::fmax(change.worst, moved / scale);
 }
 
 // @param sign -1 where the normal should have turned round
@@ -67,7 +72,7 @@ Change compare(const Answers& before, const Answers& after, std::span<const doub
     }
     change.classes += other_class;
     change.bits += other_bits;
-    if (!other_class) change.worst = std::max(change.worst, change_of_separation(x, y) / scale[i]);
+    if (!other_class) note_separations(x, y, scale[i], change);
   }
   return change;
 }
@@ -94,17 +99,18 @@ std::vector<double> scales(const PairSet& set, std::span<const Pose> poses, std:
 }
 
 // Cases that rounding alone may change class are left out.
-Change compare_moved(const Answers& before, const Answers& after, std::span<const double> scale) {
+Change compare_moved(const Answers& before, const Answers& after, std::span<const double> scale,
+                     std::span<const double> exact) {
   Change change;
   for (std::size_t i = 0; i < before.status.size(); ++i) {
-    const bool near = std::abs(before.geometry[i].separation) <= kMovedResolution * scale[i];
+    const bool near = !exact.empty() && std::abs(exact[i]) <= kMovedResolution * scale[i];
     ++change.cases;
+    change.left_out += near;
     if (before.status[i] != after.status[i]) {
       change.classes += !near;
       continue;
     }
-    change.worst =
-        std::max(change.worst, change_of_separation(before.geometry[i], after.geometry[i]) / scale[i]);
+    note_separations(before.geometry[i], after.geometry[i], scale[i], change);
   }
   return change;
 }
@@ -131,6 +137,15 @@ Answers ask_on_threads(const Narrowphase& narrowphase, std::span<const SolidPair
 
 }  // namespace
 
+Change& Change::operator+=(const Change& more) {
+  cases += more.cases;
+  classes += more.classes;
+  bits += more.bits;
+  left_out += more.left_out;
+  worst = std::fmax(worst, more.worst);
+  return *this;
+}
+
 Consistency check_consistency(const Narrowphase& narrowphase, const PairSet& set, int threads) {
   const std::size_t cases = std::min(set.pairs.size(), kConsistencyCases);
   const auto pairs = std::span<const SolidPair>(set.pairs).first(cases);
@@ -142,7 +157,7 @@ Consistency check_consistency(const Narrowphase& narrowphase, const PairSet& set
   const Answers before = ask(narrowphase, pairs, set.poses);
   Consistency result;
   result.swapped = compare(before, ask(narrowphase, swapped, set.poses), scale, -1.0);
-  result.moved = compare_moved(before, ask(narrowphase, pairs, moved), scale_moved);
+  result.moved = compare_moved(before, ask(narrowphase, pairs, moved), scale_moved, set.exact_separations);
   result.repeated = compare(before, ask_again(narrowphase, pairs, set.poses), scale, 1.0);
   if (narrowphase.capabilities().thread_safe) {
     result.threads =

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 
 #include "examples/measures/pair_set.hpp"
 
@@ -12,7 +13,12 @@ struct Change {
   std::size_t cases = 0;
   std::size_t classes = 0;  ///< cases whose status differs
   std::size_t bits = 0;     ///< cases in which a bit of status, separation or normal differs
-  double worst = 0;         ///< largest change of the separation over S; +inf: only one of the two has one
+  /// Cases whose class is not compared, as rounding alone may change it.
+  std::size_t left_out = 0;
+  /// Largest change of the separation over S; +inf: only one of the two has one; NaN: none was ever given.
+  double worst = std::numeric_limits<double>::quiet_NaN();
+
+  Change& operator+=(const Change& more);
 };
 
 /// The same pairs asked in other ways; a right answer depends on none of them.
@@ -23,8 +29,9 @@ struct Consistency {
   Change threads;   ///< on several threads
 };
 
-/// Pairs closer to touching than this times S may change class when moved, by rounding alone: composing and
-/// applying a pose errs by less than 16 eps S a vertex, twice a pair.
+/// Pairs whose exact separation is closer to 0 than this times S may change class when moved, by rounding
+/// alone: composing and applying a pose errs by less than 16 eps S a vertex, twice a pair. Without exact
+/// separations in the set no pair is left out.
 inline constexpr double kMovedResolution = 32 * 0x1p-52;
 inline constexpr std::size_t kConsistencyCases = 2000;  ///< the first of a set
 

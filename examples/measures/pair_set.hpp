@@ -19,6 +19,8 @@ struct PairSet {
   std::vector<SolidPair> pairs;
   std::vector<Pose> poses;       ///< X_WS, frame by frame: frames * solids.size()
   std::vector<std::string> ids;  ///< one a case; empty: "name:case"
+  /// The exact signed separation of every case [m], where it is known; no backend sees it.
+  std::vector<double> exact_separations;
 
   std::size_t frames() const { return solids.empty() ? 0 : poses.size() / solids.size(); }
   std::size_t cases() const { return frames() * pairs.size(); }

@@ -12,6 +12,11 @@ std::size_t rank(double share, std::size_t count) {
   return std::clamp<std::size_t>(r, 1, count) - 1;
 }
 
+double middle(std::span<const double> sorted) {
+  const std::size_t half = sorted.size() / 2;
+  return sorted.size() % 2 == 1 ? sorted[half] : 0.5 * (sorted[half - 1] + sorted[half]);
+}
+
 }  // namespace
 
 Quantiles quantiles(std::span<CaseValue> sample) {
@@ -45,15 +50,19 @@ Timing summarise_blocks(std::span<double> averages, std::size_t repetitions) {
   for (std::size_t r = 0; r < timing.repetitions; ++r) {
     const auto part = averages.subspan(r * each, each);
     std::sort(part.begin(), part.end());
-    timing.repetition_ns[r] = part[rank(0.5, each)];
+    timing.repetition_ns[r] = middle(part);
   }
   std::sort(averages.begin(), averages.end());
-  timing.median_ns = averages[rank(0.5, averages.size())];
+  timing.median_ns = middle(averages);
   timing.p99_ns = averages[rank(0.99, averages.size())];
   timing.minimum_ns = averages.front();
   timing.lower_quartile_ns = averages[rank(0.25, averages.size())];
   timing.upper_quartile_ns = averages[rank(0.75, averages.size())];
   return timing;
+}
+
+double shown_p99(const Timing& timing) {
+  return timing.blocks < kLeastForP99 ? std::numeric_limits<double>::quiet_NaN() : timing.p99_ns;
 }
 
 StepTimes step_times(std::vector<double> us) {

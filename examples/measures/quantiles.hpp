@@ -55,8 +55,14 @@ struct Timing {
   std::array<double, kKeptRepetitions> repetition_ns = {};  ///< each repetition's median, the first ones
 };
 
+/// Below so many blocks the nearest 99 % is the slowest block: no percentile is given then.
+inline constexpr std::size_t kLeastForP99 = 100;
+/// p99_ns; NaN of fewer than kLeastForP99 blocks.
+double shown_p99(const Timing& timing);
+
 /// Reorders the sample of block averages [ns], which holds as many of each of the repetitions, one repetition
-/// after the other. An empty sample gives zeros.
+/// after the other. An empty sample gives zeros. The median of an even
+/// number is the mean of the middle two, other shares are nearest ranks.
 Timing summarise_blocks(std::span<double> averages, std::size_t repetitions = 1);
 
 }  // namespace touchstone::comparison

@@ -30,6 +30,20 @@ void write_file(const fs::path& path, const std::string& content) {
   if (!stream) throw InputError(path.string() + ": cannot be written");
 }
 
+// Access rights do not tell whether a folder can be made (a root may write anywhere and yet not in /proc): it
+// is made, with the parents it lacks, and what was made goes away again.
+void try_to_make(const fs::path& folder, const fs::path& given) {
+  std::vector<fs::path> lacking;
+  std::error_code error;
+  for (fs::path path = folder; !fs::exists(path, error) && path.has_relative_path();
+       path = path.parent_path())
+    lacking.push_back(path);
+  fs::create_directories(folder, error);
+  const std::error_code failure = error;
+  for (const fs::path& path : lacking) fs::remove(path, error);
+  if (failure) throw InputError("--output " + given.string() + ": cannot be made: " + failure.message());
+}
+
 }  // namespace
 
 void check_report_folder(const fs::path& given) {
@@ -41,6 +55,7 @@ void check_report_folder(const fs::path& given) {
     if (!fs::is_directory(parent, error) || access(parent.c_str(), W_OK) != 0) {
       throw InputError("--output " + given.string() + ": cannot be made in " + parent.string());
     }
+    try_to_make(beside(folder, ".new."), given);
     return;
   }
   if (!fs::is_directory(folder, error)) throw InputError("--output " + given.string() + ": is not a folder");
@@ -51,6 +66,7 @@ void check_report_folder(const fs::path& given) {
     throw InputError("--output " + given.string() +
                      ": holds files but no earlier report; name another folder");
   }
+  try_to_make(beside(folder, ".new."), given);
 }
 
 void write_report_folder(const fs::path& given, const std::vector<ReportFile>& files) {

@@ -22,8 +22,7 @@ Timing times(double around, std::size_t repetitions) {
   return timing;
 }
 
-std::string results(double single, double batch, std::size_t missed, double worst,
-                    std::size_t repetitions = 9) {
+Report made_up(double single, double batch, std::size_t missed, double worst, std::size_t repetitions = 9) {
   Report report;
   report.has_truth = true;
   SetResult set;
@@ -39,8 +38,19 @@ std::string results(double single, double batch, std::size_t missed, double wors
   backend.judgement.cost[1] = {worst, worst, worst, 7, 100};
   set.backends = {backend};
   report.sets = {set};
-  return results_json(report);
+  return report;
 }
+
+std::string results(double single, double batch, std::size_t missed, double worst,
+                    std::size_t repetitions = 9) {
+  return results_json(made_up(single, batch, missed, worst, repetitions));
+}
+
+std::string diff(const Report& before, const Report& after) {
+  return diff_reports(results_json(before), results_json(after), false);
+}
+
+BackendResult& only_backend(Report& report) { return report.sets[0].backends[0]; }
 
 TEST(Diff, NamesWrongnessFirstThenErrorsThenTimes) {
   const std::string text = diff_reports(results(100, 50, 0, 1e-16), results(200, 50, 3, 1e-4), false);
@@ -64,6 +74,113 @@ TEST(Diff, NoiseIsUnresolved) {
 TEST(Diff, FewRepetitionsAreNeverResolved) {
   const std::string text = diff_reports(results(100, 50, 0, 0, 8), results(900, 50, 0, 0, 9), true);
   EXPECT_THAT(text, HasSubstr("0 rows resolved, 2 unresolved (2 of these with fewer than 9"));
+}
+
+TEST(Diff, WhatOneOfTheTwoCannotKnowIsNotCalledUnchanged) {
+  const Report before = made_up(100, 50, 3, 1e-4);
+  Report after = before;
+  after.has_truth = false;
+  only_backend(after).judged = false;
+  const std::string text = diff(before, after);
+  EXPECT_THAT(text,
+              StartsWith("wrong answers: not comparable: NEW has no exact\nworst errors: not comparable"));
+  EXPECT_THAT(text, Not(HasSubstr("wrong answers: no change")));
+  EXPECT_THAT(text, HasSubstr("measured against exact differs: true -> false"));
+  EXPECT_THAT(diff(after, before), StartsWith("wrong answers: not comparable: OLD has no exact"));
+  EXPECT_THAT(diff(after, after), StartsWith("wrong answers: not comparable: neither has exact"));
+}
+
+TEST(Diff, ReadsFramesAndBroadphases) {
+  Report before = made_up(100, 50, 0, 0);
+  BroadphaseResult broadphase;
+  broadphase.name = "sweep";
+  broadphase.size = {1000, 4};
+  broadphase.frames = 8;
+  broadphase.missed = 0;
+  broadphase.true_pairs = 777;
+  broadphase.allocations = 0;
+  before.broadphases = {broadphase};
+  SceneResult scene;
+  scene.name = "some_scene";
+  scene.frames = 50;
+  scene.backends.emplace_back().name = "some";
+  before.scenes = {scene};
+  Report after = before;
+  after.broadphases[0].missed = 5;
+  after.broadphases[0].allocations = 3;
+  after.scenes[0].backends[0].missed_frames = 11;
+  after.scenes[0].backends[0].worst_clearance_error = 0.25;
+  const std::string text = diff(before, after);
+  EXPECT_THAT(text, HasSubstr("0 of 777  5 of 777"));
+  EXPECT_THAT(text, HasSubstr("0 of 50  11 of 50"));
+  EXPECT_THAT(text, HasSubstr("2.5e-01"));
+  EXPECT_THAT(text, HasSubstr("a frame"));
+  EXPECT_THAT(text, HasSubstr("times of broadphases: not compared"));
+  EXPECT_THAT(diff(before, before), HasSubstr("wrong answers: no change in 22 figures"));  // 18 + 3 + 1
+}
+
+TEST(Diff, ReadsEveryErrorConsistencyAndAllocations) {
+  Report before = made_up(100, 50, 0, 1e-16);
+  BackendResult& old_backend = only_backend(before);
+  old_backend.judgement.errors[static_cast<std::size_t>(Measure::normal)].over_scale = {1e-9, 1e-9, 1e-9, 3,
+                                                                                        9};
+  old_backend.rows[0].allocations = 0;
+  old_backend.consistency.emplace();
+  old_backend.consistency->swapped.cases = 100;
+  Report after = before;
+  BackendResult& backend = only_backend(after);
+  backend.judgement.errors[static_cast<std::size_t>(Measure::normal)].over_scale.worst = 0.5;
+  backend.rows[0].allocations = 2;
+  backend.consistency->swapped.bits = 7;
+  const std::string text = diff(before, after);
+  EXPECT_THAT(text, HasSubstr("normal over S  1.0e-09  5.0e-01  made_up:3"));
+  EXPECT_THAT(text, HasSubstr("swapped: bits  0 of 100  7 of 100"));
+  EXPECT_THAT(text, HasSubstr("a query    0  2.0e+00"));
+  const std::string same = diff(before, before);
+  for (const char* part : {"wrong answers", "worst errors", "consistency", "allocations"})
+    EXPECT_THAT(same, HasSubstr(std::string(part) + ": no change in "));
+}
+
+TEST(Diff, ComparesTimesOnThreads) {
+  Report before = made_up(100, 50, 0, 0);
+  ThreadResult run;
+  run.backend = "some";
+  run.threads = 2;
+  run.pass = times(100, 9);
+  before.thread_runs = {run};
+  Report after = before;
+  after.thread_runs[0].pass = times(300, 9);
+  const std::string text = diff(before, after);
+  EXPECT_THAT(text, HasSubstr("times on threads: 1 rows resolved, 0 unresolved"));
+  EXPECT_THAT(text, HasSubstr("times: 0 rows resolved, 2 unresolved"));
+  EXPECT_THAT(text, HasSubstr("on 2  2.961"));  // 302 over 102
+  after.thread_runs.clear();
+  EXPECT_THAT(diff(before, after), HasSubstr("row gone: threads, some: all of it"));
+}
+
+TEST(Diff, RowsThatAreGoneAreNamed) {
+  const Report before = made_up(100, 50, 0, 1e-16);
+  Report after = before;
+  only_backend(after).rows[0].batch.reset();
+  only_backend(after).judgement.cost[1].count = 0;
+  const std::string text = diff(before, after);
+  EXPECT_THAT(text, HasSubstr("row gone: made_up, some, overlap, batch time\n"));
+  EXPECT_THAT(text, HasSubstr("row gone: made_up, some, distance, cost over S\n"));
+  EXPECT_THAT(diff(after, before), HasSubstr("row new: made_up, some, overlap, batch time\n"));
+  after.sets[0].name = "other";
+  EXPECT_THAT(diff(before, after), HasSubstr("row gone: made_up, some: all of it\n"));
+  EXPECT_THAT(diff(before, after), HasSubstr("wrong answers: nothing to compare"));
+}
+
+TEST(Diff, AKeyThatIsMissingIsAnErrorThatNamesIt) {
+  nlohmann::json json = nlohmann::json::parse(results(100, 50, 0, 1e-16));
+  json["pair_sets"][0]["backends"][0]["queries"]["distance"]["cost_over_S"].erase("worst");
+  try {
+    diff_reports(results(1, 1, 0, 0), json.dump(), false);
+    ADD_FAILURE() << "was read";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("worst"));
+  }
 }
 
 TEST(Diff, OtherFilesAreRefused) {

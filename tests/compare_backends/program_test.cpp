@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <spawn.h>
@@ -77,29 +78,35 @@ TEST_F(Program, BadInputIsOneLineExitCode2AndNoReport) {
   const std::string broken_json = write("broken.json", "[{\"id\": ").string();
   const std::string broken_yaml = write("broken.yaml", "name: x\nobjects: [").string();
   const std::string insertion = " --scene " SCENES "/oru_insertion.yaml";
-  for (const std::string& arguments : std::vector<std::string>{"--backend nothing",
-                                                               "--families nothing",
-                                                               "--max-error -1",
-                                                               "--max-error nan",
-                                                               "--count 0",
-                                                               "--query depth",
-                                                               "--bogus",
-                                                               "--scene /no/such.yaml",
-                                                               "--scene /dev/zero",
-                                                               "--pairs /dev/zero",
-                                                               "--pairs /no/such.json",
-                                                               "--case nothing:1",
-                                                               "--case random:x",
-                                                               "--pairs " + broken_json,
-                                                               "--scene " + broken_yaml,
-                                                               "--backend native native",
-                                                               "--set offset=1",
-                                                               "--set offset" + insertion,
-                                                               "--set =1" + insertion,
-                                                               "--set offset=nan" + insertion,
-                                                               "--set no_such=1" + insertion,
-                                                               "--set oru_insertion:no_such=1" + insertion,
-                                                               "--set other:offset=1" + insertion}) {
+  fs::create_directory(folder_ / "other");
+  const std::string other_insertion =
+      write("other/oru_insertion.yaml", read(SCENES "/oru_insertion.yaml")).string();
+  for (const std::string& arguments :
+       std::vector<std::string>{"--backend nothing",
+                                "--families nothing",
+                                "--max-error -1",
+                                "--max-error nan",
+                                "--count 0",
+                                "--query depth",
+                                "--bogus",
+                                "--scene /no/such.yaml",
+                                "--scene /dev/zero",
+                                "--pairs /dev/zero",
+                                "--pairs /no/such.json",
+                                "--case nothing:1",
+                                "--case random:x",
+                                "--pairs " + broken_json,
+                                "--scene " + broken_yaml,
+                                "--backend native native",
+                                "--families random touching random",
+                                "--scene " + other_insertion + insertion.substr(8),
+                                "--set offset=1",
+                                "--set offset" + insertion,
+                                "--set =1" + insertion,
+                                "--set offset=nan" + insertion,
+                                "--set no_such=1" + insertion,
+                                "--set oru_insertion:no_such=1" + insertion,
+                                "--set other:offset=1" + insertion}) {
     const Outcome outcome = run(arguments + report() + kSmall);
     EXPECT_EQ(outcome.code, 2) << arguments;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1)
@@ -107,6 +114,25 @@ TEST_F(Program, BadInputIsOneLineExitCode2AndNoReport) {
     EXPECT_THAT(outcome.err, StartsWith("compare_backends: ")) << arguments;
     EXPECT_FALSE(fs::exists(folder_ / "report")) << arguments;
   }
+}
+
+TEST_F(Program, AFolderThatCannotBeMadeIsRefusedBeforeAnythingIsMeasured) {
+  // As root /proc may be written to, and yet no folder can be made there. A measurement of that many pairs
+  // takes minutes.
+  const Outcome outcome =
+      run("--count 2000000 --no-broadphase --families random --output /proc/no_such/report");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("--output /proc/no_such/report"));
+  EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("exact answers")));
+}
+
+TEST_F(Program, TheReportedCommandCanBePasted) {
+  const fs::path odd = folder_ / "it's; $(touch x)";
+  const Outcome outcome =
+      run(std::string(kSmall) + " --output \"" + (folder_ / "it's; \\$(touch x)").string() + "\"");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(read(odd / "results.json"));
+  EXPECT_THAT(json["command"].get<std::string>(), HasSubstr("it'\\''s; $(touch x)'"));
 }
 
 TEST_F(Program, AFolderOfOtherThingsIsNotReplaced) {
@@ -314,6 +340,45 @@ TEST_F(Program, SetsASceneParameter) {
   const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
   EXPECT_EQ(json["scenes"][0]["parameters"]["offset"], 0.5);
   EXPECT_EQ(json["scenes"][1]["parameters"]["rate"], 8.0);
+}
+
+TEST_F(Program, EveryCommandOfTheGalleryReplaysItsCase) {
+  const Outcome outcome = run("--count 40 --quick --no-broadphase --seed 7 --families random --scene " SCENES
+                              "/contained_solid.yaml" +
+                              report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+  if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth";
+  bool of_a_scene = false;
+  for (const auto& each : json["gallery"]) {
+    const std::string command = each["replay"], program = "examples/run ";
+    ASSERT_THAT(command, StartsWith(program));
+    const Outcome replayed = run(command.substr(program.size()));
+    EXPECT_EQ(replayed.code, 0) << command << replayed.err;
+    EXPECT_THAT(replayed.out, StartsWith(each["case"].get<std::string>() + " (seed "));
+    EXPECT_THAT(replayed.out,
+                HasSubstr(fmt::format("separation {}", each["exact"]["separation_m"].get<double>())));
+    of_a_scene |= each["set"] == "contained_solid";
+  }
+  EXPECT_TRUE(of_a_scene) << "edge_face does not see what is contained";
+}
+
+TEST_F(Program, FacetFramesStandAroundTheFirstContact) {
+  const Outcome outcome = run("--families none --no-broadphase --quick --backend native --scene " SCENES
+                              "/grapple_approach.yaml --set offset=0.09" +
+                              report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+  if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth";
+  const auto& facets = json["scenes"][0]["facets"];
+  EXPECT_EQ(facets["frames_near_contact"], 5);
+  EXPECT_LE(facets["frames"].get<int>(), 10);
+  EXPECT_GT(facets["frames_that_differ_in_class"].get<int>(), 0);
+  for (const auto& [query, least] : facets["least_that_serves"].items()) {
+    if (least.is_null()) continue;
+    EXPECT_THAT(least["thin"].get<std::string>(), HasSubstr("too few frames")) << query;
+  }
+  EXPECT_THAT(read(folder_ / "report/report.html"), HasSubstr("No recommendation: too few frames"));
 }
 
 #endif

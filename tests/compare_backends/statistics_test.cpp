@@ -5,6 +5,7 @@
 
 #include "examples/compare_backends/mann_whitney.hpp"
 #include "examples/compare_backends/upper_bound.hpp"
+#include "examples/measures/quantiles.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -45,6 +46,18 @@ TEST(UpperBound, GrowsWithWhatWasFoundAlsoOfMany) {
     EXPECT_LT(bound, 1.0);
     last = bound;
   }
+}
+
+TEST(Blocks, TheMedianOfTwoIsBetweenThemAndFewHaveNo99Percent) {
+  std::array<double, 2> two = {10, 30};
+  const Timing timing = summarise_blocks(two);
+  EXPECT_EQ(timing.median_ns, 20);
+  EXPECT_EQ(timing.minimum_ns, 10);
+  EXPECT_TRUE(std::isnan(shown_p99(timing)));
+  std::array<double, 100> many;
+  for (int i = 0; i < 100; ++i) many[static_cast<std::size_t>(i)] = i + 1;
+  EXPECT_EQ(shown_p99(summarise_blocks(many)), 99);
+  EXPECT_TRUE(std::isnan(shown_p99(summarise_blocks(std::span(many).first(99)))));
 }
 
 TEST(MannWhitney, SmallSamplesByHand) {

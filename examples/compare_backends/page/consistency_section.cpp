@@ -11,6 +11,7 @@ std::string cell(const Change& change, bool with_bits) {
   if (change.cases == 0) return "not asked";
   std::string text = fmt::format("{} classes", format_count(change.classes));
   if (with_bits) text += fmt::format(", {} bits", format_count(change.bits));
+  if (change.left_out > 0) text += fmt::format(" ({} left out)", format_count(change.left_out));
   return text + ", " + format_error(change.worst);
 }
 
@@ -55,11 +56,12 @@ std::string consistency_section(const Page& page) {
              "(overlaps, of "
              "a backend without). Each cell: pairs whose class changed; pairs in which a bit of class, "
              "separation "
-             "or normal changed; the largest change of a separation over S. Moved: both solids by one "
-             "rotation "
-             "and translation, which rounds their vertices, so bits are not compared, and class changes of "
-             "pairs "
-             "reported within 32 eps S of touching are not counted. A backend that declares itself not "
+             "or normal changed; the largest change of a separation over S (-: none is given). Moved: both "
+             "solids by one rotation "
+             "and translation, which rounds their vertices, so bits are not compared, and the class is not "
+             "of "
+             "pairs whose exact separation is within 32 eps S of 0: those left out. A backend that declares "
+             "itself not "
              "thread "
              "safe is not asked on threads.</p>\n",
              format_count(kConsistencyCases)) +

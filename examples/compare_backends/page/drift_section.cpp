@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "examples/compare_backends/page/sections.hpp"
+#include "examples/compare_backends/svg_plot.hpp"
 #include "examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
@@ -20,6 +21,11 @@ error of a manifold's figures over the families. One mark a scene. The time of a
   const std::string plot = drift_plot(report.drift, report.rankings, page.names, false);
   html += plot.empty() ? "<p class='gap'>Missing: the figure. No contact error was measured.</p>\n"
                        : "<div>" + plot + "</div>\n";
+  for (const DriftRun& run : report.drift) {
+    for (const std::string& figure : missing_figures(run))
+      html += fmt::format("<p class='gap'>Not in the figure: {}, {}: {} is not measured.</p>\n",
+                          xml_text(run.backend), xml_text(run.scene), figure);
+  }
   HtmlTable table({"backend", "scene", "final poses [m]", "momentum [N s]", "energy made / scale",
                    "deepest [m]", "closed forms met", "ns a step", "to build on"});
   for (const DriftRun& run : report.drift) {

@@ -6,7 +6,7 @@ namespace touchstone::comparison {
 std::string errors_section(const Page& page) {
   const Report& report = page.report;
   if (!report.has_truth || report.sets.empty()) return "";
-  const PlotAxes axes = axes_for(report.sets);
+  const ErrorAxis axis = error_axis_for(report.sets, QueryKind::distance);
   std::string html =
       "<h2>Error distributions</h2>\n<p>Distance query: the share of a set's pairs whose error over S is at "
       "most so much; exactly 0 stands left of the broken axis. A missed or phantom contact counts as the "
@@ -14,7 +14,7 @@ std::string errors_section(const Page& page) {
       "through the 0, 1, 2, 5, 10, 20 ... 90, 95, 99, 99.9 and 100 % values. A backend "
       "that answers no pair's distance has no line.</p>\n<div class='plots three'>\n";
   for (const SetResult& set : report.sets)
-    html += error_distribution_plot(set, QueryKind::distance, axes, page.names, false);
+    html += error_distribution_plot(set, QueryKind::distance, axis, page.names, false);
   html += "</div>\n" + source_note(page, "pair_sets[].backends[].queries.distance.cost_curve_over_S",
                                    "figures/<set>_errors.svg");
   html +=

@@ -22,7 +22,7 @@ std::string times(const Page& page, const SetResult& set) {
     std::optional<double> allocations;
     for (const BackendResult::Rows& rows : backend.rows) {
       row.push_back(format_ns(median(rows.single)));
-      row.push_back(rows.single ? format_ns(rows.single->p99_ns) : "-");
+      row.push_back(rows.single ? format_ns(shown_p99(*rows.single)) : "-");
       row.push_back(format_ns(median(rows.batch)));
       row.push_back(format_ns(median(rows.raw)));
       if (rows.allocations) allocations = std::max(allocations.value_or(0.0), *rows.allocations);
@@ -86,7 +86,8 @@ std::string families_section(const Page& page) {
   if (page.report.sets.empty()) return "";
   std::string html =
       "<h2>Pair sets: every figure</h2>\n<p class='print'>Not printed: see results.csv, or the page on a "
-      "screen.</p>\n<div class='screen'><p>Faint rows: backends with a wrong or missing answer in the set.</p>\n";
+      "screen.</p>\n<div class='screen'><p>Faint rows: backends with a wrong or missing answer in the "
+      "set.</p>\n";
   for (const SetResult& set : page.report.sets) html += one_set(page, set);
   return html + source_note(page, "pair_sets") + "</div>\n";
 }

@@ -16,8 +16,8 @@ std::string normal_text(const Vector3& n) {
 
 std::string one_case(const Page& page, const GalleryCase& shown) {
   std::string html = "<figure>" + wireframe_plot(shown, page.names, false);
-  html += fmt::format("<figcaption>{}: {}, {} m ({} S)<br><code>{}</code>", page.named(shown.backend),
-                      xml_text(shown.reason), format_error(shown.cost),
+  html += fmt::format("<figcaption>{}, {}: {}, {} m ({} S)<br><code>{}</code>", page.named(shown.backend),
+                      to_string(shown.query), xml_text(shown.reason), format_error(shown.cost),
                       format_error(shown.cost / shown.posed.scale), xml_text(shown.replay));
   HtmlTable table({"answer", "class", "separation [m]", "normal"});
   table.add(
@@ -35,18 +35,24 @@ std::string one_case(const Page& page, const GalleryCase& shown) {
 }  // namespace
 
 std::string gallery_section(const Page& page) {
-  if (!page.report.has_truth || page.report.sets.empty()) return "";
+  if (!page.report.has_truth || (page.report.sets.empty() && page.report.scenes.empty())) return "";
   std::string html = "<h2>Worst cases</h2>\n";
-  if (page.report.gallery.empty()) return html + "<p>No backend erred in any distance.</p>\n";
+  if (page.report.gallery.empty()) return html + "<p>No backend erred.</p>\n";
   html += fmt::format(
-      "<p>The {} distance answers that cost most over S, at most three of one backend. Solid lines: A, "
+      "<p>Of each backend and set, scenes too, the answer with the largest error over S: of all queries, a "
+      "figure that it carries (distance, depth, normal, points), or a contact missed or told where none is, "
+      "by "
+      "the exact separation. The {} worst of these, at most {} of one backend, so that one backend's many do "
+      "not "
+      "hide the others' few. Answers that claim nothing (undecided, failed, unsupported) are not among them. "
+      "Solid lines: A, "
       "dashed: "
       "B, seen across the exact normal, which lies level. Thick arrow: the exact normal; thin arrows with "
       "marks: "
       "the backends' (shorter where they leave the picture's plane). The command shows every "
       "digit.</p>\n<div "
       "class='gallery'>\n",
-      page.report.gallery.size());
+      page.report.gallery.size(), kGalleryOfOne);
   for (const GalleryCase& shown : page.report.gallery) html += one_case(page, shown);
   return html + "</div>\n" + source_note(page, "gallery", "figures/worst_<number>.svg");
 }

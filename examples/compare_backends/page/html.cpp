@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "examples/compare_backends/svg_plot.hpp"
 #include "examples/program/text_table.hpp"
 
@@ -34,6 +36,24 @@ std::string source_note(const Page& page, const std::string& json_path, const st
   if (!svg.empty()) html += "; SVG: <code>" + xml_text(svg) + "</code>";
   return html + "<span class='screen'>; made by <code>" + xml_text(page.report.options.command_line) +
          "</code></span></p>\n";
+}
+
+std::string blocks_text(const Report& report) {
+  std::size_t least = 0, most = 0;
+  for (const SetResult& set : report.sets) {
+    for (const BackendResult& backend : set.backends) {
+      for (const BackendResult::Rows& rows : backend.rows) {
+        for (const auto* timing : {&rows.single, &rows.cached, &rows.batch, &rows.raw}) {
+          if (!*timing) continue;
+          least = least == 0 ? (*timing)->block : std::min(least, (*timing)->block);
+          most = std::max(most, (*timing)->block);
+        }
+      }
+    }
+  }
+  const std::string pairs =
+      least == most ? format_count(most) : format_count(least) + " to " + format_count(most);
+  return "the averages of blocks of " + pairs + " pairs, not of single queries";
 }
 
 std::string wrong_lines(const Wrongness& wrong, const char* between) {

@@ -32,6 +32,9 @@ class HtmlTable {
 /// Under a figure or table: where its numbers stand in results.json, its SVG (may be empty), and the command.
 std::string source_note(const Page& page, const std::string& json_path, const std::string& svg = "");
 
+/// "the averages of blocks of 128 pairs, not of single queries": what the percentiles of times are of.
+std::string blocks_text(const Report& report);
+
 inline double median(const std::optional<Timing>& timing) {
   return timing ? timing->median_ns : std::numeric_limits<double>::quiet_NaN();
 }

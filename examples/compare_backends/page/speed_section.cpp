@@ -39,11 +39,13 @@ std::string speed_section(const Page& page) {
   const Report& report = page.report;
   if (!report.has_truth || report.sets.empty()) return rankings(page);
   const PlotAxes axes = axes_for(report.sets);
-  std::string html =
-      rankings(page) +
+  std::string html = rankings(page);
+  html +=
       "<h2>Speed against error</h2>\n<p>One mark a backend: its worst error over S, with a whisker to the "
       "median and a tick at the 99th percentile, and its median time, one pair a call through the interface, "
-      "with a whisker to the 99th percentile. The column on the left is exactly 0. A backend with any wrong "
+      "with a whisker to the 99th percentile; both of " +
+      blocks_text(report) +
+      " (fewer than 100 blocks: no whisker). The column on the left is exactly 0. A backend with any wrong "
       "or "
       "missing answer gets no speed mark: it stands hollow on the rail. The dashed line joins the backends "
       "that none beats in both: above it and right of it something is faster and more exact.</p>\n";

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "examples/compare_backends/page/sections.hpp"
+#include "examples/compare_backends/replay_command.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
 #include "examples/compare_backends/upper_bound.hpp"
 #include "examples/program/text_table.hpp"
@@ -25,16 +26,17 @@ std::string kinds(const Wrongness& wrong) {
   return text;
 }
 
-std::string worst_list(const SetResult& set, const std::vector<WorstCase>& cases) {
+std::string worst_list(const Page& page, const SetResult& set, const std::vector<WorstCase>& cases) {
   std::string html = "<ul>";
   for (const WorstCase& each : cases) {
-    html += fmt::format("<li><code>{}</code> {}, {} m</li>", xml_text(case_id(set, each.index)), each.reason,
-                        format_error(each.cost));
+    const std::string id = case_id(set, each.index);
+    html += fmt::format("<li><code>{}</code> {}, {} m<br><code>{}</code></li>", xml_text(id), each.reason,
+                        format_error(each.cost), xml_text(replay_command(page.report, set.name, id)));
   }
   return html + "</ul>";
 }
 
-std::string matrix_cell(const SetResult& set, const std::string& name, QueryKind query) {
+std::string matrix_cell(const Page& page, const SetResult& set, const std::string& name, QueryKind query) {
   for (const BackendResult& backend : set.backends) {
     if (backend.name != name || !backend.judged) continue;
     const std::size_t q = index_of(query);
@@ -50,7 +52,8 @@ std::string matrix_cell(const SetResult& set, const std::string& name, QueryKind
         share < 0.01  ? 1
         : share < 0.2 ? 2
                       : 3,
-        wrong_lines(wrong, "<br>"), bound, kinds(wrong), worst_list(set, backend.judgement.wrong_cases[q]));
+        wrong_lines(wrong, "<br>"), bound, kinds(wrong),
+        worst_list(page, set, backend.judgement.wrong_cases[q]));
   }
   return "<td>-</td>";
 }
@@ -62,7 +65,7 @@ std::string matrix(const Page& page, QueryKind query) {
   html += "</tr></thead><tbody>\n";
   for (const SetResult& set : page.report.sets) {
     html += fmt::format("<tr><th>{}</th><td>{}</td>", xml_text(set.name), format_count(set.cases));
-    for (const std::string& name : page.names) html += matrix_cell(set, name, query);
+    for (const std::string& name : page.names) html += matrix_cell(page, set, name, query);
     html += "</tr>\n";
   }
   return html + "</tbody></table></div>\n";
@@ -78,7 +81,7 @@ std::string wrongness_section(const Page& page) {
       "figure that was asked for is missing. <em>Below</em>: the 95 % upper bound of the share of wrong or "
       "missing answers among pairs drawn like these (Clopper and Pearson; none of n: near 3 / n). A cell "
       "opens "
-      "its kinds, each with its bound, and its worst cases; <code>--case ID</code> replays one.</p>\n";
+      "its kinds, each with its bound, and its worst cases with the commands that replay them.</p>\n";
   for (const QueryKind query : kQueryKinds) html += matrix(page, query);
   return html + source_note(page, "pair_sets[].backends[].queries.*: wrong, wrong_cases");
 }
