@@ -15,7 +15,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// When sliding first ends or a joint first gets to its drive's rate: forces are at their limits until then,
 /// so velocities change evenly, and what the rest of the piece took beside what it could have taken says
-/// when.
+/// when. Not at once: where friction took nothing, something else ends the sliding, with the piece.
 double DynamicsWorld::first_stop(double t, bool& stops) const {
   const double rest = 10.0 * settings_.solver.tolerance;
   double friction = 0.0, most = 0.0;
@@ -31,7 +31,7 @@ double DynamicsWorld::first_stop(double t, bool& stops) const {
     friction += used;
     most += cone;
   }
-  double first = most > 0.0 ? std::min(1.0, friction / most) : 1.0;
+  double first = friction > 0.0 ? std::min(1.0, friction / most) : 1.0;
   for (std::size_t j = 0; j < joint_rows_.size(); ++j) {
     const JointRow& row = joint_rows_[j];
     const std::size_t r = 3 * active_.size() + j;
@@ -41,9 +41,12 @@ double DynamicsWorld::first_stop(double t, bool& stops) const {
     const double before = mechanisms_[row.mechanism].qd[row.value] - target;
     if (std::abs(before) <= rest || std::abs(u_[r]) > rest) continue;
     stops = true;
-    first = std::min(first, std::abs(x_[r]) / bounds_[j].upper);
+    // With its drive at the limit all the way the joint would have gone on to another rate.
+    const double w = Y_[row.first + row.value], most_x = std::copysign(bounds_[j].upper, -before);
+    first = std::min(first, before / (before - (u_[r] + w * (most_x - x_[r]))));
   }
-  return first * t;
+  const double stop = first * t;
+  return stop > 0.0 ? stop : t;
 }
 
 /// When, in the piece just taken, a point or stop that was apart first came together: on the parabola through

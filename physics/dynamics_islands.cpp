@@ -174,7 +174,7 @@ DynamicsWorld::Residual DynamicsWorld::update_velocities(const Island& island) {
     const std::size_t block = block_order_[island.first_block + i];
     const bool is_contact = i < island.contacts;
     residuals_[i] = is_contact ? contact_velocities(block, scales_[i]) : joint_velocity(block, scales_[i]);
-    worst = std::max(worst, residuals_[i]);
+    worst = worse_of(worst, residuals_[i]);
     sum += scales_[i] * std::abs(x_[first_row(block)]);
   }
   bool is_still = true;
@@ -342,9 +342,25 @@ SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm) {
   return solved;
 }
 
+/// Figures that are not finite even without impulses: the step ends here, and the first that they would move
+/// is named.
+void DynamicsWorld::fail_solve(const Island& island, StepReport& report) const {
+  const std::uint32_t unit = unit_order_[island.first_unit];
+  report.failure = is_body(unit) ? StepFailure::body : StepFailure::mechanism;
+  report.failed_index = is_body(unit) ? unit : unit - static_cast<std::uint32_t>(bodies_.size());
+}
+
 void DynamicsWorld::solve_island(const Island& island, StepReport& report) {
   // Most of what rests goes on resting: what held it in the last step does in this.
-  const Residual warm = update_velocities(island);
+  Residual warm = update_velocities(island);
+  if (!std::isfinite(warm.worst)) {
+    for (std::size_t i = 0; i < island.contacts + island.joints; ++i) {
+      const std::size_t block = block_order_[island.first_block + i];
+      std::fill_n(&x_[first_row(block)], i < island.contacts ? 3 : 1, 0.0);
+    }
+    warm = update_velocities(island);
+  }
+  if (!std::isfinite(warm.worst)) return fail_solve(island, report);
   const bool holds = warm.worst <= settings_.solver.tolerance;
   SolveReport solved;
   solved.residual = warm.worst;
@@ -353,7 +369,7 @@ void DynamicsWorld::solve_island(const Island& island, StepReport& report) {
   report.unconverged += solved.converged ? 0 : 1;
   report.sweeps += static_cast<std::uint32_t>(solved.sweeps);
   report.newton_steps += static_cast<std::uint32_t>(solved.newton_steps);
-  report.worst_residual = std::max(report.worst_residual, solved.residual);
+  report.worst_residual = worse_of(report.worst_residual, solved.residual);
 }
 
 }  // namespace touchstone::physics

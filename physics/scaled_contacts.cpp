@@ -62,10 +62,10 @@ double ScaledProblem::residual(std::span<const double> y, std::span<double> u) c
   for (std::size_t c = 0; c < problem_.contacts; ++c)
     if (scale_[3 * c] > 0.0)
       worst =
-          std::max(worst, contact_residual(1.0, problem_.friction[c], &y[3 * c], &u[3 * c]) / scale_[3 * c]);
+          worse_of(worst, contact_residual(1.0, problem_.friction[c], &y[3 * c], &u[3 * c]) / scale_[3 * c]);
   for (std::size_t i = 3 * problem_.contacts; i < n; ++i)
     if (scale_[i] > 0.0)
-      worst = std::max(worst,
+      worst = worse_of(worst,
                        std::abs(y[i] - clamped(y[i] - u[i], bounds_[i - 3 * problem_.contacts])) / scale_[i]);
   return worst;
 }
@@ -97,7 +97,7 @@ double ScaledProblem::rounding(std::span<const double> y) const {
     double sum = std::abs(b_[i]);
     for (std::size_t k = columns_[i].first; k < columns_[i].end; ++k)
       sum += std::abs(W_[i * y.size() + k] * y[k]);
-    worst = std::max(worst, sum / scale_[i]);
+    worst = worse_of(worst, sum / scale_[i]);
   }
   return kRounding * worst;
 }
