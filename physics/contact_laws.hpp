@@ -48,7 +48,7 @@ inline double contact_residual(double w, double friction, const double* x, const
 /// Largest diagonal entry of a block of W.
 inline double block_scale(std::span<const double> W, std::size_t n, std::size_t row, std::size_t size) {
   double w = 0.0;
-  for (std::size_t i = row; i < row + size; ++i) w = std::max(w, W[i * n + i]);
+  for (std::size_t i = row; i < row + size; ++i) w = worse_of(w, W[i * n + i]);
   return w;
 }
 

@@ -16,7 +16,8 @@ double natural_residual(const ContactProblem& problem, std::span<const double> x
   for (std::size_t j = 0; j < problem.bounds.size(); ++j) {
     const std::size_t i = 3 * problem.contacts + j;
     const double w = problem.W[i * n + i];
-    if (w > 0.0) worst = worse_of(worst, w * std::abs(x[i] - clamped(x[i] - u[i] / w, problem.bounds[j])));
+    if (!(w <= 0.0))
+      worst = worse_of(worst, w * std::abs(x[i] - clamped(x[i] - u[i] / w, problem.bounds[j])));
   }
   return worst;
 }

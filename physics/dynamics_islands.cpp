@@ -149,7 +149,7 @@ double DynamicsWorld::contact_velocities(std::size_t block, double& scale) {
   u[1] += dot(point.t1_W, v);
   u[2] += dot(point.t2_W, v);
   scale = std::sqrt(trace);
-  return trace > 0.0 ? contact_residual(trace, friction_[block], &x_[3 * block], u) : 0.0;
+  return trace <= 0.0 ? 0.0 : contact_residual(trace, friction_[block], &x_[3 * block], u);
 }
 
 double DynamicsWorld::joint_velocity(std::size_t block, double& scale) {
@@ -159,7 +159,7 @@ double DynamicsWorld::joint_velocity(std::size_t block, double& scale) {
   const double w = joint.sign * Y_[joint.first + joint.value];
   u_[row] = u;
   scale = std::sqrt(w);
-  return w > 0.0 ? w * std::abs(x_[row] - clamped(x_[row] - u / w, bounds_[j])) : 0.0;
+  return w <= 0.0 ? 0.0 : w * std::abs(x_[row] - clamped(x_[row] - u / w, bounds_[j]));
 }
 
 /// u = W x + b by way of the units' velocities, without W: what rows cost, not their square. Returns the

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <vector>
 
 #include "tests/physics/random_contact_sets.hpp"
@@ -180,6 +181,42 @@ TEST(ContactSolver, JointRowsKeepTheirBounds) {
   EXPECT_TRUE(solver.solve({0, {}, bounds, W, b}, x).converged);
   EXPECT_NEAR(x[0], 1.0, 1e-10);   // at its bound: -3 + 2 + x1 < 0
   EXPECT_NEAR(x[1], -1.0, 1e-10);  // 1 + 1 + 2 x1 = 0
+}
+
+TEST(ContactSolver, WhatIsNoNumberIsNotSolved) {
+  std::mt19937_64 random(3);
+  const RandomSet good(random, 0.5, false);
+  ContactSolver solver;
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  std::vector<double> x(RandomSet::kRows), u = x;
+  const auto expect_unsolved = [&](const RandomSet& set) {
+    std::fill(x.begin(), x.end(), 0.0);
+    EXPECT_TRUE(std::isnan(natural_residual(set.problem(), x, u)));
+    const SolveReport report = solver.solve(set.problem(), x);
+    EXPECT_FALSE(report.converged);
+    EXPECT_TRUE(std::isnan(report.residual));
+    EXPECT_EQ(x, std::vector<double>(RandomSet::kRows, 0.0));
+  };
+  for (const std::size_t row : {4u, 5u, 6u, 23u})  // normals and tangents, first and last
+    for (const double bad : {nan, inf}) {
+      RandomSet set = good;
+      set.W[row * RandomSet::kRows + row] = bad;
+      expect_unsolved(set);
+      if (bad == inf) continue;
+      set = good;
+      set.b[row] = bad;
+      expect_unsolved(set);
+    }
+  std::vector<double> warm(RandomSet::kRows, nan);
+  EXPECT_TRUE(std::isnan(natural_residual(good.problem(), warm, u)));
+  EXPECT_TRUE(solver.solve(good.problem(), warm).converged);
+  EXPECT_LE(natural_residual(good.problem(), warm, u), 1e-10);
+  // Joint rows.
+  const std::vector<ContactProblem::Bounds> bounds = {{-1, 1}, {-1, 1}};
+  std::vector<double> joints(2, 0.0);
+  EXPECT_FALSE(
+      solver.solve({0, {}, bounds, std::vector<double>{nan, 0, 0, 1}, std::vector<double>{1, 0}}, joints)
+          .converged);
 }
 
 TEST(ContactSolver, RedundantContactsShareTheLoad) {
