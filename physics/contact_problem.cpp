@@ -11,12 +11,13 @@ double natural_residual(const ContactProblem& problem, std::span<const double> x
   for (std::size_t c = 0; c < problem.contacts; ++c) {
     const double w = block_scale(problem.W, n, 3 * c, 3);
     if (w == 0.0) continue;  // between bodies that no impulse moves: nothing to solve for
-    worst = std::max(worst, contact_residual(w, problem.friction[c], &x[3 * c], &u[3 * c]));
+    worst = worse_of(worst, contact_residual(w, problem.friction[c], &x[3 * c], &u[3 * c]));
   }
   for (std::size_t j = 0; j < problem.bounds.size(); ++j) {
     const std::size_t i = 3 * problem.contacts + j;
     const double w = problem.W[i * n + i];
-    if (w > 0.0) worst = std::max(worst, w * std::abs(x[i] - clamped(x[i] - u[i] / w, problem.bounds[j])));
+    if (!(w <= 0.0))
+      worst = worse_of(worst, w * std::abs(x[i] - clamped(x[i] - u[i] / w, problem.bounds[j])));
   }
   return worst;
 }

@@ -221,6 +221,16 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
   load(problem, x);
   best_ = y_;
   report_.residual = residual_of(y_);
+  if (!std::isfinite(report_.residual)) {  // where to start from is none, or the problem
+    std::fill(y_.begin(), y_.end(), 0.0);
+    best_ = y_;
+    report_.residual = residual_of(y_);
+  }
+  if (!std::isfinite(report_.residual)) {
+    std::fill(x.begin(), x.end(), 0.0);
+    report_.converged = false;
+    return report_;
+  }
   bool done = report_.residual <= settings_.tolerance;
   const bool with_newton = y_.size() <= settings_.most_newton_rows;
   const bool only_newton = with_newton && y_.size() > settings_.most_path_rows;

@@ -30,6 +30,24 @@ void validate_drive(const SceneDrive& drive, const std::string& name) {
     reject(name, "only a torque has a ramp");
 }
 
+bool is_driven(const SceneDrive& drive) {
+  return drive.drive.mode != JointDrive::Mode::torque || drive.drive.torque != 0.0 || drive.ramp != 0.0;
+}
+
+/// @return the joint. @throws InputError where there is none, or none that moves.
+const SceneJoint& require_joint(const DynamicScene& scene, const JointAddress& joint,
+                                const std::string& where) {
+  if (joint.mechanism >= scene.mechanisms.size())
+    reject(where, "no mechanism " + std::to_string(joint.mechanism));
+  const SceneMechanism& mechanism = scene.mechanisms[joint.mechanism];
+  if (joint.joint >= mechanism.joints.size())
+    reject(where, "mechanism '" + mechanism.name + "' has no joint " + std::to_string(joint.joint));
+  const SceneJoint& found = mechanism.joints[joint.joint];
+  if (found.kind == JointKind::fixed)
+    reject(where, "mechanism '" + mechanism.name + "': joint '" + found.name + "' is fixed");
+  return found;
+}
+
 bool is_ground(const DynamicScene& scene, std::size_t object) {
   return object == kNoObject || scene.bodies[object].kind == BodyKind::fixed;
 }
@@ -101,8 +119,33 @@ void validate_actions(const DynamicScene& scene) {
     earliest = action.time;
     if (action.kind == SceneAction::Kind::latch) plan.latch(action.carrier, action.carried, action.where);
     if (action.kind == SceneAction::Kind::release) plan.release(action.carried, action.where);
-    if (action.kind == SceneAction::Kind::drive) validate_drive(action.drive, action.where + "drive: ");
+    if (action.kind != SceneAction::Kind::drive) continue;
+    require_joint(scene, action.joint, action.where + "drive: ");
+    validate_drive(action.drive, action.where + "drive: ");
   }
+}
+
+void validate_answer(const DynamicScene& scene, const SceneAnswer& answer) {
+  using Figure = SceneAnswer::Figure;
+  const std::string here = answer.where + "answer '" + std::string(to_string(answer.figure)) + "': ";
+  if (answer.is_of_joint()) require_joint(scene, answer.joint, here);
+  if (answer.is_vector() && answer.object >= scene.bodies.size()) reject(here, "no such object");
+  if ((answer.figure == Figure::velocity || answer.figure == Figure::angular_velocity) &&
+      scene.bodies[answer.object].kind != BodyKind::dynamic)
+    reject(here, object_name(scene, answer.object) + " is not dynamic: it has no such figure");
+  if (!touchstone::is_finite(answer.value)) reject(here, "the value is not finite");
+  if (!(answer.tolerance > 0.0) || !std::isfinite(answer.tolerance))
+    reject(here, "the tolerance is not above 0");
+  // Looked at after the nearest step.
+  const double step = std::round(answer.time / scene.step);
+  if (!(step >= 1.0 && step <= static_cast<double>(scene.step_count())))
+    reject(here, "the time is not that of a step's end");
+}
+
+void validate_accept(const DynamicScene& scene, const std::string& name) {
+  const SceneAccept& accept = scene.accept;
+  for (const double limit : {accept.depth, accept.position, accept.angle, accept.energy_made})
+    if (!is_number_at_least_0(limit)) reject(name, "accept: a limit below 0");
 }
 
 void validate_links(const DynamicScene& scene, const std::vector<std::string>& moved_by) {
@@ -191,6 +234,7 @@ void validate_joint(const DynamicScene& scene, const SceneMechanism& mechanism, 
   if (!std::isfinite(joint.value) || !std::isfinite(joint.rate)) reject(name, "value or rate is not finite");
   if (joint.value < joint.lower || joint.value > joint.upper) reject(name, "the value is out of its limits");
   validate_drive(joint.drive, name);
+  if (joint.kind == JointKind::fixed && is_driven(joint.drive)) reject(name, "a fixed joint has no drive");
 }
 
 void validate(const DynamicScene& scene) {
@@ -214,6 +258,11 @@ void validate(const DynamicScene& scene) {
     reject(name, "the step does not divide the duration into 1 to 1e9 steps");
   if (!(scene.contact_margin > scene.scene.contact_gap) || !std::isfinite(scene.contact_margin))
     reject(name, "the contact margin is not above the contact gap");
+  for (const double figure : {scene.bounce_speed, scene.push_out})
+    if (!is_number_at_least_0(figure) || std::isinf(figure))
+      reject(name, "bounce speed and push-out must be >= 0 and finite");
+  for (const SceneAnswer& answer : scene.answers) validate_answer(scene, answer);
+  validate_accept(scene, name);
 }
 
 }  // namespace touchstone::physics

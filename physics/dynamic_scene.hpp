@@ -105,7 +105,7 @@ struct SceneAnswer {
   Figure figure = Figure::position;
   std::size_t object = kNoObject;   ///< of the first five
   JointAddress joint = {};          ///< of value to moved
-  double time = 0.0;                ///< [s], > 0; not of moved and stopped: they are judged at the end
+  double time = 0.0;                ///< [s], that of a step's end; moved and stopped: the scene's duration
   Vector3 value = Vector3::Zero();  ///< scalars: the first entry
   double tolerance = 0.0;           ///< of the distance to it
   std::string where = {};
@@ -157,11 +157,12 @@ struct DynamicScene {
 /// validate(BodyInertia)), velocities that are not finite, a bad surface, a motion of what is not kinematic.
 void validate_body(const DynamicScene& scene, std::size_t object);
 /// @throws InputError starting with `where`: crossed or negative limits, an axis that is not unit, a value
-/// out of limits, figures that are not finite, unknown objects.
+/// out of limits, figures that are not finite, unknown objects, a drive of a fixed joint.
 void validate_joint(const DynamicScene& scene, const SceneMechanism& mechanism, const SceneJoint& joint);
 /// All of it. @throws InputError as those two and as Scene's, and for a mechanism without joints, parents
 /// that are no link of it nor ground, objects moved by two joints, links without a joint, actions out of
-/// order or that cannot be carried out, a step that does not divide the duration.
+/// order or that cannot be carried out (drives of joints that are not there or fixed), a step that does not
+/// divide the duration, answers of what is not there or has no such figure, or at times that no step ends at.
 void validate(const DynamicScene& scene);
 
 }  // namespace touchstone::physics

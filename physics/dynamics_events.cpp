@@ -26,7 +26,8 @@ constexpr double kStraight = 1e-3;
 
 /// When sliding first ends or a joint first gets to its drive's rate: forces are at their limits until then,
 /// so velocities change evenly, and what the rest of the piece took beside what it could have taken says
-/// when. Until the end, what has stopped went on at half its speed on the mean.
+/// when. Until the end, what has stopped went on at half its speed on the mean. Not at once: where friction
+/// took nothing, something else ends the sliding, with the piece.
 DynamicsWorld::Stop DynamicsWorld::first_stop(double t) const {
   const double rest = 10.0 * settings_.solver.tolerance;
   Stop stop{false, t};
@@ -45,18 +46,22 @@ DynamicsWorld::Stop DynamicsWorld::first_stop(double t) const {
   }
   const auto add = [&](double share, double speed) {
     const double when = std::min(1.0, share) * t;
+    if (!(when > 0.0)) return;
     stop.is_any = true;
     stop.when = std::min(stop.when, when);
     stop.speed = std::max(stop.speed, speed);
     stop.missed = std::max(stop.missed, 0.5 * (speed * (t - when)));
   };
-  if (most > 0.0) add(friction / most, stop.speed);
+  if (friction > 0.0) add(friction / most, stop.speed);
   for (std::size_t j = 0; j < joint_rows_.size(); ++j) {
     if (!can_stop(j)) continue;
     const double before = rate_before(joint_rows_[j]);
     const std::size_t r = 3 * active_.size() + j;
-    if (std::abs(before) > rest && std::abs(u_[r]) <= rest)
-      add(std::abs(x_[r]) / bounds_[j].upper, std::abs(before));
+    if (std::abs(before) <= rest || std::abs(u_[r]) > rest) continue;
+    // With its drive at the limit all the way the joint would have gone on to another rate.
+    const JointRow& row = joint_rows_[j];
+    const double w = Y_[row.first + row.value], most_x = std::copysign(bounds_[j].upper, -before);
+    add(before / (before - (u_[r] + w * (most_x - x_[r]))), std::abs(before));
   }
   return stop;
 }

@@ -53,25 +53,31 @@ bool DynamicsWorld::begin_flight(StepReport& report) {
   return true;
 }
 
+/// Says why a body could not fly. Returns false.
+bool DynamicsWorld::fail_flight(const Body& body, double t, std::uint32_t index, StepReport& report) {
+  const double turn = norm(body.body.angular_velocity(body.state)) * t;
+  report.failure = turn > RigidBody::kMostTurn ? StepFailure::turn : StepFailure::body;
+  report.failed_index = index;
+  return false;
+}
+
 /// Without contacts, drives of rows and stops: into the flown states.
 bool DynamicsWorld::fly(double t, StepReport& report) {
-  const auto fail = [&](StepFailure failure, std::uint32_t index) {
-    report.failure = failure;
-    report.failed_index = index;
-    return false;
-  };
   for (const std::uint32_t i : group_.bodies) {
     Body& body = bodies_[i];
     body.flown = body.state;
-    if (!body.body.fly(body.flown, t, settings_.gravity_W)) return fail(StepFailure::body, i);
+    if (!body.body.fly(body.flown, t, settings_.gravity_W)) return fail_flight(body, t, i, report);
   }
   for (const std::uint32_t m : group_.mechanisms) {
     Arm& arm = mechanisms_[m];
     arm.flown_q = arm.q;
     arm.flown_qd = arm.qd;
     if (!arm.dynamics->fly(arm.X_WBase, settings_.gravity_W, arm.tau, t, t / h_, arm.flown_q, arm.flown_qd,
-                           arm.scratch))
-      return fail(StepFailure::mechanism, m);
+                           arm.scratch)) {
+      report.failure = StepFailure::mechanism;
+      report.failed_index = m;
+      return false;
+    }
   }
   return true;
 }

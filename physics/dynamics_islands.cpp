@@ -149,7 +149,7 @@ double DynamicsWorld::contact_velocities(std::size_t block, double& scale) {
   u[1] += dot(point.t1_W, v);
   u[2] += dot(point.t2_W, v);
   scale = std::sqrt(trace);
-  return trace > 0.0 ? contact_residual(trace, friction_[block], &x_[3 * block], u) : 0.0;
+  return trace <= 0.0 ? 0.0 : contact_residual(trace, friction_[block], &x_[3 * block], u);
 }
 
 double DynamicsWorld::joint_velocity(std::size_t block, double& scale) {
@@ -159,7 +159,7 @@ double DynamicsWorld::joint_velocity(std::size_t block, double& scale) {
   const double w = joint.sign * Y_[joint.first + joint.value];
   u_[row] = u;
   scale = std::sqrt(w);
-  return w > 0.0 ? w * std::abs(x_[row] - clamped(x_[row] - u / w, bounds_[j])) : 0.0;
+  return w <= 0.0 ? 0.0 : w * std::abs(x_[row] - clamped(x_[row] - u / w, bounds_[j]));
 }
 
 /// u = W x + b by way of the units' velocities, without W: what rows cost, not their square. Returns the
@@ -174,7 +174,7 @@ DynamicsWorld::Residual DynamicsWorld::update_velocities(const Island& island) {
     const std::size_t block = block_order_[island.first_block + i];
     const bool is_contact = i < island.contacts;
     residuals_[i] = is_contact ? contact_velocities(block, scales_[i]) : joint_velocity(block, scales_[i]);
-    worst = std::max(worst, residuals_[i]);
+    worst = worse_of(worst, residuals_[i]);
     sum += scales_[i] * std::abs(x_[first_row(block)]);
   }
   bool is_still = true;
@@ -342,9 +342,25 @@ SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm) {
   return solved;
 }
 
+/// Figures that are not finite even without impulses: the step ends here, and the first that they would move
+/// is named.
+void DynamicsWorld::fail_solve(const Island& island, StepReport& report) const {
+  const std::uint32_t unit = unit_order_[island.first_unit];
+  report.failure = is_body(unit) ? StepFailure::body : StepFailure::mechanism;
+  report.failed_index = is_body(unit) ? unit : unit - static_cast<std::uint32_t>(bodies_.size());
+}
+
 void DynamicsWorld::solve_island(const Island& island, StepReport& report) {
   // Most of what rests goes on resting: what held it in the last step does in this.
-  const Residual warm = update_velocities(island);
+  Residual warm = update_velocities(island);
+  if (!std::isfinite(warm.worst)) {
+    for (std::size_t i = 0; i < island.contacts + island.joints; ++i) {
+      const std::size_t block = block_order_[island.first_block + i];
+      std::fill_n(&x_[first_row(block)], i < island.contacts ? 3 : 1, 0.0);
+    }
+    warm = update_velocities(island);
+  }
+  if (!std::isfinite(warm.worst)) return fail_solve(island, report);
   const bool holds = warm.worst <= settings_.solver.tolerance;
   SolveReport solved;
   solved.residual = warm.worst;
@@ -353,7 +369,7 @@ void DynamicsWorld::solve_island(const Island& island, StepReport& report) {
   report.unconverged += solved.converged ? 0 : 1;
   report.sweeps += static_cast<std::uint32_t>(solved.sweeps);
   report.newton_steps += static_cast<std::uint32_t>(solved.newton_steps);
-  report.worst_residual = std::max(report.worst_residual, solved.residual);
+  report.worst_residual = worse_of(report.worst_residual, solved.residual);
 }
 
 }  // namespace touchstone::physics

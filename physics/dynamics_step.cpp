@@ -82,17 +82,46 @@ void DynamicsWorld::go_back() {
   for (Point& point : points_) point.impulse_W = point.start_impulse_W;
 }
 
+/// What undo() goes back to.
+void DynamicsWorld::keep() {
+  for (Body& body : bodies_) body.kept = body.state;
+  for (Arm& arm : mechanisms_) {
+    arm.kept_q = arm.q, arm.kept_qd = arm.qd;
+    arm.kept_torque = arm.torque, arm.kept_last_torque = arm.last_torque;
+  }
+  for (auto* vector : {&kept_patience_, &kept_sweeps_left_})
+    vector->reserve(bodies_.size() + mechanisms_.size());
+  kept_patience_ = patience_;
+  kept_sweeps_left_ = sweeps_left_;
+}
+
 /// To the start of the step, everything.
 void DynamicsWorld::undo() {
   for (Body& body : bodies_) body.state = body.kept, body.is_met = false;
   for (Arm& arm : mechanisms_) {
     arm.q = arm.kept_q, arm.qd = arm.kept_qd;
+    arm.torque = arm.kept_torque, arm.last_torque = arm.kept_last_torque;
     arm.dynamics->place(arm.X_WBase, arm.q, arm.qd, arm.placed);
   }
+  for (Warm& warm : warm_) warm.is_taken = false;
+  patience_ = kept_patience_;
+  sweeps_left_ = kept_sweeps_left_;
 }
 
-bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
-                               StepReport& report) {
+/// Else says whose state is not.
+bool DynamicsWorld::is_group_finite(StepReport& report) const {
+  for (const std::uint32_t i : group_.bodies)
+    if (!is_finite(bodies_[i].state)) report.failure = StepFailure::body, report.failed_index = i;
+  for (const std::uint32_t m : group_.mechanisms) {
+    const Arm& arm = mechanisms_[m];
+    for (std::size_t k = 0; k < arm.q.size(); ++k)
+      if (!std::isfinite(arm.q[k]) || !std::isfinite(arm.qd[k]))
+        report.failure = StepFailure::mechanism, report.failed_index = m;
+  }
+  return report.failure == StepFailure::none;
+}
+
+bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, StepReport& report) {
   attach(contacts);
   const bool is_large = 3 * points_.size() > settings_.solver.most_path_rows;
   const std::uint32_t most_pieces =
@@ -106,64 +135,64 @@ bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, std:
     clock.left = t >= clock.left ? 0.0 : clock.left - t;
   }
   report.substeps = std::max(report.substeps, clock.pieces);
-  finish(h, forces);
+  if (!is_group_finite(report)) return false;
+  finish(h);
   return true;
 }
 
 /// Bodies that touch nothing; kinematic ones to where they were told.
 bool DynamicsWorld::step_loose(double h, StepReport& report) {
-  const auto fail = [&](std::uint32_t index) {
-    report.failure = StepFailure::body;
-    report.failed_index = index;
-    return false;
-  };
   for (const std::uint32_t i : loose_)
-    if (!bodies_[i].body.fly(bodies_[i].state, h, settings_.gravity_W)) return fail(i);
+    if (!bodies_[i].body.fly(bodies_[i].state, h, settings_.gravity_W))
+      return fail_flight(bodies_[i], h, i, report);
   kinematics_.clear();
   for (std::uint32_t i = 0; i < bodies_.size(); ++i)
     if (bodies_[i].is_kinematic) kinematics_.push_back(i);
   place_kinematics(h);
   for (const std::uint32_t i : kinematics_)
-    if (!is_finite(bodies_[i].state)) return fail(i);
-  return true;
+    if (!is_finite(bodies_[i].state)) report.failure = StepFailure::body, report.failed_index = i;
+  return report.failure == StepFailure::none;
 }
 
 StepReport DynamicsWorld::step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces) {
   StepReport report;
+  if (!(h > 0.0) || !std::isfinite(h)) {
+    report.failure = StepFailure::bad_step;
+    return report;
+  }
   if (!check(contacts, report)) return report;
   h_ = h;
-  for (Body& body : bodies_) body.kept = body.state;
-  for (Arm& arm : mechanisms_) {
-    arm.kept_q = arm.q, arm.kept_qd = arm.qd;
-    std::fill(arm.torque.begin(), arm.torque.end(), 0.0);
-  }
+  keep();
+  for (Arm& arm : mechanisms_) std::fill(arm.torque.begin(), arm.torque.end(), 0.0);
   carry_forces(contacts);
   find_groups(contacts);
   next_warm_.resize(contacts.size());
+  forces_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (group_of_contact_[i] == kNone) {
       next_warm_[i] = {};
-      if (i < forces.size()) forces[i] = {Vector3::Zero(), Vector3::Zero()};
+      forces_[i] = {Vector3::Zero(), Vector3::Zero()};
     }
-  report.substeps = h > 0.0 ? 1 : 0;
+  report.substeps = 1;
   bool is_good = true;
   for (std::size_t g = 0; g < groups_.size() && is_good; ++g) {
     group_ = groups_[g];
-    is_good = step_group(h, contacts, forces, report);
+    is_good = step_group(h, contacts, report);
   }
   if (!is_good || !step_loose(h, report)) {
     undo();
     return report;
   }
   warm_.swap(next_warm_);
+  std::copy_n(forces_.begin(), std::min(forces.size(), forces_.size()), forces.begin());
   return report;
 }
 
-void DynamicsWorld::finish(double h, std::span<ContactForce> forces) {
+void DynamicsWorld::finish(double h) {
   for (const Point& point : points_) {
     const Contact& contact = *point.contact;
     next_warm_[point.index] = {contact.key, contact.a, contact.b, point.p_A, point.last_force_W, false};
-    if (point.index < forces.size()) forces[point.index] = {point.impulse_W / h, point.impact_W};
+    forces_[point.index] = {point.impulse_W / h, point.impact_W};
   }
   for (const std::uint32_t i : kinematics_) bodies_[i].is_met = false;
 }

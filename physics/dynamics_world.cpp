@@ -14,12 +14,53 @@ RigidBody unit_body() { return {box_inertia(1.0, {1, 1, 1}), "unit"}; }
 
 std::string indexed(const char* what, std::size_t index) { return what + (" " + std::to_string(index)); }
 
+bool is_at_least_0(double value) { return value >= 0.0 && std::isfinite(value); }
+bool is_above_0(double value) { return value > 0.0 && std::isfinite(value); }
+
+void validate(const DynamicsWorld::Settings& settings) {
+  if (!touchstone::is_finite(settings.gravity_W)) throw InputError("dynamics: gravity is not finite");
+  if (!is_above_0(settings.contact_gap) || !is_at_least_0(settings.bounce_speed) ||
+      !is_at_least_0(settings.push_out))
+    throw InputError("dynamics: the contact gap must be > 0, bounce speed and push-out >= 0, all finite");
+  if (settings.most_substeps == 0) throw InputError("dynamics: a step has at least one piece");
+  const ContactSolver::Settings& solver = settings.solver;
+  if (!is_above_0(solver.tolerance))
+    throw InputError("dynamics: the solver's tolerance must be > 0 and finite");
+  if (solver.rounds < 1 || solver.sweeps < 0 || solver.newton_steps < 0)
+    throw InputError("dynamics: the solver takes at least one round, sweeps and Newton steps >= 0");
+  if (settings.island_sweeps < 1) throw InputError("dynamics: a swept island takes at least one sweep");
+}
+
 }  // namespace
 
 std::string_view to_string(StepFailure failure) {
-  constexpr std::array<std::string_view, 4> kNames{"none", "bad_contact", "body", "mechanism"};
+  constexpr std::array<std::string_view, 7> kNames{"none", "bad_step",  "bad_contact", "body",
+                                                   "turn", "mechanism", "latch"};
   return kNames[static_cast<std::size_t>(failure)];
 }
+
+std::string_view reason_of(StepFailure failure) {
+  switch (failure) {
+    case StepFailure::none:
+      return "";
+    case StepFailure::bad_step:
+      return "the step's length is not positive and finite";
+    case StepFailure::bad_contact:
+      return "a contact of theirs is none: points that are not finite, a normal that is not unit, friction "
+             "or "
+             "restitution out of range";
+    case StepFailure::body:
+      return "its state would not be finite";
+    case StepFailure::turn:
+      return "it would turn by more than 64 rad in a step";
+    case StepFailure::mechanism:
+      return "its joint values or rates would not be finite, or a joint moves no inertia";
+    case StepFailure::latch:
+      return "latched or let go, a body would have an inertia that is none to rounding";
+  }
+  return "";
+}
+static_assert(RigidBody::kMostTurn == 64.0, "as reason_of() says");
 
 Wrench wrench_on(const Mover& mover, std::span<const Contact> contacts,
                  std::span<const ContactForce> forces) {
@@ -35,10 +76,7 @@ Wrench wrench_on(const Mover& mover, std::span<const Contact> contacts,
 }
 
 DynamicsWorld::DynamicsWorld(const Settings& settings) : settings_(settings), solver_(settings.solver) {
-  if (!touchstone::is_finite(settings.gravity_W)) throw InputError("dynamics: gravity is not finite");
-  if (!(settings.contact_gap > 0.0) || !(settings.bounce_speed >= 0.0) || !(settings.push_out >= 0.0))
-    throw InputError("dynamics: the contact gap must be > 0, bounce speed and push-out >= 0");
-  if (settings.most_substeps == 0) throw InputError("dynamics: a step has at least one piece");
+  validate(settings);
 }
 
 std::uint32_t DynamicsWorld::add_body(const RigidBody& body, const RigidBodyState& state) {
@@ -49,6 +87,8 @@ std::uint32_t DynamicsWorld::add_body(const RigidBody& body, const RigidBodyStat
 
 std::uint32_t DynamicsWorld::add_kinematic(const Pose& X_WB, const Vector3& v_W, const Vector3& w_W) {
   validate_pose(X_WB, indexed("kinematic body", bodies_.size()));
+  if (!touchstone::is_finite(v_W) || !touchstone::is_finite(w_W))
+    throw InputError(indexed("kinematic body", bodies_.size()) + ": velocities are not finite");
   const RigidBody body = unit_body();
   const std::uint32_t index = add_body(body, body.state(X_WB, Vector3::Zero(), Vector3::Zero()));
   bodies_[index].is_kinematic = true;
@@ -64,11 +104,15 @@ void DynamicsWorld::set_velocity(std::uint32_t kinematic, const Vector3& v_W, co
   bodies_[kinematic].told_v_W = v_W, bodies_[kinematic].told_w_W = w_W;
 }
 
-void DynamicsWorld::set_body(std::uint32_t body, const RigidBody& as, const RigidBodyState& state) {
+void DynamicsWorld::set_state(std::uint32_t body, const RigidBodyState& state) {
   if (body >= bodies_.size()) throw InputError("no " + indexed("body", body));
   if (!is_finite(state)) throw InputError(indexed("body", body) + ": its state is not finite");
-  bodies_[body].body = as;
   bodies_[body].state = state;
+}
+
+void DynamicsWorld::set_body(std::uint32_t body, const RigidBody& as, const RigidBodyState& state) {
+  set_state(body, state);
+  bodies_[body].body = as;
   bodies_[body].is_kinematic = false;
 }
 
@@ -79,7 +123,7 @@ void DynamicsWorld::hold_out(std::uint32_t body) {
 
 void DynamicsWorld::set_rates(std::uint32_t mechanism, std::span<const double> qd) {
   Arm& arm = mechanisms_[mechanism];
-  std::copy(qd.begin(), qd.end(), arm.qd.begin());
+  for (std::size_t i = 0; i < arm.qd.size(); ++i) arm.qd[i] = qd[i];  // they may be its own
   arm.dynamics->place(arm.X_WBase, arm.q, arm.qd, arm.placed);
 }
 
@@ -99,8 +143,9 @@ std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, co
   arm.X_WBase = rigid_frame(X_WBase);
   arm.q.assign(q.begin(), q.end());
   arm.qd.assign(qd.begin(), qd.end());
-  for (auto* vector : {&arm.torque, &arm.start_torque, &arm.last_torque, &arm.tau, &arm.change, &arm.kept_q,
-                       &arm.kept_qd, &arm.start_q, &arm.start_qd, &arm.flown_q, &arm.flown_qd})
+  for (auto* vector :
+       {&arm.torque, &arm.start_torque, &arm.last_torque, &arm.tau, &arm.change, &arm.kept_q, &arm.kept_qd,
+        &arm.start_q, &arm.start_qd, &arm.flown_q, &arm.flown_qd, &arm.kept_torque, &arm.kept_last_torque})
     vector->assign(n, 0.0);
   arm.M.resize(n * n);
   arm.drives.resize(n);
@@ -141,13 +186,14 @@ void DynamicsWorld::reserve(std::size_t contacts) {
   warm_.reserve(contacts);
   next_warm_.reserve(contacts);
   carried_.reserve(contacts);
+  forces_.reserve(contacts);
   for (auto* vector : {&group_of_contact_, &contact_order_}) vector->reserve(contacts);
   for (auto* vector : {&leader_, &group_of_unit_, &island_of_unit_, &body_order_, &loose_, &kinematics_,
                        &unit_order_, &mechanism_order_})
     vector->reserve(units);
   fill_.reserve(units + 1);
-  patience_.reserve(units);
-  sweeps_left_.reserve(units);
+  for (auto* vector : {&patience_, &sweeps_left_, &kept_patience_, &kept_sweeps_left_})
+    vector->reserve(units);
   first_V_.reserve(units);
   V_.reserve(widest * units);
   own_W_.reserve(18 * contacts + 3 * joints);

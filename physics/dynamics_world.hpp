@@ -76,19 +76,27 @@ Wrench wrench_on(const Mover& mover, std::span<const Contact> contacts, std::spa
 /// Why a step was not taken.
 enum class StepFailure : std::uint8_t {
   none,
+  bad_step,     ///< its length is not positive and finite
   bad_contact,  ///< a contact that names nothing, a normal that is not unit, figures out of range
-  body,         ///< a body's state would not be finite, or it would turn too far
-  mechanism,    ///< the same of a mechanism
+  body,         ///< a body's state would not be finite
+  turn,         ///< a body would turn by more than RigidBody::kMostTurn
+  mechanism,    ///< a mechanism's values or rates would not be finite, or a joint moves no inertia
+  latch,        ///< of SceneSimulation: see begin_step()
 };
 /// The enumerator's name.
 std::string_view to_string(StepFailure failure);
+/// What it says of the contact, body, mechanism or object that StepReport::failed_index names: "its state
+/// would not be finite".
+std::string_view reason_of(StepFailure failure);
 
 /// How a step went. Solves, sweeps and Newton steps are sums; residual and pieces are the largest of any
 /// group.
 struct StepReport {
-  StepFailure failure = StepFailure::none;  ///< if any, the state is as before the step
-  std::uint32_t failed_index = 0;           ///< of the contact, body or mechanism
-  double worst_residual = 0.0;              ///< of all solves [m/s]; see natural_residual()
+  /// If any, the world is as before the step to the bit, what the next step starts from included, and no
+  /// force was written.
+  StepFailure failure = StepFailure::none;
+  std::uint32_t failed_index = 0;  ///< of the contact, body or mechanism; latch: of the object
+  double worst_residual = 0.0;     ///< of all solves [m/s]; see natural_residual()
   std::uint32_t solves = 0, unconverged = 0, sweeps = 0, newton_steps = 0;
   std::uint32_t substeps = 0;  ///< pieces the step was cut into: impacts and stops are located in time
   double last_stop = std::numeric_limits<double>::quiet_NaN();  ///< when within the step sliding or a braked
@@ -99,7 +107,8 @@ struct StepReport {
 /// errors: see dynamics_world.hpp.
 class DynamicsWorld {
  public:
-  /// The same for every step. A gap that is not > 0, speeds or rates below 0 and 0 pieces are an InputError.
+  /// The same for every step. Figures that are not finite, a gap or tolerance that is not > 0, speeds, rates
+  /// or counts below 0, and no pieces, rounds or island sweeps are an InputError.
   struct Settings {
     Vector3 gravity_W = Vector3::Zero();  ///< [m/s2]
     double contact_gap = 1e-9;            ///< closer than this [m] (joint stops: rad or m) counts as touching
@@ -118,7 +127,8 @@ class DynamicsWorld {
 
   /// A free body. @throws InputError as RigidBody; a state that is not finite.
   std::uint32_t add_body(const RigidBody& body, const RigidBodyState& state);
-  /// A body that moves as told, as if of infinite mass. @throws InputError for a bad pose.
+  /// A body that moves as told, as if of infinite mass. @throws InputError for a bad pose, velocities that
+  /// are not finite.
   std::uint32_t add_kinematic(const Pose& X_WB, const Vector3& v_W, const Vector3& w_W);
   /// Keeps a reference. All joints are free (torque 0) within their limits.
   /// @throws InputError: another number of values, values out of the joints' limits or not finite.
@@ -134,8 +144,8 @@ class DynamicsWorld {
   void set_body(std::uint32_t body, const RigidBody& as, const RigidBodyState& state);
   /// Out of the world until set_body(): it stays where it is, and has no momentum. @pre no contact names it.
   void hold_out(std::uint32_t body);
-  /// Joint rates from now on, and the links' inertias taken anew (MechanismDynamics::set_links()). Does not
-  /// allocate. @pre one a joint value, finite.
+  /// Joint rates from now on (joint_rates() itself, too), and the links' inertias taken anew
+  /// (MechanismDynamics::set_links()). Does not allocate. @pre one a joint value, finite.
   void set_rates(std::uint32_t mechanism, std::span<const double> qd);
   /// Memory for `contacts` at a time, all joint rows besides.
   void reserve(std::size_t contacts);
@@ -144,7 +154,8 @@ class DynamicsWorld {
   bool is_kinematic(std::uint32_t body) const { return bodies_[body].is_kinematic; }
   const RigidBody& body(std::uint32_t body) const { return bodies_[body].body; }
   const RigidBodyState& state(std::uint32_t body) const { return bodies_[body].state; }
-  void set_state(std::uint32_t body, const RigidBodyState& state) { bodies_[body].state = state; }
+  /// @throws InputError: no such body, a state that is not finite.
+  void set_state(std::uint32_t body, const RigidBodyState& state);
   Pose pose(std::uint32_t body) const { return bodies_[body].body.pose(bodies_[body].state); }
   Vector3 velocity(std::uint32_t body) const;
   Vector3 angular_velocity(std::uint32_t body) const;
@@ -170,6 +181,7 @@ class DynamicsWorld {
   /// the step, the step is cut there. Velocities at the end obey the laws of ContactProblem; positions follow
   /// the mean of the velocities before and after, so constant forces are integrated exactly. Impulses act on
   /// both bodies at one point, about the mean of each one's path: total momentum stays to rounding.
+  /// @param h positive and finite, or the step fails (StepFailure::bad_step).
   /// @param forces one a contact, or empty.
   StepReport step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces = {});
 
@@ -197,6 +209,7 @@ class DynamicsWorld {
     Pose X_WBase;
     std::vector<double> q, qd, torque, start_torque, last_torque, tau, change, M;
     std::vector<double> kept_q, kept_qd, start_q, start_qd, flown_q, flown_qd;  // as Body's states
+    std::vector<double> kept_torque, kept_last_torque;
     std::vector<JointDrive> drives;
     MechanismDynamics::Workspace placed, scratch;
   };
@@ -303,14 +316,15 @@ class DynamicsWorld {
   void sort_by_group(std::span<const Contact> contacts, std::uint32_t groups);
 
   // dynamics_step.cpp
-  bool step_group(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
-                  StepReport& report);
+  bool step_group(double h, std::span<const Contact> contacts, StepReport& report);
   bool step_loose(double h, StepReport& report);
   double piece(Clock& clock, double h, bool all, StepReport& report);
   void keep_start();
+  void keep();
   void undo();
   void go_back();
-  void finish(double h, std::span<ContactForce> forces);
+  bool is_group_finite(StepReport& report) const;
+  void finish(double h);
 
   // dynamics_impacts.cpp
   bool needs_impact() const;
@@ -321,6 +335,7 @@ class DynamicsWorld {
   void place_kinematics(double elapsed);
   bool begin_flight(StepReport& report);
   bool fly(double t, StepReport& report);
+  static bool fail_flight(const Body& body, double t, std::uint32_t index, StepReport& report);
   void accumulate();
   void commit(double t, double h);
 
@@ -351,6 +366,7 @@ class DynamicsWorld {
   std::uint32_t unit_of_block(std::size_t block) const;
   void solve(StepReport& report);
   void solve_island(const Island& island, StepReport& report);
+  void fail_solve(const Island& island, StepReport& report) const;
   struct Residual {
     double worst;   // the natural residual or a little more
     bool is_still;  // to rounding, or almost
@@ -387,6 +403,7 @@ class DynamicsWorld {
   std::vector<Arm> mechanisms_;
   std::vector<Warm> warm_, next_warm_;  // by contact
   std::vector<Carried> carried_;        // by contact
+  std::vector<ContactForce> forces_;    // by contact, of the step on its way
   // Units are bodies, then mechanisms.
   std::vector<std::uint32_t> leader_, group_of_unit_, island_of_unit_;
   std::vector<std::uint32_t> contact_order_, body_order_, mechanism_order_, loose_;
@@ -408,6 +425,7 @@ class DynamicsWorld {
   std::vector<Island> islands_;
   std::vector<double> residuals_, scales_;  // by block of the island
   std::vector<std::uint8_t> patience_;      // by unit: steps until its rest may be refined again
+  std::vector<std::uint8_t> kept_patience_, kept_sweeps_left_;  // before the step
   // Of the island being solved.
   std::vector<Row> rows_;
   std::vector<std::size_t> local_rows_;

@@ -24,8 +24,8 @@ Vector3 moved(const Vector3& p_W, const Vector3& about_W, const Vector3& v_W, co
 
 }  // namespace
 
-/// The part's motion, and how far its solids' centres and points may come in the step. The mover's turn rate
-/// from the velocities of three points beside one: w x e_k.
+/// The part's motion as its mover has it now, and how far its solids' centres and points may come in the
+/// step.
 double NarrowphaseContacts::find_motion(const DynamicsWorld& world, double h, Part& part) {
   if (part.mover.kind == Mover::Kind::ground) return 0.0;
   const bool is_body = part.mover.kind == Mover::Kind::body;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "physics/contact_laws.hpp"
 
@@ -30,7 +31,8 @@ void ScaledProblem::load(const ContactProblem& problem, std::span<const double> 
   bounds_.assign(problem.bounds.begin(), problem.bounds.end());
   const auto scale_block = [&](std::size_t row, std::size_t size) {
     const double w = block_scale(problem.W, n, row, size);
-    for (std::size_t i = row; i < row + size; ++i) scale_[i] = w > 0.0 ? 1.0 / std::sqrt(w) : 0.0;
+    const double scale = std::isfinite(w) ? 1.0 / std::sqrt(w) : std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t i = row; i < row + size; ++i) scale_[i] = w <= 0.0 ? 0.0 : scale;
   };
   for (std::size_t c = 0; c < problem.contacts; ++c) scale_block(3 * c, 3);
   for (std::size_t i = 3 * problem.contacts; i < n; ++i) {
@@ -60,12 +62,12 @@ double ScaledProblem::residual(std::span<const double> y, std::span<double> u) c
   for (std::size_t i = 0; i < n; ++i) u[i] = velocity(i, y);
   double worst = 0.0;
   for (std::size_t c = 0; c < problem_.contacts; ++c)
-    if (scale_[3 * c] > 0.0)
+    if (scale_[3 * c] != 0.0)
       worst =
-          std::max(worst, contact_residual(1.0, problem_.friction[c], &y[3 * c], &u[3 * c]) / scale_[3 * c]);
+          worse_of(worst, contact_residual(1.0, problem_.friction[c], &y[3 * c], &u[3 * c]) / scale_[3 * c]);
   for (std::size_t i = 3 * problem_.contacts; i < n; ++i)
-    if (scale_[i] > 0.0)
-      worst = std::max(worst,
+    if (scale_[i] != 0.0)
+      worst = worse_of(worst,
                        std::abs(y[i] - clamped(y[i] - u[i], bounds_[i - 3 * problem_.contacts])) / scale_[i]);
   return worst;
 }
@@ -97,7 +99,7 @@ double ScaledProblem::rounding(std::span<const double> y) const {
     double sum = std::abs(b_[i]);
     for (std::size_t k = columns_[i].first; k < columns_[i].end; ++k)
       sum += std::abs(W_[i * y.size() + k] * y[k]);
-    worst = std::max(worst, sum / scale_[i]);
+    worst = worse_of(worst, sum / scale_[i]);
   }
   return kRounding * worst;
 }

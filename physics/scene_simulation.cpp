@@ -67,8 +67,8 @@ void SceneSimulation::begin_step() {
       set_drive(action.joint, action.drive);
       continue;
     }
-    if (action.kind == SceneAction::Kind::latch) latch(action.carrier, action.carried);
-    if (action.kind == SceneAction::Kind::release) release(action.carried);
+    is_refused_ = !carry_out(action);
+    if (is_refused_) break;
     any_change = true;
   }
   if (any_change) change_contacts();
@@ -86,6 +86,12 @@ std::span<const Contact> SceneSimulation::find_contacts() {
 }
 
 StepReport SceneSimulation::advance() {
+  if (is_refused_) {
+    StepReport refused;
+    refused.failure = StepFailure::latch;
+    refused.failed_index = index_of(scene_->actions[next_action_].carried);
+    return refused;
+  }
   const StepReport report = world_->step(scene_->step, found_, std::span(forces_).first(found_.size()));
   if (report.failure == StepFailure::none) ++steps_;
   return report;
@@ -136,10 +142,24 @@ double SceneSimulation::joint_torque(const JointAddress& joint) const {
 }
 
 std::string SceneSimulation::failed_name(const StepReport& report) const {
-  if (report.failure == StepFailure::mechanism)
-    return "mechanism '" + scene_->mechanisms[report.failed_index].name + "'";
-  for (std::size_t i = 0; report.failure == StepFailure::body && i < pieces_.size(); ++i)
-    if (pieces_[i].mover == Mover::of_body(report.failed_index)) return "object '" + name_of(i) + "'";
+  switch (report.failure) {
+    case StepFailure::bad_contact: {
+      const SolidPair pair = contacts_->origins()[report.failed_index].solids;
+      return "'" + solid_names_[pair.a] + "' and '" + solid_names_[pair.b] + "'";
+    }
+    case StepFailure::mechanism:
+      return "mechanism '" + scene_->mechanisms[report.failed_index].name + "'";
+    case StepFailure::latch:
+      return "object '" + name_of(report.failed_index) + "'";
+    case StepFailure::body:
+    case StepFailure::turn:
+      for (std::size_t i = 0; i < pieces_.size(); ++i)
+        if (pieces_[i].mover == Mover::of_body(report.failed_index)) return "object '" + name_of(i) + "'";
+      return "";
+    case StepFailure::none:
+    case StepFailure::bad_step:
+      break;
+  }
   return "";
 }
 

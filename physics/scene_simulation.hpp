@@ -36,10 +36,14 @@ class SceneSimulation {
   std::uint64_t steps() const { return steps_; }  ///< taken
   double time() const { return static_cast<double>(steps_) * scene_->step; }
 
-  /// What is told for this step: actions that are due, drives, velocities of kinematic bodies.
+  /// What is told for this step: actions that are due, drives, velocities of kinematic bodies. A latch or
+  /// release is not carried out where a body would have an inertia that is none to rounding (some 1e7 of its
+  /// sizes from end to end): advance() then fails with StepFailure::latch, and so does every step from there
+  /// on.
   void begin_step();
   std::span<const Contact> find_contacts();
-  /// Over the contacts found. On failure nothing has moved, and the time is as before.
+  /// Over the contacts found. On failure nothing has moved and the time is as before; what begin_step() told
+  /// stays told.
   StepReport advance();
 
   const DynamicScene& scene() const { return *scene_; }
@@ -70,7 +74,8 @@ class SceneSimulation {
   double joint_value(const JointAddress& joint) const;
   double joint_rate(const JointAddress& joint) const;
   double joint_torque(const JointAddress& joint) const;
-  /// The object or mechanism that a failed step names; empty for other failures.
+  /// What a failed step names: "object 'x'", "mechanism 'm'", "'x/solid' and 'y/solid'"; empty for other
+  /// failures.
   std::string failed_name(const StepReport& report) const;
 
  private:
@@ -111,12 +116,14 @@ class SceneSimulation {
   std::vector<std::size_t> find_clusters() const;
 
   // scene_simulation_latches.cpp
+  bool carry_out(const SceneAction& action);
   void latch(std::size_t carrier, std::size_t carried);
   void capture_by_link(const Mover& link, const RigidBody& body, const RigidBodyState& state);
   void release(std::size_t carried);
   RigidBodyState released_state(std::size_t root, const RigidBody& part, const Pose& X_FG) const;
   bool is_carried_by(std::size_t object, std::size_t carrier) const;
-  BodyInertia inertia_of_root(std::size_t root) const;
+  BodyInertia inertia_of_part(std::size_t carried) const;
+  BodyInertia inertia_without(std::size_t root, std::size_t carried) const;
   Pose root_pose(std::size_t root) const;
   Pose pose_in_mover(const Piece& piece) const;
   bool is_told(std::size_t object) const;
@@ -158,6 +165,7 @@ class SceneSimulation {
   std::span<const Contact> found_;
   std::vector<ContactForce> forces_;
   std::size_t next_action_ = 0;
+  bool is_refused_ = false;  // the next action
   std::uint64_t steps_ = 0, worlds_ = 0;
 };
 

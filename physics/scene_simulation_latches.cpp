@@ -27,11 +27,24 @@ bool SceneSimulation::is_carried_by(std::size_t object, std::size_t carrier) con
   return false;
 }
 
-/// Of the root with all that moves with it, in the root's frame.
-BodyInertia SceneSimulation::inertia_of_root(std::size_t root) const {
+/// Of a carried object with all that it carries, in its own frame.
+BodyInertia SceneSimulation::inertia_of_part(std::size_t carried) const {
+  const Pose X_GF = inverse(pieces_[carried].X_FO);
+  BodyInertia sum;
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    if (!is_carried_by(i, carried)) continue;
+    const Pose X_GO = i == carried ? Pose{} : compose(X_GF, pieces_[i].X_FO);
+    add_inertia(sum, transform(X_GO, scene_->bodies[i].inertia));
+  }
+  return sum;
+}
+
+/// Of all that moves with the root but that part, in the root's frame.
+BodyInertia SceneSimulation::inertia_without(std::size_t root, std::size_t carried) const {
   BodyInertia sum;
   for (std::size_t i = 0; i < pieces_.size(); ++i)
-    if (pieces_[i].root == root) add_inertia(sum, transform(pieces_[i].X_FO, scene_->bodies[i].inertia));
+    if (pieces_[i].root == root && !is_carried_by(i, carried))
+      add_inertia(sum, transform(pieces_[i].X_FO, scene_->bodies[i].inertia));
   return sum;
 }
 
@@ -54,6 +67,17 @@ void SceneSimulation::change_contacts() {
   ++worlds_;
 }
 
+/// Both refuse before they change anything. @return false where they do.
+bool SceneSimulation::carry_out(const SceneAction& action) {
+  try {
+    if (action.kind == SceneAction::Kind::latch) latch(action.carrier, action.carried);
+    if (action.kind == SceneAction::Kind::release) release(action.carried);
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
 void SceneSimulation::latch(std::size_t carrier, std::size_t carried) {
   const std::size_t root = pieces_[carrier].root;
   Piece &to = pieces_[root], &from = pieces_[carried];
@@ -62,8 +86,8 @@ void SceneSimulation::latch(std::size_t carrier, std::size_t carried) {
   if (to.body) {
     const LatchedBodies both =
         physics::latch(*to.body, world_->state(to.own.index), *from.body, state, to.name);
-    to.body = both.body;
     world_->set_body(to.own.index, both.body, both.state);
+    to.body = both.body;
   } else if (to.own.kind == Mover::Kind::link) {
     capture_by_link(to.own, *from.body, state);
   }
@@ -108,23 +132,25 @@ void SceneSimulation::release(std::size_t carried) {
   const std::size_t root = pieces_[carried].root;
   const Pose X_FG = pieces_[carried].X_FO;
   Piece &from = pieces_[root], &to = pieces_[carried];
+  const RigidBody part(inertia_of_part(carried), to.name);
+  const BodyInertia rest = inertia_without(root, carried);
+  std::optional<RigidBody> rest_body;
+  if (from.body) rest_body.emplace(rest, from.name);
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     if (!is_carried_by(i, carried)) continue;
     pieces_[i].root = carried;
     pieces_[i].mover = to.own;
     pieces_[i].X_FO = i == carried ? Pose{} : compose(inverse(X_FG), pieces_[i].X_FO);
   }
-  const RigidBody part(inertia_of_root(carried), to.name);
   const RigidBodyState state = released_state(root, part, X_FG);
   to.carrier = kNoObject;
   if (from.body) {
-    const RigidBody rest(inertia_of_root(root), from.name);
-    world_->set_body(from.own.index, rest,
-                     physics::release(*from.body, world_->state(from.own.index), rest, {}));
-    from.body = rest;
+    world_->set_body(from.own.index, *rest_body,
+                     physics::release(*from.body, world_->state(from.own.index), *rest_body, {}));
+    from.body = rest_body;
   } else if (from.own.kind == Mover::Kind::link) {
     Arm& arm = *arms_[from.own.index];
-    arm.links[from.own.link] = inertia_of_root(root);
+    arm.links[from.own.link] = rest;
     arm.dynamics->set_links(arm.links);
     world_->set_rates(from.own.index, world_->joint_rates(from.own.index));
   }

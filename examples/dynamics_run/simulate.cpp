@@ -92,7 +92,7 @@ class Run {
       const std::string name = simulation_.failed_name(report);
       out_.stopped = "at " + std::to_string(simulation_.time()) +
                      " s: " + std::string(to_string(report.failure)) + (name.empty() ? "" : ": " + name) +
-                     ": the state would not be finite, or a contact was none";
+                     ": " + std::string(reason_of(report.failure));
       return;
     }
     ++out_.steps;

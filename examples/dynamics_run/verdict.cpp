@@ -20,11 +20,17 @@ double angle_between(const Matrix3& R1, const Matrix3& R2) {
   return 2.0 * std::asin(std::min(1.0, std::sqrt(squares / 8.0)));
 }
 
+/// Whether it went to the end: only then are its final poses those of another's.
+bool is_whole(const BackendRun& run) { return run.not_run.empty() && run.stopped.empty(); }
+
 void compare_poses(const BackendRun& reference, BackendRun& run) {
+  const auto keep_worst = [](double& worst, double error) {
+    if (!(error <= worst) && !std::isnan(worst)) worst = error;  // what is no number stays
+  };
   run.pose_error = run.angle_error = 0.0;
   for (std::size_t o = 0; o < run.last.size(); ++o) {
-    run.pose_error = std::max(run.pose_error, norm(run.last[o].p - reference.last[o].p));
-    run.angle_error = std::max(run.angle_error, angle_between(run.last[o].R, reference.last[o].R));
+    keep_worst(run.pose_error, norm(run.last[o].p - reference.last[o].p));
+    keep_worst(run.angle_error, angle_between(run.last[o].R, reference.last[o].R));
   }
 }
 
@@ -40,10 +46,14 @@ void find_misses(const SceneResult& result, BackendRun& run) {
   if (result.scene->answers_hold)
     for (const AnswerResult& answer : run.answers) wrong += answer.holds ? 0 : 1;
   miss(wrong > 0, fmt::format("{} of {} answers off", wrong, run.answers.size()));
-  miss(run.deepest > accept.depth, fmt::format("{:.2g} mm deep", 1e3 * run.deepest));
-  miss(run.pose_error > accept.position, fmt::format("ends {:.2g} mm off", 1e3 * run.pose_error));
-  miss(run.angle_error > accept.angle, fmt::format("ends {:.2g} rad off", run.angle_error));
-  miss(run.energy_made > accept.energy_made * run.energy_scale,
+  // What is no number is no match.
+  miss(!(run.deepest <= accept.depth), fmt::format("{:.2g} mm deep", 1e3 * run.deepest));
+  const bool has_reference = std::isfinite(run.pose_error) && std::isfinite(run.angle_error);
+  miss(!has_reference, "no reference");
+  miss(has_reference && run.pose_error > accept.position,
+       fmt::format("ends {:.2g} mm off", 1e3 * run.pose_error));
+  miss(has_reference && run.angle_error > accept.angle, fmt::format("ends {:.2g} rad off", run.angle_error));
+  miss(!(run.energy_made <= accept.energy_made * run.energy_scale),
        fmt::format("makes {:.2g} J", run.energy_made));
 }
 
@@ -51,7 +61,7 @@ void find_misses(const SceneResult& result, BackendRun& run) {
 const BackendRun* best_of(const std::vector<BackendRun>& runs) {
   std::vector<const BackendRun*> left;
   for (const BackendRun& run : runs)
-    if (run.not_run.empty() && run.stopped.empty()) left.push_back(&run);
+    if (is_whole(run)) left.push_back(&run);
   const auto keep_least = [&](const auto& figure, double factor) {
     double least = std::numeric_limits<double>::infinity();
     for (const BackendRun* run : left) least = std::min(least, figure(*run));
@@ -99,8 +109,8 @@ void judge(SceneResult& result) {
   for (BackendRun& run : result.runs) {
     run.total = comparison::step_times(std::exchange(run.total_us, {}));
     run.detection = comparison::step_times(std::exchange(run.detection_us, {}));
-    const bool both = reference != result.runs.end() && reference->not_run.empty() && run.not_run.empty();
-    if (both) compare_poses(*reference, run);
+    if (reference != result.runs.end() && is_whole(*reference) && is_whole(run))
+      compare_poses(*reference, run);
     find_misses(result, run);
   }
   const BackendRun* const best = best_of(result.runs);

@@ -308,5 +308,22 @@ TEST(Verdict, SaysSoWhereNoneIsWithinTheLimitsOrNoneWentThrough) {
   EXPECT_EQ(result.reason, "none went through");
 }
 
+TEST(Verdict, WithoutAWholeReferenceNoneIsWithinTheLimits) {
+  for (const bool is_run : {false, true}) {
+    BackendRun quick = made_up("quick", 1.0, 0.0), truth = made_up("truth", 5.0, 0.0);
+    (is_run ? truth.stopped : truth.not_run) = is_run ? "at 0.1 s: body" : "no manifolds";
+    const SceneResult result = judged({quick, truth});
+    EXPECT_TRUE(std::isnan(result.runs[0].pose_error));  // not another time's
+    EXPECT_EQ(result.runs[0].misses, (std::vector<std::string>{"no reference"}));
+    EXPECT_EQ(result.reason, "none is within the scene's limits; it is the least off: no reference");
+  }
+  BackendRun lost = made_up("lost", 1.0, NAN), unknown = made_up("unknown", 1.0, 0.0);
+  unknown.energy_made = NAN;
+  const SceneResult result = judged({lost, unknown, made_up("truth", 5.0, 0.0)});
+  EXPECT_EQ(result.runs[0].misses, (std::vector<std::string>{"no reference"}));
+  EXPECT_EQ(result.runs[1].misses, (std::vector<std::string>{"makes nan J"}));
+  EXPECT_EQ(result.recommended, "truth");
+}
+
 }  // namespace
 }  // namespace touchstone::dynamics

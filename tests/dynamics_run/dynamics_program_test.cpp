@@ -112,7 +112,16 @@ TEST_F(DynamicsRun, EveryNthStepIsRecordedAndParametersAreSet) {
   EXPECT_EQ(scene["runs"][0]["momentum_drift_ns"], 0.0);
 }
 
-TEST_F(DynamicsRun, AStateThatIsNotFiniteStopsTheRunAndIsNamed) {
+TEST_F(DynamicsRun, AReferenceThatIsNotRunIsNoReference) {
+  const Outcome outcome =
+      run("--scene 08_pushed_offset --backend native --reference edge_face" + to_report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("none is within the scene's limits; it is the least off: no reference"));
+  const json scene = json::parse(read(report() / "results.json"))["scenes"][0];
+  EXPECT_EQ(scene["runs"][0]["pose_error_m"], nullptr);
+}
+
+TEST_F(DynamicsRun, ABodyThatTurnsTooFarStopsTheRunAndIsNamed) {
   const fs::path file = write(
       "spin.yaml",
       "name: spin\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: cue\nduration: 0.1\n"
@@ -120,7 +129,9 @@ TEST_F(DynamicsRun, AStateThatIsNotFiniteStopsTheRunAndIsNamed) {
       "dynamics:\n  step: 0.001\n  bodies: [{object: top, kind: dynamic, mass: 1, turn: [0, 0, 1.0e+6]}]\n");
   const Outcome outcome = run("--scene " + file.string() + " --backend native" + to_report());
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("native: stopped at 0.000000 s: body: object 'top'"));
+  EXPECT_THAT(outcome.out,
+              HasSubstr("native: stopped at 0.000000 s: turn: object 'top': it would turn by more "
+                        "than 64 rad in a step"));
   EXPECT_THAT(outcome.out, HasSubstr("build on: none: none went through"));
   const json scene = json::parse(read(report() / "results.json"))["scenes"][0];
   EXPECT_EQ(scene["runs"][0]["steps"], 0);

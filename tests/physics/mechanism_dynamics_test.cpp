@@ -119,7 +119,7 @@ TEST(MechanismDynamics, TorqueFreeArmKeepsItsEnergyForAMinute) {
   EXPECT_EQ(allocation_count(), allocations);
   std::printf("energy drift %.1e over 60 s, %.0f J, rates at the end %g %g %g\n", drift, energy0, qd[0],
               qd[3], qd[6]);
-  EXPECT_LT(drift, 5e-12);
+  EXPECT_LT(drift, 1.2e-12);  // ten times what comes out
 }
 
 TEST(MechanismDynamics, ShortFlightsLeaveNoMoreThanTheirWholeStep) {

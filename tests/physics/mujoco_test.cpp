@@ -114,8 +114,8 @@ TEST(MuJoCo, SpaceStationArmAcceleratesTheSame) {
   std::mt19937_64 random(21);
   const Errors worst = compare(ssrms_arm(), random, 200);
   std::printf("SSRMS: accelerations %.1e, inertia matrix %.1e\n", worst.acceleration, worst.matrix);
-  EXPECT_LT(worst.acceleration, 1e-11);
-  EXPECT_LT(worst.matrix, 1e-12);
+  EXPECT_LT(worst.acceleration, 4e-12);  // ten times what comes out, as all here
+  EXPECT_LT(worst.matrix, 2e-14);
 }
 
 TEST(MuJoCo, RandomArmsAccelerateTheSame) {
@@ -127,8 +127,8 @@ TEST(MuJoCo, RandomArmsAccelerateTheSame) {
     worst.matrix = std::max(worst.matrix, errors.matrix);
   }
   std::printf("random arms: accelerations %.1e, inertia matrix %.1e\n", worst.acceleration, worst.matrix);
-  EXPECT_LT(worst.acceleration, 1e-11);
-  EXPECT_LT(worst.matrix, 1e-12);
+  EXPECT_LT(worst.acceleration, 4e-13);
+  EXPECT_LT(worst.matrix, 5e-14);
 }
 
 }  // namespace

@@ -45,9 +45,9 @@ TEST(FreeFlight, PetersAndHsusComplexCase) {
   EXPECT_EQ(allocation_count(), allocations);
   std::printf("position %.1e m, angular momentum %.1e, energy %.1e\n", position_error, momentum_error,
               energy_error);
-  EXPECT_LT(position_error, 1e-10);
+  EXPECT_LT(position_error, 2e-12);  // ten times what comes out, as the others
   EXPECT_LT(momentum_error, 1e-14);
-  EXPECT_LT(energy_error, 1e-10);
+  EXPECT_LT(energy_error, 5e-13);
 }
 
 TEST(FreeFlight, SymmetricTopIsTheClosedForm) {
