@@ -1,13 +1,12 @@
 #include "contact_core/native/solid_memory.hpp"
 
+#include <algorithm>
 #include <bit>
 
 namespace touchstone::native {
 namespace {
 
-using Bits = std::array<std::uint64_t, 24>;
-
-Bits bits_of(const SolidContent& content) { return std::bit_cast<Bits>(content.points); }
+int used_points(const SolidContent& content) { return content.is_box ? 1 : Hexahedron::kVertices; }
 
 /// fmix64, the finaliser of MurmurHash3: every bit of the key counts in every bit of the result.
 std::uint64_t fmix64(std::uint64_t key) {
@@ -18,16 +17,24 @@ std::uint64_t fmix64(std::uint64_t key) {
 
 }  // namespace
 
-std::size_t SolidMemory::Hash::operator()(const SolidContent& content) const noexcept {
-  std::uint64_t hash = content.is_box ? 1 : 2;  // not 0, which fmix64 keeps
-  const std::size_t count = content.is_box ? 3 : Bits{}.size();
-  const Bits bits = bits_of(content);
-  for (std::size_t i = 0; i < count; ++i) hash = fmix64(hash ^ bits[i]);
-  return hash;
+std::size_t SolidMemory::Hash::operator()(const SolidContent& content) const {
+  std::uint64_t hash = content.is_box ? 1 : 2;
+  for (int i = 0; i < used_points(content); ++i) {
+    for (const double coordinate : content.points[i]) {  // round numbers differ in their highest bits only
+      hash = (hash ^ std::bit_cast<std::uint64_t>(coordinate)) * 0x9e3779b97f4a7c15u;
+      hash ^= hash >> 32;
+    }
+  }
+  return fmix64(hash);
 }
 
-bool SolidMemory::SameBits::operator()(const SolidContent& a, const SolidContent& b) const noexcept {
-  return a.is_box == b.is_box && bits_of(a) == bits_of(b);
+bool SolidMemory::SameBits::operator()(const SolidContent& a, const SolidContent& b) const {
+  if (a.is_box != b.is_box) return false;
+  const auto same = [](const std::array<double, 3>& p, const std::array<double, 3>& q) {
+    using Bits = std::array<std::uint64_t, 3>;
+    return std::bit_cast<Bits>(p) == std::bit_cast<Bits>(q);
+  };
+  return std::equal(a.points.begin(), a.points.begin() + used_points(a), b.points.begin(), same);
 }
 
 SolidMemory::SolidMemory(std::shared_ptr<SolidStore> store) : store_(std::move(store)) {

@@ -25,12 +25,12 @@ class SolidMemory {
   std::optional<SolidHandle> find(const SolidContent& content);
 
  private:
-  struct Hash {
-    std::size_t operator()(const SolidContent& content) const noexcept;
+  struct Hash {  ///< not noexcept: the places then keep theirs, and compare it first
+    std::size_t operator()(const SolidContent& content) const;
   };
   /// As the hash sees them: coordinates that are not numbers are equal to themselves, too.
   struct SameBits {
-    bool operator()(const SolidContent& a, const SolidContent& b) const noexcept;
+    bool operator()(const SolidContent& a, const SolidContent& b) const;
   };
   struct Place;
   using Places = std::unordered_map<SolidContent, Place, Hash, SameBits>;
