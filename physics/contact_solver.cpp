@@ -18,6 +18,10 @@ constexpr int kSweepsBetween = 30, kSweptTries = 4, kSweptSteps = 8;
 constexpr int kPathSteps = 8;
 // Of a round: linear systems along a path; one of so many rounds follows one.
 constexpr int kFirstPath = 3, kPathSolves = 700, kPathEvery = 8;
+// The caps are for problems of up to so many rows. In larger ones a linear system costs the cube, and there
+// are as many fewer; but not fewer rounds than these.
+constexpr double kFullRows = 32.0;
+constexpr int kLeastRounds = 8;
 // Softer than this is what rounding makes of 0.
 constexpr double kLeastSoftness = 1e-14;
 // In units of the tolerance: what is more does not count as solved. More is let pass when all is tried.
@@ -39,6 +43,8 @@ void ContactSolver::load(const ContactProblem& problem, std::span<const double> 
   report_ = {};
   random_ = 0x9e3779b97f4a7c15;
   has_path_ = false;
+  const double size = kFullRows / static_cast<double>(problem.rows());
+  share_ = std::min(1.0, size * size * size);
   for (auto* vector : {&y_, &u_, &best_, &trial_, &step_, &start_}) vector->resize(problem.rows());
   status_.assign(problem.contacts, Status::by_value);
   newton_.assume({});
@@ -126,9 +132,9 @@ bool ContactSolver::follow_path(std::span<const double> anchor) {
 /// As far as a round's share of work goes; the next may go on.
 bool ContactSolver::go_on_with_path() {
   rho_ = 1.0;
-  const int before = path_.linear_solves();
+  const int before = path_.linear_solves(), most = static_cast<int>(share_ * kPathSolves);
   bool done = false;
-  while (has_path_ && !done && path_.linear_solves() - before < kPathSolves) {
+  while (has_path_ && !done && path_.linear_solves() - before < most) {
     has_path_ = path_.advance();
     const double softness = path_.softness();
     if (!has_path_ || softness > next_polish_) continue;
@@ -234,7 +240,8 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
   bool done = report_.residual <= settings_.tolerance;
   const bool with_newton = y_.size() <= settings_.most_newton_rows;
   const bool only_newton = with_newton && y_.size() > settings_.most_path_rows;
-  const int rounds = only_newton ? std::min(settings_.rounds, 1) : settings_.rounds;
+  const int share_of_rounds = std::max(static_cast<int>(share_ * settings_.rounds), kLeastRounds);
+  const int rounds = std::min(settings_.rounds, only_newton ? 1 : share_of_rounds);
   for (int round = 0; round < rounds && !done; ++round) {
     report_.rounds = round + 1;
     if (!with_newton) {

@@ -28,10 +28,11 @@ class ContactSolver {
  public:
   /// When a solve is done, and when it gives up.
   struct Settings {
-    double tolerance = 1e-10;         ///< of the residual [m/s]
-    int sweeps = 4;                   ///< before the first Newton steps
-    int newton_steps = 15;            ///< the first ones
-    int rounds = 600;                 ///< the iteration cap: one problem in thousands needs more than 10
+    double tolerance = 1e-10;  ///< of the residual [m/s]
+    int sweeps = 4;            ///< before the first Newton steps
+    int newton_steps = 15;     ///< the first ones
+    int rounds = 600;  ///< the iteration cap: one problem in thousands needs more than 10. Above 32 rows
+                       ///< fewer, by the cube
     std::size_t most_path_rows = 64;  ///< larger problems get the first Newton steps only
     std::size_t most_newton_rows =
         192;  ///< larger problems are left to the sweeps, as many as come to the cap
@@ -74,6 +75,7 @@ class ContactSolver {
   std::uint64_t random_ = 0;
   double rho_ = 1.0;
   bool has_path_ = false;                                    // that leads further
+  double share_ = 1.0;                                       // of the caps, by the problem's size
   double next_polish_ = 0.0;                                 // softness
   std::vector<double> y_, u_, best_, trial_, step_, start_;  // scaled
   std::vector<Status> status_;                               // drawn, by contact
