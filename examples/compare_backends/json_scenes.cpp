@@ -71,11 +71,12 @@ Json json(const SceneResult& scene) {
   }
   for (const QueryKind query : kQueryKinds) {
     const FacetRow* cheapest = cheapest_row(scene, query);
-    result["facets"]["least_that_serves"][to_string(query)] =
-        cheapest ? Json{{"backend", cheapest->backend},
-                        {"facets", cheapest->facets},
-                        {"thin", thin_evidence(scene, query)}}
-                 : Json(nullptr);
+    Json& least = result["facets"]["least_that_serves"][to_string(query)];
+    least = nullptr;
+    if (cheapest == nullptr) continue;
+    least["backend"] = cheapest->backend;
+    least["facets"] = cheapest->facets;
+    least["thin"] = thin_evidence(scene, query);
   }
   return result;
 }
