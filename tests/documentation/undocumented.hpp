@@ -1,6 +1,7 @@
 #pragma once
 
-// Read by Doxygen alone: this head and each name are to be found undocumented but for those that say otherwise.
+// Read by Doxygen alone: this head and each name are to be found undocumented but for those that say
+// otherwise.
 
 namespace touchstone {
 
