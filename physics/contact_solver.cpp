@@ -18,8 +18,9 @@ constexpr int kSweepsBetween = 30, kSweptTries = 4, kSweptSteps = 8;
 constexpr int kPathSteps = 8;
 // Of a round: linear systems along a path; one of so many rounds follows one.
 constexpr int kFirstPath = 3, kPathSolves = 700, kPathEvery = 8;
-// The caps are for problems of up to so many rows. In larger ones a linear system costs the cube, and there
-// are as many fewer; but not fewer rounds than these.
+// The caps are for problems of up to so many rows; above, what they allow falls with the fifth power, the
+// cost of a linear system being the third: a step of a stack that does not come to a solution is not to last
+// for seconds. But not fewer rounds than these.
 constexpr double kFullRows = 32.0;
 constexpr int kLeastRounds = 8;
 // Softer than this is what rounding makes of 0.
@@ -44,7 +45,7 @@ void ContactSolver::load(const ContactProblem& problem, std::span<const double> 
   random_ = 0x9e3779b97f4a7c15;
   has_path_ = false;
   const double size = kFullRows / static_cast<double>(problem.rows());
-  share_ = std::min(1.0, size * size * size);
+  share_ = std::min(1.0, std::pow(size, 5));
   for (auto* vector : {&y_, &u_, &best_, &trial_, &step_, &start_}) vector->resize(problem.rows());
   status_.assign(problem.contacts, Status::by_value);
   newton_.assume({});

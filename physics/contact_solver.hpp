@@ -32,7 +32,7 @@ class ContactSolver {
     int sweeps = 4;            ///< before the first Newton steps
     int newton_steps = 15;     ///< the first ones
     int rounds = 600;  ///< the iteration cap: one problem in thousands needs more than 10. Above 32 rows
-                       ///< fewer, by the cube
+                       ///< fewer, by the fifth power
     std::size_t most_path_rows = 64;  ///< larger problems get the first Newton steps only
     std::size_t most_newton_rows =
         192;  ///< larger problems are left to the sweeps, as many as come to the cap
