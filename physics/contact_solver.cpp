@@ -263,6 +263,10 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
     keep_better(newton(false));
   }
   for (std::size_t i = 0; i < y_.size(); ++i) x[i] = best_[i] * scaled_.scale(i);
+  if (done && with_newton) {  // the scaled problem's sums round differently
+    report_.residual = std::max(report_.residual, natural_residual(scaled_.unscaled(), x, step_));
+    done = report_.residual <= kMostLateRounding * settings_.tolerance;
+  }
   report_.converged = done;
   return report_;
 }

@@ -104,14 +104,15 @@ std::string broadphase_section(const Report& report) {
                  result.gap});
       continue;
     }
-    table.add({result.name, format_count(result.size.objects), format_count(result.size.hexahedra_each),
-               fmt::format("{:.3f}", result.frame.median_ns * 1e-6),
-               fmt::format("{:.3f}", result.frame.p99_ns * 1e-6),
-               result.with_overlap ? fmt::format("{:.3f}", result.with_overlap->median_ns * 1e-6) : "-",
-               format_count(static_cast<std::size_t>(result.candidates)),
-               result.allocations ? fmt::format("{:.3g}", *result.allocations) : "-",
-               result.missed ? fmt::format("{} of {}", *result.missed, format_count(result.true_pairs))
-                             : "not checked"});
+    table.add(
+        {result.name, format_count(result.size.objects), format_count(result.size.hexahedra_each),
+         fmt::format("{:.3f}", result.frame.median_ns * 1e-6),
+         std::isnan(shown_p99(result.frame)) ? "-" : fmt::format("{:.3f}", shown_p99(result.frame) * 1e-6),
+         result.with_overlap ? fmt::format("{:.3f}", result.with_overlap->median_ns * 1e-6) : "-",
+         format_count(static_cast<std::size_t>(result.candidates)),
+         result.allocations ? fmt::format("{:.3g}", *result.allocations) : "-",
+         result.missed ? fmt::format("{} of {}", *result.missed, format_count(result.true_pairs))
+                       : "not checked"});
   }
   return "\nbroadphases: update and find_pairs of objects that all move; with overlap: and the narrowphase "
          "of "
@@ -169,9 +170,14 @@ std::string scene_section(const SceneResult& scene) {
   text += facets.str();
   for (const QueryKind query : kQueryKinds) {
     const FacetRow* least = cheapest_row(scene, query);
-    text += least ? fmt::format("  least that serves {}: {} with {} facets, {} ns a frame\n",
-                                to_string(query), least->backend, least->facets, format_ns(least->frame_ns))
-                  : fmt::format("  nothing serves {} within that\n", to_string(query));
+    if (least == nullptr) {
+      text += fmt::format("  nothing serves {} within that\n", to_string(query));
+      continue;
+    }
+    const std::string thin = thin_evidence(scene, query);
+    text += fmt::format("  least that {} {}: {} with {} facets, {} ns a frame{}\n",
+                        thin.empty() ? "serves" : "served", to_string(query), least->backend, least->facets,
+                        format_ns(least->frame_ns), thin.empty() ? "" : "; no recommendation: " + thin);
   }
   return text;
 }

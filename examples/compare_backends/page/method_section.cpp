@@ -98,7 +98,8 @@ std::string method_section(const Page& page) {
                      times(page.report.options) + backends(page) + "<h3>Known limits</h3><ul>";
   for (const std::string_view limit : kKnownLimits) html += "<li>" + xml_text(std::string(limit)) + "</li>\n";
   return html + "</ul>\n" + schema() +
-         "<p>A case is replayed with <code>compare_backends --case ID</code>; two runs are compared with "
+         "<p>A case is replayed with <code>compare_backends --case ID --seed SEED</code> (and the pairs or "
+         "scene it is of); two runs are compared with "
          "<code>compare_backends diff OLD.json NEW.json</code>. The same figures: results.json, results.csv; "
          "each "
          "plot: figures/.</p>\n";
