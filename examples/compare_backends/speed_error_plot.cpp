@@ -148,13 +148,15 @@ std::string draw_rail(const std::vector<RailEntry>& rail) {
   svg += fmt::format("<text class='small' x='{}' y='{}'>wrong or no answer: no speed</text>", kRail - 12,
                      kTop - 8);
   double y = kTop + 16;
+  const double step =
+      std::min(29.0, (kHeight - y) / static_cast<double>(std::max<std::size_t>(rail.size(), 1)));
   for (const RailEntry& entry : rail) {
     svg += mark_at(entry.place, kRail, y, true);
     svg += fmt::format("<text class='label' x='{}' y='{:.1f}'>{}</text>", kRail + 13, y + 0.5,
                        xml_text(entry.name));
-    svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>{}</text>", kRail + 13, y + 11.5,
-                       xml_text(entry.count));
-    y += 29;
+    svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>{}</text>", kRail + 13,
+                       y + std::min(11.5, 0.48 * step), xml_text(entry.count));
+    y += step;
   }
   return svg;
 }

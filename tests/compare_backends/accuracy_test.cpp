@@ -212,6 +212,27 @@ TEST(Verdict, WhoWasWrongIsNamedWithItAndHasNoSpeed) {
             "slow, 100 ns a pair, 0 wrong of 0; fast 3 phantom");
 }
 
+TEST(SpeedErrorPlot, EveryWrongBackendStandsOnTheRail) {
+  SetResult set;
+  set.name = "made_up";
+  std::vector<std::string> names;
+  for (int i = 0; i < 16; ++i) {
+    BackendResult backend;
+    backend.name = names.emplace_back("backend_" + std::to_string(i));
+    backend.judged = true;
+    for (Wrongness& wrong : backend.judgement.wrongness) wrong.missed = 1;
+    set.backends.push_back(backend);
+  }
+  const std::string plot = speed_error_plot(set, QueryKind::overlap, axes_for(std::vector{set}), names, true);
+  const std::regex label("class='label' x='[0-9.]+' y='([0-9.]+)'>(backend_[0-9]+)");
+  std::set<std::string> shown;
+  for (std::sregex_iterator at(plot.begin(), plot.end(), label), end; at != end; ++at) {
+    EXPECT_LT(std::stod((*at)[1]), 325.0) << (*at)[2] << ": the picture is 330 high";
+    shown.insert((*at)[2]);
+  }
+  EXPECT_EQ(shown.size(), names.size());
+}
+
 TEST(Ranking, OrdersTheRightOnesBySpeedAndGivesTheWrongOnesNoPlace) {
   std::vector<SetResult> sets = {made_up(1e-3, 1e-9), made_up(1e-2, 1e-9)};
   Ranking ranking = rank(sets, QueryKind::distance);
