@@ -45,7 +45,7 @@ void ContactSolver::load(const ContactProblem& problem, std::span<const double> 
   random_ = 0x9e3779b97f4a7c15;
   has_path_ = false;
   const double size = kFullRows / static_cast<double>(problem.rows());
-  share_ = std::min(1.0, std::pow(size, 5));
+  share_ = std::min(1.0, size * size * size * size * size);
   for (auto* vector : {&y_, &u_, &best_, &trial_, &step_, &start_}) vector->resize(problem.rows());
   status_.assign(problem.contacts, Status::by_value);
   newton_.assume({});
