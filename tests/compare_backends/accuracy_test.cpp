@@ -6,6 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "contact_core/input_error.hpp"
 #include "examples/compare_backends/comparison.hpp"
