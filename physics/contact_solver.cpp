@@ -106,20 +106,12 @@ bool ContactSolver::sweep_and_polish(int tries) {
   return done;
 }
 
-/// A few sweeps, then Newton's steps, shortened where they do not help.
-bool ContactSolver::descend() {
+/// A few sweeps, then Newton's steps: shortened where they do not help, or taken whole whether they help or
+/// not.
+bool ContactSolver::descend(int steps, bool with_line_search) {
   sweep(settings_.sweeps);
   bool done = keep_better(residual_of(y_));
-  for (int i = 0; i < settings_.newton_steps && !done; ++i) done = keep_better(newton(true));
-  return done;
-}
-
-/// The same, taken whole whether they help or not: of what is left after the sweeps half is found that way,
-/// for a tenth of what a path costs.
-bool ContactSolver::stray() {
-  sweep(settings_.sweeps);
-  bool done = keep_better(residual_of(y_));
-  for (int i = 0; i < 2 * settings_.newton_steps && !done; ++i) done = keep_better(newton(false));
+  for (int i = 0; i < steps && !done; ++i) done = keep_better(newton(with_line_search));
   return done;
 }
 
@@ -221,7 +213,8 @@ bool ContactSolver::try_round(int round) {
     start_ = y_;
     return follow_path(start_);
   }
-  return stray();
+  // Of what is left after the sweeps, half is found by whole steps, for a tenth of what a path costs.
+  return descend(2 * settings_.newton_steps, false);
 }
 
 SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double> x) {
@@ -250,7 +243,7 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
       done = keep_better(residual_of(y_));
     } else if (round == 0) {
       rho_ = kRho[0];
-      done = descend();
+      done = descend(settings_.newton_steps, true);
     } else {
       done = is_rounding() || try_round(round);
     }

@@ -57,8 +57,7 @@ class ContactSolver {
   bool keep_better(double residual);
   bool polish(int steps);
   bool sweep_and_polish(int tries);
-  bool descend();
-  bool stray();
+  bool descend(int steps, bool with_line_search);
   bool follow_path(std::span<const double> anchor);
   bool go_on_with_path();
   bool is_rounding();

@@ -45,10 +45,8 @@ bool DynamicsWorld::begin_flight(StepReport& report) {
       const JointDrive& drive = arm.drives[k];
       arm.tau[k] = drive.mode == JointDrive::Mode::torque ? cut_torque(drive) : 0.0;
     }
-    if (arm.dynamics->begin_flight(settings_.gravity_W, arm.tau, arm.qd, arm.placed, arm.scratch)) continue;
-    report.failure = StepFailure::mechanism;
-    report.failed_index = m;
-    return false;
+    if (!arm.dynamics->begin_flight(settings_.gravity_W, arm.tau, arm.qd, arm.placed, arm.scratch))
+      return fail(StepFailure::mechanism, m, report);
   }
   return true;
 }
@@ -56,9 +54,7 @@ bool DynamicsWorld::begin_flight(StepReport& report) {
 /// Says why a body could not fly. Returns false.
 bool DynamicsWorld::fail_flight(const Body& body, double t, std::uint32_t index, StepReport& report) {
   const double turn = norm(body.body.angular_velocity(body.state)) * t;
-  report.failure = turn > RigidBody::kMostTurn ? StepFailure::turn : StepFailure::body;
-  report.failed_index = index;
-  return false;
+  return fail(turn > RigidBody::kMostTurn ? StepFailure::turn : StepFailure::body, index, report);
 }
 
 /// Without contacts, drives of rows and stops: into the flown states.
@@ -73,11 +69,8 @@ bool DynamicsWorld::fly(double t, StepReport& report) {
     arm.flown_q = arm.q;
     arm.flown_qd = arm.qd;
     if (!arm.dynamics->fly(arm.X_WBase, settings_.gravity_W, arm.tau, t, t / h_, arm.flown_q, arm.flown_qd,
-                           arm.scratch)) {
-      report.failure = StepFailure::mechanism;
-      report.failed_index = m;
-      return false;
-    }
+                           arm.scratch))
+      return fail(StepFailure::mechanism, m, report);
   }
   return true;
 }

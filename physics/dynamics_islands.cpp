@@ -346,8 +346,10 @@ SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm) {
 /// is named.
 void DynamicsWorld::fail_solve(const Island& island, StepReport& report) const {
   const std::uint32_t unit = unit_order_[island.first_unit];
-  report.failure = is_body(unit) ? StepFailure::body : StepFailure::mechanism;
-  report.failed_index = is_body(unit) ? unit : unit - static_cast<std::uint32_t>(bodies_.size());
+  if (is_body(unit))
+    fail(StepFailure::body, unit, report);
+  else
+    fail(StepFailure::mechanism, unit - bodies_.size(), report);
 }
 
 void DynamicsWorld::solve_island(const Island& island, StepReport& report) {

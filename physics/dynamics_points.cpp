@@ -43,10 +43,7 @@ bool DynamicsWorld::check(std::span<const Contact> contacts, StepReport& report)
                          touchstone::is_finite(c.p_B_W) &&
                          std::abs(dot(c.n_AB_W, c.n_AB_W) - 1.0) <= kRotationTolerance && c.friction >= 0.0 &&
                          std::isfinite(c.friction) && c.restitution >= 0.0 && c.restitution <= 1.0;
-    if (is_good) continue;
-    report.failure = StepFailure::bad_contact;
-    report.failed_index = static_cast<std::uint32_t>(i);
-    return false;
+    if (!is_good) return fail(StepFailure::bad_contact, i, report);
   }
   return true;
 }

@@ -108,17 +108,24 @@ void DynamicsWorld::undo() {
   sweeps_left_ = kept_sweeps_left_;
 }
 
+/// Says why, and of which contact, body or mechanism. Returns false.
+bool DynamicsWorld::fail(StepFailure failure, std::size_t index, StepReport& report) {
+  report.failure = failure;
+  report.failed_index = static_cast<std::uint32_t>(index);
+  return false;
+}
+
 /// Else says whose state is not.
 bool DynamicsWorld::is_group_finite(StepReport& report) const {
   for (const std::uint32_t i : group_.bodies)
-    if (!is_finite(bodies_[i].state)) report.failure = StepFailure::body, report.failed_index = i;
+    if (!is_finite(bodies_[i].state)) return fail(StepFailure::body, i, report);
   for (const std::uint32_t m : group_.mechanisms) {
     const Arm& arm = mechanisms_[m];
     for (std::size_t k = 0; k < arm.q.size(); ++k)
       if (!std::isfinite(arm.q[k]) || !std::isfinite(arm.qd[k]))
-        report.failure = StepFailure::mechanism, report.failed_index = m;
+        return fail(StepFailure::mechanism, m, report);
   }
-  return report.failure == StepFailure::none;
+  return true;
 }
 
 bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, StepReport& report) {
@@ -150,8 +157,8 @@ bool DynamicsWorld::step_loose(double h, StepReport& report) {
     if (bodies_[i].is_kinematic) kinematics_.push_back(i);
   place_kinematics(h);
   for (const std::uint32_t i : kinematics_)
-    if (!is_finite(bodies_[i].state)) report.failure = StepFailure::body, report.failed_index = i;
-  return report.failure == StepFailure::none;
+    if (!is_finite(bodies_[i].state)) return fail(StepFailure::body, i, report);
+  return true;
 }
 
 StepReport DynamicsWorld::step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces) {

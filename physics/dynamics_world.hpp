@@ -323,6 +323,7 @@ class DynamicsWorld {
   void keep();
   void undo();
   void go_back();
+  static bool fail(StepFailure failure, std::size_t index, StepReport& report);
   bool is_group_finite(StepReport& report) const;
   void finish(double h);
 

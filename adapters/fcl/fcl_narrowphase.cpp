@@ -1,5 +1,4 @@
 #include "adapters/fcl/fcl_narrowphase.hpp"
-#include "contact_core/narrowphase/no_geometry.hpp"
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/convex.h>
@@ -11,6 +10,8 @@
 #include <limits>
 #include <utility>
 #include <vector>
+
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::fcl_adapter {
 namespace {

@@ -1,5 +1,4 @@
 #include "adapters/libccd/libccd_narrowphase.hpp"
-#include "contact_core/narrowphase/no_geometry.hpp"
 
 #include <ccd/ccd.h>
 
@@ -7,6 +6,8 @@
 #include <limits>
 #include <utility>
 #include <vector>
+
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::libccd {
 namespace {

@@ -28,8 +28,7 @@
 ///    half the depth; of edges, now and then a contact as deep as the boxes are large. MPR takes the depth
 ///    where a ray from the centre of mass leaves, which need not be near the minimum.
 ///  * manifold: MuJoCo's contacts (it writes up to mjMAXCONPAIR, 50), deepest first, as many as are asked
-///  for;
-///    with a mesh one. `pos` is taken to be half-way between the surfaces; feature_id is 0.
+///    for; with a mesh one. `pos` is taken to be half-way between the surfaces; feature_id is 0.
 ///  * Closer to touching than the resolution, the pair is `undecided` where geometry is asked. Contacts that
 ///    are not finite or have no normal are `failed`; so are coordinates beyond 1e75.
 ///

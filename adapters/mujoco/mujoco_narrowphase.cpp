@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "adapters/mujoco/solid_geoms.hpp"
+#include "contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::mujoco {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// mjOption.mpr_tolerance, by default.
 constexpr double kMprTolerance = 1e-6;
@@ -36,11 +36,6 @@ struct MujocoWorkspace final : Narrowphase::Workspace {
   DataHandle data;
   Contacts contacts;
 };
-
-PairGeometry no_geometry(double separation) {
-  const Vector3 nowhere = Vector3::Constant(kNaN);
-  return {separation, nowhere, nowhere, nowhere, 0};
-}
 
 double largest(const Vector3& p) { return p.cwiseAbs().maxCoeff(); }
 
@@ -91,7 +86,7 @@ class MujocoNarrowphase final : public Narrowphase {
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       PairGeometry unused;
       PairGeometry& geometry = output.geometry.empty() ? unused : output.geometry[i];
-      geometry = no_geometry(kNaN);
+      geometry = no_geometry();
       output.status[i] =
           evaluate_pair(input.pairs[i], input.poses, input.query, scratch, geometry,
                         wants_points ? output.points.subspan(i * slots, slots) : std::span<ContactPoint>{});

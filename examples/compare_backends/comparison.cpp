@@ -195,12 +195,10 @@ void check_known(const Backends& backends, const std::string& name) {
 
 std::vector<std::pair<std::string, std::string>> chosen_backends(const Options& options,
                                                                  const Backends& backends) {
+  check_once("--backend", options.backends);
   std::vector<std::pair<std::string, std::string>> chosen;
   for (const std::string& name : options.backends.empty() ? known_names(backends) : options.backends) {
     check_known(backends, name);
-    const bool again =
-        std::any_of(chosen.begin(), chosen.end(), [&](const auto& other) { return other.first == name; });
-    if (again) throw InputError("--backend: '" + name + "' is given twice");
     chosen.emplace_back(name, describe(backends, name));
   }
   return chosen;

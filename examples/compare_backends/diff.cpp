@@ -10,6 +10,7 @@
 #include "examples/compare_backends/diff_facts.hpp"
 #include "examples/compare_backends/mann_whitney.hpp"
 #include "examples/compare_backends/results_file.hpp"
+#include "examples/measures/quantiles.hpp"
 #include "examples/program/program.hpp"
 #include "examples/program/text_table.hpp"
 
@@ -130,8 +131,7 @@ struct TimeChange {
 
 double median_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
+  return middle(values);
 }
 
 using Times = std::map<FactKey, std::vector<double>>;

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <iterator>
-
 #include "examples/compare_backends/results_file.hpp"
+#include "examples/measures/accuracy.hpp"
 #include "examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
@@ -15,8 +13,12 @@ constexpr const char* kKinds[] = {"missed", "phantom", "undecided", "failed", "u
 constexpr const char* kFrameKinds[] = {"missed_frames", "phantom_frames", "undecided_frames"};
 constexpr const char* kModes[] = {"single", "cached", "batch", "raw", "frame"};
 constexpr const char* kWays[] = {"swapped", "moved", "repeated", "threads"};
-constexpr const char* kManifoldMeasures[] = {"deepest", "point_witness", "patch_area", "tilted_area",
-                                             "stability"};
+
+bool is_of_manifold(const std::string& measure) {
+  for (auto m = static_cast<std::size_t>(Measure::deepest); m < kMeasures; ++m)
+    if (to_string(static_cast<Measure>(m)) == measure) return true;
+  return false;
+}
 
 class Collector {
  public:
@@ -80,10 +82,9 @@ class Collector {
 
   void add_errors(const std::string& where, const std::string& backend, const Json& errors) {
     for (const auto& [measure, of] : errors.items()) {
-      const bool manifold = std::find(std::begin(kManifoldMeasures), std::end(kManifoldMeasures), measure) !=
-                            std::end(kManifoldMeasures);
       const bool length = of.contains("over_S");
-      add_worst({where, manifold ? "manifold" : "distance", backend, measure + (length ? " over S" : "")},
+      add_worst({where, is_of_manifold(measure) ? "manifold" : "distance", backend,
+                 measure + (length ? " over S" : "")},
                 of.at(length ? "over_S" : "ratio"));
     }
   }

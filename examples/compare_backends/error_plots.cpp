@@ -90,7 +90,7 @@ bool has_line(const BackendResult& backend, std::size_t query) {
 
 }  // namespace
 
-ErrorAxis error_axis_for(std::span<const SetResult> sets, QueryKind query) {
+Decades error_axis_for(std::span<const SetResult> sets, QueryKind query) {
   double least = 1, most = 0;
   for (const SetResult& set : sets) {
     for (const BackendResult& backend : set.backends) {
@@ -102,15 +102,12 @@ ErrorAxis error_axis_for(std::span<const SetResult> sets, QueryKind query) {
       }
     }
   }
-  if (most == 0) return {};
-  const int low = static_cast<int>(std::floor(std::log10(least)));
-  return {low, std::max(static_cast<int>(std::ceil(std::log10(most))), low + 1)};
+  return most == 0 ? Decades{-17, 0} : decades_around(least, most);
 }
 
-std::string error_distribution_plot(const SetResult& set, QueryKind query, const ErrorAxis& axis,
+std::string error_distribution_plot(const SetResult& set, QueryKind query, const Decades& axis,
                                     const std::vector<std::string>& backends, bool standalone) {
-  const LogScale x{static_cast<double>(axis.low), static_cast<double>(axis.high), kAxisLeft + 4,
-                   kAxisRight - 4};
+  const LogScale x = log_scale(axis, kAxisLeft + 4, kAxisRight - 4);
   std::string svg = svg_open(
       kWidth, kHeight, fmt::format("{} {}: distribution of errors", set.name, to_string(query)), standalone);
   svg += fmt::format("<text class='title' x='{}' y='18'>{}, {}</text>", kLeft, xml_text(set.name),

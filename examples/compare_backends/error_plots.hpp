@@ -4,21 +4,18 @@
 #include <string>
 #include <vector>
 
+#include "examples/compare_backends/plot_scale.hpp"
 #include "examples/compare_backends/set_result.hpp"
 
 namespace touchstone::comparison {
 
-/// The range of the distributions' error axis, in exponents of ten [S].
-struct ErrorAxis {
-  int low = -17, high = 0;
-};
-/// Holds every line of error_distribution_plot() of every set.
-ErrorAxis error_axis_for(std::span<const SetResult> sets, QueryKind query);
+/// The distributions' error axis [S]. Holds every line of error_distribution_plot() of every set.
+Decades error_axis_for(std::span<const SetResult> sets, QueryKind query);
 
 /// The distribution of a query's cost over S in one set, as SVG: the share of the pairs (up) whose error is
 /// at most that (right, log), one line a backend with its marks along it. Exactly 0 has its own column left
 /// of a broken axis. A line that ends below 1 has pairs without a figure.
-std::string error_distribution_plot(const SetResult& set, QueryKind query, const ErrorAxis& axis,
+std::string error_distribution_plot(const SetResult& set, QueryKind query, const Decades& axis,
                                     const std::vector<std::string>& backends, bool standalone);
 
 /// One backend's separation error against the true separation, both over S and on signed logarithmic axes,

@@ -18,8 +18,8 @@ std::vector<ReportFile> figure_files(const Report& report) {
     if (!svg.empty()) files.emplace_back("figures/" + name + ".svg", std::move(svg));
   };
   const PlotAxes axes = axes_for(report.sets);
-  const ErrorAxis error_axis = error_axis_for(report.sets, QueryKind::distance);
-  const TimeAxis time_axis = time_axis_for(report.sets);
+  const Decades error_axis = error_axis_for(report.sets, QueryKind::distance);
+  const Decades time_axis = time_axis_for(report.sets);
   for (const SetResult& set : report.sets) {
     for (const QueryKind query : kQueryKinds) {
       const std::string name = fmt::format("{}_{}", set.name, to_string(query));

@@ -5,6 +5,16 @@
 
 namespace touchstone::comparison {
 
+/// A range between two powers of ten, in exponents.
+struct Decades {
+  int low, high;
+};
+/// The narrowest one, of a decade at least, that holds both. @pre 0 < least <= most.
+inline Decades decades_around(double least, double most) {
+  const int low = static_cast<int>(std::floor(std::log10(least)));
+  return {low, std::max(static_cast<int>(std::ceil(std::log10(most))), low + 1)};
+}
+
 /// A logarithmic axis between two powers of ten, in pixels; what lies outside is held at its end.
 struct LogScale {
   double low, high;  ///< exponents of ten
@@ -20,6 +30,10 @@ struct LogScale {
     return from + (to - from) * std::clamp((std::log10(value) - low) / (high - low), 0.0, 1.0);
   }
 };
+
+inline LogScale log_scale(const Decades& range, double from, double to) {
+  return {static_cast<double>(range.low), static_cast<double>(range.high), from, to};
+}
 
 /// A signed logarithmic axis: linear within `threshold` of 0, then the decades up to `largest` on both sides.
 struct SignedLogScale {

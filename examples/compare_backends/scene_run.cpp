@@ -163,7 +163,7 @@ std::vector<std::size_t> facet_frames(std::size_t all, std::size_t count, std::s
 
 bool is_wrong(const SetResult& set, const std::string& backend, QueryKind query) {
   return std::any_of(set.backends.begin(), set.backends.end(), [&](const BackendResult& each) {
-    return each.name == backend && each.judgement.wrongness[index_of(query)].total() > 0;
+    return each.name == backend && each.is_wrong(index_of(query));
   });
 }
 

@@ -24,6 +24,9 @@ struct BackendResult {
   bool judged = false;  ///< false in a build without `exact`
   std::optional<Consistency> consistency;
   std::string failure;
+
+  /// Whether an answer to the query was wrong or missing, as far as that was judged.
+  bool is_wrong(std::size_t query) const { return judged && judgement.wrongness[query].total() > 0; }
 };
 
 struct SetResult {

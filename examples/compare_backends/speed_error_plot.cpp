@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "examples/compare_backends/pareto_front.hpp"
+#include "examples/compare_backends/plot_scale.hpp"
 #include "examples/compare_backends/svg_plot.hpp"
 #include "examples/program/text_table.hpp"
 
@@ -22,22 +23,12 @@ constexpr double kRail = 412;                           // the rail's marks
 
 // ---- axes
 
-struct Scale {
-  double low, high, from, to;  // powers of ten, onto [from, to]
-  double operator()(double value) const {
-    const double share = (std::log10(value) - std::log10(low)) / (std::log10(high) - std::log10(low));
-    return from + (to - from) * std::clamp(share, 0.0, 1.0);
-  }
-  int beyond(double value) const { return value < low ? -1 : value > high ? 1 : 0; }
-};
-
-std::string draw_axes(const Scale& x, const Scale& y) {
+std::string draw_axes(const LogScale& x, const LogScale& y) {
   std::string svg = fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kErrorLeft, kTop,
                                 kErrorRight - kErrorLeft, kBottom - kTop);
   svg += fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kLeft, kTop,
                      kZeroRight - kLeft, kBottom - kTop);
-  const int ns_low = static_cast<int>(std::lround(std::log10(y.low))),
-            ns_high = static_cast<int>(std::lround(std::log10(y.high)));
+  const int ns_low = static_cast<int>(std::lround(y.low)), ns_high = static_cast<int>(std::lround(y.high));
   for (int e = ns_low; e <= ns_high; ++e) {
     const double at = y(std::pow(10.0, e));
     svg += fmt::format("<path class='grid' d='M{} {:.1f}H{}M{} {:.1f}H{}'/>", kLeft, at, kZeroRight,
@@ -45,8 +36,7 @@ std::string draw_axes(const Scale& x, const Scale& y) {
     svg += fmt::format("<text x='{}' y='{:.1f}' text-anchor='end'>{}</text>", kLeft - 6, at + 3.5,
                        nanosecond_label(e));
   }
-  const int e_low = static_cast<int>(std::lround(std::log10(x.low))),
-            e_high = static_cast<int>(std::lround(std::log10(x.high)));
+  const int e_low = static_cast<int>(std::lround(x.low)), e_high = static_cast<int>(std::lround(x.high));
   const int step = std::max(1, (e_high - e_low + 5) / 6);
   for (int e = e_high; e >= e_low; e -= step) {
     const double at = x(std::pow(10.0, e));
@@ -162,7 +152,7 @@ std::string draw_rail(const std::vector<RailEntry>& rail) {
 }
 
 // Where in the column of 0 each mark stands: side by side where their times are too close to tell them apart.
-std::vector<double> zero_columns(const std::vector<Mark>& marks, const Scale& y) {
+std::vector<double> zero_columns(const std::vector<Mark>& marks, const LogScale& y) {
   std::vector<double> columns;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     double x = kLeft + 10;
@@ -180,7 +170,7 @@ std::vector<double> zero_columns(const std::vector<Mark>& marks, const Scale& y)
 }
 
 // Of what lies beyond an axis: the end it is held at.
-std::string held_marks(double error, double ns, const Scale& x, const Scale& y, double mx, double my) {
+std::string held_marks(double error, double ns, const LogScale& x, const LogScale& y, double mx, double my) {
   std::string svg;
   if (error > 0.0 && x.beyond(error) != 0) svg += held_mark(mx, my, x.beyond(error), 0);
   if (y.beyond(ns) != 0) svg += held_mark(mx, my, 0, -y.beyond(ns));
@@ -193,7 +183,7 @@ double whisker_end(const Timing& time) {
   return std::isnan(p99) ? time.median_ns : p99;
 }
 
-std::string draw_marks(const std::vector<Mark>& marks, const Scale& x, const Scale& y) {
+std::string draw_marks(const std::vector<Mark>& marks, const LogScale& x, const LogScale& y) {
   std::string whiskers, shapes, text;
   Labels labels;
   const std::vector<double> columns = zero_columns(marks, y);
@@ -227,8 +217,8 @@ std::string draw_marks(const std::vector<Mark>& marks, const Scale& x, const Sca
 }
 
 // The front as a staircase: right of it and above, something is both faster and more exact.
-std::string draw_front(const std::vector<Mark>& marks, const std::vector<std::string>& front, const Scale& x,
-                       const Scale& y) {
+std::string draw_front(const std::vector<Mark>& marks, const std::vector<std::string>& front,
+                       const LogScale& x, const LogScale& y) {
   const std::vector<double> columns = zero_columns(marks, y);
   std::string path;
   for (const std::string& name : front) {
@@ -276,8 +266,8 @@ std::string speed_error_plot(const SetResult& set, QueryKind query, const PlotAx
   std::vector<Mark> marks;
   std::vector<RailEntry> rail;
   sort_out(set, query, backends, marks, rail);
-  const Scale x{axes.error_low, axes.error_high, kErrorLeft + 8, kErrorRight - 8};
-  const Scale y{axes.ns_low, axes.ns_high, kBottom, kTop};
+  const LogScale x{std::log10(axes.error_low), std::log10(axes.error_high), kErrorLeft + 8, kErrorRight - 8};
+  const LogScale y{std::log10(axes.ns_low), std::log10(axes.ns_high), kBottom, kTop};
   std::string svg = svg_open(
       kWidth, kHeight, fmt::format("{} {}: speed against error", set.name, to_string(query)), standalone);
   svg += fmt::format("<text class='title' x='{}' y='18'>{}, {}</text>", kLeft, xml_text(set.name),

@@ -36,10 +36,6 @@ Modes modes_of(const BackendResult::Rows& rows) {
   return {&rows.single, &rows.cached, &rows.batch, &rows.raw};
 }
 
-bool is_wrong(const BackendResult& backend, std::size_t query) {
-  return backend.judged && backend.judgement.wrongness[query].total() > 0;
-}
-
 double line_end(const Timing& timing) {
   const double p99 = shown_p99(timing);
   return std::isnan(p99) ? timing.upper_quartile_ns : p99;
@@ -82,12 +78,12 @@ std::string time_axis(const LogScale& x, double bottom) {
 
 }  // namespace
 
-TimeAxis time_axis_for(std::span<const SetResult> sets) {
+Decades time_axis_for(std::span<const SetResult> sets) {
   double least = std::numeric_limits<double>::infinity(), most = 0;
   for (const SetResult& set : sets) {
     for (const BackendResult& backend : set.backends) {
       for (std::size_t q = 0; q < 3; ++q) {
-        if (is_wrong(backend, q)) continue;
+        if (backend.is_wrong(q)) continue;
         for (const std::optional<Timing>* timing : modes_of(backend.rows[q])) {
           if (!*timing || !((*timing)->minimum_ns > 0)) continue;
           least = std::min(least, (*timing)->minimum_ns);
@@ -96,16 +92,14 @@ TimeAxis time_axis_for(std::span<const SetResult> sets) {
       }
     }
   }
-  if (most == 0) return {};
-  const int low = static_cast<int>(std::floor(std::log10(least)));
-  return {low, std::max(static_cast<int>(std::ceil(std::log10(most))), low + 1)};
+  return most == 0 ? Decades{1, 5} : decades_around(least, most);
 }
 
-std::string time_plot(const SetResult& set, QueryKind query, const TimeAxis& axis,
+std::string time_plot(const SetResult& set, QueryKind query, const Decades& axis,
                       const std::vector<std::string>& backends, bool standalone) {
   const std::size_t q = index_of(query);
   const double bottom = kTop + kRow * static_cast<double>(set.backends.size());
-  const LogScale x{static_cast<double>(axis.low), static_cast<double>(axis.high), kLeft + 12, kRight - 12};
+  const LogScale x = log_scale(axis, kLeft + 12, kRight - 12);
   std::string svg =
       svg_open(kWidth, bottom + 22, fmt::format("{} {}: distribution of times", set.name, to_string(query)),
                standalone);
@@ -116,7 +110,7 @@ std::string time_plot(const SetResult& set, QueryKind query, const TimeAxis& axi
   double top = kTop;
   for (const BackendResult& backend : set.backends) {
     const int place = place_of(backends, backend.name);
-    const bool wrong = is_wrong(backend, q);
+    const bool wrong = backend.is_wrong(q);
     svg += mark_at(place, 14, top + kRow / 2, wrong);
     svg += fmt::format("<text class='label' x='26' y='{:.1f}'>{}</text>", top + kRow / 2 + 4,
                        xml_text(backend.name));

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "examples/dynamics_run/results.hpp"
+#include "physics/contact_laws.hpp"
 
 namespace touchstone::dynamics {
 namespace {
@@ -24,13 +25,10 @@ double angle_between(const Matrix3& R1, const Matrix3& R2) {
 bool is_whole(const BackendRun& run) { return run.not_run.empty() && run.stopped.empty(); }
 
 void compare_poses(const BackendRun& reference, BackendRun& run) {
-  const auto keep_worst = [](double& worst, double error) {
-    if (!(error <= worst) && !std::isnan(worst)) worst = error;  // what is no number stays
-  };
   run.pose_error = run.angle_error = 0.0;
   for (std::size_t o = 0; o < run.last.size(); ++o) {
-    keep_worst(run.pose_error, norm(run.last[o].p - reference.last[o].p));
-    keep_worst(run.angle_error, angle_between(run.last[o].R, reference.last[o].R));
+    run.pose_error = physics::worse_of(run.pose_error, norm(run.last[o].p - reference.last[o].p));
+    run.angle_error = physics::worse_of(run.angle_error, angle_between(run.last[o].R, reference.last[o].R));
   }
 }
 

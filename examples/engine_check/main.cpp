@@ -119,9 +119,9 @@ int run_all(int repetitions, std::string_view only) {
   return 0;
 }
 
-void print_range(std::vector<double>& values) {
-  std::sort(values.begin(), values.end());
-  std::printf(" %.2g (%.2g to %.2g) |", values[values.size() / 2], values.front(), values.back());
+void print_range(const std::vector<double>& values) {
+  const auto [least, largest] = std::minmax_element(values.begin(), values.end());
+  std::printf(" %.2g (%.2g to %.2g) |", median(values), *least, *largest);
 }
 
 /// Stillness from many starts: the median, the least and the largest.
@@ -145,7 +145,7 @@ int run_starts(unsigned starts, std::string_view only) {
         }
         std::printf("| %s | %s | %s |", engine, world.name.c_str(),
                     check == Check::engine ? "own" : "native");
-        for (std::vector<double>* values : {&off, &height, &speed}) print_range(*values);
+        for (const auto* values : {&off, &height, &speed}) print_range(*values);
         std::printf("\n");
         std::fflush(stdout);
       }

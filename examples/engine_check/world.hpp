@@ -60,6 +60,9 @@ struct StepsWith {
   double step_us = 0.0;  ///< median [us]
 };
 
+/// The upper one of an even number. @pre not empty.
+double median(std::vector<double> values);
+
 /// What came of a world.
 struct Outcome {
   Vector3 end = Vector3::Zero();  ///< of the last body's centre of mass [m]

@@ -155,15 +155,11 @@ World shifted(World world, unsigned start) {
   return world;
 }
 
-namespace {
-
-double median(std::vector<double>& values) {
+double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
-
-}  // namespace
 
 void StepTimes::add(std::chrono::steady_clock::duration check, std::chrono::steady_clock::duration step,
                     std::size_t contacts) {

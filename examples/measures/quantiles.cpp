@@ -12,12 +12,12 @@ std::size_t rank(double share, std::size_t count) {
   return std::clamp<std::size_t>(r, 1, count) - 1;
 }
 
+}  // namespace
+
 double middle(std::span<const double> sorted) {
   const std::size_t half = sorted.size() / 2;
   return sorted.size() % 2 == 1 ? sorted[half] : 0.5 * (sorted[half - 1] + sorted[half]);
 }
-
-}  // namespace
 
 Quantiles quantiles(std::span<CaseValue> sample) {
   Quantiles result;

@@ -55,6 +55,9 @@ struct Timing {
   std::array<double, kKeptRepetitions> repetition_ns = {};  ///< each repetition's median, the first ones
 };
 
+/// The median; of an even number the mean of the middle two. @pre not empty, sorted.
+double middle(std::span<const double> sorted);
+
 /// Below so many blocks the nearest 99 % is the slowest block: no percentile is given then.
 inline constexpr std::size_t kLeastForP99 = 100;
 /// p99_ns; NaN of fewer than kLeastForP99 blocks.

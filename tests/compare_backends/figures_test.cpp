@@ -58,7 +58,7 @@ const std::vector<std::string> kNames = {"some"};
 TEST(TimeFigures, FastRowsStandWhereTheirTimesAre) {
   const SetResult set =
       one_set({blocks(150, 200, 300), blocks(30, 33, 40), blocks(4, 5, 6), blocks(32, 36, 40), {}});
-  const TimeAxis axis = time_axis_for(std::span(&set, 1));
+  const Decades axis = time_axis_for(std::span(&set, 1));
   EXPECT_EQ(axis.low, 0);   // 4 ns
   EXPECT_EQ(axis.high, 3);  // 300 ns
   const std::string plot = time_plot(set, QueryKind::overlap, axis, kNames, false);
@@ -105,7 +105,7 @@ TEST(ErrorFigures, TheAxisHoldsTheWrongBackendsToo) {
   judgement.wrongness[1].phantom = 3;
   judgement.cost_curve[1].fill(2e-19);
   judgement.cost_curve[1].back() = 0.7;
-  const ErrorAxis axis = error_axis_for(std::span(&set, 1), QueryKind::distance);
+  const Decades axis = error_axis_for(std::span(&set, 1), QueryKind::distance);
   EXPECT_EQ(axis.low, -19);
   EXPECT_EQ(axis.high, 0);
 }

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <ostream>
 #include <vector>
@@ -93,11 +92,6 @@ TEST_P(EngineWorlds, ABoxSlidesOverFlushBoxesAsOverOne) {
     EXPECT_LT(ours.rise, rise) << world.name;
     EXPECT_LT(ours.lean, 1e-3) << world.name;
   }
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 Stillness stillness(Run run, const World& world, Check check, unsigned starts) {

@@ -33,20 +33,6 @@ Pose at(const Vector3& p) {
   return X;
 }
 
-/// One prismatic joint along `axis` that moves 2 kg.
-Mechanism rail(const Vector3& axis, double lower = -INFINITY, double upper = INFINITY) {
-  MechanismDescription description{
-      .name = "slider", .links = {{.name = "base"}, {.name = "block"}}, .joints = {}};
-  JointDescription joint;
-  joint.name = "rail";
-  joint.kind = JointKind::prismatic;
-  joint.parent = "base";
-  joint.child = "block";
-  joint.axis_J = axis;
-  joint.lower = lower, joint.upper = upper;
-  description.joints.push_back(joint);
-  return Mechanism(description);
-}
 const std::vector<BodyInertia> kSliderLinks = {{}, box_inertia(2.0, {1, 1, 1})};
 
 TEST(DynamicsWorld, BadSetUpIsRefusedByName) {

@@ -170,15 +170,7 @@ Held push(double elbow, const Vector3& direction, double force) {
   for (std::uint32_t i = 0; i < 2; ++i)
     world.set_drive(arm, i, {.mode = JointDrive::Mode::brake, .limit = 2332.0});
   const Vector3 tip = touchstone::transform(world.link_pose(arm, 2), Vector3(L2, 0, 0));
-  MechanismDescription rail{.name = "pusher", .links = {{.name = "base"}, {.name = "plate"}}, .joints = {}};
-  JointDescription joint;
-  joint.name = "rail";
-  joint.kind = JointKind::prismatic;
-  joint.parent = "base";
-  joint.child = "plate";
-  joint.axis_J = direction;
-  rail.joints.push_back(joint);
-  const Mechanism pusher(rail);
+  const Mechanism pusher = rail(direction);
   const MechanismDynamics pushing(pusher, std::vector<BodyInertia>{{}, box_inertia(mass, {0.1, 0.1, 0.1})});
   const auto plate = world.add_mechanism(pushing, at(tip), std::array{0.0}, std::array{0.0});
   world.set_drive(plate, 0, {.mode = JointDrive::Mode::torque, .torque = force});

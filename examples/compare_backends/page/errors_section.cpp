@@ -6,7 +6,7 @@ namespace touchstone::comparison {
 std::string errors_section(const Page& page) {
   const Report& report = page.report;
   if (!report.has_truth || report.sets.empty()) return "";
-  const ErrorAxis axis = error_axis_for(report.sets, QueryKind::distance);
+  const Decades axis = error_axis_for(report.sets, QueryKind::distance);
   std::string html =
       "<h2>Error distributions</h2>\n<p>Distance query: the share of a set's pairs whose error over S is at "
       "most so much; exactly 0 stands left of the broken axis. A missed or phantom contact counts as the "

@@ -8,10 +8,7 @@ namespace touchstone::comparison {
 namespace {
 
 bool is_wrong(const BackendResult& backend) {
-  for (const Wrongness& wrong : backend.judgement.wrongness) {
-    if (wrong.total() > 0) return true;
-  }
-  return false;
+  return backend.is_wrong(0) || backend.is_wrong(1) || backend.is_wrong(2);
 }
 
 std::string times(const Page& page, const SetResult& set) {

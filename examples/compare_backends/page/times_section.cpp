@@ -8,7 +8,7 @@ namespace touchstone::comparison {
 std::string times_section(const Page& page) {
   const Report& report = page.report;
   if (report.sets.empty()) return "";
-  const TimeAxis axis = time_axis_for(report.sets);
+  const Decades axis = time_axis_for(report.sets);
   std::string html =
       "<h2>Time distributions</h2>\n<p>Circle: one pair a call, cold (each pair's data come from memory). "
       "Diamond: the same, cached (the block was just run through). Square: in batches, cold. Triangle: the "
