@@ -1,4 +1,4 @@
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 #include <sstream>
 

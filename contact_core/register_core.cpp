@@ -1,7 +1,7 @@
-#include "contact_core/broadphase/register_broadphases.hpp"
-#include "contact_core/edge_face/edge_face.hpp"
-#include "contact_core/native/native.hpp"
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/edge_face/edge_face.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 namespace touchstone {
 

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/broadphase/broadphase.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
 

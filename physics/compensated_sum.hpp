@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 
 namespace touchstone::physics {
 

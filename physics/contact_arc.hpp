@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/scaled_contacts.hpp"
+#include "touchstone/physics/scaled_contacts.hpp"
 
 /// @file
 /// Solutions of a softened contact problem as long as every contact goes on doing what it does.

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "physics/contact_arc.hpp"
-#include "physics/contact_laws.hpp"
+#include "touchstone/physics/contact_arc.hpp"
+#include "touchstone/physics/contact_laws.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <span>
 
-#include "physics/contact_problem.hpp"
-#include "physics/elimination.hpp"
+#include "touchstone/physics/contact_problem.hpp"
+#include "touchstone/physics/elimination.hpp"
 
 // The laws of one block, shared by the residual and the solver.
 

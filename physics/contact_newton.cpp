@@ -1,9 +1,9 @@
-#include "physics/contact_newton.hpp"
+#include "touchstone/physics/contact_newton.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "physics/contact_laws.hpp"
+#include "touchstone/physics/contact_laws.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/scaled_contacts.hpp"
+#include "touchstone/physics/scaled_contacts.hpp"
 
 /// @file
 /// Newton's step on the natural map.

@@ -1,4 +1,4 @@
-#include "physics/contact_path.hpp"
+#include "touchstone/physics/contact_path.hpp"
 
 #include <algorithm>
 #include <cmath>

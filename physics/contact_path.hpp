@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/contact_arc.hpp"
+#include "touchstone/physics/contact_arc.hpp"
 
 /// @file
 /// The way to a solution from an easy problem, followed through its turns and corners.

@@ -1,6 +1,6 @@
-#include "physics/contact_problem.hpp"
+#include "touchstone/physics/contact_problem.hpp"
 
-#include "physics/contact_laws.hpp"
+#include "touchstone/physics/contact_laws.hpp"
 
 namespace touchstone::physics {
 

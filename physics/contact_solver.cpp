@@ -1,4 +1,4 @@
-#include "physics/contact_solver.hpp"
+#include "touchstone/physics/contact_solver.hpp"
 
 #include <algorithm>
 #include <array>

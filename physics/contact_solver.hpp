@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "physics/contact_newton.hpp"
-#include "physics/contact_path.hpp"
-#include "physics/scaled_contacts.hpp"
+#include "touchstone/physics/contact_newton.hpp"
+#include "touchstone/physics/contact_path.hpp"
+#include "touchstone/physics/scaled_contacts.hpp"
 
 namespace touchstone::physics {
 

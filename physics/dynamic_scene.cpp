@@ -1,9 +1,9 @@
-#include "physics/dynamic_scene.hpp"
+#include "touchstone/physics/dynamic_scene.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -8,11 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/mechanism/mechanism.hpp"
-#include "contact_core/scene/scene.hpp"
-#include "physics/dynamics_world.hpp"
-#include "physics/inertia.hpp"
-#include "physics/narrowphase_contacts.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/scene/scene.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
+#include "touchstone/physics/inertia.hpp"
+#include "touchstone/physics/narrowphase_contacts.hpp"
 
 /// @file
 /// A scene with dynamics as plain data; SceneSimulation (scene_simulation.hpp) runs it.

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/compensated_sum.hpp"
-#include "physics/dynamics_world.hpp"
+#include "touchstone/physics/compensated_sum.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "physics/dynamics_world.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "physics/compensated_sum.hpp"
-#include "physics/dynamics_world.hpp"
+#include "touchstone/physics/compensated_sum.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
 

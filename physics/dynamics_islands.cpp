@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/contact_laws.hpp"
-#include "physics/dynamics_world.hpp"
+#include "touchstone/physics/contact_laws.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
 namespace {

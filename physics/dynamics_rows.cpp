@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "physics/cholesky.hpp"
-#include "physics/dynamics_world.hpp"
+#include "touchstone/physics/cholesky.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "physics/dynamics_world.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -1,11 +1,11 @@
-#include "physics/dynamics_world.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::physics {
 namespace {

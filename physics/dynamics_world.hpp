@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "physics/contact_solver.hpp"
-#include "physics/mechanism_dynamics.hpp"
-#include "physics/rigid_body.hpp"
+#include "touchstone/physics/contact_solver.hpp"
+#include "touchstone/physics/mechanism_dynamics.hpp"
+#include "touchstone/physics/rigid_body.hpp"
 
 /// @file
 /// Bodies and mechanisms that push each other. Which narrowphase found the contact points is not known here.

@@ -1,12 +1,12 @@
-#include "physics/inertia.hpp"
+#include "touchstone/physics/inertia.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <string>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/motion/mass_metric.hpp"
-#include "physics/matrix3.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/motion/mass_metric.hpp"
+#include "touchstone/physics/matrix3.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -3,8 +3,8 @@
 #include <span>
 #include <string_view>
 
-#include "contact_core/geometry/hexahedron_tree.hpp"
-#include "contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 namespace touchstone::physics {
 

@@ -1,9 +1,9 @@
-#include "physics/latch.hpp"
+#include "touchstone/physics/latch.hpp"
 
 #include <string>
 
-#include "physics/cholesky.hpp"
-#include "physics/matrix3.hpp"
+#include "touchstone/physics/cholesky.hpp"
+#include "touchstone/physics/matrix3.hpp"
 
 namespace touchstone::physics {
 

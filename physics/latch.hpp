@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "physics/mechanism_dynamics.hpp"
-#include "physics/rigid_body.hpp"
+#include "touchstone/physics/mechanism_dynamics.hpp"
+#include "touchstone/physics/rigid_body.hpp"
 
 /// @file
 /// Latching in dynamics: an inelastic capture, then one body until release.

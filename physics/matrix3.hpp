@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 // Products of 3x3 matrices in one stated order of operations: Eigen's own products and reductions change
 // their order with the instruction set.

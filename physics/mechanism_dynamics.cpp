@@ -1,13 +1,13 @@
-#include "physics/mechanism_dynamics.hpp"
+#include "touchstone/physics/mechanism_dynamics.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/scene/motion.hpp"
-#include "physics/matrix3.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/physics/matrix3.hpp"
 
 namespace touchstone::physics {
 namespace {

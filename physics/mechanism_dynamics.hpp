@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/mechanism/mechanism.hpp"
-#include "physics/inertia.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
+#include "touchstone/physics/inertia.hpp"
 
 namespace touchstone::physics {
 

@@ -1,11 +1,11 @@
-#include "physics/narrowphase_contacts.hpp"
+#include "touchstone/physics/narrowphase_contacts.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <string>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::physics {
 namespace {

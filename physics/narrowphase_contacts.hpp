@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/broadphase/broadphase.hpp"
-#include "contact_core/geometry/hexahedron_tree.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "physics/dynamics_world.hpp"
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 
 namespace touchstone::physics {
 

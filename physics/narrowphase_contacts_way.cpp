@@ -3,9 +3,9 @@
 #include <cmath>
 #include <span>
 
-#include "contact_core/scene/motion.hpp"
-#include "physics/matrix3.hpp"
-#include "physics/narrowphase_contacts.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/physics/matrix3.hpp"
+#include "touchstone/physics/narrowphase_contacts.hpp"
 
 // Pairs that close by more than the margin in a step.
 

@@ -1,4 +1,4 @@
-#include "physics/quaternion.hpp"
+#include "touchstone/physics/quaternion.hpp"
 
 #include <cmath>
 

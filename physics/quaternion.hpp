@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 namespace touchstone::physics {
 

@@ -1,10 +1,10 @@
-#include "physics/rigid_body.hpp"
+#include "touchstone/physics/rigid_body.hpp"
 
 #include <array>
 #include <cmath>
 
-#include "physics/compensated_sum.hpp"
-#include "physics/matrix3.hpp"
+#include "touchstone/physics/compensated_sum.hpp"
+#include "touchstone/physics/matrix3.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <string_view>
 
-#include "physics/inertia.hpp"
-#include "physics/quaternion.hpp"
+#include "touchstone/physics/inertia.hpp"
+#include "touchstone/physics/quaternion.hpp"
 
 namespace touchstone::physics {
 

@@ -1,10 +1,10 @@
-#include "physics/scaled_contacts.hpp"
+#include "touchstone/physics/scaled_contacts.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "physics/contact_laws.hpp"
+#include "touchstone/physics/contact_laws.hpp"
 
 namespace touchstone::physics {
 namespace {

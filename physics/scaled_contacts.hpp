@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/contact_problem.hpp"
+#include "touchstone/physics/contact_problem.hpp"
 
 /// @file
 /// Contact problems in units of their own: what the solver's methods share.

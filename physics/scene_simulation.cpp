@@ -1,10 +1,10 @@
-#include "physics/scene_simulation.hpp"
+#include "touchstone/physics/scene_simulation.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/scene/motion.hpp"
-#include "physics/quaternion.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/physics/quaternion.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "physics/dynamic_scene.hpp"
-#include "physics/latch.hpp"
+#include "touchstone/physics/dynamic_scene.hpp"
+#include "touchstone/physics/latch.hpp"
 
 namespace touchstone::physics {
 

@@ -1,5 +1,5 @@
-#include "contact_core/input_error.hpp"
-#include "physics/scene_simulation.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/scene_simulation.hpp"
 
 // What moves with what: latches and releases, in place.
 

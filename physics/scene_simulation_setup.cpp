@@ -1,9 +1,9 @@
 #include <algorithm>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/scene/motion.hpp"
-#include "physics/matrix3.hpp"
-#include "physics/scene_simulation.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/physics/matrix3.hpp"
+#include "touchstone/physics/scene_simulation.hpp"
 
 // What is made once: bodies, mechanisms, contacts.
 

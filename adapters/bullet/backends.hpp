@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "adapters/bullet/engine.hpp"
-#include "contact_core/broadphase/broadphase.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/adapters/bullet/engine.hpp"
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/bullet/backends.hpp"
-#include "contact_core/broadphase/swept_sphere.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/bullet/backends.hpp"
+#include "touchstone/contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {

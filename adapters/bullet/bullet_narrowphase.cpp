@@ -3,9 +3,9 @@
 #include <limits>
 #include <utility>
 
-#include "adapters/bullet/backends.hpp"
-#include "adapters/bullet/checks.hpp"
-#include "contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/adapters/bullet/backends.hpp"
+#include "touchstone/adapters/bullet/checks.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {

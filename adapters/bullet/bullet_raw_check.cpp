@@ -1,7 +1,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
 
-#include "adapters/bullet/backends.hpp"
-#include "adapters/bullet/checks.hpp"
+#include "touchstone/adapters/bullet/backends.hpp"
+#include "touchstone/adapters/bullet/checks.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {

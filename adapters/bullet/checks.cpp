@@ -1,4 +1,4 @@
-#include "adapters/bullet/checks.hpp"
+#include "touchstone/adapters/bullet/checks.hpp"
 
 #include <BulletCollision/CollisionDispatch/btBoxBoxDetector.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>

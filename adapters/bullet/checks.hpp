@@ -4,8 +4,8 @@
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 
-#include "adapters/bullet/shapes.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/adapters/bullet/shapes.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 // The engine's two checks of one posed pair, and how fine each of them is.
 

@@ -3,7 +3,7 @@
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <LinearMath/btTransform.h>
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 // Which of the two builds of Bullet these sources are compiled against. Everything of ours lives in an inline
 // namespace named for it.

@@ -1,10 +1,10 @@
 #include <LinearMath/btScalar.h>
 
-#include "adapters/bullet/backends.hpp"
+#include "touchstone/adapters/bullet/backends.hpp"
 #ifdef BT_USE_DOUBLE_PRECISION
-#include "adapters/bullet/bullet.hpp"
+#include "touchstone/adapters/bullet/bullet.hpp"
 #else
-#include "adapters/bullet/bullet_single.hpp"
+#include "touchstone/adapters/bullet/bullet_single.hpp"
 #endif
 
 // Defined by both builds of this adapter, under one name: a program that registers both does not link.

@@ -1,4 +1,4 @@
-#include "adapters/bullet/shapes.hpp"
+#include "touchstone/adapters/bullet/shapes.hpp"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
@@ -9,8 +9,8 @@
 #include <limits>
 #include <string>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {

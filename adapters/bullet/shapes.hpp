@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "adapters/bullet/engine.hpp"
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/adapters/bullet/engine.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 

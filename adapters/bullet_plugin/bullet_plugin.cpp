@@ -1,4 +1,4 @@
-#include "adapters/bullet_plugin/bullet_plugin.hpp"
+#include "touchstone/adapters/bullet_plugin/bullet_plugin.hpp"
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "adapters/bullet_plugin/hexahedron_algorithm.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/bullet_plugin/hexahedron_algorithm.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/contact_core/narrowphase/pair_observer.hpp"
 
 /// @file
 /// Our check inside Bullet, in place of the engine's own, for boxes and hexahedral hulls. Bullet's headers

@@ -1,4 +1,4 @@
-#include "adapters/bullet_plugin/hexahedron_algorithm.hpp"
+#include "touchstone/adapters/bullet_plugin/hexahedron_algorithm.hpp"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 
@@ -8,7 +8,7 @@
 #include <new>
 #include <typeinfo>
 
-#include "adapters/bullet_plugin/observed_algorithm.hpp"
+#include "touchstone/adapters/bullet_plugin/observed_algorithm.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {

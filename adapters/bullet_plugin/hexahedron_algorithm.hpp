@@ -6,9 +6,9 @@
 #include <atomic>
 #include <memory>
 
-#include "adapters/bullet_plugin/manifold_update.hpp"
-#include "adapters/bullet_plugin/shape_content.hpp"
-#include "contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/adapters/bullet_plugin/manifold_update.hpp"
+#include "touchstone/adapters/bullet_plugin/shape_content.hpp"
+#include "touchstone/contact_core/narrowphase/pair_observer.hpp"
 
 // Our collision algorithm, as the dispatcher creates one for each pair.
 

@@ -1,4 +1,4 @@
-#include "adapters/bullet_plugin/manifold_update.hpp"
+#include "touchstone/adapters/bullet_plugin/manifold_update.hpp"
 
 #include <new>
 #include <optional>

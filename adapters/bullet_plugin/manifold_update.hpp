@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "adapters/bullet/engine.hpp"
+#include "touchstone/adapters/bullet/engine.hpp"
 
 // A persistent manifold made equal to what the check found, with the memory of its points kept.
 

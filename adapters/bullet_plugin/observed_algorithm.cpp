@@ -1,11 +1,11 @@
-#include "adapters/bullet_plugin/observed_algorithm.hpp"
+#include "touchstone/adapters/bullet_plugin/observed_algorithm.hpp"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "adapters/bullet_plugin/hexahedron_algorithm.hpp"
+#include "touchstone/adapters/bullet_plugin/hexahedron_algorithm.hpp"
 
 // What an observer is told.
 

@@ -1,4 +1,4 @@
-#include "adapters/bullet_plugin/shape_content.hpp"
+#include "touchstone/adapters/bullet_plugin/shape_content.hpp"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>

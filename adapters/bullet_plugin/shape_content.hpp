@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "adapters/bullet/engine.hpp"
-#include "contact_core/native/solid_store.hpp"
+#include "touchstone/adapters/bullet/engine.hpp"
+#include "touchstone/contact_core/native/solid_store.hpp"
 
 // Bullet's shapes in our terms.
 

@@ -1,12 +1,12 @@
-#include "adapters/cigi/cigi_output.hpp"
+#include "touchstone/adapters/cigi/cigi_output.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cmath>
 
-#include "adapters/cigi/udp_socket.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/cigi/udp_socket.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "adapters/cigi/coordinates.hpp"
-#include "adapters/cigi/packets.hpp"
-#include "contact_core/output/frame_output.hpp"
+#include "touchstone/adapters/cigi/coordinates.hpp"
+#include "touchstone/adapters/cigi/packets.hpp"
+#include "touchstone/contact_core/output/frame_output.hpp"
 
 namespace touchstone {
 

@@ -1,10 +1,10 @@
-#include "adapters/cigi/coordinates.hpp"
+#include "touchstone/adapters/cigi/coordinates.hpp"
 
 #include <cmath>
 #include <numbers>
 #include <string>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::cigi {
 namespace {

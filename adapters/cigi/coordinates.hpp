@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <variant>
 
-#include "adapters/cigi/packets.hpp"
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/adapters/cigi/packets.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 /// @file
 /// From the world W to what an image generator takes. Frames: E an entity (x forward, y right, z down), P its

@@ -1,4 +1,4 @@
-#include "adapters/cigi/packets.hpp"
+#include "touchstone/adapters/cigi/packets.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "adapters/cigi/udp_socket.hpp"
+#include "touchstone/adapters/cigi/udp_socket.hpp"
 
 #include <netdb.h>
 #include <netinet/in.h>
@@ -9,7 +9,7 @@
 #include <cstring>
 #include <memory>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::cigi {
 namespace {

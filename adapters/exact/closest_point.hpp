@@ -15,7 +15,7 @@
 #include <span>
 #include <type_traits>
 
-#include "adapters/exact/integer_vector.hpp"
+#include "touchstone/adapters/exact/integer_vector.hpp"
 
 namespace touchstone::exact {
 

@@ -1,4 +1,4 @@
-#include "adapters/exact/contact_patch.hpp"
+#include "touchstone/adapters/exact/contact_patch.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 #include <array>
 #include <span>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "adapters/exact/exact.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
 
 #include <gmp.h>
 
@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "adapters/exact/contact_patch.hpp"
-#include "adapters/exact/signed_distance.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/adapters/exact/contact_patch.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone {
 namespace {

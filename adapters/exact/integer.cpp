@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "adapters/exact/integer_vector.hpp"
+#include "touchstone/adapters/exact/integer_vector.hpp"
 
 namespace touchstone::exact {
 namespace {

@@ -1,4 +1,4 @@
-#include "adapters/exact/penetration.hpp"
+#include "touchstone/adapters/exact/penetration.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 // Private to adapters/exact.
 
-#include "adapters/exact/closest_point.hpp"
-#include "adapters/exact/integer_vector.hpp"
+#include "touchstone/adapters/exact/closest_point.hpp"
+#include "touchstone/adapters/exact/integer_vector.hpp"
 
 namespace touchstone::exact {
 

@@ -1,4 +1,4 @@
-#include "adapters/exact/signed_distance.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/exact/closest_point.hpp"
-#include "adapters/exact/integer_vector.hpp"
-#include "adapters/exact/penetration.hpp"
+#include "touchstone/adapters/exact/closest_point.hpp"
+#include "touchstone/adapters/exact/integer_vector.hpp"
+#include "touchstone/adapters/exact/penetration.hpp"
 
 namespace touchstone {
 namespace {

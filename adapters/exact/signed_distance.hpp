@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/narrowphase/pair_class.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/narrowphase/pair_class.hpp"
 
 /// @file
 /// The signed distance of two convex hulls of eight vertices, decided in integers: the ground truth. Hulls

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 /// @file
 /// FCL, the Flexible Collision Library, double precision, as narrowphases `fcl` (its default solver, on

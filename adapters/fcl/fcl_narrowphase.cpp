@@ -1,4 +1,4 @@
-#include "adapters/fcl/fcl_narrowphase.hpp"
+#include "touchstone/adapters/fcl/fcl_narrowphase.hpp"
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/convex.h>
@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::fcl_adapter {
 namespace {

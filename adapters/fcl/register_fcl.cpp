@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "adapters/fcl/fcl.hpp"
-#include "adapters/fcl/fcl_narrowphase.hpp"
+#include "touchstone/adapters/fcl/fcl.hpp"
+#include "touchstone/adapters/fcl/fcl_narrowphase.hpp"
 
 namespace touchstone {
 

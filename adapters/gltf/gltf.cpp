@@ -1,13 +1,13 @@
-#include "adapters/gltf/gltf.hpp"
+#include "touchstone/adapters/gltf/gltf.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <optional>
 
-#include "adapters/gltf/gltf_buffer.hpp"
-#include "adapters/gltf/gltf_mesh.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/gltf/gltf_buffer.hpp"
+#include "touchstone/adapters/gltf/gltf_mesh.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "contact_core/geometry/hexahedron_tree.hpp"
-#include "contact_core/output/recording.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/output/recording.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "adapters/gltf/gltf_buffer.hpp"
+#include "touchstone/adapters/gltf/gltf_buffer.hpp"
 
 #include <algorithm>
 #include <bit>

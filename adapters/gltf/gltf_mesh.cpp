@@ -1,4 +1,4 @@
-#include "adapters/gltf/gltf_mesh.hpp"
+#include "touchstone/adapters/gltf/gltf_mesh.hpp"
 
 namespace touchstone::gltf {
 namespace {

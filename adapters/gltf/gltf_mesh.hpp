@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 
 // Private to this folder.
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 /// @file
 /// libccd, double precision, as narrowphases `libccd_gjk` (GJK) and `libccd_mpr` (Minkowski Portal

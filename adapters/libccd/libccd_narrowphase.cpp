@@ -1,4 +1,4 @@
-#include "adapters/libccd/libccd_narrowphase.hpp"
+#include "touchstone/adapters/libccd/libccd_narrowphase.hpp"
 
 #include <ccd/ccd.h>
 
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::libccd {
 namespace {

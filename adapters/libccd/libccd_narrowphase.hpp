@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone::libccd {
 

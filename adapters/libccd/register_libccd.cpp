@@ -1,5 +1,5 @@
-#include "adapters/libccd/libccd.hpp"
-#include "adapters/libccd/libccd_narrowphase.hpp"
+#include "touchstone/adapters/libccd/libccd.hpp"
+#include "touchstone/adapters/libccd/libccd_narrowphase.hpp"
 
 namespace touchstone {
 

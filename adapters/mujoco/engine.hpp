@@ -5,7 +5,7 @@
 #include <array>
 #include <string>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 // What the backend and the plugin must agree on.
 

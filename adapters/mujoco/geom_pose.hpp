@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 // Poses of geoms, ours and MuJoCo's.
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 /// @file
 /// MuJoCo's own check, double precision, as narrowphase `mujoco`: what its table mjCOLLISIONFUNC holds for

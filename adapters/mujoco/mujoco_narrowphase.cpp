@@ -1,4 +1,4 @@
-#include "adapters/mujoco/mujoco_narrowphase.hpp"
+#include "touchstone/adapters/mujoco/mujoco_narrowphase.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/mujoco/solid_geoms.hpp"
-#include "contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/adapters/mujoco/solid_geoms.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::mujoco {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone::mujoco {
 

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "adapters/mujoco/engine.hpp"
-#include "adapters/mujoco/mujoco.hpp"
-#include "adapters/mujoco/mujoco_narrowphase.hpp"
+#include "touchstone/adapters/mujoco/engine.hpp"
+#include "touchstone/adapters/mujoco/mujoco.hpp"
+#include "touchstone/adapters/mujoco/mujoco_narrowphase.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "adapters/mujoco/solid_geoms.hpp"
+#include "touchstone/adapters/mujoco/solid_geoms.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "adapters/mujoco/geom_pose.hpp"
+#include "touchstone/adapters/mujoco/geom_pose.hpp"
 
 namespace touchstone::mujoco {
 namespace {

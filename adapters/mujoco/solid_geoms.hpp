@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "adapters/mujoco/engine.hpp"
-#include "adapters/mujoco/xml_model.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/adapters/mujoco/engine.hpp"
+#include "touchstone/adapters/mujoco/xml_model.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone::mujoco {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::mujoco {
 

@@ -1,10 +1,10 @@
-#include "adapters/mujoco_plugin/geom_solid.hpp"
+#include "touchstone/adapters/mujoco_plugin/geom_solid.hpp"
 
 #include <algorithm>
 #include <array>
 #include <numeric>
 
-#include "contact_core/native/solid_memory.hpp"
+#include "touchstone/contact_core/native/solid_memory.hpp"
 
 namespace touchstone::mujoco_plugin {
 namespace {

@@ -1,4 +1,4 @@
-#include "adapters/mujoco_plugin/mujoco_plugin.hpp"
+#include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -7,9 +7,9 @@
 #include <numeric>
 #include <string>
 
-#include "adapters/mujoco/engine.hpp"
-#include "adapters/mujoco_plugin/geom_solid.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/mujoco/engine.hpp"
+#include "touchstone/adapters/mujoco_plugin/geom_solid.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/pair_observer.hpp"
 
 /// @file
 /// Our check inside MuJoCo, in place of its own for boxes and hexahedral meshes, each against each. MuJoCo's

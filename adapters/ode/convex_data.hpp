@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 namespace touchstone::ode {
 

@@ -1,4 +1,4 @@
-#include "adapters/ode/ode_broadphase.hpp"
+#include "touchstone/adapters/ode/ode_broadphase.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/ode/ode_library.hpp"
-#include "contact_core/broadphase/swept_sphere.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/ode/ode_library.hpp"
+#include "touchstone/contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::ode {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
 
 namespace touchstone::ode {
 

@@ -1,4 +1,4 @@
-#include "adapters/ode/ode_library.hpp"
+#include "touchstone/adapters/ode/ode_library.hpp"
 
 #include <mutex>
 

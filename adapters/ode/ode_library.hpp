@@ -2,7 +2,7 @@
 
 #include <ode/ode.h>
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 namespace touchstone::ode {
 

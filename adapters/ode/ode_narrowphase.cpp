@@ -1,4 +1,4 @@
-#include "adapters/ode/ode_narrowphase.hpp"
+#include "touchstone/adapters/ode/ode_narrowphase.hpp"
 
 #include <array>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/ode/convex_data.hpp"
-#include "adapters/ode/ode_library.hpp"
-#include "contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/adapters/ode/convex_data.hpp"
+#include "touchstone/adapters/ode/ode_library.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::ode {
 namespace {

@@ -1,10 +1,10 @@
 #include <string>
 
-#include "adapters/ode/ode.hpp"
-#include "adapters/ode/ode_broadphase.hpp"
-#include "adapters/ode/ode_library.hpp"
-#include "adapters/ode/ode_narrowphase.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/ode/ode.hpp"
+#include "touchstone/adapters/ode/ode_broadphase.hpp"
+#include "touchstone/adapters/ode/ode_library.hpp"
+#include "touchstone/adapters/ode/ode_narrowphase.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 

@@ -1,9 +1,9 @@
 #include <mutex>
 #include <optional>
 
-#include "adapters/ode/ode_library.hpp"
-#include "adapters/ode_plugin/native_collider.hpp"
-#include "adapters/ode_plugin/ode_plugin.hpp"
+#include "touchstone/adapters/ode/ode_library.hpp"
+#include "touchstone/adapters/ode_plugin/native_collider.hpp"
+#include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 
 namespace touchstone {
 namespace {

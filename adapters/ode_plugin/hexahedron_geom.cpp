@@ -3,10 +3,10 @@
 #include <new>
 #include <string>
 
-#include "adapters/ode/ode_library.hpp"
-#include "adapters/ode_plugin/native_collider.hpp"
-#include "adapters/ode_plugin/ode_plugin.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/ode/ode_library.hpp"
+#include "touchstone/adapters/ode_plugin/native_collider.hpp"
+#include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,12 +1,12 @@
-#include "adapters/ode_plugin/native_collider.hpp"
+#include "touchstone/adapters/ode_plugin/native_collider.hpp"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 
-#include "adapters/ode_plugin/ode_plugin.hpp"
-#include "contact_core/narrowphase/no_geometry.hpp"
-#include "contact_core/native/solid_memory.hpp"
+#include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/native/solid_memory.hpp"
 
 namespace touchstone {
 namespace ode_plugin {

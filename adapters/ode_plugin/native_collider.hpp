@@ -5,8 +5,8 @@
 #include <memory>
 #include <optional>
 
-#include "contact_core/narrowphase/pair_observer.hpp"
-#include "contact_core/native/solid_store.hpp"
+#include "touchstone/contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/contact_core/native/solid_store.hpp"
 
 // What the box override and the hexahedron geom share.
 

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/narrowphase/pair_observer.hpp"
 
 /// @file
 /// Our check inside the Open Dynamics Engine (double precision), in place of its own for boxes, and a geom

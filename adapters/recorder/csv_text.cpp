@@ -1,4 +1,4 @@
-#include "adapters/recorder/csv_text.hpp"
+#include "touchstone/adapters/recorder/csv_text.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -5,9 +5,9 @@
 #include <fstream>
 #include <optional>
 
-#include "adapters/recorder/csv_text.hpp"
-#include "adapters/recorder/recorder.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/recorder/csv_text.hpp"
+#include "touchstone/adapters/recorder/recorder.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "adapters/recorder/record_writer.hpp"
+#include "touchstone/adapters/recorder/record_writer.hpp"
 
 #include <fcntl.h>
 #include <poll.h>

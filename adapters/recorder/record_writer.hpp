@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "adapters/recorder/csv_text.hpp"
-#include "adapters/recorder/row_ring.hpp"
+#include "touchstone/adapters/recorder/csv_text.hpp"
+#include "touchstone/adapters/recorder/row_ring.hpp"
 
 // Private to this folder.
 

@@ -1,4 +1,4 @@
-#include "adapters/recorder/recorder.hpp"
+#include "touchstone/adapters/recorder/recorder.hpp"
 
 #include <fcntl.h>
 
@@ -7,8 +7,8 @@
 #include <cstring>
 #include <thread>
 
-#include "adapters/recorder/record_writer.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/recorder/record_writer.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "contact_core/output/frame_output.hpp"
-#include "contact_core/output/recording.hpp"
+#include "touchstone/contact_core/output/frame_output.hpp"
+#include "touchstone/contact_core/output/recording.hpp"
 
 namespace touchstone {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact_core/output/frame_output.hpp"
+#include "touchstone/contact_core/output/frame_output.hpp"
 
 // Private to this folder.
 

@@ -1,11 +1,11 @@
-#include "adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/adapters/scene_files/dynamics_file.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "adapters/scene_files/scene_head.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/scene_files/scene_head.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "adapters/scene_files/scene_file.hpp"
-#include "physics/dynamic_scene.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/physics/dynamic_scene.hpp"
 
 /// @file
 /// Component dynamics_files: what a scene file asks of dynamics. Programs without dynamics read the same file

@@ -1,11 +1,11 @@
-#include "adapters/scene_files/facets.hpp"
+#include "touchstone/adapters/scene_files/facets.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::scene_files {
 namespace {

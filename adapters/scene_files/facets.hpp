@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 
 namespace touchstone::scene_files {
 

@@ -1,4 +1,4 @@
-#include "adapters/scene_files/pair_capture.hpp"
+#include "touchstone/adapters/scene_files/pair_capture.hpp"
 
 #include <algorithm>
 

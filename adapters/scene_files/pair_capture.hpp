@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "adapters/scene_files/pair_file.hpp"
-#include "contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
+#include "touchstone/contact_core/narrowphase/pair_observer.hpp"
 
 namespace touchstone {
 

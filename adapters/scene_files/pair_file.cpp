@@ -1,4 +1,4 @@
-#include "adapters/scene_files/pair_file.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "adapters/scene_files/text_file.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/scene_files/text_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

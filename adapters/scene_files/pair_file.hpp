@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/geometry/pose.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/narrowphase/pair_class.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/pair_class.hpp"
 
 /// @file
 /// Pairs of solids that users bring as JSON, and our own hard cases in the same format

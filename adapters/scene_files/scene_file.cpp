@@ -1,4 +1,4 @@
-#include "adapters/scene_files/scene_file.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,10 +6,10 @@
 #include <numbers>
 #include <set>
 
-#include "adapters/scene_files/facets.hpp"
-#include "adapters/scene_files/scene_head.hpp"
-#include "contact_core/input_error.hpp"
-#include "contact_core/scene/scene_instance.hpp"
+#include "touchstone/adapters/scene_files/facets.hpp"
+#include "touchstone/adapters/scene_files/scene_head.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "contact_core/scene/scene.hpp"
+#include "touchstone/contact_core/scene/scene.hpp"
 
 namespace touchstone {
 

@@ -1,10 +1,10 @@
-#include "adapters/scene_files/scene_head.hpp"
+#include "touchstone/adapters/scene_files/scene_head.hpp"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::scene_files {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "adapters/scene_files/scene_file.hpp"
-#include "adapters/scene_files/yaml_reader.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/adapters/scene_files/yaml_reader.hpp"
 
 // Private to this folder: what the readers of a scene file share.
 

@@ -1,10 +1,10 @@
-#include "adapters/scene_files/script_file.hpp"
+#include "touchstone/adapters/scene_files/script_file.hpp"
 
 #include <algorithm>
 #include <numbers>
 
-#include "adapters/scene_files/yaml_reader.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/scene_files/yaml_reader.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "adapters/scene_files/scene_file.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
 
 namespace touchstone {
 

@@ -1,9 +1,9 @@
-#include "adapters/scene_files/text_file.hpp"
+#include "touchstone/adapters/scene_files/text_file.hpp"
 
 #include <fstream>
 #include <system_error>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::scene_files {
 

@@ -1,4 +1,4 @@
-#include "adapters/scene_files/yaml_reader.hpp"
+#include "touchstone/adapters/scene_files/yaml_reader.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -6,8 +6,8 @@
 #include <set>
 #include <sstream>
 
-#include "adapters/scene_files/text_file.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/scene_files/text_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::scene_files {
 namespace {

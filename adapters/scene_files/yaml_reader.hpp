@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 
 // Private to this folder: it shows yaml-cpp.
 

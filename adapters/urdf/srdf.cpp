@@ -1,7 +1,7 @@
 #include <tinyxml2.h>
 
-#include "adapters/urdf/text_file.hpp"
-#include "adapters/urdf/urdf.hpp"
+#include "touchstone/adapters/urdf/text_file.hpp"
+#include "touchstone/adapters/urdf/urdf.hpp"
 
 namespace touchstone::urdf {
 namespace {

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::urdf {
 

@@ -1,4 +1,4 @@
-#include "adapters/urdf/urdf.hpp"
+#include "touchstone/adapters/urdf/urdf.hpp"
 
 #include <console_bridge/console.h>
 #include <urdf_model/model.h>
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <set>
 
-#include "adapters/urdf/text_file.hpp"
-#include "contact_core/mechanism/round_parts.hpp"
+#include "touchstone/adapters/urdf/text_file.hpp"
+#include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 namespace touchstone::urdf {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 /// @file
 /// Arms from URDF (parsed by urdfdom) and which of their links are not checked from SRDF. Set-up only: not

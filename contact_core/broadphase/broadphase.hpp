@@ -5,9 +5,9 @@
 #include <span>
 #include <string_view>
 
-#include "contact_core/broadphase/task_runner.hpp"
-#include "contact_core/geometry/hexahedron_tree.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/broadphase/task_runner.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 /// @file
 /// The coarse check: which pairs of solids may be within `margin` of each other.

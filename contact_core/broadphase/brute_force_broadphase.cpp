@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "contact_core/broadphase/register_broadphases.hpp"
-#include "contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/broadphase/swept_sphere.hpp"
 
 namespace touchstone {
 namespace {

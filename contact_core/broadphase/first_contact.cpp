@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/first_contact.hpp"
+#include "touchstone/contact_core/broadphase/first_contact.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 
 namespace touchstone {
 

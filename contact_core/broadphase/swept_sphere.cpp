@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/broadphase/swept_sphere.hpp"
 
 #include <algorithm>
 #include <cmath>

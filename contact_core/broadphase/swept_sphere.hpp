@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/broadphase/world_spheres.hpp"
+#include "touchstone/contact_core/broadphase/world_spheres.hpp"
 
 /// @file
 /// Bounds of a solid's motion between two poses.

@@ -1,10 +1,10 @@
-#include "contact_core/broadphase/world_spheres.hpp"
+#include "touchstone/contact_core/broadphase/world_spheres.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

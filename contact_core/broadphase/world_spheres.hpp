@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
 
 namespace touchstone {
 

@@ -1,10 +1,10 @@
-#include "contact_core/edge_face/edge_face.hpp"
+#include "touchstone/contact_core/edge_face/edge_face.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 namespace touchstone {
 

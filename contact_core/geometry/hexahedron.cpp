@@ -1,4 +1,4 @@
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 namespace touchstone {
 namespace {

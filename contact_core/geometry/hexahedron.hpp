@@ -5,8 +5,8 @@
 #include <span>
 #include <string_view>
 
-#include "contact_core/geometry/pose.hpp"
-#include "contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 
 namespace touchstone {
 

@@ -1,11 +1,11 @@
-#include "contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <numeric>
 #include <unordered_set>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

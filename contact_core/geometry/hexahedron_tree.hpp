@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 namespace touchstone {
 

@@ -1,10 +1,10 @@
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

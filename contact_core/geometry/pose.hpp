@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 
 #include <cmath>
 

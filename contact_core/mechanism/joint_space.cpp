@@ -1,4 +1,4 @@
-#include "contact_core/mechanism/joint_space.hpp"
+#include "touchstone/contact_core/mechanism/joint_space.hpp"
 
 #include <algorithm>
 #include <cmath>

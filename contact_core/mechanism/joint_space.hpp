@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/mechanism/mechanism_path.hpp"
-#include "contact_core/motion/closest_point.hpp"
-#include "contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/mechanism/mechanism_path.hpp"
+#include "touchstone/contact_core/motion/closest_point.hpp"
+#include "touchstone/contact_core/motion/mass_metric.hpp"
 
 // A mechanism's motions to first order: what a change of joint values does to its links, and which change the
 // contacts allow that is closest to the one wanted.

@@ -1,11 +1,11 @@
-#include "contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <unordered_map>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

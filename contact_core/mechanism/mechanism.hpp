@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron_tree.hpp"
-#include "contact_core/scene/scene.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/scene/scene.hpp"
 
 /// @file
 /// Arms: rigid links joined by revolute, prismatic and fixed joints into a tree, any link of which may be the

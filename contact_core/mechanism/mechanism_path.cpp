@@ -1,9 +1,9 @@
-#include "contact_core/mechanism/mechanism_path.hpp"
+#include "touchstone/contact_core/mechanism/mechanism_path.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/broadphase/swept_sphere.hpp"
 
 // Bounds on a chain's derivatives.
 //

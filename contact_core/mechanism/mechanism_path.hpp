@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/mechanism/mechanism.hpp"
-#include "contact_core/motion/path.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/motion/path.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "contact_core/mechanism/reference_overlaps.hpp"
+#include "touchstone/contact_core/mechanism/reference_overlaps.hpp"
 
 #include <limits>
 #include <sstream>

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "contact_core/mechanism/mechanism.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "contact_core/mechanism/relative_paths.hpp"
+#include "touchstone/contact_core/mechanism/relative_paths.hpp"
 
 namespace touchstone {
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "contact_core/mechanism/mechanism_path.hpp"
+#include "touchstone/contact_core/mechanism/mechanism_path.hpp"
 
 namespace touchstone {
 

@@ -1,10 +1,10 @@
-#include "contact_core/mechanism/resolved_rate.hpp"
+#include "touchstone/contact_core/mechanism/resolved_rate.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/mechanism/mechanism.hpp"
-#include "contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/motion/mass_metric.hpp"
 
 namespace touchstone {
 

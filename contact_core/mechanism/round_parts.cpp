@@ -1,10 +1,10 @@
-#include "contact_core/mechanism/round_parts.hpp"
+#include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

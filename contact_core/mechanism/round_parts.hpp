@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 /// @file
 /// Round parts of links as hexahedra. By how much their facets are off is returned as data.

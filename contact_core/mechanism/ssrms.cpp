@@ -1,9 +1,9 @@
-#include "contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
 
 #include <array>
 #include <numbers>
 
-#include "contact_core/mechanism/round_parts.hpp"
+#include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 namespace touchstone {
 namespace {

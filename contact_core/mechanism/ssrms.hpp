@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 namespace touchstone {
 

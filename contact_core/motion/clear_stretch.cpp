@@ -1,4 +1,4 @@
-#include "contact_core/motion/clear_stretch.hpp"
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
 
 // How far two moving solids go on before they could come nearer than a threshold: the step of conservative
 // advancement, shared by find_impact() and find_sampled_impact().

@@ -1,10 +1,10 @@
-#include "contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/motion/clear_stretch.hpp"
-#include "contact_core/motion/sampled_impact.hpp"
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
+#include "touchstone/contact_core/motion/sampled_impact.hpp"
 
 namespace touchstone {
 namespace {

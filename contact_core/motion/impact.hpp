@@ -4,9 +4,9 @@
 #include <limits>
 #include <string_view>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/motion/path.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/motion/path.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 /// @file
 /// When two moving solids meet: conservative advancement (Mirtich 1996) with the motion projected on the

@@ -1,4 +1,4 @@
-#include "contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/motion/mass_metric.hpp"
 
 #include <algorithm>
 

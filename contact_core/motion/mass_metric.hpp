@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 /// @file
 /// How far a rigid body is from where it is to be: by its mass metric at uniform density, over its mass. For

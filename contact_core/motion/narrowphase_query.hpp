@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/motion/impact.hpp"
-#include "contact_core/motion/separation_memo.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/motion/separation_memo.hpp"
 
 namespace touchstone {
 

@@ -1,9 +1,9 @@
-#include "contact_core/motion/path.hpp"
+#include "touchstone/contact_core/motion/path.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "contact_core/scene/motion.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
 
 namespace touchstone {
 

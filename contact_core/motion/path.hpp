@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 /// @file
 /// How things move within one frame: a path over s in [0, 1], from the pose at the frame's start to the

@@ -1,9 +1,9 @@
-#include "contact_core/motion/sampled_impact.hpp"
+#include "touchstone/contact_core/motion/sampled_impact.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/motion/clear_stretch.hpp"
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
 
 namespace touchstone {
 namespace {

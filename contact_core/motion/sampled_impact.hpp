@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
 
 /// @file
 /// Motion under a backend that has no separations: it judges poses, those at which conservative advancement

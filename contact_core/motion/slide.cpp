@@ -1,9 +1,9 @@
-#include "contact_core/motion/slide.hpp"
+#include "touchstone/contact_core/motion/slide.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/motion/closest_point.hpp"
+#include "touchstone/contact_core/motion/closest_point.hpp"
 
 namespace touchstone {
 namespace {

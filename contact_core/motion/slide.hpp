@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
-#include "contact_core/motion/closest_point.hpp"
-#include "contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/motion/closest_point.hpp"
+#include "touchstone/contact_core/motion/mass_metric.hpp"
 
 // How a body that is stopped by contacts goes on along them: a god-object with six degrees of freedom
 // (Ortega, Redon, Coquillart 2007). Of all twists that the contacts allow, it takes the one closest to the

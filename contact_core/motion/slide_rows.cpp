@@ -1,4 +1,4 @@
-#include "contact_core/motion/slide_rows.hpp"
+#include "touchstone/contact_core/motion/slide_rows.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact_core/motion/impact.hpp"
-#include "contact_core/motion/slide.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/motion/slide.hpp"
 
 // From what the narrowphase says of a pair to the rows that hold a slide.
 

@@ -1,4 +1,4 @@
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
 

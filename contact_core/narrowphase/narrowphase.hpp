@@ -6,8 +6,8 @@
 #include <span>
 #include <string_view>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 /// @file
 /// The fine check, behind one interface. Conventions for every backend:

@@ -1,4 +1,4 @@
-#include "contact_core/narrowphase/pair_class.hpp"
+#include "touchstone/contact_core/narrowphase/pair_class.hpp"
 
 namespace touchstone {
 

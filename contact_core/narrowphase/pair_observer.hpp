@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
 

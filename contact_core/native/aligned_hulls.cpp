@@ -1,4 +1,4 @@
-#include "contact_core/native/aligned_hulls.hpp"
+#include "touchstone/contact_core/native/aligned_hulls.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/native/certified.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/native/certified.hpp"
 
 namespace touchstone::native {
 

@@ -1,9 +1,9 @@
-#include "contact_core/native/apart_pass.hpp"
+#include "touchstone/contact_core/native/apart_pass.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/native/pair_depth.hpp"
+#include "touchstone/contact_core/native/pair_depth.hpp"
 
 namespace touchstone::native {
 namespace {

@@ -1,10 +1,10 @@
-#include "contact_core/native/box_box_overlap.hpp"
+#include "touchstone/contact_core/native/box_box_overlap.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
 
 // Notation. u = 2^-53. h = |half_a|_1 + |half_b|_1; T = p_B - p_A, t = |T|_1; P = |p_A|_inf + |p_B|_inf;
 // delta: the larger orthonormality defect of the two matrices. C = R_A^T R_B. On an axis L the slack is s(L)

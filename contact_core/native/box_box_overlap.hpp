@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/geometry/pose.hpp"
-#include "contact_core/native/certified.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/native/certified.hpp"
 
 // Overlap of two boxes from their half-extents: the separating-axis test (Gottschalk, Lin, Manocha 1996) on
 // 15 axes, as a filter for what the solids are by definition, the hulls of their rounded world vertices. The

@@ -1,4 +1,4 @@
-#include "contact_core/native/certificate.hpp"
+#include "touchstone/contact_core/native/certificate.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -6,9 +6,9 @@
 #include <optional>
 #include <utility>
 
-#include "contact_core/native/hull_pair.hpp"
-#include "contact_core/numerics/difference_determinant.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/numerics/difference_determinant.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 // Complete but for flat pairs. Apart: where {b - a} has volume some facet of it has the origin strictly
 // beyond, and its normal is a facet's of A or B or across an edge of each (see hulls_intersect); all triples

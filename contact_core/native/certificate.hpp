@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 namespace touchstone {
 

@@ -1,10 +1,10 @@
-#include "contact_core/native/clip_batch.hpp"
+#include "touchstone/contact_core/native/clip_batch.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <type_traits>
 
-#include "contact_core/native/manifold.hpp"
+#include "touchstone/contact_core/native/manifold.hpp"
 
 namespace touchstone::native {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "contact_core/native/placed_pair.hpp"
-#include "contact_core/native/simd/kernels.hpp"
-#include "contact_core/native/solid_set.hpp"
+#include "touchstone/contact_core/native/placed_pair.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/native/solid_set.hpp"
 
 namespace touchstone::native {
 

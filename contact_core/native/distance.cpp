@@ -1,10 +1,10 @@
-#include "contact_core/native/distance.hpp"
+#include "touchstone/contact_core/native/distance.hpp"
 
 #include <cmath>
 #include <limits>
 
-#include "contact_core/native/double_double.hpp"
-#include "contact_core/native/witness.hpp"
+#include "touchstone/contact_core/native/double_double.hpp"
+#include "touchstone/contact_core/native/witness.hpp"
 
 namespace touchstone::native {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/native/facet_axes.hpp"
-#include "contact_core/native/gjk.hpp"
+#include "touchstone/contact_core/native/facet_axes.hpp"
+#include "touchstone/contact_core/native/gjk.hpp"
 
 namespace touchstone::native {
 

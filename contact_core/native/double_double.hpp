@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 
 // Unevaluated sums of two doubles, about 104 bits (Dekker 1971; Knuth's two-sum). No FMA, so the bits are the
 // same everywhere. Range: magnitudes within about [2^-400, 2^400], which the native check's scaling

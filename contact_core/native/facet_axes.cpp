@@ -1,10 +1,10 @@
-#include "contact_core/native/facet_axes.hpp"
+#include "touchstone/contact_core/native/facet_axes.hpp"
 
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "contact_core/native/double_double.hpp"
+#include "touchstone/contact_core/native/double_double.hpp"
 
 namespace touchstone::native {
 namespace {

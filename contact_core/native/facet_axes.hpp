@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "contact_core/native/hull_pair.hpp"
-#include "contact_core/native/solid_features.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/solid_features.hpp"
 
 namespace touchstone::native {
 

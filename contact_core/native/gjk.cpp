@@ -1,4 +1,4 @@
-#include "contact_core/native/gjk.hpp"
+#include "touchstone/contact_core/native/gjk.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "contact_core/native/box_box_overlap.hpp"
-#include "contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/box_box_overlap.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
 
 // The Minkowski difference W = B - A of two hulls, searched from its support mapping (Gilbert, Johnson,
 // Keerthi 1988; the closest point of a simplex by Voronoi regions, Ericson 2005, section 5.1).

@@ -1,9 +1,9 @@
-#include "contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/native/lanes.hpp"
+#include "touchstone/contact_core/native/lanes.hpp"
 
 namespace touchstone::native {
 namespace {

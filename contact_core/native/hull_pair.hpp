@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 // Two hulls of eight vertices each, and their projections on an axis.
 

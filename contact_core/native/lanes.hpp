@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
 
 // Eight vertices against one axis, two lanes at a time: what every x86-64 and arm64 has. Lanes never mix, so
 // the bits are those of scalar code.

@@ -1,13 +1,13 @@
-#include "contact_core/native/manifold.hpp"
+#include "touchstone/contact_core/native/manifold.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 
-#include "contact_core/native/largest_choice.hpp"
-#include "contact_core/native/outline_clip.hpp"
-#include "contact_core/native/tangent_frame.hpp"
+#include "touchstone/contact_core/native/largest_choice.hpp"
+#include "touchstone/contact_core/native/outline_clip.hpp"
+#include "touchstone/contact_core/native/tangent_frame.hpp"
 
 namespace touchstone::native {
 namespace {

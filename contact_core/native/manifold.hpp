@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/native/distance.hpp"
-#include "contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/native/distance.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
 
 namespace touchstone::native {
 

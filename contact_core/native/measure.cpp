@@ -1,16 +1,16 @@
-#include "contact_core/native/measure.hpp"
+#include "touchstone/contact_core/native/measure.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "contact_core/native/aligned_hulls.hpp"
-#include "contact_core/native/apart_pass.hpp"
-#include "contact_core/native/clip_batch.hpp"
-#include "contact_core/native/overlap.hpp"
-#include "contact_core/native/pair_batch.hpp"
-#include "contact_core/native/pair_depth.hpp"
+#include "touchstone/contact_core/native/aligned_hulls.hpp"
+#include "touchstone/contact_core/native/apart_pass.hpp"
+#include "touchstone/contact_core/native/clip_batch.hpp"
+#include "touchstone/contact_core/native/overlap.hpp"
+#include "touchstone/contact_core/native/pair_batch.hpp"
+#include "touchstone/contact_core/native/pair_depth.hpp"
 
 namespace touchstone::native {
 namespace {

@@ -1,7 +1,7 @@
-#include "contact_core/native/native.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 
-#include "contact_core/native/measure.hpp"
-#include "contact_core/native/overlap.hpp"
+#include "touchstone/contact_core/native/measure.hpp"
+#include "touchstone/contact_core/native/overlap.hpp"
 
 namespace touchstone {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 namespace touchstone {
 

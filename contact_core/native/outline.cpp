@@ -1,4 +1,4 @@
-#include "contact_core/native/outline.hpp"
+#include "touchstone/contact_core/native/outline.hpp"
 
 #include <algorithm>
 

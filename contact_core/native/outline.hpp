@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "contact_core/native/distance.hpp"
-#include "contact_core/native/lanes.hpp"
-#include "contact_core/native/tangent_frame.hpp"
+#include "touchstone/contact_core/native/distance.hpp"
+#include "touchstone/contact_core/native/lanes.hpp"
+#include "touchstone/contact_core/native/tangent_frame.hpp"
 
 // The faces that two solids turn towards each other, seen along the contact normal n as plane convex
 // outlines.

@@ -2,8 +2,8 @@
 
 #include <bit>
 
-#include "contact_core/native/outline.hpp"
-#include "contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/native/outline.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
 
 namespace touchstone::native {
 

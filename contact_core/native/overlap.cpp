@@ -1,5 +1,5 @@
-#include "contact_core/native/overlap.hpp"
-#include "contact_core/native/pair_batch.hpp"
+#include "touchstone/contact_core/native/overlap.hpp"
+#include "touchstone/contact_core/native/pair_batch.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,12 +7,12 @@
 #include <cmath>
 #include <type_traits>
 
-#include "contact_core/native/box_box_overlap.hpp"
-#include "contact_core/native/gjk.hpp"
-#include "contact_core/native/parallelepiped_overlap.hpp"
-#include "contact_core/native/portal.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
-#include "contact_core/numerics/portal_predicate.hpp"
+#include "touchstone/contact_core/native/box_box_overlap.hpp"
+#include "touchstone/contact_core/native/gjk.hpp"
+#include "touchstone/contact_core/native/parallelepiped_overlap.hpp"
+#include "touchstone/contact_core/native/portal.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/numerics/portal_predicate.hpp"
 
 namespace touchstone::native {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/native/placed_pair.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/native/placed_pair.hpp"
 
 // Whether solids meet: filters with error bounds, the cheapest that fits the pair's kind first, then exact
 // arithmetic for what they leave. The answer is the hulls' own, whichever filter found it.

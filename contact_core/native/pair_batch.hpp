@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
 
 namespace touchstone::native {
 

@@ -1,4 +1,4 @@
-#include "contact_core/native/pair_depth.hpp"
+#include "touchstone/contact_core/native/pair_depth.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,9 +2,9 @@
 
 #include <span>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/native/placed_pair.hpp"
-#include "contact_core/native/solid_set.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/native/placed_pair.hpp"
+#include "touchstone/contact_core/native/solid_set.hpp"
 
 // Depth records of single pairs, whatever their magnitudes.
 

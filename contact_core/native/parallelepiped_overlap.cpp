@@ -1,10 +1,10 @@
-#include "contact_core/native/parallelepiped_overlap.hpp"
+#include "touchstone/contact_core/native/parallelepiped_overlap.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
 
 // Notation. u = 2^-53; a_i, b_j: the rotated half edges and T: the difference of the centres, all as
 // computed; |.| the 1-norm; h = sum |a_i| + sum |b_j| + |centre_a| + |centre_b|, t = |T|, P = |p_A|_inf +

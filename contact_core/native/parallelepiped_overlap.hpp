@@ -3,8 +3,8 @@
 #include <array>
 #include <optional>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/native/box_box_overlap.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/native/box_box_overlap.hpp"
 
 // Overlap of two parallelepipeds: the separating-axis test on 15 axes, as a filter for the hulls of the
 // rounded world vertices. Nothing is assumed about the poses' orthonormality. The bounds are derived in the

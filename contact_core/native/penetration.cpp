@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "contact_core/native/witness.hpp"
+#include "touchstone/contact_core/native/witness.hpp"
 
 namespace touchstone::native {
 namespace {

@@ -1,4 +1,4 @@
-#include "contact_core/native/placed_pair.hpp"
+#include "touchstone/contact_core/native/placed_pair.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/native/distance.hpp"
-#include "contact_core/native/solid_set.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/native/distance.hpp"
+#include "touchstone/contact_core/native/solid_set.hpp"
 
 namespace touchstone::native {
 

@@ -1,10 +1,10 @@
-#include "contact_core/native/portal.hpp"
+#include "touchstone/contact_core/native/portal.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "contact_core/native/lanes.hpp"
+#include "touchstone/contact_core/native/lanes.hpp"
 
 namespace touchstone::native {
 namespace {

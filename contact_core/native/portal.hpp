@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "contact_core/native/certified.hpp"
-#include "contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/certified.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
 
 namespace touchstone::native {
 

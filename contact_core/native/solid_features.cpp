@@ -1,4 +1,4 @@
-#include "contact_core/native/solid_features.hpp"
+#include "touchstone/contact_core/native/solid_features.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include "contact_core/native/double_double.hpp"
-#include "contact_core/native/hull_pair.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/native/double_double.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 // Which facets count as one, for the candidate axes. Depth is the least overlap over the facet normals of B -
 // A, which are facet normals of A, of B, and across an edge of each. Leaving out a facet whose normal is

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
 
 // What the native check keeps of a solid: the faces and edges of the hull of its eight local vertices, found
 // once at build.

@@ -1,4 +1,4 @@
-#include "contact_core/native/solid_memory.hpp"
+#include "touchstone/contact_core/native/solid_memory.hpp"
 
 #include <algorithm>
 #include <bit>

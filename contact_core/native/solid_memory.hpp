@@ -5,7 +5,7 @@
 #include <optional>
 #include <unordered_map>
 
-#include "contact_core/native/solid_store.hpp"
+#include "touchstone/contact_core/native/solid_store.hpp"
 
 namespace touchstone::native {
 

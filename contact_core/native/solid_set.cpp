@@ -1,11 +1,11 @@
-#include "contact_core/native/solid_set.hpp"
+#include "touchstone/contact_core/native/solid_set.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
-#include "contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
 
 namespace touchstone::native {
 namespace {

@@ -3,10 +3,10 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/native/parallelepiped_overlap.hpp"
-#include "contact_core/native/simd/kernels.hpp"
-#include "contact_core/native/solid_features.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/native/parallelepiped_overlap.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/native/solid_features.hpp"
 
 namespace touchstone::native {
 

@@ -1,12 +1,12 @@
-#include "contact_core/native/solid_store.hpp"
+#include "touchstone/contact_core/native/solid_store.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <tuple>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/native/measure.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/measure.hpp"
 
 namespace touchstone::native {
 namespace {

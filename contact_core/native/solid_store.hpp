@@ -7,8 +7,8 @@
 #include <shared_mutex>
 #include <vector>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/native/solid_set.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/native/solid_set.hpp"
 
 // The native check for engines: solids come and go while the engine runs, and pairs are asked one at a time.
 

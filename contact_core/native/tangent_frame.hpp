@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 
 namespace touchstone::native {
 

@@ -1,11 +1,11 @@
-#include "contact_core/native/witness.hpp"
+#include "touchstone/contact_core/native/witness.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "contact_core/native/double_double.hpp"
-#include "contact_core/native/tangent_frame.hpp"
+#include "touchstone/contact_core/native/double_double.hpp"
+#include "touchstone/contact_core/native/tangent_frame.hpp"
 
 namespace touchstone::native {
 namespace {

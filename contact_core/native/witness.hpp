@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/native/distance.hpp"
+#include "touchstone/contact_core/native/distance.hpp"
 
 namespace touchstone::native {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "contact_core/geometry/vector.hpp"
-#include "contact_core/numerics/fixed_integer.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/numerics/fixed_integer.hpp"
 
 namespace touchstone::numerics {
 

@@ -1,13 +1,13 @@
-#include "contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
-#include "contact_core/numerics/difference_determinant.hpp"
-#include "contact_core/numerics/flat_hulls.hpp"
-#include "contact_core/numerics/projection_filter.hpp"
-#include "contact_core/numerics/vertex_hull.hpp"
+#include "touchstone/contact_core/numerics/difference_determinant.hpp"
+#include "touchstone/contact_core/numerics/flat_hulls.hpp"
+#include "touchstone/contact_core/numerics/projection_filter.hpp"
+#include "touchstone/contact_core/numerics/vertex_hull.hpp"
 
 namespace touchstone::numerics {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 
 /// @file
 /// Signs decided exactly, for every finite double input (denormals to 1e308, mixed freely). No heap, no

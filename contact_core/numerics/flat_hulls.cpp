@@ -1,4 +1,4 @@
-#include "contact_core/numerics/flat_hulls.hpp"
+#include "touchstone/contact_core/numerics/flat_hulls.hpp"
 
 namespace touchstone::numerics {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/numerics/vertex_hull.hpp"
+#include "touchstone/contact_core/numerics/vertex_hull.hpp"
 
 namespace touchstone::numerics {
 

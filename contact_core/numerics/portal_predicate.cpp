@@ -1,10 +1,10 @@
-#include "contact_core/numerics/portal_predicate.hpp"
+#include "touchstone/contact_core/numerics/portal_predicate.hpp"
 
 #include <bit>
 #include <optional>
 #include <utility>
 
-#include "contact_core/numerics/difference_determinant.hpp"
+#include "touchstone/contact_core/numerics/difference_determinant.hpp"
 
 namespace touchstone::numerics {
 namespace {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 namespace touchstone::numerics {
 

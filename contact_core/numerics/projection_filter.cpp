@@ -1,4 +1,4 @@
-#include "contact_core/numerics/projection_filter.hpp"
+#include "touchstone/contact_core/numerics/projection_filter.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
-#include "contact_core/numerics/vertex_hull.hpp"
+#include "touchstone/contact_core/numerics/vertex_hull.hpp"
 
 #include <bit>
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 namespace touchstone::numerics {
 namespace {

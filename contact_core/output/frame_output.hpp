@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 /// @file
 /// What leaves the contact world, once a frame: actual poses only. A commanded or rejected pose has no place

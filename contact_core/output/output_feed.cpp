@@ -1,8 +1,8 @@
-#include "contact_core/output/output_feed.hpp"
+#include "touchstone/contact_core/output/output_feed.hpp"
 
 #include <algorithm>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "contact_core/output/frame_output.hpp"
+#include "touchstone/contact_core/output/frame_output.hpp"
 
 namespace touchstone {
 

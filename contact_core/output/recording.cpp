@@ -1,4 +1,4 @@
-#include "contact_core/output/recording.hpp"
+#include "touchstone/contact_core/output/recording.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/output/frame_output.hpp"
+#include "touchstone/contact_core/output/frame_output.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "contact_core/scene/motion.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 namespace touchstone {
 

@@ -1,11 +1,11 @@
-#include "contact_core/scene/scene.hpp"
+#include "touchstone/contact_core/scene/scene.hpp"
 
 #include <cmath>
 #include <limits>
 #include <set>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/scene/scene_instance.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone {
 namespace {

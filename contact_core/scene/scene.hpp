@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron_tree.hpp"
-#include "contact_core/scene/motion.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
 
 /// @file
 /// A scene as plain data: objects made of hexahedra, how they are commanded to move, and which pairs do not

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "contact_core/scene/scene.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/scene/scene.hpp"
 
 namespace touchstone {
 

@@ -1,11 +1,11 @@
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/native/native.hpp"
-#include "contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/world/world_state.hpp"
 
 namespace touchstone {
 

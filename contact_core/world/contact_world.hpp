@@ -7,12 +7,12 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/broadphase/broadphase.hpp"
-#include "contact_core/geometry/hexahedron_tree.hpp"
-#include "contact_core/mechanism/mechanism.hpp"
-#include "contact_core/motion/impact.hpp"
-#include "contact_core/scene/scene.hpp"
-#include "contact_core/world/selection.hpp"
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/scene/scene.hpp"
+#include "touchstone/contact_core/world/selection.hpp"
 
 /// @file
 /// The contact world (the paper's Contact_object, Object_manager and Contact_manager): objects come and go at

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "contact_core/motion/impact.hpp"
-#include "contact_core/world/contact_world.hpp"
-#include "contact_core/world/travels.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/travels.hpp"
 
 namespace touchstone {
 

@@ -1,9 +1,9 @@
-#include "contact_core/world/mechanism_mover.hpp"
+#include "touchstone/contact_core/world/mechanism_mover.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

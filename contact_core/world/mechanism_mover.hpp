@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/mechanism/joint_space.hpp"
-#include "contact_core/mechanism/relative_paths.hpp"
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/mechanism/joint_space.hpp"
+#include "touchstone/contact_core/mechanism/relative_paths.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 namespace touchstone {
 

@@ -1,8 +1,8 @@
-#include "contact_core/world/object_table.hpp"
+#include "touchstone/contact_core/world/object_table.hpp"
 
 #include <algorithm>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "contact_core/world/pair_rules.hpp"
+#include "touchstone/contact_core/world/pair_rules.hpp"
 
 namespace touchstone {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "contact_core/world/object_table.hpp"
+#include "touchstone/contact_core/world/object_table.hpp"
 
 namespace touchstone {
 

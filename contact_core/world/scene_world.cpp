@@ -1,7 +1,7 @@
-#include "contact_core/world/scene_world.hpp"
+#include "touchstone/contact_core/world/scene_world.hpp"
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/scene/scene_instance.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone {
 namespace {

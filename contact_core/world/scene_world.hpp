@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "contact_core/scene/scene.hpp"
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/scene/scene.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 namespace touchstone {
 

@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "contact_core/motion/mass_metric.hpp"
-#include "contact_core/motion/slide_rows.hpp"
-#include "contact_core/world/frame_pairs.hpp"
-#include "contact_core/world/mechanism_mover.hpp"
+#include "touchstone/contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/motion/slide_rows.hpp"
+#include "touchstone/contact_core/world/frame_pairs.hpp"
+#include "touchstone/contact_core/world/mechanism_mover.hpp"
 
 namespace touchstone {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 namespace touchstone {
 

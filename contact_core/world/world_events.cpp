@@ -2,7 +2,7 @@
 #include <array>
 #include <limits>
 
-#include "contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/world/world_state.hpp"
 
 // What a frame reports.
 

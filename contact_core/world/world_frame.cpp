@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/world/world_state.hpp"
 
 // One frame: commands, paths, pairs, stops.
 

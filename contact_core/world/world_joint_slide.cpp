@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/world/world_state.hpp"
 
 // Slides of mechanisms: as those of rigid bodies (world_slide.cpp), but the motion is a change of joint
 // values.

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/world/world_state.hpp"
 
 // Mechanisms as movers: one object a link, one path for all of them.
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/world/world_state.hpp"
 
 // The slide policy: movers that slide pairs stopped go on towards their commanded poses in sub-steps. All of
 // a sub-step are planned from the same poses, each for itself (a pair of two sliders shares its slack), then

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact_core/motion/clear_stretch.hpp"
-#include "contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
+#include "touchstone/contact_core/world/world_state.hpp"
 
 // Which pairs slides have to look at: those of the watched pairs (world_travel.cpp) that are not known to
 // stay apart. What a plan leaves out stops no motion later than it may: every sub-step's path is checked

@@ -4,14 +4,14 @@
 #include <memory>
 #include <vector>
 
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/world/contact_world.hpp"
-#include "contact_core/world/frame_pairs.hpp"
-#include "contact_core/world/mechanism_mover.hpp"
-#include "contact_core/world/object_table.hpp"
-#include "contact_core/world/pair_rules.hpp"
-#include "contact_core/world/slide_state.hpp"
-#include "contact_core/world/travels.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/frame_pairs.hpp"
+#include "touchstone/contact_core/world/mechanism_mover.hpp"
+#include "touchstone/contact_core/world/object_table.hpp"
+#include "touchstone/contact_core/world/pair_rules.hpp"
+#include "touchstone/contact_core/world/slide_state.hpp"
+#include "touchstone/contact_core/world/travels.hpp"
 
 namespace touchstone {
 

@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include "contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/world/world_state.hpp"
 
 // Which pairs have to be looked at: those that could have come near since they were looked at last. The
 // broadphase is asked now and then, for where everything can come until it is asked again.

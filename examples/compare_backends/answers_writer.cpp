@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "examples/compare_backends/pair_file_run.hpp"
-#include "examples/program/csv.hpp"
-#include "examples/program/json.hpp"
+#include "touchstone/examples/compare_backends/pair_file_run.hpp"
+#include "touchstone/examples/program/csv.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,6 +1,6 @@
-#include "examples/compare_backends/backends.hpp"
+#include "touchstone/examples/compare_backends/backends.hpp"
 
-#include "examples/measures/all_backends.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "examples/compare_backends/comparison.hpp"
+#include "touchstone/examples/compare_backends/comparison.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,12 +1,12 @@
-#include "examples/compare_backends/comparison.hpp"
+#include "touchstone/examples/compare_backends/comparison.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/replay_command.hpp"
-#include "examples/measures/pair_families.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/replay_command.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
 
 namespace touchstone::comparison {
 namespace {

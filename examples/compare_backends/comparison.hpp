@@ -1,8 +1,8 @@
 #pragma once
 
-#include "examples/compare_backends/report.hpp"
-#include "examples/compare_backends/worker.hpp"
-#include "examples/program/progress.hpp"
+#include "touchstone/examples/compare_backends/report.hpp"
+#include "touchstone/examples/compare_backends/worker.hpp"
+#include "touchstone/examples/program/progress.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include "examples/compare_backends/json_writer.hpp"
-#include "examples/program/csv.hpp"
+#include "touchstone/examples/compare_backends/json_writer.hpp"
+#include "touchstone/examples/program/csv.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,12 +1,12 @@
-#include "examples/compare_backends/decide_again.hpp"
+#include "touchstone/examples/compare_backends/decide_again.hpp"
 
 #include <fmt/format.h>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/options.hpp"
-#include "examples/compare_backends/results_file.hpp"
-#include "examples/compare_backends/terminal.hpp"
-#include "examples/program/program.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/options.hpp"
+#include "touchstone/examples/compare_backends/results_file.hpp"
+#include "touchstone/examples/compare_backends/terminal.hpp"
+#include "touchstone/examples/program/program.hpp"
 
 namespace touchstone::comparison {
 

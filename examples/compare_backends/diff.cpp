@@ -1,4 +1,4 @@
-#include "examples/compare_backends/diff.hpp"
+#include "touchstone/examples/compare_backends/diff.hpp"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,13 @@
 #include <cmath>
 #include <set>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/diff_facts.hpp"
-#include "examples/compare_backends/mann_whitney.hpp"
-#include "examples/compare_backends/results_file.hpp"
-#include "examples/measures/quantiles.hpp"
-#include "examples/program/program.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/diff_facts.hpp"
+#include "touchstone/examples/compare_backends/mann_whitney.hpp"
+#include "touchstone/examples/compare_backends/results_file.hpp"
+#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,10 +1,10 @@
-#include "examples/compare_backends/diff_facts.hpp"
+#include "touchstone/examples/compare_backends/diff_facts.hpp"
 
 #include <fmt/format.h>
 
-#include "examples/compare_backends/results_file.hpp"
-#include "examples/measures/accuracy.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/compare_backends/results_file.hpp"
+#include "touchstone/examples/measures/accuracy.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/program/json.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 namespace touchstone::comparison {
 

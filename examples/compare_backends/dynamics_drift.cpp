@@ -1,4 +1,4 @@
-#include "examples/compare_backends/dynamics_drift.hpp"
+#include "touchstone/examples/compare_backends/dynamics_drift.hpp"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,11 @@
 #include <iterator>
 #include <limits>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/plot_scale.hpp"
-#include "examples/compare_backends/results_file.hpp"
-#include "examples/compare_backends/svg_plot.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/plot_scale.hpp"
+#include "touchstone/examples/compare_backends/results_file.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

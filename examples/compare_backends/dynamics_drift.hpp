@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/ranking.hpp"
+#include "touchstone/examples/compare_backends/ranking.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/error_plots.hpp"
+#include "touchstone/examples/compare_backends/error_plots.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "examples/compare_backends/plot_scale.hpp"
-#include "examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/plot_scale.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/plot_scale.hpp"
-#include "examples/compare_backends/set_result.hpp"
+#include "touchstone/examples/compare_backends/plot_scale.hpp"
+#include "touchstone/examples/compare_backends/set_result.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
-#include "examples/compare_backends/error_plots.hpp"
-#include "examples/compare_backends/growth_plot.hpp"
-#include "examples/compare_backends/html_report.hpp"
-#include "examples/compare_backends/speed_error_plot.hpp"
-#include "examples/compare_backends/time_plot.hpp"
-#include "examples/compare_backends/timeline_plot.hpp"
-#include "examples/compare_backends/wireframe_plot.hpp"
+#include "touchstone/examples/compare_backends/error_plots.hpp"
+#include "touchstone/examples/compare_backends/growth_plot.hpp"
+#include "touchstone/examples/compare_backends/html_report.hpp"
+#include "touchstone/examples/compare_backends/speed_error_plot.hpp"
+#include "touchstone/examples/compare_backends/time_plot.hpp"
+#include "touchstone/examples/compare_backends/timeline_plot.hpp"
+#include "touchstone/examples/compare_backends/wireframe_plot.hpp"
 
 namespace touchstone::comparison {
 

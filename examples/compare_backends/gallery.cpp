@@ -1,4 +1,4 @@
-#include "examples/compare_backends/gallery.hpp"
+#include "touchstone/examples/compare_backends/gallery.hpp"
 
 #include <algorithm>
 #include <cmath>

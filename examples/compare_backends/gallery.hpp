@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/set_result.hpp"
+#include "touchstone/examples/compare_backends/set_result.hpp"
 
 namespace touchstone::comparison {
 

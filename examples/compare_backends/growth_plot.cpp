@@ -1,4 +1,4 @@
-#include "examples/compare_backends/growth_plot.hpp"
+#include "touchstone/examples/compare_backends/growth_plot.hpp"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "examples/compare_backends/plot_scale.hpp"
-#include "examples/compare_backends/svg_plot.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/compare_backends/plot_scale.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

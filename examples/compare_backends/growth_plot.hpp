@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "examples/measures/broadphase_run.hpp"
-#include "examples/measures/thread_run.hpp"
+#include "touchstone/examples/measures/broadphase_run.hpp"
+#include "touchstone/examples/measures/thread_run.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,9 +1,9 @@
-#include "examples/compare_backends/html_report.hpp"
+#include "touchstone/examples/compare_backends/html_report.hpp"
 
 #include <fmt/format.h>
 
-#include "examples/compare_backends/page/sections.hpp"
-#include "examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/page/sections.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
 
 namespace touchstone::comparison {
 namespace {

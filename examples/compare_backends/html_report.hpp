@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "examples/compare_backends/report.hpp"
-#include "examples/program/report_files.hpp"
+#include "touchstone/examples/compare_backends/report.hpp"
+#include "touchstone/examples/program/report_files.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/job_io.hpp"
+#include "touchstone/examples/compare_backends/job_io.hpp"
 
 #include <array>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "examples/compare_backends/report.hpp"
-#include "examples/program/json.hpp"
+#include "touchstone/examples/compare_backends/report.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 // The parts of results.json.
 

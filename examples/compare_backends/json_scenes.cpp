@@ -1,5 +1,5 @@
-#include "examples/compare_backends/json_parts.hpp"
-#include "examples/compare_backends/upper_bound.hpp"
+#include "touchstone/examples/compare_backends/json_parts.hpp"
+#include "touchstone/examples/compare_backends/upper_bound.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,8 +1,8 @@
 #include <cmath>
 
-#include "examples/compare_backends/json_parts.hpp"
-#include "examples/compare_backends/pareto_front.hpp"
-#include "examples/compare_backends/upper_bound.hpp"
+#include "touchstone/examples/compare_backends/json_parts.hpp"
+#include "touchstone/examples/compare_backends/pareto_front.hpp"
+#include "touchstone/examples/compare_backends/upper_bound.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/json_parts.hpp"
+#include "touchstone/examples/compare_backends/json_parts.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,8 +1,8 @@
-#include "examples/compare_backends/json_writer.hpp"
+#include "touchstone/examples/compare_backends/json_writer.hpp"
 
-#include "examples/compare_backends/growth_plot.hpp"
-#include "examples/compare_backends/json_parts.hpp"
-#include "examples/compare_backends/method_text.hpp"
+#include "touchstone/examples/compare_backends/growth_plot.hpp"
+#include "touchstone/examples/compare_backends/json_parts.hpp"
+#include "touchstone/examples/compare_backends/method_text.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -2,17 +2,17 @@
 
 #include <string_view>
 
-#include "examples/compare_backends/backends.hpp"
-#include "examples/compare_backends/comparison.hpp"
-#include "examples/compare_backends/decide_again.hpp"
-#include "examples/compare_backends/diff.hpp"
-#include "examples/compare_backends/html_report.hpp"
-#include "examples/compare_backends/json_writer.hpp"
-#include "examples/compare_backends/replay.hpp"
-#include "examples/compare_backends/terminal.hpp"
-#include "examples/measures/pair_families.hpp"
-#include "examples/program/program.hpp"
-#include "examples/program/report_files.hpp"
+#include "touchstone/examples/compare_backends/backends.hpp"
+#include "touchstone/examples/compare_backends/comparison.hpp"
+#include "touchstone/examples/compare_backends/decide_again.hpp"
+#include "touchstone/examples/compare_backends/diff.hpp"
+#include "touchstone/examples/compare_backends/html_report.hpp"
+#include "touchstone/examples/compare_backends/json_writer.hpp"
+#include "touchstone/examples/compare_backends/replay.hpp"
+#include "touchstone/examples/compare_backends/terminal.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/report_files.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/mann_whitney.hpp"
+#include "touchstone/examples/compare_backends/mann_whitney.hpp"
 
 #include <algorithm>
 #include <cmath>

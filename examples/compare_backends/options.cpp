@@ -1,12 +1,12 @@
-#include "examples/compare_backends/options.hpp"
+#include "touchstone/examples/compare_backends/options.hpp"
 
 #include <cmath>
 #include <filesystem>
 #include <map>
 
-#include "contact_core/input_error.hpp"
-#include "examples/program/program.hpp"
-#include "examples/program/shell_text.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/shell_text.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "examples/program/choices.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/examples/program/choices.hpp"
 
 namespace CLI {
 class App;

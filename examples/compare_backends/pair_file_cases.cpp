@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <limits>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/pair_file_run.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/pair_file_run.hpp"
 
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
-#include "adapters/scene_files/pair_file.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
 #endif
 
 namespace touchstone::comparison {

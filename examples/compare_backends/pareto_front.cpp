@@ -1,4 +1,4 @@
-#include "examples/compare_backends/pareto_front.hpp"
+#include "touchstone/examples/compare_backends/pareto_front.hpp"
 
 #include <algorithm>
 #include <limits>

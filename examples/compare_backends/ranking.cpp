@@ -1,4 +1,4 @@
-#include "examples/compare_backends/ranking.hpp"
+#include "touchstone/examples/compare_backends/ranking.hpp"
 
 #include <algorithm>
 #include <cmath>

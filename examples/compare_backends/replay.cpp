@@ -1,13 +1,13 @@
-#include "examples/compare_backends/replay.hpp"
+#include "touchstone/examples/compare_backends/replay.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 
-#include "contact_core/input_error.hpp"
-#include "examples/measures/pair_families.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

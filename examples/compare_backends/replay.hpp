@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "examples/compare_backends/comparison.hpp"
+#include "touchstone/examples/compare_backends/comparison.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,8 +1,8 @@
-#include "examples/compare_backends/replay_command.hpp"
+#include "touchstone/examples/compare_backends/replay_command.hpp"
 
 #include <fmt/format.h>
 
-#include "examples/program/shell_text.hpp"
+#include "touchstone/examples/program/shell_text.hpp"
 
 namespace touchstone::comparison {
 

@@ -3,17 +3,17 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/dynamics_drift.hpp"
-#include "examples/compare_backends/gallery.hpp"
-#include "examples/compare_backends/options.hpp"
-#include "examples/compare_backends/pair_file_run.hpp"
-#include "examples/compare_backends/ranking.hpp"
-#include "examples/compare_backends/scene_run.hpp"
-#include "examples/compare_backends/set_result.hpp"
-#include "examples/compare_backends/verdict.hpp"
-#include "examples/measures/broadphase_run.hpp"
-#include "examples/measures/thread_run.hpp"
-#include "examples/program/machine.hpp"
+#include "touchstone/examples/compare_backends/dynamics_drift.hpp"
+#include "touchstone/examples/compare_backends/gallery.hpp"
+#include "touchstone/examples/compare_backends/options.hpp"
+#include "touchstone/examples/compare_backends/pair_file_run.hpp"
+#include "touchstone/examples/compare_backends/ranking.hpp"
+#include "touchstone/examples/compare_backends/scene_run.hpp"
+#include "touchstone/examples/compare_backends/set_result.hpp"
+#include "touchstone/examples/compare_backends/verdict.hpp"
+#include "touchstone/examples/measures/broadphase_run.hpp"
+#include "touchstone/examples/measures/thread_run.hpp"
+#include "touchstone/examples/program/machine.hpp"
 
 namespace touchstone::comparison {
 

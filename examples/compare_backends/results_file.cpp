@@ -1,11 +1,11 @@
-#include "examples/compare_backends/results_file.hpp"
+#include "touchstone/examples/compare_backends/results_file.hpp"
 
 #include <filesystem>
 #include <fstream>
 #include <limits>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/options.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/options.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "examples/compare_backends/verdict.hpp"
-#include "examples/program/json.hpp"
+#include "touchstone/examples/compare_backends/verdict.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/scene_run.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/scene_run.hpp"
 
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
-#include "adapters/scene_files/scene_file.hpp"
-#include "contact_core/scene/scene_instance.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
 #endif
 
 namespace touchstone::comparison {

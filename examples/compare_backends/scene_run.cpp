@@ -1,12 +1,12 @@
-#include "examples/compare_backends/scene_run.hpp"
+#include "touchstone/examples/compare_backends/scene_run.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
 
-#include "examples/compare_backends/comparison.hpp"
-#include "examples/measures/parallel.hpp"
+#include "touchstone/examples/compare_backends/comparison.hpp"
+#include "touchstone/examples/measures/parallel.hpp"
 
 namespace touchstone::comparison {
 namespace {

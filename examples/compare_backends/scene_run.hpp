@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/gallery.hpp"
-#include "examples/compare_backends/options.hpp"
-#include "examples/compare_backends/set_result.hpp"
+#include "touchstone/examples/compare_backends/gallery.hpp"
+#include "touchstone/examples/compare_backends/options.hpp"
+#include "touchstone/examples/compare_backends/set_result.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,4 +1,4 @@
-#include "examples/compare_backends/set_result.hpp"
+#include "touchstone/examples/compare_backends/set_result.hpp"
 
 #include <limits>
 

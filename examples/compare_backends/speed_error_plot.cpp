@@ -1,14 +1,14 @@
-#include "examples/compare_backends/speed_error_plot.hpp"
+#include "touchstone/examples/compare_backends/speed_error_plot.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "examples/compare_backends/pareto_front.hpp"
-#include "examples/compare_backends/plot_scale.hpp"
-#include "examples/compare_backends/svg_plot.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/compare_backends/pareto_front.hpp"
+#include "touchstone/examples/compare_backends/plot_scale.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

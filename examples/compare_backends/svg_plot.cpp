@@ -1,4 +1,4 @@
-#include "examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
 
 #include <fmt/format.h>
 

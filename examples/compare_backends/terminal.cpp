@@ -1,4 +1,4 @@
-#include "examples/compare_backends/terminal.hpp"
+#include "touchstone/examples/compare_backends/terminal.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "examples/compare_backends/report.hpp"
+#include "touchstone/examples/compare_backends/report.hpp"
 
 namespace touchstone::comparison {
 

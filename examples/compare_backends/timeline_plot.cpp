@@ -1,8 +1,8 @@
-#include "examples/compare_backends/timeline_plot.hpp"
+#include "touchstone/examples/compare_backends/timeline_plot.hpp"
 
 #include <fmt/format.h>
 
-#include "examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/scene_run.hpp"
+#include "touchstone/examples/compare_backends/scene_run.hpp"
 
 namespace touchstone::comparison {
 

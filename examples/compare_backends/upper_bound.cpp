@@ -1,4 +1,4 @@
-#include "examples/compare_backends/upper_bound.hpp"
+#include "touchstone/examples/compare_backends/upper_bound.hpp"
 
 #include <cmath>
 

@@ -1,11 +1,11 @@
-#include "examples/compare_backends/wireframe_plot.hpp"
+#include "touchstone/examples/compare_backends/wireframe_plot.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
 
 namespace touchstone::comparison {
 namespace {

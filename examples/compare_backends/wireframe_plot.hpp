@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/gallery.hpp"
+#include "touchstone/examples/compare_backends/gallery.hpp"
 
 namespace touchstone::comparison {
 

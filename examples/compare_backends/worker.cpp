@@ -1,4 +1,4 @@
-#include "examples/compare_backends/worker.hpp"
+#include "touchstone/examples/compare_backends/worker.hpp"
 
 #include <fmt/format.h>
 #include <signal.h>
@@ -12,8 +12,8 @@
 #include <iostream>
 #include <thread>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/job_io.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/job_io.hpp"
 
 extern char** environ;
 

@@ -1,4 +1,4 @@
-#include "examples/dynamics_run/account.hpp"
+#include "touchstone/examples/dynamics_run/account.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "physics/scene_simulation.hpp"
+#include "touchstone/physics/scene_simulation.hpp"
 
 namespace touchstone::dynamics {
 

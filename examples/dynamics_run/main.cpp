@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include "adapters/scene_files/dynamics_file.hpp"
-#include "examples/dynamics_run/run.hpp"
-#include "examples/measures/all_backends.hpp"
-#include "examples/program/choices.hpp"
-#include "examples/program/program.hpp"
+#include "touchstone/adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/examples/dynamics_run/run.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/examples/program/choices.hpp"
+#include "touchstone/examples/program/program.hpp"
 
 namespace {
 

@@ -1,8 +1,8 @@
-#include "examples/dynamics_run/options.hpp"
+#include "touchstone/examples/dynamics_run/options.hpp"
 
-#include "contact_core/input_error.hpp"
-#include "examples/program/choices.hpp"
-#include "examples/program/program.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/choices.hpp"
+#include "touchstone/examples/program/program.hpp"
 
 namespace touchstone::dynamics {
 std::optional<Options> parse_options(int argc, const char* const* argv, const std::filesystem::path& scenes) {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "adapters/scene_files/scene_file.hpp"
-#include "examples/program/choices.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/examples/program/choices.hpp"
 
 namespace touchstone::dynamics {
 

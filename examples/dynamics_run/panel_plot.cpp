@@ -1,4 +1,4 @@
-#include "examples/dynamics_run/panel_plot.hpp"
+#include "touchstone/examples/dynamics_run/panel_plot.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
 
 namespace touchstone::dynamics {
 namespace {

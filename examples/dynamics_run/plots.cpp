@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "examples/dynamics_run/panel_plot.hpp"
-#include "examples/dynamics_run/results.hpp"
+#include "touchstone/examples/dynamics_run/panel_plot.hpp"
+#include "touchstone/examples/dynamics_run/results.hpp"
 
 namespace touchstone::dynamics {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "examples/measures/quantiles.hpp"
-#include "physics/dynamic_scene.hpp"
+#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/physics/dynamic_scene.hpp"
 
 namespace touchstone::dynamics {
 

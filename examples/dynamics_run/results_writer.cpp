@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "examples/dynamics_run/results.hpp"
-#include "examples/program/csv.hpp"
-#include "examples/program/json.hpp"
+#include "touchstone/examples/dynamics_run/results.hpp"
+#include "touchstone/examples/program/csv.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 namespace touchstone::dynamics {
 namespace {

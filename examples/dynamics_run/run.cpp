@@ -1,11 +1,11 @@
-#include "examples/dynamics_run/run.hpp"
+#include "touchstone/examples/dynamics_run/run.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "adapters/scene_files/dynamics_file.hpp"
-#include "examples/dynamics_run/simulate.hpp"
+#include "touchstone/adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/examples/dynamics_run/simulate.hpp"
 
 namespace touchstone::dynamics {
 

@@ -2,11 +2,11 @@
 
 #include <filesystem>
 
-#include "contact_core/registry.hpp"
-#include "examples/dynamics_run/options.hpp"
-#include "examples/dynamics_run/results.hpp"
-#include "examples/program/progress.hpp"
-#include "examples/program/report_files.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/dynamics_run/options.hpp"
+#include "touchstone/examples/dynamics_run/results.hpp"
+#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/program/report_files.hpp"
 
 namespace touchstone::dynamics {
 

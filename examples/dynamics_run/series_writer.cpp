@@ -2,8 +2,8 @@
 
 #include <iterator>
 
-#include "examples/dynamics_run/results.hpp"
-#include "examples/program/csv.hpp"
+#include "touchstone/examples/dynamics_run/results.hpp"
+#include "touchstone/examples/program/csv.hpp"
 
 namespace touchstone::dynamics {
 namespace {

@@ -1,14 +1,14 @@
-#include "examples/dynamics_run/simulate.hpp"
+#include "touchstone/examples/dynamics_run/simulate.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/native/native.hpp"
-#include "examples/dynamics_run/account.hpp"
-#include "examples/measures/allocations.hpp"
-#include "physics/scene_simulation.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/examples/dynamics_run/account.hpp"
+#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/physics/scene_simulation.hpp"
 
 namespace touchstone::dynamics {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "contact_core/registry.hpp"
-#include "examples/dynamics_run/results.hpp"
-#include "examples/program/progress.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/dynamics_run/results.hpp"
+#include "touchstone/examples/program/progress.hpp"
 
 namespace touchstone::dynamics {
 

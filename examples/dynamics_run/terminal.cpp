@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "examples/dynamics_run/results.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/dynamics_run/results.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::dynamics {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "examples/dynamics_run/results.hpp"
-#include "physics/contact_laws.hpp"
+#include "touchstone/examples/dynamics_run/results.hpp"
+#include "touchstone/physics/contact_laws.hpp"
 
 namespace touchstone::dynamics {
 namespace {

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "adapters/bullet/engine.hpp"
-#include "adapters/bullet_plugin/bullet_plugin.hpp"
-#include "examples/engine_check/world.hpp"
+#include "touchstone/adapters/bullet/engine.hpp"
+#include "touchstone/adapters/bullet_plugin/bullet_plugin.hpp"
+#include "touchstone/examples/engine_check/world.hpp"
 
 namespace touchstone::engine_check {
 namespace {

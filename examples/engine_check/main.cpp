@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "examples/engine_check/world.hpp"
+#include "touchstone/examples/engine_check/world.hpp"
 #ifdef TOUCHSTONE_ENGINE_CHECK_CAPTURE
-#include "adapters/scene_files/pair_capture.hpp"
+#include "touchstone/adapters/scene_files/pair_capture.hpp"
 #endif
 
 namespace touchstone::engine_check {

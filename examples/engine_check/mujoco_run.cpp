@@ -4,9 +4,9 @@
 #include <sstream>
 #include <vector>
 
-#include "adapters/mujoco/xml_model.hpp"
-#include "adapters/mujoco_plugin/mujoco_plugin.hpp"
-#include "examples/engine_check/world.hpp"
+#include "touchstone/adapters/mujoco/xml_model.hpp"
+#include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
+#include "touchstone/examples/engine_check/world.hpp"
 
 namespace touchstone::engine_check {
 namespace {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "adapters/ode/convex_data.hpp"
-#include "adapters/ode_plugin/ode_plugin.hpp"
-#include "examples/engine_check/world.hpp"
+#include "touchstone/adapters/ode/convex_data.hpp"
+#include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
+#include "touchstone/examples/engine_check/world.hpp"
 
 namespace touchstone::engine_check {
 namespace {

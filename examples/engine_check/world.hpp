@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/geometry/pose.hpp"
-#include "contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/narrowphase/pair_observer.hpp"
 
 // Small dynamic scenes with closed-form answers, as plain data that any engine can be given. SI units;
 // gravity along -z.

@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "examples/engine_check/world.hpp"
+#include "touchstone/examples/engine_check/world.hpp"
 
 namespace touchstone::engine_check {
 namespace {

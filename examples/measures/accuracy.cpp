@@ -1,11 +1,11 @@
-#include "examples/measures/accuracy.hpp"
+#include "touchstone/examples/measures/accuracy.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "examples/measures/parallel.hpp"
-#include "examples/measures/surface_measure.hpp"
+#include "touchstone/examples/measures/parallel.hpp"
+#include "touchstone/examples/measures/surface_measure.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -3,9 +3,9 @@
 #include <array>
 #include <string_view>
 
-#include "examples/measures/backend_run.hpp"
-#include "examples/measures/oracle.hpp"
-#include "examples/measures/quantiles.hpp"
+#include "touchstone/examples/measures/backend_run.hpp"
+#include "touchstone/examples/measures/oracle.hpp"
+#include "touchstone/examples/measures/quantiles.hpp"
 
 namespace touchstone::comparison {
 

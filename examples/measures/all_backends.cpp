@@ -1,22 +1,22 @@
-#include "examples/measures/all_backends.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 
 #ifdef TOUCHSTONE_HAS_EXACT
-#include "adapters/exact/exact.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
 #endif
 #ifdef TOUCHSTONE_HAS_BULLET
-#include "adapters/bullet/bullet.hpp"
+#include "touchstone/adapters/bullet/bullet.hpp"
 #endif
 #ifdef TOUCHSTONE_HAS_ODE
-#include "adapters/ode/ode.hpp"
+#include "touchstone/adapters/ode/ode.hpp"
 #endif
 #ifdef TOUCHSTONE_HAS_LIBCCD
-#include "adapters/libccd/libccd.hpp"
+#include "touchstone/adapters/libccd/libccd.hpp"
 #endif
 #ifdef TOUCHSTONE_HAS_FCL
-#include "adapters/fcl/fcl.hpp"
+#include "touchstone/adapters/fcl/fcl.hpp"
 #endif
 #ifdef TOUCHSTONE_HAS_MUJOCO
-#include "adapters/mujoco/mujoco.hpp"
+#include "touchstone/adapters/mujoco/mujoco.hpp"
 #endif
 
 namespace touchstone::comparison {

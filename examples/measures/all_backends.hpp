@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 namespace touchstone::comparison {
 

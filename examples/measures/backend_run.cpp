@@ -1,4 +1,4 @@
-#include "examples/measures/backend_run.hpp"
+#include "touchstone/examples/measures/backend_run.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -6,11 +6,11 @@
 #include <limits>
 #include <numeric>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/narrowphase/no_geometry.hpp"
-#include "examples/measures/allocations.hpp"
-#include "examples/measures/parallel.hpp"
-#include "examples/measures/random.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/parallel.hpp"
+#include "touchstone/examples/measures/random.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,9 +1,9 @@
-#include "examples/measures/broadphase_run.hpp"
+#include "touchstone/examples/measures/broadphase_run.hpp"
 
 #include <algorithm>
 #include <chrono>
 
-#include "examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/allocations.hpp"
 
 namespace touchstone::comparison {
 namespace {

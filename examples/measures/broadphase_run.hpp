@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/registry.hpp"
-#include "examples/measures/oracle.hpp"
-#include "examples/measures/quantiles.hpp"
-#include "examples/measures/swarm.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/measures/oracle.hpp"
+#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/measures/swarm.hpp"
 
 namespace touchstone::comparison {
 

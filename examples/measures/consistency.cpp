@@ -1,12 +1,12 @@
-#include "examples/measures/consistency.hpp"
+#include "touchstone/examples/measures/consistency.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 
-#include "examples/measures/parallel.hpp"
-#include "examples/measures/random.hpp"
+#include "touchstone/examples/measures/parallel.hpp"
+#include "touchstone/examples/measures/random.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "examples/measures/pair_set.hpp"
+#include "touchstone/examples/measures/pair_set.hpp"
 
 namespace touchstone::comparison {
 

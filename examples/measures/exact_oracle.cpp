@@ -1,8 +1,8 @@
-#include "examples/measures/oracle.hpp"
+#include "touchstone/examples/measures/oracle.hpp"
 
 #ifdef TOUCHSTONE_HAS_EXACT
-#include "adapters/exact/contact_patch.hpp"
-#include "adapters/exact/signed_distance.hpp"
+#include "touchstone/adapters/exact/contact_patch.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
 #endif
 
 namespace touchstone::comparison {

@@ -1,6 +1,6 @@
-#include "examples/measures/oracle.hpp"
+#include "touchstone/examples/measures/oracle.hpp"
 
-#include "examples/measures/parallel.hpp"
+#include "touchstone/examples/measures/parallel.hpp"
 
 namespace touchstone::comparison {
 

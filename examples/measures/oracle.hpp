@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "contact_core/narrowphase/pair_class.hpp"
-#include "examples/measures/pair_set.hpp"
+#include "touchstone/contact_core/narrowphase/pair_class.hpp"
+#include "touchstone/examples/measures/pair_set.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,12 +1,12 @@
-#include "examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
 
-#include "contact_core/input_error.hpp"
-#include "examples/measures/random.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/measures/random.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "examples/measures/pair_set.hpp"
+#include "touchstone/examples/measures/pair_set.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,4 +1,4 @@
-#include "examples/measures/pair_set.hpp"
+#include "touchstone/examples/measures/pair_set.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "examples/measures/quantiles.hpp"
+#include "touchstone/examples/measures/quantiles.hpp"
 
 #include <algorithm>
 #include <cmath>

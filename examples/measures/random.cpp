@@ -1,4 +1,4 @@
-#include "examples/measures/random.hpp"
+#include "touchstone/examples/measures/random.hpp"
 
 #include <bit>
 #include <cmath>

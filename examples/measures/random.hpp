@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 namespace touchstone::comparison {
 

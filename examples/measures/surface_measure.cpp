@@ -1,10 +1,10 @@
-#include "examples/measures/surface_measure.hpp"
+#include "touchstone/examples/measures/surface_measure.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 namespace touchstone::comparison {
 namespace {

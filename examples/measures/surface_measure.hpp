@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 // Error measures for many points: 113-bit mantissas where `exact` would use integers (64-bit ones where the
 // machine has no wider type: then slivers are measured too coarsely).

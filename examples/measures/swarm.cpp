@@ -1,12 +1,12 @@
-#include "examples/measures/swarm.hpp"
+#include "touchstone/examples/measures/swarm.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <numeric>
 
-#include "examples/measures/parallel.hpp"
-#include "examples/measures/random.hpp"
+#include "touchstone/examples/measures/parallel.hpp"
+#include "touchstone/examples/measures/random.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "contact_core/broadphase/broadphase.hpp"
-#include "examples/measures/oracle.hpp"
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/examples/measures/oracle.hpp"
 
 namespace touchstone::comparison {
 

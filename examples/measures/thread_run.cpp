@@ -1,10 +1,10 @@
-#include "examples/measures/thread_run.hpp"
+#include "touchstone/examples/measures/thread_run.hpp"
 
 #include <chrono>
 #include <thread>
 
-#include "contact_core/input_error.hpp"
-#include "examples/measures/parallel.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/measures/parallel.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/registry.hpp"
-#include "examples/measures/pair_set.hpp"
-#include "examples/measures/quantiles.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/measures/pair_set.hpp"
+#include "touchstone/examples/measures/quantiles.hpp"
 
 namespace touchstone::comparison {
 

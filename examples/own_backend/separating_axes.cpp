@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace {
 

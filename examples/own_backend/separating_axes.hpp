@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 /// A narrowphase of one's own, as a user of the installed package writes it: `separating_axes`.
 ///

@@ -1,7 +1,7 @@
-#include "tests/backend_suite/suite.hpp"
+#include "touchstone/tests/backend_suite/suite.hpp"
 
 #include "separating_axes.hpp"
-#include "tests/backend_suite/accuracy_table.hpp"
+#include "touchstone/tests/backend_suite/accuracy_table.hpp"
 
 // The two things that the installed suite asks of a program: which backends, and what each may get wrong.
 

@@ -1,4 +1,4 @@
-#include "examples/program/choices.hpp"
+#include "touchstone/examples/program/choices.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::comparison {
 namespace {

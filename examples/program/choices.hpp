@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 // What several programs let their users choose.
 

@@ -1,4 +1,4 @@
-#include "examples/program/json.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 #include <cmath>
 

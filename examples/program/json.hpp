@@ -2,9 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "contact_core/geometry/pose.hpp"
-#include "examples/measures/quantiles.hpp"
-#include "examples/program/machine.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/program/machine.hpp"
 
 // What every results.json says alike.
 

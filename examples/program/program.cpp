@@ -1,11 +1,11 @@
-#include "examples/program/program.hpp"
+#include "touchstone/examples/program/program.hpp"
 
 #include <algorithm>
 #include <csignal>
 #include <iostream>
 
-#include "contact_core/input_error.hpp"
-#include "examples/program/progress.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/progress.hpp"
 
 namespace touchstone::comparison {
 namespace {

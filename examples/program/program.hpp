@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "examples/program/progress.hpp"
+#include "touchstone/examples/program/progress.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,4 +1,4 @@
-#include "examples/program/progress.hpp"
+#include "touchstone/examples/program/progress.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

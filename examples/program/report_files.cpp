@@ -1,10 +1,10 @@
-#include "examples/program/report_files.hpp"
+#include "touchstone/examples/program/report_files.hpp"
 
 #include <unistd.h>
 
 #include <fstream>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::comparison {
 namespace {

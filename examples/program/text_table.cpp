@@ -1,4 +1,4 @@
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,9 @@
 #include <cstdio>
 #include <memory>
 
-#include "contact_core/broadphase/register_broadphases.hpp"
-#include "contact_core/native/native.hpp"
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 using namespace touchstone;
 

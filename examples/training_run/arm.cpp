@@ -1,7 +1,7 @@
-#include "examples/training_run/arm.hpp"
+#include "touchstone/examples/training_run/arm.hpp"
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
 
 namespace touchstone::training {
 namespace {

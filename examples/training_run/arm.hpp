@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "adapters/scene_files/script_file.hpp"
-#include "contact_core/mechanism/mechanism.hpp"
+#include "touchstone/adapters/scene_files/script_file.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 namespace touchstone::training {
 

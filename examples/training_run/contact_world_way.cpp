@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "contact_core/output/output_feed.hpp"
-#include "examples/training_run/way.hpp"
+#include "touchstone/contact_core/output/output_feed.hpp"
+#include "touchstone/examples/training_run/way.hpp"
 
 namespace touchstone::training {
 namespace {

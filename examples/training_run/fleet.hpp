@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "examples/training_run/way.hpp"
+#include "touchstone/examples/training_run/way.hpp"
 
 namespace touchstone::training {
 

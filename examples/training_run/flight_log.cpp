@@ -1,4 +1,4 @@
-#include "examples/training_run/flight_log.hpp"
+#include "touchstone/examples/training_run/flight_log.hpp"
 
 #include <algorithm>
 

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/world/contact_world.hpp"
-#include "examples/training_run/hand.hpp"
-#include "examples/training_run/setting.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/examples/training_run/hand.hpp"
+#include "touchstone/examples/training_run/setting.hpp"
 
 namespace touchstone::training {
 

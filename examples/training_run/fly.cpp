@@ -1,11 +1,11 @@
-#include "examples/training_run/fly.hpp"
+#include "touchstone/examples/training_run/fly.hpp"
 
 #include <time.h>
 
 #include <chrono>
 #include <thread>
 
-#include "examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/allocations.hpp"
 
 namespace touchstone::training {
 namespace {

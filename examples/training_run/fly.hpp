@@ -2,9 +2,9 @@
 
 #include <span>
 
-#include "examples/measures/oracle.hpp"
-#include "examples/training_run/flight_log.hpp"
-#include "examples/training_run/way.hpp"
+#include "touchstone/examples/measures/oracle.hpp"
+#include "touchstone/examples/training_run/flight_log.hpp"
+#include "touchstone/examples/training_run/way.hpp"
 
 namespace touchstone::training {
 

@@ -1,4 +1,4 @@
-#include "examples/training_run/hand.hpp"
+#include "touchstone/examples/training_run/hand.hpp"
 
 #include <algorithm>
 #include <cmath>

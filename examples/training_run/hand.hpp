@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "adapters/scene_files/script_file.hpp"
-#include "contact_core/mechanism/resolved_rate.hpp"
-#include "contact_core/motion/path.hpp"
-#include "examples/training_run/setting.hpp"
+#include "touchstone/adapters/scene_files/script_file.hpp"
+#include "touchstone/contact_core/mechanism/resolved_rate.hpp"
+#include "touchstone/contact_core/motion/path.hpp"
+#include "touchstone/examples/training_run/setting.hpp"
 
 namespace touchstone::training {
 

@@ -1,15 +1,15 @@
-#include "examples/training_run/judge.hpp"
+#include "touchstone/examples/training_run/judge.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "adapters/exact/exact.hpp"
-#include "adapters/exact/signed_distance.hpp"
-#include "contact_core/mechanism/mechanism_path.hpp"
-#include "contact_core/motion/impact.hpp"
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/registry.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/contact_core/mechanism/mechanism_path.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 namespace touchstone::training {
 namespace {

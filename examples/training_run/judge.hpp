@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "examples/measures/oracle.hpp"
-#include "examples/training_run/flight_log.hpp"
-#include "examples/training_run/setting.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/examples/measures/oracle.hpp"
+#include "touchstone/examples/training_run/flight_log.hpp"
+#include "touchstone/examples/training_run/setting.hpp"
 
 namespace touchstone::training {
 

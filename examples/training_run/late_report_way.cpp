@@ -2,9 +2,9 @@
 #include <cmath>
 #include <limits>
 
-#include "contact_core/native/native.hpp"
-#include "examples/training_run/fleet.hpp"
-#include "examples/training_run/way.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/examples/training_run/fleet.hpp"
+#include "touchstone/examples/training_run/way.hpp"
 
 namespace touchstone::training {
 namespace {

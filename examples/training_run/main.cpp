@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
-#include "examples/measures/all_backends.hpp"
-#include "examples/program/choices.hpp"
-#include "examples/program/program.hpp"
-#include "examples/program/report_files.hpp"
-#include "examples/training_run/options.hpp"
-#include "examples/training_run/run.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/examples/program/choices.hpp"
+#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/report_files.hpp"
+#include "touchstone/examples/training_run/options.hpp"
+#include "touchstone/examples/training_run/run.hpp"
 
 namespace {
 

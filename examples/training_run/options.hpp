@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/training_run/outputs.hpp"
+#include "touchstone/examples/training_run/outputs.hpp"
 
 namespace touchstone::training {
 

@@ -1,19 +1,19 @@
-#include "examples/training_run/outputs.hpp"
+#include "touchstone/examples/training_run/outputs.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 #ifdef TOUCHSTONE_HAS_RECORDER
-#include "adapters/recorder/recorder.hpp"
+#include "touchstone/adapters/recorder/recorder.hpp"
 #endif
 #ifdef TOUCHSTONE_HAS_CIGI
-#include "adapters/cigi/cigi_output.hpp"
+#include "touchstone/adapters/cigi/cigi_output.hpp"
 #endif
 #ifdef TOUCHSTONE_HAS_GLTF
-#include "adapters/gltf/gltf.hpp"
+#include "touchstone/adapters/gltf/gltf.hpp"
 #endif
 
 namespace touchstone::training {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/output/frame_output.hpp"
-#include "examples/training_run/setting.hpp"
+#include "touchstone/contact_core/output/frame_output.hpp"
+#include "touchstone/examples/training_run/setting.hpp"
 
 namespace touchstone::training {
 

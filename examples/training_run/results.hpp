@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "examples/measures/quantiles.hpp"
-#include "examples/training_run/judge.hpp"
-#include "examples/training_run/outputs.hpp"
+#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/training_run/judge.hpp"
+#include "touchstone/examples/training_run/outputs.hpp"
 
 namespace touchstone::training {
 

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "examples/program/csv.hpp"
-#include "examples/program/json.hpp"
-#include "examples/training_run/results.hpp"
+#include "touchstone/examples/program/csv.hpp"
+#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/training_run/results.hpp"
 
 namespace touchstone::training {
 namespace {

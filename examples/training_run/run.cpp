@@ -1,4 +1,4 @@
-#include "examples/training_run/run.hpp"
+#include "touchstone/examples/training_run/run.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "contact_core/input_error.hpp"
-#include "examples/training_run/fly.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/training_run/fly.hpp"
 
 namespace touchstone::training {
 namespace {

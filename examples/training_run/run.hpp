@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/registry.hpp"
-#include "examples/program/progress.hpp"
-#include "examples/training_run/options.hpp"
-#include "examples/training_run/results.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/training_run/options.hpp"
+#include "touchstone/examples/training_run/results.hpp"
 
 namespace touchstone::training {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "examples/compare_backends/svg_plot.hpp"
-#include "examples/training_run/results.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/training_run/results.hpp"
 
 namespace touchstone::training {
 namespace {

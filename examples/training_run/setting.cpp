@@ -1,6 +1,6 @@
-#include "examples/training_run/setting.hpp"
+#include "touchstone/examples/training_run/setting.hpp"
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::training {
 namespace {

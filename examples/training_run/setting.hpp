@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "adapters/scene_files/script_file.hpp"
-#include "contact_core/scene/scene_instance.hpp"
-#include "examples/training_run/arm.hpp"
+#include "touchstone/adapters/scene_files/script_file.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
+#include "touchstone/examples/training_run/arm.hpp"
 
 namespace touchstone::training {
 

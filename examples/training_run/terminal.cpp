@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "examples/program/text_table.hpp"
-#include "examples/training_run/results.hpp"
+#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/training_run/results.hpp"
 
 namespace touchstone::training {
 namespace {

@@ -1,5 +1,5 @@
-#include "examples/training_run/fleet.hpp"
-#include "examples/training_run/way.hpp"
+#include "touchstone/examples/training_run/fleet.hpp"
+#include "touchstone/examples/training_run/way.hpp"
 
 namespace touchstone::training {
 namespace {

@@ -5,11 +5,11 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/output/frame_output.hpp"
-#include "contact_core/world/contact_world.hpp"
-#include "examples/training_run/flight_log.hpp"
-#include "examples/training_run/setting.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/output/frame_output.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/examples/training_run/flight_log.hpp"
+#include "touchstone/examples/training_run/setting.hpp"
 
 namespace touchstone::training {
 

@@ -2,7 +2,7 @@
 #include <array>
 #include <cstdio>
 
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/registry.hpp"
 
 using namespace touchstone;
 

@@ -3,10 +3,10 @@
 #include <map>
 #include <sstream>
 
-#include "examples/measures/accuracy.hpp"
-#include "examples/measures/pair_families.hpp"
-#include "tests/backend_suite/accuracy_table.hpp"
-#include "tests/backend_suite/suite.hpp"
+#include "touchstone/examples/measures/accuracy.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/tests/backend_suite/accuracy_table.hpp"
+#include "touchstone/tests/backend_suite/suite.hpp"
 
 // The table of error bounds, per backend and family, held against the exact backend.
 

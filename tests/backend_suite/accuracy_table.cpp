@@ -1,4 +1,4 @@
-#include "tests/backend_suite/accuracy_table.hpp"
+#include "touchstone/tests/backend_suite/accuracy_table.hpp"
 
 #include <array>
 

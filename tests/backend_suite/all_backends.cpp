@@ -1,6 +1,6 @@
-#include "examples/measures/all_backends.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 
-#include "tests/backend_suite/suite.hpp"
+#include "touchstone/tests/backend_suite/suite.hpp"
 
 namespace touchstone::suite {
 

@@ -1,9 +1,9 @@
 #include <algorithm>
 
-#include "contact_core/broadphase/swept_sphere.hpp"
-#include "contact_core/scene/motion.hpp"
-#include "tests/backend_suite/suite.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/tests/backend_suite/suite.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 // What holds for every broadphase: sorted, the same for every block size, and no pair within the margin
 // missed.

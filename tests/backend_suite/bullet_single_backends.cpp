@@ -1,5 +1,5 @@
-#include "adapters/bullet/bullet_single.hpp"
-#include "tests/backend_suite/suite.hpp"
+#include "touchstone/adapters/bullet/bullet_single.hpp"
+#include "touchstone/tests/backend_suite/suite.hpp"
 
 namespace touchstone::suite {
 

@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "tests/backend_suite/suite.hpp"
+#include "touchstone/tests/backend_suite/suite.hpp"
 
 // Tests register themselves when their object file is linked: naming one function of each brings them out of
 // the library.

@@ -2,8 +2,8 @@
 #include <limits>
 #include <thread>
 
-#include "tests/backend_suite/accuracy_table.hpp"
-#include "tests/backend_suite/suite.hpp"
+#include "touchstone/tests/backend_suite/accuracy_table.hpp"
+#include "touchstone/tests/backend_suite/suite.hpp"
 
 // Conventions that hold for every narrowphase, on pairs whose answers are derived by hand.
 

@@ -1,6 +1,6 @@
-#include "tests/backend_suite/suite.hpp"
+#include "touchstone/tests/backend_suite/suite.hpp"
 
-#include "tests/support/scale_of.hpp"
+#include "touchstone/tests/support/scale_of.hpp"
 
 namespace touchstone::suite {
 

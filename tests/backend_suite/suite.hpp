@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/registry.hpp"
-#include "tests/support/ask.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/tests/support/ask.hpp"
 
 // The shared backend suite: the same tests for every registered backend. A program is the suite's library
 // (component backend_suite of the installed package, with its main) and two definitions:

@@ -8,15 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/mechanism/ssrms.hpp"
-#include "contact_core/registry.hpp"
-#include "contact_core/world/contact_world.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 #ifdef TOUCHSTONE_BENCHMARK_BULLET
-#include "adapters/bullet/bullet.hpp"
+#include "touchstone/adapters/bullet/bullet.hpp"
 #endif
 #ifdef TOUCHSTONE_BENCHMARK_EXACT
-#include "adapters/exact/exact.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
 #endif
 
 // One frame of a contact world: the SSRMS-type arm (47 hexahedra) in a scene of 500, policy slide. Rows are

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <random>
 
-#include "contact_core/broadphase/first_contact.hpp"
-#include "contact_core/registry.hpp"
-#include "tests/support/thread_team.hpp"
+#include "touchstone/contact_core/broadphase/first_contact.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/tests/support/thread_team.hpp"
 #ifdef TOUCHSTONE_BENCHMARK_BULLET
-#include "adapters/bullet/bullet.hpp"
+#include "touchstone/adapters/bullet/bullet.hpp"
 #endif
 #ifdef TOUCHSTONE_BENCHMARK_ODE
-#include "adapters/ode/ode.hpp"
+#include "touchstone/adapters/ode/ode.hpp"
 #endif
 
 // One frame of a broadphase: update(), with every object moved unless a row says else, then all of

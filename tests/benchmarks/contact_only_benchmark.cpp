@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/broadphase/register_broadphases.hpp"
-#include "contact_core/native/native.hpp"
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 namespace touchstone {
 namespace {

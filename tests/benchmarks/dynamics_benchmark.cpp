@@ -25,10 +25,10 @@
 #include <btBulletDynamicsCommon.h>
 #endif
 
-#include "contact_core/registry.hpp"
-#include "physics/narrowphase_contacts.hpp"
-#include "tests/physics/arm_with_payload.hpp"
-#include "tests/physics/random_contact_sets.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/tests/physics/arm_with_payload.hpp"
+#include "touchstone/tests/physics/random_contact_sets.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

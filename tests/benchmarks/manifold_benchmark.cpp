@@ -5,9 +5,9 @@
 #include <random>
 #include <vector>
 
-#include "contact_core/native/manifold.hpp"
-#include "contact_core/native/native.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/native/manifold.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 // make_manifold() alone on pairs prepared beforehand (contact, signed distance), and whole manifold queries
 // through the interface. Each run walks 1024 pairs, so that no branch is learnt by heart; the figure is per

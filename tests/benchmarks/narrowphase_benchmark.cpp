@@ -5,13 +5,13 @@
 #include <string>
 #include <string_view>
 
-#include "contact_core/registry.hpp"
-#include "examples/measures/pair_families.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
 #ifdef TOUCHSTONE_BENCHMARK_BULLET
-#include "adapters/bullet/bullet.hpp"
+#include "touchstone/adapters/bullet/bullet.hpp"
 #endif
 #ifdef TOUCHSTONE_BENCHMARK_ODE
-#include "adapters/ode/ode.hpp"
+#include "touchstone/adapters/ode/ode.hpp"
 #endif
 
 // A query over a shuffled pair family, whose data do not fit the first caches: one pair a call, as a batch,

@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "contact_core/input_error.hpp"
-#include "tests/broadphase/random_scene.hpp"
-#include "tests/support/counting_allocator.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/broadphase/random_scene.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

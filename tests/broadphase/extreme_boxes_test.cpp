@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "contact_core/broadphase/world_spheres.hpp"
-#include "tests/broadphase/random_scene.hpp"
+#include "touchstone/contact_core/broadphase/world_spheres.hpp"
+#include "touchstone/tests/broadphase/random_scene.hpp"
 
 // Boxes that are huge, tiny, coincident or exactly touching, at any place, against brute force.
 

@@ -1,9 +1,9 @@
-#include "contact_core/broadphase/first_contact.hpp"
+#include "touchstone/contact_core/broadphase/first_contact.hpp"
 
 #include <gtest/gtest.h>
 
-#include "tests/broadphase/random_scene.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/tests/broadphase/random_scene.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <numeric>
 
-#include "tests/broadphase/random_scene.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/tests/broadphase/random_scene.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 // Static objects, and frames in which only some objects move.
 

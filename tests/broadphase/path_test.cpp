@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "contact_core/broadphase/swept_sphere.hpp"
-#include "contact_core/scene/motion.hpp"
-#include "tests/broadphase/random_scene.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/tests/broadphase/random_scene.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {

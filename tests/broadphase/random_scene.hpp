@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/broadphase/broadphase.hpp"
-#include "contact_core/registry.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone::broadphase_tests {
 

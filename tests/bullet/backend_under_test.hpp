@@ -5,14 +5,14 @@
 #include <vector>
 
 #ifdef BT_USE_DOUBLE_PRECISION
-#include "adapters/bullet/bullet.hpp"
+#include "touchstone/adapters/bullet/bullet.hpp"
 #else
-#include "adapters/bullet/bullet_single.hpp"
+#include "touchstone/adapters/bullet/bullet_single.hpp"
 #endif
 
-#include "tests/support/all_pairs.hpp"
-#include "tests/support/ask.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/tests/support/all_pairs.hpp"
+#include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone::test {
 

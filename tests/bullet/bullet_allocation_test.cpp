@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cstdlib>
 
-#include "tests/bullet/backend_under_test.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/tests/bullet/backend_under_test.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 // Counts operator new, and what Bullet takes through its own allocator (malloc underneath).
 

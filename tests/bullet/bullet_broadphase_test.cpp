@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "contact_core/input_error.hpp"
-#include "tests/bullet/backend_under_test.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/bullet/backend_under_test.hpp"
 
 namespace touchstone::test {
 namespace {

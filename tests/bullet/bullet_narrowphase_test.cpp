@@ -5,9 +5,9 @@
 #include <bit>
 #include <thread>
 
-#include "contact_core/input_error.hpp"
-#include "tests/bullet/backend_under_test.hpp"
-#include "tests/bullet/reference.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/bullet/backend_under_test.hpp"
+#include "touchstone/tests/bullet/reference.hpp"
 
 namespace touchstone::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 // A slow signed distance in long double, from the definition: apart, the least distance between features;
 // else the least depth over face normals and edge cross products. Shares no code with what it checks.

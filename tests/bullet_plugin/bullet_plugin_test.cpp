@@ -1,4 +1,4 @@
-#include "adapters/bullet_plugin/bullet_plugin.hpp"
+#include "touchstone/adapters/bullet_plugin/bullet_plugin.hpp"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <LinearMath/btAlignedAllocator.h>
@@ -11,10 +11,10 @@
 #include <cstdlib>
 #include <random>
 
-#include "contact_core/input_error.hpp"
-#include "tests/bullet_plugin/collision_scene.hpp"
-#include "tests/support/ask.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/bullet_plugin/collision_scene.hpp"
+#include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone::test {
 namespace {

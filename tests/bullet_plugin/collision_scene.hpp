@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "adapters/bullet/engine.hpp"
-#include "adapters/bullet_plugin/bullet_plugin.hpp"
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/adapters/bullet/engine.hpp"
+#include "touchstone/adapters/bullet_plugin/bullet_plugin.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 // A collision world with the engine's own check or with ours.
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/bullet_plugin/collision_scene.hpp"
-#include "tests/support/ask.hpp"
+#include "touchstone/tests/bullet_plugin/collision_scene.hpp"
+#include "touchstone/tests/support/ask.hpp"
 
 // What the solver gets: which points a manifold has, in which order, and what they remember.
 

@@ -1,4 +1,4 @@
-#include "examples/measures/accuracy.hpp"
+#include "touchstone/examples/measures/accuracy.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -12,18 +12,18 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/comparison.hpp"
-#include "examples/compare_backends/html_report.hpp"
-#include "examples/compare_backends/json_writer.hpp"
-#include "examples/compare_backends/pareto_front.hpp"
-#include "examples/compare_backends/speed_error_plot.hpp"
-#include "examples/compare_backends/svg_plot.hpp"
-#include "examples/compare_backends/terminal.hpp"
-#include "examples/compare_backends/time_plot.hpp"
-#include "examples/measures/allocations.hpp"
-#include "examples/program/text_table.hpp"
-#include "tests/measures/fake_backends.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/comparison.hpp"
+#include "touchstone/examples/compare_backends/html_report.hpp"
+#include "touchstone/examples/compare_backends/json_writer.hpp"
+#include "touchstone/examples/compare_backends/pareto_front.hpp"
+#include "touchstone/examples/compare_backends/speed_error_plot.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/terminal.hpp"
+#include "touchstone/examples/compare_backends/time_plot.hpp"
+#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,11 +1,11 @@
-#include "examples/compare_backends/diff.hpp"
+#include "touchstone/examples/compare_backends/diff.hpp"
 
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/json_writer.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/json_writer.hpp"
 
 namespace touchstone::comparison {
 namespace {

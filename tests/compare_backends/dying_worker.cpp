@@ -1,7 +1,7 @@
 #include <cstdlib>
 
-#include "examples/compare_backends/worker.hpp"
-#include "tests/measures/fake_backends.hpp"
+#include "touchstone/examples/compare_backends/worker.hpp"
+#include "touchstone/tests/measures/fake_backends.hpp"
 
 // Offers the fakes; dies in `failing`'s place when it is asked for "dying".
 int main(int argc, char** argv) {

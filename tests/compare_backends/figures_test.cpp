@@ -5,18 +5,18 @@
 #include <limits>
 #include <regex>
 
-#include "contact_core/input_error.hpp"
-#include "examples/compare_backends/comparison.hpp"
-#include "examples/compare_backends/dynamics_drift.hpp"
-#include "examples/compare_backends/error_plots.hpp"
-#include "examples/compare_backends/growth_plot.hpp"
-#include "examples/compare_backends/html_report.hpp"
-#include "examples/compare_backends/replay_command.hpp"
-#include "examples/compare_backends/speed_error_plot.hpp"
-#include "examples/compare_backends/time_plot.hpp"
-#include "examples/program/shell_text.hpp"
-#include "tests/measures/fake_backends.hpp"
-#include "tests/support/program_test.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/comparison.hpp"
+#include "touchstone/examples/compare_backends/dynamics_drift.hpp"
+#include "touchstone/examples/compare_backends/error_plots.hpp"
+#include "touchstone/examples/compare_backends/growth_plot.hpp"
+#include "touchstone/examples/compare_backends/html_report.hpp"
+#include "touchstone/examples/compare_backends/replay_command.hpp"
+#include "touchstone/examples/compare_backends/speed_error_plot.hpp"
+#include "touchstone/examples/compare_backends/time_plot.hpp"
+#include "touchstone/examples/program/shell_text.hpp"
+#include "touchstone/tests/measures/fake_backends.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 // What the figures and sections of the page say of made-up results.
 

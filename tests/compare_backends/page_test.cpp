@@ -4,12 +4,12 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "examples/compare_backends/html_report.hpp"
-#include "examples/compare_backends/options.hpp"
-#include "examples/compare_backends/results_file.hpp"
-#include "examples/compare_backends/verdict.hpp"
-#include "examples/measures/random.hpp"
-#include "tests/support/program_test.hpp"
+#include "touchstone/examples/compare_backends/html_report.hpp"
+#include "touchstone/examples/compare_backends/options.hpp"
+#include "touchstone/examples/compare_backends/results_file.hpp"
+#include "touchstone/examples/compare_backends/verdict.hpp"
+#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 // The page in a browser. Needs Chromium, which is for this test alone: where there is none it is skipped.
 

@@ -14,8 +14,8 @@
 #include <sstream>
 #include <thread>
 
-#include "examples/program/text_table.hpp"
-#include "tests/support/program_test.hpp"
+#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 extern char** environ;
 

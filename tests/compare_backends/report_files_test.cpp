@@ -8,9 +8,9 @@
 #include <set>
 #include <sstream>
 
-#include "examples/compare_backends/schema_text.hpp"
-#include "examples/program/text_table.hpp"
-#include "tests/support/program_test.hpp"
+#include "touchstone/examples/compare_backends/schema_text.hpp"
+#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 // The files that the program writes, held against each other.
 

@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 
-#include "examples/compare_backends/mann_whitney.hpp"
-#include "examples/compare_backends/upper_bound.hpp"
-#include "examples/measures/quantiles.hpp"
+#include "touchstone/examples/compare_backends/mann_whitney.hpp"
+#include "touchstone/examples/compare_backends/upper_bound.hpp"
+#include "touchstone/examples/measures/quantiles.hpp"
 
 namespace touchstone::comparison {
 namespace {

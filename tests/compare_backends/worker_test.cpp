@@ -1,13 +1,13 @@
-#include "examples/compare_backends/worker.hpp"
+#include "touchstone/examples/compare_backends/worker.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 
-#include "examples/compare_backends/comparison.hpp"
-#include "examples/compare_backends/job_io.hpp"
-#include "examples/measures/pair_families.hpp"
-#include "tests/measures/fake_backends.hpp"
+#include "touchstone/examples/compare_backends/comparison.hpp"
+#include "touchstone/examples/compare_backends/job_io.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {
 namespace {

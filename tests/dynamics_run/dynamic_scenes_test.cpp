@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <numbers>
 
-#include "adapters/scene_files/dynamics_file.hpp"
-#include "examples/dynamics_run/run.hpp"
-#include "examples/dynamics_run/simulate.hpp"
-#include "examples/measures/all_backends.hpp"
+#include "touchstone/adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/examples/dynamics_run/run.hpp"
+#include "touchstone/examples/dynamics_run/simulate.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone::dynamics {
 namespace {

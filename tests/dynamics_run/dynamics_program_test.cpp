@@ -11,7 +11,7 @@
 #include <sstream>
 #include <thread>
 
-#include "tests/support/program_test.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 namespace {
 

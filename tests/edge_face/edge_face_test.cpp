@@ -1,11 +1,11 @@
-#include "contact_core/edge_face/edge_face.hpp"
+#include "touchstone/contact_core/edge_face/edge_face.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "tests/support/random_poses.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,7 +4,7 @@
 #include <ostream>
 #include <vector>
 
-#include "examples/engine_check/world.hpp"
+#include "touchstone/examples/engine_check/world.hpp"
 
 // Worlds with closed-form answers, stepped in each engine with our check, and with its own where that is to
 // be beaten. Every run is deterministic: bounds without a reason of their own are twice what came out.

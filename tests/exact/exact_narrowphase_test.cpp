@@ -5,8 +5,8 @@
 #include <limits>
 #include <vector>
 
-#include "adapters/exact/exact.hpp"
-#include "tests/support/ask.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/exact/exhaustive_oracle.hpp"
+#include "touchstone/tests/exact/exhaustive_oracle.hpp"
 
 #include <gmpxx.h>
 

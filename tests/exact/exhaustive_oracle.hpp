@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 namespace touchstone::exact_test {
 

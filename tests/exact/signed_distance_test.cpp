@@ -1,4 +1,4 @@
-#include "adapters/exact/signed_distance.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <limits>
 #include <random>
 
-#include "adapters/exact/contact_patch.hpp"
-#include "contact_core/geometry/pose.hpp"
-#include "tests/exact/exhaustive_oracle.hpp"
+#include "touchstone/adapters/exact/contact_patch.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/tests/exact/exhaustive_oracle.hpp"
 
 namespace touchstone {
 namespace {

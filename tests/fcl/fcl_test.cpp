@@ -1,4 +1,4 @@
-#include "adapters/fcl/fcl.hpp"
+#include "touchstone/adapters/fcl/fcl.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/support/ask.hpp"
+#include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {
 namespace {

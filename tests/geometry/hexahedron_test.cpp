@@ -1,4 +1,4 @@
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <set>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

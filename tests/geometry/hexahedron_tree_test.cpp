@@ -1,10 +1,10 @@
-#include "contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "contact_core/input_error.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

@@ -5,9 +5,9 @@
 #include <limits>
 #include <sstream>
 
-#include "adapters/scene_files/pair_file.hpp"
-#include "contact_core/input_error.hpp"
-#include "tests/backend_suite/suite.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/backend_suite/suite.hpp"
 
 // The named hard cases. `exact` meets every one to the last bit and `native` every class and 1e-12 S; what
 // the engines get wrong is on record.

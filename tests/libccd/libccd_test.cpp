@@ -1,4 +1,4 @@
-#include "adapters/libccd/libccd.hpp"
+#include "touchstone/adapters/libccd/libccd.hpp"
 
 #include <ccd/ccd.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "adapters/libccd/libccd_narrowphase.hpp"
-#include "examples/measures/allocations.hpp"
-#include "tests/support/ask.hpp"
+#include "touchstone/adapters/libccd/libccd_narrowphase.hpp"
+#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/allocations.hpp"
 
 #include <gtest/gtest.h>
 

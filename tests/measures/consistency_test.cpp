@@ -1,4 +1,4 @@
-#include "examples/measures/consistency.hpp"
+#include "touchstone/examples/measures/consistency.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <string_view>
 
-#include "contact_core/registry.hpp"
-#include "examples/measures/pair_families.hpp"
-#include "tests/measures/fake_backends.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {
 namespace {

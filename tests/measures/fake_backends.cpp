@@ -1,4 +1,4 @@
-#include "tests/measures/fake_backends.hpp"
+#include "touchstone/tests/measures/fake_backends.hpp"
 
 #include <cmath>
 #include <limits>

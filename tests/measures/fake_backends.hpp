@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/registry.hpp"
-#include "examples/measures/oracle.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/measures/oracle.hpp"
 
 // Unit cubes side by side along x: everything about a pair follows from its gap.
 

@@ -1,4 +1,4 @@
-#include "examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,11 +6,11 @@
 #include <cstring>
 #include <limits>
 
-#include "contact_core/input_error.hpp"
-#include "examples/measures/oracle.hpp"
-#include "examples/measures/surface_measure.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/measures/oracle.hpp"
+#include "touchstone/examples/measures/surface_measure.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
-#include "adapters/exact/signed_distance.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
 #endif
 
 namespace touchstone::comparison {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 // The oracle: forward kinematics written anew, in long double and with the first two derivatives carried
 // along.

@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <numbers>
 
-#include "contact_core/mechanism/mechanism_path.hpp"
-#include "contact_core/mechanism/ssrms.hpp"
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/native/native.hpp"
-#include "tests/mechanism/random_chain.hpp"
+#include "touchstone/contact_core/mechanism/mechanism_path.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/mechanism/random_chain.hpp"
 
 // Links of an arm against a box at rest: find_impact() on MechanismPath.
 

@@ -1,4 +1,4 @@
-#include "contact_core/mechanism/mechanism_path.hpp"
+#include "touchstone/contact_core/mechanism/mechanism_path.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <numbers>
 
-#include "tests/mechanism/jet.hpp"
-#include "tests/mechanism/random_chain.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/tests/mechanism/jet.hpp"
+#include "touchstone/tests/mechanism/random_chain.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {

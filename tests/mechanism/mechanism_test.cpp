@@ -1,4 +1,4 @@
-#include "contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,11 +7,11 @@
 #include <functional>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/mechanism/reference_overlaps.hpp"
-#include "contact_core/mechanism/round_parts.hpp"
-#include "contact_core/native/native.hpp"
-#include "tests/mechanism/random_chain.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/reference_overlaps.hpp"
+#include "touchstone/contact_core/mechanism/round_parts.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/mechanism/random_chain.hpp"
 
 namespace touchstone {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 namespace touchstone::test {
 

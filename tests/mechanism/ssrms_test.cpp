@@ -1,12 +1,12 @@
-#include "contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "contact_core/mechanism/reference_overlaps.hpp"
-#include "contact_core/native/native.hpp"
+#include "touchstone/contact_core/mechanism/reference_overlaps.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <numbers>
 #include <random>
 
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/native/native.hpp"
-#include "contact_core/scene/motion.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
 
 namespace touchstone {
 namespace {

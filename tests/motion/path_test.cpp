@@ -1,11 +1,11 @@
-#include "contact_core/motion/path.hpp"
+#include "touchstone/contact_core/motion/path.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "contact_core/scene/motion.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
 
 namespace touchstone {
 namespace {

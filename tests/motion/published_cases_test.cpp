@@ -4,9 +4,9 @@
 #include <limits>
 #include <string>
 
-#include "contact_core/motion/impact.hpp"
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/native/native.hpp"
+#include "touchstone/contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 
 // Times of impact that engines got wrong: cases from the trackers and tests of ncollide, parry and Jolt, and
 // from this project, with the exact first time at which the closed solids meet (translations: a rational,

@@ -1,12 +1,12 @@
-#include "contact_core/motion/sampled_impact.hpp"
+#include "touchstone/contact_core/motion/sampled_impact.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <functional>
 
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/native/native.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "contact_core/motion/slide.hpp"
+#include "touchstone/contact_core/motion/slide.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "contact_core/motion/slide_rows.hpp"
-#include "contact_core/scene/motion.hpp"
-#include "tests/support/random.hpp"
+#include "touchstone/contact_core/motion/slide_rows.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/tests/support/random.hpp"
 
 namespace touchstone {
 namespace {

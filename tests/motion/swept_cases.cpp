@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "adapters/exact/exact.hpp"
-#include "contact_core/motion/clear_stretch.hpp"
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/native/native.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,9 +4,9 @@
 #include <limits>
 #include <string>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/motion/path.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/motion/path.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 // Published swept cases with exact times, held against find_impact() over any backend.
 

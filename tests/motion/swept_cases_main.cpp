@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
-#include "examples/measures/all_backends.hpp"
 #include "swept_cases.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone {
 namespace {

@@ -7,9 +7,9 @@
 #include <set>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/registry.hpp"
-#include "examples/measures/all_backends.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone {
 namespace {

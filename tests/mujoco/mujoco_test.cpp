@@ -1,4 +1,4 @@
-#include "adapters/mujoco/mujoco.hpp"
+#include "touchstone/adapters/mujoco/mujoco.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <limits>
 #include <vector>
 
-#include "adapters/mujoco_plugin/mujoco_plugin.hpp"
-#include "examples/measures/allocations.hpp"
-#include "tests/mujoco_plugin/collision_scene.hpp"
-#include "tests/support/ask.hpp"
+#include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
+#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/tests/mujoco_plugin/collision_scene.hpp"
+#include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {
 namespace {

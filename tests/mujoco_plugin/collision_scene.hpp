@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "adapters/mujoco/geom_pose.hpp"
-#include "adapters/mujoco/xml_model.hpp"
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/adapters/mujoco/geom_pose.hpp"
+#include "touchstone/adapters/mujoco/xml_model.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 namespace touchstone::test {
 

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <iostream>
 
-#include "adapters/exact/exact.hpp"
-#include "adapters/mujoco_plugin/mujoco_plugin.hpp"
-#include "adapters/scene_files/pair_file.hpp"
-#include "tests/mujoco_plugin/collision_scene.hpp"
-#include "tests/support/ask.hpp"
-#include "tests/support/scale_of.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
+#include "touchstone/tests/mujoco_plugin/collision_scene.hpp"
+#include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/scale_of.hpp"
 
 // The named hard cases asked through MuJoCo's table: its own check, and ours. The truth is that of the solids
 // and poses as the engine stores them.

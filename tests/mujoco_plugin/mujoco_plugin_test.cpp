@@ -1,4 +1,4 @@
-#include "adapters/mujoco_plugin/mujoco_plugin.hpp"
+#include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
 
 #include <gmock/gmock.h>
 
@@ -9,11 +9,11 @@
 #include <thread>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
-#include "tests/mujoco_plugin/collision_scene.hpp"
-#include "tests/support/ask.hpp"
-#include "tests/support/counting_allocator.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/mujoco_plugin/collision_scene.hpp"
+#include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone::test {
 namespace {

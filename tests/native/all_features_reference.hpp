@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 // A slow, independent answer for the hulls of two sets of world vertices, in long double: no filters, no hull
 // topology, every direction that could matter.

@@ -1,4 +1,4 @@
-#include "contact_core/native/certificate.hpp"
+#include "touchstone/contact_core/native/certificate.hpp"
 
 #include <gmpxx.h>
 #include <gtest/gtest.h>
@@ -6,10 +6,10 @@
 #include <filesystem>
 
 #ifdef TOUCHSTONE_HARD_CASES
-#include "adapters/scene_files/pair_file.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
 #endif
-#include "examples/measures/pair_families.hpp"
 #include "native_fixture.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
 
 namespace touchstone {
 namespace {

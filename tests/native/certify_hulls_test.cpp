@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "contact_core/native/gjk.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
-#include "examples/measures/random.hpp"
+#include "touchstone/contact_core/native/gjk.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/examples/measures/random.hpp"
 
 // certify_hulls() on pairs whose products underflow: unknown or right, never wrong. The narrowphase scales
 // such pairs first; the bound must hold without that.

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "native_fixture.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {

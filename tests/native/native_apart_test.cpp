@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "all_features_reference.hpp"
-#include "contact_core/native/apart_pass.hpp"
 #include "native_fixture.hpp"
+#include "touchstone/contact_core/native/apart_pass.hpp"
 
 // Pairs that are apart: the kernels in lanes against each other, against single calls and the reference.
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "all_features_reference.hpp"
-#include "contact_core/native/overlap.hpp"
-#include "contact_core/native/pair_depth.hpp"
-#include "contact_core/native/witness.hpp"
 #include "native_fixture.hpp"
+#include "touchstone/contact_core/native/overlap.hpp"
+#include "touchstone/contact_core/native/pair_depth.hpp"
+#include "touchstone/contact_core/native/witness.hpp"
 
 // Depth, normal and witness points of pairs that overlap: against the reference in long double, against the
 // scalar road (best_facet_axis), over instruction sets, and in batches.

@@ -5,12 +5,12 @@
 #include <memory>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/native/native.hpp"
-#include "tests/support/all_pairs.hpp"
-#include "tests/support/ask.hpp"
-#include "tests/support/random_poses.hpp"
-#include "tests/support/scale_of.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/support/all_pairs.hpp"
+#include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
+#include "touchstone/tests/support/scale_of.hpp"
 
 namespace touchstone {
 

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <vector>
 
-#include "contact_core/native/aligned_hulls.hpp"
-#include "contact_core/native/clip_batch.hpp"
-#include "contact_core/native/facet_axes.hpp"
-#include "contact_core/native/hull_pair.hpp"
-#include "contact_core/native/pair_depth.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
 #include "native_fixture.hpp"
+#include "touchstone/contact_core/native/aligned_hulls.hpp"
+#include "touchstone/contact_core/native/clip_batch.hpp"
+#include "touchstone/contact_core/native/facet_axes.hpp"
+#include "touchstone/contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/pair_depth.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 // Boxes laid flush on each other, as engines leave them: deep by anything from roundings to millimetres, or
 // apart by as little, and turned by noise.

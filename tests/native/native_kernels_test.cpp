@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "contact_core/native/overlap.hpp"
-#include "contact_core/native/simd/kernels.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
 #include "native_fixture.hpp"
+#include "touchstone/contact_core/native/overlap.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 // The kernels of every instruction set that this machine has, against the exact answer and one another.
 

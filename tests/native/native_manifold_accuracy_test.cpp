@@ -6,10 +6,10 @@
 #include <functional>
 #include <set>
 
-#include "contact_core/native/manifold.hpp"
-#include "contact_core/native/placed_pair.hpp"
-#include "examples/measures/surface_measure.hpp"
 #include "native_fixture.hpp"
+#include "touchstone/contact_core/native/manifold.hpp"
+#include "touchstone/contact_core/native/placed_pair.hpp"
+#include "touchstone/examples/measures/surface_measure.hpp"
 
 // What manifold.hpp states of every contact point: on A, on B, straight across, over families that make it
 // hard.

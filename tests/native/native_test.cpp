@@ -1,4 +1,4 @@
-#include "contact_core/native/native.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,12 +1,12 @@
-#include "contact_core/native/solid_memory.hpp"
+#include "touchstone/contact_core/native/solid_memory.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <random>
 
-#include "tests/support/counting_allocator.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone::native {
 namespace {

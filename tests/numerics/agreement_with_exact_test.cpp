@@ -1,4 +1,4 @@
-#include "contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <functional>
 #include <random>
 
-#include "adapters/exact/signed_distance.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 // hulls_intersect against the exact backend, an independent algorithm in arbitrary-precision integers: on
 // grids of small integers, where every degeneracy occurs, and on boxes brought to touch, at all magnitudes a

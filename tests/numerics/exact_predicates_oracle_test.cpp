@@ -7,10 +7,10 @@
 #include <limits>
 #include <sstream>
 
-#include "contact_core/geometry/pose.hpp"
-#include "contact_core/numerics/exact_predicates.hpp"
-#include "tests/numerics/hull_oracle.hpp"
-#include "tests/numerics/pair_generators.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/tests/numerics/hull_oracle.hpp"
+#include "touchstone/tests/numerics/pair_generators.hpp"
 
 // hulls_intersect() and orient3d_sign() against integer arithmetic (GMP) on inputs made to be hard.
 

@@ -1,11 +1,11 @@
-#include "contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tests/numerics/pair_generators.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/tests/numerics/pair_generators.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone::numerics {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/numerics/hull_oracle.hpp"
+#include "touchstone/tests/numerics/hull_oracle.hpp"
 
 #include <gmpxx.h>
 

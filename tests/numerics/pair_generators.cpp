@@ -1,11 +1,11 @@
-#include "tests/numerics/pair_generators.hpp"
+#include "touchstone/tests/numerics/pair_generators.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 namespace touchstone::numerics {
 namespace {

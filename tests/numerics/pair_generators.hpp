@@ -2,8 +2,8 @@
 
 #include <random>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 // Pairs of vertex sets at and around touching: what a floating-point filter leaves undecided.
 

@@ -1,9 +1,9 @@
-#include "contact_core/numerics/portal_predicate.hpp"
+#include "touchstone/contact_core/numerics/portal_predicate.hpp"
 
 #include <gtest/gtest.h>
 
-#include "contact_core/numerics/exact_predicates.hpp"
 #include "pair_generators.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 namespace touchstone::numerics {
 namespace {

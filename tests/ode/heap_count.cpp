@@ -1,4 +1,4 @@
-#include "tests/ode/heap_count.hpp"
+#include "touchstone/tests/ode/heap_count.hpp"
 
 #include <atomic>
 

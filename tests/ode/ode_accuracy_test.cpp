@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/ode/ode_scenes.hpp"
+#include "touchstone/tests/ode/ode_scenes.hpp"
 
 // What ODE 0.16.2 as packaged by Debian 12 gets wrong, measured against a plain separating-axis reference.
 

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "tests/ode/heap_count.hpp"
-#include "tests/ode/ode_scenes.hpp"
-#include "tests/ode/random_scene.hpp"
+#include "touchstone/tests/ode/heap_count.hpp"
+#include "touchstone/tests/ode/ode_scenes.hpp"
+#include "touchstone/tests/ode/random_scene.hpp"
 
 namespace touchstone::ode_test {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "contact_core/input_error.hpp"
-#include "tests/ode/ode_scenes.hpp"
-#include "tests/ode/random_scene.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/ode/ode_scenes.hpp"
+#include "touchstone/tests/ode/random_scene.hpp"
 
 namespace touchstone::ode_test {
 namespace {

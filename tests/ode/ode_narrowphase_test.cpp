@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <thread>
 
-#include "tests/ode/ode_scenes.hpp"
+#include "touchstone/tests/ode/ode_scenes.hpp"
 
 namespace touchstone::ode_test {
 namespace {

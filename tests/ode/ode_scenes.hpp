@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "adapters/ode/ode.hpp"
-#include "contact_core/geometry/hexahedron.hpp"
-#include "tests/support/ask.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/adapters/ode/ode.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone::ode_test {
 

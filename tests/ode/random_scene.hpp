@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron_tree.hpp"
-#include "tests/ode/ode_scenes.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/tests/ode/ode_scenes.hpp"
 
 namespace touchstone::ode_test {
 

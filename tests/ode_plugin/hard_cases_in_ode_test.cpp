@@ -6,11 +6,11 @@
 #include <iostream>
 #include <optional>
 
-#include "adapters/ode/convex_data.hpp"
-#include "adapters/ode_plugin/ode_plugin.hpp"
-#include "adapters/scene_files/pair_file.hpp"
-#include "tests/support/ask.hpp"
-#include "tests/support/scale_of.hpp"
+#include "touchstone/adapters/ode/convex_data.hpp"
+#include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
+#include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/scale_of.hpp"
 
 // The named hard cases asked through dCollide: with ODE's own check, and with ours.
 

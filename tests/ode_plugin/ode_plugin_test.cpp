@@ -1,4 +1,4 @@
-#include "adapters/ode_plugin/ode_plugin.hpp"
+#include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 
 #include <gmock/gmock.h>
 #include <ode/ode.h>
@@ -11,10 +11,10 @@
 #include <thread>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
-#include "tests/support/ask.hpp"
-#include "tests/support/counting_allocator.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

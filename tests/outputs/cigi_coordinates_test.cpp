@@ -1,4 +1,4 @@
-#include "adapters/cigi/coordinates.hpp"
+#include "touchstone/adapters/cigi/coordinates.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "adapters/cigi/packets.hpp"
-#include "tests/support/listener.hpp"
+#include "touchstone/adapters/cigi/packets.hpp"
+#include "touchstone/tests/support/listener.hpp"
 
 // The image generator's side, written apart from the adapter: it reads packets by the tables of the standard.
 

@@ -1,4 +1,4 @@
-#include "adapters/cigi/cigi_output.hpp"
+#include "touchstone/adapters/cigi/cigi_output.hpp"
 
 #include <gmock/gmock.h>
 
@@ -6,9 +6,9 @@
 #include <set>
 
 #include "cigi_fixture.hpp"
-#include "contact_core/input_error.hpp"
 #include "output_fixture.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {

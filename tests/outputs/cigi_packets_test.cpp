@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "adapters/cigi/packets.hpp"
 #include "cigi_fixture.hpp"
+#include "touchstone/adapters/cigi/packets.hpp"
 
 namespace touchstone {
 namespace {

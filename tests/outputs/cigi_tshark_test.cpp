@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "adapters/cigi/cigi_output.hpp"
 #include "cigi_fixture.hpp"
 #include "output_fixture.hpp"
+#include "touchstone/adapters/cigi/cigi_output.hpp"
 
 namespace touchstone {
 namespace {

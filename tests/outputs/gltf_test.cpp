@@ -1,4 +1,4 @@
-#include "adapters/gltf/gltf.hpp"
+#include "touchstone/adapters/gltf/gltf.hpp"
 
 #include <gmock/gmock.h>
 
@@ -7,8 +7,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "contact_core/input_error.hpp"
 #include "output_fixture.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,12 +1,12 @@
-#include "contact_core/output/output_feed.hpp"
+#include "touchstone/contact_core/output/output_feed.hpp"
 
 #include <gmock/gmock.h>
 
 #include <array>
 
-#include "contact_core/input_error.hpp"
 #include "output_fixture.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {

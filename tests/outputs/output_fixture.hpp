@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/output/frame_output.hpp"
-#include "tests/support/random_poses.hpp"
-#include "tests/world/world_fixture.hpp"
+#include "touchstone/contact_core/output/frame_output.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
+#include "touchstone/tests/world/world_fixture.hpp"
 
 namespace touchstone {
 

@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 
-#include "adapters/recorder/recorder.hpp"
-#include "contact_core/input_error.hpp"
 #include "output_fixture.hpp"
+#include "touchstone/adapters/recorder/recorder.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

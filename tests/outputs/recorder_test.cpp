@@ -1,4 +1,4 @@
-#include "adapters/recorder/recorder.hpp"
+#include "touchstone/adapters/recorder/recorder.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -8,10 +8,10 @@
 #include <csignal>
 #include <thread>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/output/output_feed.hpp"
 #include "output_fixture.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/output/output_feed.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "physics/dynamics_world.hpp"
-#include "tests/physics/arms.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
+#include "touchstone/tests/physics/arms.hpp"
 
 namespace touchstone::physics {
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/mechanism/mechanism.hpp"
-#include "contact_core/mechanism/ssrms.hpp"
-#include "physics/inertia.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/physics/inertia.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 // Arms that several tests move.
 

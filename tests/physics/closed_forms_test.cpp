@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <numbers>
 
-#include "physics/dynamics_world.hpp"
-#include "tests/physics/arms.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
+#include "touchstone/tests/physics/arms.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

@@ -1,4 +1,4 @@
-#include "physics/contact_solver.hpp"
+#include "touchstone/physics/contact_solver.hpp"
 
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <limits>
 #include <vector>
 
-#include "tests/physics/random_contact_sets.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/tests/physics/random_contact_sets.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

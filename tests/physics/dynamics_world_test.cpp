@@ -1,4 +1,4 @@
-#include "physics/dynamics_world.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <functional>
 
-#include "contact_core/input_error.hpp"
-#include "tests/physics/arm_with_payload.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/physics/arm_with_payload.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

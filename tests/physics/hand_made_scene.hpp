@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "contact_core/registry.hpp"
-#include "physics/scene_simulation.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/physics/scene_simulation.hpp"
 
 // Dynamic scenes made by hand, and their steps.
 
@@ -25,7 +25,7 @@ inline SceneObject box(const std::string& name, const Vector3& size, const Pose&
 }
 
 inline SceneBody free_body(double mass, const Vector3& size, const Vector3& v_W = kZero,
-                    const Vector3& w_W = kZero) {
+                           const Vector3& w_W = kZero) {
   return {BodyKind::dynamic, box_inertia(mass, size), v_W, w_W, {0.0, 0.0}, {}};
 }
 

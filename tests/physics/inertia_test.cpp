@@ -1,4 +1,4 @@
-#include "physics/inertia.hpp"
+#include "touchstone/physics/inertia.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <numbers>
 #include <random>
 
-#include "contact_core/input_error.hpp"
-#include "physics/matrix3.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/matrix3.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

@@ -6,8 +6,8 @@
 #include <kdl/chain.hpp>
 #include <kdl/chainfdsolver_recursive_newton_euler.hpp>
 
-#include "physics/mechanism_dynamics.hpp"
-#include "tests/physics/arms.hpp"
+#include "touchstone/physics/mechanism_dynamics.hpp"
+#include "touchstone/tests/physics/arms.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

@@ -1,12 +1,12 @@
-#include "physics/latch.hpp"
+#include "touchstone/physics/latch.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 
-#include "physics/matrix3.hpp"
-#include "tests/physics/arms.hpp"
+#include "touchstone/physics/matrix3.hpp"
+#include "touchstone/tests/physics/arms.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

@@ -1,4 +1,4 @@
-#include "physics/mechanism_dynamics.hpp"
+#include "touchstone/physics/mechanism_dynamics.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
-#include "physics/cholesky.hpp"
-#include "tests/physics/arms.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/cholesky.hpp"
+#include "touchstone/tests/physics/arms.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

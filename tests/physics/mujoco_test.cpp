@@ -10,9 +10,9 @@
 #include <memory>
 #include <sstream>
 
-#include "physics/mechanism_dynamics.hpp"
-#include "physics/quaternion.hpp"
-#include "tests/physics/arms.hpp"
+#include "touchstone/physics/mechanism_dynamics.hpp"
+#include "touchstone/physics/quaternion.hpp"
+#include "touchstone/tests/physics/arms.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

@@ -6,10 +6,10 @@
 #include <random>
 #include <vector>
 
-#include "physics/contact_problem.hpp"
-#include "physics/inertia.hpp"
-#include "physics/matrix3.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/physics/contact_problem.hpp"
+#include "touchstone/physics/inertia.hpp"
+#include "touchstone/physics/matrix3.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone::physics {
 

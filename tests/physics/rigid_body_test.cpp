@@ -1,4 +1,4 @@
-#include "physics/rigid_body.hpp"
+#include "touchstone/physics/rigid_body.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <random>
 
-#include "contact_core/input_error.hpp"
-#include "physics/matrix3.hpp"
-#include "tests/support/counting_allocator.hpp"
-#include "tests/support/random_poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/matrix3.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

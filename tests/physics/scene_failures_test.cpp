@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "contact_core/broadphase/register_broadphases.hpp"
-#include "contact_core/input_error.hpp"
-#include "physics/scene_simulation.hpp"
-#include "tests/physics/hand_made_scene.hpp"
-#include "tests/proof/lying_narrowphase.hpp"
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/scene_simulation.hpp"
+#include "touchstone/tests/physics/hand_made_scene.hpp"
+#include "touchstone/tests/proof/lying_narrowphase.hpp"
 
 // Steps that fail, and scenes that are refused, by name.
 
@@ -69,8 +69,8 @@ TEST(SceneSimulation, ABadContactNamesItsPair) {
     for (std::size_t i = 1; i < input.pairs.size(); ++i) output.geometry[i].n_AB_W.z() = NAN;
   };
   SceneSimulation simulation(scene, [&] {
-    return std::make_unique<NarrowphaseContacts>(
-        make_native_broadphase(), std::make_unique<proof::LyingNarrowphase>(spoil), 1e-3);
+    return std::make_unique<NarrowphaseContacts>(make_native_broadphase(),
+                                                 std::make_unique<proof::LyingNarrowphase>(spoil), 1e-3);
   });
   const StepReport report = step(simulation);
   EXPECT_EQ(report.failure, StepFailure::bad_contact);

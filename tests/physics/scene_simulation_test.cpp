@@ -1,17 +1,17 @@
-#include "physics/scene_simulation.hpp"
+#include "touchstone/physics/scene_simulation.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "contact_core/broadphase/register_broadphases.hpp"
-#include "contact_core/input_error.hpp"
-#include "contact_core/native/native.hpp"
-#include "contact_core/registry.hpp"
-#include "contact_core/scene/motion.hpp"
-#include "tests/physics/hand_made_scene.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/tests/physics/hand_made_scene.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

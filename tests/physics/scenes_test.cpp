@@ -7,16 +7,16 @@
 #include <cstdio>
 #include <numbers>
 
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/registry.hpp"
 #ifdef TOUCHSTONE_HAS_BULLET
-#include "adapters/bullet/bullet.hpp"
+#include "touchstone/adapters/bullet/bullet.hpp"
 #endif
 #ifdef TOUCHSTONE_HAS_ODE
-#include "adapters/ode/ode.hpp"
+#include "touchstone/adapters/ode/ode.hpp"
 #endif
-#include "physics/narrowphase_contacts.hpp"
-#include "tests/physics/arms.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/tests/physics/arms.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

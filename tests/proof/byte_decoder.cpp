@@ -1,9 +1,9 @@
-#include "tests/proof/byte_decoder.hpp"
+#include "touchstone/tests/proof/byte_decoder.hpp"
 
 #include <array>
 #include <cmath>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::proof {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/proof/class_settler.hpp"
+#include "touchstone/tests/proof/class_settler.hpp"
 
 #include <gmpxx.h>
 

@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "contact_core/narrowphase/pair_class.hpp"
-#include "tests/proof/posed_solids.hpp"
+#include "touchstone/contact_core/narrowphase/pair_class.hpp"
+#include "touchstone/tests/proof/posed_solids.hpp"
 
 // The class of a pair by a second method, which shares no code with contact_core's predicates nor with the
 // `exact` adapter, and no idea of a hull's faces and edges either: every direction that could be a facet

@@ -1,14 +1,14 @@
-#include "tests/proof/class_settler.hpp"
+#include "touchstone/tests/proof/class_settler.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "adapters/exact/signed_distance.hpp"
-#include "tests/proof/families.hpp"
-#include "tests/proof/pair_text.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/tests/proof/families.hpp"
+#include "touchstone/tests/proof/pair_text.hpp"
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
-#include "adapters/scene_files/pair_file.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
 #endif
 
 namespace touchstone::proof {

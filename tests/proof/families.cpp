@@ -1,13 +1,13 @@
-#include "tests/proof/families.hpp"
+#include "touchstone/tests/proof/families.hpp"
 
 #include <array>
 #include <cmath>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
-#include "examples/measures/pair_families.hpp"
-#include "examples/measures/random.hpp"
-#include "tests/proof/byte_decoder.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/tests/proof/byte_decoder.hpp"
 
 namespace touchstone::proof {
 namespace {

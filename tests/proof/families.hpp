@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "tests/proof/posed_solids.hpp"
+#include "touchstone/tests/proof/posed_solids.hpp"
 
 namespace touchstone::proof {
 

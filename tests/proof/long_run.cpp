@@ -1,4 +1,4 @@
-#include "tests/proof/long_run.hpp"
+#include "touchstone/tests/proof/long_run.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -8,9 +8,9 @@
 #include <thread>
 #include <tuple>
 
-#include "adapters/exact/signed_distance.hpp"
-#include "tests/proof/class_settler.hpp"
-#include "tests/proof/families.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/tests/proof/class_settler.hpp"
+#include "touchstone/tests/proof/families.hpp"
 
 namespace touchstone::proof {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 // Millions of pairs: class and sign held against the second method (class_settler.hpp), the signed distance
 // of a sample against the `exact` adapter, whose class must also be the second method's.

@@ -9,12 +9,12 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/native/native.hpp"
-#include "examples/program/text_table.hpp"
-#include "tests/proof/families.hpp"
-#include "tests/proof/long_run.hpp"
-#include "tests/proof/pair_text.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/tests/proof/families.hpp"
+#include "touchstone/tests/proof/long_run.hpp"
+#include "touchstone/tests/proof/pair_text.hpp"
 
 // The long run, not in CI: ten million pairs of all families, `native` against two independent truths. Prints
 // a table and writes long_run.json and, where something is wrong, failing_pairs.json for compare_backends

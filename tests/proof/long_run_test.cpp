@@ -1,9 +1,9 @@
-#include "tests/proof/long_run.hpp"
+#include "touchstone/tests/proof/long_run.hpp"
 
 #include <gtest/gtest.h>
 
-#include "contact_core/native/native.hpp"
-#include "tests/proof/lying_narrowphase.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/proof/lying_narrowphase.hpp"
 
 namespace touchstone::proof {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "contact_core/native/native.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 
 namespace touchstone::proof {
 

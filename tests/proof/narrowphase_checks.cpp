@@ -1,12 +1,12 @@
-#include "tests/proof/narrowphase_checks.hpp"
+#include "touchstone/tests/proof/narrowphase_checks.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 
-#include "adapters/exact/signed_distance.hpp"
-#include "tests/proof/result_bits.hpp"
+#include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/tests/proof/result_bits.hpp"
 
 namespace touchstone::proof {
 namespace {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
-#include "tests/proof/posed_solids.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/tests/proof/posed_solids.hpp"
 
 namespace touchstone::proof {
 

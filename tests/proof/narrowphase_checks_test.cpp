@@ -1,4 +1,4 @@
-#include "tests/proof/narrowphase_checks.hpp"
+#include "touchstone/tests/proof/narrowphase_checks.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,11 +9,11 @@
 #include <fstream>
 #include <iterator>
 
-#include "examples/measures/random.hpp"
-#include "tests/proof/byte_decoder.hpp"
-#include "tests/proof/families.hpp"
-#include "tests/proof/lying_narrowphase.hpp"
-#include "tests/proof/pair_text.hpp"
+#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/tests/proof/byte_decoder.hpp"
+#include "touchstone/tests/proof/families.hpp"
+#include "touchstone/tests/proof/lying_narrowphase.hpp"
+#include "touchstone/tests/proof/pair_text.hpp"
 
 // The fuzzer's checks: on the bytes kept in corpus/, on random bytes, and on answers that are known to be
 // wrong.

@@ -4,10 +4,10 @@
 #include <string>
 #include <string_view>
 
-#include "contact_core/native/native.hpp"
-#include "tests/proof/byte_decoder.hpp"
-#include "tests/proof/narrowphase_checks.hpp"
-#include "tests/proof/pair_text.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/proof/byte_decoder.hpp"
+#include "touchstone/tests/proof/narrowphase_checks.hpp"
+#include "touchstone/tests/proof/pair_text.hpp"
 
 // libFuzzer: `native` keeps its promises on whatever pair the bytes decode to. On a broken one it prints the
 // pair and what broke, and aborts, so that the bytes are kept. With TOUCHSTONE_FUZZ_SKIP="text;text" in the

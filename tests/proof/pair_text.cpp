@@ -1,4 +1,4 @@
-#include "tests/proof/pair_text.hpp"
+#include "touchstone/tests/proof/pair_text.hpp"
 
 #include <array>
 #include <cstdio>

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "tests/proof/posed_solids.hpp"
+#include "touchstone/tests/proof/posed_solids.hpp"
 
 namespace touchstone::proof {
 

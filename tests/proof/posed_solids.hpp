@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 namespace touchstone::proof {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone::proof {
 

@@ -1,12 +1,12 @@
-#include "tests/proof/result_hash.hpp"
+#include "touchstone/tests/proof/result_hash.hpp"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <thread>
 
-#include "tests/proof/families.hpp"
-#include "tests/proof/result_bits.hpp"
+#include "touchstone/tests/proof/families.hpp"
+#include "touchstone/tests/proof/result_bits.hpp"
 
 namespace touchstone::proof {
 namespace {

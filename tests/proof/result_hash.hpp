@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone::proof {
 

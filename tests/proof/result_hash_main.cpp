@@ -4,9 +4,9 @@
 #include <cstring>
 #include <string_view>
 
-#include "contact_core/native/native.hpp"
-#include "contact_core/native/simd/kernels.hpp"
-#include "tests/proof/result_hash.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
+#include "touchstone/tests/proof/result_hash.hpp"
 
 // Prints one hash of all answers of `native` a family and one of all: the same on every compiler, processor,
 // instruction set, thread count and batch size. Which instruction set is used, contact_core itself decides;

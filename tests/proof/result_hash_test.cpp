@@ -1,12 +1,12 @@
-#include "tests/proof/result_hash.hpp"
+#include "touchstone/tests/proof/result_hash.hpp"
 
 #include <gtest/gtest.h>
 
 #include <bit>
 
-#include "contact_core/native/native.hpp"
-#include "tests/proof/families.hpp"
-#include "tests/proof/lying_narrowphase.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/proof/families.hpp"
+#include "touchstone/tests/proof/lying_narrowphase.hpp"
 
 namespace touchstone::proof {
 namespace {

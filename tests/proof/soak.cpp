@@ -12,11 +12,11 @@
 #include <sstream>
 #include <thread>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/motion/clear_stretch.hpp"
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/native/native.hpp"
-#include "tests/support/random_solid.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/support/random_solid.hpp"
 
 namespace touchstone {
 namespace {

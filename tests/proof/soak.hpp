@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 // A contact world under random treatment, every invariant checked after every frame: commands good and bad,
 // selections from another thread, latches, additions, removals, rules and resets, many of them refused.

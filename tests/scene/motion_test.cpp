@@ -1,12 +1,12 @@
-#include "contact_core/scene/motion.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/scene/scene.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/scene.hpp"
 
 namespace touchstone {
 namespace {

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "adapters/scene_files/scene_file.hpp"
-#include "contact_core/scene/scene_instance.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone {
 namespace {

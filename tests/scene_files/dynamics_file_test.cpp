@@ -1,4 +1,4 @@
-#include "adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/adapters/scene_files/dynamics_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <string>
 
-#include "contact_core/input_error.hpp"
-#include "tests/support/written_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/written_file.hpp"
 
 namespace touchstone {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "adapters/scene_files/pair_file.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "adapters/scene_files/scene_file.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <numbers>
 #include <string>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/scene/scene_instance.hpp"
-#include "tests/support/written_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
+#include "touchstone/tests/support/written_file.hpp"
 
 namespace touchstone {
 namespace {

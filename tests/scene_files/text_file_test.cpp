@@ -1,4 +1,4 @@
-#include "adapters/scene_files/text_file.hpp"
+#include "touchstone/adapters/scene_files/text_file.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -6,9 +6,9 @@
 #include <fstream>
 #include <functional>
 
-#include "adapters/scene_files/pair_file.hpp"
-#include "adapters/scene_files/scene_file.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

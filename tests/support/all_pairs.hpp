@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
 

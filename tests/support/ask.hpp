@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 // A narrowphase's answers with the memory they need.
 

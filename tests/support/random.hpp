@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tests/support/random_poses.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
 

@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 
 // Random cases that are the same on every compiler: what takes several draws takes them in a stated order,
 // never two in one argument list. Callers do likewise: braces have an order, parentheses have none.

@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "contact_core/geometry/hexahedron.hpp"
-#include "tests/support/random.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/tests/support/random.hpp"
 
 namespace touchstone {
 

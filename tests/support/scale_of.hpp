@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 namespace touchstone {
 

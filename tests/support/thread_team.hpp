@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "contact_core/broadphase/task_runner.hpp"
+#include "touchstone/contact_core/broadphase/task_runner.hpp"
 
 namespace touchstone {
 

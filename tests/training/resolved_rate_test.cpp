@@ -1,15 +1,15 @@
-#include "contact_core/mechanism/resolved_rate.hpp"
+#include "touchstone/contact_core/mechanism/resolved_rate.hpp"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/mechanism/ssrms.hpp"
-#include "contact_core/motion/path.hpp"
-#include "tests/mechanism/random_chain.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/motion/path.hpp"
+#include "touchstone/tests/mechanism/random_chain.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "adapters/scene_files/script_file.hpp"
+#include "touchstone/adapters/scene_files/script_file.hpp"
 
 #include <gmock/gmock.h>
 
@@ -7,8 +7,8 @@
 #include <fstream>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
-#include "tests/support/program_test.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 namespace touchstone {
 namespace {

@@ -12,8 +12,8 @@
 #include <numbers>
 #include <set>
 
-#include "tests/support/listener.hpp"
-#include "tests/support/program_test.hpp"
+#include "touchstone/tests/support/listener.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "adapters/urdf/urdf.hpp"
+#include "touchstone/adapters/urdf/urdf.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <functional>
 #include <numbers>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
 
 namespace touchstone {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "world_fixture.hpp"
 
 namespace touchstone {

@@ -1,4 +1,4 @@
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <thread>
 
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 #include "world_fixture.hpp"
 
 namespace touchstone {

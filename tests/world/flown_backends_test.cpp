@@ -13,9 +13,9 @@
 #include <numbers>
 #include <set>
 
-#include "adapters/scene_files/scene_file.hpp"
-#include "contact_core/world/scene_world.hpp"
-#include "examples/measures/all_backends.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/contact_core/world/scene_world.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone {
 namespace {

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <optional>
 
-#include "adapters/scene_files/scene_file.hpp"
-#include "contact_core/registry.hpp"
-#include "contact_core/world/scene_world.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/contact_core/world/scene_world.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,10 +4,10 @@
 #include <cstdlib>
 
 #include "arm_fixture.hpp"
-#include "tests/mechanism/random_chain.hpp"
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/tests/mechanism/random_chain.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
-#include "adapters/exact/exact.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
 #endif
 
 // Random motions of arms among boxes. TOUCHSTONE_ARM_MOTIONS sets how many (the full run: 100000).

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "arm_fixture.hpp"
-#include "contact_core/input_error.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 // Mechanisms as movers of the contact world.
 

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <vector>
 
-#include "adapters/exact/exact.hpp"
-#include "contact_core/motion/clear_stretch.hpp"
-#include "examples/measures/all_backends.hpp"
-#include "tests/support/random_solid.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/tests/support/random_solid.hpp"
 #include "world_fixture.hpp"
 
 namespace touchstone {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/input_error.hpp"
 #include "motion_proof.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 int main(int argc, char** argv) {
   using namespace touchstone;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <iostream>
 
-#include "examples/measures/all_backends.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone {
 namespace {

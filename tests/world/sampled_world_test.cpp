@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 #include "world_fixture.hpp"
 
 namespace touchstone {

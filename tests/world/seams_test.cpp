@@ -6,9 +6,9 @@
 #include <array>
 #include <iostream>
 
-#include "contact_core/motion/narrowphase_query.hpp"
-#include "contact_core/native/native.hpp"
-#include "examples/measures/all_backends.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 #include "world_fixture.hpp"
 
 namespace touchstone {

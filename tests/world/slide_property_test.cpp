@@ -5,12 +5,12 @@
 #include <cmath>
 #include <iostream>
 
-#include "contact_core/motion/mass_metric.hpp"
-#include "contact_core/native/native.hpp"
-#include "tests/support/random_solid.hpp"
+#include "touchstone/contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/support/random_solid.hpp"
 #include "world_fixture.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
-#include "adapters/exact/exact.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
 #endif
 
 namespace touchstone {

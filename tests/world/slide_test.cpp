@@ -6,8 +6,8 @@
 #include <iostream>
 #include <numbers>
 
-#include "contact_core/motion/mass_metric.hpp"
-#include "contact_core/native/native.hpp"
+#include "touchstone/contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 #include "world_fixture.hpp"
 
 namespace touchstone {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "contact_core/registry.hpp"
-#include "contact_core/scene/motion.hpp"
-#include "contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 namespace touchstone {
 

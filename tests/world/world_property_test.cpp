@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "tests/support/random.hpp"
+#include "touchstone/tests/support/random.hpp"
 #include "world_fixture.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
-#include "adapters/exact/exact.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
 #endif
 
 namespace touchstone {

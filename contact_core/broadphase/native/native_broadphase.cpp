@@ -1,5 +1,5 @@
-#include "contact_core/broadphase/native/object_pairs.hpp"
-#include "contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/broadphase/native/object_pairs.hpp"
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/native/object_forest.hpp"
+#include "touchstone/contact_core/broadphase/native/object_forest.hpp"
 
 namespace touchstone {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/broadphase/native/solid_bounds.hpp"
-#include "contact_core/broadphase/native/tree_join.hpp"
+#include "touchstone/contact_core/broadphase/native/solid_bounds.hpp"
+#include "touchstone/contact_core/broadphase/native/tree_join.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/native/object_pairs.hpp"
+#include "touchstone/contact_core/broadphase/native/object_pairs.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/broadphase/native/object_forest.hpp"
-#include "contact_core/broadphase/native/pair_list.hpp"
+#include "touchstone/contact_core/broadphase/native/object_forest.hpp"
+#include "touchstone/contact_core/broadphase/native/pair_list.hpp"
 
 namespace touchstone {
 

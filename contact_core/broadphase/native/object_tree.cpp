@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/native/object_tree.hpp"
+#include "touchstone/contact_core/broadphase/native/object_tree.hpp"
 
 #include <cmath>
 #include <numeric>

@@ -8,8 +8,8 @@
 #include <emmintrin.h>
 #endif
 
-#include "contact_core/broadphase/task_runner.hpp"
-#include "contact_core/broadphase/world_spheres.hpp"
+#include "touchstone/contact_core/broadphase/task_runner.hpp"
+#include "touchstone/contact_core/broadphase/world_spheres.hpp"
 
 namespace touchstone {
 

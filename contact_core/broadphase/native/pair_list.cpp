@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/native/pair_list.hpp"
+#include "touchstone/contact_core/broadphase/native/pair_list.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "contact_core/broadphase/native/solid_bounds.hpp"
+#include "touchstone/contact_core/broadphase/native/solid_bounds.hpp"
 
 namespace touchstone {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/broadphase/swept_sphere.hpp"
-#include "contact_core/broadphase/world_spheres.hpp"
+#include "touchstone/contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/broadphase/world_spheres.hpp"
 
 namespace touchstone {
 

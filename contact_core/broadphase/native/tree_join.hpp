@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/broadphase/native/object_tree.hpp"
+#include "touchstone/contact_core/broadphase/native/object_tree.hpp"
 
 // All overlapping pairs of one tree, or between two, by walking pairs of nodes down from the roots.
 

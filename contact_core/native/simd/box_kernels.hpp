@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/native/simd/pair_blocks.hpp"
+#include "touchstone/contact_core/native/simd/pair_blocks.hpp"
 
 // The coarse pass of certify_boxes: notation and bounds stand in box_box_overlap.cpp. Valid poses have delta
 // <= 1e-6 < 2^-19.9, and 20 * 2^-19.9 + 24 u < 2^-15.

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "contact_core/native/simd/box_kernels.hpp"
-#include "contact_core/native/simd/exact_products.hpp"
-#include "contact_core/native/simd/parallelepiped_kernels.hpp"
+#include "touchstone/contact_core/native/simd/box_kernels.hpp"
+#include "touchstone/contact_core/native/simd/exact_products.hpp"
+#include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
 
 // The solids and the search for the axis of least overlap; notation and bounds stand in depth_kernels.hpp.
 

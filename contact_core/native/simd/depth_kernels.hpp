@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/native/simd/depth_axes.hpp"
-#include "contact_core/native/simd/line_crossing.hpp"
+#include "touchstone/contact_core/native/simd/depth_axes.hpp"
+#include "touchstone/contact_core/native/simd/line_crossing.hpp"
 
 // Depth, normal and witness points of boxes and parallelepipeds that overlap, pairs in lanes: the least
 // overlap over 15 axes in closed form, then the separation of the two vertices that support the chosen axis.

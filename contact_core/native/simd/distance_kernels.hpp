@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/native/simd/exact_products.hpp"
-#include "contact_core/native/simd/parallelepiped_kernels.hpp"
+#include "touchstone/contact_core/native/simd/exact_products.hpp"
+#include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
 
 // The distance of two boxes or parallelepipeds that are apart, in closed form, pairs in lanes.
 //

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/native/simd/pack.hpp"
+#include "touchstone/contact_core/native/simd/pack.hpp"
 
 // Products of doubles without their rounding (Dekker 1971), in lanes.
 

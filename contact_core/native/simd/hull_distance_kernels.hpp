@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/native/simd/distance_kernels.hpp"
-#include "contact_core/native/simd/portal_kernels.hpp"
+#include "touchstone/contact_core/native/simd/distance_kernels.hpp"
+#include "touchstone/contact_core/native/simd/portal_kernels.hpp"
 
 // The distance of any two hulls of eight vertices that are apart, pairs in lanes: Gilbert, Johnson and
 // Keerthi's search (gjk.hpp) without a branch.

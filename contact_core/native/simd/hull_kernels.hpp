@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/native/simd/line_crossing.hpp"
-#include "contact_core/native/simd/pair_blocks.hpp"
+#include "touchstone/contact_core/native/simd/line_crossing.hpp"
+#include "touchstone/contact_core/native/simd/pair_blocks.hpp"
 
 // Depth, normal and witness points of one pair of hexahedra that overlap; faces or edges in lanes.
 //

@@ -1,15 +1,15 @@
 #pragma once
 
-#include "contact_core/native/simd/box_kernels.hpp"
-#include "contact_core/native/simd/depth_kernels.hpp"
-#include "contact_core/native/simd/distance_kernels.hpp"
-#include "contact_core/native/simd/hull_distance_kernels.hpp"
-#include "contact_core/native/simd/hull_kernels.hpp"
-#include "contact_core/native/simd/lone_box_clip.hpp"
-#include "contact_core/native/simd/lone_box_depth.hpp"
-#include "contact_core/native/simd/manifold_kernels.hpp"
-#include "contact_core/native/simd/parallelepiped_kernels.hpp"
-#include "contact_core/native/simd/portal_kernels.hpp"
+#include "touchstone/contact_core/native/simd/box_kernels.hpp"
+#include "touchstone/contact_core/native/simd/depth_kernels.hpp"
+#include "touchstone/contact_core/native/simd/distance_kernels.hpp"
+#include "touchstone/contact_core/native/simd/hull_distance_kernels.hpp"
+#include "touchstone/contact_core/native/simd/hull_kernels.hpp"
+#include "touchstone/contact_core/native/simd/lone_box_clip.hpp"
+#include "touchstone/contact_core/native/simd/lone_box_depth.hpp"
+#include "touchstone/contact_core/native/simd/manifold_kernels.hpp"
+#include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
+#include "touchstone/contact_core/native/simd/portal_kernels.hpp"
 
 // The table of one instruction set: included by kernels_<isa>.cpp only.
 

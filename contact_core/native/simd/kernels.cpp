@@ -1,4 +1,4 @@
-#include "contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
 
 #include <cstdlib>
 #include <string_view>

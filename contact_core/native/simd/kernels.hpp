@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "contact_core/native/certified.hpp"
+#include "touchstone/contact_core/native/certified.hpp"
 
 // The checks that run on many pairs, or on one pair's axes, in the lanes of a vector register. Each is
 // compiled once per instruction set (kernels_<isa>.cpp) and chosen when the program starts. Everything here

@@ -1,5 +1,5 @@
 #define TOUCHSTONE_ISA generic
-#include "contact_core/native/simd/kernel_table.hpp"
+#include "touchstone/contact_core/native/simd/kernel_table.hpp"
 
 namespace touchstone::native {
 

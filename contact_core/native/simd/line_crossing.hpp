@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/native/simd/pack.hpp"
+#include "touchstone/contact_core/native/simd/pack.hpp"
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 

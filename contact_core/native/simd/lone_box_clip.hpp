@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/native/simd/manifold_kernels.hpp"
+#include "touchstone/contact_core/native/simd/manifold_kernels.hpp"
 
 // manifold_kernels.hpp for one pair of boxes alone. Lanes of two are the two solids, lanes of four the edges
 // of one face or the crossings of two faces' half edges, C_ij in lane 2 i + j. Each figure comes of the same

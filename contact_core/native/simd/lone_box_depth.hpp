@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/native/simd/depth_kernels.hpp"
+#include "touchstone/contact_core/native/simd/depth_kernels.hpp"
 
 // depth_kernels.hpp for one pair of boxes alone: lanes are the axes of one box, so that none is idle. Each
 // figure comes of the same operations in the same order as among others, so the bits are the same.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/native/simd/depth_kernels.hpp"
+#include "touchstone/contact_core/native/simd/depth_kernels.hpp"
 
 // Manifolds of boxes and parallelepipeds, pairs in lanes: the faces that two solids turn towards each other,
 // clipped against each other as seen along the contact normal n. The rule is that of manifold.hpp; what

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_core/native/simd/kernels.hpp"
-#include "contact_core/native/simd/pack.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/native/simd/pack.hpp"
 
 // Pairs in lanes: the loop over a batch.
 

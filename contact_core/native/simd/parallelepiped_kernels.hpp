@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/native/simd/box_kernels.hpp"
+#include "touchstone/contact_core/native/simd/box_kernels.hpp"
 
 // certify_parallelepipeds in lanes: notation, bounds and order of operations as in
 // parallelepiped_overlap.cpp.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact_core/native/simd/parallelepiped_kernels.hpp"
+#include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
 
 // Pairs in lanes: Minkowski portal refinement (see portal.hpp) for any two hexahedra. Every lane takes the
 // same steps; what a lane does once it has its certificate does not count.

@@ -1,5 +1,5 @@
-#include "examples/compare_backends/error_plots.hpp"
-#include "examples/compare_backends/page/sections.hpp"
+#include "touchstone/examples/compare_backends/error_plots.hpp"
+#include "touchstone/examples/compare_backends/page/sections.hpp"
 
 namespace touchstone::comparison {
 

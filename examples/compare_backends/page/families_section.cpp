@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "examples/compare_backends/page/sections.hpp"
-#include "examples/compare_backends/svg_plot.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/compare_backends/page/sections.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "examples/compare_backends/page/sections.hpp"
-#include "examples/compare_backends/svg_plot.hpp"
-#include "examples/compare_backends/wireframe_plot.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/compare_backends/page/sections.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/wireframe_plot.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

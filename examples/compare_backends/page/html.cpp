@@ -1,11 +1,11 @@
-#include "examples/compare_backends/page/html.hpp"
+#include "touchstone/examples/compare_backends/page/html.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "examples/compare_backends/svg_plot.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 

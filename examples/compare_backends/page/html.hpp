@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/compare_backends/report.hpp"
+#include "touchstone/examples/compare_backends/report.hpp"
 
 namespace touchstone::comparison {
 

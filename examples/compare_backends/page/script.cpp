@@ -1,4 +1,4 @@
-#include "examples/compare_backends/page/sections.hpp"
+#include "touchstone/examples/compare_backends/page/sections.hpp"
 
 namespace touchstone::comparison {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "examples/compare_backends/page/html.hpp"
+#include "touchstone/examples/compare_backends/page/html.hpp"
 
 // The page, section by section. Each is markup that needs neither script nor request, and is empty where the
 // run has nothing for it, or says in a labelled gap what is missing.

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include "examples/compare_backends/page/sections.hpp"
-#include "examples/compare_backends/replay_command.hpp"
-#include "examples/compare_backends/svg_plot.hpp"
-#include "examples/compare_backends/upper_bound.hpp"
-#include "examples/program/text_table.hpp"
+#include "touchstone/examples/compare_backends/page/sections.hpp"
+#include "touchstone/examples/compare_backends/replay_command.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/upper_bound.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

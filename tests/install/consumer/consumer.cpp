@@ -4,56 +4,56 @@
 #include <cstdio>
 #include <exception>
 
-#include "contact_core/input_error.hpp"
-#include "contact_core/registry.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/registry.hpp"
 #ifdef WITH_exact
-#include "adapters/exact/exact.hpp"
+#include "touchstone/adapters/exact/exact.hpp"
 #endif
 #ifdef WITH_bullet
-#include "adapters/bullet/bullet.hpp"
+#include "touchstone/adapters/bullet/bullet.hpp"
 #endif
 #ifdef WITH_bullet_plugin
-#include "adapters/bullet_plugin/bullet_plugin.hpp"
+#include "touchstone/adapters/bullet_plugin/bullet_plugin.hpp"
 #endif
 #ifdef WITH_ode
-#include "adapters/ode/ode.hpp"
+#include "touchstone/adapters/ode/ode.hpp"
 #endif
 #ifdef WITH_ode_plugin
-#include "adapters/ode_plugin/ode_plugin.hpp"
+#include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 #endif
 #ifdef WITH_libccd
-#include "adapters/libccd/libccd.hpp"
+#include "touchstone/adapters/libccd/libccd.hpp"
 #endif
 #ifdef WITH_fcl
-#include "adapters/fcl/fcl.hpp"
+#include "touchstone/adapters/fcl/fcl.hpp"
 #endif
 #ifdef WITH_mujoco
-#include "adapters/mujoco/mujoco.hpp"
+#include "touchstone/adapters/mujoco/mujoco.hpp"
 #endif
 #ifdef WITH_mujoco_plugin
-#include "adapters/mujoco_plugin/mujoco_plugin.hpp"
+#include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
 #endif
 #ifdef WITH_scene_files
-#include "adapters/scene_files/pair_file.hpp"
-#include "adapters/scene_files/scene_file.hpp"
+#include "touchstone/adapters/scene_files/pair_file.hpp"
+#include "touchstone/adapters/scene_files/scene_file.hpp"
 #endif
 #ifdef WITH_dynamics_files
-#include "adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #endif
 #ifdef WITH_urdf
-#include "adapters/urdf/urdf.hpp"
+#include "touchstone/adapters/urdf/urdf.hpp"
 #endif
 #ifdef WITH_recorder
-#include "adapters/recorder/recorder.hpp"
+#include "touchstone/adapters/recorder/recorder.hpp"
 #endif
 #ifdef WITH_cigi
-#include "adapters/cigi/cigi_output.hpp"
+#include "touchstone/adapters/cigi/cigi_output.hpp"
 #endif
 #ifdef WITH_gltf
-#include "adapters/gltf/gltf.hpp"
+#include "touchstone/adapters/gltf/gltf.hpp"
 #endif
 #ifdef WITH_physics
-#include "physics/dynamics_world.hpp"
+#include "touchstone/physics/dynamics_world.hpp"
 #endif
 
 using namespace touchstone;
