@@ -84,4 +84,19 @@ inline double relative_error(std::span<const double> got, std::span<const double
   return error / scale;
 }
 
+/// One prismatic joint along `axis`.
+inline Mechanism rail(const Vector3& axis, double lower = -INFINITY, double upper = INFINITY) {
+  MechanismDescription description{
+      .name = "slider", .links = {{.name = "base"}, {.name = "block"}}, .joints = {}};
+  JointDescription joint;
+  joint.name = "rail";
+  joint.kind = JointKind::prismatic;
+  joint.parent = "base";
+  joint.child = "block";
+  joint.axis_J = axis;
+  joint.lower = lower, joint.upper = upper;
+  description.joints.push_back(joint);
+  return Mechanism(description);
+}
+
 }  // namespace touchstone::physics
