@@ -12,7 +12,10 @@
 #ifdef WITH_bullet
 #include "touchstone/adapters/bullet/bullet.hpp"
 #endif
-#ifdef WITH_bullet_plugin
+#ifdef WITH_bullet_single
+#include "touchstone/adapters/bullet/bullet_single.hpp"
+#endif
+#if defined(WITH_bullet_plugin) || defined(WITH_bullet_plugin_single)
 #include "touchstone/adapters/bullet_plugin/bullet_plugin.hpp"
 #endif
 #ifdef WITH_ode
@@ -68,6 +71,9 @@ void register_all(BackendRegistry& registry) {
 #ifdef WITH_bullet
   register_bullet(registry);
 #endif
+#ifdef WITH_bullet_single
+  register_bullet_single(registry);
+#endif
 #ifdef WITH_ode
   register_ode(registry);
 #endif
@@ -116,7 +122,7 @@ template <class Call>
 
 int wrong_plugins() {
   int wrong = 0;
-#ifdef WITH_bullet_plugin
+#if defined(WITH_bullet_plugin) || defined(WITH_bullet_plugin_single)
   // Linked, not called: a dispatcher takes Bullet's headers.
   if (void* const volatile dispatcher = nullptr; dispatcher != nullptr)
     BulletPlugin(*static_cast<btCollisionDispatcher*>(dispatcher));

@@ -1,0 +1,3 @@
+#pragma once
+// A user's file of that name.
+inline int random_number() { return 4; }
