@@ -86,7 +86,7 @@ TEST(EdgeFace, AnswersOverlapOnly) {
   }
 }
 
-// The method never reports a contact that is not there: a hit is a common point, to rounding.
+// A hit is a common point, to rounding.
 TEST(EdgeFace, HasNoPhantomsAndIsSymmetricOnRandomBoxes) {
   std::mt19937_64 random(6);
   int hits = 0;

@@ -1,0 +1,65 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+#include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+
+// What edge_face.hpp says of contacts that are not there.
+
+namespace touchstone {
+namespace {
+
+using comparison::PairSet;
+using comparison::PosedPair;
+
+struct Phantoms {
+  std::size_t hits = 0, count = 0;
+  double furthest = 0;  ///< apart, over S
+};
+
+/// @param resolution over S: no hit may be further apart.
+Phantoms phantoms(const PairSet& set, double* resolution) {
+  BackendRegistry registry;
+  register_core(registry);
+  const auto backend = registry.make_narrowphase("edge_face");
+  backend->build(set.solids);
+  *resolution = backend->capabilities().resolution.relative;
+  std::vector<PairStatus> status(set.pairs.size());
+  backend->evaluate({.pairs = set.pairs, .poses = set.poses, .query = {}}, {.status = status},
+                    *backend->make_workspace());
+  Phantoms found;
+  for (std::size_t i = 0; i < status.size(); ++i) {
+    if (status[i] != PairStatus::overlapping) continue;
+    const PosedPair posed = comparison::posed_pair(set, i);
+    const double separation = exact_signed_distance(posed.a, posed.b).separation;
+    ++found.hits;
+    found.count += separation > 0.0;
+    found.furthest = std::max(found.furthest, separation / posed.scale);
+  }
+  return found;
+}
+
+TEST(EdgeFacePhantoms, AHitIsACommonPointToTheDeclaredResolution) {
+  for (const comparison::PairFamily& family : comparison::pair_families()) {
+    double resolution = 0;
+    const Phantoms found = phantoms(comparison::make_pair_family(family.name, 51, 1500), &resolution);
+    std::printf("%-14.*s %zu hits, %zu phantoms, %.2g S apart at most\n",
+                static_cast<int>(family.name.size()), family.name.data(), found.hits, found.count,
+                found.furthest);
+    EXPECT_LE(found.furthest, resolution) << family.name;
+  }
+}
+
+TEST(EdgeFacePhantoms, NearlyParallelEdgesHaveSome) {
+  double resolution = 0;
+  const Phantoms found = phantoms(comparison::make_pair_family("near_parallel", 51, 1500), &resolution);
+  EXPECT_GT(found.count, found.hits / 50);
+  EXPECT_LT(found.count, found.hits / 5);
+}
+
+}  // namespace
+}  // namespace touchstone
