@@ -143,8 +143,8 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
   }
   Outline<kMostCorners> outline_a, outline_b;
   Clip<kMostCorners> common;
-  if (careful_outline(pair.a->faces[a.face], pair.hulls.a, extent, frame, 1.0, a, outline_a) &&
-      careful_outline(pair.b->faces[b.face], pair.hulls.b, extent, frame, -1.0, b, outline_b))
+  if (careful_outline(*pair.a, pair.hulls.a, extent, frame, 1.0, a, outline_a) &&
+      careful_outline(*pair.b, pair.hulls.b, extent, frame, -1.0, b, outline_b))
     clip(outline_a, outline_b, a, b, extent, common);
   else
     common = {};

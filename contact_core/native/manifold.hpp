@@ -16,11 +16,22 @@ struct Manifold {
 
 /// The face of each hull whose normal is most along n (A) and against n (B), seen along n and clipped against
 /// each other (outline_clip.hpp). Each corner of the clip lies on an edge of one face; carried along n onto
-/// the plane of the other it gives p_A on A, p_B on B and p_B = p_A + separation * n. The separations of one
-/// manifold differ where the faces lean, and may be positive for a pair that overlaps; points further apart
-/// than `max_separation` are left out. A face whose normal leans more than 83 degrees from n counts as its
-/// edge furthest along n; faces that are points seen along n (edges on end, solids flattened by rounding)
-/// clip nothing.
+/// the other it gives p_A on A, p_B on B and p_B = p_A + separation * n. The separations of one manifold
+/// differ where the faces lean, and may be positive for a pair that overlaps; points further apart than
+/// `max_separation` are left out. A face whose normal leans more than 83 degrees from n counts as its edge
+/// furthest along n; faces that are points seen along n (edges on end, solids flattened by rounding) clip
+/// nothing.
+///
+/// Bent faces. Corners that a file rounds bend the face that they belong to: the hull has two triangles there
+/// and a ridge between them. Where the triangles' normals agree to a cosine of kBentFaceCosine
+/// (solid_features.hpp) the outline is that of all four corners: the face is chosen by its area vector,
+/// whichever triangle's normal n is. All four sides are edges of the hull, so that a corner on one of them
+/// lies on its own solid as it does on a plane face; the other solid lies behind both triangles' planes, and
+/// the plane that comes later along n is its surface. So the points hold the whole face and do not jump when
+/// n changes from one triangle's normal to the other's, while class, distance and every separation stay the
+/// true hull's. Where the ridge itself is deepest the pair's witness point is there besides. A bent face that
+/// is not convex seen along n, possible near 90 degrees only, counts as the one of its triangles that leans
+/// less.
 ///
 /// Flush edges are one: an edge of A and one of B that run the same way to 2^-26 (1.5e-8 rad) and lie no
 /// further apart than 2^-26 of the shorter one (or coincide to rounding). The clip's corner between them, if
@@ -38,11 +49,12 @@ struct Manifold {
 ///
 /// Error, u = 2^-53, S = max(size, largest |world coordinate|), so that extent <= 2 S. On its own edge a
 /// point is right to 9 u extent, its interpolation's rounding. From the other face's plane it is off by 35 u
-/// extent at most: the plane's normal and height, the step along n. A face's plane holds the world vertices
-/// to 8 u size (solid_features.hpp) and their own rounding, 6 u S. Seen along n a corner lies within 16 u
-/// extent of the lines that cut it (23 where edges coincide), so within 8 times that of the outline, whose
-/// sharper corners (below asin(1/4)) are bevelled, and on a plane at cosine c to n it is off the face by that
-/// / c. Together 100 u S + 2 * 23 * 8 / c u S: for c = 1/8 at worst 2^12 u S = 5e-13 S, whatever the solids'
+/// extent at most: the plane's normal and height, the step along n; of two planes the later one is off by no
+/// more than the worse. A face's plane holds the world vertices to 8 u size (solid_features.hpp; a triangle's
+/// to its normal's rounding) and their own rounding, 6 u S. Seen along n a corner lies within 16 u extent of
+/// the lines that cut it (23 where edges coincide), so within 8 times that of the outline, whose sharper
+/// corners (below asin(1/4)) are bevelled, and on a plane at cosine c to n it is off the face by that / c.
+/// Together 100 u S + 2 * 23 * 8 / c u S: for c = 1/8 at worst 2^12 u S = 5e-13 S, whatever the solids'
 /// thickness; for right-angled faces across n 170 u S = 2e-14 S. p_B - p_A = separation * n holds to 8 u S,
 /// at the deepest point p_B lies off B by another 64 u extent at most. The bound supposes that n and the
 /// separation belong together: a point that lies deeper than `distance.separation` is given that separation.

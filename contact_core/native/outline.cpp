@@ -148,8 +148,37 @@ bool keep_edge(const TangentFrame& frame, double sign, Corners& polygon, Facing&
   const Vector3 across = sign * (frame.n - (dot(along, frame.n) / length2) * along);
   const double lean = dot(across, frame.n);
   if (!(sign * lean > kSteep)) return false;
-  facing.normal = across, facing.anchor = from.p, facing.inverse = 1.0 / lean;
+  facing.planes.anchor = from.p, facing.planes.count = 1;
+  facing.planes.of[0] = {across, 1.0 / lean};
   return true;
+}
+
+/// Whether a corner's angle is more than 180 degrees by more than rounding.
+bool is_reflex(const Corners& polygon) {
+  constexpr double kStraight = 64 * kRoundoff;
+  for (int i = 0; i < polygon.count; ++i) {
+    const Corner &c = polygon.corners[i], &d = polygon.next(i),
+                 &e = polygon.next(i + 1 < polygon.count ? i + 1 : 0);
+    const double ix = d.x - c.x, iy = d.y - c.y, ox = e.x - d.x, oy = e.y - d.y;
+    const double turn = ix * oy - iy * ox;
+    if (turn < 0.0 && square(turn) > square(kStraight) * ((ix * ix + iy * iy) * (ox * ox + oy * oy)))
+      return true;
+  }
+  return false;
+}
+
+/// Replaces a bent face by the one of its triangles that leans less. @param polygon in the order of the
+/// face's loop where `sign` is 1, else against it.
+void keep_triangle(const Bend& bend, double sign, Corners& polygon, Facing& facing) {
+  FacePlanes& planes = facing.planes;
+  const int kept = sign * planes.of[1].inverse < sign * planes.of[0].inverse ? 1 : 0;
+  const int left_out = (bend.ridge + (kept == 0 ? 3 : 1)) % 4;  // of the loop
+  const int k = sign > 0.0 ? left_out : 3 - left_out;
+  // The edge over the ridge has a name that no other has.
+  polygon.corners[(k + 3) % 4].label = edge_label(4, 5, sign < 0.0, facing.swapped);
+  std::copy(polygon.corners.begin() + k + 1, polygon.corners.begin() + 4, polygon.corners.begin() + k);
+  polygon.count = 3;
+  planes.of[0] = planes.of[kept], planes.count = 1;
 }
 
 }  // namespace
@@ -189,12 +218,29 @@ void find_facings(const PosedPair& pair, const Vector3& n, Facing& a, Facing& b)
     const int index = static_cast<int>(best[k]);
     const HullFace& face = (k == 0 ? pair.a : pair.b)->faces[index];
     out[k]->face = index;
-    for (int i = 0; i < 3; ++i)
-      out[k]->normal(i) =
-          (N[0][i][k] * face.normal.x() + N[1][i][k] * face.normal.y()) + N[2][i][k] * face.normal.z();
-    out[k]->anchor = (k == 0 ? pair.hulls.a : pair.hulls.b).vertex(face.vertices[0]);
-    out[k]->inverse = inverse[k];
+    const auto to_world = [&N, k](const Vector3& normal) {
+      Vector3 out_W;
+      for (int i = 0; i < 3; ++i)
+        out_W(i) = (N[0][i][k] * normal.x() + N[1][i][k] * normal.y()) + N[2][i][k] * normal.z();
+      return out_W;
+    };
+    const WorldVertices& vertices = k == 0 ? pair.hulls.a : pair.hulls.b;
     out[k]->is_steep = !(best_lean[k] >= kSteep);
+    if (face.bend == HullFace::kPlane) {
+      out[k]->planes.anchor = vertices.vertex(face.vertices[0]);
+      out[k]->planes.count = 1;
+      out[k]->planes.of[0] = {to_world(face.normal), inverse[k]};
+      continue;
+    }
+    const Bend& bend = (k == 0 ? pair.a : pair.b)->bends[face.bend];
+    out[k]->planes.anchor = vertices.vertex(face.vertices[bend.ridge]);
+    out[k]->planes.count = 2;
+    for (int i = 0; i < 2; ++i) {
+      const Vector3 normal = to_world(bend.normals[i]);
+      const double lean = dot(normal, n);
+      out[k]->planes.of[i] = {normal, 1.0 / lean};
+      out[k]->is_steep |= !(sign[k] * lean >= kSteep);
+    }
   }
 }
 
@@ -209,8 +255,10 @@ bool plain_outlines(const PosedPair& pair, const TangentFrame& frame, const Faci
   return plain_a && plain_b;
 }
 
-bool careful_outline(const HullFace& face, const WorldVertices& vertices, double extent,
+bool careful_outline(const SolidFeatures& solid, const WorldVertices& vertices, double extent,
                      const TangentFrame& frame, double sign, Facing& facing, Outline<kMostCorners>& outline) {
+  const HullFace& face = solid.faces[facing.face];
+  const Bend* const bend = face.bend == HullFace::kPlane ? nullptr : &solid.bends[face.bend];
   Corners polygon;
   polygon.count = face.count;
   for (int k = 0; k < face.count; ++k) {
@@ -218,7 +266,11 @@ bool careful_outline(const HullFace& face, const WorldVertices& vertices, double
     polygon.corners[k] = {p, dot(p, frame.x), dot(p, frame.y),
                           edge_label(k, face.count, sign < 0.0, facing.swapped)};
   }
-  if (facing.is_steep && !keep_edge(frame, sign, polygon, facing)) return false;
+  if (facing.is_steep) {
+    if (!keep_edge(frame, sign, polygon, facing)) return false;
+  } else if (bend != nullptr && is_reflex(polygon)) {
+    keep_triangle(*bend, sign, polygon, facing);
+  }
   polygon = distinct_corners(polygon, kSameCorner * kRoundoff * extent);
   if (polygon.count < 2) return false;
   append_bevelled(polygon, outline);

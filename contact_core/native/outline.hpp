@@ -39,14 +39,24 @@ struct Outline {
 /// A face has up to eight corners, two of which can be sharp.
 inline constexpr int kMostCorners = 10;
 
+/// The planes of a face through one point: one, or the two of a bent face, between which its solid lies.
+struct FacePlanes {
+  struct Plane {
+    Vector3 normal;  ///< outward, in world, of about unit length
+    double inverse;  ///< 1 / normal . n
+  };
+
+  Vector3 anchor;  ///< on all of them
+  int count;       ///< 1 or 2
+  std::array<Plane, 2> of;
+};
+
 /// The face that a solid turns along +n (A) or -n (B).
 struct Facing {
-  int face;        ///< index into SolidFeatures::faces
-  Vector3 normal;  ///< outward, in world, of about unit length
-  Vector3 anchor;  ///< a point of the face's plane
-  double inverse;  ///< 1 / normal . n
-  bool is_steep;   ///< see kSteep
-  bool swapped;    ///< whether the caller's pair is (b, a): edges then are named as of that
+  int face;  ///< index into SolidFeatures::faces
+  FacePlanes planes;
+  bool is_steep;  ///< see kSteep
+  bool swapped;   ///< whether the caller's pair is (b, a): edges then are named as of that
 };
 
 /// The name of edge k of an outline of `count`, for the caller: 0-7 of its first solid, counter-clockwise
@@ -56,7 +66,8 @@ inline std::uint8_t edge_label(int k, int count, bool is_b, bool swapped) {
   return static_cast<std::uint8_t>(is_b == swapped ? named : 8 + named);
 }
 
-/// Cosine between a face's normal and n below which the face counts as its edge furthest along n.
+/// Cosine between a face's normal (either one, of a bent face) and n below which the face counts as its edge
+/// furthest along n.
 inline constexpr double kSteep = 0x1p-3;
 /// Sine of a corner's angle below which it is sharp.
 inline constexpr double kSharp = 0x1p-2;
@@ -70,9 +81,10 @@ bool plain_outlines(const PosedPair& pair, const TangentFrame& frame, const Faci
                     Outline<4>& outline_a, Outline<4>& outline_b);
 
 /// Any face's outline. A steep face becomes its edge furthest along sign * n, there and back, and `facing`'s
-/// plane the one through it across which n leans least. Corners within 32 u * extent are joined: false
-/// when fewer than two are left, or when a steep face's edge is steep too.
-bool careful_outline(const HullFace& face, const WorldVertices& vertices, double extent,
+/// plane the one through it across which n leans least. A bent face that is not convex seen along n becomes
+/// the one of its triangles that leans less. Corners within 32 u * extent are joined: false when fewer than
+/// two are left, or when a steep face's edge is steep too.
+bool careful_outline(const SolidFeatures& solid, const WorldVertices& vertices, double extent,
                      const TangentFrame& frame, double sign, Facing& facing, Outline<kMostCorners>& outline);
 
 }  // namespace touchstone::native

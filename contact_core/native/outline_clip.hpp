@@ -31,7 +31,7 @@ struct Order {
 template <int N>
 struct Clip {
   Order<N> order;  ///< the edges that have a corner
-  /// By edge: the corner, how far the other solid's plane is from there along n (negative: it lies inside),
+  /// By edge: the corner, how far the other solid's face is from there along n (negative: it lies inside),
   /// and which of its face's edges it is.
   alignas(16) std::array<double, 2 * N> p_x, p_y, p_z, separation;
   std::array<std::uint8_t, 2 * N> label;
@@ -61,7 +61,7 @@ int last_corner(const Clip<N>& clip) {
 /// construction, and within rounding of the lines that cut it.
 /// @param extent at least every |coordinate|
 template <int N>
-void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const Facing& plane_b,
+void clip(const Outline<N>& a, const Outline<N>& b, const Facing& facing_a, const Facing& facing_b,
           double extent, Clip<N>& out);
 
 // ---- implementation
@@ -206,13 +206,19 @@ Parts<N> cut(const Outline<N>& edges, const Outline<N>& lines, const std::array<
 
 inline void store(double* to, Double2 p) { __builtin_memcpy(to, &p, sizeof p); }
 
-/// The corners on the edges, and how far the other solid's plane is from them.
-template <int N>
-void place(const Outline<N>& edges, const Row<N>& from, const Facing& plane, double sign, int first,
-           Clip<N>& out) {
+/// How far the other solid's plane is from two corners, along n.
+inline Double2 height_over(const FacePlanes::Plane& plane, const Vector3& anchor, double sign, Double2 px,
+                           Double2 py, Double2 pz) {
   const Double2 nx = splat(plane.normal.x()), ny = splat(plane.normal.y()), nz = splat(plane.normal.z());
-  const Double2 qx = splat(plane.anchor.x()), qy = splat(plane.anchor.y()), qz = splat(plane.anchor.z());
-  const Double2 scale = splat(sign * plane.inverse);
+  const Double2 qx = splat(anchor.x()), qy = splat(anchor.y()), qz = splat(anchor.z());
+  return ((nx * (qx - px) + ny * (qy - py)) + nz * (qz - pz)) * splat(sign * plane.inverse);
+}
+
+/// The corners on the edges, and how far the other solid's face is from them. Behind both planes of a bent
+/// face lies its solid, so that the one that comes later is its surface.
+template <int N>
+void place(const Outline<N>& edges, const Row<N>& from, const FacePlanes& planes, double sign, int first,
+           Clip<N>& out) {
   for (int i = 0; i < N / 2; ++i) {
     const int j = (i + 1) % (N / 2), to = first + 2 * i;
     const Double2 x = edges.p_x.d[i], y = edges.p_y.d[i], z = edges.p_z.d[i], t = from.d[i];
@@ -220,7 +226,10 @@ void place(const Outline<N>& edges, const Row<N>& from, const Facing& plane, dou
     const Double2 py = y + t * (__builtin_shufflevector(y, edges.p_y.d[j], 1, 2) - y);
     const Double2 pz = z + t * (__builtin_shufflevector(z, edges.p_z.d[j], 1, 2) - z);
     store(&out.p_x[to], px), store(&out.p_y[to], py), store(&out.p_z[to], pz);
-    store(&out.separation[to], ((nx * (qx - px) + ny * (qy - py)) + nz * (qz - pz)) * scale);
+    Double2 separation = height_over(planes.of[0], planes.anchor, sign, px, py, pz);
+    if (planes.count == 2)
+      separation = greatest(height_over(planes.of[1], planes.anchor, sign, px, py, pz), separation);
+    store(&out.separation[to], separation);
   }
   for (int i = 0; i < N; ++i) out.label[first + i] = edges.label[i];
 }
@@ -249,7 +258,7 @@ Order<N> order(int count_b, const std::array<Row<N>, N>& r, unsigned left_a, uns
 }  // namespace clip_detail
 
 template <int N>
-void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const Facing& plane_b,
+void clip(const Outline<N>& a, const Outline<N>& b, const Facing& facing_a, const Facing& facing_b,
           double extent, Clip<N>& out) {
   using namespace clip_detail;
   const double tolerance = kCoincide * kRoundoff * extent, shortest = kShortest * extent;
@@ -269,9 +278,9 @@ void clip(const Outline<N>& a, const Outline<N>& b, const Facing& plane_a, const
     of_a = cut<N, true, false>(a, b, r, tolerance);
     of_b = cut<N, false, false>(b, a, r_transposed, tolerance);
   }
-  place<N>(a, of_a.from, plane_b, 1.0, 0, out);
-  place<N>(b, of_b.from, plane_a, -1.0, N, out);
-  if (parallel) join_flush_edges<N>(a, b, r, tolerance, plane_a.swapped, out);
+  place<N>(a, of_a.from, facing_b.planes, 1.0, 0, out);
+  place<N>(b, of_b.from, facing_a.planes, -1.0, N, out);
+  if (parallel) join_flush_edges<N>(a, b, r, tolerance, facing_a.swapped, out);
   // Four where it is four by type, so that the loop over B's edges is unrolled.
   out.order =
       order<N>(N == 4 ? 4 : b.count, r, longer(of_a, a.length2, shortest), longer(of_b, b.length2, shortest));

@@ -293,7 +293,61 @@ SolidFeatures box_features() {
   return out;
 }
 
-void find_flat_faces(const Hexahedron& solid, const Hull& hull, SolidFeatures& out) {
+/// A bit each for the four corners of one of the user's faces, repeated vertices by the first of them; fewer
+/// bits where corners coincide.
+std::array<unsigned, 4> corner_bits(const Hull& hull, const std::array<std::uint8_t, 4>& loop) {
+  std::array<unsigned, 4> out;
+  for (int k = 0; k < 4; ++k) {
+    int first = 0;
+    while (hull.v[first] != hull.v[loop[k]]) ++first;
+    out[k] = 1u << first;
+  }
+  return out;
+}
+
+const Facet* facet_of(const Hull& hull, unsigned mask) {
+  const auto found =
+      std::find_if(hull.facets.begin(), hull.facets.end(), [mask](const Facet& f) { return f.mask == mask; });
+  return found == hull.facets.end() ? nullptr : &*found;
+}
+
+/// Makes a bent face of two triangles of the hull where they are one of the user's faces and lean little
+/// enough. Returns the bits of its vertices, 0 where there is none.
+unsigned make_bent_face(const Hull& hull, const Facet& facet, HullFace& face, Bend& bend) {
+  for (const auto& loop : Hexahedron::kFaceVertices) {
+    const std::array<unsigned, 4> bit = corner_bits(hull, loop);
+    const unsigned quad = bit[0] | bit[1] | bit[2] | bit[3];
+    const unsigned missing = quad & ~facet.mask;
+    if ((facet.mask & ~quad) != 0 || std::popcount(quad) != 4 || std::popcount(missing) != 1) continue;
+    const auto k = std::find(bit.begin(), bit.end(), missing) - bit.begin();
+    const Facet* const other = facet_of(hull, quad & ~bit[(k + 2) % 4]);
+    if (other == nullptr || !(dot(facet.normal, other->normal) >= kBentFaceCosine)) return 0;
+    face.count = 4;
+    std::copy(loop.begin(), loop.end(), face.vertices.begin());
+    face.normal = unit(facet.area * facet.normal + other->area * other->normal);
+    // The triangle without vertex 3 is (0 1 2), that without vertex 0 is (1 2 3).
+    const bool is_right = k == 3 || k == 0;
+    bend.ridge = k % 2 == 0 ? 1 : 0;
+    bend.normals = {is_right ? facet.normal : other->normal, is_right ? other->normal : facet.normal};
+    return quad;
+  }
+  return 0;
+}
+
+/// Returns the bits of the vertices that the face takes in.
+unsigned add_face(const Vertices& v, const Hull& hull, const Facet& facet, SolidFeatures& out) {
+  HullFace& face = out.faces[out.face_count++];
+  if (std::popcount(facet.mask) == 3 && out.bend_count < static_cast<int>(out.bends.size())) {
+    if (const unsigned mask = make_bent_face(hull, facet, face, out.bends[out.bend_count])) {
+      face.bend = static_cast<std::int8_t>(out.bend_count++);
+      return mask;
+    }
+  }
+  face = ordered_face(v, facet);
+  return facet.mask;
+}
+
+void find_faces(const Hexahedron& solid, const Hull& hull, SolidFeatures& out) {
   const Vertices v = scaled_to_unit(solid.vertices());
   double size = 0.0;
   for (int i = 0; i < 8; ++i)
@@ -304,8 +358,7 @@ void find_flat_faces(const Hexahedron& solid, const Hull& hull, SolidFeatures& o
         std::any_of(taken.begin(), taken.end(), [&](unsigned mask) { return (facet.mask & ~mask) == 0; });
     if (part_of_another) continue;
     take_in_flat_neighbours(v, hull.distinct, size, facet);
-    taken.push_back(facet.mask);
-    out.faces[out.face_count++] = ordered_face(v, facet);
+    taken.push_back(add_face(v, hull, facet, out));
   }
 }
 
@@ -341,7 +394,7 @@ SolidFeatures find_features(const Hexahedron& solid, HullRecord* record) {
   if (record != nullptr) *record = hull_record(hull);
   if (solid.is_box()) return box_features();
   SolidFeatures out;
-  find_flat_faces(solid, hull, out);
+  find_faces(solid, hull, out);
   for (int f = 0; f < static_cast<int>(hull.facets.size()); ++f)
     if (hull.facets[f].leader == f) add_direction(hull.facets[f].normal, out.normals, out.normal_count);
   for (const Edge& edge : hull.edges)
