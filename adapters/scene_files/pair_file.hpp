@@ -53,7 +53,7 @@ struct PairCase {
 
 /// Reads a list of cases, or an object with `cases`. A case that is no pair of hexahedra in valid poses
 /// comes out invalid, with the reason; unknown fields are ignored. Warped solids are accepted (and
-/// is_warped()).
+/// is_warped(); out_of_plane() is the bend), vertices in any order as WarpPolicy::accept has it.
 /// @throws InputError naming file, and line and column where known: unreadable file, malformed JSON, no list
 /// of cases, an id given twice.
 std::vector<PairCase> load_pairs(const std::filesystem::path& path);

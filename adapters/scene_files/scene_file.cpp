@@ -66,17 +66,19 @@ Pose read_pose(const YamlReader& reader) {
   return X;
 }
 
+WarpPolicy read_warp(const YamlReader& choice) {
+  if (choice.text() == "refuse") return WarpPolicy::refuse;
+  if (choice.text() == "within_tolerance") return WarpPolicy::within_tolerance;
+  if (choice.text() == "accept") return WarpPolicy::accept;
+  choice.fail("unknown choice " + quoted(choice.text()) + "; known: refuse, within_tolerance, accept");
+}
+
 Hexahedron read_vertices(const YamlReader& reader, const std::string& name) {
   reader.require_keys({"vertices", "warped"});
   std::vector<Vector3> vertices;
   for (const YamlReader& vertex : reader.at("vertices").list()) vertices.push_back(vertex.length3());
-  WarpPolicy warp = WarpPolicy::refuse;
-  if (reader.has("warped")) {
-    const YamlReader choice = reader.at("warped");
-    if (choice.text() != "accept" && choice.text() != "refuse")
-      choice.fail("unknown choice " + quoted(choice.text()) + "; known: accept, refuse");
-    if (choice.text() == "accept") warp = WarpPolicy::accept;
-  }
+  const WarpPolicy warp =
+      reader.has("warped") ? read_warp(reader.at("warped")) : WarpPolicy::within_tolerance;
   return Hexahedron::from_vertices(vertices, warp, "hexahedron " + quoted(name));
 }
 

@@ -8,62 +8,47 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/corner_order.hpp"
+#include "touchstone/contact_core/geometry/face_plane.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 namespace touchstone {
 namespace {
 
-using Vertices = std::array<Vector3, 8>;
-
 // How far a vertex may lie from its face's plane, per metre of size, before the face counts as warped.
-// Vertices computed as R v + t in doubles are off by at most (4 + 3) eps/2 per coordinate of a size-long
+// Corners computed as R v + t in doubles are off by at most (4 + 3) eps/2 per coordinate of a size-long
 // vector; 32 eps leaves room for one more such transform and for the plane's own rounding.
 constexpr double kPlanarTolerance = 32 * std::numeric_limits<double>::epsilon();
 
-// What rounding to single precision leaves of planar faces is planar to so many times this.
-constexpr double kSinglePrecision =
-    static_cast<double>(std::numeric_limits<float>::epsilon()) / std::numeric_limits<double>::epsilon();
+// See Hexahedron::bend_tolerance().
+constexpr double kBendOfSize = 0.01;
+constexpr double kBendOfCoordinate = 0x1p-23;
+constexpr double kLargestBendOfSize = 0.05;
 
-double largest_coordinate(const Vertices& vertices) {
+// An order given by the user stays unless another bends so many times less: a choice that rounding makes must
+// not rename the faces of a sheet hardly thicker than its rounding.
+constexpr double kClearlyFlatter = 4.0;
+
+// Of two orders that bend about as much, neither is the one that the file rounded.
+constexpr double kAmbiguous = 2.0;
+
+double largest_coordinate(const Corners& vertices) {
   double largest = 0.0;
   for (const Vector3& v : vertices)
     largest = std::max({largest, std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
   return largest;
 }
 
-double largest_vertex_distance(const Vertices& vertices) {
+double largest_vertex_distance(const Corners& vertices) {
   double largest = 0.0;
   for (int i = 0; i < 8; ++i)
     for (int j = i + 1; j < 8; ++j) largest = std::max(largest, norm(vertices[i] - vertices[j]));
   return largest;
 }
 
-// Unit normal of a vector of any magnitude; zero for zero.
-Vector3 direction_of(const Vector3& v) {
-  const double largest = std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
-  if (largest == 0.0) return Vector3::Zero();
-  const int exponent = -std::ilogb(largest);
-  const Vector3 scaled(std::scalbn(v.x(), exponent), std::scalbn(v.y(), exponent),
-                       std::scalbn(v.z(), exponent));
-  return scaled / norm(scaled);
-}
-
-Plane quad_plane(const Vertices& v, const std::array<std::uint8_t, 4>& quad) {
-  const Vector3 normal = direction_of(cross(v[quad[2]] - v[quad[0]], v[quad[3]] - v[quad[1]]));
-  const Vector3 centroid = 0.25 * ((v[quad[0]] + v[quad[1]]) + (v[quad[2]] + v[quad[3]]));
-  return {normal, -dot(normal, centroid)};
-}
-
-double quad_out_of_plane(const Vertices& v, const std::array<std::uint8_t, 4>& quad) {
-  const Plane plane = quad_plane(v, quad);
-  double largest = 0.0;
-  for (std::uint8_t i : quad) largest = std::max(largest, std::abs(plane.signed_distance(v[i])));
-  return largest;
-}
-
 // All four vertices on one line. A bow-tie's diagonals are parallel as well, yet it is no face at all.
-bool is_collapsed(const Vertices& v, const std::array<std::uint8_t, 4>& quad, double tolerance) {
+bool is_collapsed(const Corners& v, const std::array<std::uint8_t, 4>& quad, double tolerance) {
   for (int k = 0; k < 4; ++k) {
     const Vector3& corner = v[quad[k]];
     const Vector3 next = v[quad[(k + 1) & 3]] - corner;
@@ -75,17 +60,17 @@ bool is_collapsed(const Vertices& v, const std::array<std::uint8_t, 4>& quad, do
 
 // Relative to vertex 0 and scaled by a power of two to about 1: no square overflows or underflows, and
 // rounding is relative to the size, wherever the vertices lie. unit * 2^exponent are metres.
-struct UnitVertices {
-  Vertices vertices;
+struct UnitCorners {
+  Corners corners;
   int exponent;
 };
 
-void scale(Vertices& vertices, int exponent) {
+void scale(Corners& vertices, int exponent) {
   for (Vector3& p : vertices)
     p = {std::scalbn(p.x(), exponent), std::scalbn(p.y(), exponent), std::scalbn(p.z(), exponent)};
 }
 
-UnitVertices to_unit(Vertices vertices) {
+UnitCorners to_unit(Corners vertices) {
   const int first = std::ilogb(largest_coordinate(vertices));
   scale(vertices, -first);
   const Vector3 origin = vertices[0];
@@ -96,9 +81,10 @@ UnitVertices to_unit(Vertices vertices) {
 }
 
 // Every vertex below every face plane by tolerance, all faces planar to tolerance.
-bool is_planar_hexahedron(const Vertices& v, double tolerance) {
-  for (const auto& quad : Hexahedron::kFaceVertices) {
-    const Plane plane = quad_plane(v, quad);
+bool is_planar_hexahedron(const Corners& v, double tolerance) {
+  for (int f = 0; f < 6; ++f) {
+    const auto& quad = Hexahedron::kFaceVertices[f];
+    const Plane plane = face_plane(v, f);
     if (plane.normal == Vector3::Zero()) {
       if (!is_collapsed(v, quad, tolerance)) return false;
       continue;
@@ -112,7 +98,7 @@ bool is_planar_hexahedron(const Vertices& v, double tolerance) {
   return true;
 }
 
-bool has_volume(const Vertices& v) {
+bool has_volume(const Corners& v) {
   for (int i = 0; i < 8; ++i)
     for (int j = i + 1; j < 8; ++j)
       for (int k = j + 1; k < 8; ++k)
@@ -121,53 +107,7 @@ bool has_volume(const Vertices& v) {
   return false;
 }
 
-bool collinear(const Vector3& a, const Vector3& b, const Vector3& c, const Vertices& all) {
-  // With positive volume, a, b, c are collinear exactly when they span no volume with any vertex.
-  return std::all_of(all.begin(), all.end(),
-                     [&](const Vector3& d) { return numerics::orient3d_sign(a, b, c, d) == 0; });
-}
-
-// True if the plane through i, j, k supports the hull (all vertices on one side, exactly).
-bool supports_hull(const Vertices& v, int i, int j, int k) {
-  if (collinear(v[i], v[j], v[k], v)) return false;
-  bool above = false;
-  bool below = false;
-  for (int l = 0; l < 8; ++l) {
-    const int side = numerics::orient3d_sign(v[i], v[j], v[k], v[l]);
-    above = above || side > 0;
-    below = below || side < 0;
-  }
-  return !(above && below);
-}
-
-bool is_on_hull(const Vertices& v, int i) {
-  for (int j = 0; j < 8; ++j)
-    for (int k = j + 1; k < 8; ++k)
-      if (j != i && k != i && supports_hull(v, i, j, k)) return true;
-  return false;
-}
-
-bool is_hull_edge(const Vertices& v, int i, int j) {
-  if (v[i] == v[j]) return true;
-  for (int k = 0; k < 8; ++k)
-    if (k != i && k != j && supports_hull(v, i, j, k)) return true;
-  return false;
-}
-
-// The hull of a warped hexahedron, exactly: every vertex on it, every one of the twelve edges on it.
-bool is_warped_hexahedron(const Vertices& v) {
-  for (const auto& edge : Hexahedron::kEdgeVertices)
-    if (!is_hull_edge(v, edge[0], edge[1])) return false;
-  // A quad's diagonals may both lie below the hull only if the quad is not part of the boundary at all.
-  for (const auto& quad : Hexahedron::kFaceVertices) {
-    const bool split_02 = is_hull_edge(v, quad[0], quad[2]);
-    const bool split_13 = is_hull_edge(v, quad[1], quad[3]);
-    if (!split_02 && !split_13) return false;
-  }
-  return true;
-}
-
-double signed_volume(const Vertices& v) {
+double signed_volume(const Corners& v) {
   Vector3 centre = Vector3::Zero();
   for (const Vector3& p : v) centre += 0.125 * p;
   double volume = 0.0;
@@ -179,82 +119,93 @@ double signed_volume(const Vertices& v) {
   return volume;
 }
 
-Vertices mirrored(const Vertices& v) {
-  Vertices out;
-  for (int i = 0; i < 8; ++i) out[i] = v[i ^ 4];
-  return out;
+// Not mirrored: kFaceVertices are counter-clockwise seen from outside.
+CornerOrder upright(const Corners& points, CornerOrder order) {
+  if (signed_volume(in_order(points, order)) < 0.0)
+    for (int i = 0; i < 4; ++i) std::swap(order[i], order[i ^ 4]);
+  return order;
 }
 
-// Bit 1 << i for every vertex of each planar supporting quad.
-std::vector<unsigned> planar_hull_quads(const Vertices& v, double tolerance) {
-  std::vector<unsigned> quads;
-  for (int i = 0; i < 8; ++i) {
-    for (int j = i + 1; j < 8; ++j) {
-      for (int k = j + 1; k < 8; ++k) {
-        const Vector3 normal = direction_of(cross(v[j] - v[i], v[k] - v[i]));
-        unsigned on = 0;
-        bool above = false, below = false;
-        for (int l = 0; l < 8; ++l) {
-          const double height = dot(normal, v[l] - v[i]);
-          if (std::abs(height) <= tolerance) on |= 1u << l;
-          above = above || height > tolerance;
-          below = below || height < -tolerance;
-        }
-        if (above && below) continue;
-        if (std::popcount(on) != 4) continue;
-        if (std::find(quads.begin(), quads.end(), on) == quads.end()) quads.push_back(on);
-      }
-    }
-  }
-  return quads;
-}
-
-// Labels the vertices of a planar-faced hexahedron given in any order; nothing when its faces are not a
-// cube's.
-std::optional<std::array<int, 8>> relabelled(const Vertices& v, double tolerance) {
-  const std::vector<unsigned> quads = planar_hull_quads(v, tolerance);
-  if (quads.size() != 6) return std::nullopt;
-  const auto faces_of = [&](int i) {
-    unsigned faces = 0;
-    for (unsigned f = 0; f < 6; ++f)
-      if (quads[f] >> i & 1u) faces |= 1u << f;
-    return faces;
-  };
-  std::array<int, 8> label{};
-  label.fill(-1);
-  const unsigned faces_of_first = faces_of(0);
-  if (std::popcount(faces_of_first) != 3) return std::nullopt;
-  // A vertex is off the first one along x, y, z exactly when it is not on the first one's x-, y-, z-face.
-  std::array<unsigned, 3> first_faces{};
-  for (unsigned f = 0, found = 0; f < 6; ++f)
-    if (faces_of_first >> f & 1u) first_faces[found++] = f;
-  for (int i = 0; i < 8; ++i) {
-    int bits = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      if (!(quads[first_faces[axis]] >> i & 1u)) bits |= 4 >> axis;
-    if (label[bits] >= 0) return std::nullopt;
-    label[bits] = i;
-  }
-  return label;
-}
-
-Vertices permuted(const Vertices& v, const std::array<int, 8>& label) {
-  Vertices out;
-  for (int bits = 0; bits < 8; ++bits) out[bits] = v[label[bits]];
-  return out;
-}
-
-struct OrderedVertices {
-  Vertices vertices, unit;
+// What find_order() looks at. Bends and tolerances are in the units of `unit`.
+struct OrderSearch {
+  Corners points;     // upright
+  UnitCorners unit;   // the same
+  CornerOrder given;  // how the user counts them
+  double planar, tolerance;
+  WarpPolicy warp;
 };
 
-// In the order of Hexahedron and not mirrored; nothing when the hull's faces to `tolerance` are not a cube's.
-std::optional<OrderedVertices> in_order(const Vertices& vertices, const Vertices& unit, double tolerance) {
-  const std::optional<std::array<int, 8>> label = relabelled(unit, tolerance);
-  if (!label) return std::nullopt;
-  OrderedVertices out{permuted(vertices, *label), permuted(unit, *label)};
-  if (signed_volume(out.unit) < 0.0) out = {mirrored(out.vertices), mirrored(out.unit)};
-  return out;
+// "face 5 (vertices 1 5 7 3) is warped: a vertex is 0.12 m out of plane", the vertices as the user counts
+// them.
+std::string worst_face(const OrderSearch& search, const CornerOrder& order) {
+  const Corners corners = in_order(search.unit.corners, order);
+  int worst = 0;
+  for (int f = 1; f < 6; ++f)
+    if (face_bend(corners, f) > face_bend(corners, worst)) worst = f;
+  std::string text = "face " + std::to_string(worst) + " (vertices";
+  for (int i : Hexahedron::kFaceVertices[worst]) text += " " + std::to_string(search.given[order[i]]);
+  return text + ") is warped: a vertex is " +
+         figure(std::scalbn(face_bend(corners, worst), search.unit.exponent)) + " m out of plane";
+}
+
+[[noreturn]] void reject_bent(const OrderSearch& search, const CornerOrder& order, std::string_view name) {
+  const bool refuse = search.warp == WarpPolicy::refuse;
+  const double limit = std::scalbn(refuse ? search.planar : search.tolerance, search.unit.exponent);
+  reject(name, worst_face(search, order) + (refuse ? ", planar up to " : ", tolerated up to ") +
+                   figure(limit) + " m; accept warped solids explicitly to have them checked triangulated");
+}
+
+[[noreturn]] void reject_orders(const OrderSearch& search, const FlattestOrder& flattest,
+                                std::string_view name) {
+  const std::string no_hexahedron =
+      "no convex hexahedron: in the given vertex order its quads are not faces of the hull, and ";
+  if (flattest.bend == std::numeric_limits<double>::infinity())
+    reject(name, no_hexahedron + "in no order of the vertices are they");
+  reject(name, no_hexahedron + "no order of the vertices gives six faces planar up to " +
+                   figure(std::scalbn(search.warp == WarpPolicy::refuse ? search.planar : search.tolerance,
+                                      search.unit.exponent)) +
+                   " m; in the one that bends least " + worst_face(search, flattest.order));
+}
+
+// The order of search.points in which they are a hexahedron.
+CornerOrder find_order(const OrderSearch& search, std::string_view name) {
+  constexpr CornerOrder kAsGiven = {0, 1, 2, 3, 4, 5, 6, 7};
+  const HullEdges hull = hull_edges(search.points);
+  for (int i = 0; i < 8; ++i)
+    if (!(hull.on_hull >> i & 1))
+      reject(name,
+             "not convex: vertex " + std::to_string(search.given[i]) + " lies inside the hull of the others");
+  const bool given_fits = fits_hull(hull, kAsGiven);
+  const double given_bend = largest_bend(search.unit.corners);
+  const FlattestOrder flattest =
+      hull.coincident ? FlattestOrder{} : flattest_order(search.unit.corners, hull);
+
+  const double limit = search.warp == WarpPolicy::refuse ? search.planar : search.tolerance;
+  const bool relabel =
+      flattest.bend <= limit &&
+      !(given_fits && given_bend <= std::max(kClearlyFlatter * flattest.bend, search.planar));
+  const bool ambiguous = flattest.next_bend <= std::max(kAmbiguous * flattest.bend, search.planar);
+  if (relabel && !ambiguous) return flattest.order;
+  if (given_fits && (given_bend <= limit || search.warp == WarpPolicy::accept)) return kAsGiven;
+  if (given_fits) reject_bent(search, kAsGiven, name);
+  if (!relabel) reject_orders(search, flattest, name);
+  reject(name, "no unique hexahedron: two orders of the vertices give faces that bend by " +
+                   figure(std::scalbn(flattest.bend, search.unit.exponent)) + " m and " +
+                   figure(std::scalbn(flattest.next_bend, search.unit.exponent)) +
+                   " m; give them in the order of Hexahedron");
+}
+
+// Finite, eight, and not all in one plane.
+Corners checked_points(std::span<const Vector3> given, std::string_view name) {
+  if (given.size() != 8)
+    reject(name, "has " + std::to_string(given.size()) + " vertices, a hexahedron has 8");
+  Corners points;
+  for (int i = 0; i < 8; ++i) {
+    if (!is_finite(given[i])) reject(name, "vertex " + std::to_string(i) + " is not finite");
+    points[i] = given[i];
+  }
+  if (!has_volume(points)) reject(name, "zero volume: its vertices are coplanar");
+  return points;
 }
 
 }  // namespace
@@ -267,7 +218,7 @@ Hexahedron Hexahedron::from_size(const Vector3& size, std::string_view name) {
     if (!(size(i) > 0.0)) reject(name, side + figure(size(i)) + ", must be > 0");
     if (0.5 * size(i) == 0.0) reject(name, side + figure(size(i)) + ", its half is zero in double");
   }
-  Vertices vertices;
+  Corners vertices;
   const Vector3 half = 0.5 * size;
   for (int i = 0; i < 8; ++i)
     vertices[i] = {i & 4 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 1 ? half.z() : -half.z()};
@@ -279,63 +230,32 @@ Hexahedron Hexahedron::from_size(const Vector3& size, std::string_view name) {
   return box;
 }
 
+double Hexahedron::bend_tolerance(double size, double largest_coordinate) {
+  return std::min(kBendOfSize * size + kBendOfCoordinate * largest_coordinate, kLargestBendOfSize * size);
+}
+
 Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy warp, std::string_view name) {
-  if (given.size() != 8)
-    reject(name, "has " + std::to_string(given.size()) + " vertices, a hexahedron has 8");
-  Vertices vertices;
-  for (int i = 0; i < 8; ++i) {
-    if (!is_finite(given[i])) reject(name, "vertex " + std::to_string(i) + " is not finite");
-    vertices[i] = given[i];
-  }
-  if (!has_volume(vertices)) reject(name, "zero volume: its vertices are coplanar");
+  const Corners points = checked_points(given, name);
+  UnitCorners unit = to_unit(points);
+  const CornerOrder upright_order = upright(unit.corners, {0, 1, 2, 3, 4, 5, 6, 7});
+  unit.corners = in_order(unit.corners, upright_order);
 
-  UnitVertices scaled = to_unit(vertices);
-  Vertices& unit = scaled.vertices;
-  if (signed_volume(unit) < 0.0) vertices = mirrored(vertices), unit = mirrored(unit);
-  const double tolerance = kPlanarTolerance * largest_vertex_distance(unit);
-
+  const double size = largest_vertex_distance(unit.corners);
+  const double planar = kPlanarTolerance * size;
+  const double tolerance = bend_tolerance(size, std::scalbn(largest_coordinate(points), -unit.exponent));
   Hexahedron solid;
-  if (is_planar_hexahedron(unit, tolerance)) {
-    solid.finish(vertices);
+  if (is_planar_hexahedron(unit.corners, planar)) {
+    solid.finish(in_order(points, upright_order));
     return solid;
   }
-  if (const auto ordered = in_order(vertices, unit, tolerance);
-      ordered && is_planar_hexahedron(ordered->unit, tolerance)) {
-    solid.finish(ordered->vertices);
-    return solid;
-  }
-  for (int i = 0; i < 8; ++i)
-    if (!is_on_hull(vertices, i))
-      reject(name, "not convex: vertex " + std::to_string(i) + " lies inside the hull of the others");
-  bool is_hexahedron = is_warped_hexahedron(vertices);
-  if (!is_hexahedron && warp == WarpPolicy::accept) {
-    if (const auto ordered = in_order(vertices, unit, kSinglePrecision * tolerance)) {
-      vertices = ordered->vertices, unit = ordered->unit;
-      is_hexahedron = is_warped_hexahedron(vertices);
-    }
-  }
-  if (!is_hexahedron)
-    reject(name,
-           "no convex hexahedron: in the given vertex order its quads are not faces of the hull, and no "
-           "order of "
-           "the vertices gives six planar faces");
-  int worst_face = 0;
-  std::array<double, 6> out_of_plane{};
-  for (int f = 0; f < 6; ++f) {
-    out_of_plane[f] = std::scalbn(quad_out_of_plane(unit, kFaceVertices[f]), scaled.exponent);
-    if (out_of_plane[f] > out_of_plane[worst_face]) worst_face = f;
-  }
-  if (warp == WarpPolicy::refuse)
-    reject(name, "face " + std::to_string(worst_face) + " is warped: a vertex is " +
-                     figure(out_of_plane[worst_face]) + " m out of plane, planar up to " +
-                     figure(std::scalbn(tolerance, scaled.exponent)) +
-                     " m; accept warped solids explicitly to have them checked triangulated");
-  solid.is_warped_ = true;
-  solid.finish(vertices);
+  const OrderSearch search{in_order(points, upright_order), unit, upright_order, planar, tolerance, warp};
+  const CornerOrder order = upright(unit.corners, find_order(search, name));
+  solid.is_warped_ = !is_planar_hexahedron(in_order(unit.corners, order), planar);
+  solid.finish(in_order(search.points, order));
   return solid;
 }
 
-void Hexahedron::finish(const Vertices& vertices) {
+void Hexahedron::finish(const Corners& vertices) {
   vertices_ = vertices;
   const auto [unit, exponent] = to_unit(vertices);
   const int scale_back = exponent;
@@ -343,15 +263,15 @@ void Hexahedron::finish(const Vertices& vertices) {
 
   size_ = restore(largest_vertex_distance(unit));
   for (int f = 0; f < 6; ++f) {
-    const Plane plane = quad_plane(unit, kFaceVertices[f]);
+    const Plane plane = touchstone::face_plane(unit, f);
     planes_[f] = {plane.normal, restore(plane.offset) - dot(plane.normal, vertices[0])};
-    out_of_plane_ = std::max(out_of_plane_, restore(quad_out_of_plane(unit, kFaceVertices[f])));
+    out_of_plane_ = std::max(out_of_plane_, restore(face_bend(unit, f)));
   }
   Vector3 low = vertices[0];
   Vector3 high = vertices[0];
   for (const Vector3& p : vertices) low = low.cwiseMin(p), high = high.cwiseMax(p);
   const Vector3 centre = 0.5 * low + 0.5 * high;
-  Vertices from_centre;
+  Corners from_centre;
   for (int i = 0; i < 8; ++i) {
     const Vector3 arm = vertices[i] - centre;
     from_centre[i] = {std::scalbn(arm.x(), -exponent), std::scalbn(arm.y(), -exponent),

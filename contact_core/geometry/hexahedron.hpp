@@ -38,8 +38,13 @@ struct alignas(64) WorldVertices {
   Vector3 vertex(int i) const { return {x[i], y[i], z[i]}; }
 };
 
-/// Whether Hexahedron::from_vertices() takes solids with bent faces.
-enum class WarpPolicy : std::uint8_t { refuse, accept };
+/// Which bent faces Hexahedron::from_vertices() takes. A bent solid is the hull of its eight vertices all the
+/// same, and is checked as that: the limit finds mistakes in the input, no answer depends on it.
+enum class WarpPolicy : std::uint8_t {
+  refuse,            ///< only what a rotation in doubles may bend: 32 eps * size
+  within_tolerance,  ///< what files bend: up to Hexahedron::bend_tolerance()
+  accept,            ///< any bend
+};
 
 /// A validated convex hexahedron in its local frame. Immutable; copies are independent.
 ///
@@ -65,24 +70,37 @@ class Hexahedron {
   /// @throws InputError naming `name` and the figure.
   static Hexahedron from_size(const Vector3& size, std::string_view name = "box");
 
-  /// A convex hexahedron. The vertices may come in the order above, mirrored, or in any order at all when
-  /// the solid is a strictly convex planar-faced hexahedron (its faces are then found from the hull).
+  /// A convex hexahedron. The vertices may come in the order above, mirrored, or in any order at all: the
+  /// faces are then found from the hull, as the labelling whose twelve edges are edges of the hull and whose
+  /// faces bend least, up to bend_tolerance() (32 eps * size on WarpPolicy::refuse). The order given is kept
+  /// where it is such a labelling and another would not bend four times less.
   /// Coincident vertices (collapsed edges or faces, e.g. a pyramid) are legal in the order above while the
-  /// volume is positive. Faces more than 32 eps * size out of plane make the solid `warped`: accepted only
-  /// on WarpPolicy::accept, and in any order only while single precision would call them planar (engines
-  /// that store hulls as floats).
+  /// volume is positive. Faces more than 32 eps * size out of plane make the solid `warped`; `warp` says how
+  /// far they may be.
   /// @throws InputError naming `name`, the face or vertex and the figure: not 8 vertices, not finite, zero
-  /// volume, a vertex inside the hull (not convex), warped though refused, no hexahedron in any order.
-  static Hexahedron from_vertices(std::span<const Vector3> vertices, WarpPolicy warp = WarpPolicy::refuse,
+  /// volume, a vertex inside the hull (not convex), bent further than `warp` takes, no hexahedron in any
+  /// order, two orders that fit as well.
+  static Hexahedron from_vertices(std::span<const Vector3> vertices,
+                                  WarpPolicy warp = WarpPolicy::within_tolerance,
                                   std::string_view name = "hexahedron");
+
+  /// How far WarpPolicy::within_tolerance lets a vertex be from its face's plane [m], from the largest
+  /// distance between two vertices and the largest |coordinate|: 0.01 size + 2^-23 coordinate, at most
+  /// 0.05 size. Rounding each coordinate by up to r moves a vertex off its face's plane, and so bends the
+  /// face, by at most sqrt(3) r. Three decimals of a metre (or whole millimetres), r = 0.5 mm, stay below
+  /// 0.01 size from a size of 87 mm on; single precision, r = 2^-24 coordinate, stays below the second term.
+  static double bend_tolerance(double size, double largest_coordinate);
 
   const std::array<Vector3, kVertices>& vertices() const { return vertices_; }
   /// True for solids made by from_size: vertices are exactly +-half_extents().
   bool is_box() const { return is_box_; }
   /// Boxes only; zero otherwise [m].
   const Vector3& half_extents() const { return half_extents_; }
+  /// Whether a face is more than 32 eps * size out of plane.
   bool is_warped() const { return is_warped_; }
-  /// Largest distance of a vertex from its face's plane [m].
+  /// The bend: largest distance of a vertex from its face's plane [m], half of that between the lines through
+  /// the face's diagonals. Lifting one corner of a rectangle by h is a bend of h / 4: no plane is nearer to
+  /// all four.
   double out_of_plane() const { return out_of_plane_; }
   /// Largest distance between two vertices [m].
   double size() const { return size_; }

@@ -44,7 +44,9 @@ std::string describe_solid(const char* name, const Hexahedron& solid, const Pose
   if (solid.is_box()) {
     out += "box, half sides " + text(solid.half_extents()) + "\n";
   } else {
-    out += solid.is_warped() ? "warped hexahedron\n" : "hexahedron\n";
+    out += solid.is_warped() ? fmt::format("warped hexahedron, vertices up to {:.3g} m out of plane\n",
+                                           solid.out_of_plane())
+                             : "hexahedron\n";
     for (const Vector3& vertex : solid.vertices()) out += "     " + text(vertex) + "\n";
   }
   out += "   position " + text(X_WS.p) + "\n";

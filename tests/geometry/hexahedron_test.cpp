@@ -150,7 +150,7 @@ TEST(FromVertices, AnyOrderOfARhombohedronGivesTheSameSolid) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-TEST(FromVertices, RoundedToSinglePrecisionAnyOrderIsRelabelledWhereWarpedIsAccepted) {
+TEST(FromVertices, RoundedToSinglePrecisionAnyOrderIsRelabelled) {
   Vertices given;
   for (const Vector3& v : rhombohedron())
     given.push_back(transform(Pose{rotation_from_quaternion(0.8, 0.3, -0.4, 0.2), {0.1, 0.2, 0.3}}, v)
@@ -162,16 +162,54 @@ TEST(FromVertices, RoundedToSinglePrecisionAnyOrderIsRelabelledWhereWarpedIsAcce
     if (count++ % 131 != 0) continue;
     Vertices v;
     for (int i : order) v.push_back(given[i]);
-    const Hexahedron solid = Hexahedron::from_vertices(v, WarpPolicy::accept);
-    ASSERT_TRUE(solid.is_warped());
-    ASSERT_EQ(as_set(solid.vertices()), as_set(given));
-    ASSERT_LT(solid.out_of_plane(), 1e-6 * solid.size());
-    ASSERT_THROW(Hexahedron::from_vertices(v), InputError);
+    for (WarpPolicy warp : {WarpPolicy::within_tolerance, WarpPolicy::accept}) {
+      const Hexahedron solid = Hexahedron::from_vertices(v, warp);
+      ASSERT_TRUE(solid.is_warped());
+      ASSERT_EQ(as_set(solid.vertices()), as_set(given));
+      ASSERT_LT(solid.out_of_plane(), 1e-6 * solid.size());
+    }
+    ASSERT_THROW(Hexahedron::from_vertices(v, WarpPolicy::refuse), InputError);
   } while (std::next_permutation(order.begin(), order.end()));
-  // A face bent by more than that has no order of its own.
-  given[7] *= 1.01;
-  std::swap(given[0], given[5]);
-  EXPECT_THROW(Hexahedron::from_vertices(given, WarpPolicy::accept), InputError);
+}
+
+TEST(FromVertices, AnOrderOtherThanTheGivenOneIsFoundUpToTheToleranceOnly) {
+  Vertices v = box({1, 1, 1});
+  std::swap(v[0], v[5]), std::swap(v[3], v[4]);
+  const Vector3 corner = v[7];
+  const double size = std::sqrt(3.0);
+  // The corner lifted by h bends its faces by h / 4, and a little less as the plane leans.
+  v[7] = corner + Vector3(0, 0, 4 * 0.0098 * size);
+  const Hexahedron solid = Hexahedron::from_vertices(v);
+  EXPECT_NEAR(solid.out_of_plane(), 0.0098 * size, 1e-3 * size);
+  EXPECT_EQ(as_set(solid.vertices()), as_set(v));
+  v[7] = corner + Vector3(0, 0, 4 * 0.012 * size);
+  for (WarpPolicy warp : {WarpPolicy::within_tolerance, WarpPolicy::accept})
+    EXPECT_THAT([&] { Hexahedron::from_vertices(v, warp, "block"); },
+                ThrowsMessage<InputError>(AllOf(HasSubstr("block: no convex hexahedron"), HasSubstr(" m; "),
+                                                HasSubstr("is warped: a vertex is 0.02"))));
+}
+
+TEST(FromVertices, ASheetAsThinAsItsRoundingKeepsTheGivenOrderAndHasNoOther) {
+  // As thick as its rounding: what top and sides are, only the order tells.
+  std::mt19937_64 random(7);
+  const auto rounded = [](double x) { return std::round(x * 1e4) / 1e4; };
+  int kept = 0, ambiguous = 0;
+  for (int i = 0; i < 200; ++i) {
+    Vertices v = moved(box({1, 1, 1e-4}), random_pose(random, 1));
+    for (Vector3& p : v) p = {rounded(p.x()), rounded(p.y()), rounded(p.z())};
+    std::array<Vector3, 8> given{};
+    try {
+      const Hexahedron solid = Hexahedron::from_vertices(v);
+      std::copy(v.begin(), v.end(), given.begin());
+      kept += solid.vertices() == given;
+      std::swap(v[0], v[5]), std::swap(v[2], v[6]);
+      Hexahedron::from_vertices(v);
+    } catch (const InputError& error) {
+      ambiguous += std::string(error.what()).find("no unique hexahedron") != std::string::npos;
+    }
+  }
+  EXPECT_EQ(kept, 200);
+  EXPECT_GT(ambiguous, 5);
 }
 
 // The four sides become bow-ties whose diagonals are parallel, which once passed for collapsed faces.
@@ -212,12 +250,16 @@ TEST(FromVertices, BadInputIsRefusedNamingTheCause) {
               ThrowsMessage<InputError>(AllOf(HasSubstr("block"), HasSubstr("not convex: vertex 7"))));
   v = box({1, 1, 1});
   v[7] += Vector3(0.25, 0.25, 0.25);
-  EXPECT_THAT(make(v, WarpPolicy::refuse),
-              ThrowsMessage<InputError>(
-                  AllOf(HasSubstr("block"), HasSubstr("face "), HasSubstr("warped"), HasSubstr(" m "))));
+  for (WarpPolicy warp : {WarpPolicy::refuse, WarpPolicy::within_tolerance})
+    EXPECT_THAT(make(v, warp),
+                ThrowsMessage<InputError>(
+                    HasSubstr("block: face 1 (vertices 4 6 7 5) is warped: a vertex is 0.0495074 m out")));
+  EXPECT_THAT(make(v, WarpPolicy::refuse), ThrowsMessage<InputError>(HasSubstr("planar up to 1.5")));
+  EXPECT_THAT(make(v, WarpPolicy::within_tolerance),
+              ThrowsMessage<InputError>(HasSubstr("tolerated up to 0.0216507 m")));
 }
 
-TEST(FromVertices, WarpedIsAcceptedOnlyWhenAsked) {
+TEST(FromVertices, BentBeyondTheToleranceIsAcceptedOnlyWhenAsked) {
   Vertices v = box({1, 1, 1});
   v[7] += Vector3(0.25, 0.25, 0.25);
   const Hexahedron solid = Hexahedron::from_vertices(v, WarpPolicy::accept);

@@ -101,6 +101,17 @@ TEST(PairFile, WarpedIsAcceptedAndFlagged) {
   EXPECT_TRUE(cases[0].pair->solids[1].is_warped());
 }
 
+TEST(PairFile, CornersRoundedToThreeDecimalsLoadInAnyOrder) {
+  // A cube of edge 2, turned by 30 degrees about z, its corners shuffled.
+  const std::vector<PairCase> cases = loaded(
+      "[{\"id\": \"w\", \"poses\": \"identity\", \"shapes\": [" + kBox +
+      R"(, {"type": "convex", "vertices": [[0.366,1.366,1],[-0.366,-1.366,-1],[1.366,-0.366,1],[-1.366,0.366,-1],
+        [0.366,1.366,-1],[-0.366,-1.366,1.001],[1.366,-0.366,-1],[-1.366,0.366,1]]}]}])");
+  ASSERT_TRUE(cases[0].pair) << cases[0].invalid_reason;
+  EXPECT_TRUE(cases[0].pair->solids[1].is_warped());
+  EXPECT_NEAR(cases[0].pair->solids[1].out_of_plane(), 0.25e-3, 1e-5);
+}
+
 TEST(PairFile, OnlyTheWholeFileThrows) {
   EXPECT_EQ(file_error("[\n  {\"id\": }\n]").substr(0, 31), ":2:10: malformed JSON: syntax e");
   EXPECT_EQ(file_error("{}"), ": expected a list of cases, or an object with 'cases'");

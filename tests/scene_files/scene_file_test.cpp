@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <numbers>
+#include <sstream>
 #include <string>
 
 #include "touchstone/contact_core/input_error.hpp"
@@ -26,6 +28,18 @@ std::string error_of(const std::string& text, const SceneParameters& parameters 
 }
 
 std::string error_in_objects(const std::string& objects) { return error_of(kHead + objects); }
+
+std::string turned_block_with_three_decimals() {
+  const Pose X{rotation_from_quaternion(0.8, 0.3, -0.4, 0.2), {0.1, 0.2, 0.3}};
+  const Hexahedron block = Hexahedron::from_size({1, 2, 3});
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(3);
+  for (int i : {5, 0, 3, 7, 1, 6, 2, 4}) {
+    const Vector3 p = transform(X, block.vertices()[i]);
+    text << (i == 5 ? "[" : ", [") << p.x() << ", " << p.y() << ", " << p.z() << "]";
+  }
+  return text.str();
+}
 
 TEST(SceneFile, ReadsUnitsPosesGroupsAndExemptions) {
   const Scene scene = load_scene(
@@ -95,15 +109,33 @@ TEST(SceneFile, RingIsWatertightAndInscribedOrCircumscribed) {
   }
 }
 
-TEST(SceneFile, WarpedOnlyWhenAsked) {
+TEST(SceneFile, WarpedBeyondTheToleranceOnlyWhenAsked) {
   const std::string object =
       "  - name: a\n    hexahedra:\n      - name: h\n        hexahedron:\n"
       "          vertices: [[-1,-1,-1],[-1,-1,1],[-1,1,-1],[-1,1,1],[1,-1,-1],[1,-1,1],[1,1,-1],[1,1,1.5]]\n";
   EXPECT_EQ(
       error_in_objects(object),
-      "9: object 'a': hexahedron 'h': face 5 is warped: a vertex is 0.123091 m out of plane, planar up to "
-      "2.68224e-14 m; accept warped solids explicitly to have them checked triangulated");
+      "9: object 'a': hexahedron 'h': face 5 (vertices 1 5 7 3) is warped: a vertex is 0.123091 m out of "
+      "plane, tolerated up to 0.037749 m; accept warped solids explicitly to have them checked triangulated");
+  EXPECT_EQ(error_in_objects(object + "          warped: within_tolerance\n"), error_in_objects(object));
   EXPECT_EQ(error_in_objects(object + "          warped: accept\n"), "accepted");
+  EXPECT_EQ(error_in_objects(object + "          warped: yes\n"),
+            "10: object 'a': hexahedron 'h': hexahedron: warped: unknown choice 'yes'; known: refuse, "
+            "within_tolerance, accept");
+}
+
+// A block of 1 x 2 x 3 m turned, its corners with three decimals and out of order.
+TEST(SceneFile, CornersAsFilesWriteThemLoadInAnyOrder) {
+  const std::string object =
+      "  - name: a\n    hexahedra:\n      - name: h\n        hexahedron:\n"
+      "          vertices: [" +
+      turned_block_with_three_decimals() + "]\n";
+  const Scene scene = load_scene(written(std::string(kHead) + object));
+  const Hexahedron& solid = scene.objects[0].tree.solids()[0].solid;
+  EXPECT_TRUE(solid.is_warped());
+  EXPECT_GT(solid.out_of_plane(), 1e-5);
+  EXPECT_LT(solid.out_of_plane(), 9e-4);
+  EXPECT_NE(error_in_objects(object + "          warped: refuse\n").find("planar up to"), std::string::npos);
 }
 
 TEST(SceneFile, ErrorsNameFileLineObjectAndHexahedron) {

@@ -1,0 +1,43 @@
+#include "touchstone/contact_core/geometry/face_plane.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace touchstone {
+namespace {
+
+// Unit normal of a vector of any magnitude; zero for zero.
+Vector3 direction_of(const Vector3& v) {
+  const double largest = std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
+  if (largest == 0.0) return Vector3::Zero();
+  const int exponent = -std::ilogb(largest);
+  const Vector3 scaled(std::scalbn(v.x(), exponent), std::scalbn(v.y(), exponent),
+                       std::scalbn(v.z(), exponent));
+  return scaled / norm(scaled);
+}
+
+}  // namespace
+
+Plane face_plane(const Corners& corners, int face) {
+  const auto& quad = Hexahedron::kFaceVertices[face];
+  const Vector3 &a = corners[quad[0]], &b = corners[quad[1]], &c = corners[quad[2]], &d = corners[quad[3]];
+  const Vector3 normal = direction_of(cross(c - a, d - b));
+  const Vector3 centroid = 0.25 * ((a + b) + (c + d));
+  return {normal, -dot(normal, centroid)};
+}
+
+double face_bend(const Corners& corners, int face) {
+  const Plane plane = face_plane(corners, face);
+  double largest = 0.0;
+  for (int i : Hexahedron::kFaceVertices[face])
+    largest = std::max(largest, std::abs(plane.signed_distance(corners[i])));
+  return largest;
+}
+
+double largest_bend(const Corners& corners) {
+  double largest = 0.0;
+  for (int face = 0; face < 6; ++face) largest = std::max(largest, face_bend(corners, face));
+  return largest;
+}
+
+}  // namespace touchstone
