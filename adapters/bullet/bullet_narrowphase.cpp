@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -6,6 +7,7 @@
 #include "touchstone/adapters/bullet/backends.hpp"
 #include "touchstone/adapters/bullet/checks.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
@@ -94,6 +96,7 @@ class BulletNarrowphase final : public Narrowphase {
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace& workspace) const noexcept override {
+    assert(fits(input, output, shapes_.size()));
     Solvers& solvers = static_cast<BulletWorkspace&>(workspace).solvers;
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       PairGeometry unused;
@@ -125,7 +128,7 @@ class BulletNarrowphase final : public Narrowphase {
     const btTransform X_WA = to_engine(poses[pair.a]);
     const btTransform X_WB = to_engine(poses[pair.b]);
     geometry = no_geometry();
-    if (largest_coordinate(a, poses[pair.a]) > kLargestCoordinate ||
+    if (!has_finite_poses(pair, poses) || largest_coordinate(a, poses[pair.a]) > kLargestCoordinate ||
         largest_coordinate(b, poses[pair.b]) > kLargestCoordinate)
       return PairStatus::failed;
 

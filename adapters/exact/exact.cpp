@@ -1,6 +1,7 @@
 #include "touchstone/adapters/exact/exact.hpp"
 
 #include <gmp.h>
+#include <cassert>
 
 #include <algorithm>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "touchstone/adapters/exact/signed_distance.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone {
 namespace {
@@ -34,9 +36,15 @@ class ExactNarrowphase final : public Narrowphase {
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace&) const noexcept override {
+    assert(fits(input, output, solids_.size()));
     const std::size_t max_points = static_cast<std::size_t>(input.query.max_points);
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       const SolidPair pair = input.pairs[i];
+      if (!has_finite_poses(pair, input.poses)) {
+        output.status[i] = PairStatus::failed;
+        if (!output.geometry.empty()) output.geometry[i] = no_geometry();
+        continue;
+      }
       WorldVertices a, b;
       world_vertices(solids_[pair.a], input.poses[pair.a], a);
       world_vertices(solids_[pair.b], input.poses[pair.b], b);

@@ -4,6 +4,7 @@
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
+#include <cassert>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone::fcl_adapter {
 namespace {
@@ -142,6 +144,7 @@ class FclNarrowphase final : public Narrowphase {
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace& workspace) const noexcept override {
+    assert(fits(input, output, entries_.size()));
     auto& scratch = static_cast<FclWorkspace&>(workspace);
     const bool wants_points = input.query.kind == QueryKind::manifold;
     const auto slots = static_cast<std::size_t>(input.query.max_points);
@@ -172,9 +175,7 @@ class FclNarrowphase final : public Narrowphase {
     const Entry &a = entries_[pair.a], &b = entries_[pair.b];
     const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
     const double scale = std::max(std::max(a.reach, b.reach), std::max(largest(X_WA.p), largest(X_WB.p)));
-    if (!(scale <= kLargestCoordinate) || !X_WA.R.allFinite() || !X_WB.R.allFinite() || !X_WA.p.allFinite() ||
-        !X_WB.p.allFinite())
-      return PairStatus::failed;
+    if (!(scale <= kLargestCoordinate) || !has_finite_poses(pair, poses)) return PairStatus::failed;
     const PosedPair posed{*a.shape, *b.shape, to_engine(X_WA), to_engine(X_WB)};
     if (!engine_.supports(query.kind)) return PairStatus::unsupported;
     if (query.kind == QueryKind::overlap)

@@ -1,6 +1,7 @@
 #include "touchstone/adapters/libccd/libccd_narrowphase.hpp"
 
 #include <ccd/ccd.h>
+#include <cassert>
 
 #include <cmath>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone::libccd {
 namespace {
@@ -121,6 +123,7 @@ class LibccdNarrowphase final : public Narrowphase {
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace& workspace) const noexcept override {
+    assert(fits(input, output, solids_.size()));
     auto& [a, b] = static_cast<LibccdWorkspace&>(workspace);
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       const auto [index_a, index_b] = input.pairs[i];

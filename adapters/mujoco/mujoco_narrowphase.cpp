@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -10,6 +11,7 @@
 
 #include "touchstone/adapters/mujoco/solid_geoms.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone::mujoco {
 namespace {
@@ -79,6 +81,7 @@ class MujocoNarrowphase final : public Narrowphase {
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace& workspace) const noexcept override {
+    assert(fits(input, output, geoms_->solid_count()));
     auto& scratch = static_cast<MujocoWorkspace&>(workspace);
     scratch.follow(geoms_);
     const bool wants_points = input.query.kind == QueryKind::manifold;
@@ -101,9 +104,7 @@ class MujocoNarrowphase final : public Narrowphase {
     const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
     const double scale = std::max(std::max(geoms_->reach(pair.a), geoms_->reach(pair.b)),
                                   std::max(largest(X_WA.p), largest(X_WB.p)));
-    if (!(scale <= kLargestCoordinate) || !X_WA.R.allFinite() || !X_WB.R.allFinite() || !X_WA.p.allFinite() ||
-        !X_WB.p.allFinite())
-      return PairStatus::failed;
+    if (!(scale <= kLargestCoordinate) || !has_finite_poses(pair, poses)) return PairStatus::failed;
     geoms_->place(pair.a, X_WA, *scratch.data);
     geoms_->place(pair.b, X_WB, *scratch.data);
     const auto [count, is_swapped] = geoms_->collide(pair, *scratch.data, scratch.contacts);

@@ -16,6 +16,7 @@ class SolidGeoms {
   /// @throws InputError with MuJoCo's words, for what no single mesh is to blame for.
   explicit SolidGeoms(std::span<const Hexahedron> solids);
 
+  std::size_t solid_count() const { return geoms_.size(); }
   /// False: the compiler refused its mesh.
   bool has(SolidIndex solid) const { return geoms_[solid].id >= 0; }
   bool has_meshes() const { return has_meshes_; }

@@ -1,6 +1,7 @@
 #include "touchstone/adapters/ode/ode_narrowphase.hpp"
 
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <thread>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "touchstone/adapters/ode/convex_data.hpp"
 #include "touchstone/adapters/ode/ode_library.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone::ode {
 namespace {
@@ -44,8 +46,6 @@ struct Placement {
 };
 
 /// A NaN would pass for "apart": every comparison in ODE's separating-axis tests is then false.
-bool is_finite_pose(const Pose& X) { return X.R.allFinite() && X.p.allFinite(); }
-
 struct Contacts {
   int count = 0;
   int box_code = 0;  ///< dBoxBox's return code; 0 when the contacts are dCollide's
@@ -178,6 +178,7 @@ class OdeNarrowphase final : public Narrowphase {
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace& workspace) const noexcept override {
+    assert(fits(input, output, shapes_.size()));
     auto& scratch = static_cast<OdeWorkspace&>(workspace);
     scratch.enter_thread();
     for (std::size_t i = 0; i < input.pairs.size(); ++i) evaluate_pair(input, i, output, scratch);
@@ -188,7 +189,7 @@ class OdeNarrowphase final : public Narrowphase {
                      OdeWorkspace& scratch) const {
     const auto [a, b] = input.pairs[i];
     const QueryKind kind = input.query.kind;
-    if (!is_finite_pose(input.poses[a]) || !is_finite_pose(input.poses[b])) {
+    if (!has_finite_poses(input.pairs[i], input.poses)) {
       return refuse(PairStatus::failed, kNaN, kind, i, output);
     }
     const Shape& shape_a = shapes_[a];

@@ -1,10 +1,12 @@
 #include "touchstone/contact_core/edge_face/edge_face.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <vector>
 
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone {
 namespace {
@@ -118,6 +120,7 @@ class EdgeFace final : public Narrowphase {
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace&) const noexcept override {
+    assert(fits(input, output, solids_.size()));
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       if (!output.geometry.empty()) output.geometry[i] = no_geometry();
       output.status[i] = input.query.kind == QueryKind::overlap ? check(input.pairs[i], input.poses)
@@ -127,6 +130,7 @@ class EdgeFace final : public Narrowphase {
 
  private:
   PairStatus check(SolidPair pair, std::span<const Pose> poses) const noexcept {
+    if (!has_finite_poses(pair, poses)) return PairStatus::failed;
     PlacedSolid a, b;
     world_vertices(solids_[pair.a], poses[pair.a], a.vertices);
     world_vertices(solids_[pair.b], poses[pair.b], b.vertices);

@@ -11,14 +11,6 @@ namespace {
 
 double determinant(const Matrix3& R) { return dot(R.col(0), cross(R.col(1), R.col(2))); }
 
-/// x - x is 0 for finite numbers, else not a number.
-bool all_finite(const Pose& X) {
-  double sum = 0.0;
-  for (int i = 0; i < 9; ++i) sum += X.R.data()[i] - X.R.data()[i];
-  for (int k = 0; k < 3; ++k) sum += X.p[k] - X.p[k];
-  return sum == 0.0;
-}
-
 // cos(pitch) below this is gimbal lock: roll and yaw turn about the same axis to within rounding.
 constexpr double kGimbalLock = 1e-12;
 
@@ -33,11 +25,11 @@ double orthonormality_defect(const Matrix3& R) {
 }
 
 bool is_valid_pose(const Pose& X) {
-  return all_finite(X) && orthonormality_defect(X.R) <= kRotationTolerance && determinant(X.R) > 0.0;
+  return is_finite(X) && orthonormality_defect(X.R) <= kRotationTolerance && determinant(X.R) > 0.0;
 }
 
 void validate_pose(const Pose& X, std::string_view name) {
-  if (!all_finite(X)) reject(name, "a pose entry is not finite");
+  if (!is_finite(X)) reject(name, "a pose entry is not finite");
   const double defect = orthonormality_defect(X.R);
   if (!(defect <= kRotationTolerance))
     reject(name, "not a rotation: columns are off orthonormal by " + figure(defect) + ", allowed " +

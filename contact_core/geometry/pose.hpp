@@ -20,6 +20,16 @@ inline constexpr double kRotationTolerance = 1e-6;
 /// Largest |(R^T R - I)_ij|.
 double orthonormality_defect(const Matrix3& R);
 
+/// True if no entry is infinite or NaN.
+inline bool is_finite(const Pose& X) {
+  const double* const R = X.R.data();
+  // A sum of finite numbers may overflow: then each is looked at. Summed in pairs, for speed.
+  const double sum = ((((R[0] + R[1]) + (R[2] + R[3])) + ((R[4] + R[5]) + (R[6] + R[7]))) +
+                      ((R[8] + X.p.x()) + (X.p.y() + X.p.z())));
+  if (sum - sum == 0.0) return true;
+  return is_finite(X.R.col(0)) && is_finite(X.R.col(1)) && is_finite(X.R.col(2)) && is_finite(X.p);
+}
+
 /// True if every entry is finite, the defect is at most kRotationTolerance, and det R > 0.
 bool is_valid_pose(const Pose& X);
 

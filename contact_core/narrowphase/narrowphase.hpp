@@ -36,7 +36,7 @@ enum class PairStatus : std::uint8_t {
   separated,    ///< apart by more than the declared resolution
   overlapping,  ///< touching or penetrating
   undecided,    ///< closer to touching than the declared resolution; still carries geometry
-  failed,       ///< did not converge or the engine refused; carries nothing
+  failed,       ///< did not converge, the engine refused, or a pose is not finite; carries nothing
   unsupported,  ///< this backend cannot answer this query for this pair; carries nothing
 };
 /// The enumerator's name.
@@ -119,7 +119,7 @@ struct PairCacheEntry {
 /// A batch of pairs, all asked the same. Spans are borrowed for the call.
 struct NarrowphaseInput {
   std::span<const SolidPair> pairs;
-  std::span<const Pose> poses;  ///< X_WS of every solid given to build(), in that order; valid poses
+  std::span<const Pose> poses;  ///< X_WS of every solid given to build(), in that order
   Query query;
   std::span<PairCacheEntry> cache = {};  ///< empty, or one entry a pair
 };
@@ -155,7 +155,11 @@ class Narrowphase {
 
   /// Hot path: no allocation after the first call with a workspace, no exceptions, no state that a later call
   /// could see.
-  /// @pre pairs index solids of build(); poses are valid (is_valid_pose); spans are as large as stated above.
+  /// A pair with a pose that holds an infinite number or NaN is `failed`, whatever the query and backend, and
+  /// changes no other pair's answer; poses of solids in no pair are not read.
+  /// @pre pairs index solids of build(); finite poses are valid (is_valid_pose); spans are as large as stated
+  /// above. Builds with assertions check indices and spans; validate() (validate.hpp) checks all, and
+  /// checked() (checked.hpp) wraps a backend so that every call is validated.
   virtual void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                         Workspace& workspace) const noexcept = 0;
 };

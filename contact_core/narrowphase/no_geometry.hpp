@@ -13,4 +13,9 @@ inline PairGeometry no_geometry(double separation = std::numeric_limits<double>:
   return {separation, unknown, unknown, unknown, 0};
 }
 
+/// Whether the pair can be answered at all: with a pose that holds an infinite number or NaN it is `failed`.
+inline bool has_finite_poses(const SolidPair& pair, std::span<const Pose> poses) {
+  return is_finite(poses[pair.a]) && is_finite(poses[pair.b]);
+}
+
 }  // namespace touchstone

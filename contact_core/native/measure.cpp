@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/native/aligned_hulls.hpp"
 #include "touchstone/contact_core/native/apart_pass.hpp"
 #include "touchstone/contact_core/native/clip_batch.hpp"
@@ -27,6 +28,11 @@ const PoseRecord* records_of(std::span<const Pose> poses) {
 /// 4 u of the coordinate at most (hull_kernels.hpp), there and back.
 constexpr double kSearchSlack = 0x1p-40;
 constexpr double kPositionSlack = 8 * kRoundoff;
+
+PairStatus fail(PairGeometry& out) {
+  out = no_geometry();
+  return PairStatus::failed;
+}
 
 void write_beyond(PairGeometry& out) {
   out.separation = kInfinity;
@@ -262,6 +268,10 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
   std::array<OrderedPair, kBlock> pairs;
   ClipBatch clips(set, kernels, input);
   const auto finish = [&](std::size_t i, const DepthRecord& depth, const ApartRecord& apart) {
+    if (!has_finite_poses(pairs[i].pair, input.poses)) {
+      status[i] = fail(geometry[i]);
+      return;
+    }
     status[i] = measure_one(set, kernels, pairs[i], depth, apart, input, geometry[i],
                             points ? points + i * slots : nullptr, clips);
   };
@@ -310,6 +320,7 @@ DepthRecord alone_depth(const SolidSet& set, const Kernels& kernels, const Solid
 PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                          PairGeometry& geometry, ContactPoint* points) {
   prefetch_general(set, input.pairs[0]);
+  if (!has_finite_poses(input.pairs[0], input.poses)) return fail(geometry);
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
   const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
   ApartRecord apart = kNoDistance;

@@ -1,5 +1,8 @@
 #include "touchstone/contact_core/native/native.hpp"
 
+#include <cassert>
+
+#include "touchstone/contact_core/narrowphase/validate.hpp"
 #include "touchstone/contact_core/native/measure.hpp"
 #include "touchstone/contact_core/native/overlap.hpp"
 
@@ -29,6 +32,7 @@ class NativeNarrowphase final : public Narrowphase {
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace&) const noexcept override {
+    assert(fits(input, output, set_.kinds.size()));
     if (input.query.kind == QueryKind::overlap)
       native::overlap(set_, kernels_, input.pairs, input.poses, output.status, input.cache);
     else if (input.query.kind == QueryKind::distance)

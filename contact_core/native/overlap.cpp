@@ -7,6 +7,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/native/box_box_overlap.hpp"
 #include "touchstone/contact_core/native/gjk.hpp"
 #include "touchstone/contact_core/native/parallelepiped_overlap.hpp"
@@ -48,7 +49,7 @@ bool placed_meet(const SolidSet& set, const SolidPair& pair, std::span<const Pos
   return native::hulls_meet(placed);
 }
 
-/// Without the kernels.
+/// Without the kernels. @pre finite poses.
 bool meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   if (is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b])) {
     const Certified certified = certify_kinds(set, pair, poses);
@@ -67,15 +68,20 @@ SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
   return std::max(set.kinds[pair.a], set.kinds[pair.b]);
 }
 
-/// @param ask what settles the pairs that the kernel left unknown.
+/// @param ask what settles the pairs that the kernel left unknown, as it does all with a pose that is not
+/// finite.
 template <class Ask>
 void settle(const SolidSet& set, const Batch& batch, const std::array<Certified, kBlock>& certified,
             std::span<const Pose> poses, std::span<PairStatus> status, const Ask& ask) {
   for (std::size_t i = 0; i < batch.count; ++i) {
     const Certified c = certified[i];
     const SolidPair pair{batch.pairs[i].a, batch.pairs[i].b};
-    status[batch.slots[i]] =
-        to_status(c == Certified::unknown ? ask(set, pair, poses) : c == Certified::overlapping);
+    if (c != Certified::unknown)
+      status[batch.slots[i]] = to_status(c == Certified::overlapping);
+    else if (!has_finite_poses(pair, poses))
+      status[batch.slots[i]] = PairStatus::failed;
+    else
+      status[batch.slots[i]] = to_status(ask(set, pair, poses));
   }
 }
 
@@ -169,6 +175,7 @@ PairStatus overlap_one(const SolidSet& set, const Kernels& kernels, const SolidP
         kernels.certify_box_pair(X_W[pair.a], set.boxes[pair.a], X_W[pair.b], set.boxes[pair.b]);
     if (certified != Certified::unknown) return to_status(certified == Certified::overlapping);
   }
+  if (!has_finite_poses(pair, poses)) return PairStatus::failed;
   return to_status(meet(set, pair, poses));
 }
 

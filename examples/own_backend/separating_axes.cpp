@@ -109,6 +109,7 @@ class SeparatingAxes final : public Narrowphase {
 
  private:
   PairStatus answer(const NarrowphaseInput& input, SolidPair pair) const noexcept {
+    if (!has_finite_poses(pair, input.poses)) return PairStatus::failed;
     const Pose &X_WA = input.poses[pair.a], &X_WB = input.poses[pair.b];
     const double moved_by = std::max(X_WA.p.cwiseAbs().maxCoeff(), X_WB.p.cwiseAbs().maxCoeff());
     return check(Placed(solids_[pair.a], X_WA, X_WA.p), Placed(solids_[pair.b], X_WB, X_WA.p), moved_by);

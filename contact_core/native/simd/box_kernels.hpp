@@ -3,7 +3,9 @@
 #include "touchstone/contact_core/native/simd/pair_blocks.hpp"
 
 // The coarse pass of certify_boxes: notation and bounds stand in box_box_overlap.cpp. Valid poses have delta
-// <= 1e-6 < 2^-19.9, and 20 * 2^-19.9 + 24 u < 2^-15.
+// <= 1e-6 < 2^-19.9, and 20 * 2^-19.9 + 24 u < 2^-15. Of a pose that is not finite a comparison may hold all
+// the same, on an axis that the number does not enter: the pair is left to the caller, found by sums that all
+// twelve numbers enter.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
@@ -61,6 +63,7 @@ TOUCHSTONE_INLINE Certified certify_box_pair_inline(const PoseRecord& X_WA, cons
       (all<Double4>(b.half_extents[0]) * abs_C[0] + all<Double4>(b.half_extents[1]) * abs_C[1]) +
       all<Double4>(b.half_extents[2]) * abs_C[2];
   const Double4 face_a = (half_a + reach_b) - magnitude(T_A);
+  const bool finite = (bits(reach_b < all<Double4>(kOrdinaryHigh)) & kThree) == kThree;
 
   // C by rows, for B's faces.
   const Double4 low = __builtin_shufflevector(abs_C[0], abs_C[1], 0, 4, 1, 5);
@@ -83,7 +86,8 @@ TOUCHSTONE_INLINE Certified certify_box_pair_inline(const PoseRecord& X_WA, cons
     slack = least(slack, (radius_a + radius_b) - magnitude(T2 * C1 - T1 * C2));
   }
   // Without a branch on the answer, which no predictor can guess: the next call's loads need not wait for it.
-  return verdict((bits(slack < -margin) & kThree) != 0, (bits(slack > margin) & kThree) == kThree);
+  return verdict(finite & ((bits(slack < -margin) & kThree) != 0),
+                 finite & ((bits(slack > margin) & kThree) == kThree));
 }
 
 // ---- Many pairs: lanes are pairs.
@@ -114,7 +118,6 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, 
   const Pack size = (A.reach + B.reach) + sum(T);
   const Pack position = largest(A.p) + largest(B.p);
   const Pack margin = all<Pack>(kCoarse) * size + all<Pack>(kPositionRoundoffs * kU) * position;
-  const MaskOf<Pack> ordinary = size + position < all<Pack>(kOrdinaryHigh);
   Pack C[3][3], abs_C[3][3], T_A[3], T_B[3];
   for (int i = 0; i < 3; ++i) {
     T_A[i] = dot(A.axis[i], T);
@@ -125,10 +128,11 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, 
     }
   }
   Pack slack = all<Pack>(__builtin_inf());
+  Pack reaches{};
   for (int i = 0; i < 3; ++i) {
-    const Pack face_a =
-        (A.half[i] + ((B.half[0] * abs_C[i][0] + B.half[1] * abs_C[i][1]) + B.half[2] * abs_C[i][2])) -
-        magnitude(T_A[i]);
+    const Pack reach_b = (B.half[0] * abs_C[i][0] + B.half[1] * abs_C[i][1]) + B.half[2] * abs_C[i][2];
+    reaches += reach_b;
+    const Pack face_a = (A.half[i] + reach_b) - magnitude(T_A[i]);
     const Pack face_b =
         (B.half[i] + ((A.half[0] * abs_C[0][i] + A.half[1] * abs_C[1][i]) + A.half[2] * abs_C[2][i])) -
         magnitude(T_B[i]);
@@ -143,6 +147,7 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, 
       slack = least(slack, (radius_a + radius_b) - magnitude(T_A[i2] * C[i1][j] - T_A[i1] * C[i2][j]));
     }
   }
+  const MaskOf<Pack> ordinary = (size + position) + reaches < all<Pack>(kOrdinaryHigh);
   return {(slack < -margin) & ordinary, (slack > margin) & ordinary};
 }
 

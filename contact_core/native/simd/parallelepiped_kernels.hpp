@@ -3,7 +3,8 @@
 #include "touchstone/contact_core/native/simd/box_kernels.hpp"
 
 // certify_parallelepipeds in lanes: notation, bounds and order of operations as in
-// parallelepiped_overlap.cpp.
+// parallelepiped_overlap.cpp. `size` holds every number of both poses: one that is not finite leaves the pair
+// open.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 

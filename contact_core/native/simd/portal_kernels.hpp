@@ -38,7 +38,13 @@ struct PortalLanes {
   VertexLanes<Pack> a, b;
   Pack extent;    // E
   Pack position;  // P
+  Pack reach;     // not finite where a number of a pose is not: E and P may lose that
 };
+
+template <class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> is_ordinary(const PortalLanes<Pack>& pair) {
+  return (pair.extent + pair.position < all<Pack>(kOrdinaryHigh)) & (pair.reach < all<Pack>(__builtin_inf()));
+}
 
 template <class Pack>
 struct PoseLanes {
@@ -137,7 +143,7 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack
   using Mask = MaskOf<Pack>;
   const Pack zero{};
   LaneVerdicts<Pack> verdicts{};
-  Mask open = (pair.extent + pair.position) < all<Pack>(kOrdinaryHigh);
+  Mask open = is_ordinary(pair);
   const auto end_lanes = [&](Mask separated, const Vector3Of<Pack>& along) {
     verdicts.separated |= separated & open;
     if constexpr (kKeepAxes) separating = select(separated & open, along, separating);
@@ -209,8 +215,7 @@ TOUCHSTONE_INLINE MaskOf<Pack> apart_along(const PortalLanes<Pack>& pair, const 
     low = least(low, along(pair.b, i));
   }
   const Pack error = (all<Pack>(kProjectionRoundoffs * kU) * (pair.extent + pair.position)) * sum(axis);
-  return (low - high > error + all<Pack>(kUnderflow)) &
-         ((pair.extent + pair.position) < all<Pack>(kOrdinaryHigh));
+  return (low - high > error + all<Pack>(kUnderflow)) & is_ordinary(pair);
 }
 
 template <class Pack>
@@ -225,6 +230,8 @@ TOUCHSTONE_INLINE void gather_pair(const double* const (&poses_a)[Traits<Pack>::
   pair.extent = Pack{};
   place_vertices<Pack>(shapes_a, X_WA, nullptr, pair.extent, pair.a);
   place_vertices<Pack>(shapes_b, X_WB, &T, pair.extent, pair.b);
+  pair.reach = sum(Vector3Of<Pack>{pair.a.x[0], pair.a.y[0], pair.a.z[0]}) +
+               sum(Vector3Of<Pack>{pair.b.x[0], pair.b.y[0], pair.b.z[0]});
 }
 
 /// Lane l's axis to axes[l], turned to point from A to B.
