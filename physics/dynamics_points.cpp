@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/dynamics_world.hpp"
-#include "touchstone/physics/matrix3.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -1,12 +1,11 @@
 #include "touchstone/physics/inertia.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <string>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
-#include "touchstone/physics/matrix3.hpp"
 
 namespace touchstone::physics {
 namespace {
@@ -44,8 +43,7 @@ void validate_moments(const Matrix3& inertia, Thinness thinness, std::string_vie
       if (!std::isfinite(inertia(i, j)) || inertia(i, j) != inertia(j, i))
         reject(name, "inertia entry (" + std::to_string(i) + ", " + std::to_string(j) + ") is " +
                          figure(inertia(i, j)) + ": the matrix must be finite and symmetric");
-  const Vector3 moments =
-      Eigen::SelfAdjointEigenSolver<Matrix3>(inertia, Eigen::EigenvaluesOnly).eigenvalues();
+  const Vector3 moments = symmetric_eigenvalues(inertia);
   const double tolerance = kMomentTolerance * std::abs(moments[2]);
   if (moments[0] < -tolerance || (thinness == Thinness::solid && moments[0] <= tolerance))
     reject(name, "principal moment " + figure(moments[0]) + " kg m2 is not positive");

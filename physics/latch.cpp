@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/cholesky.hpp"
-#include "touchstone/physics/matrix3.hpp"
 
 namespace touchstone::physics {
 

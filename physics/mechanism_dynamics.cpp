@@ -5,9 +5,9 @@
 #include <cmath>
 #include <string>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
-#include "touchstone/physics/matrix3.hpp"
 
 namespace touchstone::physics {
 namespace {

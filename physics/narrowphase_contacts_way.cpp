@@ -3,8 +3,8 @@
 #include <cmath>
 #include <span>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
-#include "touchstone/physics/matrix3.hpp"
 #include "touchstone/physics/narrowphase_contacts.hpp"
 
 // Pairs that close by more than the margin in a step.

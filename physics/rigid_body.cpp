@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/compensated_sum.hpp"
-#include "touchstone/physics/matrix3.hpp"
 
 namespace touchstone::physics {
 namespace {

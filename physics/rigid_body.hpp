@@ -2,8 +2,8 @@
 
 #include <string_view>
 
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/physics/inertia.hpp"
-#include "touchstone/physics/quaternion.hpp"
 
 namespace touchstone::physics {
 

@@ -3,19 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
-#include "touchstone/physics/quaternion.hpp"
 
 namespace touchstone::physics {
 namespace {
 
 /// The angular velocity that turns one attitude into another in `h`, the shorter way round.
 Vector3 rate_between(const Quaternion& from, const Quaternion& to, double h) {
-  Quaternion turn = to * Quaternion{from.w, -from.v};
-  if (turn.w < 0.0) turn = {-turn.w, -turn.v};
-  const double sine = norm(turn.v);
-  if (sine == 0.0) return Vector3::Zero();
-  return (2.0 * std::atan2(sine, turn.w) / (sine * h)) * turn.v;
+  const AxisAngle turn = axis_angle_of(to * conjugate(from));
+  return (turn.angle / h) * turn.axis;
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include <algorithm>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
-#include "touchstone/physics/matrix3.hpp"
 #include "touchstone/physics/scene_simulation.hpp"
 
 // What is made once: bodies, mechanisms, contacts.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "touchstone/adapters/scene_files/scene_head.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -72,8 +73,7 @@ BodyInertia read_rod(const YamlReader& reader, double mass) {
   const std::vector<YamlReader> ends = reader.list();
   if (ends.size() != 2) reader.fail("expected two ends, got " + std::to_string(ends.size()));
   const Vector3 from = ends[0].length3(), to = ends[1].length3(), along = to - from;
-  const Matrix3 I =
-      mass / 12.0 * (dot(along, along) * Matrix3::Identity() - Matrix3(along * along.transpose()));
+  const Matrix3 I = mass / 12.0 * (dot(along, along) * Matrix3::Identity() - outer(along, along));
   return {mass, 0.5 * (from + to), I};
 }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/numerics/trigonometry.hpp"
 
 namespace touchstone::scene_files {
 namespace {
@@ -17,13 +18,13 @@ void require(bool holds, const std::string& name, const char* reason) {
 }
 
 double corner_radius(double radius, int facets, bool inscribed) {
-  return inscribed ? radius : radius / std::cos(std::numbers::pi / facets);
+  return inscribed ? radius : radius / cosine(std::numbers::pi / facets);
 }
 
 }  // namespace
 
 double facet_error(double radius, int facets, bool inscribed) {
-  const double c = std::cos(std::numbers::pi / facets);
+  const double c = cosine(std::numbers::pi / facets);
   return inscribed ? radius * (1.0 - c) : radius * (1.0 / c - 1.0);
 }
 
@@ -38,7 +39,8 @@ std::vector<PlacedHexahedron> make_ring(const RingSize& size, const Pose& X_OS, 
   // Neighbours share corners bit for bit: corner k is at the angle (2 k - 1) pi / n, k modulo n.
   const auto corner = [&](double radius, int k, double z) {
     const double angle = (2 * (k % size.facets) - 1) * std::numbers::pi / size.facets;
-    return Vector3(radius * std::cos(angle), radius * std::sin(angle), z);
+    const auto [s, c] = sine_cosine(angle);
+    return Vector3(radius * c, radius * s, z);
   };
   std::vector<PlacedHexahedron> facets;
   for (int i = 0; i < size.facets; ++i) {

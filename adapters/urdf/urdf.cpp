@@ -9,6 +9,7 @@
 #include <set>
 
 #include "touchstone/adapters/urdf/text_file.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 namespace touchstone::urdf {
@@ -79,13 +80,8 @@ struct Reader {
     inertia_I << inertial.ixx, inertial.ixy, inertial.ixz,  //
         inertial.ixy, inertial.iyy, inertial.iyz,           //
         inertial.ixz, inertial.iyz, inertial.izz;
-    // Only the product's own rounding is asymmetric; a matrix in the link's axes is taken as it is.
-    Matrix3 inertia_L = inertia_I;
-    if (X_LI.R != Matrix3::Identity()) {
-      const Matrix3 turned = X_LI.R * inertia_I * X_LI.R.transpose();
-      inertia_L = 0.5 * (turned + turned.transpose());
-    }
-    return {inertial.mass, X_LI.p, inertia_L, X_LI.p};
+    const bool is_turned = X_LI.R != Matrix3::Identity();
+    return {inertial.mass, X_LI.p, is_turned ? turned(X_LI.R, inertia_I) : inertia_I, X_LI.p};
   }
 
   std::string solid_name(const ::urdf::Link& link, std::size_t i) const {

@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <unordered_set>
@@ -16,6 +17,16 @@ namespace {
 // the origin the object is.
 constexpr double kSphereSlack = 32 * std::numeric_limits<double>::epsilon();
 
+/// |v| for lengths of any size: Eigen's stableNorm() changes its rounding with the instruction set.
+double length_of(const Vector3& v) {
+  const double largest = std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
+  if (!(largest > 0.0) || std::isinf(largest)) return largest;
+  const int exponent = std::ilogb(largest);
+  const Vector3 scaled(std::scalbn(v.x(), -exponent), std::scalbn(v.y(), -exponent),
+                       std::scalbn(v.z(), -exponent));
+  return std::scalbn(norm(scaled), exponent);
+}
+
 Sphere enclosing_sphere(std::span<const Vector3> points) {
   Vector3 low = points[0];
   Vector3 high = points[0];
@@ -23,7 +34,7 @@ Sphere enclosing_sphere(std::span<const Vector3> points) {
   Sphere sphere{0.5 * low + 0.5 * high, 0.0};
   double extent = 0.0;
   for (const Vector3& p : points) {
-    sphere.radius = std::max(sphere.radius, (p - sphere.centre).stableNorm());
+    sphere.radius = std::max(sphere.radius, length_of(p - sphere.centre));
     extent = std::max({extent, std::abs(p.x()), std::abs(p.y()), std::abs(p.z())});
   }
   sphere.radius += kSphereSlack * (sphere.radius + extent);

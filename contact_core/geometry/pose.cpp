@@ -4,7 +4,10 @@
 #include <cmath>
 #include <string>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/numerics/trigonometry.hpp"
 
 namespace touchstone {
 namespace {
@@ -49,13 +52,7 @@ Matrix3 rotation_from_quaternion(double w, double x, double y, double z, std::st
     w = std::scalbn(w, exponent), x = std::scalbn(x, exponent);
     y = std::scalbn(y, exponent), z = std::scalbn(z, exponent);
   }
-  const double length = std::sqrt(((w * w + x * x) + y * y) + z * z);
-  w /= length, x /= length, y /= length, z /= length;
-  Matrix3 R;
-  R << ((w * w + x * x) - y * y) - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),  //
-      2.0 * (x * y + w * z), ((w * w - x * x) + y * y) - z * z, 2.0 * (y * z - w * x),   //
-      2.0 * (x * z - w * y), 2.0 * (y * z + w * x), ((w * w - x * x) - y * y) + z * z;
-  return R;
+  return rotation_matrix(normalized({w, {x, y, z}}));
 }
 
 Pose pose_from_matrix(const Matrix4& X, std::string_view name) {
@@ -79,9 +76,9 @@ Matrix4 matrix_from_pose(const Pose& X) {
 Pose pose_from_position_vector(const Vector6& position, std::string_view name) {
   for (int i = 0; i < 6; ++i)
     if (!std::isfinite(position(i))) reject(name, "component " + std::to_string(i) + " is not finite");
-  const double cr = std::cos(position(3)), sr = std::sin(position(3));
-  const double cp = std::cos(position(4)), sp = std::sin(position(4));
-  const double cy = std::cos(position(5)), sy = std::sin(position(5));
+  const auto [sr, cr] = sine_cosine(position(3));
+  const auto [sp, cp] = sine_cosine(position(4));
+  const auto [sy, cy] = sine_cosine(position(5));
   Pose X;
   X.R << cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,  //
       sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,     //
@@ -93,17 +90,17 @@ Pose pose_from_position_vector(const Vector6& position, std::string_view name) {
 Vector6 position_vector_from_pose(const Pose& X) {
   const Matrix3& R = X.R;
   const double cos_pitch = std::sqrt(R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0));
-  const double pitch = std::atan2(-R(2, 0), cos_pitch);
+  const double pitch = arc_tangent(-R(2, 0), cos_pitch);
   double roll = 0.0;
   double yaw = 0.0;
   if (cos_pitch < kGimbalLock) {
-    yaw = std::atan2(-R(0, 1), R(1, 1));
+    yaw = arc_tangent(-R(0, 1), R(1, 1));
   } else {
     // Roll from what is left once yaw is undone, not from R's last row: near gimbal lock both are off by
     // eps / cos(pitch), and only so do their errors cancel in the matrix.
-    yaw = std::atan2(R(1, 0), R(0, 0));
-    const double cy = std::cos(yaw), sy = std::sin(yaw);
-    roll = std::atan2(sy * R(0, 2) - cy * R(1, 2), cy * R(1, 1) - sy * R(0, 1));
+    yaw = arc_tangent(R(1, 0), R(0, 0));
+    const auto [sy, cy] = sine_cosine(yaw);
+    roll = arc_tangent(sy * R(0, 2) - cy * R(1, 2), cy * R(1, 1) - sy * R(0, 1));
   }
   Vector6 position;
   position << X.p, roll, pitch, yaw;
@@ -112,7 +109,7 @@ Vector6 position_vector_from_pose(const Pose& X) {
 
 Pose compose(const Pose& X_WA, const Pose& X_AB) {
   Pose X_WB;
-  for (int column = 0; column < 3; ++column) X_WB.R.col(column) = rotate(X_WA.R, X_AB.R.col(column));
+  X_WB.R = product(X_WA.R, X_AB.R);
   X_WB.p = transform(X_WA, X_AB.p);
   return X_WB;
 }

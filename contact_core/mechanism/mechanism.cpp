@@ -293,9 +293,7 @@ Pose Mechanism::across(const Joint& joint, const Pose& X_WP, double q) noexcept 
   // What is the identity is left out: no bit of a product with it would change.
   Pose X = joint.only_shifts ? Pose{X_WP.R, transform(X_WP, joint.X_PJ.p)} : compose(X_WP, joint.X_PJ);
   if (joint.kind == JointKind::revolute) {
-    const Matrix3 turn = rotation_about(joint.axis_J, q);
-    const Matrix3 R = X.R;
-    for (int column = 0; column < 3; ++column) X.R.col(column) = rotate(R, turn.col(column));
+    X.R = product(X.R, rotation_about(joint.axis_J, q));
   } else if (joint.kind == JointKind::prismatic) {
     X.p = transform(X, q * joint.axis_J);
   }

@@ -148,8 +148,7 @@ class Mechanism {
   /// X_WC across one joint at value q.
   static Pose across(const Joint& joint, const Pose& X_WP, double q) noexcept;
   /// Forward kinematics: X_WL of every link, from the base outwards. No allocation. A link's pose depends on
-  /// its chain's values alone, with one order of operations; sin and cos: the same bits only on the same C
-  /// library.
+  /// its chain's values alone, with one order of operations: the same bits everywhere.
   /// @pre q.size() == value_count(), X_WL.size() == links().size(); see kFrameTolerance for X_WB.
   void link_poses(const Pose& X_WB, std::span<const double> q, std::span<Pose> X_WL) const noexcept;
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/numerics/trigonometry.hpp"
 
 namespace touchstone {
 namespace {
@@ -18,13 +19,14 @@ void require(bool holds, const std::string& name, const std::string& reason) {
 bool is_length(double value) { return std::isfinite(value) && value > 0.0; }
 
 double corner_radius(double radius, int facets, bool inscribed) {
-  return inscribed ? radius : radius / std::cos(std::numbers::pi / facets);
+  return inscribed ? radius : radius / cosine(std::numbers::pi / facets);
 }
 
 /// Corner k of the polygon, at the angle (2k - 1) pi / n; k is taken modulo n, so that neighbours share bits.
 Vector3 corner(double radius, int facets, int k, double z) {
   const double angle = (2 * (k % facets) - 1) * std::numbers::pi / facets;
-  return {radius * std::cos(angle), radius * std::sin(angle), z};
+  const auto [s, c] = sine_cosine(angle);
+  return {radius * c, radius * s, z};
 }
 
 Hexahedron slice(const std::array<Vector3, 4>& at_0, double length, const std::string& name) {
@@ -39,7 +41,7 @@ Hexahedron slice(const std::array<Vector3, 4>& at_0, double length, const std::s
 }  // namespace
 
 double polygon_error(double radius, int facets, bool inscribed) {
-  const double c = std::cos(std::numbers::pi / facets);
+  const double c = cosine(std::numbers::pi / facets);
   return inscribed ? radius * (1.0 - c) : radius * (1.0 / c - 1.0);
 }
 

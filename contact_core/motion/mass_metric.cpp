@@ -2,15 +2,10 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
+
 namespace touchstone {
 namespace {
-
-Matrix3 outer(const Vector3& u, const Vector3& v) {
-  Matrix3 out;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) out(i, j) = u[i] * v[j];
-  return out;
-}
 
 /// The tetrahedron between the origin and a triangle, counter-clockwise from outside: with the sum s of its
 /// corners, the integral of x is V s / 4, that of x x^T is V / 20 (sum of c c^T + s s^T).
@@ -54,7 +49,7 @@ MassMoments transform(const Pose& X_AB, const MassMoments& moments_B) {
   out.volume = moments_B.volume;
   const Vector3 first = rotate(X_AB.R, moments_B.first);
   out.first = first + moments_B.volume * X_AB.p;
-  out.second = rotated(X_AB.R, moments_B.second) + (outer(first, X_AB.p) + outer(X_AB.p, first)) +
+  out.second = turned(X_AB.R, moments_B.second) + (outer(first, X_AB.p) + outer(X_AB.p, first)) +
                outer(moments_B.volume * X_AB.p, X_AB.p);
   return out;
 }
@@ -65,13 +60,6 @@ MassMetric mass_metric(const MassMoments& moments) {
   const Matrix3 spread = moments.second / moments.volume - outer(out.centre, out.centre);
   const double trace = (spread(0, 0) + spread(1, 1)) + spread(2, 2);
   out.J = trace * Matrix3::Identity() - spread;
-  return out;
-}
-
-Matrix3 rotated(const Matrix3& R, const Matrix3& J) {
-  Matrix3 half, out;  // R J, then (R J) R^T = (R (R J)^T)^T
-  for (int j = 0; j < 3; ++j) half.col(j) = rotate(R, J.col(j));
-  for (int i = 0; i < 3; ++i) out.row(i) = rotate(R, half.row(i).transpose()).transpose();
   return out;
 }
 

@@ -31,9 +31,6 @@ struct MassMetric {
 /// @pre moments.volume > 0.
 MassMetric mass_metric(const MassMoments& moments);
 
-/// J about the axes of a frame that the metric's frame has the rotation R in: R J R^T.
-Matrix3 rotated(const Matrix3& R, const Matrix3& J);
-
 /// Velocity of a body's centre of mass and its angular velocity, or a displacement and a turn [m, rad].
 struct Twist {
   Vector3 v = Vector3::Zero();

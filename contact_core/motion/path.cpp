@@ -1,9 +1,7 @@
 #include "touchstone/contact_core/motion/path.hpp"
 
-#include <Eigen/Geometry>
-#include <cmath>
-
-#include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 
 namespace touchstone {
 
@@ -12,16 +10,11 @@ RigidPath RigidPath::between(const Pose& from, const Pose& to) {
   path.from_ = from;
   path.to_ = to;
   path.displacement_ = to.p - from.p;
-  // R_to = turn * R_from. The turn's axis and angle from its quaternion, taken with w >= 0.
-  const Matrix3 turn = to.R * from.R.transpose();
-  Eigen::Quaterniond q(turn);
-  q.normalize();
-  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
-  const double sine = norm(q.vec());
-  if (sine > 0.0 && !(from.R == to.R)) {
-    path.axis_ = q.vec() / sine;
-    path.angle_ = 2.0 * std::atan2(sine, q.w());
-  }
+  if (from.R == to.R) return path;
+  // R_to = turn * R_from.
+  const AxisAngle turn = axis_angle_of(quaternion_of(product(to.R, from.R.transpose())));
+  path.axis_ = turn.axis;
+  path.angle_ = turn.angle;
   return path;
 }
 
@@ -50,7 +43,7 @@ Pose RigidPath::along(double s) const noexcept {
     X.p = from_.p + s * displacement_;
     return X;
   }
-  X.R = rotation_about(axis_, s * angle_) * from_.R;
+  X.R = product(rotation_about(axis_, s * angle_), from_.R);
   if (centre_O_ == Vector3::Zero()) {
     X.p = from_.p + s * displacement_;
   } else {

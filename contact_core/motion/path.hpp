@@ -44,7 +44,7 @@ class MotionPath {
 };
 
 /// A free object's: its origin moves straight, it turns about a fixed axis at a constant rate (lerp and
-/// slerp). Turns of any size; sin and cos: the same bits only on the same C library.
+/// slerp). Turns of any size; the same bits everywhere.
 class RigidPath final : public MotionPath {
  public:
   /// At rest.

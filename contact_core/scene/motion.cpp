@@ -1,11 +1,11 @@
 #include "touchstone/contact_core/scene/motion.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <string_view>
 
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -36,7 +36,7 @@ Pose after(const MotionSegment& segment, const Pose& X_WO, double elapsed) {
   Pose X = X_WO;
   if (segment.rate != 0.0) {
     const Matrix3 turn = rotation_about(segment.axis_W, segment.rate * elapsed);
-    for (int column = 0; column < 3; ++column) X.R.col(column) = rotate(turn, X_WO.R.col(column));
+    X.R = product(turn, X_WO.R);
     X.p = segment.pivot_W + rotate(turn, X_WO.p - segment.pivot_W);
   }
   X.p += segment.velocity_W * elapsed;
@@ -83,28 +83,11 @@ Pose pose_at(const Motion& motion, const Pose& X_WO_initial, double time) noexce
   return X_WO;
 }
 
-Matrix3 rotation_about(const Vector3& axis, double angle) noexcept {
-  // Rodrigues' formula; 1 - cos as 2 sin^2(angle/2) keeps small turns accurate.
-  const double s = std::sin(angle);
-  const double half = std::sin(0.5 * angle);
-  const double versine = 2.0 * half * half;
-  const Vector3& a = axis;
-  const double c = 1.0 - versine;
-  Matrix3 R;
-  R << c + versine * a.x() * a.x(), versine * a.x() * a.y() - s * a.z(),
-      versine * a.x() * a.z() + s * a.y(),  //
-      versine * a.x() * a.y() + s * a.z(), c + versine * a.y() * a.y(),
-      versine * a.y() * a.z() - s * a.x(),  //
-      versine * a.x() * a.z() - s * a.y(), versine * a.y() * a.z() + s * a.x(), c + versine * a.z() * a.z();
-  return R;
-}
-
 Pose interpolate(const Pose& from, const Pose& to, double s) noexcept {
   if (s <= 0.0) return from;
   if (s >= 1.0) return to;
-  const Eigen::Quaterniond q = Eigen::Quaterniond(from.R).slerp(s, Eigen::Quaterniond(to.R)).normalized();
   Pose X;
-  X.R = q.toRotationMatrix();
+  X.R = rotation_matrix(slerp(quaternion_of(from.R), quaternion_of(to.R), s));
   X.p = (1.0 - s) * from.p + s * to.p;
   return X;
 }

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 
 namespace touchstone {
 
@@ -38,13 +38,9 @@ struct Motion {
 /// are not finite, an axis that is not unit, both segments and keys.
 void validate_motion(const Motion& motion, std::string_view name);
 
-/// The commanded pose at `time` [s]; the initial pose for time <= 0. Uses sin and cos: the same bits only on
-/// the same C library. No allocation.
+/// The commanded pose at `time` [s]; the initial pose for time <= 0. The same bits everywhere. No allocation.
 /// @pre motion is valid.
 Pose pose_at(const Motion& motion, const Pose& X_WO_initial, double time) noexcept;
-
-/// Rotation by `angle` [rad], right-handed, about a unit axis.
-Matrix3 rotation_about(const Vector3& axis, double angle) noexcept;
 
 /// Lerp of the positions, slerp (the shorter way) of the rotations; s in [0, 1], the ends are returned
 /// exactly.

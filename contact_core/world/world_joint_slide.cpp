@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/world/world_state.hpp"
 
 // Slides of mechanisms: as those of rigid bodies (world_slide.cpp), but the motion is a change of joint
@@ -36,7 +37,7 @@ class ArmBends final : public JointBends {
 
   double most_of(const SlideRow& row, const JointRow& at) noexcept {
     const MechanismPath& path = path_of(at);
-    const Vector3 p_L = rotate(Matrix3(arm_.X_WL[at.link].R.transpose()), row.r);
+    const Vector3 p_L = rotate_back(arm_.X_WL[at.link].R, row.r);
     const double straight = path.acceleration_bound(at.link, p_L);
     return row.turns ? straight + bend_of_plane(path, at.link, p_L) : straight;
   }

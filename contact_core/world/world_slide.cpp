@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/world/world_state.hpp"
 
 // The slide policy: movers that slide pairs stopped go on towards their commanded poses in sub-steps. All of
@@ -32,7 +33,7 @@ Twist twist_to(const Pose& X_WR, const Slider& slider) {
 
 double distance_to_goal(const Pose& X_WR, const Slider& slider) {
   const Twist left = twist_to(X_WR, slider);
-  return std::sqrt(inner_product(rotated(X_WR.R, slider.metric.J), left, left));
+  return std::sqrt(inner_product(turned(X_WR.R, slider.metric.J), left, left));
 }
 
 /// How fast a slider would come along n if it went straight to its goal.
@@ -197,7 +198,7 @@ void ContactWorld::State::mark_active(std::uint32_t row, double stop) {
 
 RigidPath ContactWorld::State::plan_of(Slider& slider) {
   const Pose& X_WR = objects[slider.root].X_WO;
-  const Matrix3 J_W = rotated(X_WR.R, slider.metric.J);
+  const Matrix3 J_W = turned(X_WR.R, slider.metric.J);
   Twist goal = twist_to(X_WR, slider);
   const bool translation_only = slides.translation_only[slider.root];
   if (translation_only) goal.w = Vector3::Zero();

@@ -25,7 +25,7 @@ TEST(MassMetric, OfABoxIsTheTextbooks) {
     const double u = size[(i + 1) % 3], v = size[(i + 2) % 3];
     J(i, i) = (u * u + v * v) / 12;
   }
-  EXPECT_LT((metric.J - rotated(X.R, J)).cwiseAbs().maxCoeff(), 1e-13);
+  EXPECT_LT((metric.J - turned(X.R, J)).cwiseAbs().maxCoeff(), 1e-13);
   EXPECT_LE(least_inertia(J), J(2, 2));
   EXPECT_GE(least_inertia(J), 4.0 / 9.0 * std::min({J(0, 0), J(1, 1), J(2, 2)}));
 }
@@ -67,7 +67,7 @@ Contacts random_contacts(Random& random, int count) {
   const Vector3 size(random.uniform(0.1, 1), random.uniform(0.1, 1), random.uniform(0.001, 1));
   Pose X;
   X.R = rotation_about(Vector3(2, -1, 2) / 3, random.uniform(0, 3));
-  out.J = rotated(X.R, mass_metric(mass_moments(Hexahedron::from_size(size))).J);
+  out.J = turned(X.R, mass_metric(mass_moments(Hexahedron::from_size(size))).J);
   out.goal = {random.vector(0.01), random.vector(0.02)};
   for (int i = 0; i < count; ++i) {
     SlideRow row;

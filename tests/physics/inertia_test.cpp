@@ -9,8 +9,8 @@
 #include <numbers>
 #include <random>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/physics/matrix3.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
 using namespace touchstone;

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "touchstone/physics/matrix3.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/tests/physics/arms.hpp"
 
 using namespace touchstone;

@@ -10,8 +10,8 @@
 #include <memory>
 #include <sstream>
 
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/physics/mechanism_dynamics.hpp"
-#include "touchstone/physics/quaternion.hpp"
 #include "touchstone/tests/physics/arms.hpp"
 
 using namespace touchstone;

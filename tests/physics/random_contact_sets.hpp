@@ -6,9 +6,9 @@
 #include <random>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/contact_problem.hpp"
 #include "touchstone/physics/inertia.hpp"
-#include "touchstone/physics/matrix3.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone::physics {

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <random>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/physics/matrix3.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 

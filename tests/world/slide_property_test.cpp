@@ -76,7 +76,7 @@ struct Crowd {
   double distance(int i, const Pose& X, const Pose& goal) const {
     const Twist left{transform(goal, metrics[i].centre) - transform(X, metrics[i].centre),
                      RigidPath::between(X, goal).at(0, 0).angular_velocity_W};
-    return std::sqrt(inner_product(rotated(X.R, metrics[i].J), left, left));
+    return std::sqrt(inner_product(turned(X.R, metrics[i].J), left, left));
   }
 };
 

@@ -373,7 +373,7 @@ TEST(Slide, DistanceToTheGoalNeverGrows) {
         const Pose X = room.world->executed_pose(room.box, part, k / 8.0);
         const Twist left{command.path.to().p - X.p,
                          RigidPath::between(X, command.path.to()).at(0, 0).angular_velocity_W};
-        const double distance = std::sqrt(inner_product(rotated(X.R, metric.J), left, left));
+        const double distance = std::sqrt(inner_product(turned(X.R, metric.J), left, left));
         worst = std::max(worst, distance - before);
         ASSERT_LE(distance, before + 1e-15) << "frame " << i << " part " << part << " sample " << k;
         before = distance;

@@ -2,10 +2,13 @@
 
 #include "touchstone/contact_core/geometry/pose.hpp"
 
-// Products of 3x3 matrices in one stated order of operations: Eigen's own products and reductions change
-// their order with the instruction set.
+/// @file
+/// Products of 3x3 matrices in one stated order of operations. Eigen's own products and reductions change
+/// their order with the instruction set that it was compiled for, so that none stands where bits of a pose or
+/// of a velocity depend on it; what it does entry by entry (sums, products with a number) is the same
+/// everywhere.
 
-namespace touchstone::physics {
+namespace touchstone {
 
 /// u v^T.
 inline Matrix3 outer(const Vector3& u, const Vector3& v) {
@@ -15,13 +18,14 @@ inline Matrix3 outer(const Vector3& u, const Vector3& v) {
   return out;
 }
 
-/// The matrix of v: skew(u) v = u x v.
+/// The matrix of u: skew(u) v = u x v.
 inline Matrix3 skew(const Vector3& u) {
   Matrix3 out;
   out << 0.0, -u.z(), u.y(), u.z(), 0.0, -u.x(), -u.y(), u.x(), 0.0;
   return out;
 }
 
+/// A B, column by column as rotate().
 inline Matrix3 product(const Matrix3& A, const Matrix3& B) {
   Matrix3 out;
   for (int j = 0; j < 3; ++j) out.col(j) = rotate(A, B.col(j));
@@ -55,9 +59,16 @@ inline Matrix3 symmetric_inverse(const Matrix3& A) {
   return out;
 }
 
+/// True where no entry is infinite or NaN.
 inline bool is_finite(const Matrix3& A) {
-  return touchstone::is_finite(A.col(0)) && touchstone::is_finite(A.col(1)) &&
-         touchstone::is_finite(A.col(2));
+  return is_finite(Vector3(A.col(0))) && is_finite(Vector3(A.col(1))) && is_finite(Vector3(A.col(2)));
 }
 
-}  // namespace touchstone::physics
+/// Of a symmetric matrix, the smallest first; off by a few eps of the largest magnitude (Jacobi's rotations).
+Vector3 symmetric_eigenvalues(const Matrix3& A);
+
+/// Rotation by `angle` [rad], right-handed, about a unit axis (Rodrigues); off by less than 18 u (Frobenius,
+/// u = 2^-53) and twice the axis' own error.
+Matrix3 rotation_about(const Vector3& axis, double angle) noexcept;
+
+}  // namespace touchstone
