@@ -252,28 +252,11 @@ double read_positive(const YamlReader& reader, double value) {
   return value;
 }
 
-std::vector<ExemptPair> read_pairs(const YamlReader& reader, const Scene& scene) {
-  std::vector<ExemptPair> pairs;
-  for (const YamlReader& item : reader.list()) {
-    const std::vector<YamlReader> names = item.list();
-    if (names.size() != 2) item.fail("expected a pair of names, got " + std::to_string(names.size()));
-    for (const YamlReader& name : names) {
-      try {
-        find_solids(scene, name.text());
-      } catch (const InputError& error) {
-        name.fail_bare(error.what());
-      }
-    }
-    pairs.push_back({names[0].text(), names[1].text()});
-  }
-  return pairs;
-}
-
 void read_latches(const YamlReader& reader, Scene& scene) {
   for (const YamlReader& item : reader.list()) {
     item.require_keys({"carrier", "carried", "allowed"});
     SceneLatch latch{item.at("carrier").text(), item.at("carried").text(), {}};
-    if (item.has("allowed")) latch.allowed = read_pairs(item.at("allowed"), scene);
+    if (item.has("allowed")) latch.allowed = scene_files::read_exempt_pairs(item.at("allowed"), scene);
     scene.latches.push_back(std::move(latch));
     try {
       validate_latch(scene, scene.latches.size() - 1);
@@ -301,7 +284,7 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
   const YamlReader objects(root.at("objects").node(), source);
   for (const YamlReader& item : objects.list())
     scene.objects.push_back(read_object(item, scene.duration, names, scene));
-  if (root.has("exempt")) scene.exempt_pairs = read_pairs(root.at("exempt"), scene);
+  if (root.has("exempt")) scene.exempt_pairs = scene_files::read_exempt_pairs(root.at("exempt"), scene);
   if (root.has("latches")) read_latches(root.at("latches"), scene);
   return scene;
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone::scene_files {
 namespace {
@@ -57,6 +58,23 @@ void read_parameters(const YamlReader& root, const SceneParameters& given, YamlS
     found->second = value;
   }
   source.parameters = std::move(parameters);
+}
+
+std::vector<ExemptPair> read_exempt_pairs(const YamlReader& reader, const Scene& scene) {
+  std::vector<ExemptPair> pairs;
+  for (const YamlReader& item : reader.list()) {
+    const std::vector<YamlReader> names = item.list();
+    if (names.size() != 2) item.fail("expected a pair of names, got " + std::to_string(names.size()));
+    for (const YamlReader& name : names) {
+      try {
+        find_solids(scene, name.text());
+      } catch (const InputError& error) {
+        name.fail_bare(error.what());
+      }
+    }
+    pairs.push_back({names[0].text(), names[1].text()});
+  }
+  return pairs;
 }
 
 }  // namespace touchstone::scene_files

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/adapters/scene_files/yaml_reader.hpp"
 
@@ -13,5 +16,8 @@ std::string read_units(const YamlReader& root, YamlSource& source);
 /// Sets the source's parameters: the file's own, replaced by those given.
 /// @throws InputError: one given that the file has not, or that is not finite.
 void read_parameters(const YamlReader& root, const SceneParameters& given, YamlSource& source);
+
+/// A list of pairs of names, each of an object, `object/hexahedron` or a group of the scene.
+std::vector<ExemptPair> read_exempt_pairs(const YamlReader& reader, const Scene& scene);
 
 }  // namespace touchstone::scene_files

@@ -1,8 +1,8 @@
 #include "touchstone/adapters/scene_files/script_file.hpp"
 
 #include <algorithm>
-#include <numbers>
 
+#include "touchstone/adapters/scene_files/scene_head.hpp"
 #include "touchstone/adapters/scene_files/yaml_reader.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -11,21 +11,6 @@ namespace {
 
 using scene_files::YamlReader;
 using scene_files::YamlSource;
-
-void read_units(const YamlReader& root, YamlSource& source) {
-  if (!root.has("units")) return;
-  const YamlReader units = root.at("units");
-  units.require_keys({"length", "angle"});
-  const auto is = [&](const char* key, const char* plain, const char* other) {
-    if (!units.has(key)) return false;
-    const YamlReader unit = units.at(key);
-    if (unit.text() != plain && unit.text() != other)
-      unit.fail("unknown unit '" + unit.text() + "'; known: " + plain + ", " + other);
-    return unit.text() == other;
-  };
-  source.lengths_per_metre = is("length", "m", "mm") ? 1000.0 : 1.0;
-  source.radians_per_angle = is("angle", "rad", "deg") ? std::numbers::pi / 180.0 : 1.0;
-}
 
 double read_time(const YamlReader& item) {
   const YamlReader reader = item.at("time");
@@ -150,9 +135,10 @@ OperatorAction read_action(const YamlReader& item, const Scene& scene) {
   if (named != 1) item.fail("expected one of latch, release, switch_on, switch_off");
   if (item.has("latch")) {
     const YamlReader latch = item.at("latch");
-    latch.require_keys({"carrier", "carried"});
+    latch.require_keys({"carrier", "carried", "allowed"});
     action.carrier = read_object(latch.at("carrier"), scene);
     action.object = read_object(latch.at("carried"), scene);
+    if (latch.has("allowed")) action.allowed = scene_files::read_exempt_pairs(latch.at("allowed"), scene);
     return action;
   }
   const char* key = item.has("release") ? "release" : item.has("switch_on") ? "switch_on" : "switch_off";
@@ -175,7 +161,7 @@ void read_actions(const YamlReader& reader, Script& script) {
 Script read_script(const YamlReader& root, YamlSource& source, const std::filesystem::path& path) {
   root.require_keys({"name", "description", "scene", "units", "frame_rate", "policy", "translation_only",
                      "duration", "hands", "actions"});
-  read_units(root, source);
+  scene_files::read_units(root, source);
   Script script;
   script.name = root.at("name").text();
   if (root.has("description")) script.description = root.at("description").text();

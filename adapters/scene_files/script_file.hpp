@@ -40,9 +40,10 @@ struct HandScript {
 struct OperatorAction {
   /// What is done; `switch_on` and `switch_off` are of the object's selection.
   enum class Kind : std::uint8_t { latch, release, switch_on, switch_off } kind = Kind::latch;
-  double time = 0.0;    ///< [s]
-  std::string object;   ///< carried, released or switched
-  std::string carrier;  ///< latch only
+  double time = 0.0;                     ///< [s]
+  std::string object;                    ///< carried, released or switched
+  std::string carrier;                   ///< latch only
+  std::vector<ExemptPair> allowed = {};  ///< latch only: not checked as well, while it holds
 };
 
 /// A hand-controller script: a scene and what an operator does in it.

@@ -46,8 +46,9 @@ struct ExemptPair {
 /// against itself.
 struct SceneLatch {
   std::string carrier;
-  std::string carried;              ///< has no motion of its own
-  std::vector<ExemptPair> allowed;  ///< not checked as well: both jaws of a gripper, say
+  std::string carried;  ///< has no motion of its own
+  /// Not checked as well, while the latch holds: both jaws of a gripper against their payload, say.
+  std::vector<ExemptPair> allowed;
 };
 
 /// A round part stands in the scene as flat facets: by how much they are off.

@@ -13,6 +13,11 @@ bool is_in_group(const SceneObject& object, std::string_view group) {
 
 SolidPair ordered(SolidIndex a, SolidIndex b) { return a < b ? SolidPair{a, b} : SolidPair{b, a}; }
 
+void sort_once(std::vector<SolidPair>& pairs) {
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
 }  // namespace
 
 std::vector<SolidIndex> find_solids(const Scene& scene, std::string_view name) {
@@ -52,15 +57,22 @@ SceneInstance::SceneInstance(const Scene& scene) : scene_(&scene) {
     X_RO_.push_back(root == o ? Pose{} : compose(inverse(scene.objects[root].X_WO), scene.objects[o].X_WO));
   }
   const auto exempt = [&](const ExemptPair& pair) {
-    for (SolidIndex a : find_solids(scene, pair.first))
-      for (SolidIndex b : find_solids(scene, pair.second))
-        if (object_of_[a] != object_of_[b]) exempt_pairs_.push_back(ordered(a, b));
+    const std::vector<SolidPair> named = solids_of(pair);
+    exempt_pairs_.insert(exempt_pairs_.end(), named.begin(), named.end());
   };
   for (const ExemptPair& pair : scene.exempt_pairs) exempt(pair);
   for (const SceneLatch& latch : scene.latches)
     for (const ExemptPair& pair : latch.allowed) exempt(pair);
-  std::sort(exempt_pairs_.begin(), exempt_pairs_.end());
-  exempt_pairs_.erase(std::unique(exempt_pairs_.begin(), exempt_pairs_.end()), exempt_pairs_.end());
+  sort_once(exempt_pairs_);
+}
+
+std::vector<SolidPair> SceneInstance::solids_of(const ExemptPair& pair) const {
+  std::vector<SolidPair> pairs;
+  for (const SolidIndex a : find_solids(*scene_, pair.first))
+    for (const SolidIndex b : find_solids(*scene_, pair.second))
+      if (object_of_[a] != object_of_[b]) pairs.push_back(ordered(a, b));
+  sort_once(pairs);
+  return pairs;
 }
 
 std::string SceneInstance::solid_name(SolidIndex solid) const {

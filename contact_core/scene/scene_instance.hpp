@@ -40,8 +40,12 @@ class SceneInstance {
   /// True for solids of one object or of objects latched together and for exempted pairs, in either order. No
   /// allocation.
   bool is_exempt(SolidIndex a, SolidIndex b) const;
-  /// The exempted pairs of solids of different objects, a < b, ascending.
+  /// The exempted pairs of solids of different objects, those that a latch allows among them: a scene's
+  /// latches hold from its start to its end. a < b, ascending.
   std::span<const SolidPair> exempt_pairs() const { return exempt_pairs_; }
+  /// The pairs of solids of different objects that `pair` names, a < b, ascending.
+  /// @throws InputError as find_solids().
+  std::vector<SolidPair> solids_of(const ExemptPair& pair) const;
   /// Every pair that is checked, a < b, ascending.
   std::vector<SolidPair> checked_pairs() const;
 

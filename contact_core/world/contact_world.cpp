@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/world/contact_world.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "touchstone/contact_core/input_error.hpp"
@@ -45,7 +46,6 @@ void ContactWorld::remove(ObjectHandle object) {
   state_->objects.remove(object);
   state_->rules.forget(slot);
   state_->selection.forget(slot);
-  state_->queue.forget(slot);
   state_->needs_layout = true;
 }
 
@@ -61,7 +61,10 @@ void ContactWorld::set_default_rule(const PairRule& rule) {
 }
 
 void ContactWorld::set_group_rule(std::string_view first, std::string_view second, const PairRule& rule) {
-  state_->rules.set_for_groups(state_->objects.group(first), state_->objects.group(second), rule);
+  PairRules::check(rule);
+  const std::array names{std::string(first), std::string(second)};
+  const std::vector<std::uint32_t> groups = state_->objects.groups(names);
+  state_->rules.set_for_groups(groups[0], groups[1], rule);
   state_->needs_layout = true;
 }
 
@@ -70,19 +73,35 @@ void ContactWorld::set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule&
   state_->needs_layout = true;
 }
 
-void ContactWorld::exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second) {
-  state_->objects.exempt(a, first, b, second);
-  state_->needs_layout = true;
+EffectiveRule ContactWorld::rule_of(ObjectHandle a, ObjectHandle b) const {
+  return state_->rules.find(state_->objects, state_->objects.slot_of(a), state_->objects.slot_of(b));
 }
 
-void ContactWorld::latch(ObjectHandle carrier, ObjectHandle carried) {
-  state_->objects.latch(carrier, carried);
-  if (!state_->needs_layout) state_->place_solids_in_bodies();
+void ContactWorld::exempt(const Exemption& pair) {
+  state_->objects.exempt(pair);
+  state_->take_up_latches();
+}
+
+void ContactWorld::unexempt(const Exemption& pair) {
+  state_->objects.unexempt(pair);
+  state_->take_up_latches();
+}
+
+void ContactWorld::latch(ObjectHandle carrier, ObjectHandle carried, const std::vector<Exemption>& allowed) {
+  state_->objects.latch(carrier, carried, allowed);
+  state_->take_up_latches();
 }
 
 void ContactWorld::unlatch(ObjectHandle carried) {
   state_->objects.unlatch(carried);
-  if (!state_->needs_layout) state_->place_solids_in_bodies();
+  state_->take_up_latches();
+}
+
+/// Objects and solids keep their numbers: what is not checked, and what moves as one, is found anew.
+void ContactWorld::State::take_up_latches() {
+  if (needs_layout) return;
+  list_exempt_pairs(layout);
+  place_solids_in_bodies();
 }
 
 WorldCapabilities ContactWorld::capabilities() const {
@@ -94,7 +113,7 @@ void ContactWorld::prepare() {
   State& s = *state_;
   if (!s.needs_layout) return;
   Layout layout = make_layout(s.objects);
-  s.exempt_within_mechanisms(layout);
+  s.list_exempt_pairs(layout);
   s.narrowphase->build(layout.solids);
   BroadphaseInput input;
   input.trees = layout.trees;
@@ -120,7 +139,7 @@ void ContactWorld::prepare() {
   s.prepare_travels();
   s.place_solids_in_bodies();
   s.events.reserve(256 + 16 * solids);
-  s.queue.reserve(1024), s.changes.reserve(1024);
+  s.queue.reserve(1024), s.changes.reserve(1024), s.refused_changes.reserve(1024);
   s.selection.reserve(slots);
   for (SolidIndex i = 0; i < solids; ++i)
     s.from[i] = s.to[i] = compose(s.objects[s.layout.slot_of[i]].X_WO, s.layout.X_OS[i]);
@@ -188,6 +207,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   report.queries = s.query->calls() - calls;
   report.events = s.events;
   report.selections = s.changes;
+  report.refused_selections = s.refused_changes;
   ++s.frame;
   return report;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/scene/scene.hpp"
+#include "touchstone/contact_core/world/handles.hpp"
 #include "touchstone/contact_core/world/selection.hpp"
 
 /// @file
@@ -25,20 +27,13 @@
 
 namespace touchstone {
 
-/// Names an object for as long as it lives; never reused for another.
-struct ObjectHandle {
-  std::uint32_t slot = 0xffffffff;
-  std::uint32_t generation = 0;
-
-  friend bool operator==(const ObjectHandle&, const ObjectHandle&) = default;
-};
-
 /// What ContactWorld::add() takes: a rigid object and where it starts.
 struct ObjectDescription {
   std::shared_ptr<const HexahedronTree> tree;  ///< its name is the object's, unique in the world
   Pose X_WO;
-  bool is_static = false;                ///< never moves; pairs of static objects are not checked
-  std::vector<std::string> groups = {};  ///< a world has at most 64 names of groups
+  bool is_static = false;  ///< never moves; pairs of static objects are not checked
+  /// At most 64 names in a world, each of at most GroupName::kMostBytes bytes.
+  std::vector<std::string> groups = {};
 };
 
 /// A pair's rule. Policies are ContactPolicy's. A mover that a `slide` pair stopped goes on along it towards
@@ -47,20 +42,27 @@ struct ObjectDescription {
 /// with `advance`. Of two movers neither pushes the other away from its own goal. A slide ends at a pair that
 /// only advances; the sub-step that would meet one that holds is not executed.
 ///
-/// What is not set is inherited: from the rules of groups in the order in which they were
-/// given, the last one first, then from the world's own.
+/// What is not set is inherited, field by field: by a pair's rule from the rules of groups that fit, the one
+/// given last first, then from the world's own, at last from EffectiveRule's values. A rule that is set
+/// again, for the same pair, the same two groups or the world, replaces the one before as a whole; an empty
+/// one takes it back.
 struct PairRule {
-  ContactPolicy policy = ContactPolicy::hold;
-  double warn_distance = 0.0;     ///< `near` is reported within this [m]
-  bool translation_only = false;  ///< slide: whom this pair stops goes on without turning
+  std::optional<ContactPolicy> policy = {};
+  std::optional<double> warn_distance = {};   ///< `near` is reported within this; finite, >= 0 [m]
+  std::optional<bool> translation_only = {};  ///< slide: whom this pair stops goes on without turning
 };
 
-/// Names a mechanism for as long as it lives; never reused for another.
-struct MechanismHandle {
-  std::uint32_t index = 0xffffffff;
-  std::uint32_t generation = 0;
+/// The rule that a pair follows, nothing left to inherit; the values are those that no rule sets.
+struct EffectiveRule {
+  ContactPolicy policy = ContactPolicy::hold;
+  double warn_distance = 0.0;  ///< [m]
+  bool translation_only = false;
+};
 
-  friend bool operator==(const MechanismHandle&, const MechanismHandle&) = default;
+/// Two objects, or a hexahedron of them, that are not checked against each other.
+struct Exemption {
+  ObjectHandle a, b;
+  std::string solid_a = {}, solid_b = {};  ///< names in the objects' trees; empty: all of the object
 };
 
 /// A mechanism (mechanism/mechanism.hpp) in the world. Its description's `base` says which end is held.
@@ -120,6 +122,9 @@ struct FrameReport {
   /// What came into force at its start, in order; valid until the next frame. A run that keeps these with
   /// their frames replays, however long it is.
   std::span<const SelectionChange> selections;
+  /// What came due at its start and named what is gone, an object twice, or a group that nobody has named: it
+  /// changed nothing, and is not recorded. In order; valid until the next frame.
+  std::span<const SelectionChange> refused_selections;
   std::uint32_t blocked_movers = 0;
   std::uint32_t candidate_pairs = 0;        ///< looked at; all others are known to stay out of reach
   std::uint64_t queries = 0;                ///< narrowphase calls
@@ -176,22 +181,32 @@ class ContactWorld {
   /// @throws InputError: an unknown handle or name, or a link without hexahedra.
   ObjectHandle link(MechanismHandle mechanism, std::string_view name) const;
 
-  /// For every pair without a rule of its own or of its groups.
+  /// For every pair: what neither its own rule nor its groups' say. What this leaves out is EffectiveRule's.
+  /// @throws InputError: a warn distance that is no length; so do the next two.
   void set_default_rule(const PairRule& rule);
   /// For every pair with one object in `first` and the other in `second` (the same group: within it).
-  /// @throws InputError: a 65th group.
+  /// @throws InputError: a 65th group, a name that is too long.
   void set_group_rule(std::string_view first, std::string_view second, const PairRule& rule);
-  /// Before any other rule. @throws InputError: an unknown handle.
+  /// Before any other rule; ends with either object. @throws InputError: an unknown handle.
   void set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule& rule);
-  /// Never checked: `first` and `second` each name a hexahedron of the object, or all of it if empty.
+  /// Returns what the two follow. @throws InputError: an unknown handle.
+  EffectiveRule rule_of(ObjectHandle a, ObjectHandle b) const;
+  /// Not checked until unexempt() takes it back or either object is removed; reset() leaves it. Twice is as
+  /// once.
   /// @throws InputError: an unknown handle or hexahedron, one object twice.
-  void exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second);
+  void exempt(const Exemption& pair);
+  /// Takes back an exempt() of the same two, in either order, by the same names. What overlaps then is
+  /// reported as `penetrating_at_start` and may move as long as its depth does not grow.
+  /// @throws InputError as exempt(), or if they are not exempt; what a latch allows ends with unlatch().
+  void unexempt(const Exemption& pair);
 
-  /// `carried` moves with `carrier` from now on, as they stand. Pairs of the two are checked but for those
-  /// that `allowed` exempts for as long as the latch holds; what moves as one is never checked against
+  /// `carried` moves with `carrier` from now on, as they stand; what moves as one is not checked against
   /// itself.
-  /// @throws InputError: unknown handles, already carried, a cycle, a static object.
-  void latch(ObjectHandle carrier, ObjectHandle carried);
+  /// @param allowed not checked for as long as the latch holds (both jaws of a gripper against their
+  /// payload): until unlatch(), reset() or the removal of either object; then as after unexempt().
+  /// @throws InputError: unknown handles, already carried, a cycle, a static object, an allowed pair as
+  /// exempt() refuses it.
+  void latch(ObjectHandle carrier, ObjectHandle carried, const std::vector<Exemption>& allowed = {});
   /// @throws InputError when it is not carried.
   void unlatch(ObjectHandle carried);
 
@@ -206,14 +221,16 @@ class ContactWorld {
   /// @throws InputError: what build() of the backends refuses, a broadphase without paths
   /// (Broadphase::update_paths()).
   void prepare();
-  /// Initial poses, no latches, everything selected, whatever waits in the queue; objects and rules stay.
+  /// Initial poses, no latches, everything selected, whatever waits in the queue; objects, rules and
+  /// exemptions stay.
   void reset();
 
   // ---- selection, from any thread
 
-  /// Queued; in force from the start of the next frame on, unless reset() or the object's removal comes
-  /// first. Allocates, on the caller's thread, where more than 1 024 wait for one frame; a frame does where
-  /// more than 65 536 pairs are off by themselves.
+  /// Queued; in force from the start of the next frame on, unless reset() comes first. Handles and names are
+  /// looked up there: a change whose object has been removed by then is refused, whoever got its slot.
+  /// Allocates, on the caller's thread, where more than 1 024 wait for one frame; a frame does where more
+  /// than 1 024 of them are refused or more than 65 536 pairs are off by themselves.
   void select(const SelectionChange& change);
   /// Changes that came into force, with their frames, for a replay: the first ones since the world was made
   /// or the record begun anew, as many as there is room for. What comes after is left out and counted, and no

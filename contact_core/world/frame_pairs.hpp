@@ -9,7 +9,7 @@ namespace touchstone {
 /// A pair that matters in this frame.
 struct FramePair {
   SolidPair solids;
-  PairRule rule;
+  EffectiveRule rule;
   double gap;
   double interest;  ///< further apart than this nothing is reported [m]
   Impact impact;

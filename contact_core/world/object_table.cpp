@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/world/object_table.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -39,7 +40,7 @@ ObjectHandle ObjectTable::add(ObjectDescription description) {
   for (const ObjectRecord& record : records_)
     if (record.alive && record.name() == name) throw InputError("object '" + name + "': the name is taken");
   std::uint64_t groups = 0;
-  for (const std::string& group_name : description.groups) groups |= std::uint64_t{1} << group(group_name);
+  for (const std::uint32_t group : this->groups(description.groups)) groups |= std::uint64_t{1} << group;
 
   std::uint32_t slot = 0;
   while (slot < size() && records_[slot].alive) ++slot;
@@ -95,28 +96,47 @@ void ObjectTable::make_link(ObjectHandle object, std::uint32_t mechanism, std::u
   find_bodies();
 }
 
-void ObjectTable::exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second) {
-  const HexahedronTree& tree_a = *records_[slot_of(a)].description.tree;
-  const HexahedronTree& tree_b = *records_[slot_of(b)].description.tree;
-  if (a == b) throw InputError("object '" + tree_a.name() + "': hexahedra of one object are never checked");
-  exemptions_.push_back({a, b, solid_index(tree_a, first), solid_index(tree_b, second)});
+SolidExemption ObjectTable::find(const Exemption& pair, ObjectHandle carried) const {
+  const HexahedronTree& tree_a = *records_[slot_of(pair.a)].description.tree;
+  const HexahedronTree& tree_b = *records_[slot_of(pair.b)].description.tree;
+  if (pair.a == pair.b)
+    throw InputError("object '" + tree_a.name() + "': hexahedra of one object are never checked");
+  SolidExemption out{pair.a, pair.b, solid_index(tree_a, pair.solid_a), solid_index(tree_b, pair.solid_b),
+                     carried};
+  if (out.b < out.a) std::swap(out.a, out.b), std::swap(out.solid_a, out.solid_b);
+  return out;
 }
 
-void ObjectTable::latch(ObjectHandle carrier, ObjectHandle carried) {
-  const std::uint32_t to = slot_of(carrier), slot = slot_of(carried);
-  ObjectRecord& record = records_[slot];
+void ObjectTable::exempt(const Exemption& pair) { exemptions_.insert(find(pair, {})); }
+
+void ObjectTable::unexempt(const Exemption& pair) {
+  if (exemptions_.erase(find(pair, {})) == 0)
+    throw InputError("objects '" + records_[pair.a.slot].name() + "' and '" + records_[pair.b.slot].name() +
+                     "' are not exempt by these names");
+}
+
+void ObjectTable::check_latch(std::uint32_t carrier, std::uint32_t carried) const {
+  const ObjectRecord& record = records_[carried];
   if (record.carrier != kNone)
     throw InputError("object '" + record.name() + "' is already latched to '" +
                      records_[record.carrier].name() + "'");
   if (record.is_static()) throw InputError("object '" + record.name() + "' is static and cannot be carried");
   if (record.is_link())
     throw InputError("object '" + record.name() + "' is a link of a mechanism and cannot be carried");
-  for (std::uint32_t i = to; i != kNone; i = records_[i].carrier)
-    if (i == slot)
-      throw InputError("latching '" + record.name() + "' to '" + records_[to].name() +
+  for (std::uint32_t i = carrier; i != kNone; i = records_[i].carrier)
+    if (i == carried)
+      throw InputError("latching '" + record.name() + "' to '" + records_[carrier].name() +
                        "' would close a cycle");
-  record.carrier = to;
-  X_CO_[slot] = compose(inverse(records_[to].X_WO), record.X_WO);
+}
+
+void ObjectTable::latch(ObjectHandle carrier, ObjectHandle carried, std::span<const Exemption> allowed) {
+  const std::uint32_t to = slot_of(carrier), slot = slot_of(carried);
+  check_latch(to, slot);
+  std::set<SolidExemption> found;
+  for (const Exemption& pair : allowed) found.insert(find(pair, carried));
+  exemptions_.merge(found);
+  records_[slot].carrier = to;
+  X_CO_[slot] = compose(inverse(records_[to].X_WO), records_[slot].X_WO);
   find_bodies();
 }
 
@@ -124,6 +144,7 @@ void ObjectTable::unlatch(ObjectHandle carried) {
   ObjectRecord& record = records_[slot_of(carried)];
   if (record.carrier == kNone) throw InputError("object '" + record.name() + "' is not latched");
   record.carrier = kNone;
+  std::erase_if(exemptions_, [&](const SolidExemption& e) { return e.carried == carried; });
   find_bodies();
 }
 
@@ -147,6 +168,7 @@ void ObjectTable::reset() {
     record.carrier = kNone;
     record.X_WO = record.commanded = record.description.X_WO;
   }
+  std::erase_if(exemptions_, [](const SolidExemption& e) { return e.carried != ObjectHandle{}; });
   find_bodies();
 }
 
@@ -172,12 +194,30 @@ ObjectHandle ObjectTable::find(std::string_view name) const {
   throw InputError("contact world: no object '" + std::string(name) + "'");
 }
 
-std::uint32_t ObjectTable::group(std::string_view name) {
+std::optional<std::uint32_t> ObjectTable::find_group(std::string_view name) const {
   const auto known = std::find(group_names_.begin(), group_names_.end(), name);
-  if (known != group_names_.end()) return static_cast<std::uint32_t>(known - group_names_.begin());
+  if (known == group_names_.end()) return std::nullopt;
+  return static_cast<std::uint32_t>(known - group_names_.begin());
+}
+
+std::uint32_t ObjectTable::group(std::string_view name) {
+  if (const auto known = find_group(name)) return *known;
+  const GroupName checked(name);  // one that could not be selected is no group
   if (group_names_.size() == kMostGroups) throw InputError("contact world: more than 64 groups");
-  group_names_.emplace_back(name);
+  group_names_.emplace_back(checked.text());
   return static_cast<std::uint32_t>(group_names_.size() - 1);
+}
+
+std::vector<std::uint32_t> ObjectTable::groups(std::span<const std::string> names) {
+  const std::size_t known = group_names_.size();
+  std::vector<std::uint32_t> out;
+  try {
+    for (const std::string& name : names) out.push_back(group(name));
+  } catch (const InputError&) {
+    group_names_.resize(known);
+    throw;
+  }
+  return out;
 }
 
 bool Layout::is_exempt(const SolidPair& pair) const {
@@ -212,9 +252,14 @@ Layout make_layout(const ObjectTable& objects) {
     }
   }
   out.first_solid.push_back(static_cast<SolidIndex>(out.solids.size()));
-  for (const SolidExemption& exemption : objects.exemptions()) add_exempt_pairs(out, exemption, out.exempt);
-  std::sort(out.exempt.begin(), out.exempt.end());
-  out.exempt.erase(std::unique(out.exempt.begin(), out.exempt.end()), out.exempt.end());
+  return out;
+}
+
+std::vector<SolidPair> exempt_pairs(const ObjectTable& objects, const Layout& layout) {
+  std::vector<SolidPair> out;
+  for (const SolidExemption& exemption : objects.exemptions()) add_exempt_pairs(layout, exemption, out);
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,19 +32,24 @@ struct ObjectRecord {
   bool is_link() const { return mechanism != 0xffffffff; }
 };
 
-struct SolidExemption {
-  ObjectHandle a, b;
-  std::uint32_t solid_a, solid_b;  ///< within their trees; kAllSolids: any
-};
 inline constexpr std::uint32_t kAllSolids = 0xffffffff;
+/// An Exemption looked up.
+struct SolidExemption {
+  ObjectHandle a, b;               ///< a < b
+  std::uint32_t solid_a, solid_b;  ///< within their trees; kAllSolids: any
+  ObjectHandle carried;            ///< it ends with that one's latch; none: with unexempt()
+
+  friend auto operator<=>(const SolidExemption&, const SolidExemption&) = default;
+};
 
 /// The objects by slot, their groups, exemptions and latches (the paper's Object_manager).
 class ObjectTable {
  public:
   ObjectHandle add(ObjectDescription description);
   void remove(ObjectHandle object);
-  void exempt(ObjectHandle a, std::string_view first, ObjectHandle b, std::string_view second);
-  void latch(ObjectHandle carrier, ObjectHandle carried);
+  void exempt(const Exemption& pair);
+  void unexempt(const Exemption& pair);
+  void latch(ObjectHandle carrier, ObjectHandle carried, std::span<const Exemption> allowed);
   void unlatch(ObjectHandle carried);
   void reset();
 
@@ -54,13 +60,15 @@ class ObjectTable {
   std::uint32_t slot_of(ObjectHandle object) const;
   ObjectHandle handle(std::uint32_t slot) const { return {slot, records_[slot].generation}; }
   ObjectHandle find(std::string_view name) const;
-  /// The group's index; a new one if the name is. @throws InputError beyond 64 groups.
-  std::uint32_t group(std::string_view name);
+  /// The groups' indices; new ones where the names are. @throws InputError: a 65th group, a name that is too
+  /// long; no name is taken up then.
+  std::vector<std::uint32_t> groups(std::span<const std::string> names);
+  std::optional<std::uint32_t> find_group(std::string_view name) const;
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(records_.size()); }
   ObjectRecord& operator[](std::uint32_t slot) { return records_[slot]; }
   const ObjectRecord& operator[](std::uint32_t slot) const { return records_[slot]; }
-  std::span<const SolidExemption> exemptions() const { return exemptions_; }
+  const std::set<SolidExemption>& exemptions() const { return exemptions_; }
   /// X_BO of each slot in its body; the identity for bodies.
   std::span<const Pose> poses_in_body() const { return X_BO_; }
   /// Makes an object a link; `lead` stands for all links of its mechanism.
@@ -72,12 +80,15 @@ class ObjectTable {
 
  private:
   void find_bodies();
+  std::uint32_t group(std::string_view name);
+  void check_latch(std::uint32_t carrier, std::uint32_t carried) const;
+  SolidExemption find(const Exemption& pair, ObjectHandle carried) const;
 
   std::vector<ObjectRecord> records_;
   std::vector<Pose> X_BO_;
   std::vector<Pose> X_CO_;  // in the carrier, as latched
   std::vector<std::string> group_names_;
-  std::vector<SolidExemption> exemptions_;
+  std::set<SolidExemption> exemptions_;
 };
 
 /// The objects alive, flattened for the checks: solids counted through the objects in the order of their
@@ -91,7 +102,7 @@ struct Layout {
   std::vector<Pose> X_OS;
   std::vector<const HexahedronTree*> trees;
   std::vector<std::uint8_t> is_static;
-  std::vector<SolidPair> exempt;  ///< sorted
+  std::vector<SolidPair> exempt;  ///< sorted; see exempt_pairs()
 
   bool is_exempt(const SolidPair& pair) const;
   std::uint32_t index_of_slot(std::uint32_t slot) const;
@@ -101,6 +112,9 @@ struct Layout {
   std::optional<SolidIndex> find(const Layout& other, SolidIndex solid) const;
 };
 
+/// All but its exempt pairs.
 Layout make_layout(const ObjectTable& objects);
+/// Those of the table's exemptions, ascending.
+std::vector<SolidPair> exempt_pairs(const ObjectTable& objects, const Layout& layout);
 
 }  // namespace touchstone

@@ -23,7 +23,7 @@ SceneWorld::SceneWorld(const Scene& scene, std::unique_ptr<Narrowphase> narrowph
                        std::unique_ptr<Broadphase> broadphase)
     : scene_(&scene), world_(std::move(narrowphase), std::move(broadphase), scene.contact_gap) {
   const SceneInstance instance(scene);  // validates
-  world_.set_default_rule({scene.policy, 0.0});
+  world_.set_default_rule({scene.policy});
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const SceneObject& object = scene.objects[i];
     const bool is_static = !moves(object.motion) && carrier_of(scene, i) == kNoObject;
@@ -32,14 +32,25 @@ SceneWorld::SceneWorld(const Scene& scene, std::unique_ptr<Narrowphase> narrowph
     objects_.push_back(world_.add({tree, object.X_WO, is_static, object.groups}));
   }
   for (const SceneLatch& latch : scene.latches)
-    world_.latch(objects_[find_object(scene, latch.carrier)], objects_[find_object(scene, latch.carried)]);
-  for (const SolidPair& pair : instance.exempt_pairs()) {
-    const std::uint32_t a = instance.object_of(pair.a), b = instance.object_of(pair.b);
-    world_.exempt(objects_[a], scene.objects[a].tree.solids()[pair.a - instance.first_solid(a)].name,
-                  objects_[b], scene.objects[b].tree.solids()[pair.b - instance.first_solid(b)].name);
-  }
+    world_.latch(objects_[find_object(scene, latch.carrier)], objects_[find_object(scene, latch.carried)],
+                 exemptions(instance, latch.allowed));
+  for (const Exemption& pair : exemptions(instance, scene.exempt_pairs)) world_.exempt(pair);
   commands_.reserve(scene.objects.size());
   world_.prepare();
+}
+
+std::vector<Exemption> SceneWorld::exemptions(const SceneInstance& instance,
+                                              std::span<const ExemptPair> pairs) const {
+  const auto name = [&](SolidIndex solid, std::uint32_t object) {
+    return scene_->objects[object].tree.solids()[solid - instance.first_solid(object)].name;
+  };
+  std::vector<Exemption> out;
+  for (const ExemptPair& pair : pairs)
+    for (const SolidPair& solids : instance.solids_of(pair)) {
+      const std::uint32_t a = instance.object_of(solids.a), b = instance.object_of(solids.b);
+      out.push_back({objects_[a], objects_[b], name(solids.a, a), name(solids.b, b)});
+    }
+  return out;
 }
 
 double SceneWorld::time_of(double s) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "touchstone/contact_core/scene/scene.hpp"
@@ -8,9 +9,11 @@
 
 namespace touchstone {
 
-/// A scene flown through a contact world: its objects, exemptions, policy and gap, commanded frame by frame
-/// along their prescribed motions. Frame k goes from frame_time(k) to frame_time(k + 1). An object that was
-/// stopped is told to go from where it is to where it should be.
+class SceneInstance;
+
+/// A scene flown through a contact world: its objects, exemptions, latches with what they allow, policy and
+/// gap, commanded frame by frame along their prescribed motions. Frame k goes from frame_time(k) to
+/// frame_time(k + 1). An object that was stopped is told to go from where it is to where it should be.
 class SceneWorld {
  public:
   /// Keeps a pointer to `scene`, which must outlive it. Objects without motion that nothing
@@ -37,6 +40,7 @@ class SceneWorld {
   FrameReport step();
 
  private:
+  std::vector<Exemption> exemptions(const SceneInstance& instance, std::span<const ExemptPair> pairs) const;
   RigidPath path_of(std::size_t index, double from_time, double to_time) const;
 
   const Scene* scene_;

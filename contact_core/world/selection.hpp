@@ -1,72 +1,62 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <mutex>
-#include <span>
-#include <string>
-#include <vector>
+#include <string_view>
+
+#include "touchstone/contact_core/world/handles.hpp"
+
+/// @file
+/// What ContactWorld::select() takes and what it records. Changes are plain values that name what they mean
+/// by handle or by name: they outlive their world, and replay in another one that was set up the same.
 
 namespace touchstone {
 
-/// What is switched on or off: everything, an object, a pair of objects, or a group. A pair is checked while
-/// all that it belongs to is on.
+/// The name of a group, held in place: the frame loop copies changes, and does not allocate.
+class GroupName {
+ public:
+  static constexpr std::size_t kMostBytes = 63;
+
+  GroupName() = default;
+  /// @throws InputError: longer than kMostBytes.
+  explicit GroupName(std::string_view name);
+  std::string_view text() const { return {bytes_.data(), size_}; }
+
+  friend bool operator==(const GroupName&, const GroupName&) = default;
+
+ private:
+  std::array<char, kMostBytes> bytes_ = {};
+  std::uint8_t size_ = 0;
+};
+
+/// What is switched on or off. A pair of objects is checked while all that it belongs to is on. A change that
+/// names what is gone when it would come into force, or a group that no object and no rule of the world has
+/// named, is refused: see FrameReport::refused_selections.
 struct SelectionChange {
-  /// What `first` and `second` name: nothing, an object, two objects, a group.
-  enum class Scope : std::uint8_t { everything, object, pair, group };
+  /// What is named: nothing, `first`, `first` and `second`, `group`, or every link of `mechanism`.
+  enum class Scope : std::uint8_t { everything, object, pair, group, mechanism };
 
   Scope scope = Scope::everything;
-  std::uint32_t first = 0;   ///< object slot, or group index
-  std::uint32_t second = 0;  ///< the pair's other object slot
   bool on = true;
+  ObjectHandle first = {}, second = {};
+  MechanismHandle mechanism = {};
+  GroupName group = {};
 
   friend bool operator==(const SelectionChange&, const SelectionChange&) = default;
+
+  static SelectionChange of_everything(bool on);
+  static SelectionChange of(ObjectHandle object, bool on);
+  static SelectionChange of(ObjectHandle a, ObjectHandle b, bool on);
+  /// Switches its links, each as an object.
+  static SelectionChange of(MechanismHandle mechanism, bool on);
+  /// @throws InputError: a name that no group can have, longer than GroupName::kMostBytes.
+  static SelectionChange of_group(std::string_view name, bool on);
 };
 
 /// A change that came into force, for a replay.
 struct SelectionRecord {
   std::uint64_t frame;  ///< the frame at whose start it came into force
   SelectionChange change;
-};
-
-/// Changes on their way from any thread to the frame loop, in the order in which they came.
-class SelectionQueue {
- public:
-  void push(const SelectionChange& change) {
-    const std::lock_guard lock(mutex_);
-    waiting_.push_back(change);
-  }
-
-  /// Swaps the waiting changes into `out` (cleared first), so that no memory changes hands once both are
-  /// warm.
-  void take(std::vector<SelectionChange>& out) {
-    out.clear();
-    const std::lock_guard lock(mutex_);
-    waiting_.swap(out);
-  }
-
-  /// Drops what waits for an object that is gone: its slot may be another's by the next frame.
-  void forget(std::uint32_t slot) {
-    const std::lock_guard lock(mutex_);
-    std::erase_if(waiting_, [slot](const SelectionChange& change) {
-      const bool is_pair = change.scope == SelectionChange::Scope::pair;
-      return (is_pair && change.second == slot) ||
-             ((is_pair || change.scope == SelectionChange::Scope::object) && change.first == slot);
-    });
-  }
-
-  void clear() {
-    const std::lock_guard lock(mutex_);
-    waiting_.clear();
-  }
-
-  void reserve(std::size_t count) {
-    const std::lock_guard lock(mutex_);
-    waiting_.reserve(count);
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<SelectionChange> waiting_;
 };
 
 }  // namespace touchstone

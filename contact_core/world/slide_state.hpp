@@ -71,7 +71,7 @@ struct SlideState {
   Slider* find(std::uint32_t root) { return slider_of[root] == kNone ? nullptr : &sliders[slider_of[root]]; }
 
   /// @param as_well another pair stopped the mover at the same s.
-  void note_stop(std::uint32_t root, const PairRule& rule, bool as_well) {
+  void note_stop(std::uint32_t root, const EffectiveRule& rule, bool as_well) {
     const bool slides = rule.policy == ContactPolicy::slide;
     may_slide[root] = slides && (!as_well || may_slide[root]);
     if (slides && rule.translation_only) translation_only[root] = 1;

@@ -16,13 +16,20 @@ bool is_finite(const RigidPath& path) { return is_valid_pose(path.from()) && is_
 
 void ContactWorld::State::take_selection() {
   queue.take(changes);
+  refused_changes.clear();
+  std::size_t kept = 0;
   for (const SelectionChange& change : changes) {
-    selection.apply(change);
+    if (!selection.apply(change, objects, mechanisms)) {
+      refused_changes.push_back(change);
+      continue;
+    }
     if (record.size() < record_room)
       record.push_back({frame, change});
     else
       ++left_out;
+    changes[kept++] = change;
   }
+  changes.resize(kept);
 }
 
 void ContactWorld::State::accept(std::span<const MotionCommand> commands) {

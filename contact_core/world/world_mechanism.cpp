@@ -59,7 +59,6 @@ void ContactWorld::remove_mechanism(MechanismHandle handle) {
     state_->objects.remove_link(state_->objects.handle(slot));
     state_->rules.forget(slot);
     state_->selection.forget(slot);
-    state_->queue.forget(slot);
   }
   state_->mechanisms.remove(handle);
   state_->needs_layout = true;
@@ -126,7 +125,8 @@ void ContactWorld::State::reset_mechanisms() {
   }
 }
 
-void ContactWorld::State::exempt_within_mechanisms(Layout& out) const {
+void ContactWorld::State::list_exempt_pairs(Layout& out) const {
+  out.exempt = exempt_pairs(objects, out);
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i) {
     const MechanismMover* mover = mechanisms.at(i);
     if (mover == nullptr) continue;

@@ -10,6 +10,7 @@
 #include "touchstone/contact_core/world/mechanism_mover.hpp"
 #include "touchstone/contact_core/world/object_table.hpp"
 #include "touchstone/contact_core/world/pair_rules.hpp"
+#include "touchstone/contact_core/world/selection_state.hpp"
 #include "touchstone/contact_core/world/slide_state.hpp"
 #include "touchstone/contact_core/world/travels.hpp"
 
@@ -37,7 +38,7 @@ struct ContactWorld::State {
 
   // One frame.
   std::uint64_t frame = 0;
-  std::vector<SelectionChange> changes;
+  std::vector<SelectionChange> changes, refused_changes;
   std::vector<SelectionRecord> record;
   std::size_t record_room = 0;
   std::uint64_t left_out = 0;              // of the record, for want of room
@@ -123,8 +124,9 @@ struct ContactWorld::State {
   // Mechanisms, in world_mechanism.cpp.
   void accept_joints(std::span<const JointCommand> commands);
   void reset_mechanisms();
-  void exempt_within_mechanisms(Layout& out) const;
+  void list_exempt_pairs(Layout& out) const;
   void place_solids_in_bodies();
+  void take_up_latches();
   void prepare_travels();
   /// The mechanism that the object is a link of or is carried by, or null.
   MechanismMover* mechanism_of(std::uint32_t slot) const {

@@ -19,7 +19,7 @@ class ContactWorldWay final : public Way {
     rule.translation_only = setting.script().translation_only;
     world_.set_default_rule(rule);
     add_objects();
-    exempt_pairs();
+    for (const Exemption& pair : exemptions(setting.instance().exempt_pairs())) world_.exempt(pair);
     commands_.reserve(setting.script().hands.size());
     joint_commands_.reserve(setting.arms().size());
     joints_.resize(setting.value_count());
@@ -34,11 +34,11 @@ class ContactWorldWay final : public Way {
 
   void act(const Action& action) override {
     using Kind = OperatorAction::Kind;
-    if (action.kind == Kind::latch) world_.latch(objects_[action.carrier], objects_[action.object]);
+    if (action.kind == Kind::latch)
+      world_.latch(objects_[action.carrier], objects_[action.object], exemptions(action.allowed));
     if (action.kind == Kind::release) world_.unlatch(objects_[action.object]);
     if (action.kind == Kind::switch_on || action.kind == Kind::switch_off)
-      world_.select(
-          {SelectionChange::Scope::object, objects_[action.object].slot, 0, action.kind == Kind::switch_on});
+      world_.select(SelectionChange::of(objects_[action.object], action.kind == Kind::switch_on));
     formation_.apply(action, X_WO_);
     world_.prepare();
   }
@@ -101,15 +101,17 @@ class ContactWorldWay final : public Way {
     }
   }
 
-  void exempt_pairs() {
+  std::vector<Exemption> exemptions(std::span<const SolidPair> pairs) const {
     const SceneInstance& instance = setting_->instance();
-    const auto name = [&](SolidIndex solid) -> const std::string& {
-      const std::uint32_t object = instance.object_of(solid);
+    const auto name = [&](SolidIndex solid, std::uint32_t object) {
       return instance.trees()[object]->solids()[solid - instance.first_solid(object)].name;
     };
-    for (const SolidPair& pair : instance.exempt_pairs())
-      world_.exempt(objects_[instance.object_of(pair.a)], name(pair.a), objects_[instance.object_of(pair.b)],
-                    name(pair.b));
+    std::vector<Exemption> out;
+    for (const SolidPair& pair : pairs) {
+      const std::uint32_t a = instance.object_of(pair.a), b = instance.object_of(pair.b);
+      out.push_back({objects_[a], objects_[b], name(pair.a, a), name(pair.b, b)});
+    }
+    return out;
   }
 
   SolidIndex solid_in_scene(ObjectHandle object, SolidIndex within) const noexcept {

@@ -104,18 +104,13 @@ struct Judge::State {
     return solids;
   }
 
-  bool is_checked(const SolidPair& pair, const Formation& formation) const {
-    const std::uint32_t a = object_of(pair.a), b = object_of(pair.b);
-    return formation.is_on[a] && formation.is_on[b] && formation.root_of(a) != formation.root_of(b);
-  }
-
   std::vector<Contact> contacts(std::span<const Pose> X_WO, const Formation& formation) const {
     const std::vector<PosedSolid> solids = pose_all(X_WO);
     std::vector<Contact> found;
     for (std::size_t i = 0; i < setting.pairs().size(); ++i) {
       const SolidPair& pair = setting.pairs()[i];
       const PosedSolid &a = solids[pair.a], &b = solids[pair.b];
-      if (!is_checked(pair, formation) || boxes_are_apart(a, b)) continue;
+      if (!formation.is_checked(pair, setting.instance()) || boxes_are_apart(a, b)) continue;
       if (exact_pair_class(a.vertices, b.vertices) == PairClass::separated) continue;
       found.push_back({i, exact_signed_distance(a.vertices, b.vertices).separation});
     }
@@ -447,7 +442,7 @@ std::vector<SeparationPoint> Judge::separations(const FlightLog& log, std::size_
     for (std::size_t i = 0; i < s.setting.pairs().size(); ++i) {
       const SolidPair& pair = s.setting.pairs()[i];
       const bool is_own = s.mover_of(pair.a, formation) == s.mover_of(pair.b, formation);  // links of one arm
-      if (s.is_checked(pair, formation) && !is_own)
+      if (formation.is_checked(pair, s.setting.instance()) && !is_own)
         order.emplace_back(distance_of_boxes(solids[pair.a], solids[pair.b]), i);
     }
     std::sort(order.begin(), order.end());

@@ -37,7 +37,8 @@ class ImageGenerator {
     query.kind = QueryKind::overlap;
     narrowphase_->evaluate({setting_->pairs(), X_WS_, query}, {report, {}, {}}, *workspace_);
     for (std::size_t i = 0; i < report.size(); ++i)
-      if (!is_checked(setting_->pairs()[i], fleet.formation)) report[i] = PairStatus::separated;
+      if (!fleet.formation.is_checked(setting_->pairs()[i], setting_->instance()))
+        report[i] = PairStatus::separated;
   }
 
   /// The newest report that is there at the start of frame `frame`; empty: none yet.
@@ -50,12 +51,6 @@ class ImageGenerator {
   std::span<PairStatus> slot(std::size_t frame) noexcept {
     const std::size_t pairs = setting_->pairs().size();
     return std::span(reports_).subspan(frame % (delay_ + 1) * pairs, pairs);
-  }
-
-  bool is_checked(const SolidPair& pair, const Formation& formation) const noexcept {
-    const std::uint32_t a = setting_->instance().object_of(pair.a),
-                        b = setting_->instance().object_of(pair.b);
-    return formation.is_on[a] && formation.is_on[b] && formation.root_of(a) != formation.root_of(b);
   }
 
   const Setting* setting_;

@@ -1,5 +1,7 @@
 #include "touchstone/examples/training_run/setting.hpp"
 
+#include <algorithm>
+
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::training {
@@ -7,14 +9,11 @@ namespace {
 
 constexpr std::uint64_t kMostFrames = 1'000'000;
 
-/// Latches of the scene become actions at its start: a script may release what they carry. The pairs that
-/// they allow stay exempt.
+/// Latches of the scene become actions at its start: a script may release what they carry.
 Script with_latches_as_actions(Script script) {
   std::vector<OperatorAction> actions;
   for (const SceneLatch& latch : script.scene.latches) {
-    actions.push_back({OperatorAction::Kind::latch, 0.0, latch.carried, latch.carrier});
-    auto& exempt = script.scene.exempt_pairs;
-    exempt.insert(exempt.end(), latch.allowed.begin(), latch.allowed.end());
+    actions.push_back({OperatorAction::Kind::latch, 0.0, latch.carried, latch.carrier, latch.allowed});
   }
   script.scene.latches.clear();
   script.actions.insert(script.actions.begin(), actions.begin(), actions.end());
@@ -47,8 +46,8 @@ Setting::Setting(Script script, double frame_rate)
   }
   for (const OperatorAction& action : script_.actions) {
     const bool latches = action.kind == OperatorAction::Kind::latch;
-    actions_.push_back(
-        {action.kind, action.time, find(action.object), latches ? find(action.carrier) : kNone});
+    actions_.push_back({action.kind, action.time, find(action.object), latches ? find(action.carrier) : kNone,
+                        solids_of(action.allowed)});
     if (latches) may_move_[actions_.back().object] = may_move_[actions_.back().carrier] = 1;
   }
   for (const SolidPair& pair : instance_.checked_pairs())
@@ -73,6 +72,16 @@ std::uint32_t Setting::find(const std::string& name) const {
   throw InputError("script '" + script_.name + "': the scene has no object '" + name + "'");
 }
 
+std::vector<SolidPair> Setting::solids_of(std::span<const ExemptPair> pairs) const {
+  std::vector<SolidPair> out;
+  for (const ExemptPair& pair : pairs) {
+    const std::vector<SolidPair> named = instance_.solids_of(pair);
+    out.insert(out.end(), named.begin(), named.end());
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
 HandRates Setting::rates(std::size_t hand, std::size_t frame) const {
   HandRates in_force;
   for (const HandRates& row : script_.hands[hand].rates)
@@ -80,10 +89,19 @@ HandRates Setting::rates(std::size_t hand, std::size_t frame) const {
   return in_force;
 }
 
+bool Formation::is_checked(const SolidPair& pair, const SceneInstance& instance) const {
+  const std::uint32_t a = instance.object_of(pair.a), b = instance.object_of(pair.b);
+  if (!is_on[a] || !is_on[b] || root_of(a) == root_of(b)) return false;
+  return std::none_of(allowed.begin(), allowed.end(), [&](const std::vector<SolidPair>& pairs) {
+    return std::binary_search(pairs.begin(), pairs.end(), pair);
+  });
+}
+
 void Formation::apply(const Action& action, std::span<const Pose> X_WO) {
   using Kind = OperatorAction::Kind;
   if (action.kind == Kind::latch) carrier[action.object] = action.carrier;
-  if (action.kind == Kind::release) carrier[action.object] = kNone;
+  if (action.kind == Kind::latch) allowed[action.object] = action.allowed;
+  if (action.kind == Kind::release) carrier[action.object] = kNone, allowed[action.object].clear();
   if (action.kind == Kind::switch_on || action.kind == Kind::switch_off)
     is_on[action.object] = action.kind == Kind::switch_on;
   for (std::uint32_t i = 0; i < X_RO.size(); ++i)

@@ -17,9 +17,10 @@ inline constexpr std::uint32_t kNone = 0xffffffff;
 /// An action with its names looked up.
 struct Action {
   OperatorAction::Kind kind;
-  double time;            ///< [s]
-  std::uint32_t object;   ///< index in the scene
-  std::uint32_t carrier;  ///< kNone unless it latches
+  double time;                     ///< [s]
+  std::uint32_t object;            ///< index in the scene
+  std::uint32_t carrier;           ///< kNone unless it latches
+  std::vector<SolidPair> allowed;  ///< latch: not checked as well, while it holds; ascending
 };
 
 /// A script made ready: what all ways of flying it share. Immutable; holds pointers into itself.
@@ -64,6 +65,7 @@ class Setting {
  private:
   void place(const Arm& arm);
   std::uint32_t find(const std::string& name) const;
+  std::vector<SolidPair> solids_of(std::span<const ExemptPair> pairs) const;
 
   Script script_;
   std::vector<Arm> arms_;  // their links are in script_.scene
@@ -76,17 +78,21 @@ class Setting {
   std::vector<SolidPair> pairs_;
 };
 
-/// Who carries whom, and who is switched on.
+/// Who carries whom, what their latches allow, and who is switched on.
 struct Formation {
   std::vector<std::uint32_t> carrier;  ///< by object; kNone: nobody
   std::vector<Pose> X_RO;  ///< in the one that carries all (R); the identity for those not carried
   std::vector<char> is_on;
+  std::vector<std::vector<SolidPair>> allowed;  ///< by carried object
 
-  explicit Formation(std::size_t objects) : carrier(objects, kNone), X_RO(objects), is_on(objects, 1) {}
+  explicit Formation(std::size_t objects)
+      : carrier(objects, kNone), X_RO(objects), is_on(objects, 1), allowed(objects) {}
   std::uint32_t root_of(std::uint32_t object) const {
     while (carrier[object] != kNone) object = carrier[object];
     return object;
   }
+  /// Of a pair among Setting::pairs().
+  bool is_checked(const SolidPair& pair, const SceneInstance& instance) const;
   /// @param X_WO where all stand.
   void apply(const Action& action, std::span<const Pose> X_WO);
 };

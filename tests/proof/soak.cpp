@@ -1,6 +1,8 @@
 #include "soak.hpp"
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -29,6 +31,10 @@ constexpr double kScale = 50.0;
 
 std::string group_name(std::uint32_t group) { return "group " + std::to_string(group); }
 
+/// Ordered.
+using HandlePair = std::pair<ObjectHandle, ObjectHandle>;
+HandlePair ordered(ObjectHandle a, ObjectHandle b) { return a < b ? HandlePair{a, b} : HandlePair{b, a}; }
+
 /// What is known of one object without asking the world.
 struct Item {
   ObjectHandle handle;
@@ -36,15 +42,17 @@ struct Item {
   bool is_static;
   Pose initial, commanded;
   std::uint32_t group;
-  std::uint32_t carrier = kNone;  ///< index of an item
-  Pose X_CO;                      ///< in its carrier, as latched
+  std::uint32_t carrier = kNone;         ///< index of an item
+  std::vector<HandlePair> allowed = {};  ///< by its latch
+  Pose X_CO;                             ///< in its carrier, as latched
 };
 
 /// What is switched off, after the records.
 struct Off {
   bool everything = false;
-  std::set<std::uint32_t> groups, objects;
-  std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  std::set<std::string> groups;
+  std::set<ObjectHandle> objects;
+  std::set<HandlePair> pairs;
 
   void apply(const SelectionChange& change) {
     const auto set = [&](auto& members, const auto& value) {
@@ -58,36 +66,36 @@ struct Off {
         everything = !change.on;
         break;
       case SelectionChange::Scope::group:
-        set(groups, change.first);
+        set(groups, std::string(change.group.text()));
         break;
       case SelectionChange::Scope::object:
         set(objects, change.first);
         break;
       case SelectionChange::Scope::pair:
-        set(pairs, std::pair(std::min(change.first, change.second), std::max(change.first, change.second)));
+        set(pairs, ordered(change.first, change.second));
+        break;
+      case SelectionChange::Scope::mechanism:  // there is none
         break;
     }
   }
-  void forget(std::uint32_t slot) {
-    objects.erase(slot);
-    std::erase_if(pairs, [&](const auto& pair) { return pair.first == slot || pair.second == slot; });
-  }
 };
 
-SelectionChange draw_selection(Random& random) {
-  SelectionChange change;
+/// Generations of the slots as they come and go, for the thread that selects.
+using Generations = std::array<std::atomic<std::uint32_t>, kWalls + kMostMovers>;
+
+/// Some of them name what is gone, or never was.
+SelectionChange draw_selection(Random& random, const Generations& generations) {
   // Mostly on again: a world where nothing is checked has nothing to show.
-  change.on = !random.one_in(4);
+  const bool on = !random.one_in(4);
+  const auto draw_handle = [&] {
+    const std::uint32_t slot = random.below(kWalls + kMostMovers);
+    return ObjectHandle{slot, generations[slot] - (random.one_in(8) ? 1u : 0u)};
+  };
   const std::uint32_t scope = random.below(20);
-  change.scope = scope == 0   ? SelectionChange::Scope::everything
-                 : scope < 4  ? SelectionChange::Scope::group
-                 : scope < 12 ? SelectionChange::Scope::object
-                              : SelectionChange::Scope::pair;
-  if (change.scope == SelectionChange::Scope::everything) change.on = !change.on || !random.one_in(4);
-  const std::uint32_t most = change.scope == SelectionChange::Scope::group ? kGroups : kWalls + kMostMovers;
-  change.first = random.below(most);
-  change.second = random.below(most);
-  return change;
+  if (scope == 0) return SelectionChange::of_everything(on || !random.one_in(4));
+  if (scope < 4) return SelectionChange::of_group(group_name(random.below(kGroups + 1)), on);
+  const ObjectHandle a = draw_handle();
+  return scope < 12 ? SelectionChange::of(a, on) : SelectionChange::of(a, draw_handle(), on);
 }
 
 class SoakRun {
@@ -108,7 +116,7 @@ class SoakRun {
       selector = std::jthread([this](const std::stop_token& stop) {
         Random random(run_.seed + 1);
         while (!stop.stop_requested()) {
-          world_->select(draw_selection(random));
+          world_->select(draw_selection(random, generations_));
           std::this_thread::sleep_for(std::chrono::microseconds(300));
         }
       });
@@ -128,7 +136,7 @@ class SoakRun {
   // ---- set-up
 
   Item& add(const Vector3& p, const Hexahedron& solid, bool is_static) {
-    // The walls name the groups first, so that they are counted in this order.
+    // The walls name all the groups.
     const std::uint32_t group =
         items_.size() < kWalls ? static_cast<std::uint32_t>(items_.size()) % kGroups : random_.below(kGroups);
     Pose X;
@@ -136,7 +144,8 @@ class SoakRun {
     const auto tree = std::make_shared<HexahedronTree>(
         std::vector<PlacedHexahedron>{{"solid", solid, Pose{}}}, "object " + std::to_string(names_++));
     const ObjectHandle handle = world_->add({tree, X, is_static, {group_name(group)}});
-    items_.push_back({handle, solid, is_static, X, X, group, kNone, {}});
+    items_.push_back({handle, solid, is_static, X, X, group, kNone, {}, {}});
+    generations_[handle.slot] = handle.generation;
     needs_build_ = true;
     return items_.back();
   }
@@ -200,10 +209,10 @@ class SoakRun {
     attempt(true, "removal", [&] { world_->remove(handle); });
     for (Item& item : items_)
       if (item.carrier != kNone && item.carrier > i) --item.carrier;
-    off_.forget(handle.slot);
-    std::erase_if(pair_rules_, [&](const auto& entry) {
-      return entry.first.first == handle.slot || entry.first.second == handle.slot;
-    });
+    const auto names_it = [&](const HandlePair& pair) {
+      return pair.first == handle || pair.second == handle;
+    };
+    std::erase_if(exempt_, names_it);  // what else names it can name nothing any more
     gone_ = handle;
     removed_.push_back(handle);
     needs_build_ = true;
@@ -217,8 +226,13 @@ class SoakRun {
     const std::uint32_t carrier = draw_item(), carried = draw_item();
     const bool allowed =
         items_[carried].carrier == kNone && !items_[carried].is_static && root_of(carrier) != carried;
-    if (attempt(allowed, "a latch", [&] { world_->latch(items_[carrier].handle, items_[carried].handle); })) {
+    const std::uint32_t a = draw_item(), b = draw_item();
+    std::vector<Exemption> exempt;
+    if (a != b && random_.one_in(2)) exempt.push_back({items_[a].handle, items_[b].handle});
+    if (attempt(allowed, "a latch",
+                [&] { world_->latch(items_[carrier].handle, items_[carried].handle, exempt); })) {
       items_[carried].carrier = carrier;
+      for (const Exemption& pair : exempt) items_[carried].allowed.push_back(ordered(pair.a, pair.b));
       items_[carried].X_CO = compose(inverse(pose_of(carrier)), pose_of(carried));
       ++figures_.latched;
     }
@@ -228,15 +242,34 @@ class SoakRun {
     const std::uint32_t i = draw_item();
     if (attempt(items_[i].carrier != kNone, "an unlatching", [&] { world_->unlatch(items_[i].handle); })) {
       items_[i].carrier = kNone;
+      items_[i].allowed.clear();
       ++figures_.unlatched;
     }
+  }
+
+  void exempt() {
+    const std::uint32_t a = draw_item(), b = draw_item();
+    const HandlePair pair = ordered(items_[a].handle, items_[b].handle);
+    if (attempt(a != b, "an exemption", [&] { world_->exempt({pair.first, pair.second, "solid"}); }))
+      exempt_.insert(pair), ++figures_.exempted;
+  }
+
+  void unexempt() {
+    const std::uint32_t a = draw_item(), b = draw_item();
+    HandlePair pair = ordered(items_[a].handle, items_[b].handle);
+    if (!exempt_.empty() && !random_.one_in(4)) pair = *exempt_.begin();
+    const Exemption named{pair.second, pair.first, "", "solid"};
+    attempt(exempt_.contains(pair), "an end of an exemption", [&] { world_->unexempt(named); });
+    exempt_.erase(pair);
   }
 
   PairRule draw_rule() {
     constexpr std::array kPolicies{ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance,
                                    ContactPolicy::slide, ContactPolicy::slide};
-    PairRule rule{kPolicies[random_.below(5)], random_.one_in(2) ? 0.05 : 0.0};
-    rule.translation_only = random_.one_in(4);
+    PairRule rule;
+    if (!random_.one_in(4)) rule.policy = kPolicies[random_.below(5)];
+    if (!random_.one_in(4)) rule.warn_distance = random_.one_in(2) ? 0.05 : 0.0;
+    if (!random_.one_in(4)) rule.translation_only = random_.one_in(4);
     return rule;
   }
 
@@ -249,9 +282,8 @@ class SoakRun {
       default_rule_ = rule;
       return;
     }
-    const std::uint32_t first = items_[a].handle.slot, second = items_[b].handle.slot;
     world_->set_pair_rule(items_[a].handle, items_[b].handle, rule);
-    pair_rules_[{std::min(first, second), std::max(first, second)}] = rule;
+    pair_rules_[ordered(items_[a].handle, items_[b].handle)] = rule;
   }
 
   void reset() {
@@ -260,6 +292,7 @@ class SoakRun {
     off_ = {};
     for (Item& item : items_) {
       item.carrier = kNone;
+      item.allowed.clear();
       item.commanded = item.initial;
       const Pose& X = world_->actual_pose(item.handle);
       if (!(X.p == item.initial.p && X.R == item.initial.R)) violate("reset left something elsewhere");
@@ -271,6 +304,8 @@ class SoakRun {
     if (random_.one_in(120)) remove();
     if (random_.one_in(40)) latch();
     if (random_.one_in(6)) unlatch();
+    if (random_.one_in(60)) exempt();
+    if (random_.one_in(30)) unexempt();
     if (random_.one_in(150)) set_rule();
     if (random_.one_in(2500)) reset();
   }
@@ -353,10 +388,14 @@ class SoakRun {
   /// A long run keeps what every frame reports: the world's own record has an end.
   void take_selection(const FrameReport& report) {
     for (const SelectionChange& change : report.selections) {
+      if (!is_known(change)) violate("a selection of what is gone came into force");
       figures_.record.push_back({report.frame, change});
       off_.apply(change);
       ++figures_.selections;
     }
+    for (const SelectionChange& change : report.refused_selections)
+      if (is_known(change)) violate("a good selection was refused");
+    figures_.refused_selections += report.refused_selections.size();
     const auto record = world_->selection_record();
     if (record.size() + world_->selections_left_out() != figures_.record.size())
       violate("a selection is neither recorded nor counted");
@@ -367,25 +406,41 @@ class SoakRun {
     }
   }
 
+  bool is_known(const SelectionChange& change) const {
+    using Scope = SelectionChange::Scope;
+    const bool names_first = change.scope == Scope::object || change.scope == Scope::pair;
+    if (names_first && item_of(change.first) == kNone) return false;
+    if (change.scope == Scope::pair) return item_of(change.second) != kNone && change.first != change.second;
+    return change.scope != Scope::group || change.group.text() != group_name(kGroups);
+  }
+
   std::uint32_t item_of(ObjectHandle handle) const {
     for (std::uint32_t i = 0; i < items_.size(); ++i)
       if (items_[i].handle == handle) return i;
     return kNone;
   }
 
+  bool is_exempt(const HandlePair& pair) const {
+    if (exempt_.contains(pair)) return true;
+    for (const Item& item : items_)
+      if (std::find(item.allowed.begin(), item.allowed.end(), pair) != item.allowed.end()) return true;
+    return false;
+  }
+
   bool is_checked(std::uint32_t i, std::uint32_t j) const {
     if (root_of(i) == root_of(j) || (items_[i].is_static && items_[j].is_static)) return false;
-    const std::uint32_t a = items_[i].handle.slot, b = items_[j].handle.slot;
-    if (off_.everything || off_.groups.contains(items_[i].group) || off_.groups.contains(items_[j].group))
+    const HandlePair pair = ordered(items_[i].handle, items_[j].handle);
+    if (off_.everything || off_.groups.contains(group_name(items_[i].group)) ||
+        off_.groups.contains(group_name(items_[j].group)))
       return false;
-    return !off_.objects.contains(a) && !off_.objects.contains(b) &&
-           !off_.pairs.contains({std::min(a, b), std::max(a, b)});
+    return !off_.objects.contains(pair.first) && !off_.objects.contains(pair.second) &&
+           !off_.pairs.contains(pair) && !is_exempt(pair);
   }
 
   ContactPolicy policy_of(std::uint32_t i, std::uint32_t j) const {
-    const std::uint32_t a = items_[i].handle.slot, b = items_[j].handle.slot;
-    const auto rule = pair_rules_.find({std::min(a, b), std::max(a, b)});
-    return rule == pair_rules_.end() ? default_rule_.policy : rule->second.policy;
+    const auto rule = pair_rules_.find(ordered(items_[i].handle, items_[j].handle));
+    if (rule != pair_rules_.end() && rule->second.policy) return *rule->second.policy;
+    return default_rule_.policy.value_or(ContactPolicy::hold);
   }
 
   /// Since the last frame: the next one still says that its contacts ended.
@@ -508,7 +563,9 @@ class SoakRun {
   std::vector<Item> items_;  // the walls first
   Off off_;
   PairRule default_rule_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, PairRule> pair_rules_;  // by slots
+  std::map<HandlePair, PairRule> pair_rules_;
+  std::set<HandlePair> exempt_;
+  Generations generations_ = {};
   ObjectHandle gone_;
   std::vector<ObjectHandle> removed_;
   std::uint64_t names_ = 0;
@@ -536,7 +593,8 @@ std::string describe(const SoakFigures& f) {
       << " movers blocked, " << f.slid << " frames slid\n"
       << f.added << " added, " << f.removed << " removed, " << f.latched << " latched, " << f.unlatched
       << " unlatched, " << f.resets << " resets, " << f.rules << " rules, " << f.refused_set_up
-      << " set-up calls refused, " << f.selections << " selections\n"
+      << " set-up calls refused, " << f.exempted << " exemptions, " << f.selections << " selections and "
+      << f.refused_selections << " refused\n"
       << f.contact_events << " contact events, " << f.pairs_checked << " pairs checked, "
       << f.overlapping_starts << " of them overlapping from the start, deeper by " << f.worst_growth
       << " m at most; rotations off by " << f.worst_rotation << "; " << f.iteration_limits

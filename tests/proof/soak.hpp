@@ -8,7 +8,8 @@
 #include "touchstone/contact_core/world/contact_world.hpp"
 
 // A contact world under random treatment, every invariant checked after every frame: commands good and bad,
-// selections from another thread, latches, additions, removals, rules and resets, many of them refused.
+// selections from another thread, latches, exemptions, additions, removals, rules and resets, many of them
+// refused.
 
 namespace touchstone {
 
@@ -22,6 +23,7 @@ struct Soak {
 struct SoakFigures {
   std::uint64_t frames = 0, commands = 0, refused = 0, blocked = 0, slid = 0;
   std::uint64_t added = 0, removed = 0, latched = 0, unlatched = 0, resets = 0, rules = 0;
+  std::uint64_t exempted = 0, refused_selections = 0;
   std::uint64_t refused_set_up = 0;  ///< double latches, unknown handles, removals while latched ...
   std::uint64_t selections = 0, contact_events = 0, pairs_checked = 0, iteration_limits = 0;
   std::uint64_t overlapping_starts = 0;

@@ -20,7 +20,9 @@ TEST(SoakThread, EveryInvariantHoldsAndTheRecordReplays) {
   EXPECT_GT(flown.slid, 0u);
   EXPECT_GT(flown.latched, 0u);
   EXPECT_GT(flown.removed, 0u);
+  EXPECT_GT(flown.exempted, 0u);
   EXPECT_GT(flown.selections, 0u);
+  EXPECT_GT(flown.refused_selections, 0u);
   EXPECT_GT(flown.pairs_checked, run.frames / 4);
   std::cout << describe(flown);
   run.replay = &flown.record;

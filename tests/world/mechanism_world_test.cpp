@@ -266,6 +266,24 @@ TEST(MechanismWorld, RefusesAndClamps) {
   EXPECT_NO_THROW(world->add_mechanism({make_arm("b", 2), at(0, 0, 20)}));
 }
 
+// A mechanism is switched as all its links: the wall lets it through, and stops it again.
+TEST(MechanismWorld, IsSwitchedAsAWholeByItsHandle) {
+  for (const bool on_again : {false, true}) {
+    const auto world = make_world();
+    world->set_default_rule(rule(ContactPolicy::advance));
+    add_wall(*world, 0.5);
+    const MechanismHandle arm = world->add_mechanism({make_arm("arm", 3)});
+    world->select(SelectionChange::of(arm, false));
+    if (on_again) world->select(SelectionChange::of(arm, true));
+    const FrameReport report = move_joints(*world, arm, {1.5, 0, 0});
+    EXPECT_EQ(report.blocked_movers, on_again ? 1u : 0u);
+    EXPECT_EQ(report.selections.size(), on_again ? 2u : 1u);
+    world->remove_mechanism(arm);
+    world->select(SelectionChange::of(arm, false));
+    EXPECT_EQ(world->frame({}).refused_selections.size(), 1u);
+  }
+}
+
 // The same set-up, commands and selections end in the same bits.
 TEST(MechanismWorld, Replays) {
   std::vector<std::vector<double>> ends;
@@ -276,8 +294,7 @@ TEST(MechanismWorld, Replays) {
     const ObjectHandle wall = add_wall(*world, 0.5);
     const MechanismHandle arm = world->add_mechanism({make_arm("arm", 3)});
     for (int frame = 0; frame < 60; ++frame) {
-      if (run == 0 && frame == 20)
-        world->select({SelectionChange::Scope::pair, world->link(arm, "3").slot, wall.slot, false});
+      if (run == 0 && frame == 20) world->select(SelectionChange::of(world->link(arm, "3"), wall, false));
       if (run == 1)
         for (const SelectionRecord& entry : record)
           if (entry.frame == static_cast<std::uint64_t>(frame)) world->select(entry.change);

@@ -60,12 +60,15 @@ TEST(SlideAllocations, NoneWhileSliding) {
 
 struct SelectedRun {
   std::vector<SelectionRecord> kept;  // what the frames reported
-  std::size_t recorded = 0, allocations = 0;
+  std::size_t recorded = 0, refused = 0, allocations = 0;
   std::uint64_t left_out = 0;
   std::vector<Pose> ends;
 };
 
-// Cubes that fall onto one another while objects, pairs and everything are switched off and on.
+constexpr std::string_view kOdd = "every second cube, by a name that no short string holds";
+
+// Cubes that fall onto one another while objects, pairs, a group and everything are switched off and on, and
+// changes are refused.
 SelectedRun fly_selected(int frames, std::size_t room, const SelectedRun* replay) {
   constexpr int kCubes = 24;
   const auto world = make_world();
@@ -74,10 +77,12 @@ SelectedRun fly_selected(int frames, std::size_t room, const SelectedRun* replay
   world->add({box_tree("floor", {20, 20, 1}), at(0, 0, -0.5), true});
   std::vector<ObjectHandle> cubes;
   for (int i = 0; i < kCubes; ++i)
-    cubes.push_back(world->add({box_tree("cube " + std::to_string(i), {1, 1, 1}), at(0, 0, 1 + 1.5 * i)}));
+    cubes.push_back(
+        world->add({box_tree("cube " + std::to_string(i), {1, 1, 1}), at(0, 0, 1 + 1.5 * i), false,
+                    i % 2 ? std::vector<std::string>{std::string(kOdd)} : std::vector<std::string>{}}));
   world->prepare();
   SelectedRun run;
-  run.kept.reserve(4 * static_cast<std::size_t>(frames));
+  run.kept.reserve(6 * static_cast<std::size_t>(frames));
   std::vector<MotionCommand> commands;
   commands.reserve(kCubes);
   std::size_t before = 0, next = 0;
@@ -87,16 +92,19 @@ SelectedRun fly_selected(int frames, std::size_t room, const SelectedRun* replay
       for (; next < replay->kept.size() && replay->kept[next].frame == static_cast<std::uint64_t>(frame);)
         world->select(replay->kept[next++].change);
     } else {
-      const std::uint32_t i = cubes[frame * 7 % kCubes].slot, j = cubes[frame * 11 % kCubes].slot;
-      world->select({SelectionChange::Scope::object, i, 0, frame % 3 == 0});
-      world->select({SelectionChange::Scope::pair, i, j, frame % 5 < 2});
-      world->select({SelectionChange::Scope::everything, 0, 0, frame % 17 != 0});
+      const std::uint32_t i = frame * 7 % kCubes, j = (frame * 11 + 1) % kCubes;
+      world->select(SelectionChange::of(cubes[i], frame % 3 == 0));
+      world->select(SelectionChange::of(cubes[i], cubes[i == j ? (j + 1) % kCubes : j], frame % 5 < 2));
+      world->select(SelectionChange::of_everything(frame % 17 != 0));
+      world->select(SelectionChange::of_group(frame % 2 == 0 ? kOdd : "a group of none", frame % 4 == 0));
+      world->select(SelectionChange::of(ObjectHandle{cubes[i].slot, cubes[i].generation - 1}, false));
     }
     commands.clear();
     for (const ObjectHandle cube : cubes)
       commands.push_back(world->move_by(cube, {0, 0, -0.01}, {0, 0, 0.01}));
     const FrameReport report = world->frame(commands);
     for (const SelectionChange& change : report.selections) run.kept.push_back({report.frame, change});
+    run.refused += report.refused_selections.size();
   }
   run.allocations = allocation_count() - before;
   run.recorded = world->selection_record().size(), run.left_out = world->selections_left_out();
@@ -108,12 +116,14 @@ SelectedRun fly_selected(int frames, std::size_t room, const SelectedRun* replay
 TEST(SelectionRecordRoom, NoFrameAllocatesAndTheRunReplays) {
   const SelectedRun flown = fly_selected(2000, 100, nullptr);
   EXPECT_EQ(flown.allocations, 0u);
-  EXPECT_EQ(flown.kept.size(), 6000u);
+  EXPECT_EQ(flown.kept.size(), 7000u);
+  EXPECT_EQ(flown.refused, 3000u);
   EXPECT_EQ(flown.recorded, 100u);
-  EXPECT_EQ(flown.left_out, 5900u);
+  EXPECT_EQ(flown.left_out, 6900u);
   const SelectedRun again = fly_selected(2000, 0, &flown);
   EXPECT_EQ(again.allocations, 0u);
   EXPECT_EQ(again.recorded, 0u);
+  EXPECT_EQ(again.refused, 0u);
   ASSERT_EQ(flown.ends.size(), again.ends.size());
   SelectedRun nothing;
   const SelectedRun unselected = fly_selected(2000, 0, &nothing);
@@ -129,14 +139,14 @@ TEST(SelectionRecordRoom, BeginsAnew) {
   const auto world = make_world();
   world->add({box_tree("box", {1, 1, 1}), at(0, 0, 0)});
   world->begin_selection_record(1);
-  for (int i = 0; i < 3; ++i) world->select({SelectionChange::Scope::everything, 0, 0, i % 2 == 0});
+  for (int i = 0; i < 3; ++i) world->select(SelectionChange::of_everything(i % 2 == 0));
   EXPECT_EQ(world->frame({}).selections.size(), 3u);
   EXPECT_EQ(world->selection_record().size(), 1u);
   EXPECT_EQ(world->selections_left_out(), 2u);
   world->begin_selection_record();
   EXPECT_TRUE(world->selection_record().empty());
   EXPECT_EQ(world->selections_left_out(), 0u);
-  world->select({SelectionChange::Scope::everything, 0, 0, true});
+  world->select(SelectionChange::of_everything(true));
   const FrameReport report = world->frame({});
   ASSERT_EQ(world->selection_record().size(), 1u);
   EXPECT_EQ(world->selection_record()[0].frame, report.frame);

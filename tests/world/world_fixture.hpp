@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,7 @@ inline std::unique_ptr<ContactWorld> make_world(std::string_view broadphase = "n
                                         registry.make_broadphase(broadphase), kGap);
 }
 
-inline PairRule rule(ContactPolicy policy, double warn = 0.0) { return {policy, warn}; }
+inline PairRule rule(ContactPolicy policy, std::optional<double> warn = {}) { return {policy, warn}; }
 
 inline std::vector<EventKind> kinds(const FrameReport& report) {
   std::vector<EventKind> out;
