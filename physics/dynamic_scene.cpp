@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone::physics {
 namespace {
@@ -108,6 +109,15 @@ class LatchPlan {
   std::vector<std::size_t> carrier_;
 };
 
+void validate_allowed(const DynamicScene& scene, const SceneAction& action) {
+  try {
+    for (const ExemptPair& pair : action.allowed)
+      for (const std::string* name : {&pair.first, &pair.second}) find_solids(scene.scene, *name);
+  } catch (const InputError& error) {
+    throw InputError(action.where + "latch: " + error.what());
+  }
+}
+
 void validate_actions(const DynamicScene& scene) {
   LatchPlan plan(scene);
   for (const SceneLatch& latch : scene.scene.latches)
@@ -117,7 +127,10 @@ void validate_actions(const DynamicScene& scene) {
     if (!(action.time >= earliest) || !std::isfinite(action.time))
       reject(action.where, "action: the time is before the action above, or is none");
     earliest = action.time;
-    if (action.kind == SceneAction::Kind::latch) plan.latch(action.carrier, action.carried, action.where);
+    if (action.kind == SceneAction::Kind::latch) {
+      plan.latch(action.carrier, action.carried, action.where);
+      validate_allowed(scene, action);
+    }
     if (action.kind == SceneAction::Kind::release) plan.release(action.carried, action.where);
     if (action.kind != SceneAction::Kind::drive) continue;
     require_joint(scene, action.joint, action.where + "drive: ");
@@ -246,10 +259,6 @@ void validate(const DynamicScene& scene) {
   for (const SceneMechanism& mechanism : scene.mechanisms) validate_mechanism(scene, mechanism, moved_by);
   validate_links(scene, moved_by);
   validate_actions(scene);
-  for (const ExemptPair& pair : scene.scene.exempt_pairs)
-    if (pair.first.find('/') != std::string::npos || pair.second.find('/') != std::string::npos)
-      reject(name, "exempt pair '" + pair.first + "', '" + pair.second +
-                       "': under dynamics whole objects are exempt, not hexahedra");
   if (!touchstone::is_finite(scene.gravity_W)) reject(name, "gravity is not finite");
   if (!(scene.step > 0.0) || !std::isfinite(scene.step)) reject(name, "the step is not above 0");
   // Two figures from a file and their quotient: a whole number to rounding.

@@ -79,11 +79,12 @@ struct JointAddress {
 struct SceneAction {
   /// Sets a drive, or joins and parts two objects.
   enum class Kind : std::uint8_t { drive, latch, release } kind = Kind::drive;
-  double time = 0.0;        ///< [s]
-  JointAddress joint = {};  ///< drive
-  SceneDrive drive = {};    ///< drive
-  std::size_t carrier = 0;  ///< latch: an object
-  std::size_t carried = 0;  ///< latch, release: an object
+  double time = 0.0;                     ///< [s]
+  JointAddress joint = {};               ///< drive
+  SceneDrive drive = {};                 ///< drive
+  std::size_t carrier = 0;               ///< latch: an object
+  std::size_t carried = 0;               ///< latch, release: an object
+  std::vector<ExemptPair> allowed = {};  ///< latch: not checked as well, while it holds
   std::string where = {};
 };
 

@@ -67,17 +67,26 @@ void NarrowphaseContacts::exempt_parts(std::uint32_t a, std::uint32_t b) {
   exempt_parts_.emplace_back(std::min(a, b), std::max(a, b));
 }
 
-bool NarrowphaseContacts::is_exempt(std::uint32_t part_a, std::uint32_t part_b) const {
+void NarrowphaseContacts::exempt_solids(SolidIndex a, SolidIndex b) {
+  exempt_solids_.push_back({std::min(a, b), std::max(a, b)});
+}
+
+bool NarrowphaseContacts::is_exempt(const SolidPair& pair) const {
+  if (std::binary_search(exempt_solids_.begin(), exempt_solids_.end(), pair)) return true;
+  const std::uint32_t part_a = part_of_[pair.a], part_b = part_of_[pair.b];
   const Mover &a = parts_[part_a].mover, &b = parts_[part_b].mover;
   if (a == b) return true;
   const std::pair parts(std::min(part_a, part_b), std::max(part_a, part_b));
   if (std::binary_search(exempt_parts_.begin(), exempt_parts_.end(), parts)) return true;
-  return std::any_of(exempt_.begin(), exempt_.end(), [&](const auto& pair) {
-    return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
+  return std::any_of(exempt_.begin(), exempt_.end(), [&](const auto& movers) {
+    return (movers.first == a && movers.second == b) || (movers.first == b && movers.second == a);
   });
 }
 
-void NarrowphaseContacts::sort_exempt() { std::sort(exempt_parts_.begin(), exempt_parts_.end()); }
+void NarrowphaseContacts::sort_exempt() {
+  std::sort(exempt_parts_.begin(), exempt_parts_.end());
+  std::sort(exempt_solids_.begin(), exempt_solids_.end());
+}
 
 void NarrowphaseContacts::move_to(std::uint32_t part, const Mover& mover, const Pose& X_MO) {
   parts_[part].mover = mover, parts_[part].X_MO = X_MO;
@@ -124,9 +133,10 @@ void NarrowphaseContacts::build() {
 }
 
 /// Whether the face of a solid that a contact's normal leaves by lies against another solid of its object, as
-/// at a seam: nothing touches it there. Looked at a millionth of the way from the point to the middle of the
-/// face, a billionth of the solid's size outside.
-bool NarrowphaseContacts::is_covered(SolidIndex solid, const Vector3& p_W, const Vector3& n_W) const {
+/// at a seam: nothing touches it there, but for a solid that the other one lets through. Looked at a
+/// millionth of the way from the point to the middle of the face, a billionth of the solid's size outside.
+bool NarrowphaseContacts::is_covered(SolidIndex solid, SolidIndex other, const Vector3& p_W,
+                                     const Vector3& n_W) const {
   const Part& part = part_of(solid);
   const std::span<const PlacedHexahedron> solids = part.tree->solids();
   if (solids.size() < 2) return false;
@@ -145,11 +155,12 @@ bool NarrowphaseContacts::is_covered(SolidIndex solid, const Vector3& p_W, const
       (p_W + 0x1p-20 * (touchstone::transform(X_WS, middle) - p_W)) + (0x1p-30 * own.size()) * n_W;
   for (std::size_t i = 0; i < solids.size(); ++i) {
     if (part.first_solid + i == solid) continue;
-    const Hexahedron& other = solids[i].solid;
-    const Vector3 q = touchstone::transform(inverse(poses_[part.first_solid + i]), q_W);
+    const auto neighbour = static_cast<SolidIndex>(part.first_solid + i);
+    const Vector3 q = touchstone::transform(inverse(poses_[neighbour]), q_W);
     bool is_inside = true;
-    for (int f = 0; f < 6 && is_inside; ++f) is_inside = other.face_plane(f).signed_distance(q) < 0.0;
-    if (is_inside) return true;
+    for (int f = 0; f < 6 && is_inside; ++f)
+      is_inside = solids[i].solid.face_plane(f).signed_distance(q) < 0.0;
+    if (is_inside && !is_exempt({std::min(neighbour, other), std::max(neighbour, other)})) return true;
   }
   return false;
 }
@@ -215,7 +226,7 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, d
 void NarrowphaseContacts::sort_out(std::size_t count, std::size_t& last) {
   candidates_.clear();
   for (const SolidPair& pair : std::span(block_).first(count)) {
-    if (is_exempt(part_of_[pair.a], part_of_[pair.b])) continue;
+    if (is_exempt(pair)) continue;
     const Part &a = part_of(pair.a), &b = part_of(pair.b);
     while (last < last_found_.size() && last_found_[last].pair < pair) ++last;
     Candidate& candidate = candidates_.emplace_back();
@@ -275,7 +286,7 @@ void NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const P
     const ContactPoint& point = points[i];
     const Vector3& n = geometry.n_AB_W;
     if (!(point.separation <= limit)) continue;
-    if (is_covered(pair.a, point.p_A_W, n) || is_covered(pair.b, point.p_B_W, -n)) continue;
+    if (is_covered(pair.a, pair.b, point.p_A_W, n) || is_covered(pair.b, pair.a, point.p_B_W, -n)) continue;
     contacts_.push_back({a.mover, b.mover, geometry.n_AB_W, point.p_A_W, point.p_B_W, friction, restitution,
                          key_of(pair, point.feature_id, i)});
     origins_.push_back({pair, status, point.separation});

@@ -45,6 +45,10 @@ class NarrowphaseContacts {
   void exempt(const Mover& a, const Mover& b);
   /// The same for two parts, where a mover has several.
   void exempt_parts(std::uint32_t a, std::uint32_t b);
+  /// The same for two solids, as counted through add().
+  void exempt_solids(SolidIndex a, SolidIndex b);
+  /// Memory for so many pairs of exempt_solids().
+  void reserve_exempt_solids(std::size_t pairs) { exempt_solids_.reserve(pairs); }
   /// Takes up what was added. @throws InputError: nothing added, no manifolds, what the backends refuse.
   void build();
   /// Memory for so many contacts at a time, and pairs of solids that come up; build() sees to some.
@@ -52,11 +56,13 @@ class NarrowphaseContacts {
 
   /// After build(): another mover for a part, as when it is latched or released. Does not allocate.
   void move_to(std::uint32_t part, const Mover& mover, const Pose& X_MO);
-  /// After build(), instead of all pairs of exempt_parts(). Allocates only when more come than ever before.
-  template <class Visit>
-  void exempt_anew(const Visit& visit_pairs) {
+  /// After build(): `exempt` calls exempt_parts() and exempt_solids() on these contacts, for what is exempt
+  /// from now on in place of all that they were told before. Allocates only when more come than ever before.
+  template <class Exempt>
+  void exempt_anew(const Exempt& exempt) {
     exempt_parts_.clear();
-    visit_pairs([this](std::uint32_t a, std::uint32_t b) { exempt_parts(a, b); });
+    exempt_solids_.clear();
+    exempt(*this);
     sort_exempt();
   }
 
@@ -107,8 +113,8 @@ class NarrowphaseContacts {
     const Found* kept;
   };
 
-  bool is_exempt(std::uint32_t part_a, std::uint32_t part_b) const;
-  bool is_covered(SolidIndex solid, const Vector3& p_W, const Vector3& n_W) const;
+  bool is_exempt(const SolidPair& pair) const;
+  bool is_covered(SolidIndex solid, SolidIndex other, const Vector3& p_W, const Vector3& n_W) const;
   const Part& part_of(SolidIndex solid) const { return parts_[part_of_[solid]]; }
   bool move_parts(const DynamicsWorld& world);
   bool find_ways(const DynamicsWorld& world, double h);
@@ -132,6 +138,7 @@ class NarrowphaseContacts {
   std::vector<std::uint32_t> part_of_;  // by solid
   std::vector<std::pair<Mover, Mover>> exempt_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> exempt_parts_;  // a < b; ascending once built
+  std::vector<SolidPair> exempt_solids_;                               // the same
   std::vector<Pose> poses_;
   bool was_found_ = false;          // since build()
   bool is_warm_ = false;            // the broadphase has seen poses and paths

@@ -79,10 +79,14 @@ class SceneSimulation {
   std::string failed_name(const StepReport& report) const;
 
  private:
+  /// Latches are counted through the scene's own, then its actions.
+  static constexpr std::size_t kNoLatch = static_cast<std::size_t>(-1);
+
   /// Where an object is: in the frame F of what it moves with (of a body or of a mechanism's link).
   struct Piece {
     std::size_t root;
     std::size_t carrier = kNoObject;
+    std::size_t latch = kNoLatch;  // that carries it
     Pose X_FO;
     Mover mover;                    // of the root
     Mover own;                      // where it is a root
@@ -100,10 +104,12 @@ class SceneSimulation {
     std::vector<double> qd;               // at the start; of a capture
     std::optional<CaptureScratch> scratch;
   };
-  /// Two objects that are not checked, because they are listed: while `carried` is, where that names one.
+  /// Two solids that are not checked, because they are listed: where a latch allows them, while that very one
+  /// holds `carried`.
   struct ListedPair {
-    std::uint32_t a, b;
-    std::size_t carried;
+    SolidPair solids;
+    std::size_t carried = kNoObject;
+    std::size_t latch = kNoLatch;
   };
 
   // scene_simulation_setup.cpp
@@ -112,12 +118,13 @@ class SceneSimulation {
   void build_world();
   void name_solids();
   void list_exempt();
-  std::vector<std::size_t> objects_of(const std::string& name) const;
+  void list_exempt(std::span<const ExemptPair> pairs, std::size_t carried, std::size_t latch);
+  void exempt_pairs(NarrowphaseContacts& contacts) const;
   std::vector<std::size_t> find_clusters() const;
 
   // scene_simulation_latches.cpp
   bool carry_out(const SceneAction& action);
-  void latch(std::size_t carrier, std::size_t carried);
+  void latch(std::size_t carrier, std::size_t carried, std::size_t latch);
   void capture_by_link(const Mover& link, const RigidBody& body, const RigidBodyState& state);
   void release(std::size_t carried);
   RigidBodyState released_state(std::size_t root, const RigidBody& part, const Pose& X_FG) const;
@@ -128,19 +135,6 @@ class SceneSimulation {
   Pose pose_in_mover(const Piece& piece) const;
   bool is_told(std::size_t object) const;
   void change_contacts();
-  /// Pairs of objects that are not checked: listed ones, links that a joint joins, links that fixed joints
-  /// make one, and what neither forces nor joints move.
-  template <class Exempt>
-  void visit_exempt(const Exempt& exempt) const {
-    for (const ListedPair& pair : listed_)
-      if (pair.carried == kNoObject || pieces_[pair.carried].carrier != kNoObject) exempt(pair.a, pair.b);
-    for (const SceneMechanism& mechanism : scene_->mechanisms)
-      for (const SceneJoint& joint : mechanism.joints)
-        if (joint.parent != kNoObject) exempt(index_of(joint.parent), index_of(joint.child));
-    for (std::size_t i = 0; i < pieces_.size(); ++i)
-      for (std::size_t k = 0; k < i; ++k)
-        if (cluster_[i] == cluster_[k] || (is_told(i) && is_told(k))) exempt(index_of(i), index_of(k));
-  }
   static std::uint32_t index_of(std::size_t object) { return static_cast<std::uint32_t>(object); }
 
   // scene_simulation.cpp

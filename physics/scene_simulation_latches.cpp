@@ -62,7 +62,7 @@ bool SceneSimulation::is_told(std::size_t object) const {
 void SceneSimulation::change_contacts() {
   for (std::size_t i = 0; i < pieces_.size(); ++i)
     contacts_->move_to(index_of(i), pieces_[i].mover, pose_in_mover(pieces_[i]));
-  contacts_->exempt_anew([this](const auto& exempt) { visit_exempt(exempt); });
+  contacts_->exempt_anew([this](NarrowphaseContacts& contacts) { exempt_pairs(contacts); });
   found_ = {};
   ++worlds_;
 }
@@ -70,7 +70,8 @@ void SceneSimulation::change_contacts() {
 /// Both refuse before they change anything. @return false where they do.
 bool SceneSimulation::carry_out(const SceneAction& action) {
   try {
-    if (action.kind == SceneAction::Kind::latch) latch(action.carrier, action.carried);
+    if (action.kind == SceneAction::Kind::latch)
+      latch(action.carrier, action.carried, scene_->scene.latches.size() + next_action_);
     if (action.kind == SceneAction::Kind::release) release(action.carried);
   } catch (const InputError&) {
     return false;
@@ -78,7 +79,7 @@ bool SceneSimulation::carry_out(const SceneAction& action) {
   return true;
 }
 
-void SceneSimulation::latch(std::size_t carrier, std::size_t carried) {
+void SceneSimulation::latch(std::size_t carrier, std::size_t carried, std::size_t latch) {
   const std::size_t root = pieces_[carrier].root;
   Piece &to = pieces_[root], &from = pieces_[carried];
   const Pose X_FG = compose(inverse(root_pose(root)), root_pose(carried));
@@ -93,6 +94,7 @@ void SceneSimulation::latch(std::size_t carrier, std::size_t carried) {
   }
   world_->hold_out(from.own.index);
   from.carrier = carrier;
+  from.latch = latch;
   from.body.reset();
   for (Piece& piece : pieces_) {
     if (piece.root != carried) continue;
@@ -144,6 +146,7 @@ void SceneSimulation::release(std::size_t carried) {
   }
   const RigidBodyState state = released_state(root, part, X_FG);
   to.carrier = kNoObject;
+  to.latch = kNoLatch;
   if (from.body) {
     world_->set_body(from.own.index, *rest_body,
                      physics::release(*from.body, world_->state(from.own.index), *rest_body, {}));

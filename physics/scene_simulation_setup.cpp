@@ -3,6 +3,7 @@
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
 #include "touchstone/physics/scene_simulation.hpp"
 
 // What is made once: bodies, mechanisms, contacts.
@@ -106,8 +107,9 @@ void SceneSimulation::build_world() {
   world_ = std::make_unique<DynamicsWorld>(settings);
   place_objects();
   for (std::size_t m = 0; m < scene_->mechanisms.size(); ++m) make_arm(m);
-  for (const SceneLatch& each : scene_->scene.latches)
-    latch(find_object(scene_->scene, each.carrier), find_object(scene_->scene, each.carried));
+  for (std::size_t i = 0; i < scene_->scene.latches.size(); ++i)
+    latch(find_object(scene_->scene, scene_->scene.latches[i].carrier),
+          find_object(scene_->scene, scene_->scene.latches[i].carried), i);
   for (std::size_t m = 0; m < arms_.size(); ++m)
     for (std::size_t j = 0; j < arms_[m]->drives.size(); ++j) tell_drive({m, j});
   world_->reserve(kReservedContacts);
@@ -136,29 +138,41 @@ void SceneSimulation::fill(NarrowphaseContacts& contacts) const {
     contacts.add(piece.mover, scene_->scene.objects[i].tree, scene_->bodies[i].surface, pose_in_mover(piece),
                  kind_of(i) == BodyKind::fixed);
   }
-  visit_exempt([&](std::uint32_t a, std::uint32_t b) { contacts.exempt_parts(a, b); });
+  contacts.reserve_exempt_solids(listed_.size());
+  exempt_pairs(contacts);
   contacts.build();
 }
 
-std::vector<std::size_t> SceneSimulation::objects_of(const std::string& name) const {
-  std::vector<std::size_t> out;
-  for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    const std::vector<std::string>& groups = scene_->scene.objects[i].groups;
-    if (name_of(i) == name || std::find(groups.begin(), groups.end(), name) != groups.end()) out.push_back(i);
-  }
-  return out;
+void SceneSimulation::list_exempt(std::span<const ExemptPair> pairs, std::size_t carried, std::size_t latch) {
+  for (const ExemptPair& pair : pairs)
+    for (const SolidIndex a : find_solids(scene_->scene, pair.first))
+      for (const SolidIndex b : find_solids(scene_->scene, pair.second))
+        if (object_of_[a] != object_of_[b]) listed_.push_back({{a, b}, carried, latch});
 }
 
 void SceneSimulation::list_exempt() {
-  const auto list = [&](const ExemptPair& pair, std::size_t carried) {
-    for (const std::size_t a : objects_of(pair.first))
-      for (const std::size_t b : objects_of(pair.second))
-        listed_.push_back({index_of(a), index_of(b), carried});
-  };
-  for (const ExemptPair& pair : scene_->scene.exempt_pairs) list(pair, kNoObject);
-  for (const SceneLatch& each : scene_->scene.latches)
-    for (const ExemptPair& pair : each.allowed) list(pair, find_object(scene_->scene, each.carried));
+  const Scene& scene = scene_->scene;
+  list_exempt(scene.exempt_pairs, kNoObject, kNoLatch);
+  for (std::size_t i = 0; i < scene.latches.size(); ++i)
+    list_exempt(scene.latches[i].allowed, find_object(scene, scene.latches[i].carried), i);
+  for (std::size_t i = 0; i < scene_->actions.size(); ++i)
+    list_exempt(scene_->actions[i].allowed, scene_->actions[i].carried, scene.latches.size() + i);
   cluster_ = find_clusters();
+}
+
+/// Pairs that are not checked: listed ones, links that a joint joins, links that fixed joints make one, and
+/// what neither forces nor joints move.
+void SceneSimulation::exempt_pairs(NarrowphaseContacts& contacts) const {
+  for (const ListedPair& pair : listed_)
+    if (pair.carried == kNoObject || pieces_[pair.carried].latch == pair.latch)
+      contacts.exempt_solids(pair.solids.a, pair.solids.b);
+  for (const SceneMechanism& mechanism : scene_->mechanisms)
+    for (const SceneJoint& joint : mechanism.joints)
+      if (joint.parent != kNoObject) contacts.exempt_parts(index_of(joint.parent), index_of(joint.child));
+  for (std::size_t i = 0; i < pieces_.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (cluster_[i] == cluster_[k] || (is_told(i) && is_told(k)))
+        contacts.exempt_parts(index_of(i), index_of(k));
 }
 
 /// Links that fixed joints make one have one number.

@@ -302,9 +302,10 @@ SceneAction read_action(const YamlReader& item, const DynamicScene& scene) {
     return action;
   }
   const YamlReader latch = item.at("latch");
-  latch.require_keys({"carrier", "carried"});
+  latch.require_keys({"carrier", "carried", "allowed"});
   action.carrier = read_object(latch.at("carrier"), scene.scene);
   action.carried = read_object(latch.at("carried"), scene.scene);
+  if (latch.has("allowed")) action.allowed = scene_files::read_exempt_pairs(latch.at("allowed"), scene.scene);
   return action;
 }
 
