@@ -1,7 +1,12 @@
 #include "touchstone/contact_core/native/simd/kernels.hpp"
 
+#include <algorithm>
 #include <cstdlib>
+#include <iterator>
+#include <string>
 #include <string_view>
+
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::native {
 
@@ -25,12 +30,17 @@ KernelList find_available() {
   return list;
 }
 
+constexpr std::string_view kNames[] = {"generic", "avx2", "avx512"};
+
 const Kernels& choose() {
   const KernelList& list = available_kernels();
-  if (const char* wanted = std::getenv("TOUCHSTONE_ISA")) {
-    for (int i = 0; i < list.count; ++i)
-      if (std::string_view(wanted) == list.of[i]->isa) return *list.of[i];
-  }
+  const char* const wanted = std::getenv("TOUCHSTONE_ISA");
+  if (wanted == nullptr || *wanted == '\0') return *list.of[list.count - 1];
+  if (std::find(std::begin(kNames), std::end(kNames), wanted) == std::end(kNames))
+    throw InputError(std::string("TOUCHSTONE_ISA=") + wanted +
+                     ": there is no such instruction set; known: generic, avx2, avx512");
+  for (int i = 0; i < list.count; ++i)
+    if (std::string_view(wanted) == list.of[i]->isa) return *list.of[i];
   return *list.of[list.count - 1];
 }
 

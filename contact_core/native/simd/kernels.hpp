@@ -185,7 +185,8 @@ struct KernelList {
 const KernelList& available_kernels();
 
 /// The widest that this machine runs, or the one that the environment variable TOUCHSTONE_ISA names (generic,
-/// avx2, avx512; ignored when the machine lacks it). Chosen once.
+/// avx2, avx512; one that the machine lacks falls back to the widest that it has). Chosen once.
+/// @throws InputError for a name that is none of these.
 const Kernels& kernels();
 
 }  // namespace touchstone::native
