@@ -7,6 +7,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/replay_command.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/program/engine_log.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -34,23 +35,39 @@ MeasureOptions measure_options(const Options& options) {
   return measure;
 }
 
+// Of a scene; 0: all.
+std::size_t most_frames(const Options& options) { return options.quick ? 100 : 0; }
+
 class Session {
  public:
-  Session(const Options& options, const Backends& backends, const Oracle* oracle, ProgressLine& progress)
-      : options_(options), backends_(backends), oracle_(oracle), progress_(progress) {
+  Session(const Options& options, const Backends& backends, const Oracle* oracle, ProgressLine& progress,
+          const OnPart& on_part)
+      : options_(options), backends_(backends), oracle_(oracle), progress_(progress), on_part_(on_part) {
     share_ = [this](double done) { progress_.share(done); };
   }
 
   void run_families(Report& report) {
     for (const std::string& name : chosen_families()) {
       report.sets.push_back(run_set(make_pair_family(name, options_.seed, options_.pair_count()), nullptr));
+      finish_part(report, name);
     }
+  }
+
+  /// What is to be measured, in this order.
+  std::vector<std::string> parts(bool has_pairs) const {
+    std::vector<std::string> names = chosen_families();
+    if (has_pairs) names.push_back("pairs");
+    for (const std::string& file : options_.scenes) names.push_back("scene " + file);
+    if (!options_.no_broadphase) names.push_back("broadphases");
+    if (!chosen_families().empty()) names.push_back("threads");
+    return names;
   }
 
   void run_pair_file(Report& report, PairFileCases cases) {
     PairFileResult& result = report.pair_file.emplace();
     result.cases = std::move(cases);
     if (!result.cases.set.pairs.empty()) report.sets.push_back(run_set(result.cases.set, &result));
+    finish_part(report, "pairs");
   }
 
   /// The distance query of the first family's pairs on one thread and more.
@@ -75,9 +92,28 @@ class Session {
         if (backend.name == run.backend) run.wrong = backend.judgement.wrongness[index_of(run.query)].total();
       }
     }
+    finish_part(report, "threads");
   }
 
-  std::vector<GalleryCase> worst_cases() { return worst_of(std::move(gallery_)); }
+  /// What is found by looking at all sets and scenes together.
+  void conclude(Report& report) const {
+    report.engine_messages = engine_log_lines();
+    report.gallery = worst_of(gallery_);
+    for (GalleryCase& shown : report.gallery) shown.replay = replay_command(report, shown.set, shown.id);
+    report.rankings.clear();
+    report.candidates.clear();
+    report.verdicts.clear();
+    if (!report.has_truth) return;
+    std::vector<SetResult> judged = report.sets;
+    for (const SceneResult& scene : report.scenes) judged.push_back(scene.set);
+    for (const QueryKind kind : kQueryKinds) {
+      if (!report.sets.empty()) report.rankings.push_back(rank(report.sets, kind));
+      if (judged.empty()) continue;
+      report.candidates.push_back({kind, candidates(judged, kind)});
+      if (options_.max_error)
+        report.verdicts.push_back(decide(report.candidates.back().candidates, kind, *options_.max_error));
+    }
+  }
 
   void run_broadphase_sizes(Report& report) {
     BroadphaseOptions broadphase;
@@ -86,6 +122,7 @@ class Session {
     if (options_.quick) broadphase.swarms = {{1000, 1}, {250, 4}};
     progress_.step("broadphases");
     report.broadphases = run_broadphases(backends_.registry, broadphase, oracle_, share_);
+    finish_part(report, "broadphases");
   }
 
   void run_scenes(Report& report) {
@@ -93,7 +130,7 @@ class Session {
     scene.measure = measure_options(options_);
     scene.max_error = options_.max_error;
     if (options_.quick) scene.facet_frames = 10;
-    if (options_.quick) scene.most_frames = 100;
+    scene.most_frames = most_frames(options_);
     for (const std::string& file : options_.scenes) {
       progress_.step("scene " + file);
       scene.parameters = parameters_for(file, options_.scene_settings);
@@ -104,6 +141,7 @@ class Session {
       auto& worst = report.scenes.back().worst_cases;
       std::move(worst.begin(), worst.end(), std::back_inserter(gallery_));
       worst.clear();
+      finish_part(report, "scene " + file);
     }
   }
 
@@ -115,6 +153,14 @@ class Session {
   }
 
  private:
+  /// Not timed.
+  void finish_part(Report& report, const std::string& name) const {
+    std::erase(report.not_measured, name);
+    if (!on_part_ || report.not_measured.empty()) return;
+    conclude(report);
+    on_part_(report);
+  }
+
   bool is_here(const std::string& name) const {
     return std::none_of(backends_.workers.begin(), backends_.workers.end(),
                         [&](const Worker& worker) { return worker.offers(name); });
@@ -148,6 +194,7 @@ class Session {
   const Backends& backends_;
   const Oracle* oracle_;
   ProgressLine& progress_;
+  const OnPart& on_part_;
   Progress share_;
   std::vector<GalleryCase> gallery_;
 };
@@ -250,47 +297,32 @@ SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Ora
 }
 
 Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
-                      ProgressLine& progress) {
+                      ProgressLine& progress, const OnPart& on_part) {
   Report report;
   report.machine = describe_machine();
   report.options = options;
   report.gaps = backends.gaps;
   report.has_truth = oracle != nullptr;
   report.backends = chosen_backends(options, backends);
-  Session session(options, backends, oracle, progress);
+  Session session(options, backends, oracle, progress, on_part);
   check_once("--families", options.families);
   check_once("--scene", scene_names(options.scenes));
   for (const std::string& name : session.chosen_families()) make_pair_family(name, options.seed, 0);
   for (const std::string& file : options.scenes)
-    load_scene_frames(file, parameters_for(file, options.scene_settings), 1);
+    check_scene_length(file, parameters_for(file, options.scene_settings), most_frames(options));
   check_settings(options.scenes, options.scene_settings);
   std::optional<PairFileCases> cases;
   if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
 
   if (!options.dynamics_file.empty()) report.drift = load_drift(options.dynamics_file);
 
+  report.not_measured = session.parts(cases.has_value());
   session.run_families(report);
   if (cases) session.run_pair_file(report, std::move(*cases));
   session.run_scenes(report);
   if (!options.no_broadphase) session.run_broadphase_sizes(report);
   session.run_thread_counts(report);
-  report.gallery = session.worst_cases();
-  for (GalleryCase& shown : report.gallery) shown.replay = replay_command(report, shown.set, shown.id);
-  if (report.has_truth) {
-    for (const QueryKind kind : kQueryKinds) {
-      if (!report.sets.empty()) report.rankings.push_back(rank(report.sets, kind));
-    }
-  }
-  if (report.has_truth) {
-    std::vector<SetResult> judged = report.sets;
-    for (const SceneResult& scene : report.scenes) judged.push_back(scene.set);
-    for (const QueryKind kind : kQueryKinds) {
-      if (judged.empty()) continue;
-      report.candidates.push_back({kind, candidates(judged, kind)});
-      if (options.max_error)
-        report.verdicts.push_back(decide(report.candidates.back().candidates, kind, *options.max_error));
-    }
-  }
+  session.conclude(report);
   progress.finish();
   return report;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "touchstone/examples/compare_backends/report.hpp"
 #include "touchstone/examples/compare_backends/worker.hpp"
 #include "touchstone/examples/program/progress.hpp"
@@ -22,11 +24,13 @@ std::vector<std::pair<std::string, std::string>> chosen_backends(const Options& 
 std::vector<BackendAnswers> answer_set(const Options& options, const Backends& backends, const PairSet& set,
                                        const MeasureOptions& measure, const Progress& progress = {});
 
+/// Told of the report after each set, scene and part; not_measured names what is still to come.
+using OnPart = std::function<void(const Report&)>;
+
 /// Measures everything the options ask for. `oracle` may be null: errors are then not measured.
-/// @throws InputError for unknown names and unreadable files, before anything is measured; Interrupted on a
-/// signal.
+/// @throws InputError for unknown names and unreadable files, before anything is measured.
 Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
-                      ProgressLine& progress);
+                      ProgressLine& progress, const OnPart& on_part = {});
 
 /// The answers judged and summed up; truth empty: not judged.
 SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Oracle* oracle,

@@ -31,7 +31,7 @@ void append_header(std::string& csv) {
       csv += fmt::format(",{0}_median,{0}_p99,{0}_worst,{0}_worst_case", name);
     }
   }
-  csv += "\n";
+  csv += ",partial\n";
 }
 
 bool belongs_to(Measure measure, QueryKind kind) {
@@ -39,7 +39,8 @@ bool belongs_to(Measure measure, QueryKind kind) {
   return (measure >= Measure::deepest) == (kind == QueryKind::manifold);
 }
 
-void append_row(std::string& csv, const SetResult& set, const BackendResult& backend, QueryKind kind) {
+void append_row(std::string& csv, const SetResult& set, const BackendResult& backend, QueryKind kind,
+                bool partial) {
   const std::size_t q = index_of(kind);
   const Judgement& judgement = backend.judgement;
   csv += fmt::format("{},{},{},{}", set.name, backend.name, to_string(kind), set.cases);
@@ -66,12 +67,12 @@ void append_row(std::string& csv, const SetResult& set, const BackendResult& bac
     csv += "," + cells(shown ? judgement.errors[m].over_scale : Quantiles{}, set);
     if (is_length(measure)) csv += "," + cells(shown ? judgement.errors[m].over_size : Quantiles{}, set);
   }
-  csv += "\n";
+  csv += partial ? ",1\n" : ",0\n";
 }
 
-void append_set(std::string& csv, const SetResult& set) {
+void append_set(std::string& csv, const SetResult& set, bool partial) {
   for (const BackendResult& backend : set.backends) {
-    for (const QueryKind kind : kQueryKinds) append_row(csv, set, backend, kind);
+    for (const QueryKind kind : kQueryKinds) append_row(csv, set, backend, kind, partial);
   }
 }
 
@@ -80,8 +81,9 @@ void append_set(std::string& csv, const SetResult& set) {
 std::string results_csv(const Report& report) {
   std::string csv;
   append_header(csv);
-  for (const SetResult& set : report.sets) append_set(csv, set);
-  for (const SceneResult& scene : report.scenes) append_set(csv, scene.set);
+  const bool partial = !report.not_measured.empty();
+  for (const SetResult& set : report.sets) append_set(csv, set, partial);
+  for (const SceneResult& scene : report.scenes) append_set(csv, scene.set, partial);
   return csv;
 }
 

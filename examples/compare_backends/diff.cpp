@@ -11,6 +11,7 @@
 #include "touchstone/examples/compare_backends/mann_whitney.hpp"
 #include "touchstone/examples/compare_backends/results_file.hpp"
 #include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/program/json_error.hpp"
 #include "touchstone/examples/program/program.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
@@ -214,7 +215,7 @@ std::string diff_reports(const std::string& old_json, const std::string& new_jso
            time_text("times on threads", time_changes(old_facts.thread_times, new_facts.thread_times), all) +
            test_note() + uncompared(before, after);
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(std::string("diff: ") + error.what());
+    throw InputError("diff: a file " + reason_of(error));
   }
 }
 

@@ -11,6 +11,7 @@
 #include "touchstone/examples/compare_backends/plot_scale.hpp"
 #include "touchstone/examples/compare_backends/results_file.hpp"
 #include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/json_error.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
@@ -102,7 +103,7 @@ std::vector<DriftRun> load_drift(const std::string& path) {
       for (const Json& run : scene.at("runs")) runs.push_back(run_of(scene, run));
     return runs;
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(who + ": " + path + ": " + error.what());
+    throw InputError(who + ": " + path + ": " + reason_of(error));
   }
 }
 

@@ -9,13 +9,36 @@
 #include "touchstone/examples/compare_backends/wireframe_plot.hpp"
 
 namespace touchstone::comparison {
+namespace {
+
+std::string file_name(const std::string& figure) { return "figures/" + figure + ".svg"; }
+
+}  // namespace
+
+std::vector<std::string> figure_names(const std::vector<std::string>& sets,
+                                      const std::vector<std::string>& backends,
+                                      const std::vector<std::string>& scenes) {
+  std::vector<std::string> names;
+  for (const char* name : {"broadphases", "broadphases_hexahedra", "threads", "dynamics_drift"})
+    names.push_back(file_name(name));
+  for (const std::string& set : sets) {
+    for (const QueryKind query : kQueryKinds)
+      for (const char* kind : {"", "_times"})
+        names.push_back(file_name(fmt::format("{}_{}{}", set, to_string(query), kind)));
+    names.push_back(file_name(set + "_errors"));
+  }
+  for (const std::string& backend : backends) names.push_back(file_name("signed_" + backend));
+  for (std::size_t i = 0; i < kGallerySize; ++i) names.push_back(file_name(fmt::format("worst_{}", i + 1)));
+  for (const std::string& scene : scenes) names.push_back(file_name("scene_" + scene));
+  return names;
+}
 
 std::vector<ReportFile> figure_files(const Report& report) {
   std::vector<ReportFile> files;
   std::vector<std::string> names;
   for (const auto& backend : report.backends) names.push_back(backend.first);
   const auto add = [&](const std::string& name, std::string svg) {
-    if (!svg.empty()) files.emplace_back("figures/" + name + ".svg", std::move(svg));
+    if (!svg.empty()) files.emplace_back(file_name(name), std::move(svg));
   };
   const PlotAxes axes = axes_for(report.sets);
   const Decades error_axis = error_axis_for(report.sets, QueryKind::distance);

@@ -12,9 +12,17 @@ std::string head(const Page& page) {
   const Report& report = page.report;
   const Machine& machine = report.machine;
   std::string html = "<h1>Contact detection backends: speed against error</h1>\n";
-  html += fmt::format("<p class='soft'>{}, {}; {}, {}. Seed {}. <code>{}</code></p>\n", xml_text(machine.cpu),
-                      xml_text(machine.system), xml_text(machine.compiler), xml_text(machine.build_type),
-                      report.options.seed, xml_text(report.options.command_line));
+  html += fmt::format("<p class='soft'>{} ({}), {}; {}, {}. Seed {}. <code>{}</code></p>\n",
+                      xml_text(machine.cpu), xml_text(machine.instruction_set), xml_text(machine.system),
+                      xml_text(machine.compiler), xml_text(machine.build_type), report.options.seed,
+                      xml_text(report.options.command_line));
+  if (!report.not_measured.empty()) {
+    std::string missing;
+    for (const std::string& name : report.not_measured)
+      missing += (missing.empty() ? "" : ", ") + xml_text(name);
+    html += "<p class='gap'><strong>This report is partial: the run ended early.</strong> Not measured: " +
+            missing + ".</p>\n";
+  }
   html += "<p class='legend'>";
   for (const auto& [name, description] : report.backends) {
     html += fmt::format("<span data-backend='{}' title='{}'>{}</span>", xml_text(name), xml_text(description),

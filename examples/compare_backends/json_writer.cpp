@@ -28,7 +28,11 @@ std::string results_json(const Report& report) {
   root["command"] = report.options.command_line;
   root["seed"] = report.options.seed;
   root["version"] = report.machine.version;
+  root["partial"] = !report.not_measured.empty();
+  root["not_measured"] = report.not_measured;
+  root["engine_messages"] = report.engine_messages;
   root["machine"] = {{"cpu", report.machine.cpu},
+                     {"instruction_set", report.machine.instruction_set},
                      {"hardware_threads", report.machine.hardware_threads},
                      {"system", report.machine.system},
                      {"compiler", report.machine.compiler},

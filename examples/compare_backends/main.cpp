@@ -12,7 +12,7 @@
 #include "touchstone/examples/compare_backends/terminal.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
 #include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/report_files.hpp"
+#include "touchstone/examples/program/report_run.hpp"
 
 namespace {
 
@@ -45,6 +45,22 @@ std::vector<ReportFile> report_files(const Report& report) {
   return files;
 }
 
+// Every file that a run may write.
+std::vector<std::string> report_names(const Options& options, const Backends& backends) {
+  std::vector<std::string> sets, names = {"results.json", "results.csv", "report.html"}, backend_names;
+  if (!options.no_families)
+    for (const PairFamily& family : pair_families()) sets.emplace_back(family.name);
+  if (!options.pairs_file.empty()) {
+    sets.emplace_back("pairs");
+    names.insert(names.end(), {"answers.json", "answers.csv"});
+  }
+  for (const auto& [name, description] : chosen_backends(options, backends)) backend_names.push_back(name);
+  const std::vector<std::filesystem::path> scenes(options.scenes.begin(), options.scenes.end());
+  for (std::string& figure : figure_names(sets, backend_names, stems(scenes)))
+    names.push_back(std::move(figure));
+  return names;
+}
+
 int run(int argc, char** argv) {
   if (argc > 1 && argv[1] == std::string_view("diff")) return run_diff(argc, argv);
   if (argc > 1 && argv[1] == std::string_view("decide")) return run_decide(argc, argv);
@@ -60,11 +76,12 @@ int run(int argc, char** argv) {
     fmt::print("{}", replay_case(*options, backends, oracle.get()));
     return 0;
   }
-  check_report_folder(options->output);
+  ReportRun files(options->output, report_names(*options, backends));
   ProgressLine progress;
-  const Report report = run_comparison(*options, backends, oracle.get(), progress);
-  write_report_folder(options->output, report_files(report));
-  fmt::print("{}\nreport: {}\n", terminal_report(report), options->output);
+  const Report report = run_comparison(*options, backends, oracle.get(), progress,
+                                       [&](const Report& so_far) { files.put(report_files(so_far)); });
+  files.finish(report_files(report));
+  print_now(fmt::format("{}\nreport: {}\n", terminal_report(report), options->output));
   return 0;
 }
 

@@ -29,6 +29,9 @@ struct Report {
   Options options;
   std::vector<std::pair<std::string, std::string>> backends;  ///< name and description with version
   std::vector<Gap> gaps;
+  /// Sets, scenes and parts that a run which ended early did not come to; empty: a complete one.
+  std::vector<std::string> not_measured;
+  std::size_t engine_messages = 0;  ///< lines that engines wrote by themselves, to engines.log
   bool has_truth = false;
   std::vector<SetResult> sets;              ///< families, then the pair file
   std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`

@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/options.hpp"
+#include "touchstone/examples/program/json_error.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -54,7 +55,7 @@ Json parse_results(const std::string& text, const std::string& who, const std::s
       throw InputError(who + ": " + what + " is no results.json of compare_backends");
     return results;
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(who + ": " + what + ": " + error.what());
+    throw InputError(who + ": " + what + ": " + reason_of(error));
   }
 }
 
@@ -74,6 +75,8 @@ std::vector<Candidates> candidates_of(const Json& results, const std::string& wh
       all.push_back(std::move(candidates));
     }
     return all;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(who + ": candidates: " + reason_of(error));
   } catch (const std::exception& error) {
     throw InputError(who + ": candidates: " + error.what());
   }

@@ -14,8 +14,11 @@ struct SchemaEntry {
 
 inline constexpr SchemaEntry kJsonSchema[] = {
     {"root", "schema command seed version", "name and number of this format; how it was made"},
-    {"root", "machine", "cpu, hardware_threads, system, compiler, build_type, flags"},
-    {"machine", "cpu hardware_threads system compiler build_type flags",
+    {"root", "partial not_measured",
+     "true: the run ended early; the sets, scenes and parts that are missing then"},
+    {"root", "engine_messages", "lines that engines wrote by themselves, kept in engines.log"},
+    {"root", "machine", "cpu, instruction_set, hardware_threads, system, compiler, build_type, flags"},
+    {"machine", "cpu instruction_set hardware_threads system compiler build_type flags",
      "what the figures were measured with"},
     {"root", "libraries", "name: version, besides the engines"},
     {"root", "timing", "how times were taken"},
@@ -118,8 +121,9 @@ inline constexpr std::string_view kCsvSchema =
     "phantom, undecided, failed, unsupported, missing_value); median and 99th percentile of single, batch, "
     "raw, "
     "cached and frame [ns]; allocations_per_query; the dearest case (worst_cost_m, worst_cost_case, "
-    "worst_cost_reason); for every measure median, p99, worst and its case, lengths over S and over size. "
-    "Empty: "
+    "worst_cost_reason); for every measure median, p99, worst and its case, lengths over S and over size; "
+    "partial: 1 in "
+    "every row of a run that ended early. Empty: "
     "not measured; inf: no answer, or a figure that should be there is not.";
 
 inline constexpr std::string_view kKnownLimits[] = {

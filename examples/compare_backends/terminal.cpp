@@ -221,7 +221,8 @@ std::string verdict_text(const Verdict& verdict) {
 }
 
 std::string terminal_report(const Report& report) {
-  std::string text = fmt::format("{}, {}\n{}, {}{}\n", report.machine.cpu, report.machine.system,
+  std::string text = fmt::format("{} ({}), {}\n{}, {}{}\n", report.machine.cpu,
+                                 report.machine.instruction_set, report.machine.system,
                                  report.machine.compiler, report.machine.build_type, report.machine.flags);
   for (const auto& [name, description] : report.backends)
     text += fmt::format("  {:16} {}\n", name, description);

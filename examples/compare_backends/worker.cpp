@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +15,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/job_io.hpp"
+#include "touchstone/examples/program/interruption.hpp"
 
 extern char** environ;
 
@@ -22,24 +24,29 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A folder of its own that goes away with it.
+// A folder of its own that goes away with it, and when a signal ends the program.
 class TemporaryFolder {
  public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "compare_backends.XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder can be made");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code error;
-    fs::remove_all(path_, error);
-  }
+  TemporaryFolder() : path_(make()), on_interrupt_([this] { return remove(); }) {}
+  ~TemporaryFolder() { remove(); }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   const fs::path& path() const { return path_; }
 
  private:
+  static fs::path make() {
+    std::string name = (fs::temp_directory_path() / "compare_backends.XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder can be made: " + name);
+    return name;
+  }
+  std::string remove() const {
+    std::error_code error;
+    fs::remove_all(path_, error);
+    return "";
+  }
+
   fs::path path_;
+  OnInterrupt on_interrupt_;
 };
 
 std::string read_file(const fs::path& path) {
@@ -50,6 +57,8 @@ std::string read_file(const fs::path& path) {
 void write_file(const fs::path& path, const std::string& bytes) {
   std::ofstream stream(path, std::ios::binary);
   stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) throw std::runtime_error(path.string() + " cannot be written: is the disk full?");
 }
 
 // Runs the program to its end. Returns "" or how it failed.
@@ -63,6 +72,10 @@ std::string run_program(const fs::path& program, std::vector<std::string> argume
   if (const int error = posix_spawn(&process, program.c_str(), nullptr, nullptr, argv.data(), environ)) {
     return fmt::format("{} cannot be started: {}", program.filename().string(), std::strerror(error));
   }
+  const OnInterrupt end_it([process] {
+    kill(process, SIGKILL);
+    return std::string();
+  });
   int status = 0;
   try {
     while (waitpid(process, &status, WNOHANG) == 0) {
@@ -74,6 +87,7 @@ std::string run_program(const fs::path& program, std::vector<std::string> argume
     waitpid(process, &status, 0);
     throw;
   }
+  stop_if_interrupted();  // a terminal sends its signal to the worker, too, which is no result
   if (WIFSIGNALED(status)) {
     return fmt::format("{} died: {}", program.filename().string(), strsignal(WTERMSIG(status)));
   }
@@ -141,6 +155,7 @@ std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const 
 
 int worker_main(int argc, char** argv, const std::function<void(BackendRegistry&)>& add_backends) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for it then
   try {
     BackendRegistry registry;
     add_backends(registry);

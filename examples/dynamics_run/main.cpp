@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/examples/dynamics_run/live_report.hpp"
 #include "touchstone/examples/dynamics_run/run.hpp"
 #include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/program/choices.hpp"
@@ -38,16 +39,20 @@ int run(int argc, char** argv) {
   const std::vector<std::string> backends = comparison::choose_backends(options->backends, registry);
   options->reference = chosen_reference(*options, registry);
   const std::vector<std::filesystem::path> scenes = find_scenes(*options);
-  comparison::check_report_folder(options->output);
-  fmt::print("{}", legend_text(options->reference));
-  const auto results = comparison::run_each(
-      scenes,
-      [&](const auto& scene, ProgressLine& progress) {
-        return run_scene(scene, *options, registry, backends, progress);
-      },
-      terminal_text);
-  comparison::write_report_folder(options->output, report_files(results));
-  fmt::print("\nresults, series, plots: {}\n", options->output);
+  LiveReport report(options->output, comparison::stems(scenes), backends);
+  for (const std::filesystem::path& scene : scenes) load_scene(scene, *options);  // before any of them is run
+  comparison::print_now(legend_text(options->reference));
+  const auto run_one = [&](const std::filesystem::path& scene, ProgressLine& progress) {
+    return run_scene(scene, *options, registry, backends, progress,
+                     [&](const SceneResult& so_far) { report.see_run(so_far); });
+  };
+  comparison::run_each(scenes, run_one, [&](SceneResult result) {
+    const std::string text = terminal_text(result);
+    report.see_scene(std::move(result));
+    return text;
+  });
+  report.finish();
+  comparison::print_now(fmt::format("\nresults, series, plots: {}\n", options->output));
   return 0;
 }
 

@@ -87,9 +87,13 @@ std::vector<physics::JointAddress> moving_joints(const physics::DynamicScene& sc
 void judge(SceneResult& result);
 
 /// The whole run as JSON: figures in SI units; what was not measured is null.
-std::string results_json(const std::vector<SceneResult>& results);
-/// One row a scene and backend.
-std::string results_csv(const std::vector<SceneResult>& results);
+/// @param not_measured scenes, or scene/backend, that a run which ended early did not come to; empty:
+/// complete.
+std::string results_json(const std::vector<SceneResult>& results,
+                         const std::vector<std::string>& not_measured = {});
+/// One row a scene and backend; the last column tells a partial run.
+std::string results_csv(const std::vector<SceneResult>& results,
+                        const std::vector<std::string>& not_measured = {});
 /// A run over time: momenta, energy, joints, forces on objects and where they are.
 std::string series_csv(const SceneResult& result, const BackendRun& run);
 /// One row a contact and step.

@@ -4,6 +4,7 @@
 
 #include "touchstone/examples/dynamics_run/results.hpp"
 #include "touchstone/examples/program/csv.hpp"
+#include "touchstone/examples/program/engine_log.hpp"
 #include "touchstone/examples/program/json.hpp"
 
 namespace touchstone::dynamics {
@@ -78,9 +79,13 @@ Json json(const SceneResult& result, const BackendRun& run) {
 
 }  // namespace
 
-std::string results_json(const std::vector<SceneResult>& results) {
+std::string results_json(const std::vector<SceneResult>& results,
+                         const std::vector<std::string>& not_measured) {
   Json out = {
       {"schema", kSchema}, {"program", "dynamics_run"}, {"machine", json(comparison::describe_machine())}};
+  out["partial"] = !not_measured.empty();
+  out["not_measured"] = not_measured;
+  out["engine_messages"] = comparison::engine_log_lines();
   out["scenes"] = Json::array();
   for (const SceneResult& result : results) {
     const physics::DynamicScene& scene = *result.scene;
@@ -100,19 +105,21 @@ std::string results_json(const std::vector<SceneResult>& results) {
   return out.dump(1) + "\n";
 }
 
-std::string results_csv(const std::vector<SceneResult>& results) {
+std::string results_csv(const std::vector<SceneResult>& results,
+                        const std::vector<std::string>& not_measured) {
   using comparison::csv_number;
   using comparison::csv_text;
   std::string text =
       "scene,backend,not_run,stopped,steps,answers,answers_met,deepest_m,pose_error_m,angle_error_rad,"
       "unexplained_momentum_ns,momentum_drift_ns,angular_momentum_drift_nms,energy_drift_j,energy_made_j,"
       "energy_lost_j,energy_scale_j,median_us,p99_9_us,worst_us,detection_median_us,allocations,contacts,"
-      "undecided_pairs,failed_pairs,unconverged_solves,worst_residual_m_s,build_on\n";
+      "undecided_pairs,failed_pairs,unconverged_solves,worst_residual_m_s,build_on,partial\n";
+  const int partial = not_measured.empty() ? 0 : 1;
   for (const SceneResult& result : results) {
     for (const BackendRun& run : result.runs) {
       text += fmt::format("{},{},{},", csv_text(result.file), csv_text(run.backend), csv_text(run.not_run));
       if (!run.not_run.empty()) {
-        text += std::string(24, ',') + "\n";
+        text += std::string(24, ',') + fmt::format(",{}\n", partial);
         continue;
       }
       std::size_t met = 0;
@@ -125,9 +132,10 @@ std::string results_csv(const std::vector<SceneResult>& results) {
             run.angular_drift, run.energy_drift, run.energy_made, run.energy_lost, run.energy_scale,
             run.total.median_us, run.total.p999_us, run.total.worst_us, run.detection.median_us})
         text += "," + csv_number(figure);
-      text += fmt::format(",{},{},{},{},{},{},{}\n", run.allocations ? std::to_string(*run.allocations) : "",
-                          run.contact_count, run.undecided, run.failed, run.unconverged, run.worst_residual,
-                          run.backend == result.recommended ? 1 : 0);
+      text +=
+          fmt::format(",{},{},{},{},{},{},{},{}\n", run.allocations ? std::to_string(*run.allocations) : "",
+                      run.contact_count, run.undecided, run.failed, run.unconverged, run.worst_residual,
+                      run.backend == result.recommended ? 1 : 0, partial);
     }
   }
   return text;

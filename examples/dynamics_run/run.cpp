@@ -5,18 +5,45 @@
 #include <algorithm>
 
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/dynamics_run/simulate.hpp"
 
 namespace touchstone::dynamics {
+namespace {
+
+/// Of a run: two times a step are kept until all backends have run; of a recorded one, some hundred bytes an
+/// object.
+constexpr double kMostSteps = 1e7, kMostRecorded = 2e6;
+
+void check_length(const std::filesystem::path& file, const physics::DynamicScene& scene, std::size_t every) {
+  const double steps = scene.scene.duration / scene.step;
+  if (!(steps <= kMostSteps))
+    throw InputError(fmt::format("{}: a duration of {} s is {:.3g} steps of {} s, more than {:.0e}",
+                                 file.string(), scene.scene.duration, steps, scene.step, kMostSteps));
+  const auto rows = static_cast<double>(scene.scene.objects.size() + moving_joints(scene).size());
+  if (!(steps / static_cast<double>(every) * rows <= kMostRecorded))
+    throw InputError(
+        fmt::format("{}: {:.3g} steps of {} objects and joints are more to record than {:.0e}; record "
+                    "every n-th step (--every)",
+                    file.string(), steps, rows, kMostRecorded));
+}
+
+}  // namespace
+
+physics::DynamicScene load_scene(const std::filesystem::path& file, const Options& options) {
+  SceneParameters parameters;
+  for (const comparison::SceneSetting& setting : options.settings) parameters[setting.name] = setting.value;
+  physics::DynamicScene scene = load_dynamic_scene(file, parameters);
+  check_length(file, scene, options.every);
+  return scene;
+}
 
 SceneResult run_scene(const std::filesystem::path& file, const Options& options,
                       const BackendRegistry& registry, const std::vector<std::string>& backends,
-                      comparison::ProgressLine& progress) {
-  SceneParameters parameters;
-  for (const comparison::SceneSetting& setting : options.settings) parameters[setting.name] = setting.value;
+                      comparison::ProgressLine& progress, const OnRun& on_run) {
   SceneResult result;
   result.file = file.stem().string();
-  result.scene = std::make_shared<const physics::DynamicScene>(load_dynamic_scene(file, parameters));
+  result.scene = std::make_shared<const physics::DynamicScene>(load_scene(file, options));
   check(*result.scene, registry);
   result.solid_names = solid_names(*result.scene);
   result.reference = options.reference;
@@ -27,6 +54,7 @@ SceneResult run_scene(const std::filesystem::path& file, const Options& options,
     progress.step(fmt::format("{}: {}", result.file, name));
     const bool is_shown = is_asked || name != options.reference;
     result.runs.push_back(simulate(*result.scene, registry, name, is_shown ? options.every : 0, progress));
+    if (on_run) on_run(result);
   }
   // In turns, so that a busy machine is busy for all.
   for (int i = 1; i < options.repetitions; ++i)
@@ -36,22 +64,6 @@ SceneResult run_scene(const std::filesystem::path& file, const Options& options,
     }
   judge(result);
   return result;
-}
-
-std::vector<comparison::ReportFile> report_files(const std::vector<SceneResult>& results) {
-  std::vector<comparison::ReportFile> files = {{"results.json", results_json(results)},
-                                               {"results.csv", results_csv(results)}};
-  for (const SceneResult& result : results) {
-    for (const BackendRun& run : result.runs) {
-      if (run.series.samples.empty()) continue;
-      files.emplace_back(fmt::format("series/{}.{}.csv", result.file, run.backend), series_csv(result, run));
-      files.emplace_back(fmt::format("contacts/{}.{}.csv", result.file, run.backend),
-                         contacts_csv(result, run));
-    }
-    const std::string plot = time_plot(result);
-    if (!plot.empty()) files.emplace_back("plots/" + result.file + ".svg", plot);
-  }
-  return files;
 }
 
 }  // namespace touchstone::dynamics

@@ -1,22 +1,25 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/examples/dynamics_run/options.hpp"
 #include "touchstone/examples/dynamics_run/results.hpp"
 #include "touchstone/examples/program/progress.hpp"
-#include "touchstone/examples/program/report_files.hpp"
 
 namespace touchstone::dynamics {
 
-/// One scene over all backends asked for, and the reference. @throws InputError as load_dynamic_scene;
-/// comparison::Interrupted.
+/// The scene with the options' parameters. @throws InputError naming the file: as load_dynamic_scene, and for
+/// more steps or recorded rows than there is room for.
+physics::DynamicScene load_scene(const std::filesystem::path& file, const Options& options);
+
+/// Told of a scene whose runs are not all there yet; the last is new.
+using OnRun = std::function<void(const SceneResult&)>;
+
+/// One scene over all backends asked for, and the reference. @throws InputError as load_scene.
 SceneResult run_scene(const std::filesystem::path& file, const Options& options,
                       const BackendRegistry& registry, const std::vector<std::string>& backends,
-                      comparison::ProgressLine& progress);
-
-/// The report: results, series and plots.
-std::vector<comparison::ReportFile> report_files(const std::vector<SceneResult>& results);
+                      comparison::ProgressLine& progress, const OnRun& on_run = {});
 
 }  // namespace touchstone::dynamics

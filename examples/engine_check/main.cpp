@@ -1,16 +1,21 @@
 // Steps small worlds in each engine, with the engine's own check and with ours, in one run, and prints what
 // came of them.
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
-#include <exception>
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/engine_check/world.hpp"
+#include "touchstone/examples/program/engine_log.hpp"
+#include "touchstone/examples/program/program.hpp"
 #ifdef TOUCHSTONE_ENGINE_CHECK_CAPTURE
 #include "touchstone/adapters/scene_files/pair_capture.hpp"
 #endif
@@ -18,6 +23,7 @@
 namespace touchstone::engine_check {
 namespace {
 
+using comparison::print_now;
 using Run = Outcome (*)(const World&, Check, PairObserver*);
 
 /// The outcome is the same each time; the least of the times. Both checks in turn, so that a busy machine
@@ -57,16 +63,16 @@ std::optional<double> step_ratio(const Outcome& own, const Outcome& ours) {
 void print(const char* engine, const World& world, const char* check, const Outcome& out,
            const Outcome* own) {
   const double error = world.end ? norm(Vector3(out.end - *world.end)) : -1.0;
-  std::printf("| %s | %s | %s | ", engine, world.name.c_str(), check);
+  std::string row = fmt::format("| {} | {} | {} | ", engine, world.name, check);
   if (world.end)
-    std::printf("%.2g | %.2g", error, std::abs(out.end.z() - world.end->z()));
+    row += fmt::format("{:.2g} | {:.2g}", error, std::abs(out.end.z() - world.end->z()));
   else
-    std::printf("leans %.3f | z %.3f", out.lean, out.end.z());
-  std::printf(" | %.2g | %.2g | %.2g | %.2g | %zu | %.1f | %.1f |", out.drift, out.rise, out.speed, out.turn,
-              out.contacts, out.check_us, out.step_us);
+    row += fmt::format("leans {:.3f} | z {:.3f}", out.lean, out.end.z());
+  row += fmt::format(" | {:.2g} | {:.2g} | {:.2g} | {:.2g} | {} | {:.1f} | {:.1f} |", out.drift, out.rise,
+                     out.speed, out.turn, out.contacts, out.check_us, out.step_us);
   const std::optional<double> ratio = own != nullptr ? step_ratio(*own, out) : std::nullopt;
-  if (ratio) std::printf(" %.2f", *ratio);
-  std::printf(" |\n");
+  if (ratio) row += fmt::format(" {:.2f}", *ratio);
+  print_now(row + " |\n");
 }
 
 std::vector<World> all_worlds() {
@@ -96,8 +102,18 @@ bool may_abort(const char* engine, const World& world) {
 
 bool is_asked(const char* engine, std::string_view only) { return only.empty() || only == engine; }
 
+/// @throws InputError for an engine that is not in this build.
+void check_engine(std::string_view only) {
+  std::string known;
+  for (const auto& [engine, run] : kEngines) {
+    if (is_asked(engine, only)) return;
+    known += (known.empty() ? "" : ", ") + std::string(engine);
+  }
+  throw InputError("unknown engine '" + std::string(only) + "', this build has: " + known);
+}
+
 int run_all(int repetitions, std::string_view only) {
-  std::printf(
+  print_now(
       "| engine | world | check | end off [m] | in height [m] | drift [m] | rise [m] | speed [m/s] | turn "
       "[rad/s] | contacts | check [us] | step [us] | step over own, same contacts |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
@@ -107,7 +123,7 @@ int run_all(int repetitions, std::string_view only) {
     for (const World& world : worlds) {
       std::vector<Check> checks = {Check::engine, Check::native};
       if (aborts(engine, world)) {
-        std::printf("| ODE | %s | own | aborts the process: a rotation is no number |\n", world.name.c_str());
+        print_now("| ODE | " + world.name + " | own | aborts the process: a rotation is no number |\n");
         checks = {Check::native};
       }
       const std::vector<Outcome> outcomes = run_checks(world, run, checks, repetitions);
@@ -119,14 +135,14 @@ int run_all(int repetitions, std::string_view only) {
   return 0;
 }
 
-void print_range(const std::vector<double>& values) {
+std::string range_text(const std::vector<double>& values) {
   const auto [least, largest] = std::minmax_element(values.begin(), values.end());
-  std::printf(" %.2g (%.2g to %.2g) |", median(values), *least, *largest);
+  return fmt::format(" {:.2g} ({:.2g} to {:.2g}) |", median(values), *least, *largest);
 }
 
 /// Stillness from many starts: the median, the least and the largest.
 int run_starts(unsigned starts, std::string_view only) {
-  std::printf(
+  print_now(
       "| engine | world | check | off [m] | in height [m] | speed at the end [m/s] |\n"
       "|---|---|---|---|---|---|\n");
   const World worlds[] = {stack(10, false), wall(12, false), frustum_stack(8), seams(false)};
@@ -143,51 +159,99 @@ int run_starts(unsigned starts, std::string_view only) {
           height.push_back(std::abs(out.end.z() - each.end->z()));
           speed.push_back(out.speed);
         }
-        std::printf("| %s | %s | %s |", engine, world.name.c_str(),
-                    check == Check::engine ? "own" : "native");
-        for (const auto* values : {&off, &height, &speed}) print_range(*values);
-        std::printf("\n");
-        std::fflush(stdout);
+        std::string row =
+            fmt::format("| {} | {} | {} |", engine, world.name, check == Check::engine ? "own" : "native");
+        for (const auto* values : {&off, &height, &speed}) row += range_text(*values);
+        print_now(row + "\n");
       }
     }
   }
   return 0;
 }
 
-#ifdef TOUCHSTONE_ENGINE_CHECK_CAPTURE
 /// Every world stepped with each engine's own check, captured: a file an engine.
-int capture_all(const std::string& prefix) {
+/// @throws InputError for a file that is there, before any world is stepped.
+int capture_all([[maybe_unused]] const std::string& prefix) {
+#ifdef TOUCHSTONE_ENGINE_CHECK_CAPTURE
   constexpr std::size_t kMost = 2000;
+  const auto file_of = [&](const char* engine) { return prefix + engine + ".json"; };
+  for (const auto& [engine, run] : kEngines)
+    if (std::filesystem::exists(std::filesystem::symlink_status(file_of(engine))))
+      throw InputError("--capture: " + file_of(engine) + " is there; move it away or name another prefix");
   for (const auto& [engine, run] : kEngines) {
     PairCapture capture(kMost);
     for (const World& world : all_worlds())
       if (!aborts(engine, world)) run(world, Check::engine, &capture);
-    const std::string file = prefix + engine + ".json";
-    capture.save(file);
-    std::printf("%s: %zu of %zu pairs\n", file.c_str(), capture.cases().size(), capture.told());
+    capture.save(file_of(engine));
+    print_now(fmt::format("{}: {} of {} pairs\n", file_of(engine), capture.cases().size(), capture.told()));
   }
   return 0;
-}
+#else
+  throw InputError("--capture: this build writes no pair files (adapter scene_files is off)");
 #endif
+}
+
+struct Options {
+  int repetitions = 3;
+  std::optional<int> starts;
+  std::string engine;  // empty: all
+  std::string capture_prefix, log;
+};
+
+std::optional<Options> parse_options(int argc, const char* const* argv) {
+  Options options;
+  int starts = 0;
+  CLI::App app{"Steps small worlds in each engine, with the engine's own check and with ours."};
+  auto* repetitions = app.add_option("REPETITIONS", options.repetitions, "Of each run; the least time counts")
+                          ->check(CLI::Range(1, 1000))
+                          ->capture_default_str();
+  app.add_option("ENGINE", options.engine, "Only this one");
+  auto* count = app.add_option("--starts", starts, "Stillness from so many starts instead")
+                    ->check(CLI::Range(1, 100000));
+  app.add_option("--engine", options.engine, "Only this one");
+  app.add_option("--capture", options.capture_prefix,
+                 "Captures pairs instead: writes PREFIXBullet.json and so on");
+  app.add_option("--log", options.log, "A new file for what engines say by themselves");
+  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  if (*count && *repetitions) throw InputError("--starts: has no repetitions");
+  if (*count) options.starts = starts;
+  check_engine(options.engine);
+  if (!options.log.empty() && std::filesystem::exists(std::filesystem::symlink_status(options.log)))
+    throw InputError("--log: " + options.log + " is there; name another file");
+  return options;
+}
+
+/// What engines said goes where it was asked to go, and is counted.
+void tell_of(const comparison::EngineLog& log, const std::string& file) {
+  const std::size_t lines = comparison::engine_log_lines();
+  if (lines == 0) return;
+  comparison::say(fmt::format("{} lines that engines wrote{}\n", lines,
+                              file.empty() ? " are left out (--log FILE keeps them)" : ": " + file));
+  if (file.empty()) return;
+  std::ofstream stream(file, std::ios::binary);
+  stream << log.text();
+  if (!stream.flush()) throw std::runtime_error(file + ": cannot be written");
+}
+
+int run(int argc, const char* const* argv) {
+  const std::optional<Options> options = parse_options(argc, argv);
+  if (!options) return 0;
+  const comparison::EngineLog log;
+  int code = 0;
+  if (!options->capture_prefix.empty())
+    code = capture_all(options->capture_prefix);
+  else if (options->starts)
+    code = run_starts(static_cast<unsigned>(*options->starts), options->engine);
+  else
+    code = run_all(options->repetitions, options->engine);
+  tell_of(log, options->log);
+  return code;
+}
 
 }  // namespace
 }  // namespace touchstone::engine_check
 
 int main(int argc, char** argv) {
-  using namespace touchstone::engine_check;
-  const std::string_view first = argc > 1 ? argv[1] : "3";
-  try {
-#ifdef TOUCHSTONE_ENGINE_CHECK_CAPTURE
-    if (first == "--capture" && argc == 3) return capture_all(argv[2]);
-#endif
-    if (first == "--starts" && argc >= 3)
-      return run_starts(static_cast<unsigned>(std::max(1, std::stoi(argv[2]))), argc > 3 ? argv[3] : "");
-    return run_all(std::stoi(std::string(first)), argc > 2 ? argv[2] : "");
-  } catch (const std::exception&) {
-    std::fprintf(
-        stderr,
-        "engine_check [REPETITIONS [ENGINE]] | --starts COUNT [ENGINE] (stillness from many starts) | "
-        "--capture PREFIX (writes PREFIXBullet.json and so on)\n");
-    return 2;
-  }
+  return touchstone::comparison::run_program("engine_check",
+                                             [&] { return touchstone::engine_check::run(argc, argv); });
 }

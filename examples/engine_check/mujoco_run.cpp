@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -137,6 +138,8 @@ class MujocoWorld {
 }  // namespace
 
 Outcome run_mujoco(const World& world, Check check, PairObserver* observer) {
+  // Left alone it writes warnings to a file in the user's working folder.
+  mju_user_warning = [](const char* text) { std::fprintf(stderr, "MuJoCo: %s\n", text); };
   return MujocoWorld(world, check, observer).run();
 }
 

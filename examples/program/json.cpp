@@ -19,9 +19,13 @@ Json json(const Pose& X) {
 }
 
 Json json(const Machine& machine) {
-  return {{"cpu", machine.cpu},           {"system", machine.system},
-          {"compiler", machine.compiler}, {"build_type", machine.build_type},
-          {"flags", machine.flags},       {"version", machine.version}};
+  return {{"cpu", machine.cpu},
+          {"instruction_set", machine.instruction_set},
+          {"system", machine.system},
+          {"compiler", machine.compiler},
+          {"build_type", machine.build_type},
+          {"flags", machine.flags},
+          {"version", machine.version}};
 }
 
 Json json(const StepTimes& times) {

@@ -8,13 +8,16 @@
 #include <fstream>
 #include <thread>
 
+#include "touchstone/contact_core/native/simd/kernels.hpp"
+
 namespace touchstone::comparison {
 namespace {
 
 std::string cpu_model() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+    if (line.starts_with("model name") && line.find(':') + 2 < line.size())
+      return line.substr(line.find(':') + 2);
   }
   return "unknown";
 }
@@ -29,9 +32,12 @@ std::string compiler() {
 
 }  // namespace
 
+std::string touchstone_version() { return TOUCHSTONE_VERSION; }
+
 Machine describe_machine() {
   Machine machine;
   machine.cpu = cpu_model();
+  machine.instruction_set = native::kernels().isa;
   machine.hardware_threads = std::thread::hardware_concurrency();
   utsname system{};
   if (uname(&system) == 0) {
@@ -40,7 +46,7 @@ Machine describe_machine() {
   machine.compiler = compiler();
   machine.build_type = TOUCHSTONE_BUILD_TYPE;
   machine.flags = TOUCHSTONE_BUILD_FLAGS;
-  machine.version = TOUCHSTONE_VERSION;
+  machine.version = touchstone_version();
   machine.libraries = {
       {"Eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
       {"C library", std::string("glibc ") + gnu_get_libc_version()},

@@ -7,7 +7,8 @@ namespace touchstone::comparison {
 
 /// What the figures were measured with.
 struct Machine {
-  std::string cpu;
+  std::string cpu;              ///< model
+  std::string instruction_set;  ///< that native's kernels use: "generic", "avx2", "avx512"
   unsigned hardware_threads = 0;
   std::string system;  ///< kernel and architecture
   std::string compiler;
@@ -17,5 +18,8 @@ struct Machine {
   std::vector<std::pair<std::string, std::string>> libraries;  ///< name and version, besides the engines
 };
 Machine describe_machine();
+
+/// Of this project, "1.2.3".
+std::string touchstone_version();
 
 }  // namespace touchstone::comparison

@@ -1,37 +1,42 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <string>
-#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "touchstone/examples/program/progress.hpp"
 
 namespace touchstone::comparison {
 
-/// A program's main: SIGINT and SIGTERM interrupt at the next progress call, and every error is one line on
-/// stderr after the program's name.
-/// @return what `run` returns; 2 for an InputError, 130 after an interrupt, 1 for any other error.
+/// A program's main: SIGINT and SIGTERM are answered within a second (130 and 143, see interruption.hpp), and
+/// every error is one line on stderr after the program's name.
+/// @return what `run` returns; 2 for an InputError; 1 for any other error, one of them output that did not
+/// arrive.
 int run_program(const std::string& name, const std::function<int()>& run);
 
-/// Prints, and flushes so that a reader behind a pipe sees it.
+/// Prints at once, so that a reader behind a pipe sees it, past an EngineLog.
 void print_now(const std::string& text);
 
-/// Runs each input with progress and prints what `text` says of its result before the next one starts.
-template <class Input, class Run, class Text>
-auto run_each(const std::vector<Input>& inputs, const Run& run, const Text& text) {
+/// Runs each input with progress, hands its result to `done` and prints what that returns before the next one
+/// starts.
+template <class Input, class Run, class Done>
+void run_each(const std::vector<Input>& inputs, const Run& run, const Done& done) {
   ProgressLine progress;
-  std::vector<std::invoke_result_t<Run, const Input&, ProgressLine&>> results;
   for (const Input& input : inputs) {
-    results.push_back(run(input, progress));
+    auto result = run(input, progress);
     progress.finish();
-    print_now(text(results.back()));
+    print_now(done(std::move(result)));
   }
-  return results;
 }
 
-/// @return false when only help was asked for, which is printed then.
+/// The names of files without folder and extension.
+std::vector<std::string> stems(const std::vector<std::filesystem::path>& files);
+
+/// Adds --version.
+/// @return false when only help or the version was asked for, which is printed then.
 /// @throws InputError, in one line, for what the command line may not hold.
 bool parse_command_line(CLI::App& app, int argc, const char* const* argv);
 

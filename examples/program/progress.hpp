@@ -1,28 +1,19 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
-#include <stdexcept>
 #include <string>
 
 namespace touchstone::comparison {
 
-/// Thrown at the next progress call after SIGINT or SIGTERM.
-struct Interrupted : std::runtime_error {
-  Interrupted() : std::runtime_error("interrupted: no report was written") {}
-};
-
-/// Progress on stderr: one line that updates itself on a terminal, else a plain line for each step.
+/// Progress on stderr: one line that updates itself on a terminal, else a plain line for each step. No call
+/// returns once a signal has come: what is left of the processor is the answer's, see interruption.hpp.
 class ProgressLine {
  public:
   ProgressLine();
   ~ProgressLine();
-  void step(const std::string& what);  ///< @throws Interrupted
-  void share(double done);             ///< of the step, 0 to 1. @throws Interrupted
+  void step(const std::string& what);
+  void share(double done);  ///< of the step, 0 to 1
   void finish();
-
-  /// Set from the signal handler.
-  static std::atomic<bool> interrupted;
 
  private:
   void draw(double done);

@@ -3,7 +3,7 @@
 #include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/program/choices.hpp"
 #include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/report_files.hpp"
+#include "touchstone/examples/training_run/live_report.hpp"
 #include "touchstone/examples/training_run/options.hpp"
 #include "touchstone/examples/training_run/run.hpp"
 
@@ -21,16 +21,6 @@ void print_list(const Options& options, const BackendRegistry& registry) {
   fmt::print("outputs\n{}", outputs_text());
 }
 
-std::vector<comparison::ReportFile> report_files(const std::vector<ScriptResult>& results) {
-  std::vector<comparison::ReportFile> files = {{"results.json", results_json(results)},
-                                               {"results.csv", results_csv(results)}};
-  for (const ScriptResult& result : results) {
-    const std::string plot = separation_plot(result);
-    if (!plot.empty()) files.emplace_back("plots/" + result.file + ".svg", plot);
-  }
-  return files;
-}
-
 int run(int argc, char** argv) {
   const std::optional<Options> options = parse_options(argc, argv, TOUCHSTONE_SCRIPTS);
   if (!options) return 0;
@@ -42,23 +32,30 @@ int run(int argc, char** argv) {
   }
   const std::vector<std::string> backends = comparison::choose_backends(options->backends, registry);
   const std::vector<std::filesystem::path> scripts = find_scripts(*options);
-  comparison::check_report_folder(options->output);
-  prepare_outputs(options->outputs);
-  fmt::print(
+  LiveReport report(options->output, comparison::stems(scripts));
+  for (const std::filesystem::path& script : scripts)
+    load_setting(script, *options);  // before any of them is flown
+  std::vector<std::string> flights;
+  for (const std::string& script : comparison::stems(scripts))
+    for (std::string& name : flight_names(script, backends)) flights.push_back(std::move(name));
+  prepare_outputs(options->outputs, flights);
+  comparison::print_now(
       "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; on way: and between "
       "frames;\n"
       "merged: frames shown in contact; shown!: wrongly so or untold; told!: told of none there was;\n"
       "blocked!: wrongly blocked of those blocked; us: control and check of a frame;\n"
       "cpu: the worst by the thread's own clock\n");
-  const auto results = comparison::run_each(
-      scripts,
-      [&](const auto& script, ProgressLine& progress) {
-        return run_script(script, *options, registry, backends, progress);
-      },
-      terminal_text);
-  fmt::print("{}", summary_text(results));
-  comparison::write_report_folder(options->output, report_files(results));
-  fmt::print("\nresults, plots: {}\n", options->output);
+  const auto run_one = [&](const std::filesystem::path& script, ProgressLine& progress) {
+    return run_script(script, *options, registry, backends, progress,
+                      [&](const ScriptResult& so_far) { report.see_way(so_far); });
+  };
+  comparison::run_each(scripts, run_one, [&](ScriptResult result) {
+    const std::string text = terminal_text(result);
+    report.see_script(std::move(result));
+    return text;
+  });
+  report.finish();
+  comparison::print_now(summary_text(report.results()) + "\nresults, plots: " + options->output + "\n");
   return 0;
 }
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <optional>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/report_files.hpp"
 
 #ifdef TOUCHSTONE_HAS_RECORDER
 #include "touchstone/adapters/recorder/recorder.hpp"
@@ -64,6 +66,11 @@ void make_folder(const char* option, const std::string& folder) {
   if (error) throw InputError(std::string(option) + " " + folder + ": " + error.message());
 }
 
+std::vector<std::string> with_extension(std::vector<std::string> names, const char* extension) {
+  for (std::string& name : names) name += extension;
+  return names;
+}
+
 #ifdef TOUCHSTONE_HAS_RECORDER
 /// A flight is faster than its clock: room for all of its frames, and for two events a pair and frame.
 /// 168 bytes each, at most 88 MB; what finds no room is counted.
@@ -78,15 +85,17 @@ RecorderOptions recorder_options(const Setting& setting) {
 
 }  // namespace
 
-void prepare_outputs(const OutputOptions& options) {
+void prepare_outputs(const OutputOptions& options, const std::vector<std::string>& flights) {
   if (!options.records.empty()) {
     if (!kHasRecorder) throw InputError("--record: " + lacks("RECORDER"));
     make_folder("--record", options.records);
+    comparison::StreamedFile::check("--record", options.records, with_extension(flights, ".csv"));
   }
   if (!options.animations.empty()) {
     if (!kHasGltf) throw InputError("--gltf: " + lacks("GLTF"));
     if (options.records.empty()) throw InputError("--gltf: is written from records; give --record too");
     make_folder("--gltf", options.animations);
+    comparison::StreamedFile::check("--gltf", options.animations, with_extension(flights, ".gltf"));
   }
   if (!options.cigi.empty()) {
     if (!kHasCigi) throw InputError("--cigi: " + lacks("CIGI"));
@@ -105,7 +114,9 @@ std::string outputs_text() {
 
 struct FlightOutputs::State {
   const Setting* setting;
-  std::string record, animation;  // files; empty: none
+  std::optional<comparison::StreamedFile> record_file;
+  std::string record;                            // a copy of its path, as it stays; empty: none
+  std::string animation_folder, animation_name;  // empty: none
   bool is_shown = false;
   std::vector<std::string> names;
   std::vector<std::unique_ptr<FrameOutput>> outputs;
@@ -119,12 +130,14 @@ struct FlightOutputs::State {
 
   /// What could not be written; empty: nothing.
   std::string write_animation() const {
+    comparison::StreamedFile animation(animation_folder, animation_name);
 #if defined(TOUCHSTONE_HAS_GLTF) && defined(TOUCHSTONE_HAS_RECORDER)
     std::vector<std::shared_ptr<const HexahedronTree>> trees;
     for (const SceneObject& object : setting->scene().objects)
       trees.emplace_back(std::shared_ptr<void>(), &object.tree);  // the setting's
     try {
-      write_gltf(animation, read_recording(record), trees);
+      write_gltf(animation.path().string(), read_recording(record), trees);
+      return animation.keep();
     } catch (const InputError& error) {
       return error.what();
     }
@@ -140,11 +153,15 @@ FlightOutputs::FlightOutputs(const OutputOptions& options, const Setting& settin
 #ifdef TOUCHSTONE_HAS_RECORDER
   if (!options.records.empty()) {
     state_->record = (fs::path(options.records) / (name + ".csv")).string();
-    state_->add("record", std::make_unique<Recorder>(state_->record, recorder_options(setting)));
+    state_->record_file.emplace(options.records, name + ".csv");
+    state_->add("record",
+                std::make_unique<Recorder>(state_->record_file->path().string(), recorder_options(setting)));
   }
 #endif
-  if (!options.animations.empty())
-    state_->animation = (fs::path(options.animations) / (name + ".gltf")).string();
+  if (!options.animations.empty()) {
+    state_->animation_folder = options.animations;
+    state_->animation_name = name + ".gltf";
+  }
 #ifdef TOUCHSTONE_HAS_CIGI
   if (is_shown && !options.cigi.empty()) {
     const Address address = address_from(options.cigi);
@@ -174,7 +191,8 @@ std::vector<OutputFigures> FlightOutputs::close() {
 #endif
     figures.push_back({s.names[i], s.outputs[i]->status(), ""});
   }
-  if (!s.animation.empty()) figures.push_back({"gltf", {}, s.write_animation()});
+  if (s.record_file) figures.front().error = s.record_file->keep();
+  if (!s.animation_name.empty()) figures.push_back({"gltf", {}, s.write_animation()});
   return figures;
 }
 

@@ -17,9 +17,10 @@ struct OutputOptions {
   std::string cigi{};        ///< HOST:PORT of an image generator
 };
 
+/// @param flights whose files are to come: names without extension.
 /// @throws InputError, one line: an adapter that this build lacks, an address that is none, a folder that
-/// cannot be made, animations without records.
-void prepare_outputs(const OutputOptions& options);
+/// cannot be made, animations without records, a file that stands in the way and is not of an earlier run.
+void prepare_outputs(const OutputOptions& options, const std::vector<std::string>& flights);
 /// The options that this build has, and what the others lack; one line each.
 std::string outputs_text();
 

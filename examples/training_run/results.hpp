@@ -37,9 +37,12 @@ struct ScriptResult {
 std::string pair_name(const Setting& setting, const SolidPair& pair);
 
 /// The whole run as JSON: figures in SI units; what was not measured is null.
-std::string results_json(const std::vector<ScriptResult>& results);
-/// One row a script, way and backend.
-std::string results_csv(const std::vector<ScriptResult>& results);
+/// @param not_measured scripts that a run which ended early did not come to the end of; empty: complete.
+std::string results_json(const std::vector<ScriptResult>& results,
+                         const std::vector<std::string>& not_measured = {});
+/// One row a script, way and backend; the last column tells a partial run.
+std::string results_csv(const std::vector<ScriptResult>& results,
+                        const std::vector<std::string>& not_measured = {});
 /// Tables for a terminal of 120 columns.
 std::string terminal_text(const ScriptResult& result);
 /// One row a way and backend: sums over all scripts that it flew.

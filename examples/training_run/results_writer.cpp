@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "touchstone/examples/program/csv.hpp"
+#include "touchstone/examples/program/engine_log.hpp"
 #include "touchstone/examples/program/json.hpp"
 #include "touchstone/examples/training_run/results.hpp"
 
@@ -90,9 +91,13 @@ std::string pair_name(const Setting& setting, const SolidPair& pair) {
   return setting.instance().solid_name(pair.a) + " - " + setting.instance().solid_name(pair.b);
 }
 
-std::string results_json(const std::vector<ScriptResult>& results) {
+std::string results_json(const std::vector<ScriptResult>& results,
+                         const std::vector<std::string>& not_measured) {
   Json out = {
       {"schema", kSchema}, {"program", "training_run"}, {"machine", json(comparison::describe_machine())}};
+  out["partial"] = !not_measured.empty();
+  out["not_measured"] = not_measured;
+  out["engine_messages"] = comparison::engine_log_lines();
   out["scripts"] = Json::array();
   for (const ScriptResult& result : results) {
     const Setting& setting = *result.setting;
@@ -109,7 +114,8 @@ std::string results_json(const std::vector<ScriptResult>& results) {
   return out.dump(1) + "\n";
 }
 
-std::string results_csv(const std::vector<ScriptResult>& results) {
+std::string results_csv(const std::vector<ScriptResult>& results,
+                        const std::vector<std::string>& not_measured) {
   using comparison::csv_number;
   using comparison::csv_text;
   std::string text =
@@ -118,7 +124,8 @@ std::string results_csv(const std::vector<ScriptResult>& results) {
       "deepest_shown_m,deepest_on_way_m,merged_frames,passed_through_frames,wrongly_shown_frames,"
       "wrongly_told_frames,blocked_frames,wrongly_blocked_frames,median_us,p99_9_us,worst_us,median_cpu_us,"
       "p99_9_cpu_us,worst_cpu_us,allocations,"
-      "queries,iteration_limits\n";
+      "queries,iteration_limits,partial\n";
+  const int partial = not_measured.empty() ? 0 : 1;
   for (const ScriptResult& result : results) {
     const Scene& scene = result.setting->scene();
     for (const WayResult& way : result.ways) {
@@ -127,7 +134,7 @@ std::string results_csv(const std::vector<ScriptResult>& results) {
                       csv_text(way.backend), way.not_flown.empty() ? to_string(way.check) : "",
                       csv_text(way.not_flown), to_string(scene.policy), scene.frame_rate, scene.contact_gap);
       if (!way.not_flown.empty()) {
-        text += std::string(20, ',') + "\n";
+        text += std::string(20, ',') + fmt::format(",{}\n", partial);
         continue;
       }
       const Verdict& v = way.verdict;
@@ -135,12 +142,12 @@ std::string results_csv(const std::vector<ScriptResult>& results) {
       text += fmt::format("{},{},{},{},", v.frames, v.stops.size(),
                           csv_number(v.stops.empty() ? nan : v.stops[0].time),
                           csv_number(v.stops.empty() ? nan : v.stops[0].clearance));
-      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", v.deepest_shown,
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", v.deepest_shown,
                           v.deepest_on_way, v.merged, v.passed_through, v.wrongly_shown, v.wrongly_told,
                           v.blocked, v.wrongly_blocked, way.times.median_us, way.times.p999_us,
                           way.times.worst_us, way.cpu_times.median_us, way.cpu_times.p999_us,
                           way.cpu_times.worst_us, way.allocations ? std::to_string(*way.allocations) : "",
-                          way.queries, way.iteration_limits);
+                          way.queries, way.iteration_limits, partial);
     }
   }
   return text;

@@ -16,21 +16,35 @@ namespace {
 constexpr double kPlotBefore = 0.15, kPlotAfter = 0.35;
 constexpr std::size_t kMostPlotPoints = 500;
 
+/// Of a flight, whose log is kept whole: some 100 bytes a pose.
+constexpr double kMostFrames = 1e6, kMostPoses = 2e7;
+
+constexpr std::string_view kContactWorld = "contact world";
+
+std::string flight_name(const std::string& script, std::string_view way, std::string_view backend) {
+  std::string name = fmt::format("{}_{}", script, way);
+  if (way == kContactWorld) name += fmt::format("_{}", backend);
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
 class Runner {
  public:
-  Runner(ScriptResult& result, const OutputOptions& outputs, comparison::ProgressLine& progress)
+  Runner(ScriptResult& result, const OutputOptions& outputs, comparison::ProgressLine& progress,
+         const OnWay& on_way)
       : result_(result),
         setting_(*result.setting),
         outputs_(outputs),
         judge_(setting_),
-        progress_(progress) {}
+        progress_(progress),
+        on_way_(on_way) {}
 
   /// Flies and judges; the log is kept for plots if asked. @param is_shown on the image generator.
   void run(Way& way, const Resolution& resolution, bool keep, bool is_shown) {
     const std::string what = fmt::format("{}: {}, {}", result_.file, way.name(), way.backend());
     const auto share = [&](double done) { progress_.share(done); };
     progress_.step(what + ": flying");
-    FlightOutputs outputs(outputs_, setting_, flight_name(way), is_shown);
+    FlightOutputs outputs(outputs_, setting_, flight_name(result_.file, way.name(), way.backend()), is_shown);
     for (FrameOutput* receiver : outputs.receivers()) way.attach(*receiver);
     FlightLog log = fly(setting_, way, outputs.is_in_real_time(), share);
     if (log.lost_events > 0)
@@ -49,6 +63,7 @@ class Runner {
     out.hands = log.hand_figures;
     out.outputs = outputs.close();
     result_.ways.push_back(std::move(out));
+    if (on_way_) on_way_(result_);
     if (keep) kept_.emplace_back(result_.ways.size() - 1, std::move(log));
   }
 
@@ -70,13 +85,6 @@ class Runner {
   }
 
  private:
-  std::string flight_name(const Way& way) const {
-    std::string name = fmt::format("{}_{}", result_.file, way.name());
-    if (way.name() == "contact world") name += fmt::format("_{}", way.backend());
-    std::replace(name.begin(), name.end(), ' ', '_');
-    return name;
-  }
-
   std::optional<double> first_contact() const {
     for (auto way = result_.ways.rbegin(); way != result_.ways.rend(); ++way) {
       if (!way->verdict.stops.empty()) return way->verdict.stops[0].time;
@@ -90,18 +98,39 @@ class Runner {
   const OutputOptions& outputs_;
   Judge judge_;
   comparison::ProgressLine& progress_;
+  const OnWay& on_way_;
   std::vector<std::pair<std::size_t, FlightLog>> kept_;
 };
 
 }  // namespace
 
+std::vector<std::string> flight_names(const std::string& script, const std::vector<std::string>& backends) {
+  std::vector<std::string> names;
+  for (const char* way : {"no check", "figure 1"}) names.push_back(flight_name(script, way, ""));
+  for (const std::string& backend : backends) names.push_back(flight_name(script, kContactWorld, backend));
+  return names;
+}
+
+std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, const Options& options) {
+  Script script = load_script(file);
+  const double frames =
+      script.scene.duration * (options.frame_rate > 0.0 ? options.frame_rate : script.scene.frame_rate);
+  const auto objects = static_cast<double>(script.scene.objects.size());
+  if (!(frames <= kMostFrames) || !(frames * objects <= kMostPoses))
+    throw InputError(
+        fmt::format("{}: {:.3g} frames of {} objects are more than a flight has room for ({:.0e} frames, "
+                    "{:.0e} poses); shorten the duration",
+                    file.string(), frames, objects, kMostFrames, kMostPoses));
+  return std::make_shared<const Setting>(std::move(script), options.frame_rate);
+}
+
 ScriptResult run_script(const std::filesystem::path& file, const Options& options,
                         const BackendRegistry& registry, const std::vector<std::string>& backends,
-                        comparison::ProgressLine& progress) {
+                        comparison::ProgressLine& progress, const OnWay& on_way) {
   ScriptResult result;
   result.file = file.stem().string();
-  result.setting = std::make_shared<const Setting>(load_script(file), options.frame_rate);
-  Runner runner(result, options.outputs, progress);
+  result.setting = load_setting(file, options);
+  Runner runner(result, options.outputs, progress, on_way);
   runner.run(*make_unchecked_way(*result.setting), {}, true, false);
   runner.run(*make_late_report_way(*result.setting), {}, true, false);
   bool is_first = true;
@@ -115,7 +144,7 @@ ScriptResult run_script(const std::filesystem::path& file, const Options& option
           make_contact_world_way(*result.setting, std::move(narrowphase), registry.make_broadphase("native"));
     } catch (const InputError& error) {
       WayResult refused;
-      refused.way = "contact world";
+      refused.way = kContactWorld;
       refused.backend = backend;
       refused.not_flown = error.what();
       result.ways.push_back(std::move(refused));

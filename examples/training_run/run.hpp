@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,11 +13,21 @@
 
 namespace touchstone::training {
 
+/// The script at the options' frame rate. @throws InputError naming the file: as load_script and Setting, and
+/// for more frames than there is room for.
+std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, const Options& options);
+
+/// The names of the flights' files, without extension, in the order of the flights.
+std::vector<std::string> flight_names(const std::string& script, const std::vector<std::string>& backends);
+
+/// Told of a script that is not flown every way yet; the last one is new.
+using OnWay = std::function<void(const ScriptResult&)>;
+
 /// Flies one script all ways and judges them: no check, late reports, and the contact world with each
 /// backend. Every flight is recorded where the options ask for it; the first backend's is plotted beside the
 /// other two ways, and shown on the image generator.
 ScriptResult run_script(const std::filesystem::path& file, const Options& options,
                         const BackendRegistry& registry, const std::vector<std::string>& backends,
-                        comparison::ProgressLine& progress);
+                        comparison::ProgressLine& progress, const OnWay& on_way = {});
 
 }  // namespace touchstone::training

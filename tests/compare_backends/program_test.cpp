@@ -1,10 +1,6 @@
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
@@ -16,8 +12,6 @@
 
 #include "touchstone/examples/program/text_table.hpp"
 #include "touchstone/tests/support/program_test.hpp"
-
-extern char** environ;
 
 // The program as a user runs it.
 
@@ -135,11 +129,46 @@ TEST_F(Program, TheReportedCommandCanBePasted) {
   EXPECT_THAT(json["command"].get<std::string>(), HasSubstr("it'\\''s; $(touch x)'"));
 }
 
-TEST_F(Program, AFolderOfOtherThingsIsNotReplaced) {
+TEST_F(Program, AFolderOfOtherThingsIsWrittenToAndNothingOfItLost) {
   write("mine.txt", "keep");
-  const Outcome outcome = run(std::string(kSmall) + " --output " + folder_.string());
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_EQ(read(folder_ / "mine.txt"), "keep");
+  fs::create_directories(folder_ / "thesis");
+  write("thesis/chapter.txt", "keep too");
+  for (int turn = 0; turn < 2; ++turn) {
+    const Outcome outcome = run(std::string(kSmall) + " --output " + folder_.string());
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(read(folder_ / "mine.txt"), "keep");
+    EXPECT_EQ(read(folder_ / "thesis/chapter.txt"), "keep too");
+  }
+}
+
+TEST_F(Program, EveryFileThatItWritesIsLookedForBeforeTheRun) {
+  const std::string insertion = " --scene " SCENES "/oru_insertion.yaml --quick";
+  const std::string all = "--count 30 --repetitions 1 --families random touching";
+  ASSERT_EQ(run(all + insertion + report()).code, 0);
+  std::size_t looked_at = 0;
+  const auto manifest = nlohmann::json::parse(read(folder_ / "report/touchstone_report.json"));
+  for (const auto& file : manifest["files"]) {
+    const std::string name = file["name"];
+    fs::remove_all(folder_ / "other");
+    fs::create_directories((folder_ / "other" / name).parent_path());
+    write("other/" + name, "mine");
+    // So many pairs that a run which starts is not over in a minute.
+    const Outcome outcome = run("--count 1000000 --families random touching" + insertion + " --output " +
+                                (folder_ / "other").string());
+    ASSERT_EQ(outcome.code, 2) << name;
+    ASSERT_THAT(outcome.err, HasSubstr("other/" + name + " is there and no earlier run wrote it"));
+    ++looked_at;
+  }
+  EXPECT_GT(looked_at, 30u);
+}
+
+TEST_F(Program, TheWorkingFolderIsAnOutput) {
+  const std::string there = "cd " + folder_.string() + " && ";
+  write("notes.md", "mine");
+  const std::string command = there + COMPARE_BACKENDS + " " + kSmall + " --output . >/dev/null 2>&1";
+  for (int turn = 0; turn < 2; ++turn) EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 0);
+  EXPECT_EQ(read(folder_ / "notes.md"), "mine");
+  EXPECT_TRUE(fs::exists(folder_ / "report.html"));
 }
 
 TEST_F(Program, WritesAReportAndReplacesIt) {
@@ -150,6 +179,9 @@ TEST_F(Program, WritesAReportAndReplacesIt) {
     EXPECT_EQ(json["schema"], "touchstone.compare_backends/1");
     EXPECT_EQ(json["pair_sets"].size(), 2u);
     EXPECT_FALSE(json["machine"]["cpu"].get<std::string>().empty());
+    EXPECT_THAT(json["machine"]["instruction_set"].get<std::string>(),
+                ::testing::AnyOf("generic", "avx2", "avx512"));
+    EXPECT_EQ(json["partial"], false);
     for (const char* file : {"results.csv", "report.html"})
       EXPECT_TRUE(fs::exists(folder_ / "report" / file)) << file;
     if (json["measured_against_exact"]) {
@@ -161,24 +193,83 @@ TEST_F(Program, WritesAReportAndReplacesIt) {
   }
 }
 
-TEST_F(Program, AnInterruptLeavesNoReport) {
-  const std::string output = (folder_ / "report").string();
-  std::string arguments[] = {COMPARE_BACKENDS, "--count", "200000", "--no-broadphase", "--output", output};
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  pid_t process = 0;
-  ASSERT_EQ(posix_spawn(&process, COMPARE_BACKENDS, &actions, nullptr, argv.data(), environ), 0);
-  posix_spawn_file_actions_destroy(&actions);
-  std::this_thread::sleep_for(std::chrono::milliseconds(700));
-  kill(process, SIGINT);
-  int status = 0;
-  waitpid(process, &status, 0);
-  EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_TRUE(fs::is_empty(folder_));
+TEST_F(Program, AnInterruptBeforeAnythingIsMeasuredLeavesNoReport) {
+  const auto [outcome, seconds] =
+      run_until("--count 200000 --no-broadphase" + report(), std::chrono::milliseconds(700), SIGINT);
+  EXPECT_EQ(outcome.code, 130);
+  EXPECT_LT(seconds, 1.0);
+  EXPECT_THAT(outcome.err, HasSubstr("interrupted: no report was written, as nothing was measured yet\n"));
+  EXPECT_FALSE(fs::exists(folder_ / "report"));
+}
+
+TEST_F(Program, AnInterruptAtAnyTimeIsAnsweredWithinASecondByAPartialReport) {
+  const std::string run_of_minutes = "--count 400 --repetitions 1 --threads 1" + report();
+  std::size_t partial = 0;
+  for (const int delay : {100, 350, 800, 1700, 3100, 4900, 7300}) {
+    const int signal = delay % 200 == 100 ? SIGINT : SIGTERM;
+    const auto [outcome, seconds] = run_until(run_of_minutes, std::chrono::milliseconds(delay), signal);
+    EXPECT_EQ(outcome.code, 128 + signal) << outcome.err;
+    EXPECT_LT(seconds, 1.0) << "after " << delay << " ms";
+    if (!fs::exists(folder_ / "report/results.json")) continue;
+    ++partial;
+    EXPECT_THAT(outcome.err, HasSubstr("interrupted: what was measured so far is a partial report: "));
+    const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+    EXPECT_EQ(json["partial"], true);
+    EXPECT_EQ(json["not_measured"].back(), "threads");
+    EXPECT_GE(json["pair_sets"].size(), 1u);
+    EXPECT_THAT(read(folder_ / "report/report.html"),
+                HasSubstr("This report is partial: the run ended early."));
+    std::istringstream csv(read(folder_ / "report/results.csv"));
+    std::string line;
+    std::getline(csv, line);
+    EXPECT_TRUE(line.ends_with(",partial"));
+    while (std::getline(csv, line)) EXPECT_TRUE(line.ends_with(",1")) << line;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_))
+      EXPECT_THAT(entry.path().string(), ::testing::Not(HasSubstr(".touchstone-")))
+          << "a temporary file is left";
+  }
+  EXPECT_GT(partial, 0u);
+}
+
+TEST_F(Program, AnInterruptLeavesNeitherWorkerNorTemporaryFiles) {
+  if (run("--list").out.find("bullet_single ") == std::string::npos)
+    GTEST_SKIP() << "this build has no worker";
+  fs::create_directory(folder_ / "tmp");
+  // The worker repeats for minutes.
+  const std::string command = "TMPDIR=" + (folder_ / "tmp").string() +
+                              " timeout --preserve-status -s INT 4 " COMPARE_BACKENDS
+                              " --count 1000 --families random --backend bullet_single --repetitions 1000" +
+                              report() + ">/dev/null 2>&1";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 130);
+  EXPECT_TRUE(fs::is_empty(folder_ / "tmp"));
+  EXPECT_NE(WEXITSTATUS(std::system(("pgrep -f " + (folder_ / "[t]mp").string() + " >/dev/null").c_str())), 0);
+}
+
+TEST_F(Program, AFullDiskIsNoSuccess) {
+  EXPECT_NE(
+      WEXITSTATUS(std::system((std::string(COMPARE_BACKENDS) + " --list >/dev/full 2>/dev/null").c_str())),
+      0);
+  const std::string command =
+      std::string(COMPARE_BACKENDS) + " " + kSmall + report() + ">/dev/full 2>" + (folder_ / "err").string();
+  EXPECT_NE(WEXITSTATUS(std::system(command.c_str())), 0);
+  EXPECT_THAT(read(folder_ / "err"), HasSubstr("compare_backends: what was printed could not be written\n"));
+  EXPECT_TRUE(fs::exists(folder_ / "report/results.json"));
+}
+
+TEST_F(Program, SaysItsVersion) {
+  const Outcome outcome = run("--version");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.out, ::testing::MatchesRegex("compare_backends [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
+TEST_F(Program, AnInstructionSetThatNobodyKnowsIsAnError) {
+  const std::string ran =
+      " " + std::string(COMPARE_BACKENDS) + " --list >/dev/null 2>" + (folder_ / "err").string();
+  EXPECT_EQ(WEXITSTATUS(std::system(("TOUCHSTONE_ISA=avx3" + ran).c_str())), 2);
+  EXPECT_THAT(read(folder_ / "err"),
+              HasSubstr("TOUCHSTONE_ISA=avx3: there is no such instruction set; known: generic"));
+  for (const char* known : {"", "generic", "avx2", "avx512"})
+    EXPECT_EQ(WEXITSTATUS(std::system(("TOUCHSTONE_ISA=" + std::string(known) + ran).c_str())), 0) << known;
 }
 
 TEST_F(Program, ReplaysACase) {
@@ -231,6 +322,20 @@ std::string scene(const std::string& thing, const std::string& other = "other") 
          "duration: 1\nobjects:\n  - name: thing\n    " +
          thing + "\n  - name: " + other +
          "\n    pose: {position: [3, 0, 0]}\n    hexahedra:\n      - {name: body, box: {size: [1, 1, 1]}}\n";
+}
+
+TEST_F(Program, ASceneOfMoreFramesThanThereIsRoomForIsRefusedByFile) {
+  const std::string box = "hexahedra:\n      - {name: body, box: {size: [1, 1, 1]}}";
+  for (const char* duration : {"1.0e+9", "1.0e+5", "1.0e+13"}) {
+    std::string content = scene(box);
+    content.replace(content.find("duration: 1"), 11, std::string("duration: ") + duration);
+    const std::string file = write("long.yaml", content).string();
+    const Outcome outcome = run("--scene " + file + report() + kSmall);
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(file));
+    EXPECT_THAT(outcome.err, HasSubstr("duration"));
+  }
 }
 
 TEST_F(Program, ABadSceneIsRefusedByFileLineAndObject) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
@@ -205,6 +206,29 @@ TEST_F(ReportFiles, DecidesAgainFromAFinishedRun) {
     const Outcome refused = run(bad);
     EXPECT_EQ(refused.code, 2) << bad << refused.out;
     EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  }
+}
+
+TEST_F(ReportFiles, WhatIsNoReportIsRefusedInOurWords) {
+  const std::string good = R"({"schema": "touchstone.compare_backends/1"})";
+  const std::string dynamics = R"({"program": "dynamics_run", "scenes": 3})";
+  for (const auto& [text, reason] : std::map<std::string, std::string>{
+           {"{\"schema\": ", "is no JSON, at line 1, column "},
+           {"\n\n[1, 2", "is no JSON, at line 3, column "},
+           {"{}", "has no 'schema'"},
+           {"[]", "holds a value of another kind than it should"},
+           {R"({"schema": 3})", "holds a value of another kind than it should"},
+           {good, "has no '"},
+           {dynamics, "has no 'schema'"}}) {
+    const std::string file = write("bad.json", text).string();
+    for (const std::string& command : {"diff " + file + " " + file, "decide " + file + " --max-error 1e-6",
+                                       "--quick --count 5 --dynamics " + file + report()}) {
+      const Outcome refused = run(command);
+      EXPECT_EQ(refused.code, 2) << command << text;
+      EXPECT_THAT(refused.err, ::testing::Not(HasSubstr("json.exception"))) << command;
+      EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+      if (!command.starts_with("--")) EXPECT_THAT(refused.err, HasSubstr(reason)) << command << text;
+    }
   }
 }
 

@@ -162,10 +162,26 @@ TEST_F(DynamicsRun, BadOptionsAndInputAreRefusedInOneLine) {
             "      joints: [{name: j, kind: revolute, child: o, position: [0, 0, 0], axis: [0, 0, 1]}]\n");
   expect_refused("--scene " + massless.string(),
                  massless.string() + ":11: mechanism 'm', joint 'j': nothing with inertia moves with it");
+  expect_refused("--scene 08_pushed_offset 8", "--scene: '08_pushed_offset' is given twice");
+}
+
+TEST_F(DynamicsRun, NothingOfAnybodyElsesIsReplaced) {
+  const std::string small = "--scene 08_pushed_offset --backend native --every 100 --repetitions 1 --out ";
   write("precious", "not a report");
-  const Outcome outcome = run("--scene 08_pushed_offset --out " + folder_.string());
-  EXPECT_EQ(outcome.code, 2);
+  for (int turn = 0; turn < 2; ++turn) EXPECT_EQ(run(small + folder_.string()).code, 0);
   EXPECT_EQ(read(folder_ / "precious"), "not a report");
+  for (const char* name : {"results.json", "results.csv", "series/08_pushed_offset.native.csv",
+                           "contacts/08_pushed_offset.native.csv", "plots/08_pushed_offset.svg"}) {
+    EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+    fs::create_directories((folder_ / "other" / name).parent_path());
+    write(std::string("other/") + name, "mine");
+    const Outcome outcome = run(small + (folder_ / "other").string());
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.err,
+                HasSubstr(std::string("other/") + name + " is there and no earlier run wrote it"));
+    EXPECT_EQ(read(folder_ / "other" / name), "mine");
+    fs::remove_all(folder_ / "other");
+  }
 }
 
 TEST_F(DynamicsRun, ListsScenesAndBackendsAndHelps) {
@@ -178,22 +194,52 @@ TEST_F(DynamicsRun, ListsScenesAndBackendsAndHelps) {
   EXPECT_THAT(help.out, HasSubstr("--backend"));
 }
 
-TEST_F(DynamicsRun, AnInterruptLeavesNoReport) {
+std::string falling(const std::string& duration) {
+  return "name: long\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: cue\nduration: " + duration +
+         "\nobjects: [{name: o, hexahedra: [{name: b, box: {size: [1, 1, 1]}}]}]\n"
+         "dynamics: {step: 0.001, bodies: [{object: o, kind: dynamic, mass: 1}]}\n";
+}
+
+TEST_F(DynamicsRun, AnInterruptBeforeAnythingIsMeasuredLeavesNoReport) {
   // More steps than any machine does before the signal; timeout passes its code on.
-  const fs::path file =
-      write("long.yaml",
-            "name: long\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: cue\nduration: 100000\n"
-            "objects: [{name: o, hexahedra: [{name: b, box: {size: [1, 1, 1]}}]}]\n"
-            "dynamics: {step: 0.001, bodies: [{object: o, kind: dynamic, mass: 1}]}\n");
-  const fs::path program = DYNAMICS_RUN;
+  const fs::path file = write("long.yaml", falling("10000"));
   const fs::path out = folder_ / "interrupted";
-  const std::string command = "timeout --preserve-status -s INT 0.5 " + program.string() + " --scene " +
-                              file.string() + " --backend native --every 1000000 --out " + report().string() +
-                              " >" + out.string() + " 2>&1";
+  const std::string command = std::string("timeout --preserve-status -s INT 0.5 ") + DYNAMICS_RUN +
+                              " --scene " + file.string() + " --backend native --every 1000000 --out " +
+                              report().string() + " >" + out.string() + " 2>&1";
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 130);
   EXPECT_THAT(read(out), HasSubstr("interrupted: no report was written"));
   EXPECT_FALSE(fs::exists(report()));
+}
+
+TEST_F(DynamicsRun, AnInterruptLeavesAPartialReportOfTheRunsThatAreDone) {
+  write("a.yaml", falling("0.1"));
+  write("b.yaml", falling("10000"));
+  const auto [outcome, seconds] =
+      run_until("--scene " + (folder_ / "a.yaml").string() + " " + (folder_ / "b.yaml").string() +
+                    " --backend native edge_face --reference native --every 1000000" + to_report(),
+                std::chrono::milliseconds(1000), SIGTERM);
+  EXPECT_EQ(outcome.code, 143) << outcome.err;
+  EXPECT_LT(seconds, 1.0);
+  EXPECT_THAT(outcome.err, HasSubstr("interrupted: what was measured so far is a partial report: "));
+  const json results = json::parse(read(report() / "results.json"));
+  EXPECT_EQ(results["partial"], true);
+  EXPECT_EQ(results["not_measured"], json({"b"}));
+  ASSERT_EQ(results["scenes"].size(), 1u);
+  EXPECT_EQ(results["scenes"][0]["build_on"], "native");
+  for (const std::string& line : lines(read(report() / "results.csv")))
+    EXPECT_TRUE(line.ends_with(",partial") || line.ends_with(",1")) << line;
+  EXPECT_TRUE(fs::exists(report() / "series/a.native.csv"));
+}
+
+TEST_F(DynamicsRun, ASceneOfMoreStepsThanThereIsRoomForIsRefusedByFile) {
+  for (const char* duration : {"1.0e+9", "20000"}) {
+    const fs::path file = write("long.yaml", falling(duration));
+    expect_refused("--scene 8 " + file.string(), file.string() + ": a duration of ");
+  }
+  const fs::path file = write("long.yaml", falling("5000"));
+  expect_refused("--scene " + file.string(), file.string() + ": 5e+06 steps of 1 objects and joints");
 }
 
 }  // namespace

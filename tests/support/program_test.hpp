@@ -1,13 +1,17 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
+#include <utility>
 
 namespace touchstone {
 
@@ -49,6 +53,29 @@ class ProgramTest : public FolderTest {
     std::filesystem::remove(out);
     std::filesystem::remove(err);
     return outcome;
+  }
+
+  /// The outcome of a run that is sent a signal, and how long it took from then on to the end [s].
+  std::pair<Outcome, double> run_until(const std::string& arguments, std::chrono::milliseconds delay,
+                                       int signal) const {
+    const std::filesystem::path out = folder_ / "out", err = folder_ / "err";
+    const std::string command =
+        "exec " + program_ + " " + arguments + " >" + out.string() + " 2>" + err.string();
+    const pid_t process = fork();
+    if (process == 0) {
+      execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+      _exit(127);
+    }
+    std::this_thread::sleep_for(delay);
+    kill(process, signal);
+    const auto start = std::chrono::steady_clock::now();
+    int status = 0;
+    waitpid(process, &status, 0);
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), read(out), read(err)};
+    std::filesystem::remove(out);
+    std::filesystem::remove(err);
+    return {outcome, elapsed.count()};
   }
 
  private:

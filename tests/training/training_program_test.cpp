@@ -383,6 +383,7 @@ TEST_F(TrainingRun, RecordsAreTheSameOfTwoRuns) {
               0);
     std::size_t files = 0;
     for (const fs::directory_entry& entry : fs::directory_iterator(records)) {
+      if (entry.path().extension() != ".csv") continue;
       const std::string content = read(entry.path());
       EXPECT_GT(content.size(), 1000u);
       ++files;
@@ -537,6 +538,68 @@ TEST_F(TrainingRun, SaysWhatIsWrongWithItsInput) {
                                              "link: tip, joints: [1, 2], pose: {}}\n"
                                              "    rates: [{time: 0}]\n");
   expect("--scene " + arm.string(), "2 joint values for 7 joints");
+}
+
+TEST_F(TrainingRun, NothingOfAnybodyElsesIsReplaced) {
+  const std::string small = "--scene 05_plates --out ";
+  write("notes.md", "mine");
+  for (int turn = 0; turn < 2; ++turn) EXPECT_EQ(run(small + folder_.string()).code, 0);
+  EXPECT_EQ(read(folder_ / "notes.md"), "mine");
+  for (const char* name : {"results.json", "results.csv", "plots/05_plates.svg"}) {
+    EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+    fs::create_directories((folder_ / "other" / name).parent_path());
+    write(std::string("other/") + name, "mine");
+    const Outcome outcome = run(small + (folder_ / "other").string());
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.err,
+                HasSubstr(std::string("other/") + name + " is there and no earlier run wrote it"));
+    fs::remove_all(folder_ / "other");
+  }
+}
+
+TEST_F(TrainingRun, ARecordReplacesNoFileThatIsNotOfAnEarlierRun) {
+  if (run("--list").out.find("records, CSV") == std::string::npos)
+    GTEST_SKIP() << "this build has no recorder";
+  const std::string arguments =
+      "--scene 05_plates --record " + (folder_ / "records").string() + " --out " + (folder_ / "run").string();
+  for (int turn = 0; turn < 2; ++turn) EXPECT_EQ(run(arguments).code, 0);
+  write("records/05_plates_no_check.csv", "mine");
+  const Outcome refused = run(arguments);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("05_plates_no_check.csv has changed since an earlier run wrote it"));
+  EXPECT_EQ(read(folder_ / "records/05_plates_no_check.csv"), "mine");
+}
+
+TEST_F(TrainingRun, AnInterruptLeavesAPartialReportOfWhatIsFlown) {
+  const fs::path report = folder_ / "run";
+  std::size_t partial = 0;
+  for (const int delay : {300, 1100, 2300}) {
+    const auto [outcome, seconds] =
+        run_until("--backend all --out " + report.string(), std::chrono::milliseconds(delay), SIGINT);
+    EXPECT_EQ(outcome.code, 130) << outcome.err;
+    EXPECT_LT(seconds, 1.0);
+    if (!fs::exists(report / "results.json")) continue;
+    ++partial;
+    const json results = json::parse(read(report / "results.json"));
+    EXPECT_EQ(results["partial"], true);
+    EXPECT_EQ(results["not_measured"].back(), "10_figure_1_unloaded");
+    EXPECT_GE(results["scripts"].size(), 1u);
+  }
+  EXPECT_GT(partial, 0u);
+}
+
+TEST_F(TrainingRun, AScriptOfMoreFramesThanThereIsRoomForIsRefusedByFile) {
+  const std::string scenes = TOUCHSTONE_SCENES;
+  const fs::path script = write(
+      "long.yaml", "name: x\nscene: {file: " + scenes +
+                       "/tunnelling_plates.yaml}\nduration: 1.0e+9\nhands:\n  - object: payload\n    rates: "
+                       "[{time: 0}]\n");
+  const Outcome outcome = run("--scene 5 " + script.string() + " --out " + (folder_ / "run").string());
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr(script.string() + ": "));
+  EXPECT_THAT(outcome.err, HasSubstr("shorten the duration"));
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_FALSE(fs::exists(folder_ / "run"));
 }
 
 TEST_F(TrainingRun, HelpsAndLists) {

@@ -14,13 +14,13 @@ std::string machine(const Machine& of) {
   for (const auto& [name, version] : of.libraries)
     libraries += fmt::format("{}{} {}", libraries.empty() ? "" : ", ", xml_text(name), xml_text(version));
   return fmt::format(
-      "<h3>Machine and build</h3><dl><dt>machine</dt><dd>{}, {} hardware "
+      "<h3>Machine and build</h3><dl><dt>machine</dt><dd>{}, instruction set {}, {} hardware "
       "threads</dd><dt>system</dt><dd>{}</dd>"
       "<dt>compiler</dt><dd>{}, {}</dd><dt>flags</dt><dd><code>{}</code></dd><dt>versions</dt><dd>Touchstone "
       "{}, "
       "{}; the engines' stand with the backends</dd></dl>\n",
-      xml_text(of.cpu), of.hardware_threads, xml_text(of.system), xml_text(of.compiler),
-      xml_text(of.build_type), xml_text(of.flags), xml_text(of.version), libraries);
+      xml_text(of.cpu), xml_text(of.instruction_set), of.hardware_threads, xml_text(of.system),
+      xml_text(of.compiler), xml_text(of.build_type), xml_text(of.flags), xml_text(of.version), libraries);
 }
 
 std::string errors() {
