@@ -17,6 +17,7 @@ function(touchstone_library name)
     if(TOUCHSTONE_LINKER_HIDES_SYMBOLS)
       target_link_options(touchstone_${name} PRIVATE LINKER:--version-script=${symbols})
     endif()
+    set_target_properties(touchstone_${name} PROPERTIES INSTALL_RPATH "$ORIGIN")
   endif()
   target_include_directories(touchstone_${name} PUBLIC
     $<BUILD_INTERFACE:${TOUCHSTONE_INCLUDE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
@@ -113,6 +114,36 @@ function(touchstone_install_component name)
     else()
       list(APPEND touchstone_not_built ${name})
     endif()" COMPONENT development)
+endfunction()
+
+# touchstone_install_program(NAME [DESTINATION FOLDER]): where it was built.
+function(touchstone_install_program name)
+  if(BUILD_SHARED_LIBS)
+    file(RELATIVE_PATH libraries /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
+    set_target_properties(${name} PROPERTIES INSTALL_RPATH "$ORIGIN/${libraries}")
+  endif()
+  if(TOUCHSTONE_INSTALL)
+    install(TARGETS ${name} RUNTIME ${ARGN} OPTIONAL COMPONENT programs)
+  endif()
+endfunction()
+
+# touchstone_program(NAME SUMMARY [FOLDERS FOLDER ...]): a program that is installed with a man page made of what --help
+# prints, and with folders of examples/ that it reads.
+function(touchstone_program name summary)
+  cmake_parse_arguments(arg "" "" "FOLDERS" ${ARGN})
+  touchstone_install_program(${name})
+  if(NOT TOUCHSTONE_INSTALL OR CMAKE_CROSSCOMPILING)
+    return()
+  endif()
+  add_custom_command(TARGET ${name} POST_BUILD VERBATIM
+    COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${name}> -D SUMMARY=${summary} -D VERSION=${PROJECT_VERSION}
+      -D OUTPUT=${PROJECT_BINARY_DIR}/package/${name}.1 -P ${PROJECT_SOURCE_DIR}/contact_core/package/man_page.cmake)
+  install(FILES ${PROJECT_BINARY_DIR}/package/${name}.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL
+    COMPONENT programs)
+  foreach(folder IN LISTS arg_FOLDERS)
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/${folder}/
+      DESTINATION ${CMAKE_INSTALL_DATADIR}/touchstone/examples/${folder} COMPONENT programs)
+  endforeach()
 endfunction()
 
 # touchstone_package(): called last, when every component is there.

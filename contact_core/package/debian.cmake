@@ -1,29 +1,87 @@
-# Debian packages by `cpack -G DEB` in the build folder.
+# Debian packages by `cpack -G DEB` in the build folder: libtouchstone-dev (headers, static libraries or links to shared
+# ones, CMake and pkg-config files), touchstone-tools (programs, man pages, scenes), libtouchstone-doc, and with
+# BUILD_SHARED_LIBS one package a library, so that who runs on Bullet needs no MuJoCo. `cmake --workflow --preset package`
+# builds and packs all of them.
+set(TOUCHSTONE_MAINTAINER "Touchstone team <touchstone@example.org>" CACHE STRING "Who the Debian packages name")
+get_property(components GLOBAL PROPERTY TOUCHSTONE_COMPONENTS)
 set(CPACK_GENERATOR DEB)
-set(CPACK_PACKAGE_NAME libtouchstone-dev)
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${CPACK_PACKAGE_NAME} RENAME copyright)
-set(CPACK_PACKAGE_CONTACT "the Touchstone team")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
-list(JOIN TOUCHSTONE_COMPONENTS ", " components)
-set(CPACK_PACKAGE_DESCRIPTION "Libraries, headers and the CMake package touchstone, with the components ${components}.")
+set(CPACK_PACKAGE_NAME touchstone)
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_NAME} built using CMake")  # CPack's default: each package has its own
+set(CPACK_PACKAGE_CONTACT "${TOUCHSTONE_MAINTAINER}")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)  # programs and shared libraries; Release has nothing to debug with
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4)")
-# What a program links, besides, for a component of this build: COMPONENT:PACKAGE.
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/contact_core/package/debian_files.cmake)
+
+# touchstone_debian_package(COMPONENT PACKAGE SECTION SUMMARY TEXT): the package of an installation's component.
+set(CPACK_COMPONENTS_ALL)
+set(CPACK_TOUCHSTONE_PACKAGES)
+macro(touchstone_debian_package component package section summary text)
+  string(TOUPPER ${component} upper)
+  list(APPEND CPACK_COMPONENTS_ALL ${component})
+  list(APPEND CPACK_TOUCHSTONE_PACKAGES "${component}=${package}")
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
+  set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${section})
+  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${summary}\n${text}")
+endmacro()
+
+set(about "Touchstone says whether convex hexahedra touch, how far apart or deep
+they are, and where, behind one interface for its own check, those of
+Bullet, ODE, MuJoCo, FCL and libccd, and an exact one.
+.
+This package holds")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4)")
 set(suggested)
-foreach(need bullet:libbullet-dev exact:libgmp-dev ode:libode-dev ode:pkg-config libccd:libccd-dev libccd:pkg-config
-    fcl:libfcl-dev mujoco:libmujoco-dev scene_files:libyaml-cpp-dev urdf:liburdfdom-dev urdf:libtinyxml2-dev urdf:pkg-config
-    backend_suite:libgtest-dev backend_suite:libgmock-dev)
-  string(REPLACE ":" ";" need ${need})
-  list(GET need 0 component)
-  list(GET need 1 package)
-  if(component IN_LIST TOUCHSTONE_COMPONENTS)
-    list(APPEND suggested ${package})
+foreach(component IN LISTS components)
+  get_property(engine GLOBAL PROPERTY TOUCHSTONE_${component}_DEBIAN)
+  list(APPEND suggested ${engine})
+  get_target_property(type touchstone_${component} TYPE)
+  if(type STREQUAL "SHARED_LIBRARY")
+    string(REPLACE "_" "-" package "libtouchstone-${component}${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
+    touchstone_debian_package(library_${component} ${package} libs "contact detection for convex hexahedra: ${component}"
+      "${about} the shared library of component\n${component}.")
+    string(TOUPPER ${component} upper)
+    set(CPACK_DEBIAN_LIBRARY_${upper}_PACKAGE_SHLIBDEPS ON)
+    set(CPACK_DEBIAN_LIBRARY_${upper}_PACKAGE_MULTIARCH same)
+    string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", ${package} (= ${PROJECT_VERSION})")
+    string(APPEND CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS ", ${package} (= ${PROJECT_VERSION})")
+    get_property(needed GLOBAL PROPERTY TOUCHSTONE_${component}_COMPONENTS)
+    if(NOT component STREQUAL "contact_core")
+      list(APPEND needed contact_core)
+    endif()
+    foreach(other IN LISTS needed)
+      string(REPLACE "_" "-" other "libtouchstone-${other}${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
+      string(APPEND CPACK_DEBIAN_LIBRARY_${upper}_PACKAGE_DEPENDS ", ${other} (= ${PROJECT_VERSION})")
+    endforeach()
+    string(REGEX REPLACE "^, " "" CPACK_DEBIAN_LIBRARY_${upper}_PACKAGE_DEPENDS
+      "${CPACK_DEBIAN_LIBRARY_${upper}_PACKAGE_DEPENDS}")
+    list(APPEND CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS $<TARGET_FILE_DIR:touchstone_${component}>)
   endif()
 endforeach()
+string(REGEX REPLACE "^, " "" CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS "${CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS}")
+
+touchstone_debian_package(development libtouchstone-dev libdevel "contact detection for convex hexahedra: development files"
+  "${about} headers, libraries to link, and files for\nCMake and pkg-config.")
 list(REMOVE_DUPLICATES suggested)
-list(JOIN suggested ", " CPACK_DEBIAN_PACKAGE_SUGGESTS)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ${BUILD_SHARED_LIBS})
-set(CPACK_STRIP_FILES OFF)
-set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+list(REMOVE_ITEM suggested libeigen3-dev libc6-dev)
+list(JOIN suggested ", " CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_MULTIARCH same)
+
+if(TOUCHSTONE_BUILD_EXAMPLES)
+  touchstone_debian_package(programs touchstone-tools science "contact detection for convex hexahedra: programs"
+    "${about} the programs that compare backends on one's\nown pairs and scenes, and fly training scenes.")
+  set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SHLIBDEPS ON)
+endif()
+touchstone_debian_package(documentation libtouchstone-doc doc "contact detection for convex hexahedra: reference"
+  "${about} the reference pages of every public header.")
+set(CPACK_DEBIAN_DOCUMENTATION_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_DOCUMENTATION_PACKAGE_MULTIARCH foreign)
 include(CPack)

@@ -3,6 +3,18 @@
 #include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone::comparison {
+#ifdef TOUCHSTONE_HAS_BULLET_SINGLE
+namespace {
+
+// Beside the program in a build folder; not among users' commands where it is installed.
+std::filesystem::path worker_beside(const std::filesystem::path& program, const char* name) {
+  const std::filesystem::path folder = program.parent_path();
+  const std::filesystem::path installed = folder.parent_path() / "libexec/touchstone" / name;
+  return std::filesystem::exists(installed) ? installed : folder / name;
+}
+
+}  // namespace
+#endif
 
 Backends build_backends(const std::filesystem::path& program) {
   Backends backends;
@@ -27,7 +39,7 @@ Backends build_backends(const std::filesystem::path& program) {
   gaps.push_back({"exact", "not in this build: errors cannot be measured without it"});
 #endif
 #ifdef TOUCHSTONE_HAS_BULLET_SINGLE
-  Worker worker = describe_worker(program.parent_path() / "compare_backends_bullet_single");
+  Worker worker = describe_worker(worker_beside(program, "compare_backends_bullet_single"));
   if (worker.failure.empty()) {
     backends.workers.push_back(std::move(worker));
   } else {

@@ -4,6 +4,7 @@
 #include "touchstone/examples/dynamics_run/live_report.hpp"
 #include "touchstone/examples/dynamics_run/run.hpp"
 #include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/examples/program/bundled_folder.hpp"
 #include "touchstone/examples/program/choices.hpp"
 #include "touchstone/examples/program/program.hpp"
 
@@ -28,7 +29,8 @@ void print_list(const Options& options, const BackendRegistry& registry) {
 }
 
 int run(int argc, char** argv) {
-  std::optional<Options> options = parse_options(argc, argv, TOUCHSTONE_DYNAMIC_SCENES);
+  std::optional<Options> options =
+      parse_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "dynamics_run/scenes"));
   if (!options) return 0;
   BackendRegistry registry;
   comparison::register_all_backends(registry);

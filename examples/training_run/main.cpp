@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/examples/program/bundled_folder.hpp"
 #include "touchstone/examples/program/choices.hpp"
 #include "touchstone/examples/program/program.hpp"
 #include "touchstone/examples/training_run/live_report.hpp"
@@ -22,7 +23,8 @@ void print_list(const Options& options, const BackendRegistry& registry) {
 }
 
 int run(int argc, char** argv) {
-  const std::optional<Options> options = parse_options(argc, argv, TOUCHSTONE_SCRIPTS);
+  const std::optional<Options> options =
+      parse_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "training_run/scripts"));
   if (!options) return 0;
   BackendRegistry registry;
   comparison::register_all_backends(registry);
