@@ -18,7 +18,7 @@ class EngineLog {
   EngineLog(const EngineLog&) = delete;
   EngineLog& operator=(const EngineLog&) = delete;
 
-  /// What was written so far, to its end or to the first kMostBytes.
+  /// Returns all that was written so far, at most the first kMostBytes.
   std::string text() const;
   static constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 

@@ -51,7 +51,7 @@ void on_signal(int signal) {
   }
 }
 
-/// What was printed so far, unless a thread is stuck in printing.
+/// Writes out all that was printed so far, unless a thread is stuck in printing.
 void flush_output() {
   if (ftrylockfile(stdout) != 0) return;
   fflush_unlocked(stdout);

@@ -28,7 +28,7 @@ bool is_of_another(const std::optional<Manifest>& manifest) {
   return manifest && manifest->program != program_invocation_short_name;
 }
 
-/// What to say of a name that is taken; empty: it is free, or ours.
+/// Says why a name is taken; empty: it is free, or ours.
 std::string obstacle(const fs::path& folder, const std::optional<Manifest>& manifest,
                      const std::string& name) {
   const std::string path = (folder / name).string();

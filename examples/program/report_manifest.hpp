@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-// What tells our files in a folder from everybody else's.
+// The manifest of a folder tells our files from everybody else's.
 
 namespace touchstone::comparison {
 
@@ -38,7 +38,7 @@ std::optional<Manifest> read_manifest(const std::filesystem::path& folder, const
 
 std::string manifest_text(const Manifest& manifest);
 
-/// What stands at a name of ours.
+/// Who owns what stands at a name of ours.
 enum class Standing : std::uint8_t {
   free,     ///< nothing
   ours,     ///< a file of an earlier run, unchanged since

@@ -232,7 +232,7 @@ TEST_F(ReportFolder, AFullDiskLeavesWhatWasThere) {
   expect_written(folder_ / "disk", "third");
 }
 
-/// What a process may write to one file; what is beyond fails, as on a full disk.
+/// Bounds the size of the files that a process writes: more fails, as on a full disk.
 class FileLimit {
  public:
   explicit FileLimit(rlim_t bytes) : handler_(signal(SIGXFSZ, SIG_IGN)) {

@@ -234,7 +234,9 @@ TEST_F(DynamicsRun, AnInterruptLeavesAPartialReportOfTheRunsThatAreDone) {
 }
 
 TEST_F(DynamicsRun, ASceneOfMoreStepsThanThereIsRoomForIsRefusedByFile) {
-  for (const char* duration : {"1.0e+9", "20000"}) {
+  const fs::path endless = write("endless.yaml", falling("1.0e+9"));
+  expect_refused("--scene 8 " + endless.string(), endless.string() + ": ");
+  for (const char* duration : {"900000", "20000"}) {
     const fs::path file = write("long.yaml", falling(duration));
     expect_refused("--scene 8 " + file.string(), file.string() + ": a duration of ");
   }
