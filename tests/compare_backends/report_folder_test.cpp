@@ -1,14 +1,20 @@
 // Where reports are written: whatever else is there stays as it is.
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
 
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/engine_log.hpp"
+#include "touchstone/examples/program/program.hpp"
 #include "touchstone/examples/program/report_files.hpp"
 #include "touchstone/examples/program/report_manifest.hpp"
 #include "touchstone/examples/program/sha256.hpp"
@@ -329,6 +335,47 @@ TEST_F(ReportFolder, StreamedFilesStandBesideAReportAndOthersFilesAndReplaceNeit
   EXPECT_EQ(read(folder_ / "report/a.csv"), "edited");
   EXPECT_EQ(read(folder_ / "report/notes.csv"), "mine");
 }
+
+/// The exit code of a process whose standard streams go to the file.
+int run_apart(const fs::path& file, const std::function<int()>& body) {
+  const pid_t process = fork();
+  if (process == 0) {
+    const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0666);
+    dup2(descriptor, STDOUT_FILENO);
+    dup2(descriptor, STDERR_FILENO);
+    _exit(body());
+  }
+  int status = 0;
+  waitpid(process, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(ReportFolder, WhatEnginesPrintIsKeptApartAndCounted) {
+  const int code = run_apart(folder_ / "out", [] {
+    const EngineLog log;
+    std::printf("engine: one\n");
+    print_now("ours\n");
+    std::fputs("engine: two\nengine: three\n", stderr);
+    std::fflush(stdout);
+    const bool is_kept = log.text().find("engine: one\n") != std::string::npos;
+    return is_kept ? static_cast<int>(engine_log_lines()) : 100;
+  });
+  EXPECT_EQ(code, 3);
+  EXPECT_EQ(read(folder_ / "out"), "ours\n");
+}
+
+TEST_F(ReportFolder, AnEngineThatEndsTheProcessHasItsLastWords) {
+  const int code = run_apart(folder_ / "out", [] {
+    const EngineLog log;
+    std::fputs("engine: a rotation is no number\n", stderr);
+    std::abort();
+    return 0;
+  });
+  EXPECT_EQ(code, 128 + SIGABRT);
+  EXPECT_EQ(read(folder_ / "out"), "engine: a rotation is no number\n");
+}
+#endif
 
 TEST_F(ReportFolder, WhatCannotBeWrittenToIsRefusedBeforeTheRun) {
   for (const char* folder : {"/proc/no_such/report", "/proc/self", "/dev/null", "/dev/null/x"})
