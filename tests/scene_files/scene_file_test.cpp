@@ -30,7 +30,7 @@ std::string error_of(const std::string& text, const SceneParameters& parameters 
 std::string error_in_objects(const std::string& objects) { return error_of(kHead + objects); }
 
 std::string turned_block_with_three_decimals() {
-  const Pose X{rotation_from_quaternion(0.8, 0.3, -0.4, 0.2), {0.1, 0.2, 0.3}};
+  const Pose X{rotation_from_quaternion(0.5, 0.4, -0.2, 0.6), {0.1, 0.2, 0.3}};
   const Hexahedron block = Hexahedron::from_size({1, 2, 3});
   std::ostringstream text;
   text << std::fixed << std::setprecision(3);
@@ -116,11 +116,12 @@ TEST(SceneFile, WarpedBeyondTheToleranceOnlyWhenAsked) {
   EXPECT_EQ(
       error_in_objects(object),
       "9: object 'a': hexahedron 'h': face 5 (vertices 1 5 7 3) is warped: a vertex is 0.123091 m out of "
-      "plane, tolerated up to 0.037749 m; accept warped solids explicitly to have them checked triangulated");
+      "plane, tolerated up to 0.0377494 m; accept warped solids explicitly to have them checked "
+      "triangulated");
   EXPECT_EQ(error_in_objects(object + "          warped: within_tolerance\n"), error_in_objects(object));
   EXPECT_EQ(error_in_objects(object + "          warped: accept\n"), "accepted");
   EXPECT_EQ(error_in_objects(object + "          warped: yes\n"),
-            "10: object 'a': hexahedron 'h': hexahedron: warped: unknown choice 'yes'; known: refuse, "
+            "12: object 'a': hexahedron 'h': hexahedron: warped: unknown choice 'yes'; known: refuse, "
             "within_tolerance, accept");
 }
 
