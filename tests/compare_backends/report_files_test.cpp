@@ -227,7 +227,9 @@ TEST_F(ReportFiles, WhatIsNoReportIsRefusedInOurWords) {
       EXPECT_EQ(refused.code, 2) << command << text;
       EXPECT_THAT(refused.err, ::testing::Not(HasSubstr("json.exception"))) << command;
       EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
-      if (!command.starts_with("--")) EXPECT_THAT(refused.err, HasSubstr(reason)) << command << text;
+      if (!command.starts_with("--")) {
+        EXPECT_THAT(refused.err, HasSubstr(reason)) << command << text;
+      }
     }
   }
 }
