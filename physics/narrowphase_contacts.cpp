@@ -240,7 +240,7 @@ void NarrowphaseContacts::take_block() {
   std::size_t count = 0;
   for (const Candidate& candidate : candidates_)
     if (candidate.kept == nullptr) evaluated_[count++] = candidate.pair;
-  const Query query{QueryKind::manifold, reach_, kMaxManifoldPoints};
+  const Query query{QueryKind::manifold, reach_, kMaxManifoldPoints, reach_};
   narrowphase_->evaluate({std::span(evaluated_).first(count), poses_, query, {}},
                          {std::span(status_).first(count), std::span(geometry_).first(count), points_},
                          *workspace_);

@@ -143,7 +143,7 @@ class NarrowphaseContacts {
   bool was_found_ = false;          // since build()
   bool is_warm_ = false;            // the broadphase has seen poses and paths
   double step_ = 0.0, fall_ = 0.0;  // of this find(); what gravity may add to a way in it
-  double reach_ = 0.0;              // of its queries
+  double reach_ = 0.0;              // of its queries, pairs and points
   std::vector<double> ways_;        // by solid, of its bounding sphere's centre
   std::vector<Pose> trial_poses_;   // of a pair on its way
   std::uint32_t unfollowed_ = 0;

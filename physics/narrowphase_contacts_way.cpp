@@ -110,7 +110,7 @@ void NarrowphaseContacts::meet_on_the_way(const SolidPair& pair, const PairGeome
       X.p = moved(X.p, part.p_W, part.v_W, part.w_W, t);
       if (w > 0.0) X.R = product(rotation_about(part.w_W / w, w * t), X.R);
     }
-    const Query query{QueryKind::manifold, reach_, kMaxManifoldPoints};
+    const Query query{QueryKind::manifold, reach_, kMaxManifoldPoints, reach_};
     narrowphase_->evaluate({{&pair, 1}, trial_poses_, query, {}}, {{&status, 1}, {&geometry, 1}, points},
                            *workspace_);
   }

@@ -44,11 +44,13 @@ const EngineContact& deepest_of(std::span<const EngineContact> contacts) {
       [](const EngineContact& x, const EngineContact& y) { return x.distance < y.distance; });
 }
 
-/// Deepest first, ties in the engine's order; as many as fit.
-std::int32_t write_points(std::span<const EngineContact> contacts, std::span<ContactPoint> points) {
+/// Those within the limit, deepest first, ties in the engine's order; as many as fit.
+std::int32_t write_points(std::span<const EngineContact> contacts, double limit,
+                          std::span<ContactPoint> points) {
   std::size_t count = 0;
   for (const EngineContact& contact : contacts) {
     const ContactPoint point = to_contact_point(contact);
+    if (point.separation > limit) continue;
     std::size_t at = count;
     while (at > 0 && point.separation < points[at - 1].separation) --at;
     if (at == points.size()) continue;
@@ -155,7 +157,8 @@ class BulletNarrowphase final : public Narrowphase {
     if (query.kind != QueryKind::overlap) {
       const ContactPoint witness = to_contact_point(deepest);
       geometry = {separation, -from_engine(deepest.normal_on_B), witness.p_A_W, witness.p_B_W, 0};
-      if (query.kind == QueryKind::manifold) geometry.point_count = write_points(contacts, points);
+      if (query.kind == QueryKind::manifold)
+        geometry.point_count = write_points(contacts, point_limit(query, separation), points);
     }
     if (is_near) return PairStatus::undecided;
     return separation > 0.0 ? PairStatus::separated : PairStatus::overlapping;

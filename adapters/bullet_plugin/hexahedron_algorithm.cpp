@@ -111,14 +111,17 @@ std::size_t HexahedronAlgorithm::find_points(const ObjectPair& objects, const bt
     const btScalar threshold = result.m_closestPointDistanceThreshold;
     const btScalar limit = manifold_->getContactBreakingThreshold() + threshold;
     const bool may_be_apart = !keeps || threshold > 0 || manifold_->getNumContacts() > 0;
+    // Pairs that newly come near are Bullet's to find only when they touch; their points then are all that
+    // Bullet would keep, so that a block that a solver tilted holds its corners from the first step on.
+    const btScalar kept = keeps ? manifold_->getContactBreakingThreshold() : limit;
+    const Query query{QueryKind::manifold, margins + (may_be_apart ? limit : 0.0), MANIFOLD_CACHE_SIZE,
+                      margins + kept};
     state_->store.measure(solids_[0], from_engine(objects.a.getWorldTransform()), solids_[1],
-                          from_engine(objects.b.getWorldTransform()), margins + (may_be_apart ? limit : 0.0),
-                          MANIFOLD_CACHE_SIZE, answer);
+                          from_engine(objects.b.getWorldTransform()), query, answer);
     const btScalar separation = to_engine(answer.geometry.separation - margins);
     if (!keeps || threshold > 0 || (answer.geometry.point_count > 0 && goes_on(answer, separation)))
-      count =
-          write_points(answer, margin_a, margin_b, keeps ? manifold_->getContactBreakingThreshold() : limit,
-                       keeps ? position_rounding(objects, answer.geometry.n_AB_W) : 0.0, points);
+      count = write_points(answer, margin_a, margin_b, kept,
+                           keeps ? position_rounding(objects, answer.geometry.n_AB_W) : 0.0, points);
   }
   if (PairObserver* const observer = state_->observer.load(std::memory_order_relaxed))
     observe_ours(objects, state_->store, solids_, answer, *observer);

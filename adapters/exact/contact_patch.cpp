@@ -160,8 +160,22 @@ ContactPatch find_contact_patch(const WorldVertices& a, const WorldVertices& b, 
   return patch;
 }
 
-double contact_patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n_AB_W) {
-  return find_contact_patch(a, b, n_AB_W).area;
+double patch_rounding(const WorldVertices& a, const WorldVertices& b) {
+  return 0x1p-47 * std::max(largest_coordinate(a), largest_coordinate(b));
+}
+
+ContactPatch part_within(const ContactPatch& clip, const Vector3& n_AB_W, double limit) {
+  ContactPatch part = clip;
+  part.vertex_count = 0;
+  for (int k = 0; k < clip.vertex_count; ++k)
+    if (clip.vertices[k].separation <= limit) part.vertices[part.vertex_count++] = clip.vertices[k];
+  if (part.vertex_count == clip.vertex_count) return part;
+  Vector3 twice = Vector3::Zero();  // some corners of a convex polygon, in order, are one too
+  for (int k = 1; k + 1 < part.vertex_count; ++k)
+    twice += cross(part.vertices[k].p_A_W - part.vertices[0].p_A_W,
+                   part.vertices[k + 1].p_A_W - part.vertices[0].p_A_W);
+  part.area = 0.5 * std::abs(dot(twice, n_AB_W));
+  return part;
 }
 
 int select_contact_points(const ContactPatch& patch, const Vector3& n_AB_W, std::span<ContactPoint> out) {

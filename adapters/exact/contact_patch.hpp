@@ -18,7 +18,7 @@ struct ContactPatch {
   /// p_A_W on A's face, p_B_W on B's, over each other along the normal; separation along it, which may be
   /// above 0.
   std::array<ContactPoint, kMaxVertices> vertices;
-  double area = 0.0;  ///< of the full clip, projected along the normal [m^2]
+  double area = 0.0;  ///< of the vertices' hull, projected along the normal [m^2]
 };
 
 /// The clip of A's face most parallel to n_AB_W and B's most antiparallel to it, projected along n_AB_W.
@@ -27,8 +27,12 @@ struct ContactPatch {
 /// @pre both lists are in Hexahedron's order (world_vertices()); n_AB_W is a unit vector.
 ContactPatch find_contact_patch(const WorldVertices& a, const WorldVertices& b, const Vector3& n_AB_W);
 
-/// The area of that clip alone [m^2].
-double contact_patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n_AB_W);
+/// What the heights of a clip's vertices are off by, at most [m].
+double patch_rounding(const WorldVertices& a, const WorldVertices& b);
+
+/// The patch of narrowphase.hpp: the clip's vertices that are no further apart than `limit` [m], and the area
+/// of their hull.
+ContactPatch part_within(const ContactPatch& clip, const Vector3& n_AB_W, double limit);
 
 /// Picks at most max_points of the patch into `out`: the deepest, then those that make the largest area.
 /// @returns how many.

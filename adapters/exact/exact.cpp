@@ -76,19 +76,19 @@ class ExactNarrowphase final : public Narrowphase {
       std::swap(result.p_A_W, result.p_B_W);
     }
     geometry = {result.separation, result.n_AB_W, result.p_A_W, result.p_B_W, 0};
-    if (!points.empty()) geometry.point_count = fill_points(a, b, result, points);
+    if (!points.empty()) geometry.point_count = fill_points(a, b, query, result, points);
   }
 
   // The witness pair comes first where no corner of the patch is as deep as it: an edge or a corner touches,
   // or the two faces do not lie over each other at all.
-  static std::int32_t fill_points(const WorldVertices& a, const WorldVertices& b, const ExactResult& result,
-                                  std::span<ContactPoint> points) {
-    const ContactPatch patch = find_contact_patch(a, b, result.n_AB_W);
-    const double rounding =
-        0x1p-47 * std::max(largest_coordinate(a), largest_coordinate(b));  // of the patch's heights
+  static std::int32_t fill_points(const WorldVertices& a, const WorldVertices& b, const Query& query,
+                                  const ExactResult& result, std::span<ContactPoint> points) {
+    const double as_deep = result.separation + patch_rounding(a, b);
+    const ContactPatch patch =
+        part_within(find_contact_patch(a, b, result.n_AB_W), result.n_AB_W, point_limit(query, as_deep));
     double deepest = std::numeric_limits<double>::infinity();
     for (int k = 0; k < patch.vertex_count; ++k) deepest = std::min(deepest, patch.vertices[k].separation);
-    if (deepest <= result.separation + rounding) return select_contact_points(patch, result.n_AB_W, points);
+    if (deepest <= as_deep) return select_contact_points(patch, result.n_AB_W, points);
     points[0] = {result.p_A_W, result.p_B_W, result.separation, 0};
     return 1 + select_contact_points(patch, result.n_AB_W, points.subspan(1));
   }

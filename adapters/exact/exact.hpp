@@ -6,9 +6,8 @@ namespace touchstone {
 
 /// Adds the narrowphase `exact`: the ground truth. The status is never `undecided` or `failed`, the
 /// separation is right to the last bit, see signed_distance.hpp. It allocates in evaluate() (GMP's integers):
-/// use it to judge, not in a frame loop. Manifold: corners of the patch in contact_patch.hpp (their
-/// separations may be above 0 where the faces are not parallel), and the witness pair first where none of
-/// them is as deep.
+/// use it to judge, not in a frame loop. Manifold: corners of the clip in contact_patch.hpp within the point
+/// limit, and the witness pair first where none of them is as deep.
 void register_exact(BackendRegistry& registry);
 
 }  // namespace touchstone

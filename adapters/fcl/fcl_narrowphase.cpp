@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/points_within.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone::fcl_adapter {
@@ -184,7 +185,7 @@ class FclNarrowphase final : public Narrowphase {
     Vector3 p_A_W, p_B_W;
     const double apart = engine_.distance(posed, p_A_W, p_B_W);
     if (!(apart > 0.0) && solver_ == Solver::indep) return PairStatus::unsupported;
-    if (!(apart > 0.0)) return report_contacts(posed, near, scratch, geometry, points);
+    if (!(apart > 0.0)) return report_contacts(posed, near, query, scratch, geometry, points);
     if (apart > query.max_separation && apart >= near) {
       geometry = no_geometry(kInfinity);
       return PairStatus::separated;
@@ -206,7 +207,7 @@ class FclNarrowphase final : public Narrowphase {
     return separation < near ? PairStatus::undecided : PairStatus::separated;
   }
 
-  PairStatus report_contacts(const PosedPair& posed, double near, FclWorkspace& scratch,
+  PairStatus report_contacts(const PosedPair& posed, double near, const Query& query, FclWorkspace& scratch,
                              PairGeometry& geometry, std::span<ContactPoint> points) const {
     if (!engine_.contacts(posed, scratch)) return PairStatus::failed;  // neither apart nor in contact
     if (!std::all_of(scratch.contacts.begin(), scratch.contacts.end(), &is_usable)) return PairStatus::failed;
@@ -214,7 +215,7 @@ class FclNarrowphase final : public Narrowphase {
     geometry = {deepest.separation, scratch.contacts[0].normal, deepest.p_A_W, deepest.p_B_W, 0};
     const std::size_t count = std::min(points.size(), scratch.contacts.size());
     for (std::size_t k = 0; k < count; ++k) points[k] = to_contact_point(scratch.contacts[k]);
-    geometry.point_count = static_cast<std::int32_t>(count);
+    geometry.point_count = keep_within(points.first(count), point_limit(query, deepest.separation));
     return -deepest.separation < near ? PairStatus::undecided : PairStatus::overlapping;
   }
 

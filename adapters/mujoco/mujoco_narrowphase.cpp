@@ -11,6 +11,7 @@
 
 #include "touchstone/adapters/mujoco/solid_geoms.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/points_within.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone::mujoco {
@@ -112,15 +113,15 @@ class MujocoNarrowphase final : public Narrowphase {
     const bool in_contact =
         std::any_of(found.begin(), found.end(), [](const mjContact& contact) { return contact.dist <= 0.0; });
     if (query.kind == QueryKind::overlap) return in_contact ? PairStatus::overlapping : PairStatus::separated;
-    if (in_contact) return report(found, is_swapped, scale, geometry, points);
+    if (in_contact) return report(found, is_swapped, scale, query, geometry, points);
     if (query.max_separation > 0.0) return PairStatus::unsupported;
     geometry = no_geometry(kInfinity);
     return PairStatus::separated;
   }
 
   /// Deepest first, ties in MuJoCo's order; as many as fit.
-  PairStatus report(std::span<const mjContact> found, bool is_swapped, double scale, PairGeometry& geometry,
-                    std::span<ContactPoint> points) const {
+  PairStatus report(std::span<const mjContact> found, bool is_swapped, double scale, const Query& query,
+                    PairGeometry& geometry, std::span<ContactPoint> points) const {
     if (!std::all_of(found.begin(), found.end(), &is_usable)) return PairStatus::failed;
     std::array<std::size_t, mjMAXCONPAIR> order;
     std::iota(order.begin(), order.begin() + found.size(), std::size_t{0});
@@ -132,7 +133,7 @@ class MujocoNarrowphase final : public Narrowphase {
     geometry = {deepest.separation, n_AB_W, deepest.p_A_W, deepest.p_B_W, 0};
     const std::size_t count = std::min(points.size(), found.size());
     for (std::size_t k = 0; k < count; ++k) points[k] = to_contact_point(found[order[k]], n_AB_W);
-    geometry.point_count = static_cast<std::int32_t>(count);
+    geometry.point_count = keep_within(points.first(count), point_limit(query, deepest.separation));
     return -deepest.separation < capabilities_.resolution.at(scale) ? PairStatus::undecided
                                                                     : PairStatus::overlapping;
   }

@@ -10,6 +10,7 @@
 #include "touchstone/adapters/ode/convex_data.hpp"
 #include "touchstone/adapters/ode/ode_library.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/points_within.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone::ode {
@@ -239,10 +240,10 @@ class OdeNarrowphase final : public Narrowphase {
     output.geometry[i] = {witness.separation, contacts.n_AB_W, witness.p_A_W, witness.p_B_W, 0};
     if (query.kind != QueryKind::manifold) return;
     const int count = contacts.count < query.max_points ? contacts.count : query.max_points;
-    output.geometry[i].point_count = count;
-    for (int k = 0; k < count; ++k) {
-      output.points[i * static_cast<std::size_t>(query.max_points) + k] = contact_point(contacts, k);
-    }
+    const auto points = output.points.subspan(i * static_cast<std::size_t>(query.max_points),
+                                              static_cast<std::size_t>(count));
+    for (int k = 0; k < count; ++k) points[static_cast<std::size_t>(k)] = contact_point(contacts, k);
+    output.geometry[i].point_count = keep_within(points, point_limit(query, witness.separation));
   }
 
   LibraryUse library_;

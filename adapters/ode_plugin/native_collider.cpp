@@ -18,6 +18,10 @@ using native::SolidStore;
 std::atomic<std::uint64_t> checks{0}, refused{0};
 std::atomic<PairObserver*> told{nullptr};
 
+/// Points of touching solids count up to here [m], as touching: a block that the solver's noise tilted keeps
+/// its corners. ODE's contacts have no negative depth.
+constexpr double kPointReach = 1e-6;
+
 /// How much of the depth lies between `pos` and the first box's surface; the rest lies between it and the
 /// second's.
 double share_of_first(int code) {
@@ -33,7 +37,7 @@ void write_contact(const ContactPoint& point, const Vector3& n_12_W, dGeomID geo
     contact.normal[k] = -n_12_W[k];
   }
   contact.pos[3] = contact.normal[3] = 0.0;
-  contact.depth = -point.separation;
+  contact.depth = point.separation < 0.0 ? -point.separation : 0.0;
   contact.g1 = geom1, contact.g2 = geom2;
   contact.side1 = contact.side2 = -1;
 }
@@ -82,8 +86,8 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
   const int most = std::min(most_contacts(flags), kMaxManifoldPoints);
   const bool any_will_do = (static_cast<unsigned>(flags) & CONTACTS_UNIMPORTANT) != 0;
   native::PairAnswer answer;
-  store.measure(solid1, pose_of(geom1), solid2, pose_of(geom2), 0.0, any_will_do ? kMaxManifoldPoints : most,
-                answer);
+  const Query query{QueryKind::manifold, 0.0, any_will_do ? kMaxManifoldPoints : most, kPointReach};
+  store.measure(solid1, pose_of(geom1), solid2, pose_of(geom2), query, answer);
   if (PairObserver* const who = observer()) {
     const Hexahedron a = store.solid(solid1), b = store.solid(solid2);
     if (answer.status != PairStatus::failed)
@@ -98,7 +102,7 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
   if (answer.status != PairStatus::overlapping) return 0;
   int count = 0;
   for (int i = 0; i < answer.geometry.point_count && count < most; ++i) {
-    if (answer.points[i].separation > 0.0) continue;
+    if (answer.points[i].separation > kPointReach) continue;
     write_contact(answer.points[i], answer.geometry.n_AB_W, geom1, geom2,
                   contact_at(contacts, skip, count++));
   }

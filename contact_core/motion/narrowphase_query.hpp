@@ -73,13 +73,14 @@ class NarrowphaseQuery final : public SeparationQuery {
   }
 
   /// The pair's contact points too, the planner's, where it has them; else the witness points as one.
-  /// @param max_separation pairs further apart get a separation of +inf and no points [m].
+  /// @param max_separation pairs further apart get a separation of +inf and no points; nor are points that
+  /// are further apart among them [m].
   PairStatus manifold(const Pose& X_WA, const Pose& X_WB, double max_separation, PairGeometry& out,
                       std::span<ContactPoint, kMaxManifoldPoints> points) noexcept {
     const bool has_points = planner_.narrowphase->capabilities().manifold;
     Query query;
     query.kind = has_points ? QueryKind::manifold : QueryKind::distance;
-    query.max_separation = max_separation;
+    query.max_separation = query.max_point_separation = max_separation;
     const PairStatus status = ask(planner_, X_WA, X_WB, query, out, points);
     if (!has_points) {
       out.point_count = out.separation <= max_separation ? 1 : 0;

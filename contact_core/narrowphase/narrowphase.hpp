@@ -16,6 +16,27 @@
 ///    distance).
 ///  * p_B_W = p_A_W + separation * n_AB_W; moving B by -separation * n_AB_W brings the pair to touch.
 ///  * Results come in the order of the pairs; result i depends on pair i alone.
+///
+/// What a manifold is. Of each solid take the face whose normal is most along n (A) or against it (B), as the
+/// user gave it: facets that a file's rounding bent are one face within a tolerance that the backend states.
+/// Seen along n, the two faces clip each other. Each corner of that clip is a place on both surfaces, with
+/// the separation of the true surfaces there. The manifold has the clip's corners that are no further apart
+/// than the point limit, point_limit(): the larger of Query::max_point_separation and the pair's own
+/// separation.
+///  * No point of any backend lies beyond that limit by more than its resolution: corners as near as the pair
+///    to rounding count as within, so that faces that touch or stand apart flat keep all corners whichever
+///    way rounding tilts them.
+///  * The deepest point always is there, with the pair's separation: a witness point where no corner is as
+///    deep. So a pair that is not beyond max_separation has a point at least, however far apart it is.
+///  * By default the limit is 0: what touches or overlaps. Who builds stacks asks with a positive one, as far
+///    as a body may come in a step, so that a block that a solver's noise tilted keeps its corners (physics
+///    and the plug-ins do).
+///  * The clip is not cut where its separation passes the limit. Separation is linear over plane faces, so a
+///    cut's corners, all at the limit, never meet before the others do; they would take slots of those that
+///    hold, and move by the noise over the sine of the tilt, where the clip's own corners keep their places.
+/// The *patch* that manifolds are judged against is the hull of the exact clip's corners within the limit.
+/// `native` and `exact` have those corners, or of too many a choice that holds much of the area; engines
+/// have what they find, within the same limit.
 
 namespace touchstone {
 
@@ -46,7 +67,7 @@ std::string_view to_string(PairStatus status);
 enum class QueryKind : std::uint8_t {
   overlap,   ///< status only
   distance,  ///< signed distance, normal and one pair of witness points
-  manifold,  ///< the same and up to max_points contact points
+  manifold,  ///< the same and up to max_points contact points within the point limit
 };
 /// The enumerator's name.
 std::string_view to_string(QueryKind kind);
@@ -62,7 +83,15 @@ struct Query {
   double max_separation = std::numeric_limits<double>::infinity();
   /// Slots per pair in NarrowphaseOutput::points, 1 to kMaxManifoldPoints; manifold only.
   int max_points = kMaxManifoldPoints;
+  /// Points further apart than this [m], and than the pair, are not in the manifold; see above. Infinite: the
+  /// whole clip. Independent of max_separation, which is about pairs.
+  double max_point_separation = 0.0;
 };
+
+/// The limit on the separations of a pair's points [m]. @param separation the pair's [m].
+inline double point_limit(const Query& query, double separation) {
+  return query.max_point_separation > separation ? query.max_point_separation : separation;
+}
 
 /// One pair's answer to a distance or manifold query. NaN where the status carries nothing.
 struct PairGeometry {

@@ -28,7 +28,7 @@ SignedDistance distance_of(const PairGeometry& geometry, bool swapped) {
 void write_manifold(const PlacedPair& placed, const SignedDistance& distance, bool swapped,
                     const Query& query, PairGeometry& geometry, ContactPoint* points) {
   Manifold manifold;
-  make_manifold(placed.pair, distance, placed.from_world(query.max_separation),
+  make_manifold(placed.pair, distance, placed.from_world(query.max_point_separation),
                 std::clamp(query.max_points, 1, kMaxManifoldPoints), swapped, manifold);
   geometry.point_count = manifold.count;
   for (int i = 0; i < manifold.count; ++i) {
@@ -72,11 +72,11 @@ void ClipBatch::run() {
   std::array<ClipRecord, kMost> clipped;
   const auto* const X_W = reinterpret_cast<const PoseRecord*>(input_.poses.data());
   if (kind_ == SolidKind::box)
-    kernels_.clip_boxes(X_W, set_.boxes.data(), tasks_.data(), count_, input_.query.max_separation,
+    kernels_.clip_boxes(X_W, set_.boxes.data(), tasks_.data(), count_, input_.query.max_point_separation,
                         clipped.data());
   else
     kernels_.clip_parallelepipeds(X_W, set_.edge_forms.data(), tasks_.data(), count_,
-                                  input_.query.max_separation, clipped.data());
+                                  input_.query.max_point_separation, clipped.data());
   for (std::size_t i = 0; i < count_; ++i) finish(i, clipped[i], corners_of(i));
   count_ = 0;
 }

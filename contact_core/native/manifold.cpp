@@ -121,11 +121,11 @@ int finish_clip(const SignedDistance& distance_W, bool swapped, const ClipRecord
   return finish(distance_W, swapped, clipped.deepest >= 0, max_points, of_clip);
 }
 
-void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_separation,
+void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_point_separation,
                    int max_points, bool swapped, Manifold& manifold) {
   const TangentFrame frame = tangent_frame(distance.n);
   const double extent = pair.hulls.extent, tie = kAsDeep * kRoundoff * extent;
-  const double limit = std::max(max_separation, distance.separation);
+  const double limit = std::max(distance.separation + tie, max_point_separation);  // of NaN: the first
   Facing a, b;
   find_facings(pair, frame.n, a, b);
   a.swapped = b.swapped = swapped;

@@ -18,9 +18,9 @@ struct Manifold {
 /// each other (outline_clip.hpp). Each corner of the clip lies on an edge of one face; carried along n onto
 /// the other it gives p_A on A, p_B on B and p_B = p_A + separation * n. The separations of one manifold
 /// differ where the faces lean, and may be positive for a pair that overlaps; points further apart than
-/// `max_separation` are left out. A face whose normal leans more than 83 degrees from n counts as its edge
-/// furthest along n; faces that are points seen along n (edges on end, solids flattened by rounding) clip
-/// nothing.
+/// `max_point_separation` are left out, but for those as deep as the pair to rounding (64 u extent). A face
+/// whose normal leans more than 83 degrees from n counts as its edge furthest along n; faces that are points
+/// seen along n (edges on end, solids flattened by rounding) clip nothing.
 ///
 /// Bent faces. Corners that a file rounds bend the face that they belong to: the hull has two triangles there
 /// and a ridge between them. Where the triangles' normals agree to a cosine of kBentFaceCosine
@@ -71,7 +71,7 @@ struct Manifold {
 /// two of the faces' edges (0-7: A's, 8-15: B's; flush ones go by A's); 0x10000 for the witness point. A and
 /// B are the caller's, in whichever order the check takes the pair. @param swapped whether the caller's is
 /// (b, a).
-void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_separation,
+void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_point_separation,
                    int max_points, bool swapped, Manifold& manifold);
 
 /// The same from the points of a kernel's clip, which stand in `points` (room for eight) as those of (b, a)

@@ -125,7 +125,7 @@ Hexahedron SolidStore::solid(const SolidHandle& solid) const {
 }
 
 void SolidStore::measure(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
-                         double max_separation, int max_points, PairAnswer& answer) const noexcept {
+                         const Query& query, PairAnswer& answer) const noexcept {
   thread_local std::vector<Pose> poses;  // only the two of the pair are ever read
   answer.geometry.point_count = 0;
   answer.status = PairStatus::failed;
@@ -135,8 +135,8 @@ void SolidStore::measure(const SolidHandle& a, const Pose& X_WA, const SolidHand
   poses[pair.a] = X_WA;
   poses[pair.b] = X_WB;
   if (!make_valid(poses[pair.a]) || !make_valid(poses[pair.b])) return;
-  const NarrowphaseInput input{
-      {&pair, 1}, poses, {QueryKind::manifold, std::max(max_separation, 0.0), max_points}};
+  NarrowphaseInput input{{&pair, 1}, poses, query};
+  input.query.max_separation = std::max(query.max_separation, 0.0);
   native::measure(set_, kernels_, input, {&answer.status, 1}, {&answer.geometry, 1}, answer.points);
 }
 

@@ -50,12 +50,12 @@ class SolidStore {
   void release(const SolidHandle& solid);
   std::size_t size() const;  ///< contents in use
 
-  /// A manifold query for a pair, as make_native() answers it. A rotation that is off by more than
-  /// kRotationTolerance is made orthonormal first (Gram-Schmidt from its first column); a pose that is not
-  /// finite, or no rotation at all, comes out as `failed`, without points.
-  /// @pre the handles are not released; max_points is 1 to kMaxManifoldPoints.
+  /// A manifold query for a pair, as make_native() answers it, whatever query.kind. A rotation that is off by
+  /// more than kRotationTolerance is made orthonormal first (Gram-Schmidt from its first column); a pose that
+  /// is not finite, or no rotation at all, comes out as `failed`, without points.
+  /// @pre the handles are not released; query.max_points is 1 to kMaxManifoldPoints.
   void measure(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
-               double max_separation, int max_points, PairAnswer& answer) const noexcept;
+               const Query& query, PairAnswer& answer) const noexcept;
 
   /// A copy: for those who write the solid down.
   Hexahedron solid(const SolidHandle& solid) const;

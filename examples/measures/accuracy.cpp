@@ -153,6 +153,27 @@ std::span<const ContactPoint> manifold_points(const QueryAnswers& answers, std::
   return std::span(answers.points).subspan(index * kMaxManifoldPoints, static_cast<std::size_t>(count));
 }
 
+// Patches of less area [S2] are lines and points to rounding.
+constexpr double kLeastPatch = 0x1p-40;
+// Corners of the clip this close to the limit [S] may count or not.
+constexpr double kSameLimit = 0x1p-36;
+
+// The area of the true patch, along n: where corners lie at the limit itself, between two.
+struct PatchArea {
+  double least, most;
+
+  PatchArea(const PosedPair& posed, const Oracle& oracle, const Vector3& n) {
+    const double limit = query_for(QueryKind::manifold).max_point_separation;
+    const double slack = kSameLimit * posed.scale;
+    least = oracle.patch_area(posed.a, posed.b, n, limit - slack);
+    most = oracle.patch_area(posed.a, posed.b, n, limit + slack);
+  }
+  /// Of what a hull of this area is off by. @pre most > 0
+  double error(double area) const {
+    return area < least ? 1.0 - area / least : std::max(area / most - 1.0, 0.0);
+  }
+};
+
 double& at(CaseErrors& errors, Measure measure) { return errors.values[static_cast<std::size_t>(measure)]; }
 
 void measure_distance(const PosedPair& posed, const PairTruth& truth, const Surfaces& surfaces,
@@ -186,18 +207,17 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
   at(errors, Measure::deepest) = std::abs(deepest - truth.separation);
   at(errors, Measure::point_witness) = witness;
   if (!truth.contact() || !is_finite(geometry.n_AB_W)) return;
-  const double exact_area = oracle.patch_area(posed.a, posed.b, geometry.n_AB_W);
-  if (!(exact_area > 0.0)) return;
-  const double ratio = manifold_area(points, geometry.n_AB_W) / exact_area;
+  const PatchArea patch(posed, oracle, geometry.n_AB_W);
+  if (!(patch.most > kLeastPatch * posed.scale * posed.scale)) return;
+  const double area = manifold_area(points, geometry.n_AB_W);
   const bool face_on_face =
       has_face_along(posed.a, geometry.n_AB_W) && has_face_along(posed.b, -geometry.n_AB_W);
-  at(errors, face_on_face ? Measure::patch_area : Measure::tilted_area) = std::abs(ratio - 1.0);
+  at(errors, face_on_face ? Measure::patch_coverage : Measure::tilted_coverage) = patch.error(area);
   if (!face_on_face) return;
   const QueryAnswers& moved = answers.perturbed;
   if (moved.status.empty() || !carries_geometry(moved.status[index], moved.geometry[index])) return;
-  const double moved_ratio =
-      manifold_area(manifold_points(moved, index), moved.geometry[index].n_AB_W) / exact_area;
-  at(errors, Measure::stability) = std::abs(moved_ratio - ratio);
+  const double moved_area = manifold_area(manifold_points(moved, index), moved.geometry[index].n_AB_W);
+  at(errors, Measure::stability) = std::abs(moved_area - area) / patch.most;
 }
 
 // ---- costs
@@ -258,9 +278,9 @@ Wrongness& Wrongness::operator+=(const Wrongness& more) {
 }
 
 std::string_view to_string(Measure measure) {
-  constexpr std::array<std::string_view, kMeasures> kNames = {"distance",   "depth",       "normal",
-                                                              "witness",    "deepest",     "point_witness",
-                                                              "patch_area", "tilted_area", "stability"};
+  constexpr std::array<std::string_view, kMeasures> kNames = {
+      "distance",      "depth",          "normal",          "witness",  "deepest",
+      "point_witness", "patch_coverage", "tilted_coverage", "stability"};
   return kNames[static_cast<std::size_t>(measure)];
 }
 
@@ -275,10 +295,12 @@ std::string_view definition(Measure measure) {
       "64-bit mantissas (long double, slivers in 113), good to 2^-60 of the largest coordinate",
       "manifold: |deepest point's separation - d|",
       "manifold: the worst witness error of its points, computed as for witness",
-      "manifold: |area of the points' hull / area of the exact clip of the two faces most (anti)parallel to "
-      "n, along n, - 1|, of contacts face on face: both faces within 1e-6 rad of n",
-      "manifold: the same of all other contacts (an edge, a corner or a tilted face in contact): the clip is "
-      "larger than what touches, so a right answer, such as one point where two edges cross, may have 1 here",
+      "manifold: |area of the points' hull / area of the true patch - 1|, along n, of contacts face on face: "
+      "both faces within 2^-6 rad of n. The patch: the hull of those corners of the exact clip of the two "
+      "faces most (anti)parallel to n that are within the asked 1e-3 m. 1: the points hold no area, a block "
+      "on them falls over",
+      "manifold: the same of all other contacts (an edge, a corner or a tilted face in contact) that have "
+      "three corners and an area within 1e-3 m",
       "manifold: change of that area ratio when B moves by 1e-9 S, of contacts face on face"};
   return kDefinitions[static_cast<std::size_t>(measure)];
 }

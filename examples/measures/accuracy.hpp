@@ -40,23 +40,24 @@ struct Wrongness {
 
 /// What is measured; all but the last three in metres.
 enum class Measure : std::uint8_t {
-  distance,       ///< |separation - d| of pairs that are apart
-  depth,          ///< |separation - d| of pairs in contact
-  normal,         ///< |h(n) - d|: h the exact separation along the returned n
-  witness,        ///< largest of p_A to A's surface, p_B to B's, |p_B - p_A - s n|
-  deepest,        ///< manifold: |deepest point's separation - d|
-  point_witness,  ///< manifold: worst witness error of its points
-  patch_area,     ///< manifold: |area of its hull / area of the exact clip - 1|, of contacts face on face
-  tilted_area,    ///< manifold: the same of all other contacts, where a right answer may be far from 0
-  stability,      ///< manifold: change of the ratio of contacts face on face when B moves by 1e-9 S
+  distance,         ///< |separation - d| of pairs that are apart
+  depth,            ///< |separation - d| of pairs in contact
+  normal,           ///< |h(n) - d|: h the exact separation along the returned n
+  witness,          ///< largest of p_A to A's surface, p_B to B's, |p_B - p_A - s n|
+  deepest,          ///< manifold: |deepest point's separation - d|
+  point_witness,    ///< manifold: worst witness error of its points
+  patch_coverage,   ///< manifold: |area of its hull / area of the true patch - 1|, of contacts face on face
+  tilted_coverage,  ///< manifold: the same of all other contacts whose patch has an area
+  stability,        ///< manifold: change of the ratio of contacts face on face when B moves by 1e-9 S
 };
 inline constexpr std::size_t kMeasures = 9;
-/// A contact is face on face when n is within this of a face normal of A and of one of -B [rad].
-inline constexpr double kFaceOnFaceAngle = 1e-6;
+/// A contact is face on face when n is within this of a face normal of A and of one of -B [rad]: what three
+/// decimals of a metre turn the normal of a face of 0.1 m by.
+inline constexpr double kFaceOnFaceAngle = 0x1p-6;
 std::string_view to_string(Measure measure);
 std::string_view definition(Measure measure);
 std::string_view cost_definition(QueryKind query);
-constexpr bool is_length(Measure measure) { return measure < Measure::patch_area; }
+constexpr bool is_length(Measure measure) { return measure < Measure::patch_coverage; }
 
 /// The same errors divided by S and by the pair's size; ratios are not divided.
 struct ErrorStats {

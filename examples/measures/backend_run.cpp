@@ -323,7 +323,9 @@ void time_frames(std::span<Timed> timed, const PairSet& set, const MeasureOption
 Query query_for(QueryKind kind) {
   Query query;
   query.kind = kind;
-  if (kind == QueryKind::manifold) query.max_separation = 0.0;
+  if (kind != QueryKind::manifold) return query;
+  query.max_separation = 0.0;
+  query.max_point_separation = 1e-3;
   return query;
 }
 

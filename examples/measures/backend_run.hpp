@@ -18,8 +18,9 @@ inline constexpr std::array<QueryKind, 3> kQueryKinds = {QueryKind::overlap, Que
                                                          QueryKind::manifold};
 constexpr std::size_t index_of(QueryKind kind) { return static_cast<std::size_t>(kind); }
 
-/// The query behind each kind. Manifolds are asked for contacts only (max_separation 0): a pair that is apart
-/// is rightly answered by `separated` alone.
+/// The query behind each kind. Manifolds are asked as stacks ask for them: of contacts only (max_separation
+/// 0: a pair that is apart is rightly answered by `separated` alone), with all points up to a millimetre
+/// apart.
 Query query_for(QueryKind kind);
 
 /// One backend's answers to one kind of query, case by case, and what they cost.

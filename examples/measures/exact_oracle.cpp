@@ -20,8 +20,9 @@ class ExactOracle final : public Oracle {
   double surface_distance(const WorldVertices& solid, const Vector3& p) const override {
     return exact_surface_distance(solid, p);
   }
-  double patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n) const override {
-    return contact_patch_area(a, b, n);
+  double patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n,
+                    double limit) const override {
+    return part_within(find_contact_patch(a, b, n), n, limit).area;
   }
 };
 

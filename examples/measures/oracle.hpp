@@ -26,8 +26,10 @@ class Oracle {
   virtual PairTruth truth(const WorldVertices& a, const WorldVertices& b) const = 0;
   /// The distance of p to the solid's surface [m].
   virtual double surface_distance(const WorldVertices& solid, const Vector3& p) const = 0;
-  /// The area of the clip of the two faces most (anti)parallel to n, projected along n [m2].
-  virtual double patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n) const = 0;
+  /// The area of the patch (narrowphase.hpp), projected along n [m2]: the hull of those corners of the clip
+  /// of the two faces most (anti)parallel to n that are no further apart along n than `limit` [m].
+  virtual double patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n,
+                            double limit) const = 0;
 };
 
 /// Backed by the `exact` adapter; null in a build without it.

@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   testing::InitGoogleMock(&argc, argv);
   touchstone::suite::link_narrowphase_suite();
   touchstone::suite::link_bad_pose_suite();
+  touchstone::suite::link_manifold_suite();
   touchstone::suite::link_broadphase_suite();
 #ifdef TOUCHSTONE_HAS_EXACT
   touchstone::suite::link_accuracy_suite();

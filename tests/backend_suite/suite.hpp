@@ -47,6 +47,7 @@ double scale_of(const Body& a, const Body& b);
 /// Do nothing; naming them links the tests.
 void link_narrowphase_suite();
 void link_bad_pose_suite();
+void link_manifold_suite();
 void link_broadphase_suite();
 void link_accuracy_suite();  ///< in installations with the component exact
 

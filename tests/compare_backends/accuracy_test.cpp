@@ -92,7 +92,7 @@ TEST_F(Judged, ErrorsAreWhatTheFakesDo) {
   EXPECT_EQ(error("right", Measure::normal).worst, 0.0);
   EXPECT_EQ(error("right", Measure::witness).worst, 0.0);
   EXPECT_EQ(error("right", Measure::deepest).worst, 0.0);
-  EXPECT_EQ(error("right", Measure::patch_area).worst, 0.0);
+  EXPECT_EQ(error("right", Measure::patch_coverage).worst, 0.0);
   EXPECT_NEAR(error("off_by_1e-3", Measure::distance).worst, 1e-3 / size_, 1e-15);
   EXPECT_NEAR(error("off_by_1e-3", Measure::depth).worst, 1e-3 / size_, 1e-15);
   EXPECT_NEAR(error("off_by_1e-3", Measure::deepest).worst, 1e-3 / size_, 1e-15);
@@ -277,11 +277,11 @@ TEST_F(Judged, AnEdgeOnAFaceIsNoAreaError) {
   const auto answers = answer_set(options, backends_, tilted, measure);
   const SetResult result = sum_up(tilted, truth, &oracle_, answers, 1);
   const auto errors = result.backends[0].judgement.errors;
-  EXPECT_EQ(errors[static_cast<std::size_t>(Measure::patch_area)].over_scale.count, 0u);
+  EXPECT_EQ(errors[static_cast<std::size_t>(Measure::patch_coverage)].over_scale.count, 0u);
   EXPECT_EQ(errors[static_cast<std::size_t>(Measure::stability)].over_scale.count, 0u);
-  EXPECT_EQ(errors[static_cast<std::size_t>(Measure::tilted_area)].over_scale.count, 1u);
-  EXPECT_EQ(error("right", Measure::tilted_area).count, 0u);
-  EXPECT_EQ(error("right", Measure::patch_area).count, 3u);
+  EXPECT_EQ(errors[static_cast<std::size_t>(Measure::tilted_coverage)].over_scale.count, 1u);
+  EXPECT_EQ(error("right", Measure::tilted_coverage).count, 0u);
+  EXPECT_EQ(error("right", Measure::patch_coverage).count, 3u);
 }
 
 // ---- what is written

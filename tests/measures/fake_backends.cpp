@@ -74,7 +74,7 @@ PairTruth CubeOracle::truth(const WorldVertices& a, const WorldVertices& b) cons
 }
 
 double CubeOracle::surface_distance(const WorldVertices&, const Vector3&) const { return kNaN; }
-double CubeOracle::patch_area(const WorldVertices&, const WorldVertices&, const Vector3&) const {
+double CubeOracle::patch_area(const WorldVertices&, const WorldVertices&, const Vector3&, double) const {
   return 1.0;
 }
 

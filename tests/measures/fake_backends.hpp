@@ -19,7 +19,8 @@ class CubeOracle final : public Oracle {
  public:
   PairTruth truth(const WorldVertices& a, const WorldVertices& b) const override;
   double surface_distance(const WorldVertices& solid, const Vector3& p) const override;
-  double patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n) const override;
+  double patch_area(const WorldVertices& a, const WorldVertices& b, const Vector3& n,
+                    double limit) const override;
 };
 
 /// A narrowphase that needs no build and answers one pair after another, whatever wrong way it is given.

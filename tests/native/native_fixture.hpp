@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -22,9 +23,15 @@ inline Answer ask(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, co
   return ask(*native, std::array{X_WA, X_WB}, query);
 }
 
+/// For manifolds of the whole clip, however far apart its corners are.
+inline Query whole_clip(QueryKind kind = QueryKind::manifold) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {kind, kInfinity, kMaxManifoldPoints, kInfinity};
+}
+
 inline Answer ask(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB,
                   QueryKind kind = QueryKind::manifold) {
-  return ask(a, X_WA, b, X_WB, Query{kind});
+  return ask(a, X_WA, b, X_WB, whole_clip(kind));
 }
 
 /// Seeded, and the same on every compiler and standard library (no std::*_distribution).

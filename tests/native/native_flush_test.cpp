@@ -78,7 +78,8 @@ TEST(NativeFlush, ClassesAreExactAndDepthsTheScalarRoads) {
     for (const SolidPair& pair : set.pairs) {
       const Worlds worlds = vertices_of(set, pair);
       const bool meet = numerics::hulls_intersect(worlds.a, worlds.b);
-      const Answer answer = touchstone::ask(*native, set.poses, Query{QueryKind::manifold, 1.0, 8}, pair);
+      const Answer answer =
+          touchstone::ask(*native, set.poses, Query{QueryKind::manifold, 1.0, 8, 1.0}, pair);
       ASSERT_EQ(answer.status == PairStatus::overlapping, meet);
       ASSERT_EQ(answer.geometry.separation <= 0.0, meet);
       ASSERT_GE(answer.geometry.point_count, 1);

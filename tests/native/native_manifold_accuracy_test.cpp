@@ -222,7 +222,7 @@ TEST(NativeManifoldAccuracy, TinyMotionKeepsAreaAndFeatureIds) {
     PairOfSolids pair = resting(random, random.box(), random.box(), 1);
     const double S = scale_of(pair.a, pair.X_WA, pair.b, pair.X_WB);
     const int most = i % 2 ? 8 : 4;
-    Query query{QueryKind::manifold};
+    Query query = whole_clip();
     query.max_points = most;
     const Answer before = ask(pair.a, pair.X_WA, pair.b, pair.X_WB, query);
     if (dot(before.geometry.n_AB_W, pair.X_WA.R.col(2)) < 0.999) continue;
@@ -358,7 +358,7 @@ TEST(NativeManifoldAccuracy, ExchangingTheSolidsExchangesThePoints) {
     const bool boxes = i % 2 == 0;
     const Hexahedron a = boxes ? random.box() : random.any(), b = boxes ? random.box() : random.any();
     const Pose X_WA = random.pose(0.3), X_WB = random.pose(0.9);
-    Query query{QueryKind::manifold};
+    Query query = whole_clip();
     query.max_points = 1 + i % 8;
     const Answer ab = ask(a, X_WA, b, X_WB, query), ba = ask(b, X_WB, a, X_WA, query);
     ASSERT_EQ(ab.geometry.point_count, ba.geometry.point_count);

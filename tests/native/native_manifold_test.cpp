@@ -61,7 +61,7 @@ TEST(NativeManifold, FlushSidesKeepTheWholeArea) {
 // theirs.
 TEST(NativeManifold, LimitThatIsNoDistanceIsOneOfZero) {
   for (const double limit : {-1e-300, -0.1, -HUGE_VAL, std::nan("")}) {
-    Query query{QueryKind::manifold};
+    Query query = whole_clip();
     query.max_separation = limit;
     const Answer deep = ask(kCube, at(0, 0, 0), kCube, at(0.25, 0, 0.75), query);
     EXPECT_EQ(deep.status, PairStatus::overlapping);
@@ -86,7 +86,7 @@ TEST(NativeManifold, SquaresTurned45DegreesMeetInAnOctagon) {
 }
 
 TEST(NativeManifold, ReductionKeepsTheDeepestPointAndTheLargestArea) {
-  Query query{QueryKind::manifold};
+  Query query = whole_clip();
   query.max_points = 4;
   const Answer answer = ask(kCube, turned(0.0, 0.0), kCube, turned(kPi / 4, 0.875), query);
   ASSERT_EQ(answer.geometry.point_count, 4);
@@ -105,7 +105,7 @@ TEST(NativeManifold, AnyNumberOfPointsHoldsTheDeepest) {
     const Hexahedron a = random.any(), b = random.any();
     const Pose X_WA = random.pose(0.3), X_WB = random.pose(0.9);
     for (int n = 1; n <= kMaxManifoldPoints; ++n) {
-      Query query{QueryKind::manifold};
+      Query query = whole_clip();
       query.max_points = n;
       const Answer answer = ask(a, X_WA, b, X_WB, query);
       ASSERT_GE(answer.geometry.point_count, 1);
@@ -128,7 +128,7 @@ TEST(NativeManifold, CrossingEdgesGiveThePointWhereTheyCross) {
 }
 
 TEST(NativeManifold, SeparatedPairsWithinReachHavePointsToo) {
-  Query query{QueryKind::manifold};
+  Query query = whole_clip();
   query.max_separation = 0.25;
   const Answer answer = ask(kCube, at(0, 0, 0), kCube, at(0.5, 0, 1.125), query);
   ASSERT_EQ(answer.geometry.point_count, 4);

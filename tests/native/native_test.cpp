@@ -234,7 +234,7 @@ TEST(Native, MovingThePairRigidlyMovesTheAnswer) {
 }
 
 TEST(Native, BeyondMaxSeparationTheSeparationIsInfinite) {
-  Query query{QueryKind::manifold};
+  Query query = whole_clip();
   query.max_separation = 0.5;
   const Answer beyond = ask(kCube, at(0, 0, 0), kCube, at(1.75, 0.1, 0), query);
   EXPECT_EQ(beyond.status, PairStatus::separated);
@@ -265,7 +265,7 @@ TEST(Native, AnswersDoNotDependOnTheRestOfTheBatch) {
   const AllPairs scene = random.crowd(30);
   const auto native = make_native();
   native->build(scene.solids);
-  Query query{QueryKind::manifold};
+  Query query = whole_clip();
   query.max_points = 4;
   const Answers together = ask(*native, scene.pairs, scene.poses, query);
   for (std::size_t i = 0; i < scene.pairs.size(); ++i) {

@@ -113,8 +113,10 @@ class Checker {
     for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold})
       check_query(kind);
     check_geometry(bench_.ask({0, 1}, {.kind = QueryKind::distance}).geometry);
-    check_manifold(bench_.ask({0, 1}, {.kind = QueryKind::manifold}), kMaxManifoldPoints);
-    check_manifold(bench_.ask({0, 1}, {.kind = QueryKind::manifold, .max_points = 3}), 3);
+    for (const double limit : {0.0, 1e-3 * S_, std::numeric_limits<double>::infinity()}) {
+      check_manifold({.kind = QueryKind::manifold, .max_point_separation = limit});
+      check_manifold({.kind = QueryKind::manifold, .max_points = 3, .max_point_separation = limit});
+    }
     check_limits();
     return std::move(out_);
   }
@@ -182,7 +184,9 @@ class Checker {
            "off by " + figure(largest / S_) + " S");
   }
 
-  void check_manifold(const Answer& answer, int max_points) {
+  void check_manifold(const Query& query) {
+    const Answer answer = bench_.ask({0, 1}, query);
+    const int max_points = query.max_points;
     const PairGeometry& g = answer.geometry;
     expect(g.point_count >= 1 && g.point_count <= max_points,
            "1 to " + std::to_string(max_points) + " points", std::to_string(g.point_count));
@@ -191,6 +195,10 @@ class Checker {
     for (int i = 0; i < count; ++i) {
       const ContactPoint& point = answer.points[i];
       deepest = std::min(deepest, point.separation);
+      // As near as the pair to rounding counts as within.
+      expect(
+          point.separation <= std::max(query.max_point_separation, g.separation + 4 * kSeparationBound * S_),
+          "no point beyond the limit", figure(point.separation));
       check_relation("point " + std::to_string(i), point.p_A_W, point.p_B_W, point.separation, g.n_AB_W,
                      kSeparationBound);
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <limits>
 #include <thread>
 
 #include "touchstone/tests/proof/families.hpp"
@@ -14,13 +15,16 @@ namespace {
 /// Pairs built together, so that memory does not grow with the count.
 constexpr std::size_t kBlock = 4096;
 
-/// Asked of every pair. The third cuts off pairs apart by more than a tenth of a metre.
+constexpr double kWhole = std::numeric_limits<double>::infinity();
+
+/// Asked of every pair, manifolds of the whole clip. The third cuts off pairs apart by more than a tenth of a
+/// metre.
 constexpr std::array<Query, 5> kQueries = {{
     {.kind = QueryKind::overlap},
     {.kind = QueryKind::distance},
     {.kind = QueryKind::distance, .max_separation = 0.1},
-    {.kind = QueryKind::manifold, .max_points = 8},
-    {.kind = QueryKind::manifold, .max_points = 4},
+    {.kind = QueryKind::manifold, .max_points = 8, .max_point_separation = kWhole},
+    {.kind = QueryKind::manifold, .max_points = 4, .max_point_separation = kWhole},
 }};
 
 template <typename Body>

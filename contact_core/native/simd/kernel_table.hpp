@@ -84,20 +84,21 @@ struct Table {
   }
 
   static void clip_boxes(const PoseRecord* poses, const BoxRecord* shapes, const ClipTask* tasks,
-                         std::size_t count, double max_separation, ClipRecord* out) {
-    if (count != 1) return clip_inline<Pack, BoxSolid>(poses, shapes, tasks, count, max_separation, out);
+                         std::size_t count, double max_point_separation, ClipRecord* out) {
+    if (count != 1)
+      return clip_inline<Pack, BoxSolid>(poses, shapes, tasks, count, max_point_separation, out);
     const PairIndices pair = tasks->pair;
-    *out =
-        clip_lone_boxes(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b], *tasks, max_separation);
+    *out = clip_lone_boxes(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b], *tasks,
+                           max_point_separation);
   }
 
   template <template <class> class Solid, class Record>
   static void clip(const PoseRecord* poses, const Record* shapes, const ClipTask* tasks, std::size_t count,
-                   double max_separation, ClipRecord* out) {
+                   double max_point_separation, ClipRecord* out) {
     if (count == 1)
-      clip_inline<Double2, Solid>(poses, shapes, tasks, count, max_separation, out);
+      clip_inline<Double2, Solid>(poses, shapes, tasks, count, max_point_separation, out);
     else
-      clip_inline<Pack, Solid>(poses, shapes, tasks, count, max_separation, out);
+      clip_inline<Pack, Solid>(poses, shapes, tasks, count, max_point_separation, out);
   }
 
   static constexpr Kernels named(const char* isa) {

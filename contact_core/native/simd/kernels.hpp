@@ -172,9 +172,9 @@ struct Kernels {
   /// Clips the faces that two solids turn towards each other; what the kernel does not settle does not `fit`.
   /// The bits do not depend on which pairs come together.
   void (*clip_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const ClipTask* tasks,
-                     std::size_t count, double max_separation, ClipRecord* out);
+                     std::size_t count, double max_point_separation, ClipRecord* out);
   void (*clip_parallelepipeds)(const PoseRecord* poses, const FormRecord* shapes, const ClipTask* tasks,
-                               std::size_t count, double max_separation, ClipRecord* out);
+                               std::size_t count, double max_point_separation, ClipRecord* out);
 };
 
 /// Those this machine can run, the plainest first.

@@ -190,7 +190,7 @@ TOUCHSTONE_INLINE unsigned long long write_lone_corners(const LoneContact& conta
 
 TOUCHSTONE_INLINE ClipRecord clip_lone_boxes(const PoseRecord& X_WA, const BoxRecord& a,
                                              const PoseRecord& X_WB, const BoxRecord& b, const ClipTask& task,
-                                             double max_separation) {
+                                             double max_point_separation) {
   BoxSolid<Double2> solids;
   solids.read({X_WA.R, X_WB.R}, {a.half_extents, b.half_extents});
   const Vector3Of<Double2> T = {all<Double2>(solids.p.x[1] - solids.p.x[0]),
@@ -204,8 +204,8 @@ TOUCHSTONE_INLINE ClipRecord clip_lone_boxes(const PoseRecord& X_WA, const BoxRe
   contact.n = {all<Double4>(n[0]), all<Double4>(n[1]), all<Double4>(n[2])};
   contact.p_WA = {all<Double4>(X_WA.p[0]), all<Double4>(X_WA.p[1]), all<Double4>(X_WA.p[2])};
   contact.separation = n[3];
-  contact.limit = max_separation > n[3] ? max_separation : n[3];
   contact.deep = n[3] + (kAsDeepSize * unit_size + kAsDeepPosition * unit_position);
+  contact.limit = max_point_separation > contact.deep ? max_point_separation : contact.deep;
   contact.swapped = task.swapped;
 
   const LoneFaces f(solids, T, {all<Double2>(n[0]), all<Double2>(n[1]), all<Double2>(n[2])}, size);

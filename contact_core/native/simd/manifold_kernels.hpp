@@ -276,7 +276,7 @@ TOUCHSTONE_INLINE void scatter(const Double8 (&in)[4], double* const (&out)[8]) 
 template <class Pack>
 struct ContactLanes {
   Vector3Of<Pack> n, p_WA;
-  Pack separation, limit, deep;  ///< deep: separations up to here are as deep as the pair's
+  Pack separation, limit, deep;  ///< deep: separations up to here are as deep as the pair's; limit: at least
   MaskOf<Pack> swapped;
 };
 
@@ -333,6 +333,7 @@ TOUCHSTONE_INLINE void clip_lanes(const Solid& A, const Solid& B, ContactLanes<P
   contact.deep =
       contact.separation +
       ((all<Pack>(kAsDeepSize) * unit_size + all<Pack>(kAsDeepPosition) * unit_position) + deviation);
+  contact.limit = greatest(contact.limit, contact.deep);
   const ContactFace<Pack> a = contact_face<kIsBox, Pack>(A, A.centre, contact.n, all<Pack>(1.0));
   const ContactFace<Pack> b = contact_face<kIsBox, Pack>(B, T + B.centre, contact.n, all<Pack>(-1.0));
   out.face_a = a.index, out.face_b = b.index;
@@ -500,7 +501,7 @@ TOUCHSTONE_INLINE ClipRecord collect_task(const ClipTask& task, const PointRecor
 
 template <class Pack, template <class> class Solid, class Record>
 TOUCHSTONE_INLINE void clip_inline(const PoseRecord* poses, const Record* shapes, const ClipTask* tasks,
-                                   std::size_t count, double max_separation, ClipRecord* out) {
+                                   std::size_t count, double max_point_separation, ClipRecord* out) {
   constexpr int kLanes = Traits<Pack>::lanes;
   constexpr std::size_t kAhead = 2 * kLanes;
   for (std::size_t begin = 0; begin < count; begin += kLanes) {
@@ -525,7 +526,7 @@ TOUCHSTONE_INLINE void clip_inline(const PoseRecord* poses, const Record* shapes
     ContactLanes<Pack> contact;
     contact.n = {n_separation[0], n_separation[1], n_separation[2]};
     contact.separation = n_separation[3];
-    contact.limit = greatest(all<Pack>(max_separation), contact.separation);
+    contact.limit = all<Pack>(max_point_separation);
     contact.swapped = load<Pack>(swapped) > Pack{};
     CornerLanes<Pack> corners;
     constexpr bool kIsBox = sizeof(Record) == sizeof(BoxRecord);
