@@ -321,9 +321,46 @@ Pair touching_pair(Random& random) {
           Pose{Matrix3::Identity(), origin + offset}};
 }
 
+// How a file writes a coordinate in metres: the double nearest to it with 9, 6, 4 or 3 decimals, or a float.
+enum class Written : std::uint32_t { nine, six, four, three, single };
+
+double written(double x, Written how) {
+  constexpr std::array<double, 4> kUnits = {1e9, 1e6, 1e4, 1e3};
+  if (how == Written::single) return static_cast<float>(x);
+  const double unit = kUnits[static_cast<std::size_t>(how)];
+  return std::nearbyint(x * unit) / unit;
+}
+
+// A box that lies turned in its file: rounding its corners bends its faces.
+Hexahedron bent_box(const Vector3& half, const Matrix3& R, Written how) {
+  auto vertices = box_vertices(half);
+  for (Vector3& v : vertices) {
+    v = rotate(R, v);
+    for (int axis = 0; axis < 3; ++axis) v[axis] = written(v[axis], how);
+  }
+  return Hexahedron::from_vertices(vertices, WarpPolicy::accept);
+}
+
+// B, turned back flat, on A: a plain slab, a bent one or another bent block, from 1 mm deep to 0.1 mm apart.
+Pair bent_pair(Random& random) {
+  const auto how = static_cast<Written>(random.below(5));
+  const std::uint32_t kind = random.below(3);
+  const Vector3 half_b = uniform_vector(random, 0.1, 1);
+  const Vector3 half_a = kind < 2 ? uniform_vector(random, 0.8, 2) : uniform_vector(random, 0.1, 1);
+  const Matrix3 R_A = random_rotation(random), R_B = random_rotation(random);
+  const double turn = random.uniform(-1, 1), gap = random.uniform(-1e-3, 1e-4);
+  const double x = random.uniform(-1, 1) * half_a.x(), y = random.uniform(-1, 1) * half_a.y();
+  const Pose X_WS = random_pose(random);  // of A as it would lie, not turned
+  const Pose X_SB{product(turn_about_z(turn), R_B.transpose()), {x, y, half_a.z() + half_b.z() + gap}};
+  Hexahedron b = bent_box(half_b, R_B, how);
+  if (kind == 0) return {Hexahedron::from_size(half_a * 2), std::move(b), X_WS, compose(X_WS, X_SB)};
+  const Pose X_SA{R_A.transpose(), Vector3::Zero()};
+  return {bent_box(half_a, R_A, how), std::move(b), compose(X_WS, X_SA), compose(X_WS, X_SB)};
+}
+
 using MakePair = Pair (*)(Random&);
 
-constexpr std::array<PairFamily, 11> kFamilies = {{
+constexpr std::array<PairFamily, 12> kFamilies = {{
     {"random", "boxes of 0.2 to 2 m, centres up to the sum of their radii apart"},
     {"near_1e-3", "boxes within 1e-3 of size of touching, both sides; vertex on face and crossing edges"},
     {"near_1e-7", "boxes within 1e-7 of size of touching, both sides; vertex on face and crossing edges"},
@@ -336,11 +373,14 @@ constexpr std::array<PairFamily, 11> kFamilies = {{
     {"near_parallel",
      "boxes whose crossing edges meet at 2^-4 to 2^-52 rad, 0, 1e-6 or 1e-3 m from touching"},
     {"touching", "exactly touching on representable coordinates: face, edge, vertex, prism edge and vertex"},
+    {"bent",
+     "turned blocks whose corners a file wrote with 9, 6, 4 or 3 decimals of a metre or as floats, flat on "
+     "slabs and on each other, 1 mm deep to 0.1 mm apart"},
 }};
 
 constexpr std::array<MakePair, kFamilies.size()> kMakers = {
-    random_pair,      near_1e3_pair,      near_1e7_pair, resting_pair,       sheared_pair, tapered_pair,
-    containment_pair, slabs_needles_pair, far_pair,      near_parallel_pair, touching_pair};
+    random_pair,      near_1e3_pair,      near_1e7_pair, resting_pair,       sheared_pair,  tapered_pair,
+    containment_pair, slabs_needles_pair, far_pair,      near_parallel_pair, touching_pair, bent_pair};
 
 std::size_t family_index(std::string_view name) {
   for (std::size_t i = 0; i < kFamilies.size(); ++i) {

@@ -14,7 +14,7 @@ struct PairFamily {
 };
 
 /// random, near_1e-3, near_1e-7, resting, sheared, tapered, containment, slabs_needles, far, near_parallel,
-/// touching.
+/// touching, bent.
 std::span<const PairFamily> pair_families();
 
 /// `count` pairs of the family `name`; pair i has the solids 2i and 2i+1 and the id "name:i". Pair i depends
