@@ -130,12 +130,13 @@ void ContactWorld::prepare() {
   s.paths.assign(slots, CarriedPath(RigidPath(), s.objects.poses_in_body()));
   s.stops.assign(slots, 1.0), s.stop_bounds.assign(slots, 1.0);
   s.in_motion.assign(slots, 0);
-  s.is_restopped.assign(slots, 0);
+  s.is_restopped.assign(slots, 0), s.is_held.assign(slots, 0), s.is_short.assign(slots, 0);
   s.from.resize(solids), s.to.resize(solids), s.bulges.assign(solids, 0.0);
   s.moved.reserve(slots);
   s.moved.clear();  // objects have new indices
   s.pairs.reserve(64 + 16 * solids);
   s.contacts.reserve(64 + 16 * solids), s.contacts_before.reserve(64 + 16 * solids);
+  s.moments.reserve(128 + 32 * solids);
   s.prepare_travels();
   s.place_solids_in_bodies();
   s.events.reserve(256 + 16 * solids);
@@ -189,7 +190,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   FrameReport report;
   report.frame = s.frame;
   report.check = capabilities().check;
-  s.events.clear();
+  s.events.clear(), s.moments.clear();
   const std::uint64_t calls = s.query->calls();
   s.take_selection();
   s.accept(commands);
@@ -198,10 +199,12 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.restart_travels();
   s.lay_paths();
   s.find_pairs(report);
-  s.resolve_stops(s.pairs);
+  s.resolve_stops(s.pairs, 0);
+  std::fill(s.is_short.begin(), s.is_short.end(), std::uint8_t{0});
   for (const std::uint32_t slot : s.movers)
-    if (s.stops[slot] < 1.0) ++report.blocked_movers;
+    if (s.stops[slot] < 1.0) s.is_short[slot] = 1, ++report.blocked_movers;
   s.execute();
+  s.note_moments(s.pairs, 0);
   s.slide(report);
   s.report_pairs();
   report.queries = s.query->calls() - calls;

@@ -90,18 +90,30 @@ struct JointCommand {
   std::span<const double> values;  ///< read by frame() only; in the order of Mechanism::joints()
 };
 
-/// What happened to a pair, or to a command, in a frame.
+/// What happened to a pair, or to a command, in a frame. Each says which s, of which part of the frame, its
+/// event is of: ContactEvent::part, s and geometry.
+///
+/// Contact, as events count it, begins within the gap g and ends beyond 2 g: a pair is in contact from
+/// `began` to `ended`, each frame in between has one `persists`, and what comes within the gap in a frame has
+/// begun, even if it is gone again at its end (then `ended` follows at once). With a narrowphase that only
+/// judges poses contact is what it does not call separated, and the gap says how long it lasts.
 enum class EventKind : std::uint8_t {
-  near,                  ///< within the warn distance, not in contact
-  began,                 ///< came within the gap
-  persists,              ///< still within twice the gap
-  ended,                 ///< further apart than twice the gap again, or one of the two was removed
-  penetrating_at_start,  ///< overlaps at the frame's start: a bad initial pose, or switched on or unlatched
-                         ///< there
-  blocked,               ///< stopped its movers in this frame
-  refused,               ///< a command that is no pose, or for an object that is static, carried or gone;
-                         ///< joint values that are not finite or too few or many (a: the first link)
-  at_limit,              ///< a joint was told to go beyond its limits (a: the link that it moves)
+  near,   ///< within the warn distance, not in contact: at the frame's end
+  began,  ///< came within the gap: at the first s at which it was found there, its movers' stop, the frame's
+          ///< or a part's start or end; a part whose motion was not executed does not count
+  persists,  ///< still within twice the gap: at the frame's end
+  ended,     ///< further apart than twice the gap again: at the frame's end. Or no longer checked (removed,
+             ///< switched off, exempt, latched to one another): at s = 0, as the frame before left it
+  penetrating_at_start,  ///< overlaps at the frame's start, s = 0: a bad initial pose, or switched on or
+                         ///< unlatched there. `began` follows
+  /// Stopped its movers, where this was last undone by none: at the s of the stop, within the gap unless the
+  /// check gave up or found no answer there. In a slide: held back the plan of a sub-step, where it was first
+  /// within twice the gap at an end of that. By a pair that holds: at the s at which the motion that was not
+  /// executed would have met it; stops that went with that motion are not told.
+  blocked,
+  refused,   ///< a command that is no pose, or for an object that is static, carried or gone;
+             ///< joint values that are not finite or too few or many (a: the first link)
+  at_limit,  ///< a joint was told to go beyond its limits (a: the link that it moves)
 };
 /// The enumerator's name.
 std::string_view to_string(EventKind kind);
@@ -109,10 +121,16 @@ std::string_view to_string(EventKind kind);
 /// One event of a frame, about a pair of solids or about a command.
 struct ContactEvent {
   EventKind kind;
-  ObjectHandle a, b;      ///< b: none for `refused` and `at_limit`
-  SolidPair solids;       ///< indices within their objects' trees: solids.a in a, solids.b in b
-  double s;               ///< within the frame, 0 to 1
-  PairGeometry geometry;  ///< n from a to b; NaN for `refused` and `at_limit`
+  ObjectHandle a, b;  ///< b: none for `refused` and `at_limit`
+  SolidPair solids;   ///< indices within their objects' trees: solids.a in a, solids.b in b
+  double s;           ///< within `part`, 0 to 1
+  /// n from a to b; NaN for `refused` and `at_limit`, and where the narrowphase had no answer. With the
+  /// objects at executed_pose(object, part, s), to rounding; of a `blocked` that holds: where the commanded
+  /// paths, or the sub-step's plan, would have them at s.
+  PairGeometry geometry;
+  std::uint32_t part = 0;  ///< see ContactWorld::executed_parts(): 0: the commanded paths, s is the frame's
+  /// Of the poses that the frame ended with; NaN where `geometry` is, and where one of the two was removed.
+  PairGeometry geometry_at_end = {};
 };
 
 /// What a frame came to. Counts are of this frame alone.
@@ -272,7 +290,8 @@ class ContactWorld {
   std::span<const Pose> link_poses(MechanismHandle mechanism) const;
 
   /// What the last frame executed: part 0 is the commanded paths up to where they were stopped, then come the
-  /// sub-steps of slides, each with an s of its own from 0 to 1.
+  /// sub-steps of slides, each with an s of its own from 0 to 1. What a pair that holds takes back stays at
+  /// its start for the whole part.
   std::size_t executed_parts() const;
   /// X_WO at s of a part; the actual one of what did not move. @throws InputError: an unknown handle.
   Pose executed_pose(ObjectHandle object, std::size_t part, double s) const;

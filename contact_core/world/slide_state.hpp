@@ -49,9 +49,10 @@ struct HeldPair {
 struct SlideState {
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  std::vector<std::uint8_t> may_slide;         // by slot: what stopped it last lets it slide
-  std::vector<std::uint8_t> translation_only;  // by slot
-  std::vector<MassMoments> moments;            // by solid, in its object
+  std::vector<std::uint8_t> may_slide;                // by slot: what stopped it last lets it slide
+  std::vector<std::uint8_t> translation_only;         // by slot
+  std::vector<std::uint8_t> translation_only_before;  // the same, as the part at hand began
+  std::vector<MassMoments> moments;                   // by solid, in its object
   std::vector<Slider> sliders;
   std::vector<std::uint32_t> slider_of;  // by slot: index into sliders, or kNone
   std::vector<FramePair> pairs;          // those of the watched pairs that had to be looked at

@@ -4,7 +4,8 @@
 
 #include "touchstone/contact_core/world/world_state.hpp"
 
-// What a frame reports.
+// What a frame reports: of each pair that matters, how it stands at the frame's end, and the moments that its
+// parts noted.
 
 namespace touchstone {
 
@@ -14,24 +15,34 @@ std::string_view to_string(EventKind kind) {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-ContactEvent command_event(EventKind kind, ObjectHandle object) {
+namespace {
+
+/// Rounds sums of travels down.
+constexpr double kDown = 1.0 - 0x1p-50;
+
+PairGeometry no_geometry() {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  ContactEvent event{kind, object, {}, {0, 0}, 0.0, {}};
-  event.geometry.separation = kNaN;
-  event.geometry.n_AB_W = event.geometry.p_A_W = event.geometry.p_B_W = Vector3::Constant(kNaN);
-  return event;
+  const Vector3 nowhere = Vector3::Constant(kNaN);
+  return {kNaN, nowhere, nowhere, nowhere, 0};
 }
 
-ContactEvent ContactWorld::State::pair_event(EventKind kind, const SolidPair& pair, double s,
-                                             const PairGeometry& geometry) const {
+}  // namespace
+
+ContactEvent command_event(EventKind kind, ObjectHandle object) {
+  return {kind, object, {}, {0, 0}, 0.0, no_geometry(), 0, no_geometry()};
+}
+
+ContactEvent ContactWorld::State::pair_event(EventKind kind, const SolidPair& pair, const Moment& at,
+                                             const PairGeometry& at_end) const {
   const auto within = [&](SolidIndex solid) { return solid - layout.first_solid_of(solid); };
-  return {kind,    layout.handle_of(pair.a), layout.handle_of(pair.b), {within(pair.a), within(pair.b)}, s,
-          geometry};
-}
-
-void ContactWorld::State::add_event(EventKind kind, const SolidPair& pair, double s,
-                                    const PairGeometry& geometry) {
-  events.push_back(pair_event(kind, pair, s, geometry));
+  return {kind,
+          layout.handle_of(pair.a),
+          layout.handle_of(pair.b),
+          {within(pair.a), within(pair.b)},
+          at.s,
+          at.geometry,
+          at.part,
+          at_end};
 }
 
 /// Set-up gives solids new numbers, in the same order; contacts stay what they are.
@@ -42,58 +53,108 @@ void ContactWorld::State::keep_contacts(const Layout& next) {
       contact.solids = {*a, *b};
       return false;
     }
-    left_contacts.push_back(pair_event(EventKind::ended, contact.solids, 0.0, contact.geometry));
+    left_contacts.push_back(
+        pair_event(EventKind::ended, contact.solids, {0, 0.0, contact.geometry}, no_geometry()));
     return true;
   });
 }
 
-bool ContactWorld::State::is_in_contact(const FramePair& pair, double separation, bool was_in_contact) {
-  const bool is_close = separation <= (was_in_contact ? 2.0 * pair.gap : pair.gap);
+bool ContactWorld::State::is_in_contact(const FramePair& pair, double separation, bool has_been) {
+  // The gap grows with the distance from the origin.
+  const double own_gap = std::max(pair.gap, gap_of(pair.solids));
+  // A narrowphase without an answer ends nothing.
+  const bool is_close = has_been ? !(separation > 2.0 * own_gap) : separation <= own_gap;
   if (!query->judges_poses()) return is_close;
   // The backend says what is contact, the gap only how long one lasts: what it does not see is none.
   if (query->verdict(from[pair.solids.a], from[pair.solids.b]) != PairStatus::separated) return true;
-  return is_close && separation >= 0.0 && (was_in_contact || pair.has_blocked);
+  return is_close && separation >= 0.0 && (has_been || pair.stop != kNoMoment);
+}
+
+PairGeometry ContactWorld::State::geometry_now(const SolidPair& pair) {
+  PairGeometry geometry = no_geometry();
+  query->set_pair(pair);
+  query->separation(from[pair.a], from[pair.b], geometry);
+  return geometry;
 }
 
 void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact) {
-  PairGeometry geometry = pair.impact.geometry;
-  query->set_pair(pair.solids);
-  query->separation(from[pair.solids.a], from[pair.solids.b], geometry);
-  const bool in_contact = is_in_contact(pair, geometry.separation, was_in_contact);
-  const bool at_start = !was_in_contact && pair.impact.starts_overlapping;
-  if (at_start) add_event(EventKind::penetrating_at_start, pair.solids, 0.0, geometry);
-  if (pair.has_blocked) add_event(EventKind::blocked, pair.solids, pair.blocked_at, geometry);
-  if (in_contact) {
-    const double s = pair.has_blocked ? pair.blocked_at : pair.impact.lo;
-    add_event(was_in_contact ? EventKind::persists : EventKind::began, pair.solids, was_in_contact ? 1.0 : s,
-              geometry);
-    contacts.push_back({pair.solids, geometry});
-  } else if (was_in_contact) {
-    add_event(EventKind::ended, pair.solids, 1.0, geometry);
-  } else if (geometry.separation >= 0.0 && geometry.separation <= pair.rule.warn_distance) {
-    add_event(EventKind::near, pair.solids, 1.0, geometry);
+  const Moment end{slides.part_count - 1, 1.0, geometry_now(pair.solids)};
+  const double separation = end.geometry.separation;
+  const bool touched = !was_in_contact && pair.touch != kNoMoment;
+  const Moment& first = touched ? moments[pair.touch] : end;
+  const bool in_contact = is_in_contact(pair, separation, was_in_contact || touched);
+  const auto add = [&](EventKind kind, const Moment& at) {
+    events.push_back(pair_event(kind, pair.solids, at, end.geometry));
+  };
+  if (touched && pair.impact.starts_overlapping) add(EventKind::penetrating_at_start, first);
+  if (pair.stop != kNoMoment) add(EventKind::blocked, moments[pair.stop]);
+  if (!was_in_contact && (touched || in_contact)) add(EventKind::began, first);
+  if (was_in_contact && in_contact) add(EventKind::persists, end);
+  if (in_contact) contacts.push_back({pair.solids, end.geometry});
+  if (!in_contact && (was_in_contact || touched))
+    add(EventKind::ended, end);
+  else if (!in_contact && separation >= 0.0 && separation <= pair.rule.warn_distance)
+    add(EventKind::near, end);
+}
+
+bool ContactWorld::State::is_among(const SolidPair& pair, std::size_t known) const {
+  const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
+  const auto place = std::lower_bound(pairs.begin(), end, pair,
+                                      [](const FramePair& x, const SolidPair& y) { return x.solids < y; });
+  return place != end && place->solids == pair;
+}
+
+/// Takes up what was left out as its path leads far away, where that path was not gone to its end, and what
+/// was in contact before: it may be near yet.
+void ContactWorld::State::add_left_out_pairs() {
+  const std::size_t known = pairs.size();
+  for (const ContactState& contact : contacts)
+    if (is_checked(contact.solids) && !is_among(contact.solids, known))
+      pairs.push_back(frame_pair(contact.solids));
+  if (std::find(is_short.begin(), is_short.end(), std::uint8_t{1}) != is_short.end()) {
+    // The lively ones are all that may be near, unless they are to be chosen anew.
+    for (std::uint32_t i = 0; needs_lively && i < watched.size(); ++i) add_left_out(i, known);
+    for (std::size_t i = 0; !needs_lively && i < lively.size(); ++i) add_left_out(lively[i], known);
   }
+  if (pairs.size() == known) return;
+  std::sort(pairs.begin(), pairs.end(),
+            [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; });
+}
+
+void ContactWorld::State::add_left_out(std::uint32_t index, std::size_t known) {
+  WatchedPair& watch = watched[index];
+  const SolidPair pair{watch.a, watch.b};
+  if (!is_short[root_of(pair.a)] && !is_short[root_of(pair.b)]) return;
+  if (is_clear(watch) || !is_checked(pair) || is_among(pair, known) || was_in_contact(pair)) return;
+  const FramePair entry = frame_pair(pair);
+  if (!is_apart_by_axis(watch, entry, travelled(pair, watch.own) * kDown, 0.0)) pairs.push_back(entry);
+}
+
+/// Removed, switched off, exempt, latched to one another.
+void ContactWorld::State::end_unchecked(const ContactState& contact) {
+  events.push_back(
+      pair_event(EventKind::ended, contact.solids, {0, 0.0, contact.geometry}, geometry_now(contact.solids)));
 }
 
 void ContactWorld::State::report_pairs() {
   events.insert(events.end(), left_contacts.begin(), left_contacts.end());
   left_contacts.clear();
+  add_left_out_pairs();
   contacts_before.swap(contacts);
   contacts.clear();
   ahead.clear();
   for (const FramePair& pair : pairs)
-    if (!pair.impact.is_far || pair.has_blocked) ahead.push_back(pair.solids);
+    if (!pair.impact.is_far || pair.has_moment()) ahead.push_back(pair.solids);
   query->look_ahead(ahead, from);
   auto before = contacts_before.begin();
   const auto end_those_before = [&](const SolidPair& limit) {
-    for (; before != contacts_before.end() && before->solids < limit; ++before)
-      add_event(EventKind::ended, before->solids, 1.0, before->geometry);
+    for (; before != contacts_before.end() && before->solids < limit; ++before) end_unchecked(*before);
   };
   for (const FramePair& pair : pairs) {
     end_those_before(pair.solids);
-    const bool was_in_contact = before != contacts_before.end() && before->solids == pair.solids;
-    if (was_in_contact) ++before;
-    if (!pair.impact.is_far || was_in_contact || pair.has_blocked) report_pair(pair, was_in_contact);
+    const bool was = before != contacts_before.end() && before->solids == pair.solids;
+    if (was) ++before;
+    if (!pair.impact.is_far || was || pair.has_moment()) report_pair(pair, was);
   }
   end_those_before({std::numeric_limits<SolidIndex>::max(), 0});
 }

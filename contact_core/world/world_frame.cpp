@@ -5,7 +5,7 @@
 
 #include "touchstone/contact_core/world/world_state.hpp"
 
-// One frame: commands, paths, pairs, stops.
+// One frame: commands, paths, pairs. Stops are in world_stops.cpp, what is reported in world_events.cpp.
 
 namespace touchstone {
 namespace {
@@ -247,59 +247,8 @@ bool ContactWorld::State::is_of_interest(FramePair& pair, FrameReport& report) {
   if (pair.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
   const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
   const bool both = a != b && in_motion[a] && in_motion[b];
-  return both || !pair.impact.is_far;
-}
-
-void ContactWorld::State::stop_movers(const FramePair& pair) {
-  const double target = pair.rule.policy == ContactPolicy::hold ? 0.0 : pair.impact.lo;
-  for (const SolidIndex solid : {pair.solids.a, pair.solids.b}) {
-    const std::uint32_t root = root_of(solid);
-    if (!in_motion[root] || stops[root] < target) continue;
-    slides.note_stop(root, pair.rule, stops[root] == target && stops[root] < 1.0);
-    if (stops[root] == target) continue;
-    stops[root] = target;
-    is_restopped[root] = 1;
-  }
-}
-
-void ContactWorld::State::recheck(std::uint32_t root, std::vector<FramePair>& among) {
-  for (FramePair& pair : among) {
-    const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
-    if (a != root && b != root) continue;
-    const std::uint32_t other = a == root ? b : a;
-    if (other != root && in_motion[other]) {
-      pair.impact = impact_of(pair);
-      pair.is_settled = false;
-    } else if (pair.impact.lo >= stops[root]) {
-      pair.impact.status = ImpactStatus::clear;  // the path now ends before
-    }
-  }
-}
-
-void ContactWorld::State::resolve_stops(std::vector<FramePair>& among) {
-  // Each round takes the pairs with the least s, all of them (those already in contact at 0, say), stops
-  // their movers, and only then looks again at what these could meet: no order of pairs shows. The cap is a
-  // safeguard: then nothing moves, which is allowed.
-  const std::size_t most = 16 + 8 * layout.slots.size();
-  for (std::size_t round = 0; round < most; ++round) {
-    const auto is_open = [](const FramePair& pair) { return pair.stops_movers() && !pair.is_settled; };
-    double least = std::numeric_limits<double>::infinity();
-    for (const FramePair& pair : among)
-      if (is_open(pair)) least = std::min(least, pair.impact.lo);
-    if (least == std::numeric_limits<double>::infinity()) return;
-    for (FramePair& pair : among) {
-      if (!is_open(pair) || pair.impact.lo != least) continue;
-      pair.is_settled = true;
-      if (!pair.has_blocked) pair.blocked_at = least;
-      pair.has_blocked = true;
-      stop_movers(pair);
-    }
-    for (const std::uint32_t slot : movers) {
-      if (is_restopped[slot]) recheck(slot, among);
-      is_restopped[slot] = 0;
-    }
-  }
-  std::fill(stops.begin(), stops.end(), 0.0);
+  const bool starts_close = pair.impact.queries > 0 && pair.impact.start_separation <= pair.gap;
+  return both || !pair.impact.is_far || starts_close || pair.impact.starts_overlapping;
 }
 
 void ContactWorld::State::execute() {

@@ -187,7 +187,7 @@ bool ContactWorld::State::plan_joints(Slider& slider) {
     if (!changed) break;
     plan = plan_with(true);
   }
-  for (int i = 0; i < plan.active_count; ++i) mark_active(plan.active[i], slider.stop);
+  for (int i = 0; i < plan.active_count; ++i) mark_active(plan.active[i]);
   note_held_pairs(slider, plan);
   for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
   const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.weights));

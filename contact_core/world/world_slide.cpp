@@ -64,7 +64,7 @@ bool turns_too_far(const CarriedPath& path, double stop) {
 void ContactWorld::State::prepare_slides() {
   const std::size_t slots = objects.size(), solids = layout.solids.size();
   slides.may_slide.assign(slots, 0);
-  slides.translation_only.assign(slots, 0);
+  slides.translation_only.assign(slots, 0), slides.translation_only_before.assign(slots, 0);
   slides.moments.clear();
   for (SolidIndex i = 0; i < solids; ++i)
     slides.moments.push_back(transform(layout.X_OS[i], mass_moments(layout.solids[i])));
@@ -113,10 +113,15 @@ void ContactWorld::State::slide(FrameReport& report) {
   if (!begin_slides()) return;
   find_slide_pairs();
   for (std::uint32_t step = 1; step <= kMostSlideSteps; ++step) {
-    if (!plan_slides(report)) break;
-    resolve_stops(slides.pairs);
+    for (FramePair& pair : slides.pairs) pair.is_active = false;
+    const bool moves_on = plan_slides(report);
+    note_active(step - 1);
+    if (!moves_on) break;
+    resolve_stops(slides.pairs, step);
     execute();
     record_parts(step);
+    note_moments(slides.pairs, step);
+    note_active(step);
     report.slide_steps = step;
     if (!finish_step()) break;
   }
@@ -190,10 +195,8 @@ void ContactWorld::State::order_near_rows(bool all) {
   order_rows(slides.rows);
 }
 
-void ContactWorld::State::mark_active(std::uint32_t row, double stop) {
-  FramePair& pair = slides.pairs[slides.rows[row].source];
-  if (!pair.has_blocked) pair.blocked_at = stop;
-  pair.has_blocked = true;
+void ContactWorld::State::mark_active(std::uint32_t row) {
+  slides.pairs[slides.rows[row].source].is_active = true;
 }
 
 RigidPath ContactWorld::State::plan_of(Slider& slider) {
@@ -216,7 +219,7 @@ RigidPath ContactWorld::State::plan_of(Slider& slider) {
     if (!changed) break;
     plan = plan_with(true);
   }
-  for (int i = 0; i < plan.active.count; ++i) mark_active(plan.active.row[i], slider.stop);
+  for (int i = 0; i < plan.active.count; ++i) mark_active(plan.active.row[i]);
   Twist step = plan.twist;
   for (int i = 0; i < kShortenings; ++i, step = kShorter * step) {
     const RigidPath path = RigidPath::by(X_WR, step.v, step.w, slider.metric.centre);

@@ -111,6 +111,7 @@ void ContactWorld::State::find_slide_impacts(FrameReport& report) {
   for (FramePair& pair : slides.pairs) {
     pair.is_settled = false;
     pair.impact.status = ImpactStatus::clear;
+    pair.impact.queries = 0;  // of the sub-step before
   }
   ahead.clear(), close.clear();
   for (const std::uint32_t watch : slides.met) {
@@ -303,21 +304,17 @@ void ContactWorld::State::merge_slide_pairs() {
   for (FramePair& met : slides.pairs) {
     const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
     const auto place = std::lower_bound(pairs.begin(), end, met, by_solids);
-    double stop = 1.0;
-    for (const SolidIndex solid : {met.solids.a, met.solids.b})
-      if (const Slider* slider = slides.find(root_of(solid))) stop = std::min(stop, slider->stop);
     if (place != end && place->solids == met.solids) {
       place->impact.is_far = false;
-      place->impact.lo = std::min(place->impact.lo, stop);
-      if (met.has_blocked && !place->has_blocked) place->blocked_at = stop;
-      place->has_blocked = place->has_blocked || met.has_blocked;
+      if (place->stop == kNoMoment) place->stop = met.stop;
+      if (place->touch == kNoMoment) place->touch = met.touch;
       continue;
     }
     // What is known to be further apart than anything of interest has nothing to report.
     const bool is_apart = travelled(met.solids, met.own) <= met.clear_until;
-    if (is_apart && !met.has_blocked && !was_in_contact(met.solids)) continue;
+    if (is_apart && !met.has_moment() && !was_in_contact(met.solids)) continue;
     met.impact.is_far = false;
-    met.impact.lo = met.blocked_at = stop;
+    met.impact.starts_overlapping = false;  // a sub-step's start is not the frame's
     pairs.push_back(met);
   }
   std::sort(pairs.begin(), pairs.end(), by_solids);

@@ -17,8 +17,8 @@
 namespace touchstone {
 
 /// What a contact world is made of; its functions stand in contact_world.cpp, world_frame.cpp,
-/// world_mechanism.cpp, world_travel.cpp, world_slide.cpp, world_slide_pairs.cpp, world_joint_slide.cpp and
-/// world_events.cpp.
+/// world_mechanism.cpp, world_stops.cpp, world_travel.cpp, world_slide.cpp, world_slide_pairs.cpp,
+/// world_joint_slide.cpp and world_events.cpp.
 struct ContactWorld::State {
   std::unique_ptr<Narrowphase> narrowphase;
   std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges
@@ -49,6 +49,9 @@ struct ContactWorld::State {
   std::vector<double> stop_bounds;         // by slot; a root's: it goes no further, within find_pairs
   std::vector<std::uint8_t> in_motion;     // by slot; a root's
   std::vector<std::uint8_t> is_restopped;  // by slot; a root's, within resolve_stops
+  std::vector<std::uint8_t> is_held;       // by slot; a root's: a pair that holds took it back to its start
+  bool took_back = false;                  // a pair that holds did, in these rounds
+  std::vector<std::uint8_t> is_short;      // by slot; a root's: its commanded path was stopped in this frame
   std::vector<Pose> from, to;              // by solid
   std::vector<double> bulges;              // by solid
   std::vector<Pose> X_BS;                  // by solid, in its body; of mechanisms' solids
@@ -62,6 +65,7 @@ struct ContactWorld::State {
   std::vector<std::uint32_t> lively;  // of the watched pairs, by index: those that soon may come near
   bool needs_watch = true, needs_lively = true;
   std::vector<FramePair> pairs;
+  std::vector<Moment> moments;
   std::vector<ContactState> contacts, contacts_before;
   std::vector<ContactEvent> left_contacts;  // ended with the removal of an object
   std::vector<ContactEvent> events;
@@ -105,21 +109,36 @@ struct ContactWorld::State {
   MovingSolid moving_solid(SolidIndex solid) const;
   MovingSolid seen_from(std::uint32_t link, SolidIndex solid) const;
   Impact impact_of(FramePair& pair, double until = 1.0);
-  void resolve_stops(std::vector<FramePair>& among);
-  void stop_movers(const FramePair& pair);
-  void recheck(std::uint32_t root, std::vector<FramePair>& among);
   void execute();
+
+  // Stops, in world_stops.cpp.
+  void resolve_stops(std::span<FramePair> among, std::uint32_t part);
+  double first_open(std::span<const FramePair> among) const;
+  bool settle(std::span<FramePair> among, double least, std::uint32_t part);
+  bool stop_movers(const FramePair& pair);
+  void recheck(std::uint32_t root, std::span<FramePair> among);
+  void begin_again(std::span<FramePair> among);
+  std::uint32_t add_moment(const FramePair& pair, std::uint32_t part, double s);
+  void note_moments(std::span<FramePair> among, std::uint32_t part);
+  void note_touch(FramePair& pair, std::uint32_t part);
+  void note_active(std::uint32_t part);
+
+  // What is reported, in world_events.cpp.
   void report_pairs();
+  void add_left_out_pairs();
+  void add_left_out(std::uint32_t index, std::size_t known);
+  bool is_among(const SolidPair& pair, std::size_t known) const;
+  PairGeometry geometry_now(const SolidPair& pair);
+  void end_unchecked(const ContactState& contact);
   void keep_contacts(const Layout& next);
   void report_pair(const FramePair& pair, bool was_in_contact);
-  ContactEvent pair_event(EventKind kind, const SolidPair& pair, double s,
-                          const PairGeometry& geometry) const;
-  void add_event(EventKind kind, const SolidPair& pair, double s, const PairGeometry& geometry);
+  ContactEvent pair_event(EventKind kind, const SolidPair& pair, const Moment& at,
+                          const PairGeometry& at_end) const;
   double gap_of(const SolidPair& pair) const;
   bool is_sampled() const { return !gives_signed_distance(*narrowphase); }
   /// Whose separations the motion goes by.
   const Narrowphase& separations() const { return is_sampled() ? *planner : *narrowphase; }
-  bool is_in_contact(const FramePair& pair, double separation, bool was_in_contact);
+  bool is_in_contact(const FramePair& pair, double separation, bool has_been);
 
   // Mechanisms, in world_mechanism.cpp.
   void accept_joints(std::span<const JointCommand> commands);
@@ -157,7 +176,7 @@ struct ContactWorld::State {
     return root_of(pair.b) == root ? std::pair{pair.b, pair.a} : std::pair{pair.a, pair.b};
   }
   void order_near_rows(bool all);
-  void mark_active(std::uint32_t row, double stop);
+  void mark_active(std::uint32_t row);
   RigidPath plan_of(Slider& slider);
   bool finish_step();
   void rest(std::uint32_t root);

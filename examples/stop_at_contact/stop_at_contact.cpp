@@ -21,8 +21,9 @@ int main() {
   const MotionCommand command = world.move_by(tool, {1.0, 0, 0}, Vector3::Zero());
   const FrameReport report = world.frame({&command, 1});
   for (const ContactEvent& event : report.events)
-    std::printf("%s: %s and %s at %.3f of the frame\n", to_string(event.kind).data(),
-                world.name_of(event.a).data(), world.name_of(event.b).data(), event.s);
+    std::printf("%s: %s and %s at %.3f of the frame, %.1e m apart\n", to_string(event.kind).data(),
+                world.name_of(event.a).data(), world.name_of(event.b).data(), event.s,
+                event.geometry.separation);
   std::printf("shown at x = %.9f m; the wall begins at 0.495 m\n", world.actual_pose(tool).p.x());
   return world.is_alive(wall) ? 0 : 1;
 }

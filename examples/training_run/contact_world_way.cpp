@@ -119,7 +119,9 @@ class ContactWorldWay final : public Way {
   }
 
   void log_event(const ContactEvent& event, FlightLog& log) const noexcept {
-    LoggedEvent logged{frame_, event.kind, {0, 0}, event.s, event.geometry.separation};
+    // Sub-steps of a slide have no time of their own: they fill the frame up to its end.
+    const double s = event.part == 0 ? event.s : 1.0;
+    LoggedEvent logged{frame_, event.kind, {0, 0}, s, event.geometry.separation};
     if (event.kind != EventKind::refused && event.kind != EventKind::at_limit) {
       logged.solids = {solid_in_scene(event.a, event.solids.a), solid_in_scene(event.b, event.solids.b)};
       if (logged.solids.b < logged.solids.a) std::swap(logged.solids.a, logged.solids.b);

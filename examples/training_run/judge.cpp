@@ -335,11 +335,18 @@ struct Judge::State {
     });
   }
 
+  /// Contact that came and went within the frame, as its `ended` says, is none at its end.
+  static bool is_told_over(const LoggedEvent& event, std::span<const LoggedEvent> events) {
+    return std::any_of(events.begin(), events.end(), [&](const LoggedEvent& other) {
+      return other.kind == EventKind::ended && other.solids == event.solids;
+    });
+  }
+
   bool is_wrongly_told(std::span<const LoggedEvent> events, std::span<const Pose> X_WO,
                        const Resolution& resolution) const {
     bool told = false;
     for (const LoggedEvent& event : events) {
-      if (!tells_contact(event.kind)) continue;
+      if (!tells_contact(event.kind) || is_told_over(event, events)) continue;
       told = true;
       const double gap =
           std::max(setting.scene().contact_gap, 4.0 * resolution.at(scale_of(event.solids, X_WO)));

@@ -1,0 +1,173 @@
+#include <algorithm>
+#include <limits>
+
+#include "touchstone/contact_core/world/world_state.hpp"
+
+// Who stops whom, in one part of a frame, and when a pair's stop or touch was (Moment).
+//
+// In rounds: those pairs that meet first, all of them, stop their movers; then all that these could meet is
+// looked at again, until no pair is open. No order of pairs shows. A pair that holds takes its movers back to
+// their start: what these had stopped by then was stopped by a motion that is not executed, so the rounds
+// begin again without it.
+
+namespace touchstone {
+
+double ContactWorld::State::first_open(std::span<const FramePair> among) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const FramePair& pair : among)
+    if (pair.is_open()) least = std::min(least, pair.impact.lo);
+  return least;
+}
+
+/// @returns whether it undid a stop further on, which only a pair that holds brings about: in all else stops
+/// come in their order.
+bool ContactWorld::State::stop_movers(const FramePair& pair) {
+  const double target = pair.holds() ? 0.0 : pair.impact.lo;
+  bool undoes = false;
+  for (const SolidIndex solid : {pair.solids.a, pair.solids.b}) {
+    const std::uint32_t root = root_of(solid);
+    if (!in_motion[root] || stops[root] < target) continue;
+    is_held[root] = is_held[root] || pair.holds();
+    slides.note_stop(root, pair.rule, stops[root] == target && stops[root] < 1.0);
+    if (stops[root] == target) continue;
+    took_back = took_back || pair.holds();
+    undoes = undoes || (took_back && stops[root] < 1.0);
+    stops[root] = target;
+    is_restopped[root] = 1;
+  }
+  return undoes;
+}
+
+/// All that are open at `least` take effect; but where a pair holds, only those that do, as they may undo the
+/// others. @returns as stop_movers().
+bool ContactWorld::State::settle(std::span<FramePair> among, double least, std::uint32_t part) {
+  const auto is_due = [&](const FramePair& pair) { return pair.is_open() && pair.impact.lo == least; };
+  const bool only_holds = least > 0.0 && std::any_of(among.begin(), among.end(), [&](const FramePair& pair) {
+                            return is_due(pair) && pair.holds();
+                          });
+  // Of a motion that will not be executed: before any of it is taken back.
+  for (FramePair& pair : among)
+    if (is_due(pair) && pair.holds() && pair.stop == kNoMoment) pair.stop = add_moment(pair, part, least);
+  bool undoes = false;
+  for (FramePair& pair : among) {
+    if (!is_due(pair) || (only_holds && !pair.holds())) continue;
+    pair.is_settled = true;
+    if (pair.stopped_at == kNotStopped && !pair.holds()) pair.stopped_at = least;
+    if (stop_movers(pair)) undoes = true;
+  }
+  return undoes;
+}
+
+void ContactWorld::State::recheck(std::uint32_t root, std::span<FramePair> among) {
+  for (FramePair& pair : among) {
+    const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
+    if (a != root && b != root) continue;
+    const std::uint32_t other = a == root ? b : a;
+    if (other != root && in_motion[other]) {
+      pair.impact = impact_of(pair);
+      pair.is_settled = false;
+    } else if (pair.impact.lo >= stops[root]) {
+      pair.impact.status = ImpactStatus::clear;  // the path now ends before
+    }
+  }
+}
+
+/// As before the first round, but for movers that are held at their start.
+void ContactWorld::State::begin_again(std::span<FramePair> among) {
+  slides.translation_only = slides.translation_only_before;
+  took_back = false;
+  for (const std::uint32_t root : movers) {
+    if (!in_motion[root]) continue;
+    const double stop = is_held[root] ? 0.0 : 1.0;
+    if (stops[root] != stop) is_restopped[root] = 1;
+    stops[root] = stop;
+    if (!is_held[root]) slides.may_slide[root] = 1;  // until the next stop says
+  }
+  for (FramePair& pair : among) {
+    pair.stopped_at = kNotStopped;
+    const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
+    if (!is_restopped[a] && !is_restopped[b]) continue;
+    pair.impact = impact_of(pair);
+    pair.is_settled = false;
+  }
+  for (const std::uint32_t root : movers) is_restopped[root] = 0;
+}
+
+void ContactWorld::State::resolve_stops(std::span<FramePair> among, std::uint32_t part) {
+  std::fill(is_held.begin(), is_held.end(), std::uint8_t{0});
+  slides.translation_only_before = slides.translation_only;
+  took_back = false;
+  // The cap is a safeguard: then nothing moves, which is allowed.
+  const std::size_t most = 16 + 8 * layout.slots.size();
+  for (std::size_t round = 0; round < most; ++round) {
+    const double least = first_open(among);
+    if (least == std::numeric_limits<double>::infinity()) return;
+    if (settle(among, least, part)) {
+      begin_again(among);
+      continue;
+    }
+    for (const std::uint32_t slot : movers) {
+      if (is_restopped[slot]) recheck(slot, among);
+      is_restopped[slot] = 0;
+    }
+  }
+  std::fill(stops.begin(), stops.end(), 0.0);
+  for (FramePair& pair : among)
+    if (pair.stopped_at > 0.0) pair.stopped_at = kNotStopped;
+}
+
+/// With the pair at s of the paths that are laid, up to their stops so far.
+std::uint32_t ContactWorld::State::add_moment(const FramePair& pair, std::uint32_t part, double s) {
+  PairGeometry geometry{};
+  query->set_pair(pair.solids);
+  query->separation(moving_solid(pair.solids.a).pose_at(s), moving_solid(pair.solids.b).pose_at(s), geometry);
+  moments.push_back({part, s, geometry});
+  return static_cast<std::uint32_t>(moments.size() - 1);
+}
+
+/// Once a part is executed: what its stops came to.
+void ContactWorld::State::note_moments(std::span<FramePair> among, std::uint32_t part) {
+  for (FramePair& pair : among) {
+    if (pair.touch == kNoMoment) note_touch(pair, part);
+    if (pair.stopped_at != kNotStopped && pair.stop == kNoMoment) {
+      const bool is_touch = pair.touch != kNoMoment && moments[pair.touch].part == part &&
+                            moments[pair.touch].s == pair.stopped_at;
+      pair.stop = is_touch ? pair.touch : add_moment(pair, part, pair.stopped_at);
+    }
+    pair.stopped_at = kNotStopped;
+  }
+}
+
+void ContactWorld::State::note_touch(FramePair& pair, std::uint32_t part) {
+  const Impact& impact = pair.impact;
+  if (impact.queries == 0 || was_in_contact(pair.solids)) return;
+  const bool starts_close = impact.start_separation <= pair.gap && !query->judges_poses();
+  const bool starts = starts_close || impact.starts_overlapping;
+  const bool meets = pair.stopped_at != kNotStopped || impact.status != ImpactStatus::clear;
+  if (!starts && !meets) return;
+  const double s = starts ? 0.0 : pair.stopped_at != kNotStopped ? pair.stopped_at : impact.lo;
+  const std::uint32_t moment = add_moment(pair, part, s);
+  // Where poses are judged, what a cue lets go on past the last clear one is in contact from there.
+  const bool is_entry = query->judges_poses() && pair.rule.policy == ContactPolicy::cue;
+  if (starts || is_entry || moments[moment].geometry.separation <= pair.gap)
+    pair.touch = moment;
+  else
+    moments.pop_back();
+}
+
+/// Of pairs that hold back a sub-step's plan: as all stand now, at the end of `part`.
+void ContactWorld::State::note_active(std::uint32_t part) {
+  for (FramePair& pair : slides.pairs) {
+    if (!pair.is_active || pair.stop != kNoMoment) continue;
+    PairGeometry geometry{};
+    query->set_pair(pair.solids);
+    query->separation(from[pair.solids.a], from[pair.solids.b], geometry);
+    if (!(geometry.separation <= 2.0 * pair.gap)) continue;
+    pair.stop = static_cast<std::uint32_t>(moments.size());
+    moments.push_back({part, 1.0, geometry});
+    const bool touches = pair.touch == kNoMoment && geometry.separation <= pair.gap;
+    if (touches && !was_in_contact(pair.solids)) pair.touch = pair.stop;
+  }
+}
+
+}  // namespace touchstone
