@@ -12,9 +12,10 @@ namespace touchstone::recorder {
 
 /// The columns of a record, in order: the first line of every file.
 inline constexpr std::string_view kHeader =
-    "record,frame,time,object,other,solid,other_solid,event,s,"
+    "record,frame,time,object,other,solid,other_solid,event,part,s,"
     "r00,r01,r02,r10,r11,r12,r20,r21,r22,x,y,z,"
-    "separation,nx,ny,nz,ax,ay,az,bx,by,bz,count";
+    "separation,nx,ny,nz,ax,ay,az,bx,by,bz,"
+    "end_separation,end_nx,end_ny,end_nz,end_ax,end_ay,end_az,end_bx,end_by,end_bz,count";
 
 enum Column : int {
   kRecord,
@@ -25,10 +26,12 @@ enum Column : int {
   kSolid,
   kOtherSolid,
   kEvent,
+  kPart,
   kS,  //
   kPose,
   kSeparation = kPose + 12,
-  kCount = kSeparation + 10,
+  kEndSeparation = kSeparation + 10,
+  kCount = kEndSeparation + 10,
   kColumns
 };
 

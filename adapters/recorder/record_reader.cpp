@@ -144,13 +144,15 @@ class RecordParser {
     event.a = object(kObject);
     event.b = in_.fields()[kOther].empty() ? RecordedEvent::kNone : object(kOther);
     event.solids = {in_.number<SolidIndex>(kSolid), in_.number<SolidIndex>(kOtherSolid)};
+    event.part = in_.number<std::uint32_t>(kPart);
     event.s = in_.number<double>(kS);
-    event.geometry.separation = in_.number<double>(kSeparation);
-    event.geometry.n_AB_W = vector(kSeparation + 1);
-    event.geometry.p_A_W = vector(kSeparation + 4);
-    event.geometry.p_B_W = vector(kSeparation + 7);
-    event.geometry.point_count = 0;
+    event.geometry = geometry(kSeparation);
+    event.geometry_at_end = geometry(kEndSeparation);
     return event;
+  }
+
+  PairGeometry geometry(int column) {
+    return {in_.number<double>(column), vector(column + 1), vector(column + 4), vector(column + 7), 0};
   }
 
   Vector3 vector(int column) const {

@@ -140,8 +140,9 @@ void RecordWriter::put_event(const Row& row) {
   text_.put(kSolid, std::uint64_t{row.solids.a});
   text_.put(kOtherSolid, std::uint64_t{row.solids.b});
   text_.put(kEvent, to_string(row.event));
+  text_.put(kPart, std::uint64_t{row.part});
   text_.put(kS, row.values[0]);
-  for (int i = 0; i < 10; ++i) text_.put(kSeparation + i, row.values[1 + i]);
+  for (int i = 0; i < 20; ++i) text_.put(kSeparation + i, row.values[1 + i]);
 }
 
 void RecordWriter::write_end() {

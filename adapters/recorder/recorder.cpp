@@ -39,14 +39,20 @@ void fill(Row& row, const ShownPose& pose) {
   for (int i = 0; i < 3; ++i) row.values[9 + i] = pose.X_WO.p(i);
 }
 
+void put(const PairGeometry& g, double* out) {
+  out[0] = g.separation;
+  for (int i = 0; i < 3; ++i) out[1 + i] = g.n_AB_W(i), out[4 + i] = g.p_A_W(i), out[7 + i] = g.p_B_W(i);
+}
+
 void fill(Row& row, const ContactEvent& event) {
   row.kind = Row::Kind::event;
   row.event = event.kind;
   row.a = event.a, row.b = event.b;
   row.solids = event.solids;
-  const PairGeometry& g = event.geometry;
-  row.values = {event.s,     g.separation, g.n_AB_W.x(), g.n_AB_W.y(), g.n_AB_W.z(), g.p_A_W.x(),
-                g.p_A_W.y(), g.p_A_W.z(),  g.p_B_W.x(),  g.p_B_W.y(),  g.p_B_W.z(),  0.0};
+  row.part = event.part;
+  row.values[0] = event.s;
+  put(event.geometry, &row.values[1]);
+  put(event.geometry_at_end, &row.values[11]);
 }
 
 }  // namespace

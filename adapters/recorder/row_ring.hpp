@@ -22,10 +22,12 @@ struct Row {
   ObjectHandle a, b;  ///< a pose's object; an event's two
   SolidPair solids;
   std::uint64_t frame = 0;
+  std::uint32_t part = 0;  ///< an event's
   std::uint64_t lost = 0;  ///< frame: dropped since the one before
   std::uint32_t rows = 0;  ///< frame: how many follow
-  /// frame: time. pose: R row by row, then p. event: s, separation, n, p_A, p_B.
-  std::array<double, 12> values{};
+  /// frame: time. pose: R row by row, then p. event: s, then separation, n, p_A, p_B there, and at the
+  /// frame's end.
+  std::array<double, 21> values{};
 };
 
 /// Rows from one thread to one other, without locks; their number is fixed.

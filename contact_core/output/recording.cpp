@@ -25,8 +25,8 @@ void replay(const Recording& recording, FrameOutput& output) {
     events.clear();
     for (const RecordedPose& pose : frame.poses) poses.push_back({handle_of(pose.object), pose.X_WO});
     for (const RecordedEvent& event : frame.events) {
-      events.push_back(
-          {event.kind, handle_of(event.a), handle_of(event.b), event.solids, event.s, event.geometry});
+      events.push_back({event.kind, handle_of(event.a), handle_of(event.b), event.solids, event.s,
+                        event.geometry, event.part, event.geometry_at_end});
     }
     output.write({frame.frame, frame.time, poses, events});
   }

@@ -23,6 +23,8 @@ struct RecordedEvent {
   SolidPair solids;
   double s;
   PairGeometry geometry;
+  std::uint32_t part;
+  PairGeometry geometry_at_end;
 };
 
 /// One frame, whole.

@@ -37,6 +37,9 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
+/// Of an event that has none to tell.
+inline PairGeometry zero_geometry() { return {0.0, Vector3::Zero(), Vector3::Zero(), Vector3::Zero(), 0}; }
+
 /// Random frames, kept by value.
 struct MadeFrame {
   std::uint64_t frame;
@@ -57,12 +60,15 @@ inline std::vector<MadeFrame> make_frames(std::size_t count, std::uint32_t objec
       const Vector3 n = random_vector(random, 1.0);
       const Vector3 p_A = random_vector(random, 1e3);
       const Vector3 p_B = random_vector(random, 1e-9);
+      const Vector3 end = random_vector(random, 1e3);
       made.events.push_back({static_cast<EventKind>(k % 6),
                              {i, 0},
                              {i + 1, 0},
                              {i, 3},
                              uniform(random, 0, 1),
-                             {uniform(random, -1, 1), n, p_A, p_B, 0}});
+                             {uniform(random, -1, 1), n, p_A, p_B, 0},
+                             i + 7,
+                             {uniform(random, -1, 1), -n, end, p_A, 0}});
     }
     frames.push_back(std::move(made));
   }
@@ -75,6 +81,10 @@ bool same_bits(const Vector& a, const Vector& b) {
 }
 
 inline bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+inline bool same_bits(const PairGeometry& a, const PairGeometry& b) {
+  return same_bits(a.separation, b.separation) && same_bits(a.n_AB_W, b.n_AB_W) &&
+         same_bits(a.p_A_W, b.p_A_W) && same_bits(a.p_B_W, b.p_B_W);
+}
 inline bool same_bits(const Pose& a, const Pose& b) { return same_bits(a.R, b.R) && same_bits(a.p, b.p); }
 
 }  // namespace touchstone

@@ -60,7 +60,8 @@ TEST(RecordReader, KnowsEveryKindOfEvent) {
     recorder.add_object({{0, 0}, "a"});
     MadeFrame made = make_frames(1, 1, 20)[0];
     for (int i = 0; i < kKinds; ++i)
-      made.events.push_back({static_cast<EventKind>(i), {0, 0}, {}, {}, 0, {}});
+      made.events.push_back(
+          {static_cast<EventKind>(i), {0, 0}, {}, {}, 0, zero_geometry(), 0, zero_geometry()});
     recorder.write(made.view());
   }
   const Recording recording = read_recording(file.path());
@@ -75,7 +76,7 @@ TEST(RecordReader, KnowsAnEventOfNoObject) {
   {
     Recorder recorder(file.path());
     MadeFrame made = make_frames(1, 0, 20)[0];
-    made.events.push_back({EventKind::refused, {}, {}, {}, 0, {}});
+    made.events.push_back({EventKind::refused, {}, {}, {}, 0, zero_geometry(), 0, zero_geometry()});
     recorder.write(made.view());
   }
   EXPECT_EQ(read_recording(file.path()).frames.at(0).events.at(0).b, RecordedEvent::kNone);

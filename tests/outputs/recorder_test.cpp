@@ -38,10 +38,9 @@ void expect_same_frame(const RecordedFrame& read, const MadeFrame& made, const R
     EXPECT_EQ(recording.objects[a.a], "object " + std::to_string(b.a.slot));
     EXPECT_EQ(recording.objects[a.b], "object " + std::to_string(b.b.slot));
     EXPECT_EQ(a.solids, b.solids);
-    EXPECT_TRUE(same_bits(a.s, b.s) && same_bits(a.geometry.separation, b.geometry.separation) &&
-                same_bits(a.geometry.n_AB_W, b.geometry.n_AB_W) &&
-                same_bits(a.geometry.p_A_W, b.geometry.p_A_W) &&
-                same_bits(a.geometry.p_B_W, b.geometry.p_B_W));
+    EXPECT_EQ(a.part, b.part);
+    EXPECT_TRUE(same_bits(a.s, b.s) && same_bits(a.geometry, b.geometry) &&
+                same_bits(a.geometry_at_end, b.geometry_at_end));
   }
 }
 

@@ -44,7 +44,7 @@ class EventCrowd {
     standard.policy = static_cast<ContactPolicy>(random_.below(4));
     standard.warn_distance = random_.one_in(2) ? 0.0 : 0.05;
     world_->set_default_rule(standard);
-    default_policy_ = standard.policy;
+    default_policy_ = *standard.policy;
     add_items();
     draw_rules();
   }
@@ -194,15 +194,13 @@ class EventCrowd {
   void exempt_pair(std::uint32_t slot) {
     const auto other = items_.begin();
     if (other->first >= slot || !random_.one_in(3)) return;
-    world_->exempt(other->second.object, "", items_.at(slot).object, "");
+    world_->exempt({other->second.object, items_.at(slot).object});
     for (std::uint32_t i = 0; i < other->second.tree->solids().size(); ++i)
       for (std::uint32_t j = 0; j < items_.at(slot).tree->solids().size(); ++j)
         exempt_.insert({other->first, i, slot, j});
   }
 
-  void switch_object(ObjectHandle object, bool on) {
-    world_->select({SelectionChange::Scope::object, object.slot, 0, on});
-  }
+  void switch_object(ObjectHandle object, bool on) { world_->select(SelectionChange::of(object, on)); }
 
   bool carries(std::uint32_t slot) const {
     for (const auto& [other, item] : items_)

@@ -296,7 +296,7 @@ TEST(EventTruth, AContactThatIsSwitchedOffEndsWhereItStood) {
   Dropped scene;
   scene.world->set_default_rule(rule(ContactPolicy::advance));
   scene.world->frame(std::array{scene.command});
-  scene.world->exempt(scene.cube, "", scene.table, "");
+  scene.world->exempt({scene.cube, scene.table});
   const FrameReport report =
       scene.world->frame(std::array{scene.world->move_by(scene.cube, {0, 0, -0.1}, {0, 0, 0})});
   ASSERT_THAT(kinds(report), ElementsAre(EventKind::ended));
