@@ -9,6 +9,7 @@
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/examples/measures/written_block.hpp"
 
 // Small dynamic scenes with closed-form answers, as plain data that any engine can be given. SI units;
 // gravity along -z.
@@ -40,6 +41,9 @@ struct World {
 
 /// A stack of `count` unit boxes on a slab. Nothing moves.
 World stack(int count, bool by_hulls);
+/// A stack of unit cubes given as hulls, each turned in a frame of its own, in which its corners are written.
+/// Each stands 1 mm deep in the one below, as its exact faces have it.
+World written_stack(int count, Written how);
 /// A stack of frusta, every second one upside down. Nothing moves.
 World frustum_stack(int count);
 /// A brick wall of `rows` rows. Nothing moves.

@@ -81,6 +81,25 @@ World stack(int count, bool by_hulls) {
   return finished(world);
 }
 
+World written_stack(int count, Written how) {
+  World world{"stack of " + std::to_string(count) + " cubes, corners " + to_string(how), {floor()}};
+  world.by_hulls = true;
+  std::mt19937 random(7);
+  const auto draw = [&random] { return 2.0 * static_cast<double>(random()) / 0x1p32 - 1.0; };
+  for (int i = 0; i < count; ++i) {
+    const double w = draw(), x = draw(), y = draw(), z = draw();
+    Pose X_SF, X_WF = at(0, 0, i - (i + 1) * 1e-3);
+    X_SF.R = rotation_from_quaternion(w, x, y, z);
+    X_SF.p = rotate(X_SF.R, {0, 0, -0.5});
+    const double yaw = 0.3 * draw();
+    X_WF.R = rotation_from_quaternion(std::cos(yaw / 2), 0, 0, std::sin(yaw / 2));
+    const WrittenBlock block = written_block(box_corners({1, 1, 1}), X_SF, X_WF, how);
+    Body& cube = world.bodies.emplace_back(box({1, 1, 1}, block.X_WS));
+    cube.solid = block.solid();
+  }
+  return finished(world);
+}
+
 World frustum_stack(int count) {
   World world{"stack of " + std::to_string(count) + " frusta", {floor()}};
   world.by_hulls = true;

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <ostream>
 #include <vector>
 
@@ -66,6 +67,34 @@ TEST_P(EngineWorlds, AStackOfBoxesStandsAsHighAsWithTheEnginesOwnCheck) {
   }
 }
 
+Stillness stillness(Run run, const World& world, Check check, unsigned starts) {
+  std::vector<double> creep, speed;
+  for (unsigned start = 0; start < starts; ++start) {
+    const Outcome outcome = run(shifted(world, start), check, nullptr);
+    creep.push_back(outcome.drift);
+    speed.push_back(outcome.speed);
+  }
+  return {median(creep), median(speed)};
+}
+
+// Twice as an allowance for chance. Four decimals bend a face by more than the engines' contacts give: such a
+// stack settles on the corners that its file wrote lowest (Bullet: 4.8 mm, 14 mm with its own check).
+TEST_P(EngineWorlds, BlocksAsFilesWriteThemStandAsExactOnesDo) {
+  const auto of = [](const World& world) {
+    return stillness(GetParam().run, world, Check::native, GetParam().starts);
+  };
+  const Stillness exact = of(stack(4, true));
+  std::printf("upright    creep %.2g m, %.2g m/s at the end\n", exact.creep, exact.speed);
+  for (const Written how :
+       {Written::exactly, Written::with_six_decimals, Written::with_four_decimals, Written::as_float}) {
+    const Stillness written = of(written_stack(4, how));
+    std::printf("%-10s creep %.2g m, %.2g m/s at the end\n", to_string(how), written.creep, written.speed);
+    const double settling = how == Written::with_four_decimals ? 0.01 : 1e-4;
+    EXPECT_LE(written.creep, 2.0 * exact.creep + settling) << to_string(how);
+    EXPECT_LE(written.speed, 2.0 * exact.speed + 10.0 * settling) << to_string(how);
+  }
+}
+
 TEST_P(EngineWorlds, AWallStands) {
   for (const bool by_hulls : {false, true}) {
     const World world = wall(4, by_hulls);
@@ -92,16 +121,6 @@ TEST_P(EngineWorlds, ABoxSlidesOverFlushBoxesAsOverOne) {
     EXPECT_LT(ours.rise, rise) << world.name;
     EXPECT_LT(ours.lean, 1e-3) << world.name;
   }
-}
-
-Stillness stillness(Run run, const World& world, Check check, unsigned starts) {
-  std::vector<double> creep, speed;
-  for (unsigned start = 0; start < starts; ++start) {
-    const Outcome outcome = run(shifted(world, start), check, nullptr);
-    creep.push_back(outcome.drift);
-    speed.push_back(outcome.speed);
-  }
-  return {median(creep), median(speed)};
 }
 
 TEST_P(EngineWorlds, FromManyStartsAStackIsAsStillAsWithTheEnginesOwnCheck) {
