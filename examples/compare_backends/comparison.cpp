@@ -313,6 +313,9 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   check_settings(options.scenes, options.scene_settings);
   std::optional<PairFileCases> cases;
   if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
+  if (options.is_capture && !cases->captured)
+    throw InputError(options.pairs_file +
+                     ": no case has an engine's answer; cases without one are compared with --pairs");
 
   if (!options.dynamics_file.empty()) report.drift = load_drift(options.dynamics_file);
 

@@ -14,6 +14,18 @@ namespace {
 const std::map<std::string, QueryKind> kQueries = {
     {"overlap", QueryKind::overlap}, {"distance", QueryKind::distance}, {"manifold", QueryKind::manifold}};
 
+/// Cases of the user's own decide alone, unless families are named too.
+void choose_families(Options& options) {
+  const std::vector<std::string> all = {"all"}, none = {"none"};
+  const bool has_own = !options.pairs_file.empty() || !options.scenes.empty();
+  if (options.families.empty() && has_own) {
+    options.families = none;
+    options.no_broadphase = true;
+  }
+  options.no_families = options.families == none;
+  if (options.no_families || options.families == all) options.families.clear();
+}
+
 }  // namespace
 
 void add_query_option(CLI::App& app, std::string& query) {
@@ -49,7 +61,10 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
       "compare_backends decide RESULTS.json --max-error M ...: the verdict of a run for other allowed "
       "errors."};
   app.add_option("--backend", options.backends, "Backends to compare (default: all; --list names them)");
-  app.add_option("--families", options.families, "Pair families (default: all; 'none' for no families)");
+  app.add_option(
+      "--families", options.families,
+      "Pair families, 'all' or 'none' (default: all; none where --pairs, --capture or --scene brings "
+      "cases of your own, which then decide alone)");
   auto* count_option = app.add_option("--count", count, "Pairs a family (default 20000, 500 with --quick)")
                            ->check(CLI::Range(1, 10000000));
   app.add_option("--seed", options.seed, "Seed of the pair families")
@@ -62,10 +77,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
                  "file's name without .yaml");
   auto* pairs_option = app.add_option("--pairs", options.pairs_file, "Your own cases (JSON)");
   std::string capture_file;
-  app.add_option(
-         "--capture", capture_file,
-         "Cases captured in an engine, with its answers: a pair file alone, no families unless named, no "
-         "broadphases")
+  app.add_option("--capture", capture_file, "The same of an engine's own check, with its answers")
       ->excludes(pairs_option);
   app.add_option("--dynamics", options.dynamics_file,
                  "results.json of dynamics_run, for the page's section on dynamics drift");
@@ -81,7 +93,8 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   app.add_option("--threads", options.threads, "For the exact answers; timing always runs on one")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  app.add_flag("--no-broadphase", options.no_broadphase, "Leave the broadphases out");
+  app.add_flag("--no-broadphase", options.no_broadphase,
+               "Leave the broadphases out (so too where cases of your own decide alone)");
   app.add_flag("--quick", options.quick,
                "Few pairs, two repetitions, 100 frames a scene, 1k boxes in the broadphases");
   app.add_flag("--list", options.list, "List backends, broadphases and families");
@@ -97,11 +110,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   if (app.count("--capture") > 0) {
     if (capture_file.empty()) throw InputError("--capture: names no file");
     options.pairs_file = capture_file;
-    options.no_broadphase = true;
-    if (options.families.empty()) options.families = {"none"};
+    options.is_capture = true;
   }
-  options.no_families = options.families == std::vector<std::string>{"none"};
-  if (options.no_families) options.families.clear();
+  choose_families(options);
   if (options.no_families && options.scenes.empty() && options.pairs_file.empty() && options.no_broadphase)
     throw InputError(
         "--families none: and no --scene, no --pairs and no broadphases: there is nothing to compare");

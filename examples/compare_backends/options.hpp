@@ -20,6 +20,7 @@ struct Options {
   std::vector<std::string> scenes;
   std::vector<SceneSetting> scene_settings;
   std::string pairs_file;            ///< of --pairs or --capture
+  bool is_capture = false;           ///< of --capture: an engine's answers are expected in it
   std::string dynamics_file;         ///< results.json of dynamics_run; empty: none
   std::optional<std::size_t> count;  ///< pairs a family
   std::uint64_t seed = 1;

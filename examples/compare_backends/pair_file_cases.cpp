@@ -37,6 +37,14 @@ void add_answer(const std::optional<CapturedAnswer>& captured, BackendAnswers& o
   }
 }
 
+std::string nothing_to_compare(const PairFileCases& file) {
+  if (file.cases.empty()) return file.file + ": has no cases: there is nothing to compare";
+  const PairFileCases::Case& first = file.cases.front();
+  return file.file + ": none of its " + std::to_string(file.cases.size()) +
+         " cases is a pair of solids: there is nothing to compare; the first, '" + first.id +
+         "': " + first.invalid;
+}
+
 }  // namespace
 
 PairFileCases load_pair_file(const std::string& file) {
@@ -60,6 +68,7 @@ PairFileCases load_pair_file(const std::string& file) {
     add_answer(each.captured, captured);
     if (each.captured) captured.description = "as captured in " + each.captured->by;
   }
+  if (result.set.pairs.empty()) throw InputError(nothing_to_compare(result));
   if (!captured.description.empty()) result.captured = std::move(captured);
   return result;
 }

@@ -300,7 +300,7 @@ constexpr const char* kPairs = R"([
 
 TEST_F(Program, AnswersTheUsersPairs) {
   const std::string file = write("cases.json", kPairs).string();
-  const Outcome outcome = run("--families none --no-broadphase --repetitions 1 --pairs " + file + report());
+  const Outcome outcome = run("--repetitions 1 --max-error 1e-6 --pairs " + file + report());
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(read(folder_ / "report/answers.json"));
   ASSERT_EQ(json["cases"].size(), 2u);
@@ -314,6 +314,37 @@ TEST_F(Program, AnswersTheUsersPairs) {
   EXPECT_THAT(read(folder_ / "report/answers.csv"), HasSubstr("\"apart, by 1\",native,separated,,1"));
   EXPECT_THAT(run("--case 'apart, by 1' --pairs " + file).out, HasSubstr("native\n    overlap: separated"));
   EXPECT_EQ(run("--case flat --pairs " + file).code, 2);
+}
+
+TEST_F(Program, CasesOfOnesOwnDecideAlone) {
+  const std::string file = write("cases.json", kPairs).string();
+  const auto sets_of = [&](const std::string& options) {
+    const Outcome outcome = run("--quick --repetitions 1 --max-error 1e-6 " + options + report());
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+    EXPECT_EQ(json["broadphases"].size(), 0u);
+    std::vector<std::string> names;
+    for (const auto& set : json["sets"]) names.push_back(set["name"]);
+    for (const auto& scene : json["scenes"]) names.push_back(scene["set"]["name"]);
+    return names;
+  };
+  EXPECT_THAT(sets_of("--pairs " + file), testing::ElementsAre("pairs"));
+  EXPECT_THAT(sets_of("--scene " SCENES "/contained_solid.yaml"), testing::ElementsAre("contained_solid"));
+  EXPECT_THAT(sets_of("--families random --count 30 --no-broadphase --pairs " + file),
+              testing::UnorderedElementsAre("random", "pairs"));
+}
+
+TEST_F(Program, NothingComparedIsAnError) {
+  const std::string flat = R"([{"id": "flat", "shapes": [{"type": "box", "size": [1,1,0]},
+ {"type": "box", "size": [1,1,1]}], "poses": [{"position": [0,0,0], "quaternion_wxyz": [1,0,0,0]},
+ {"position": [2,0,0], "quaternion_wxyz": [1,0,0,0]}]}])";
+  const Outcome refused = run("--pairs " + write("flat.json", flat).string() + report());
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("flat.json: none of its 1 cases is a pair of solids"));
+  EXPECT_THAT(run("--pairs " + write("empty.json", "[]").string() + report()).err, HasSubstr("empty.json"));
+  const Outcome unanswered = run("--capture " + write("cases.json", kPairs).string() + report());
+  EXPECT_EQ(unanswered.code, 2);
+  EXPECT_THAT(unanswered.err, HasSubstr("no case has an engine's answer"));
 }
 
 // A scene of one object `thing` and one `other`; what stands in `objects` decides.
