@@ -13,6 +13,7 @@ namespace {
 using namespace physics;
 
 constexpr double kStep = 2e-3;
+const Vector3 kAtRest = Vector3::Zero();
 
 Pose placed(const Vector3& p_W, const Vector3& turn = Vector3::Zero()) {
   Pose X;
@@ -81,7 +82,7 @@ DynamicScene stack(std::size_t steps) {
   const Vector3 size(0.3, 0.25, 0.2);
   for (int i = 0; i < 5; ++i)
     add_box(scene, "box " + std::to_string(i), size,
-            placed({0.03 * i, 0.0, 0.1 + 0.201 * i}, {0.0, 0.0, 0.3 * i}), free_box(size, {}, {}));
+            placed({0.03 * i, 0.0, 0.1 + 0.201 * i}, {0.0, 0.0, 0.3 * i}), free_box(size, kAtRest, kAtRest));
   return scene;
 }
 
@@ -112,7 +113,7 @@ SceneJoint turning(const std::string& name, std::size_t parent, std::size_t chil
 DynamicScene pushing(std::size_t steps) {
   DynamicScene scene = on_a_slab(steps);
   const auto link = [](double mass, const Vector3& size) {
-    return SceneBody{BodyKind::link, box_inertia(mass, size), {}, {}, {0.4, 0.0}};
+    return SceneBody{BodyKind::link, box_inertia(mass, size), kAtRest, kAtRest, {0.4, 0.0}};
   };
   add_box(scene, "upper", {1.0, 0.1, 0.1}, placed({0.5, 0, 0.2}), link(5.0, {1.0, 0.1, 0.1}));
   add_box(scene, "lower", {0.8, 0.1, 0.1}, placed({1.4, 0, 0.2}), link(3.0, {0.8, 0.1, 0.1}));
@@ -120,9 +121,9 @@ DynamicScene pushing(std::size_t steps) {
       {"arm",
        {turning("shoulder", kNoObject, 1, {0, 0, 0.2}, 0.6), turning("elbow", 1, 2, {1.0, 0, 0.2}, 0.4)}});
   const Vector3 size(0.3, 0.3, 0.3);
-  add_box(scene, "block", size, placed({1.5, 0.3, 0.15}, {0, 0, 0.2}), free_box(size, {}, {}));
+  add_box(scene, "block", size, placed({1.5, 0.3, 0.15}, {0, 0, 0.2}), free_box(size, kAtRest, kAtRest));
   add_box(scene, "load", {0.1, 0.1, 0.1}, placed({1.4, 0, 0.32}, {0.2, 0.1, 0}),
-          free_box({0.1, 0.1, 0.1}, {}, {}));
+          free_box({0.1, 0.1, 0.1}, kAtRest, kAtRest));
   SceneBody tool;
   tool.kind = BodyKind::kinematic;
   add_box(scene, "tool", {0.2, 0.2, 0.2}, placed({-1.0, 0.5, 0.3}), tool);
