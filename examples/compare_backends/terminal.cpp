@@ -63,15 +63,15 @@ const Quantiles& error_of(const BackendResult& backend, Measure measure) {
 
 std::string error_table(const SetResult& set) {
   TextTable table({"wrong; error/S", "missed", "phantom", "undec", "overlap", "distance", "manifold", "dist",
-                   "depth", "normal", "witness", "points"});
+                   "depth", "normal", "witness", "points", "patch"});
   for (const BackendResult& backend : set.backends) {
     if (!backend.judged) continue;
     const Wrongness& wrong = backend.judgement.wrongness[index_of(QueryKind::overlap)];
     std::vector<std::string> row = {backend.name, format_count(wrong.missed), format_count(wrong.phantom),
                                     format_count(wrong.undecided)};
     for (const QueryKind kind : kQueryKinds) row.push_back(wrong_of(backend, kind));
-    for (const Measure measure :
-         {Measure::distance, Measure::depth, Measure::normal, Measure::witness, Measure::point_witness}) {
+    for (const Measure measure : {Measure::distance, Measure::depth, Measure::normal, Measure::witness,
+                                  Measure::point_witness, Measure::patch_coverage}) {
       row.push_back(format_error(error_of(backend, measure).worst));
     }
     table.add(std::move(row));

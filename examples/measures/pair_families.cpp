@@ -7,6 +7,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/written_block.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -321,29 +322,18 @@ Pair touching_pair(Random& random) {
           Pose{Matrix3::Identity(), origin + offset}};
 }
 
-// How a file writes a coordinate in metres: the double nearest to it with 9, 6, 4 or 3 decimals, or a float.
-enum class Written : std::uint32_t { nine, six, four, three, single };
-
-double written(double x, Written how) {
-  constexpr std::array<double, 4> kUnits = {1e9, 1e6, 1e4, 1e3};
-  if (how == Written::single) return static_cast<float>(x);
-  const double unit = kUnits[static_cast<std::size_t>(how)];
-  return std::nearbyint(x * unit) / unit;
-}
-
 // A box that lies turned in its file: rounding its corners bends its faces.
 Hexahedron bent_box(const Vector3& half, const Matrix3& R, Written how) {
   auto vertices = box_vertices(half);
-  for (Vector3& v : vertices) {
-    v = rotate(R, v);
-    for (int axis = 0; axis < 3; ++axis) v[axis] = written(v[axis], how);
-  }
+  for (Vector3& v : vertices) v = as_written(rotate(R, v), how);
   return Hexahedron::from_vertices(vertices, WarpPolicy::accept);
 }
 
 // B, turned back flat, on A: a plain slab, a bent one or another bent block, from 1 mm deep to 0.1 mm apart.
 Pair bent_pair(Random& random) {
-  const auto how = static_cast<Written>(random.below(5));
+  constexpr std::array kHow = {Written::with_nine_decimals, Written::with_six_decimals,
+                               Written::with_four_decimals, Written::with_three_decimals, Written::as_float};
+  const Written how = kHow[random.below(kHow.size())];
   const std::uint32_t kind = random.below(3);
   const Vector3 half_b = uniform_vector(random, 0.1, 1);
   const Vector3 half_a = kind < 2 ? uniform_vector(random, 0.8, 2) : uniform_vector(random, 0.1, 1);

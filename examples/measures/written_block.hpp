@@ -15,13 +15,20 @@
 namespace touchstone {
 
 /// How a file writes a coordinate.
-enum class Written { exactly, with_nine_decimals, with_six_decimals, with_four_decimals, as_float };
+enum class Written {
+  exactly,
+  with_nine_decimals,
+  with_six_decimals,
+  with_four_decimals,
+  with_three_decimals,
+  as_float
+};
 inline constexpr std::array kAllWritten = {Written::exactly, Written::with_nine_decimals,
                                            Written::with_six_decimals, Written::with_four_decimals,
                                            Written::as_float};
 
 inline const char* to_string(Written how) {
-  constexpr const char* kNames[] = {"exact", "9 decimals", "6 decimals", "4 decimals", "float"};
+  constexpr const char* kNames[] = {"exact", "9 decimals", "6 decimals", "4 decimals", "3 decimals", "float"};
   return kNames[static_cast<int>(how)];
 }
 
@@ -29,8 +36,8 @@ inline double as_written(double x, Written how) {
   if (how == Written::exactly) return x;
   if (how == Written::as_float) return static_cast<float>(x);
   char text[64];
-  const int decimals = how == Written::with_nine_decimals ? 9 : how == Written::with_six_decimals ? 6 : 4;
-  std::snprintf(text, sizeof text, "%.*f", decimals, x);
+  constexpr int kDecimals[] = {0, 9, 6, 4, 3};
+  std::snprintf(text, sizeof text, "%.*f", kDecimals[static_cast<int>(how)], x);
   return std::strtod(text, nullptr);
 }
 

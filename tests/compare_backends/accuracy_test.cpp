@@ -284,6 +284,32 @@ TEST_F(Judged, AnEdgeOnAFaceIsNoAreaError) {
   EXPECT_EQ(error("right", Measure::patch_coverage).count, 3u);
 }
 
+// Points that hold half of a face, as an engine's may where the face is bent.
+TEST_F(Judged, PointsOnHalfOfAFaceAreOffByHalfOfThePatch) {
+  const PairSet cubes = testing::cubes({-0.01});
+  const std::vector<PairTruth> truth = {{PairClass::penetrating, -0.01, Vector3::UnitX(), true}};
+  Options options;
+  options.backends = {"right"};
+  MeasureOptions measure;
+  measure.time_pairs = measure.perturb = false;
+  auto answers = answer_set(options, backends_, cubes, measure);
+  for (ContactPoint& point : answers[0].queries[index_of(QueryKind::manifold)].points)
+    point.p_A_W.y() = std::min(point.p_A_W.y(), 0.0), point.p_B_W.y() = point.p_A_W.y();
+  Report report;
+  report.has_truth = true;
+  report.sets = {sum_up(cubes, truth, &oracle_, answers, 1)};
+  const Judgement& judgement = report.sets[0].backends[0].judgement;
+  const Quantiles& coverage = judgement.errors[static_cast<std::size_t>(Measure::patch_coverage)].over_scale;
+  ASSERT_EQ(coverage.count, 1u);
+  EXPECT_DOUBLE_EQ(coverage.worst, 0.5);
+  report.backends = {{"right", "a fake"}};
+  EXPECT_THAT(html_report(report), HasSubstr("Patch coverage"));
+  EXPECT_THAT(terminal_report(report), HasSubstr("patch"));
+  const auto json = nlohmann::json::parse(results_json(report));
+  EXPECT_EQ(json["pair_sets"][0]["backends"][0]["errors"]["patch_coverage"]["ratio"]["worst"], 0.5);
+  EXPECT_THAT(results_csv(report), HasSubstr("patch_coverage"));
+}
+
 // ---- what is written
 
 TEST_F(Judged, TableCsvAndJsonShowTheSameNumbers) {

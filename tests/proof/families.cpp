@@ -183,8 +183,8 @@ std::span<const Family> families() {
 PosedSolids make_pair(std::size_t family, std::uint64_t seed, std::uint64_t index) {
   const std::size_t compared = comparison::pair_families().size();
   if (family < compared) return compared_pair(family, seed, index);
-  // Streams of the families' own numbers.
-  Random random(comparison::mix_seed(seed, family + 1000, index));
+  // Streams of the families' own numbers, from when the comparison had eleven.
+  Random random(comparison::mix_seed(seed, family - compared + 1011, index));
   switch (family - compared) {
     case 0:
       return scaled_pair(random, seed, index);

@@ -1,7 +1,49 @@
+#include <fmt/format.h>
+
 #include "touchstone/examples/compare_backends/error_plots.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
+namespace {
+
+const BackendResult* judged(const SetResult& set, const std::string& name) {
+  for (const BackendResult& backend : set.backends)
+    if (backend.name == name && backend.judged) return &backend;
+  return nullptr;
+}
+
+/// Sets by backends; empty where no contact of any set is face on face.
+std::string coverage(const Page& page) {
+  std::vector<std::string> header = {"error: median / 99% / worst"};
+  for (const std::string& name : page.names) header.push_back(page.named(name));
+  HtmlTable table(header, "errors");
+  bool is_any = false;
+  for (const SetResult& set : page.report.sets) {
+    std::vector<std::string> row = {xml_text(set.name)};
+    bool is_in_set = false;
+    for (const std::string& name : page.names) {
+      const BackendResult* const backend = judged(set, name);
+      const auto measure = static_cast<std::size_t>(Measure::patch_coverage);
+      const Quantiles each = backend ? backend->judgement.errors[measure].over_scale : Quantiles{};
+      is_in_set |= each.count > 0;
+      row.push_back(each.count == 0 ? "-"
+                                    : fmt::format("{} / {} / {}", format_error(each.median),
+                                                  format_error(each.p99), format_error(each.worst)));
+    }
+    if (is_in_set) table.add(row);
+    is_any |= is_in_set;
+  }
+  if (!is_any) return "";
+  return "<h3>Patch coverage</h3>\n<p>Manifold query, contacts face on face: how far the area of the points' "
+         "hull is from that of the true patch, as a share of it. 0: the points hold the whole face; 1: a "
+         "line "
+         "or a point, on which a block turns over.</p>\n" +
+         table.str() + source_note(page, "pair_sets[].backends[].errors.patch_coverage");
+}
+
+}  // namespace
 
 std::string errors_section(const Page& page) {
   const Report& report = page.report;
@@ -28,7 +70,8 @@ std::string errors_section(const Page& page) {
     html += plot.empty() ? "<p class='gap'>" + page.named(name) + ": answers no distances.</p>\n" : plot;
   }
   return html + "</div>\n" +
-         source_note(page, "pair_sets[].backends[].signed_errors_over_S", "figures/signed_<backend>.svg");
+         source_note(page, "pair_sets[].backends[].signed_errors_over_S", "figures/signed_<backend>.svg") +
+         coverage(page);
 }
 
 }  // namespace touchstone::comparison
