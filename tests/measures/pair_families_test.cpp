@@ -40,9 +40,9 @@ std::uint64_t hash_of(const PairSet& set) {
 
 TEST(PairFamilies, AreTheSameOnEveryMachine) {
   std::uint64_t all = 0;
-  for (const PairFamily& family : pair_families())
+  for (const PairFamily& family : pair_families().first(11))  // those of the older reports
     all = all * 31 + hash_of(make_pair_family(family.name, kSeed, 200));
-  EXPECT_EQ(all, u) << "seeds would no longer replay older reports";
+  EXPECT_EQ(all, 2478167256919359618u) << "seeds would no longer replay older reports";
 }
 
 TEST(PairFamilies, DependOnTheSeedAndTheFamily) {
