@@ -137,8 +137,9 @@ Laid laid(Random& random, const Options& options) {
   return {a.solid(), b.solid(), a.X_WS, b.X_WS, clipped(base, level_face(of_a, X_WA, 5))};
 }
 
+/// Of the whole clip: the corners of a bend deeper than the pair are there too.
 Answer answer_of(const Laid& pair, int max_points = kMaxManifoldPoints) {
-  Query query{QueryKind::manifold};
+  Query query = whole_clip();
   query.max_points = max_points;
   return ask(pair.a, pair.X_WA, pair.b, pair.X_WB, query);
 }
@@ -165,7 +166,7 @@ Held held(std::uint64_t seed, const Options& options, double goal, int count = 3
   Held out;
   for (int i = 0; i < count; ++i) {
     const Laid pair = laid(random, options);
-    const Answer answer = answer_of(pair);
+    const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB, Query{QueryKind::manifold});
     const double share = coverage(pair, answer);
     double& least = is_short_of_slots(answer) ? out.least_when_short : out.least;
     least = std::min(least, share);
