@@ -207,7 +207,7 @@ TEST(DynamicScenes, EveryBundledSceneIsReadAndHasAnswers) {
   for (const fs::directory_entry& entry : fs::directory_iterator(TOUCHSTONE_DYNAMIC_SCENES)) {
     const DynamicScene loaded = load_dynamic_scene(entry.path());
     EXPECT_FALSE(loaded.answers.empty()) << entry.path();
-    EXPECT_NO_THROW(load_scene(entry.path())) << "the same file as a scene of contacts alone";
+    EXPECT_NO_THROW(touchstone::load_scene(entry.path())) << "the same file as a scene of contacts alone";
     ++count;
   }
   EXPECT_GE(count, 13u);
