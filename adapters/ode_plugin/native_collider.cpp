@@ -18,9 +18,9 @@ using native::SolidStore;
 std::atomic<std::uint64_t> checks{0}, refused{0};
 std::atomic<PairObserver*> told{nullptr};
 
-/// Points of touching solids count up to here [m], as touching: a block that the solver's noise tilted keeps
-/// its corners. ODE's contacts have no negative depth.
-constexpr double kPointReach = 1e-6;
+/// Points further apart than this [m] are no contacts: ODE's have no negative depth. With 1e-6 for corners
+/// that noise lifted a stack of ten crept 24 mm in 10 s instead of 22, and a small wall ended at 0.07 m/s.
+constexpr double kPointReach = 0.0;
 
 /// How much of the depth lies between `pos` and the first box's surface; the rest lies between it and the
 /// second's.
