@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/narrowphase/validate.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <string_view>
 
@@ -24,11 +25,14 @@ bool is_sound(const Query& query) {
 }
 
 void validate_query(const Query& query) {
+  if (query.kind > QueryKind::manifold)
+    reject("query", "kind " + std::to_string(static_cast<int>(query.kind)) + " is none");
   if (!is_sound(query))
     reject("query", "max_points is " + std::to_string(query.max_points) + ", must be 1 to " +
                         std::to_string(kMaxManifoldPoints));
   if (!(query.max_separation >= 0.0))
     reject("query", "max_separation is " + figure(query.max_separation) + ", must be >= 0");
+  if (std::isnan(query.max_point_separation)) reject("query", "max_point_separation is nan");
 }
 
 void validate_size(std::string_view span, std::size_t size, std::size_t least) {

@@ -75,6 +75,10 @@ TEST(Validate, EveryBrokenPreconditionIsNamedWithIndexAndFigure) {
             "query: max_separation is -0.5, must be >= 0");
   EXPECT_EQ(what_is_broken_by([&](Call& c) { c.query.max_separation = nan; }),
             "query: max_separation is nan, must be >= 0");
+  EXPECT_EQ(what_is_broken_by([&](Call& c) { c.query.max_point_separation = nan; }),
+            "query: max_point_separation is nan");
+  EXPECT_EQ(what_is_broken_by([](Call& c) { c.query.kind = static_cast<QueryKind>(7); }),
+            "query: kind 7 is none");
   EXPECT_EQ(what_is_broken_by([&](Call& c) { c.poses[3].p.y() = nan; }),
             "pair 1: pose 3: a pose entry is not finite");
   EXPECT_THAT(what_is_broken_by([](Call& c) { c.poses[2].R *= 2.0; }),
