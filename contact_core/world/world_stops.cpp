@@ -97,15 +97,19 @@ void ContactWorld::State::resolve_stops(std::span<FramePair> among, std::uint32_
   std::fill(is_held.begin(), is_held.end(), std::uint8_t{0});
   slides.translation_only_before = slides.translation_only;
   took_back = false;
-  // The cap is a safeguard: then nothing moves, which is allowed.
+  // The cap is a safeguard: then nothing moves, which is allowed, and is said. Each new beginning holds at
+  // least one mover more, so there are no more of them than movers.
   const std::size_t most = 16 + 8 * layout.slots.size();
-  for (std::size_t round = 0; round < most; ++round) {
+  std::size_t round = 0;
+  while (round < most) {
     const double least = first_open(among);
     if (least == std::numeric_limits<double>::infinity()) return;
     if (settle(among, least, part)) {
       begin_again(among);
+      round = 0;
       continue;
     }
+    ++round;
     for (const std::uint32_t slot : movers) {
       if (is_restopped[slot]) recheck(slot, among);
       is_restopped[slot] = 0;
