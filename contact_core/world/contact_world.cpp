@@ -69,7 +69,11 @@ void ContactWorld::set_group_rule(std::string_view first, std::string_view secon
 }
 
 void ContactWorld::set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule& rule) {
-  state_->rules.set_for_pair(state_->objects.slot_of(a), state_->objects.slot_of(b), rule);
+  const std::uint32_t slot_a = state_->objects.slot_of(a), slot_b = state_->objects.slot_of(b);
+  if (slot_a == slot_b)
+    throw InputError("object '" + std::string(name_of(a)) +
+                     "': a rule is of a pair, and this is one object twice");
+  state_->rules.set_for_pair(slot_a, slot_b, rule);
   state_->needs_layout = true;
 }
 
@@ -156,6 +160,7 @@ void ContactWorld::reset() {
   state_->reset_mechanisms();
   state_->queue.clear();
   state_->contacts.clear();
+  state_->left_contacts.clear();
   state_->selection.select_all();
   state_->needs_layout = true;
 }

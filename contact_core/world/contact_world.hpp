@@ -240,7 +240,7 @@ class ContactWorld {
   /// (Broadphase::update_paths()).
   void prepare();
   /// Initial poses, no latches, everything selected, whatever waits in the queue; objects, rules and
-  /// exemptions stay.
+  /// exemptions stay. Contacts are forgotten: no `ended` tells of them.
   void reset();
 
   // ---- selection, from any thread

@@ -109,6 +109,11 @@ TEST(PairRule, WarnDistanceThatIsNoLengthIsRefusedAndChangesNothing) {
 }
 
 // The largest distance at which anything is reported decides how far the world looks: it follows the rules.
+TEST(PairRule, OfOneObjectTwiceIsRefused) {
+  Approach scene;
+  EXPECT_THROW(scene.world->set_pair_rule(scene.box, scene.box, {}), InputError);
+}
+
 TEST(PairRules, LargestWarnDistanceIsThatOfTheRulesInForce) {
   PairRules rules;
   EXPECT_EQ(rules.largest_warn_distance(), 0.0);
