@@ -17,7 +17,8 @@ namespace touchstone {
 /// rounding: solids apart by less than the declared resolution may count as in contact. Of pairs whose edges
 /// are nearly parallel about 1 in 20 is such a phantom, apart by up to 1e-16 of the largest coordinate
 /// (edge_face_phantoms_test.cpp); faces whose corners have angles beyond 30 to 150 degrees are off by as much
-/// more as their plane's normal is.
+/// more as their plane's normal is, bent faces by the height of the fourth corner over the plane of the other
+/// three.
 void register_edge_face(BackendRegistry& registry);
 
 }  // namespace touchstone
