@@ -1,5 +1,6 @@
-# cmake -D PROGRAMS=result_hash;result_hash_unvectorised -D SETS=generic;avx2 -P compare_instruction_sets.cmake: the same
+# cmake -D PROGRAMS=result_hash,result_hash_unvectorised -D SETS=generic;avx2 -P compare_instruction_sets.cmake: the same
 # hashes from each program under each set.
+string(REPLACE "," ";" PROGRAMS "${PROGRAMS}")  # a semicolon would end the argument on the way here
 foreach(program IN LISTS PROGRAMS)
   cmake_path(GET program FILENAME name)
   foreach(set IN LISTS SETS)
