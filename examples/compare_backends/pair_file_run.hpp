@@ -23,7 +23,8 @@ struct PairFileCases {
   std::optional<BackendAnswers> captured;
 };
 
-/// @throws InputError for an unreadable file, one without a valid case, or in a build without the scene_files adapter.
+/// @throws InputError for an unreadable file, one without a valid case, or in a build without the scene_files
+/// adapter.
 PairFileCases load_pair_file(const std::string& file);
 
 /// What every backend answered to every case.

@@ -8,7 +8,7 @@ namespace touchstone::dynamics {
 
 /// Runs the scene over the contacts of one narrowphase, with the native broadphase. Where a step fails the
 /// run ends there, its last good state kept and the cause named.
-/// @param every n-th step is recorded; 0: none. @throws comparison::Interrupted.
+/// @param every n-th step is recorded; 0: none.
 BackendRun simulate(const physics::DynamicScene& scene, const BackendRegistry& registry,
                     const std::string& backend, std::size_t every, comparison::ProgressLine& progress);
 
@@ -16,7 +16,6 @@ BackendRun simulate(const physics::DynamicScene& scene, const BackendRegistry& r
 void check(const physics::DynamicScene& scene, const BackendRegistry& registry);
 
 /// The same run once more: each of run's steps keeps the faster of its times. Nothing else is looked at.
-/// @throws comparison::Interrupted.
 void repeat_timing(const physics::DynamicScene& scene, const BackendRegistry& registry, BackendRun& run,
                    comparison::ProgressLine& progress);
 

@@ -23,6 +23,7 @@ std::span<const AccuracyRow> accuracy_table() {
       {"separating_axes", "far", 0, 0, 0, kUnsupported, kUnsupported},
       {"separating_axes", "near_parallel", 0, 97, 0, kUnsupported, kUnsupported},
       {"separating_axes", "touching", 0, 200, 0, kUnsupported, kUnsupported},
+      {"separating_axes", "bent", 0, 0, 0, kUnsupported, kUnsupported},
   };
   return kTable;
 }

@@ -5,7 +5,7 @@
 namespace touchstone::training {
 namespace {
 
-/// A pair in contact writes up to two a frame; room for all pairs, but no more than this many [160 MB].
+/// A pair in contact writes up to four a frame; room for all pairs, but no more than this many [160 MB].
 constexpr std::size_t kMostEvents = 4'000'000;
 
 }  // namespace

@@ -78,7 +78,7 @@ RecorderOptions recorder_options(const Setting& setting) {
   constexpr std::size_t kMostRows = std::size_t{1} << 19;
   const std::size_t frames = setting.frame_count() + 1;
   RecorderOptions options;
-  options.rows = std::min(kMostRows, frames * (1 + setting.object_count() + 2 * setting.pairs().size()));
+  options.rows = std::min(kMostRows, frames * (1 + setting.object_count() + 4 * setting.pairs().size()));
   return options;
 }
 #endif

@@ -242,7 +242,8 @@ TEST_F(Program, AnInterruptLeavesNeitherWorkerNorTemporaryFiles) {
                               report() + ">/dev/null 2>&1";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 130);
   EXPECT_TRUE(fs::is_empty(folder_ / "tmp"));
-  EXPECT_NE(WEXITSTATUS(std::system(("pgrep -f " + (folder_ / "[t]mp").string() + " >/dev/null").c_str())), 0);
+  EXPECT_EQ(WEXITSTATUS(std::system(("pgrep -f " + (folder_ / "[t]mp").string() + " >/dev/null").c_str())),
+            1);
 }
 
 TEST_F(Program, AFullDiskIsNoSuccess) {
@@ -324,8 +325,8 @@ TEST_F(Program, CasesOfOnesOwnDecideAlone) {
     const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
     EXPECT_EQ(json["broadphases"].size(), 0u);
     std::vector<std::string> names;
-    for (const auto& set : json["sets"]) names.push_back(set["name"]);
-    for (const auto& scene : json["scenes"]) names.push_back(scene["set"]["name"]);
+    for (const auto& set : json["pair_sets"]) names.push_back(set["name"]);
+    for (const auto& scene : json["scenes"]) names.push_back(scene["name"]);
     return names;
   };
   EXPECT_THAT(sets_of("--pairs " + file), testing::ElementsAre("pairs"));

@@ -12,11 +12,10 @@ namespace touchstone::comparison {
 /// The allowed error that the page opens with where the run was given none [m].
 inline constexpr double kDefaultBudget = 1e-6;
 
-std::string verdict_section(const Page& page);    ///< with the slider's data
-std::string speed_section(const Page& page);      ///< rankings, speed against error
-std::string wrongness_section(const Page& page);  ///< backends by families, with upper bounds
-std::string errors_section(
-    const Page& page);  ///< distributions, error against true separation, patch coverage
+std::string verdict_section(const Page& page);      ///< with the slider's data
+std::string speed_section(const Page& page);        ///< rankings, speed against error
+std::string wrongness_section(const Page& page);    ///< backends by families, with upper bounds
+std::string errors_section(const Page& page);       ///< distributions, errors, patch coverage
 std::string times_section(const Page& page);        ///< single, cached, batch, raw; allocations
 std::string scaling_section(const Page& page);      ///< objects, hexahedra, threads
 std::string gallery_section(const Page& page);      ///< the worst cases as wireframes
