@@ -210,7 +210,6 @@ void expect_truth(const EventFigures& figures) {
   EXPECT_EQ(figures.not_checked, 0u);
 }
 
-// Issue 13, point 9.
 TEST(EventTruth, NoContactEndsOrBeginsWhileThePairStaysInIt) { expect_truth(fly_crowds(1, 350, 60)); }
 
 TEST(EventTruth, GeometryIsThatOfTheEventsOwnPoses) {

@@ -42,7 +42,7 @@ TEST(Exemption, BothJawsHoldTheLatchedPayloadAndNobodyElsePassesIt) {
   EXPECT_NEAR(scene.x_of(other), 0.55, 2 * kGap);
 }
 
-// Issue 13: today the jaw goes to -0.44 m through what was let go.
+// With an exemption that outlived the latch the jaw went to -0.44 m, through what was let go.
 TEST(Exemption, JawDoesNotPassThroughTheReleasedPayload) {
   Gripper scene;
   scene.grip();

@@ -23,7 +23,7 @@ struct BoxAndWall {
   EffectiveRule rule_now() const { return world->rule_of(box, wall); }
 };
 
-// Issue 13: today the pair's rule turns into `hold`, and the box stays where it is.
+// Taken whole, such a rule turned the pair's policy into `hold`: the box stayed where it was.
 TEST(PairRule, WarnDistanceOfAPairLeavesTheDefaultsPolicy) {
   BoxAndWall scene;
   scene.world->set_default_rule({.policy = ContactPolicy::advance});
@@ -108,12 +108,12 @@ TEST(PairRule, WarnDistanceThatIsNoLengthIsRefusedAndChangesNothing) {
   EXPECT_EQ(scene.rule_now().warn_distance, 0.1);
 }
 
-// The largest distance at which anything is reported decides how far the world looks: it follows the rules.
 TEST(PairRule, OfOneObjectTwiceIsRefused) {
-  Approach scene;
+  BoxAndWall scene;
   EXPECT_THROW(scene.world->set_pair_rule(scene.box, scene.box, {}), InputError);
 }
 
+// The largest distance at which anything is reported decides how far the world looks: it follows the rules.
 TEST(PairRules, LargestWarnDistanceIsThatOfTheRulesInForce) {
   PairRules rules;
   EXPECT_EQ(rules.largest_warn_distance(), 0.0);

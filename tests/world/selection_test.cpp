@@ -28,7 +28,7 @@ struct BoxBeforeWall {
   double x() const { return world->actual_pose(box).p.x(); }
 };
 
-// Issue 13: an object removed, another added, and a change that names the old one.
+// An object removed, another added, and a change that names the old one.
 TEST(Selection, HandleOfARemovedObjectLeavesTheSlotsNextOneOn) {
   for (const bool is_pair : {false, true}) {
     BoxBeforeWall scene;
