@@ -66,7 +66,7 @@ Uint128 high_product(Uint128 a, std::uint64_t b_high, std::uint64_t b_low) {
 /// m 2^exponent 2/pi modulo 4, in units of 2^-254.
 Words quadrants(std::uint64_t m, int exponent) {
   // Bits of weight 2^-i with exponent - i >= 2 give multiples of 4.
-  const auto first = static_cast<std::size_t>(exponent - 2 + 64);
+  const unsigned first = static_cast<unsigned>(exponent + 62);
   const std::size_t word = first / 64;
   const int shift = static_cast<int>(first % 64);
   Words product{};
