@@ -184,8 +184,9 @@ class Narrowphase {
 
   /// Hot path: no allocation after the first call with a workspace, no exceptions, no state that a later call
   /// could see.
-  /// A pair with a pose that holds an infinite number or NaN is `failed`, whatever the query and backend, and
-  /// changes no other pair's answer; poses of solids in no pair are not read.
+  /// A pair with a pose that holds an infinite number or NaN is `failed` (or stays `unsupported` where the
+  /// backend never answers the query) and changes no other pair's answer; poses of solids in no pair are not
+  /// read.
   /// @pre pairs index solids of build(); finite poses are valid (is_valid_pose); spans are as large as stated
   /// above. Builds with assertions check indices and spans; validate() (validate.hpp) checks all, and
   /// checked() (checked.hpp) wraps a backend so that every call is validated.

@@ -205,7 +205,7 @@ class ContactWorld {
   /// For every pair with one object in `first` and the other in `second` (the same group: within it).
   /// @throws InputError: a 65th group, a name that is too long.
   void set_group_rule(std::string_view first, std::string_view second, const PairRule& rule);
-  /// Before any other rule; ends with either object. @throws InputError: an unknown handle.
+  /// Before any other rule; ends with either object. @throws InputError: an unknown handle, one object twice.
   void set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule& rule);
   /// Returns what the two follow. @throws InputError: an unknown handle.
   EffectiveRule rule_of(ObjectHandle a, ObjectHandle b) const;
