@@ -62,7 +62,7 @@ const Quantiles& error_of(const BackendResult& backend, Measure measure) {
 }
 
 std::string error_table(const SetResult& set) {
-  TextTable table({"wrong; error/S", "missed", "phantom", "undec", "overlap", "distance", "manifold", "dist",
+  TextTable table({"wrong; error/S", "miss", "phant", "undec", "overlap", "distance", "manif", "dist",
                    "depth", "normal", "witness", "points", "patch"});
   for (const BackendResult& backend : set.backends) {
     if (!backend.judged) continue;

@@ -364,8 +364,8 @@ constexpr std::array<PairFamily, 12> kFamilies = {{
      "boxes whose crossing edges meet at 2^-4 to 2^-52 rad, 0, 1e-6 or 1e-3 m from touching"},
     {"touching", "exactly touching on representable coordinates: face, edge, vertex, prism edge and vertex"},
     {"bent",
-     "turned blocks whose corners a file wrote with 9, 6, 4 or 3 decimals of a metre or as floats, flat on "
-     "slabs and on each other, 1 mm deep to 0.1 mm apart"},
+     "blocks whose corners a file wrote (9 to 3 decimals, floats), flat on each other, 1 mm deep to 0.1 mm "
+     "apart"},
 }};
 
 constexpr std::array<MakePair, kFamilies.size()> kMakers = {
