@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <map>
+#include <string_view>
+
+#include "touchstone/examples/compare_backends/page/embedded_text.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
 #include "touchstone/examples/compare_backends/svg_plot.hpp"
 
@@ -38,20 +42,33 @@ std::string head(const Page& page) {
   return html;
 }
 
+// The template with each {{name}} replaced; what is put in is not looked through again.
+std::string filled(std::string_view text, const std::map<std::string_view, std::string>& values) {
+  std::string page;
+  for (std::size_t open; (open = text.find("{{")) != std::string_view::npos;) {
+    const std::size_t close = text.find("}}", open);
+    page += text.substr(0, open);
+    page += values.at(text.substr(open + 2, close - open - 2));
+    text.remove_prefix(close + 2);
+  }
+  return page.append(text);
+}
+
 }  // namespace
 
 std::string html_report(const Report& report) {
   const Page page(report);
-  std::string html =
-      "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>Contact detection backends "
-      "compared</title>\n<meta name='viewport' content='width=device-width'>"
-      "<style>\n" +
-      page_style() + plot_style() + "</style></head><body>\n" + head(page);
+  std::string sections;
   for (const auto section : {verdict_section, speed_section, wrongness_section, errors_section, times_section,
                              scaling_section, gallery_section, scenes_section, drift_section,
                              consistency_section, families_section, pair_file_section, method_section})
-    html += section(page);
-  return html + "<script>\n" + page_script() + "</script></body></html>\n";
+    sections += section(page);
+  const auto file = [](std::string_view name) { return std::string(embedded_text(name)); };
+  return filled(file("page.html"), {{"report.css", file("report.css")},
+                                    {"plot.css", plot_style()},
+                                    {"head", head(page)},
+                                    {"sections", sections},
+                                    {"choice.js", file("choice.js")}});
 }
 
 }  // namespace touchstone::comparison

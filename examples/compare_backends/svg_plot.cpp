@@ -6,13 +6,14 @@
 #include <array>
 #include <cmath>
 
+#include "touchstone/examples/compare_backends/page/embedded_text.hpp"
+
 namespace touchstone::comparison {
 namespace {
 
-// ---- marks: distinct shapes, Okabe and Ito's colours (as CSS classes, by the backend's place in the list);
-// beyond the ninth place colours come again, shapes do not
+// ---- marks: distinct shapes, Okabe and Ito's colours (page/plot.css, by the backend's place in the list)
 
-constexpr int kShapes = 14, kColours = 9;
+constexpr int kShapes = 14;
 
 std::string star(int points, double inner, double x, double y, double r) {
   std::string corners;
@@ -141,32 +142,7 @@ std::string xml_text(const std::string& text) {
   return escaped;
 }
 
-std::string plot_style() {
-  std::string style = R"(.plot{--ink:#1b1f24;--soft:#5b6470;--line:#d5dae0;--area:#f7f8fa;--paper:#ffffff;
---c0:#0072b2;--c1:#7a7a7a;--c2:#d55e00;--c3:#b07c00;--c4:#00835d;--c5:#222222;--c6:#b3508a;--c7:#2f8fc4;--c8:#8a6d00}
-@media (prefers-color-scheme: dark){.plot{--ink:#e8eaed;--soft:#a3abb5;--line:#3a414a;--area:#1d2126;--paper:#14171a;
---c0:#4db2ec;--c1:#b5b5b5;--c2:#ff8a3d;--c3:#e9b949;--c4:#2fc79a;--c5:#f5f5f5;--c6:#e893c3;--c7:#8fd0f5;--c8:#d9c35a}}
-@media print{.plot{--ink:#000;--soft:#444;--line:#ccc;--area:#fff;--paper:#fff}}
-.plot text{font:11px system-ui,sans-serif;fill:var(--soft)}.plot .label{fill:var(--ink);stroke:var(--area);stroke-width:4;stroke-linejoin:round;paint-order:stroke}
-.plot .small{font-size:10px}.plot .title{font-size:13px;font-weight:600;fill:var(--ink)}
-.plot .area{fill:var(--area);stroke:var(--line)}.plot .grid{stroke:var(--line);stroke-width:.7;fill:none}
-.plot .front{stroke:var(--soft);stroke-width:1.2;stroke-dasharray:5 4;fill:none}.plot .rail{stroke:var(--soft);stroke-dasharray:2 3}.plot .break{stroke:var(--soft);fill:none}
-.plot .held{stroke:var(--ink);stroke-width:1.4;fill:none}.plot .leader{stroke:var(--soft);stroke-width:.6}.plot .whisker{fill:none;stroke-width:1.6;opacity:.55}
-.plot .m{stroke-width:1.6;paint-order:stroke;stroke:var(--paper)}.plot .hollow{fill:var(--paper)!important}
-.plot .box{stroke:none;opacity:.45}.plot .curve{fill:none!important;stroke-width:1.6;stroke-linejoin:round}
-.plot .dots{fill:none!important;stroke-width:3.4;stroke-linecap:round;opacity:.6}
-.plot .solid-a{fill:none;stroke:var(--c0);stroke-width:1.3}.plot .solid-b{fill:none;stroke:var(--c2);stroke-width:1.3;stroke-dasharray:5 2.5}
-.plot .exact{stroke:var(--ink);stroke-width:2.4;fill:none}.plot .arrow{stroke-width:1.8;fill:none}
-.plot .t-free{fill:var(--area);stroke:var(--line)}.plot .t-b{fill:var(--c0)}.plot .t-w{fill:var(--c3)}.plot .t-m{fill:var(--c2)}.plot .tick{stroke:var(--paper);stroke-width:1.4;fill:none}
-)";
-  for (int place = 0; place < kShapes; ++place) {
-    style += fmt::format(
-        ".plot .m{0}{{fill:var(--c{1})}}.plot .whisker.m{0},.plot .hollow.m{0},.plot .curve.m{0},.plot "
-        ".dots.m{0}{{stroke:var(--c{1})}}\n",
-        place, place % kColours);
-  }
-  return style + ".plot .whisker{fill:none!important}\n";
-}
+std::string plot_style() { return std::string(embedded_text("plot.css")); }
 
 std::string mark_svg(const std::vector<std::string>& backends, const std::string& backend) {
   return "<svg class='plot key' width='16' height='16' viewBox='0 0 16 16' aria-hidden='true'>" +

@@ -26,7 +26,4 @@ std::string families_section(const Page& page);     ///< every figure of every s
 std::string pair_file_section(const Page& page);
 std::string method_section(const Page& page);  ///< machine, definitions, limits, schema
 
-std::string page_style();   ///< CSS: light, dark, print
-std::string page_script();  ///< the slider
-
 }  // namespace touchstone::comparison

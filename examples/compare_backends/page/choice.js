@@ -1,11 +1,6 @@
-#include "touchstone/examples/compare_backends/page/sections.hpp"
-
-namespace touchstone::comparison {
-
-// The slider: decide(), sentence(), headline() and reason_out() of verdict.cpp once more, on the same
-// numbers. The tests hold both against each other.
-std::string page_script() {
-  return R"JS((function () {
+// The slider: decide(), sentence(), headline() and reason_out() of verdict.cpp once more, on the same numbers.
+// The tests hold both against each other.
+(function () {
 'use strict';
 const source = document.getElementById('candidates');
 if (!source) return;
@@ -145,7 +140,3 @@ fixed.hidden = true;
 place();
 show();
 })();
-)JS";
-}
-
-}  // namespace touchstone::comparison
