@@ -12,14 +12,26 @@
 namespace touchstone::comparison {
 namespace {
 
-std::string head(const Page& page) {
-  const Report& report = page.report;
-  const Machine& machine = report.machine;
-  std::string html = "<h1>Contact detection backends: speed against error</h1>\n";
-  html += fmt::format("<p class='soft'>{} ({}), {}; {}, {}. Seed {}. <code>{}</code></p>\n",
-                      xml_text(machine.cpu), xml_text(machine.instruction_set), xml_text(machine.system),
-                      xml_text(machine.compiler), xml_text(machine.build_type), report.options.seed,
-                      xml_text(report.options.command_line));
+// A part of the page, with its entry among the contents.
+struct Part {
+  const char* id;
+  const char* entry;
+  std::string (*markup)(const Page&);
+};
+
+// In the order in which a reader needs them: the choice, what it rests on, what an error costs, the figures.
+constexpr Part kParts[] = {
+    {"choose", "Choose", choose_section},          {"verdict", "Verdict", verdict_section},
+    {"pairs", "Your pairs", pair_file_section},    {"backends", "Backends", backends_section},
+    {"short", "In short", ranking_section},        {"speed", "Speed against error", speed_section},
+    {"wrong", "Wrong answers", wrongness_section}, {"task", "What it costs the task", scenes_section},
+    {"dynamics", "In dynamics", drift_section},    {"worst", "Worst cases", gallery_section},
+    {"errors", "Errors", errors_section},          {"times", "Times", times_section},
+    {"scaling", "Scaling", scaling_section},       {"consistency", "Consistency", consistency_section},
+    {"figures", "Every figure", families_section}, {"method", "Method", method_section}};
+
+std::string notices(const Report& report) {
+  std::string html;
   if (!report.not_measured.empty()) {
     std::string missing;
     for (const std::string& name : report.not_measured)
@@ -27,12 +39,6 @@ std::string head(const Page& page) {
     html += "<p class='gap'><strong>This report is partial: the run ended early.</strong> Not measured: " +
             missing + ".</p>\n";
   }
-  html += "<p class='legend'>";
-  for (const auto& [name, description] : report.backends) {
-    html += fmt::format("<span data-backend='{}' title='{}'>{}</span>", xml_text(name), xml_text(description),
-                        page.named(name));
-  }
-  html += "</p>\n";
   for (const Gap& gap : report.gaps)
     html += fmt::format("<p class='gap'>Missing: {}. {}.</p>\n", xml_text(gap.what), xml_text(gap.why));
   if (!report.has_truth) {
@@ -58,15 +64,18 @@ std::string filled(std::string_view text, const std::map<std::string_view, std::
 
 std::string html_report(const Report& report) {
   const Page page(report);
-  std::string sections;
-  for (const auto section : {verdict_section, speed_section, wrongness_section, errors_section, times_section,
-                             scaling_section, gallery_section, scenes_section, drift_section,
-                             consistency_section, families_section, pair_file_section, method_section})
-    sections += section(page);
+  std::string contents, sections;
+  for (const Part& part : kParts) {
+    const std::string markup = part.markup(page);
+    if (markup.empty()) continue;
+    contents += fmt::format("<li><a href='#{}'>{}</a></li>\n", part.id, part.entry);
+    sections += fmt::format("<section id='{}'>\n{}</section>\n", part.id, markup);
+  }
   const auto file = [](std::string_view name) { return std::string(embedded_text(name)); };
   return filled(file("page.html"), {{"report.css", file("report.css")},
                                     {"plot.css", plot_style()},
-                                    {"head", head(page)},
+                                    {"contents", contents},
+                                    {"notices", notices(report)},
                                     {"sections", sections},
                                     {"choice.js", file("choice.js")}});
 }

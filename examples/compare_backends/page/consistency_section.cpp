@@ -65,7 +65,7 @@ std::string consistency_section(const Page& page) {
              "thread "
              "safe is not asked on threads.</p>\n",
              format_count(kConsistencyCases)) +
-         totals.str() + by_set + source_note(page, "consistency, pair_sets[].backends[].consistency");
+         totals.str() + by_set + source_note("consistency, pair_sets[].backends[].consistency");
 }
 
 }  // namespace touchstone::comparison

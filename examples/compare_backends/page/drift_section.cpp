@@ -41,7 +41,7 @@ error of a manifold's figures over the families. One mark a scene. The time of a
     table.add(row);
   }
   return html + "<details><summary>Table</summary>" + table.str() + "</details>\n" +
-         source_note(page, "dynamics", plot.empty() ? "" : "figures/dynamics_drift.svg");
+         source_note("dynamics", plot.empty() ? "" : "figures/dynamics_drift.svg");
 }
 
 }  // namespace touchstone::comparison

@@ -40,7 +40,7 @@ std::string coverage(const Page& page) {
          "hull is from that of the true patch, as a share of it. 0: the points hold the whole face; 1: a "
          "line "
          "or a point, on which a block turns over.</p>\n" +
-         table.str() + source_note(page, "pair_sets[].backends[].errors.patch_coverage");
+         table.str() + source_note("pair_sets[].backends[].errors.patch_coverage");
 }
 
 }  // namespace
@@ -57,7 +57,7 @@ std::string errors_section(const Page& page) {
       "that answers no pair's distance has no line.</p>\n<div class='plots three'>\n";
   for (const SetResult& set : report.sets)
     html += error_distribution_plot(set, QueryKind::distance, axis, page.names, false);
-  html += "</div>\n" + source_note(page, "pair_sets[].backends[].queries.distance.cost_curve_over_S",
+  html += "</div>\n" + source_note("pair_sets[].backends[].queries.distance.cost_curve_over_S",
                                    "figures/<set>_errors.svg");
   html +=
       "<h3>Error against true separation</h3>\n<p>Signed, both over S, linear within 1e-17 and logarithmic "
@@ -70,7 +70,7 @@ std::string errors_section(const Page& page) {
     html += plot.empty() ? "<p class='gap'>" + page.named(name) + ": answers no distances.</p>\n" : plot;
   }
   return html + "</div>\n" +
-         source_note(page, "pair_sets[].backends[].signed_errors_over_S", "figures/signed_<backend>.svg") +
+         source_note("pair_sets[].backends[].signed_errors_over_S", "figures/signed_<backend>.svg") +
          coverage(page);
 }
 

@@ -86,7 +86,7 @@ std::string families_section(const Page& page) {
       "screen.</p>\n<div class='screen'><p>Faint rows: backends with a wrong or missing answer in the "
       "set.</p>\n";
   for (const SetResult& set : page.report.sets) html += one_set(page, set);
-  return html + source_note(page, "pair_sets") + "</div>\n";
+  return html + source_note("pair_sets") + "</div>\n";
 }
 
 }  // namespace touchstone::comparison

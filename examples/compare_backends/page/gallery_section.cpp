@@ -54,7 +54,7 @@ std::string gallery_section(const Page& page) {
       "class='gallery'>\n",
       page.report.gallery.size(), kGalleryOfOne);
   for (const GalleryCase& shown : page.report.gallery) html += one_case(page, shown);
-  return html + "</div>\n" + source_note(page, "gallery", "figures/worst_<number>.svg");
+  return html + "</div>\n" + source_note("gallery", "figures/worst_<number>.svg");
 }
 
 }  // namespace touchstone::comparison

@@ -30,12 +30,11 @@ void HtmlTable::add(const std::vector<std::string>& row, const char* style) {
   html_ += "</tr>\n";
 }
 
-std::string source_note(const Page& page, const std::string& json_path, const std::string& svg) {
+std::string source_note(const std::string& json_path, const std::string& svg) {
   std::string html =
       "<p class='source'>Data: <code>results.json</code>, <code>" + xml_text(json_path) + "</code>";
   if (!svg.empty()) html += "; SVG: <code>" + xml_text(svg) + "</code>";
-  return html + "<span class='screen'>; made by <code>" + xml_text(page.report.options.command_line) +
-         "</code></span></p>\n";
+  return html + "</p>\n";
 }
 
 std::string blocks_text(const Report& report) {

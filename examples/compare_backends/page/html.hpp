@@ -29,8 +29,8 @@ class HtmlTable {
   std::string html_;
 };
 
-/// Under a figure or table: where its numbers stand in results.json, its SVG (may be empty), and the command.
-std::string source_note(const Page& page, const std::string& json_path, const std::string& svg = "");
+/// Under a figure or table: where its numbers stand in results.json, and its SVG, which may be empty.
+std::string source_note(const std::string& json_path, const std::string& svg = "");
 
 /// "the averages of blocks of 128 pairs, not of single queries": what the percentiles of times are of.
 std::string blocks_text(const Report& report);

@@ -46,7 +46,7 @@ std::string broadphases(const Page& page) {
          "class='plots'>\n" +
          growth_plot(report.broadphases, Growth::objects, page.names, false) +
          growth_plot(report.broadphases, Growth::hexahedra_each, page.names, false) + "</div>\n" +
-         broadphase_table(page) + source_note(page, "broadphases", "figures/broadphases*.svg");
+         broadphase_table(page) + source_note("broadphases", "figures/broadphases*.svg");
 }
 
 std::string threads(const Page& page) {
@@ -75,7 +75,7 @@ std::string threads(const Page& page) {
       table.add({page.named(run.backend), run.gap});
   }
   return html + "<details><summary>Table</summary>" + table.str() + "</details>\n" +
-         source_note(page, "thread_runs", "figures/threads.svg");
+         source_note("thread_runs", "figures/threads.svg");
 }
 
 }  // namespace

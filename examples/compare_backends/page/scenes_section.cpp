@@ -102,7 +102,7 @@ the first that it blocks.</p>
 )";
   html += "<div class='scenes'>\n";
   for (const SceneResult& scene : page.report.scenes) html += one_scene(page, scene);
-  return html + "</div>\n" + source_note(page, "scenes", "figures/scene_<name>.svg");
+  return html + "</div>\n" + source_note("scenes", "figures/scene_<name>.svg");
 }
 
 }  // namespace touchstone::comparison

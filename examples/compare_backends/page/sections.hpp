@@ -12,8 +12,11 @@ namespace touchstone::comparison {
 /// The allowed error that the page opens with where the run was given none [m].
 inline constexpr double kDefaultBudget = 1e-6;
 
-std::string verdict_section(const Page& page);      ///< with the slider's data
-std::string speed_section(const Page& page);        ///< rankings, speed against error
+std::string choose_section(const Page& page);       ///< the controls of the choice
+std::string verdict_section(const Page& page);      ///< with the controls' data
+std::string backends_section(const Page& page);     ///< who was compared: marks and names
+std::string ranking_section(const Page& page);      ///< every query's backends by speed
+std::string speed_section(const Page& page);        ///< speed against error
 std::string wrongness_section(const Page& page);    ///< backends by families, with upper bounds
 std::string errors_section(const Page& page);       ///< distributions, errors, patch coverage
 std::string times_section(const Page& page);        ///< single, cached, batch, raw; allocations

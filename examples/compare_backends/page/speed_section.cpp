@@ -6,9 +6,8 @@
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
-namespace {
 
-std::string rankings(const Page& page) {
+std::string ranking_section(const Page& page) {
   const Report& report = page.report;
   if (report.rankings.empty()) return "";
   std::string html = fmt::format(
@@ -30,17 +29,14 @@ std::string rankings(const Page& page) {
     }
     html += "</tbody></table></div>\n";
   }
-  return html + "</div>\n" + source_note(page, "rankings");
+  return html + "</div>\n" + source_note("rankings");
 }
-
-}  // namespace
 
 std::string speed_section(const Page& page) {
   const Report& report = page.report;
-  if (!report.has_truth || report.sets.empty()) return rankings(page);
+  if (!report.has_truth || report.sets.empty()) return "";
   const PlotAxes axes = axes_for(report.sets);
-  std::string html = rankings(page);
-  html +=
+  std::string html =
       "<h2>Speed against error</h2>\n<p>One mark a backend: its worst error over S, with a whisker to the "
       "median and a tick at the 99th percentile, and its median time, one pair a call through the interface, "
       "with a whisker to the 99th percentile; both of " +
@@ -54,8 +50,8 @@ std::string speed_section(const Page& page) {
     for (const SetResult& set : report.sets) html += speed_error_plot(set, query, axes, page.names, false);
     html += "</div>\n";
   }
-  return html + source_note(page, "pair_sets[].backends[].queries.*: cost_over_S, single",
-                            "figures/<set>_<query>.svg");
+  return html +
+         source_note("pair_sets[].backends[].queries.*: cost_over_S, single", "figures/<set>_<query>.svg");
 }
 
 }  // namespace touchstone::comparison

@@ -25,7 +25,7 @@ std::string times_section(const Page& page) {
     for (const SetResult& set : report.sets) html += time_plot(set, query, axis, page.names, false);
     html += "</div></details>\n";
   }
-  return html + source_note(page, "pair_sets[].backends[].queries.*: single, cached, batch, raw",
+  return html + source_note("pair_sets[].backends[].queries.*: single, cached, batch, raw",
                             "figures/<set>_<query>_times.svg");
 }
 

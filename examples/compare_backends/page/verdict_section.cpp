@@ -39,23 +39,20 @@ std::string controls(const Page& page, double budget) {
 
 }  // namespace
 
+std::string choose_section(const Page& page) {
+  if (page.report.candidates.empty()) return "";
+  return "<h2>What do you ask?</h2>\n" +
+         controls(page, page.report.options.max_error.value_or(kDefaultBudget)) +
+         "<noscript><p class='soft'>The controls need JavaScript.</p></noscript>\n";
+}
+
 std::string verdict_section(const Page& page) {
   const Report& report = page.report;
   if (report.candidates.empty()) return "";
   const double budget = report.options.max_error.value_or(kDefaultBudget);
-  std::string html = fmt::format(
-      "<div class='verdict' id='verdict'><h2>Which backend for which error</h2>\n<p class='soft'>Allowed "
-      "error: "
-      "{} m{}. A contact missed or reported where there is none costs the depth or distance it is wrong by, "
-      "and "
-      "is named; an undecided, failed or unsupported answer and a missing figure are never inside. Speed: "
-      "the mean of the medians over {} pair sets and {} scenes, "
-      "one "
-      "pair a call (scenes: a frame a call). In brackets: the time of a backend with a wrong or missing "
-      "answer.</p>\n",
-      budget, report.options.max_error ? "" : " (<code>--max-error</code> chooses another)",
-      report.sets.size(), report.scenes.size());
-  html += controls(page, budget) + "<div id='chosen' aria-live='polite'></div><div id='static-verdicts'>\n";
+  std::string html =
+      "<div class='verdict'><h2>Which backend</h2>\n<div id='chosen' aria-live='polite'></div><div "
+      "id='static-verdicts'>\n";
   for (const QueryKind asked :
        {report.options.query, QueryKind::overlap, QueryKind::distance, QueryKind::manifold}) {
     const bool open = html.find("data-query") == std::string::npos;
@@ -64,8 +61,21 @@ std::string verdict_section(const Page& page) {
       if (of.query == asked) html += verdict_block(page, decide(of.candidates, asked, budget), open);
     }
   }
-  return html + "</div>\n<script type='application/json' id='candidates'>" + candidates_json(report) +
-         "</script>\n" + source_note(page, "candidates") + "</div>\n";
+  html +=
+      "</div>\n<script type='application/json' id='candidates'>" + candidates_json(report) + "</script>\n";
+  return html +
+         fmt::format(
+             "<p class='soft'>The page opens with an allowed error of {} m{}. A contact missed or reported "
+             "where "
+             "there is none costs the depth or distance it is wrong by, and is named; an undecided, failed "
+             "or "
+             "unsupported answer and a missing figure are never inside. Speed: the mean of the medians over "
+             "{} "
+             "pair sets and {} scenes, one pair a call (scenes: a frame a call). In brackets: the time of a "
+             "backend with a wrong or missing answer.</p>\n",
+             budget, report.options.max_error ? "" : " (<code>--max-error</code> chooses another)",
+             report.sets.size(), report.scenes.size()) +
+         source_note("candidates") + "</div>\n";
 }
 
 }  // namespace touchstone::comparison

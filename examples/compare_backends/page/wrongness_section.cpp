@@ -83,7 +83,7 @@ std::string wrongness_section(const Page& page) {
       "opens "
       "its kinds, each with its bound, and its worst cases with the commands that replay them.</p>\n";
   for (const QueryKind query : kQueryKinds) html += matrix(page, query);
-  return html + source_note(page, "pair_sets[].backends[].queries.*: wrong, wrong_cases");
+  return html + source_note("pair_sets[].backends[].queries.*: wrong, wrong_cases");
 }
 
 }  // namespace touchstone::comparison
