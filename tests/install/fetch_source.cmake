@@ -12,7 +12,7 @@ if(WHOLE)
   run(${WORK_DIR}/build/stranger)
 else()
   run(${CMAKE_COMMAND} --build ${WORK_DIR}/build --target CMakeFiles/stranger.dir/stranger.cpp.o
-    ${ours}/contact_core/CMakeFiles/touchstone_contact_core.dir/geometry/pose.cpp.o
+    ${ours}/contact_core/CMakeFiles/touchstone_checks.dir/geometry/pose.cpp.o
     ${ours}/physics/CMakeFiles/touchstone_physics.dir/rigid_body.cpp.o)
 endif()
 

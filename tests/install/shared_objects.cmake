@@ -4,8 +4,8 @@
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 function(commands_of script result)
-  file(STRINGS ${PROJECT_DIR}/${script} lines REGEX "cmake .*--preset release")
-  string(REGEX MATCHALL "-D [A-Z_]+=[A-Z]+" options "${lines}")
+  file(STRINGS ${PROJECT_DIR}/${script} lines REGEX "-D TOUCHSTONE_")
+  string(REGEX MATCHALL "-D TOUCHSTONE_[A-Z_]+=[A-Z]+" options "${lines}")
   string(REPLACE "-D " "-D" options "${options}")
   run(${CMAKE_COMMAND} -S ${PROJECT_DIR} --preset release -B ${WORK_DIR} --log-level=ERROR
     -D CMAKE_CXX_COMPILER=${CXX} ${options})

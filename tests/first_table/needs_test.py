@@ -1,0 +1,18 @@
+"""What first_table is built from: no world, motion or mechanism, no page, and less than half of what the comparison is.
+usage: needs_test.py NINJA BUILD_FOLDER"""
+import subprocess
+import sys
+
+
+def objects(target):
+    run = subprocess.run([sys.argv[1], "-C", sys.argv[2], "-t", "inputs", target], capture_output=True, text=True, check=True)
+    return [line for line in run.stdout.splitlines() if line.endswith(".o")]
+
+
+first, all_of_it = objects("first_table"), objects("compare_backends")
+for part in ("/world/", "/motion/", "/mechanism/", "compare_backends", "scene_files"):
+    assert any(part in each for each in all_of_it), part
+    assert not any(part in each for each in first), (part, first)
+assert 2 * len(first) < len(all_of_it), (len(first), len(all_of_it))
+shared = set(first) & set(all_of_it)
+assert len(first) - len(shared) == 2, set(first) - shared  # its main and a copy of the text table
