@@ -33,7 +33,7 @@ struct BroadphaseOptions {
   double margin = 0.01;  ///< [m]
   std::vector<SwarmSize> swarms = {{1000, 1}, {10000, 1}, {100000, 1}, {1000, 4}, {1000, 16}, {1000, 64}};
   std::size_t largest_checked = 10000;    ///< [hexahedra] beyond, true pairs come from all candidates
-  std::size_t largest_quadratic = 10000;  ///< [hexahedra] brute_force is not run beyond
+  std::size_t largest_quadratic = 10000;  ///< [hexahedra; edge_face: objects] these are not run beyond
   int threads = 1;
 };
 
