@@ -303,6 +303,13 @@ struct Judge::State {
     return std::equal(from.begin(), from.end(), values_of(*arm, log.goals(frame)).begin());
   }
 
+  /// Commanded in a frame that stopped others, and did not move.
+  static bool is_held(const FlightLog& log, std::size_t frame, std::uint32_t mover, const Arm* arm) {
+    if (arm == nullptr) return same(log.shown(frame)[mover], log.shown(frame + 1)[mover]);
+    const std::span<const double> before = values_of(*arm, log.shown_joints(frame));
+    return std::equal(before.begin(), before.end(), values_of(*arm, log.shown_joints(frame + 1)).begin());
+  }
+
   bool is_wrongly_blocked(const FlightLog& log, std::size_t frame,
                           std::span<const LoggedEvent> events) const {
     const Formation& formation = log.formations[log.formation[frame]];
@@ -318,7 +325,7 @@ struct Judge::State {
         is_blocked = true;
         rightly = is_rightly_blocked(event.solids, mover, events, paths, formation);
       }
-      if (is_blocked && !rightly) return true;
+      if (is_blocked ? !rightly : is_held(log, frame, mover, setting.arm_of(mover))) return true;
     }
     return false;
   }

@@ -42,8 +42,8 @@ struct Verdict {
   std::size_t wrongly_told = 0;
   std::size_t blocked = 0;  ///< frames in which a mover was stopped
   /// Of those, the ones in which a mover was stopped by pairs of which none would have come below the gap
-  /// rule's threshold on the commanded path. Where a pair is in a contact that it was not in at the start,
-  /// only what would bring it out of there is wrongly stopped.
+  /// rule's threshold on the commanded path, or was held though no pair of its own was named. Where a pair is
+  /// in a contact that it was not in at the start, only what would bring it out of there is wrongly stopped.
   std::size_t wrongly_blocked = 0;
   std::vector<Pose> last;  ///< of all objects
 };

@@ -46,7 +46,8 @@ int run(int argc, char** argv) {
       "frames;\n"
       "merged: frames shown in contact; shown!: wrongly so or untold; told!: told of none there was;\n"
       "blocked!: wrongly blocked of those blocked; us: control and check of a frame;\n"
-      "cpu: the worst by the thread's own clock\n");
+      "cpu: the worst by the thread's own clock; alloc: in all frames (figure 2 lists anew what is "
+      "in range)\n");
   const auto run_one = [&](const std::filesystem::path& script, ProgressLine& progress) {
     return run_script(script, *options, registry, backends, progress,
                       [&](const ScriptResult& so_far) { report.see_way(so_far); });

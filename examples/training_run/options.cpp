@@ -10,9 +10,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv,
   Options options;
   options.scripts = scripts;
   CLI::App app{
-      "Flies the training scenes from hand-controller scripts three ways: no check, contact known 100 ms "
-      "late "
-      "(the paper's Figure 1), and the contact world; judged by exact."};
+      "Flies the training scenes from hand-controller scripts four ways: no check, contact known 100 ms "
+      "late (the paper's Figure 1), whole steps refused by the paper's own check (Figure 2, its first "
+      "build), and the contact world; judged by exact."};
   app.add_option("--scene", options.scenes,
                  "Scene numbers (1 10), script names or script files (default: all; --list names them)");
   app.add_option("--backend", options.backends,

@@ -106,7 +106,7 @@ class Runner {
 
 std::vector<std::string> flight_names(const std::string& script, const std::vector<std::string>& backends) {
   std::vector<std::string> names;
-  for (const char* way : {"no check", "figure 1"}) names.push_back(flight_name(script, way, ""));
+  for (const char* way : {"no check", "figure 1", "figure 2"}) names.push_back(flight_name(script, way, ""));
   for (const std::string& backend : backends) names.push_back(flight_name(script, kContactWorld, backend));
   return names;
 }
@@ -133,6 +133,7 @@ ScriptResult run_script(const std::filesystem::path& file, const Options& option
   Runner runner(result, options.outputs, progress, on_way);
   runner.run(*make_unchecked_way(*result.setting), {}, true, false);
   runner.run(*make_late_report_way(*result.setting), {}, true, false);
+  runner.run(*make_first_build_way(*result.setting), {}, true, false);
   bool is_first = true;
   for (const std::string& backend : backends) {
     std::unique_ptr<Narrowphase> narrowphase = registry.make_narrowphase(backend);

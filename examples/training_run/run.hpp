@@ -23,9 +23,9 @@ std::vector<std::string> flight_names(const std::string& script, const std::vect
 /// Told of a script that is not flown every way yet; the last one is new.
 using OnWay = std::function<void(const ScriptResult&)>;
 
-/// Flies one script all ways and judges them: no check, late reports, and the contact world with each
-/// backend. Every flight is recorded where the options ask for it; the first backend's is plotted beside the
-/// other two ways, and shown on the image generator.
+/// Flies one script all ways and judges them: no check, late reports, the paper's first build, and the
+/// contact world with each backend. Every flight is recorded where the options ask for it; the first
+/// backend's is plotted beside the other three ways, and shown on the image generator.
 ScriptResult run_script(const std::filesystem::path& file, const Options& options,
                         const BackendRegistry& registry, const std::vector<std::string>& backends,
                         comparison::ProgressLine& progress, const OnWay& on_way = {});

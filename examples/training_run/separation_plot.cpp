@@ -11,8 +11,9 @@ namespace touchstone::training {
 namespace {
 
 constexpr double kWidth = 640, kHeight = 330, kLeft = 66, kRight = 470, kTop = 46, kBottom = 284;
-constexpr std::array<const char*, 3> kColours = {"--c2", "--c4", "--c0"};  // of the ways, in their order
-constexpr std::array<const char*, 3> kDashes = {"7 4", "2 3", "none"};
+constexpr std::array<const char*, 4> kColours = {"--c2", "--c4", "--c6",
+                                                 "--c0"};  // of the ways, in their order
+constexpr std::array<const char*, 4> kDashes = {"7 4", "2 3", "10 3 2 3", "none"};
 
 struct Scale {
   double low, high, from, to;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "touchstone/examples/program/text_table.hpp"
 #include "touchstone/examples/training_run/results.hpp"
@@ -19,6 +20,8 @@ std::string depth_mm(double depth) { return depth == 0.0 ? "0" : fmt::format("{:
 std::string length_m(double length) {
   return std::abs(length) < 1e-4 ? fmt::format("{:.2e}", length) : fmt::format("{:.6f}", length);
 }
+
+std::string time_us(double time) { return fmt::format("{:.{}f}", time, time < 100.0 ? 1 : 0); }
 
 std::string label(const WayResult& way) {
   if (way.backend == "-") return way.way;
@@ -90,9 +93,8 @@ void add_row(const WayResult& way, TextTable& table) {
              v.stops.empty() ? "-" : length_m(v.stops[0].clearance), depth_mm(v.deepest_shown),
              depth_mm(v.deepest_on_way), format_count(v.merged), format_count(v.wrongly_shown),
              format_count(v.wrongly_told), format_count(v.wrongly_blocked) + "/" + format_count(v.blocked),
-             fmt::format("{:.1f}", way.times.median_us), fmt::format("{:.1f}", way.times.p999_us),
-             fmt::format("{:.1f}", way.times.worst_us), fmt::format("{:.1f}", way.cpu_times.worst_us),
-             way.allocations ? std::to_string(*way.allocations) : "-"});
+             time_us(way.times.median_us), time_us(way.times.p999_us), time_us(way.times.worst_us),
+             time_us(way.cpu_times.worst_us), way.allocations ? std::to_string(*way.allocations) : "-"});
 }
 
 }  // namespace
@@ -125,6 +127,7 @@ struct Sum {
   std::size_t scripts = 0, frames = 0, merged = 0, passed_through = 0, shown = 0, told = 0, blocked = 0,
               wrongly_blocked = 0;
   double worst_cpu_us = 0.0;
+  std::optional<std::uint64_t> allocations = 0;  ///< none where they cannot be counted
 };
 
 void add(const WayResult& way, std::vector<Sum>& sums) {
@@ -141,6 +144,10 @@ void add(const WayResult& way, std::vector<Sum>& sums) {
   sum->blocked += v.blocked;
   sum->wrongly_blocked += v.wrongly_blocked;
   sum->worst_cpu_us = std::max(sum->worst_cpu_us, way.cpu_times.worst_us);
+  if (way.allocations && sum->allocations)
+    *sum->allocations += *way.allocations;
+  else
+    sum->allocations.reset();
 }
 
 }  // namespace
@@ -151,12 +158,16 @@ std::string summary_text(const std::vector<ScriptResult>& results) {
     for (const WayResult& way : result.ways)
       if (way.not_flown.empty()) add(way, sums);
   TextTable table({"all scripts", "scripts", "frames", "merged", "passed through", "shown!", "told!",
-                   "blocked!", "worst cpu us"});
+                   "blocked!", "worst cpu us", "alloc/frame"});
   for (const Sum& sum : sums)
-    table.add({sum.label, std::to_string(sum.scripts), format_count(sum.frames), format_count(sum.merged),
-               format_count(sum.passed_through), format_count(sum.shown), format_count(sum.told),
-               format_count(sum.wrongly_blocked) + "/" + format_count(sum.blocked),
-               fmt::format("{:.1f}", sum.worst_cpu_us)});
+    table.add(
+        {sum.label, std::to_string(sum.scripts), format_count(sum.frames), format_count(sum.merged),
+         format_count(sum.passed_through), format_count(sum.shown), format_count(sum.told),
+         format_count(sum.wrongly_blocked) + "/" + format_count(sum.blocked),
+         fmt::format("{:.1f}", sum.worst_cpu_us),
+         sum.allocations && sum.frames > 0
+             ? fmt::format("{:.3g}", static_cast<double>(*sum.allocations) / static_cast<double>(sum.frames))
+             : "-"});
   return "\n" + table.str();
 }
 

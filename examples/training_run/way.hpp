@@ -35,7 +35,7 @@ class Way {
   virtual MotionCheck check() const noexcept { return MotionCheck::proven; }
   /// Between frames; may allocate.
   virtual void act(const Action& action) = 0;
-  /// Moves what may move and adds events to the log. No allocation.
+  /// Moves what may move and adds events to the log. Allocates only where the way says so.
   virtual void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
                      FlightLog& log) noexcept = 0;
   /// Set-up. @throws InputError as FrameOutput::add_object.
@@ -61,7 +61,14 @@ inline constexpr double kImageGeneratorDelay = 0.1;  ///< round trip [s]
 /// not carry out its commands.
 std::unique_ptr<Way> make_late_report_way(const Setting& setting);
 
-/// (iii) The contact world with the scene's policy and gap.
+/// (iii) The paper's Figure 2, its first build. The host checks where all that is commanded in a frame would
+/// be at the frame's end, poses alone, with the paper's coarse check and its fine check behind it (both
+/// `edge_face`). If any pair whose policy is not `cue` is in contact there, no command of that frame is
+/// carried out. The paper speaks of a step as a whole; that it means all movers of a frame is a reading.
+/// Frames allocate: the coarse check's list.
+std::unique_ptr<Way> make_first_build_way(const Setting& setting);
+
+/// (iv) The contact world with the scene's policy and gap.
 /// @throws InputError where it cannot work with the narrowphase.
 std::unique_ptr<Way> make_contact_world_way(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
                                             std::unique_ptr<Broadphase> broadphase);
