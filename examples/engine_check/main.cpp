@@ -15,6 +15,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/engine_check/world.hpp"
 #include "touchstone/examples/program/engine_log.hpp"
+#include "touchstone/examples/program/interruption.hpp"
 #include "touchstone/examples/program/program.hpp"
 #ifdef TOUCHSTONE_ENGINE_CHECK_CAPTURE
 #include "touchstone/adapters/scene_files/pair_capture.hpp"
@@ -221,22 +222,37 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   return options;
 }
 
+/// What engines wrote by themselves, for the file that was asked for; empty: none was.
+void keep_lines(const std::string& file, const std::string& text) {
+  if (file.empty()) return;
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  if (!stream.flush()) throw std::runtime_error(file + ": cannot be written");
+}
+
 /// What engines said goes where it was asked to go, and is counted.
 void tell_of(const comparison::EngineLog& log, const std::string& file) {
   const std::size_t lines = comparison::engine_log_lines();
   if (lines == 0) return;
   comparison::say(fmt::format("{} lines that engines wrote{}\n", lines,
                               file.empty() ? " are left out (--log FILE keeps them)" : ": " + file));
-  if (file.empty()) return;
-  std::ofstream stream(file, std::ios::binary);
-  stream << log.text();
-  if (!stream.flush()) throw std::runtime_error(file + ": cannot be written");
+  keep_lines(file, log.text());
+}
+
+/// For a run that a signal ends: its rows are printed as they come, the log is written here.
+std::string tell_of_part(const comparison::EngineLog& log, const std::string& file) {
+  const std::size_t lines = comparison::engine_log_lines();
+  keep_lines(file, "partial: interrupted before the last world\n" + log.text());
+  return fmt::format(
+      "interrupted: the rows above are complete, the others were not measured{}",
+      file.empty() ? std::string() : fmt::format("; {} lines that engines wrote so far: {}", lines, file));
 }
 
 int run(int argc, const char* const* argv) {
   const std::optional<Options> options = parse_options(argc, argv);
   if (!options) return 0;
   const comparison::EngineLog log;
+  std::optional<comparison::OnInterrupt> on_interrupt([&] { return tell_of_part(log, options->log); });
   int code = 0;
   if (!options->capture_prefix.empty())
     code = capture_all(options->capture_prefix);
@@ -244,6 +260,8 @@ int run(int argc, const char* const* argv) {
     code = run_starts(static_cast<unsigned>(*options->starts), options->engine);
   else
     code = run_all(options->repetitions, options->engine);
+  on_interrupt.reset();
+  comparison::stop_if_interrupted();  // before a log that is whole
   tell_of(log, options->log);
   return code;
 }
