@@ -40,7 +40,10 @@ class BulletRawCheck final : public RawCheck {
       return !btGjkEpaSolver2::Distance(a.shape.get(), X_WA, b.shape.get(), X_WB,
                                         X_WB.getOrigin() - X_WA.getOrigin(), results);
     } else {
-      check_convex(a, b, X_WA, X_WB, std::numeric_limits<double>::infinity(), solvers_);
+      // Manifolds are asked of contacts only: what is apart by more than is told from contact ends early.
+      const double looked_at = kind == QueryKind::distance ? std::numeric_limits<double>::infinity()
+                                                           : convex_resolution().absolute;
+      check_convex(a, b, X_WA, X_WB, looked_at, solvers_);
     }
     bool touching = false;
     for (const EngineContact& contact : solvers_.collector.contacts())

@@ -30,7 +30,7 @@ struct QueryAnswers {
   std::vector<ContactPoint> points;    ///< manifold: kMaxManifoldPoints a case
   std::optional<Timing> single;        ///< through the interface, one pair a call
   std::optional<Timing> batch;         ///< through the interface, `batch` pairs a call
-  std::optional<Timing> raw;           ///< the engine's own call on posed objects
+  std::optional<Timing> raw;           ///< the engine's own call on posed objects, cached
   std::optional<Timing> cached;        ///< as single, on a block that was just run through
   std::optional<double> allocations;   ///< per query, in steady state
 };

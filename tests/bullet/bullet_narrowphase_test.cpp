@@ -342,10 +342,12 @@ TEST(TOUCHSTONE_SUITE, RawCheckCountsTheContactsThatTheInterfaceReports) {
     const auto raw = registry.narrowphase(backend).make_raw();
     raw->build(scene.solids);
     raw->set_poses(scene.poses);
-    const std::size_t counted = raw->run(scene.pairs, QueryKind::overlap);
     EXPECT_GT(overlapping, 100u);
-    EXPECT_GE(counted, overlapping);
-    EXPECT_LE(counted, overlapping + undecided);
+    for (const QueryKind kind : {QueryKind::overlap, QueryKind::manifold}) {
+      const std::size_t counted = raw->run(scene.pairs, kind);
+      EXPECT_GE(counted, overlapping) << backend;
+      EXPECT_LE(counted, overlapping + undecided) << backend;
+    }
   }
 }
 
