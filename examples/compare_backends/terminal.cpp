@@ -115,8 +115,8 @@ std::string broadphase_section(const Report& report) {
                        : "not checked"});
   }
   return "\nbroadphases: update and find_pairs of objects that all move; with overlap: and the narrowphase "
-         "of "
-         "that name\n" +
+         "of that name;\nedge_face: the paper's, which lists every pair in range anew and misses spheres "
+         "that touch exactly\n" +
          table.str() +
          (from_candidates ? "  above 10 000 hexahedra the true pairs are those that any of the broadphases "
                             "found, confirmed by exact\n"

@@ -290,6 +290,29 @@ TEST_F(Program, ListsWhatItHas) {
     EXPECT_THAT(outcome.out, HasSubstr(name));
 }
 
+TEST_F(Program, ThePaperStandsInEveryTable) {
+  const Outcome outcome =
+      run("--quick --count 20 --families random --backend native edge_face --max-error 1e-6 --query overlap" +
+          report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const char* row : {"\n  edge_face ", "\n    edge_face "}) EXPECT_THAT(outcome.out, HasSubstr(row));
+  const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+  std::size_t found = 0;
+  for (const auto& broadphase : json["broadphases"]) {
+    if (broadphase["broadphase"] != "edge_face") continue;
+    ++found;
+    EXPECT_EQ(broadphase["missed"], 0);
+    EXPECT_GT(broadphase["true_pairs"], 100);
+    EXPECT_FALSE(broadphase["with_overlap_ms"].is_null());
+    if (!broadphase["allocations_per_frame"].is_null()) {
+      EXPECT_DOUBLE_EQ(broadphase["allocations_per_frame"], broadphase["candidates_per_frame"]);
+    }
+  }
+  EXPECT_GT(found, 0u);
+  EXPECT_THAT(read(folder_ / "report/report.html"),
+              HasSubstr("edge_face</code> is the paper's coarse check"));
+}
+
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 
 constexpr const char* kPairs = R"([

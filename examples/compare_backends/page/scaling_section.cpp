@@ -41,8 +41,9 @@ std::string broadphases(const Page& page) {
          "move and turn every frame. Missed: of the pairs whose hexahedra are within the margin in the last "
          "frame, taken from all pairs up to 10 000 hexahedra, beyond that from the candidates of all "
          "broadphases, confirmed by <code>exact</code>. With overlap: and the overlap of all pairs by the "
-         "narrowphase of the same name, as one batch. Slopes: least squares of the logarithms, of three "
-         "points or more.</p>\n<div "
+         "narrowphase of the same name, as one batch. <code>edge_face</code> is the paper's coarse check: "
+         "every two objects, a list node allocated for each pair in range, and pairs missed whose spheres "
+         "touch exactly. Slopes: least squares of the logarithms, of three points or more.</p>\n<div "
          "class='plots'>\n" +
          growth_plot(report.broadphases, Growth::objects, page.names, false) +
          growth_plot(report.broadphases, Growth::hexahedra_each, page.names, false) + "</div>\n" +
