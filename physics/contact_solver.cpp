@@ -108,10 +108,15 @@ bool ContactSolver::sweep_and_polish(int tries) {
 
 /// A few sweeps, then Newton's steps: shortened where they do not help, or taken whole whether they help or
 /// not.
-bool ContactSolver::descend(int steps, bool with_line_search) {
+bool ContactSolver::descend(int steps, bool with_line_search, WorkBudget* budget) {
   sweep(settings_.sweeps);
   bool done = keep_better(residual_of(y_));
-  for (int i = 0; i < steps && !done; ++i) done = keep_better(newton(with_line_search));
+  const auto rows = static_cast<double>(y_.size());
+  const double work = rows * rows * (rows / 3.0 + 4.0);  // a full elimination, a few products
+  for (int i = 0; i < steps && !done && !(budget != nullptr && budget->is_spent()); ++i) {
+    done = keep_better(newton(with_line_search));
+    if (budget != nullptr) budget->spend(work);
+  }
   return done;
 }
 
@@ -217,7 +222,7 @@ bool ContactSolver::try_round(int round) {
   return descend(2 * settings_.newton_steps, false);
 }
 
-SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double> x) {
+SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget) {
   load(problem, x);
   best_ = y_;
   report_.residual = residual_of(y_);
@@ -235,7 +240,7 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
   const bool with_newton = y_.size() <= settings_.most_newton_rows;
   const bool only_newton = with_newton && y_.size() > settings_.most_path_rows;
   const int share_of_rounds = std::max(static_cast<int>(share_ * settings_.rounds), kLeastRounds);
-  const int rounds = std::min(settings_.rounds, only_newton ? 1 : share_of_rounds);
+  const int rounds = std::min(settings_.rounds, only_newton || budget != nullptr ? 1 : share_of_rounds);
   for (int round = 0; round < rounds && !done; ++round) {
     report_.rounds = round + 1;
     if (!with_newton) {
@@ -243,7 +248,7 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
       done = keep_better(residual_of(y_));
     } else if (round == 0) {
       rho_ = kRho[0];
-      done = descend(settings_.newton_steps, true);
+      done = descend(settings_.newton_steps, true, budget);
     } else {
       done = is_rounding() || try_round(round);
     }

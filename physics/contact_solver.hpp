@@ -6,6 +6,7 @@
 #include "touchstone/physics/contact_newton.hpp"
 #include "touchstone/physics/contact_path.hpp"
 #include "touchstone/physics/scaled_contacts.hpp"
+#include "touchstone/physics/work_budget.hpp"
 
 namespace touchstone::physics {
 
@@ -44,7 +45,8 @@ class ContactSolver {
   const Settings& settings() const { return settings_; }
 
   /// @param x in: where to start from (warm start); out: the best found.
-  SolveReport solve(const ContactProblem& problem, std::span<double> x);
+  /// @param budget the first Newton steps alone, for as long as it lasts; nullptr: all there is.
+  SolveReport solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget = nullptr);
 
  private:
   using Status = ContactNewton::Status;
@@ -57,7 +59,7 @@ class ContactSolver {
   bool keep_better(double residual);
   bool polish(int steps);
   bool sweep_and_polish(int tries);
-  bool descend(int steps, bool with_line_search);
+  bool descend(int steps, bool with_line_search, WorkBudget* budget = nullptr);
   bool follow_path(std::span<const double> anchor);
   bool go_on_with_path();
   bool is_rounding();

@@ -9,8 +9,8 @@ namespace touchstone::physics {
 
 bool DynamicsWorld::needs_impact() const {
   const double least = 10.0 * settings_.solver.tolerance;  // what a solve leaves is no impact
-  // What is swept leaves more, and what does not bounce is stopped with the forces.
-  if (is_swept_group())
+  // In one piece what does not bounce is stopped with the forces.
+  if (is_coarse_)
     return std::any_of(points_.begin(), points_.end(), [&](const Point& point) {
       return point.separation <= settings_.contact_gap && point.approach_v < -settings_.bounce_speed &&
              point.contact->restitution > 0.0;

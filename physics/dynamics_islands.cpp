@@ -199,7 +199,17 @@ void DynamicsWorld::write_out(std::size_t block, std::size_t i) {
     if (side.unit == kNone) continue;
     row.units[row.count] = side.unit;
     if (!is_body(side.unit)) {
-      row.first[row.count++] = side.first + i * arm_of(side.unit).q.size();
+      const std::size_t n = arm_of(side.unit).q.size(), first = side.first + i * n;
+      if (row.count == 1 && row.units[0] == side.unit) {  // two links of one mechanism
+        const std::size_t other = row.first[0];
+        row.first[0] = J_.size();
+        for (std::size_t k = 0; k < n; ++k) {
+          J_.push_back(J_[other + k] + J_[first + k]);
+          Y_.push_back(Y_[other + k] + Y_[first + k]);
+        }
+        continue;
+      }
+      row.first[row.count++] = first;
       continue;
     }
     const Body& body = bodies_[side.unit];
@@ -277,14 +287,13 @@ void DynamicsWorld::solve(StepReport& report) {
   // Not all that came to rest together at the same time.
   for (std::size_t i = patience_.size(); i < bodies_.size() + mechanisms_.size(); ++i)
     patience_.push_back(static_cast<std::uint8_t>(i % (kPatience - 1)));
-  sweeps_left_.resize(patience_.size(), 0);
   find_islands();
   for (const Island& island : islands_) solve_island(island, report);
 }
 
-SolveReport DynamicsWorld::solve_loaded(const Island& island) {
+SolveReport DynamicsWorld::solve_loaded(const Island& island, WorkBudget* budget) {
   const SolveReport solved =
-      solver_.solve({island.contacts, local_friction_, local_bounds_, W_, local_b_}, local_x_);
+      solver_.solve({island.contacts, local_friction_, local_bounds_, W_, local_b_}, local_x_, budget);
   for (std::size_t k = 0; k < local_rows_.size(); ++k) x_[local_rows_[k]] = local_x_[k];
   return solved;
 }
@@ -295,7 +304,7 @@ void DynamicsWorld::refine(const Island& island) {
   // In place: each row's own b is read once, by itself.
   for (std::size_t k = 0; k < local_rows_.size(); ++k)
     local_b_[k] += u_[local_rows_[k]] - row_velocity(W_, local_b_, local_x_, k);
-  solve_loaded(island);
+  solve_loaded(island, nullptr);
 }
 
 /// Two steps on end: the first stops what moves, the second finds the forces without what stopped it.
@@ -313,29 +322,31 @@ bool DynamicsWorld::may_refine(const Island& island) {
   return may;
 }
 
-/// To the end; or, where that has failed on a large one, by sweeps for a while. The largest are only swept.
-SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm) {
-  const bool holds = warm <= settings_.solver.tolerance;
+/// Small islands by ContactSolver, which is exact; larger ones, and what its first steps leave, by
+/// ConvexContacts; what that leaves by the solver's other means, as long as the step's work lasts.
+SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm, StepReport& report) {
   const std::size_t mechanism_rows = J_.size();
   load_island(island);
+  const std::size_t rows = local_rows_.size();
+  const bool is_exact = settings_.accuracy == Accuracy::exact;
+  const double tolerance = tolerance_of(rows);
   SolveReport solved;
-  if (local_rows_.size() > settings_.solver.most_newton_rows) leave_to_sweeps(island);
-  if (is_swept(island)) {
-    solved = sweep_loaded(island, warm);
-  } else {
+  solved.converged = false;
+  const bool is_small =
+      rows <= (is_exact ? settings_.solver.most_newton_rows : settings_.solver.most_path_rows);
+  warm_x_ = local_x_;
+  if (is_small) {
     load_couplings();
-    warm_x_ = local_x_;
-    solved = solve_loaded(island);
-    if (holds) refine(island);
+    solved = solve_loaded(island, is_exact ? nullptr : &budget_);
+    if (warm <= tolerance && solved.converged) refine(island);
     update_velocities(island);
-    if (!solved.converged && local_rows_.size() > settings_.solver.most_path_rows) {
-      leave_to_sweeps(island);
-      local_x_ = warm_x_;
-      const SolveReport tried = solved;
-      solved = sweep_loaded(island, warm);
-      solved.sweeps += tried.sweeps;
-      solved.newton_steps = tried.newton_steps;
-    }
+  }
+  if (!solved.converged) {
+    local_x_ = warm_x_;
+    const SolveReport tried = solved;
+    solved = solve_convex(island, tolerance, report);
+    solved.sweeps += tried.sweeps;
+    solved.newton_steps += tried.newton_steps;
   }
   J_.resize(mechanism_rows);
   Y_.resize(mechanism_rows);
@@ -363,10 +374,13 @@ void DynamicsWorld::solve_island(const Island& island, StepReport& report) {
     warm = update_velocities(island);
   }
   if (!std::isfinite(warm.worst)) return fail_solve(island, report);
-  const bool holds = warm.worst <= settings_.solver.tolerance;
+  const std::size_t rows = 3 * island.contacts + island.joints;
+  const bool holds = warm.worst <= tolerance_of(rows);
+  const bool is_refined = rows <= settings_.solver.most_path_rows || settings_.accuracy == Accuracy::exact;
   SolveReport solved;
   solved.residual = warm.worst;
-  if (!holds || (!warm.is_still && may_refine(island))) solved = solve_afresh(island, warm.worst);
+  if (!holds || (is_refined && !warm.is_still && may_refine(island)))
+    solved = solve_afresh(island, warm.worst, report);
   ++report.solves;
   report.unconverged += solved.converged ? 0 : 1;
   report.sweeps += static_cast<std::uint32_t>(solved.sweeps);

@@ -11,8 +11,6 @@ namespace touchstone::physics {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// What sweeps let sink in parts again: this share of its depth a step, but no faster [m/s].
-constexpr double kSweptShare = 0.2, kMostSweptSpeed = 0.1;
 
 }  // namespace
 
@@ -98,7 +96,6 @@ void DynamicsWorld::add_contact(std::size_t index, Phase phase, double t) {
   } else if (point.separation < -gap) {
     const double depth = -(point.separation + gap);
     b[0] -= settings_.push_out * depth;
-    if (is_swept_) b[0] -= std::min(kSweptShare * depth / h_, kMostSweptSpeed);
   }
   b_.insert(b_.end(), b, b + 3);
   friction_.push_back(contact.friction);
@@ -158,7 +155,6 @@ void DynamicsWorld::gather(Phase phase, double t, bool all, bool anew) {
   for (auto* vector : {&b_, &x_, &friction_}) vector->clear();
   bounds_.clear();
   prepare_bodies(phase);
-  is_swept_ = is_swept_group();
   for (std::size_t i = 0; i < points_.size(); ++i)
     if (all || points_[i].separation <= settings_.contact_gap) add_contact(i, phase, t);
   for (const std::uint32_t m : group_.mechanisms) add_joint_rows(m, phase, t, all);

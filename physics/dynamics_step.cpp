@@ -20,6 +20,8 @@ constexpr int kStopTries = 2;
 constexpr double kProbe = 1e-3;
 // Of groups too large to be solved to the end at any price.
 constexpr std::uint32_t kMostLargePieces = 4;
+// Contacts that a step's work is always for.
+constexpr std::size_t kLeastShares = 32;
 
 }  // namespace
 
@@ -41,12 +43,13 @@ double DynamicsWorld::piece(Clock& clock, double h, bool all, StepReport& report
   double t = search.is_probe ? clock.probe : left;
   clock.probe = kInfinity;
   for (int attempt = 0;; ++attempt) {
-    const bool is_last = all || attempt == kMostTries;
+    const bool is_last = all || attempt == kMostTries || (attempt > 0 && is_work_over(report));
+    if (is_last && !all) t = left;
     if (!fly(t, report)) return 0.0;
     gather(Phase::forces, t, is_last, attempt == 0 || is_last);
     solve(report);
     const Stop stop = first_stop(t);
-    if (!is_last && seek_stop(stop, left, t, search)) continue;
+    if (!is_last && !is_work_over(report) && seek_stop(stop, left, t, search)) continue;
     if (stop.is_any) report.last_stop = std::fmax(report.last_stop, elapsed + stop.when);
     if (search.is_aimed && stop.is_any) clock.probe = t;
     commit(t, h);
@@ -89,10 +92,8 @@ void DynamicsWorld::keep() {
     arm.kept_q = arm.q, arm.kept_qd = arm.qd;
     arm.kept_torque = arm.torque, arm.kept_last_torque = arm.last_torque;
   }
-  for (auto* vector : {&kept_patience_, &kept_sweeps_left_})
-    vector->reserve(bodies_.size() + mechanisms_.size());
+  kept_patience_.reserve(bodies_.size() + mechanisms_.size());
   kept_patience_ = patience_;
-  kept_sweeps_left_ = sweeps_left_;
 }
 
 /// To the start of the step, everything.
@@ -105,7 +106,6 @@ void DynamicsWorld::undo() {
   }
   for (Warm& warm : warm_) warm.is_taken = false;
   patience_ = kept_patience_;
-  sweeps_left_ = kept_sweeps_left_;
 }
 
 /// Says why, and of which contact, body or mechanism. Returns false.
@@ -131,12 +131,13 @@ bool DynamicsWorld::is_group_finite(StepReport& report) const {
 bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, StepReport& report) {
   attach(contacts);
   const bool is_large = 3 * points_.size() > settings_.solver.most_path_rows;
+  is_coarse_ = is_large && settings_.accuracy == Accuracy::bounded;
   const std::uint32_t most_pieces =
       is_large ? std::min(kMostLargePieces, settings_.most_substeps) : settings_.most_substeps;
   Clock clock{h};
   while (clock.left > 0.0) {
     ++clock.pieces;
-    const bool to_the_end = clock.pieces >= most_pieces || is_swept_group();
+    const bool to_the_end = is_coarse_ || clock.pieces >= most_pieces || is_work_over(report);
     const double t = piece(clock, h, to_the_end, report);
     if (report.failure != StepFailure::none) return false;
     clock.left = t >= clock.left ? 0.0 : clock.left - t;
@@ -145,6 +146,19 @@ bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, Step
   if (!is_group_finite(report)) return false;
   finish(h);
   return true;
+}
+
+/// For steps that are bounded.
+void DynamicsWorld::start_budget(std::size_t contacts) {
+  const bool is_bounded = settings_.accuracy == Accuracy::bounded;
+  const auto shares = static_cast<double>(std::max(contacts, kLeastShares));
+  budget_.start(is_bounded ? 1e3 * settings_.work * shares : WorkBudget::kNoEnd,
+                is_bounded ? settings_.most_microseconds : WorkBudget::kNoEnd);
+}
+
+/// Or contacts contradict each other: pieces and tries would not find more.
+bool DynamicsWorld::is_work_over(const StepReport& report) const {
+  return settings_.accuracy == Accuracy::bounded && (report.contradictory > 0 || budget_.is_spent());
 }
 
 /// Bodies that touch nothing; kinematic ones to where they were told.
@@ -169,6 +183,7 @@ StepReport DynamicsWorld::step(double h, std::span<const Contact> contacts, std:
   }
   if (!check(contacts, report)) return report;
   h_ = h;
+  start_budget(contacts.size());
   keep();
   for (Arm& arm : mechanisms_) std::fill(arm.torque.begin(), arm.torque.end(), 0.0);
   carry_forces(contacts);

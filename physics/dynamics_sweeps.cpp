@@ -1,4 +1,4 @@
-// Islands too large to be solved to the end: a fixed number of sweeps through the contacts themselves.
+// The last resort, where a step's work ends before Newton's method does: a few sweeps through the contacts.
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,8 @@
 namespace touchstone::physics {
 namespace {
 
-// Steps that an island is left to sweeps after Newton's method has failed on it, or till they leave less than
-// this [m/s]: what comes to rest is then solved to the end.
-constexpr std::uint8_t kStepsOfSweeps = 128;
-constexpr double kNearlySolved = 1e-5;
+// Of the last resort.
+constexpr int kSweeps = 20;
 // What held in a step of another length may be far too much in this: worse than nothing by this factor, it is
 // dropped.
 constexpr double kWorseThanNothing = 10.0;
@@ -61,38 +59,6 @@ void solve_contact(const double* D, const double* inverse, double friction, cons
 }
 
 }  // namespace
-
-/// Whether some of the group is left to sweeps: it then goes through the step in one piece.
-bool DynamicsWorld::is_swept_group() const {
-  const auto is_swept = [&](std::uint32_t unit) {
-    return unit < sweeps_left_.size() && sweeps_left_[unit] > 0;
-  };
-  return std::any_of(group_.bodies.begin(), group_.bodies.end(), is_swept) ||
-         std::any_of(group_.mechanisms.begin(), group_.mechanisms.end(), [&](std::uint32_t m) {
-           return is_swept(static_cast<std::uint32_t>(bodies_.size()) + m);
-         });
-}
-
-bool DynamicsWorld::is_swept(const Island& island) const {
-  if (3 * island.contacts + island.joints <= settings_.solver.most_path_rows) return false;
-  const std::span<const std::uint32_t> units =
-      std::span(unit_order_).subspan(island.first_unit, island.units);
-  return std::any_of(units.begin(), units.end(), [&](std::uint32_t unit) { return sweeps_left_[unit] > 0; });
-}
-
-/// Not all that failed together are tried again together.
-void DynamicsWorld::leave_to_sweeps(const Island& island) {
-  const std::span<const std::uint32_t> units =
-      std::span(unit_order_).subspan(island.first_unit, island.units);
-  for (const std::uint32_t unit : units)
-    sweeps_left_[unit] = static_cast<std::uint8_t>(kStepsOfSweeps + units.front() % kStepsOfSweeps);
-}
-
-/// After a step of sweeps that left `residual`.
-void DynamicsWorld::count_sweeps(const Island& island, double residual) {
-  for (const std::uint32_t unit : std::span(unit_order_).subspan(island.first_unit, island.units))
-    if (sweeps_left_[unit] > 0) sweeps_left_[unit] = residual <= kNearlySolved ? 0 : sweeps_left_[unit] - 1;
-}
 
 /// J V of a loaded row: the velocity that the impulses so far give it.
 double DynamicsWorld::swept_velocity(std::size_t row) const {
@@ -160,7 +126,7 @@ SolveReport DynamicsWorld::sweep_loaded(const Island& island, double warm) {
   if (warm > kWorseThanNothing * without) std::fill(local_x_.begin(), local_x_.end(), 0.0);
   prepare_sweeps(island);
   SolveReport report;
-  for (report.sweeps = 0; report.sweeps < settings_.island_sweeps; ++report.sweeps) {
+  for (report.sweeps = 0; report.sweeps < kSweeps; ++report.sweeps) {
     const bool forth = report.sweeps % 2 == 0;
     for (std::size_t c = 0; c < island.contacts; ++c) sweep_contact(forth ? c : island.contacts - 1 - c);
     for (std::size_t j = 0; j < island.joints; ++j) {
@@ -175,7 +141,6 @@ SolveReport DynamicsWorld::sweep_loaded(const Island& island, double warm) {
   for (std::size_t k = 0; k < local_rows_.size(); ++k) x_[local_rows_[k]] = local_x_[k];
   report.residual = update_velocities(island).worst;
   report.converged = report.residual <= settings_.solver.tolerance;
-  count_sweeps(island, report.residual);
   return report;
 }
 

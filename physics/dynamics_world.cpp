@@ -28,7 +28,8 @@ void validate(const DynamicsWorld::Settings& settings) {
     throw InputError("dynamics: the solver's tolerance must be > 0 and finite");
   if (solver.rounds < 1 || solver.sweeps < 0 || solver.newton_steps < 0)
     throw InputError("dynamics: the solver takes at least one round, sweeps and Newton steps >= 0");
-  if (settings.island_sweeps < 1) throw InputError("dynamics: a swept island takes at least one sweep");
+  if (!(settings.work >= 0.0) || !(settings.most_microseconds >= 0.0))
+    throw InputError("dynamics: a step's work and time must be >= 0");
 }
 
 }  // namespace
@@ -192,8 +193,11 @@ void DynamicsWorld::reserve(std::size_t contacts) {
                        &unit_order_, &mechanism_order_})
     vector->reserve(units);
   fill_.reserve(units + 1);
-  for (auto* vector : {&patience_, &sweeps_left_, &kept_patience_, &kept_sweeps_left_})
-    vector->reserve(units);
+  for (auto* vector : {&patience_, &kept_patience_}) vector->reserve(units);
+  for (auto* vector : {&convex_sizes_, &local_unit_}) vector->reserve(units);
+  masses_.reserve(units * widest * widest);
+  convex_rows_.reserve(rows);
+  convex_.reserve(units, rows, widest);
   first_V_.reserve(units);
   V_.reserve(widest * units);
   own_W_.reserve(18 * contacts + 3 * joints);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "touchstone/physics/contact_solver.hpp"
+#include "touchstone/physics/convex_contacts.hpp"
 #include "touchstone/physics/mechanism_dynamics.hpp"
 #include "touchstone/physics/rigid_body.hpp"
 
@@ -98,7 +99,9 @@ struct StepReport {
   std::uint32_t failed_index = 0;  ///< of the contact, body or mechanism; latch: of the object
   double worst_residual = 0.0;     ///< of all solves [m/s]; see natural_residual()
   std::uint32_t solves = 0, unconverged = 0, sweeps = 0, newton_steps = 0;
-  std::uint32_t substeps = 0;  ///< pieces the step was cut into: impacts and stops are located in time
+  std::uint32_t contradictory = 0;  ///< solves whose contacts no impulses satisfy: they yield, and press hard
+  bool is_work_spent = false;       ///< the step went on with what was found when its work ended
+  std::uint32_t substeps = 0;       ///< pieces the step was cut into: impacts and stops are located in time
   double last_stop = std::numeric_limits<double>::quiet_NaN();  ///< when within the step sliding or a braked
                                                                 ///< joint last stopped [s]
 };
@@ -107,6 +110,12 @@ struct StepReport {
 /// errors: see dynamics_world.hpp.
 class DynamicsWorld {
  public:
+  /// How hard contact problems are tried.
+  enum class Accuracy : std::uint8_t {
+    bounded,  ///< as long as the step's work lasts; groups of more than 21 points in one piece
+    exact,    ///< by every means of ContactSolver, however long that takes
+  };
+
   /// The same for every step. Figures that are not finite, a gap or tolerance that is not > 0, speeds, rates
   /// or counts below 0, and no pieces, rounds or island sweeps are an InputError.
   struct Settings {
@@ -116,11 +125,13 @@ class DynamicsWorld {
     double push_out = 0.0;  ///< touching bodies deeper than the gap part at this rate times the depth [1/s]
     std::uint32_t most_substeps = 16;  ///< then contacts of the rest of the step are met without bouncing
     ContactSolver::Settings solver = {};
-    /// Islands of more rows than ContactSolver::Settings::most_path_rows on which Newton's method fails are
-    /// left to this many sweeps a step for up to 255 steps, and say `unconverged` with what is left.
-    /// They go through a step in one piece, without looking for arrivals and stops; what sinks in meanwhile
-    /// parts again, by a fifth of its depth a step, at 0.1 m/s at most.
-    int island_sweeps = 20;
+    Accuracy accuracy = Accuracy::bounded;
+    /// What a step of Accuracy::bounded may take before it goes on with the best found so far, which is said:
+    /// this many thousand multiplications for each contact given, at least for 32. A thousand take some 0.5
+    /// us.
+    double work = 10.0;
+    /// The same by the clock [us], for live use: results then depend on the machine. Infinite: not looked at.
+    double most_microseconds = std::numeric_limits<double>::infinity();
   };
 
   explicit DynamicsWorld(const Settings& settings);
@@ -242,11 +253,7 @@ class DynamicsWorld {
     std::size_t first;  // of its row in Y_
   };
   /// A row of the island being solved, written out: velocities of its units are J_, what it does to them Y_.
-  struct Row {
-    std::uint32_t units[2];
-    std::size_t first[2];
-    int count;
-  };
+  using Row = SparseContacts::Row;
   /// What contacts join, touching or near, directly or through others: it goes through the step by a clock of
   /// its own, and nothing of it is seen by the rest.
   struct Group {
@@ -319,6 +326,8 @@ class DynamicsWorld {
   bool step_group(double h, std::span<const Contact> contacts, StepReport& report);
   bool step_loose(double h, StepReport& report);
   double piece(Clock& clock, double h, bool all, StepReport& report);
+  void start_budget(std::size_t contacts);
+  bool is_work_over(const StepReport& report) const;
   void keep_start();
   void keep();
   void undo();
@@ -378,25 +387,26 @@ class DynamicsWorld {
   void spread_impulses(const Island& island);
   double contact_velocities(std::size_t block, double& scale);
   double joint_velocity(std::size_t block, double& scale);
-  SolveReport solve_loaded(const Island& island);
+  SolveReport solve_loaded(const Island& island, WorkBudget* budget);
   void load_island(const Island& island);
   void write_out(std::size_t block, std::size_t i);
   void load_couplings();
-  SolveReport solve_afresh(const Island& island, double warm);
+  SolveReport solve_afresh(const Island& island, double warm, StepReport& report);
   double coupling(const Row& r, const Row& s) const;
   static bool meet(const Row& r, const Row& s);
 
   // dynamics_sweeps.cpp
-  bool is_swept_group() const;
-  bool is_swept(const Island& island) const;
-  void leave_to_sweeps(const Island& island);
-  void count_sweeps(const Island& island, double residual);
   void prepare_sweeps(const Island& island);
   std::size_t width_of(std::uint32_t unit) const { return is_body(unit) ? 6 : arm_of(unit).q.size(); }
   double swept_velocity(std::size_t row) const;
   void add_swept_impulse(std::size_t row, double change);
   void sweep_contact(std::size_t contact);
   SolveReport sweep_loaded(const Island& island, double warm);
+
+  // dynamics_convex.cpp
+  double tolerance_of(std::size_t rows) const;
+  void load_convex(const Island& island);
+  SolveReport solve_convex(const Island& island, double tolerance, StepReport& report);
 
   Settings settings_;
   ContactSolver solver_;
@@ -424,20 +434,24 @@ class DynamicsWorld {
   std::vector<std::size_t> block_order_;
   std::vector<std::uint32_t> island_of_block_, unit_order_;
   std::vector<Island> islands_;
-  std::vector<double> residuals_, scales_;  // by block of the island
-  std::vector<std::uint8_t> patience_;      // by unit: steps until its rest may be refined again
-  std::vector<std::uint8_t> kept_patience_, kept_sweeps_left_;  // before the step
+  std::vector<double> residuals_, scales_;   // by block of the island
+  std::vector<std::uint8_t> patience_;       // by unit: steps until its rest may be refined again
+  std::vector<std::uint8_t> kept_patience_;  // before the step
   // Of the island being solved.
   std::vector<Row> rows_;
   std::vector<std::size_t> local_rows_;
   std::vector<double> W_, local_b_, local_x_, warm_x_, local_friction_;
   std::vector<ContactProblem::Bounds> local_bounds_;
-  // Of what is left to sweeps.
-  bool is_swept_ = false;                  // the group whose rows were gathered
-  double h_ = 0.0;                         // the whole step
-  std::vector<std::uint8_t> sweeps_left_;  // by unit: steps until Newton's method is tried again
-  std::vector<std::size_t> first_V_;       // by unit
-  std::vector<double> V_, own_W_;          // velocities by impulses; each contact's block of W, its inverse
+  double h_ = 0.0;          // the whole step
+  bool is_coarse_ = false;  // the group goes through the step in one piece
+  WorkBudget budget_;       // of the step
+  ConvexContacts convex_;
+  std::vector<std::uint32_t> convex_sizes_, local_unit_;  // by the island's unit; by unit
+  std::vector<double> masses_;                            // of the island's units
+  std::vector<Row> convex_rows_;                          // units as the island counts them
+  // Of sweeps.
+  std::vector<std::size_t> first_V_;  // by unit
+  std::vector<double> V_, own_W_;     // velocities by impulses; each contact's block of W, its inverse
 };
 
 }  // namespace touchstone::physics

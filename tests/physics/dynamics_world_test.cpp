@@ -97,8 +97,8 @@ TEST(DynamicsWorld, BadFiguresOfBodiesAndSettingsAreRefused) {
               testing::HasSubstr("sweeps"));
   EXPECT_THAT(error_with([](Settings& settings) { settings.solver.newton_steps = -1; }),
               testing::HasSubstr("Newton steps"));
-  EXPECT_THAT(error_with([](Settings& settings) { settings.island_sweeps = 0; }),
-              testing::HasSubstr("at least one sweep"));
+  EXPECT_THAT(error_with([](Settings& settings) { settings.work = -1.0; }),
+              testing::HasSubstr("work and time"));
 }
 
 /// A calm body and another far off, in gravity.

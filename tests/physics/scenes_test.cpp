@@ -378,8 +378,8 @@ TEST(NarrowphaseContacts, SeamsBetweenHexahedraCostNoSpeed) {
   EXPECT_NEAR(world.state(slider).p_W.z(), 0.1, 1e-7);
 }
 
-/// Ten cubes off each other's middle on a free slab that comes up to them: too large an island for paths, and
-/// it slides at every level.
+/// Ten cubes off each other's middle on a free slab that comes up to them: too large for the dense solver,
+/// and it slides at every level.
 struct LeaningStack {
   static constexpr int kCubes = 10;
   HexahedronTree slab_tree = box_tree("slab", {4, 4, 0.2}), cube_tree = box_tree("cube", {0.2, 0.2, 0.2});
@@ -401,10 +401,10 @@ struct LeaningStack {
   }
 };
 
-TEST(SweptIslands, SayWhatIsLeftAndKeepMomentum) {
+TEST(LargeIslands, SayWhatIsLeftAndKeepMomentum) {
   LeaningStack scene, again;
   const Vector3 p = scene.world.linear_momentum(), l = scene.world.angular_momentum();
-  std::uint32_t swept = 0;
+  std::uint32_t left = 0;
   double worst = 0.0, depth = 0.0;
   for (int step = 0; step < 60; ++step) {
     const auto contacts = scene.finder.contacts->find(scene.world);
@@ -414,14 +414,17 @@ TEST(SweptIslands, SayWhatIsLeftAndKeepMomentum) {
     const StepReport report = scene.world.step(1e-3, contacts);
     EXPECT_TRUE(step == 0 || allocation_count() == allocations);
     ASSERT_EQ(report.failure, StepFailure::none);
-    swept += report.unconverged;
+    left += report.unconverged;
     worst = std::max(worst, report.worst_residual);
-    EXPECT_EQ(report.unconverged > 0, report.worst_residual > 1e-9);  // said, and not for nothing
+    if (report.unconverged > 0)
+      EXPECT_GT(report.worst_residual, 1e-9);  // said, and not for nothing
+    else
+      EXPECT_LT(report.worst_residual, 1e-5);  // of speeds of 0.5 m/s
     again.world.step(1e-3, again.finder.contacts->find(again.world));
   }
-  std::printf("%u solves swept, worst residual %.1e m/s, deepest %.1e m\n", swept, worst, depth);
-  EXPECT_GT(swept, 10U);   // or nothing was tried
-  EXPECT_LT(worst, 0.5);   // of speeds of 0.5 m/s
+  std::printf("%u solves unconverged, worst residual %.1e m/s, deepest %.1e m\n", left, worst, depth);
+  EXPECT_LT(left, 12U);    // of 60: those whose work ended
+  EXPECT_LT(worst, 0.2);   // of speeds of 0.5 m/s
   EXPECT_LT(depth, 1e-3);  // what these make of two steps
   EXPECT_LT(norm(scene.world.linear_momentum() - p), 1e-13 * 100.0);
   EXPECT_LT(norm(scene.world.angular_momentum() - l), 1e-13 * 100.0);

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <chrono>
+#include <limits>
+
+/// @file
+/// How much work a step may take.
+
+namespace touchstone::physics {
+
+/// Counts work in multiplications of its linear algebra, so that the same step ends at the same place on
+/// every machine; or, where a time is set, ends by the clock, which it does not.
+class WorkBudget {
+ public:
+  static constexpr double kNoEnd = std::numeric_limits<double>::infinity();
+
+  /// @param multiplications left from now on. @param microseconds of this process's steady clock.
+  void start(double multiplications, double microseconds = kNoEnd) {
+    left_ = multiplications;
+    is_timed_ = microseconds < kNoEnd;
+    if (is_timed_)
+      end_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                std::chrono::duration<double, std::micro>(microseconds));
+  }
+  void spend(double multiplications) { left_ -= multiplications; }
+  bool is_spent() const { return !(left_ > 0.0) || (is_timed_ && Clock::now() >= end_); }
+  double left() const { return left_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double left_ = kNoEnd;
+  bool is_timed_ = false;
+  Clock::time_point end_ = {};
+};
+
+}  // namespace touchstone::physics

@@ -1,0 +1,160 @@
+// Steps that are bounded: islands of any size, and contacts that contradict each other.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/physics/block_cholesky.hpp"
+#include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/tests/physics/random_contact_sets.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+constexpr double kSide = 0.2;
+const Vector3 kZero = Vector3::Zero();
+
+/// Cubes of 1 kg, and boxes that are driven, under gravity.
+struct Cubes {
+  BackendRegistry registry;
+  RigidBody cube{box_inertia(1.0, {kSide, kSide, kSide}), "cube"};
+  HexahedronTree cube_tree{{{"box", Hexahedron::from_size({kSide, kSide, kSide}), {}}}, "cube"};
+  HexahedronTree ground_tree{{{"box", Hexahedron::from_size({20, 20, 1}), {}}}, "ground"};
+  std::unique_ptr<NarrowphaseContacts> contacts;
+  DynamicsWorld world{[] {
+    DynamicsWorld::Settings settings;
+    settings.gravity_W = {0, 0, -9.81};
+    return settings;
+  }()};
+
+  Cubes() {
+    register_core(registry);
+    contacts = std::make_unique<NarrowphaseContacts>(registry.make_broadphase("native"),
+                                                     registry.make_narrowphase("native"), 1e-3);
+  }
+  static Pose at(const Vector3& p) {
+    Pose X;
+    X.p = p;
+    return X;
+  }
+  void add_ground() {
+    contacts->add(Mover::of_body(world.add_kinematic(at({0, 0, -0.5}), kZero, kZero)), ground_tree,
+                  {0.5, 0.0});
+  }
+  std::uint32_t add_driven(const Vector3& p, const Vector3& v) {
+    const auto body = world.add_kinematic(at(p), v, kZero);
+    contacts->add(Mover::of_body(body), cube_tree, {0.5, 0.0});
+    return body;
+  }
+  std::uint32_t add_cube(const Vector3& p) {
+    const auto body = world.add_body(cube, cube.state(at(p), kZero, kZero));
+    contacts->add(Mover::of_body(body), cube_tree, {0.5, 0.0});
+    return body;
+  }
+  StepReport step(double h) { return world.step(h, contacts->find(world, h)); }
+};
+
+TEST(BlockCholesky, SolvesWhatItsBlocksSay) {
+  // Units of 6 and 7 rows in a ring with a chord: A = 1 + sum of v v^T over pairs.
+  const std::vector<std::uint32_t> sizes{6, 7, 6, 6, 7};
+  const std::vector<BlockCholesky::Pair> pairs{{0, 1}, {0, 4}, {1, 2}, {1, 4}, {2, 3}, {3, 4}};
+  const std::vector<std::size_t> first{0, 6, 13, 19, 25};
+  constexpr std::size_t n = 32;
+  std::vector<double> A(n * n, 0.0), x(n), right(n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) A[i * n + i] = 1.0, x[i] = std::cos(static_cast<double>(3 * i));
+  std::mt19937 random(5);
+  for (const auto& [a, b] : pairs) {
+    std::vector<double> v(n, 0.0);
+    for (const std::uint32_t unit : {a, b})
+      for (std::size_t k = 0; k < sizes[unit]; ++k)
+        v[first[unit] + k] = static_cast<double>(random() % 100) - 50.0;
+    for (std::size_t r = 0; r < n; ++r)
+      for (std::size_t c = 0; c < n; ++c) A[r * n + c] += v[r] * v[c];
+  }
+  for (std::size_t r = 0; r < n; ++r)
+    for (std::size_t c = 0; c < n; ++c) right[r] += A[r * n + c] * x[c];
+  BlockCholesky cholesky;
+  for (int again = 0; again < 2; ++again) {
+    cholesky.analyse(sizes, pairs);
+    cholesky.clear();
+    for (std::uint32_t u = 0; u < sizes.size(); ++u)
+      for (std::size_t r = 0; r < sizes[u]; ++r)
+        for (std::size_t c = 0; c < sizes[u]; ++c)
+          cholesky.diagonal(u)[r * sizes[u] + c] = A[(first[u] + r) * n + first[u] + c];
+    for (const auto& [a, b] : pairs) {
+      bool is_transposed = false;
+      double* const block = cholesky.block(a, b, is_transposed);
+      const std::uint32_t row = is_transposed ? b : a, column = is_transposed ? a : b;
+      for (std::size_t r = 0; r < sizes[row]; ++r)
+        for (std::size_t c = 0; c < sizes[column]; ++c)
+          block[r * sizes[column] + c] = A[(first[row] + r) * n + first[column] + c];
+    }
+    ASSERT_TRUE(cholesky.factor());
+    std::vector<double> y = right;
+    cholesky.solve(y, first);
+    for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(y[i], x[i], 1e-9);
+  }
+}
+
+TEST(BoundedSteps, JawsThatSqueezeHoldTheCubeAtOnce) {
+  // Nothing gives way but the cube, which cannot: both jaws go on.
+  Cubes scene;
+  scene.add_driven({-0.2005, 0, 1}, {0.05, 0, 0});
+  scene.add_driven({0.2005, 0, 1}, {-0.05, 0, 0});
+  const auto cube = scene.add_cube({0, 0, 1});
+  scene.contacts->build();
+  std::uint32_t contradictory = 0;
+  for (int i = 0; i < 400; ++i) {
+    const StepReport report = scene.step(1e-3);
+    ASSERT_EQ(report.failure, StepFailure::none);
+    EXPECT_LT(report.newton_steps, 400U) << i;
+    EXPECT_LE(report.contradictory, report.unconverged);
+    contradictory += report.contradictory;
+    EXPECT_LT(norm(scene.world.velocity(cube)), 0.15) << i;  // it falls for 10 ms before it is met
+  }
+  EXPECT_GT(contradictory, 300U);
+  EXPECT_LT(norm(scene.world.velocity(cube)), 1e-3);
+}
+
+TEST(BoundedSteps, StacksOfAnyHeightRest) {
+  for (const int height : {17, 50}) {
+    Cubes scene;
+    scene.add_ground();
+    for (int i = 0; i < height; ++i) scene.add_cube({0, 0, kSide * (0.5 + i)});
+    scene.contacts->build();
+    const double before = scene.world.energy();
+    for (int step = 0; step < 300; ++step) {
+      const StepReport report = scene.step(1e-3);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      EXPECT_EQ(report.unconverged, 0U) << step;
+    }
+    double speed = 0.0, drift = 0.0;
+    for (std::uint32_t i = 1; i <= static_cast<std::uint32_t>(height); ++i) {
+      speed = std::max(speed, norm(scene.world.velocity(i)));
+      drift = std::max(drift, norm(scene.world.pose(i).p - Vector3(0, 0, kSide * (i - 0.5))));
+    }
+    EXPECT_LT(speed, 1e-5) << height;
+    EXPECT_LT(drift, 1e-6) << height;
+    EXPECT_LT(scene.world.energy() - before, 1e-6 * before);
+  }
+}
+
+TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
+  Cubes scene;
+  DynamicsWorld::Settings settings = scene.world.settings();
+  settings.work = 0.0;
+  scene.world = DynamicsWorld(settings);
+  scene.add_ground();
+  for (int i = 0; i < 12; ++i) scene.add_cube({0.02 * (i % 2), 0, kSide * (0.5 + i)});
+  scene.contacts->build();
+  const StepReport report = scene.step(1e-3);
+  EXPECT_EQ(report.failure, StepFailure::none);
+  EXPECT_TRUE(report.is_work_spent);
+  EXPECT_GT(report.unconverged, 0U);
+  EXPECT_GT(report.worst_residual, 1e-9);
+}
+
+}  // namespace
+}  // namespace touchstone::physics
