@@ -89,6 +89,11 @@ void LiveReport::see_scene(SceneResult result) {
   if (results_.size() < scenes_.size()) put_tables(not_measured(nullptr));
 }
 
+std::string LiveReport::verdict() const {
+  if (results_.size() < 2) return "";
+  return terminal_text(choose_over_all(results_), results_.size());
+}
+
 void LiveReport::finish() {
   report_.finish({{"results.json", results_json(results_)}, {"results.csv", results_csv(results_)}});
 }

@@ -18,6 +18,8 @@ class LiveReport {
   /// Takes the newest run of a scene that is not done yet; its verdict is left open.
   void see_run(const SceneResult& so_far);
   void see_scene(SceneResult result);
+  /// Over all scenes so far; empty of less than two: the scene's own stands for it.
+  std::string verdict() const;
   /// Writes the complete report. @throws std::runtime_error as ReportRun::finish().
   void finish();
 

@@ -54,7 +54,7 @@ int run(int argc, char** argv) {
     return text;
   });
   report.finish();
-  comparison::print_now(fmt::format("\nresults, series, plots: {}\n", options->output));
+  comparison::print_now(report.verdict() + fmt::format("\nresults, series, plots: {}\n", options->output));
   return 0;
 }
 

@@ -26,6 +26,11 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
                  "Runs of each scene and backend: a step's time is that of its fastest")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  app.add_option(
+         "--deadline", options.deadline,
+         "What a step may take, for its 99.9th percentile [s] (default: the scene's step, which keeps up "
+         "with the clock)")
+      ->check(CLI::PositiveNumber);
   app.add_option("--out,--output", options.output, "Folder of results, series and plots")
       ->capture_default_str();
   std::string folder;

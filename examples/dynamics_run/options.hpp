@@ -19,6 +19,7 @@ struct Options {
   std::filesystem::path folder;     ///< with the bundled scenes
   std::size_t every = 1;            ///< n-th step is recorded
   int repetitions = 3;              ///< of each run: a step's time is that of its fastest
+  double deadline = 0.0;            ///< of a step, for its 99.9th percentile [s]; 0: the scene's step
   bool list = false;
 };
 

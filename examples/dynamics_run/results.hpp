@@ -66,7 +66,8 @@ struct BackendRun {
   std::uint64_t contact_count = 0, undecided = 0, failed = 0, unconverged = 0;
   double worst_residual = 0.0;  ///< of the contact solver [m/s]
   Series series;
-  std::vector<std::string> misses;  ///< what keeps it from being recommended
+  std::vector<std::string> misses;  ///< of the scene's limits: what keeps it from being recommended
+  bool late = false;                ///< its steps' 99.9th percentile is beyond the deadline
 };
 
 struct SceneResult {
@@ -75,6 +76,14 @@ struct SceneResult {
   std::vector<std::string> solid_names;
   std::string reference;  ///< the backend that final poses are compared with
   std::vector<BackendRun> runs;
+  double deadline_us = kNone;  ///< of a step; nan: none
+  bool touches = true;         ///< by the reference, or nobody knows; else there is nothing to choose by
+  std::string recommended;     ///< empty: none
+  std::string reason;
+};
+
+/// What all scenes together come to.
+struct OverallVerdict {
   std::string recommended;  ///< empty: none
   std::string reason;
 };
@@ -85,6 +94,14 @@ std::vector<physics::JointAddress> moving_joints(const physics::DynamicScene& sc
 
 /// Compares final poses with the reference's, says what each run misses, and names the backend to build on.
 void judge(SceneResult& result);
+
+/// Names the backend to build on for a scene whose runs are judged: fewest misses, then within the deadline,
+/// then without allocations, then the fastest (median or 99.9th percentile, whichever is further behind), and
+/// of those as fast the most accurate. None where nothing touches.
+void choose(SceneResult& result);
+
+/// The same over all scenes: misses and lateness count by scene, times where something touches.
+OverallVerdict choose_over_all(const std::vector<SceneResult>& results);
 
 /// The whole run as JSON: figures in SI units; what was not measured is null.
 /// @param not_measured scenes, or scene/backend, that a run which ended early did not come to; empty:
@@ -102,6 +119,8 @@ std::string contacts_csv(const SceneResult& result, const BackendRun& run);
 std::string legend_text(const std::string& reference);
 /// Tables for a terminal of 120 columns.
 std::string terminal_text(const SceneResult& result);
+/// The verdict over all scenes, a line.
+std::string terminal_text(const OverallVerdict& verdict, std::size_t scenes);
 /// Contact forces, joint torques, momenta and energy over time, all backends; empty without any.
 std::string time_plot(const SceneResult& result);
 

@@ -73,6 +73,7 @@ Json json(const SceneResult& result, const BackendRun& run) {
   out["unconverged_solves"] = run.unconverged;
   out["worst_residual_m_s"] = number(run.worst_residual);
   out["misses"] = run.misses;
+  out["late"] = run.late;
   out["last"] = last_poses(result, run);
   return out;
 }
@@ -96,12 +97,19 @@ std::string results_json(const std::vector<SceneResult>& results,
                   {"duration_s", scene.scene.duration},
                   {"answers_hold", scene.answers_hold},
                   {"reference", result.reference},
+                  {"deadline_us", number(result.deadline_us)},
+                  {"touches", result.touches},
                   {"build_on", result.recommended.empty() ? Json(nullptr) : Json(result.recommended)},
                   {"reason", result.reason}};
     entry["runs"] = Json::array();
     for (const BackendRun& run : result.runs) entry["runs"].push_back(json(result, run));
     out["scenes"].push_back(std::move(entry));
   }
+  const OverallVerdict verdict = not_measured.empty()
+                                     ? choose_over_all(results)
+                                     : OverallVerdict{"", "the run ended before all scenes were done"};
+  out["build_on"] = verdict.recommended.empty() ? Json(nullptr) : Json(verdict.recommended);
+  out["reason"] = verdict.reason;
   return out.dump(1) + "\n";
 }
 

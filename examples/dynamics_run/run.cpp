@@ -47,6 +47,7 @@ SceneResult run_scene(const std::filesystem::path& file, const Options& options,
   check(*result.scene, registry);
   result.solid_names = solid_names(*result.scene);
   result.reference = options.reference;
+  result.deadline_us = 1e6 * (options.deadline > 0.0 ? options.deadline : result.scene->step);
   std::vector<std::string> names = backends;
   const bool is_asked = std::find(names.begin(), names.end(), options.reference) != names.end();
   if (!is_asked) names.push_back(options.reference);

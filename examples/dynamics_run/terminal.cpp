@@ -92,8 +92,17 @@ std::string terminal_text(const SceneResult& result) {
   for (const BackendRun& run : result.runs) add_row(result, run, table);
   text += table.str();
   for (const BackendRun& run : result.runs) text += remarks(result, run);
-  text += result.recommended.empty() ? "  build on: none: " : "  build on " + result.recommended + ": ";
+  if (!result.recommended.empty())
+    text += "  build on " + result.recommended + ": ";
+  else
+    text += result.touches ? "  build on: none: " : "  no verdict: ";
   return text + result.reason + "\n";
+}
+
+std::string terminal_text(const OverallVerdict& verdict, std::size_t scenes) {
+  return fmt::format("\nover all {} scenes {}: {}\n", scenes,
+                     verdict.recommended.empty() ? "no verdict" : "build on " + verdict.recommended,
+                     verdict.reason);
 }
 
 }  // namespace touchstone::dynamics

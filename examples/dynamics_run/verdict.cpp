@@ -10,9 +10,6 @@
 namespace touchstone::dynamics {
 namespace {
 
-/// Times closer than this are one: other work on the machine shifts them by as much.
-constexpr double kAsFast = 1.1;
-
 /// Of the rotation between two attitudes: |R1 - R2| (Frobenius) is 2 sqrt(2) sin(angle / 2).
 double angle_between(const Matrix3& R1, const Matrix3& R2) {
   double squares = 0.0;
@@ -55,50 +52,6 @@ void find_misses(const SceneResult& result, BackendRun& run) {
        fmt::format("makes {:.2g} J", run.energy_made));
 }
 
-/// Fewer misses; of those without any the most accurate of the fastest; else the one that ends least off.
-const BackendRun* best_of(const std::vector<BackendRun>& runs) {
-  std::vector<const BackendRun*> left;
-  for (const BackendRun& run : runs)
-    if (is_whole(run)) left.push_back(&run);
-  const auto keep_least = [&](const auto& figure, double factor) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const BackendRun* run : left) least = std::min(least, figure(*run));
-    std::erase_if(left, [&](const BackendRun* run) { return figure(*run) > factor * least; });
-  };
-  keep_least([](const BackendRun& run) { return static_cast<double>(run.misses.size()); }, 1.0);
-  if (!left.empty() && left[0]->misses.empty())
-    keep_least([](const BackendRun& run) { return run.total.median_us; }, kAsFast);
-  keep_least([](const BackendRun& run) { return run.pose_error; }, 1.0);
-  return left.empty() ? nullptr : left[0];
-}
-
-std::string joined(const std::vector<std::string>& texts) {
-  std::string all;
-  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
-  return all;
-}
-
-std::string reason_for(const SceneResult& result, const BackendRun& best) {
-  if (!best.misses.empty())
-    return "none is within the scene's limits; it is the least off: " + joined(best.misses);
-  std::vector<std::string> as_fast, slower, off;
-  for (const BackendRun& run : result.runs) {
-    if (&run == &best || !run.not_run.empty()) continue;
-    const std::string time = fmt::format("{} {:.1f} us", run.backend, run.total.median_us);
-    if (!run.misses.empty())
-      off.push_back(run.backend + " (" + joined(run.misses) + ")");
-    else if (run.total.median_us > kAsFast * best.total.median_us)
-      slower.push_back(time);
-    else
-      as_fast.push_back(time);
-  }
-  std::string reason = fmt::format("within the scene's limits at {:.1f} us a step", best.total.median_us);
-  if (!as_fast.empty()) reason += "; as fast to 10 %, not closer to the reference: " + joined(as_fast);
-  if (!slower.empty()) reason += "; slower: " + joined(slower);
-  if (!off.empty()) reason += "; off: " + joined(off);
-  return reason;
-}
-
 }  // namespace
 
 void judge(SceneResult& result) {
@@ -110,14 +63,9 @@ void judge(SceneResult& result) {
     if (reference != result.runs.end() && is_whole(*reference) && is_whole(run))
       compare_poses(*reference, run);
     find_misses(result, run);
+    run.late = run.total.p999_us > result.deadline_us;  // without a deadline it is never late
   }
-  const BackendRun* const best = best_of(result.runs);
-  if (best == nullptr) {
-    result.reason = "none went through";
-    return;
-  }
-  result.recommended = best->backend;
-  result.reason = reason_for(result, *best);
+  choose(result);
 }
 
 }  // namespace touchstone::dynamics

@@ -49,7 +49,9 @@ std::size_t columns(const std::string& line) {
 }
 
 TEST_F(DynamicsRun, WritesResultsSeriesContactsAndPlots) {
-  const Outcome outcome = run("--scene 08_pushed_offset --backend native edge_face" + to_report());
+  // A deadline that is kept on a busy machine too.
+  const Outcome outcome =
+      run("--scene 08_pushed_offset --backend native edge_face --deadline 1" + to_report());
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("build on native: within the scene's limits"));
   EXPECT_THAT(outcome.out, HasSubstr("edge_face: not run: "));
@@ -57,6 +59,8 @@ TEST_F(DynamicsRun, WritesResultsSeriesContactsAndPlots) {
   const json scene = results["scenes"][0];
   EXPECT_EQ(scene["scene"], "08_pushed_offset");
   EXPECT_EQ(scene["build_on"], "native");
+  EXPECT_EQ(scene["deadline_us"], 1e6);
+  EXPECT_EQ(results["build_on"], "native");
   const json native = scene["runs"][0];
   EXPECT_EQ(native["steps"], 1000);
   for (const json& answer : native["answers"]) EXPECT_EQ(answer["holds"], true) << answer;
@@ -143,6 +147,7 @@ TEST_F(DynamicsRun, BadOptionsAndInputAreRefusedInOneLine) {
   expect_refused("--scene 8 --backend nobody", "nobody");
   expect_refused("--scene 8 --reference nobody", "nobody");
   expect_refused("--scene 8 --every 0", "--every");
+  expect_refused("--scene 8 --deadline 0", "--deadline");
   expect_refused("--scene 8 --set speed", "--set 'speed': expected NAME=VALUE");
   expect_refused("--scene 8 --set speed=fast", "--set 'speed=fast': the value is no finite number");
   expect_refused("--scene 08_pushed_centred --set speed=1", "the scene has no parameter 'speed'");
@@ -227,10 +232,27 @@ TEST_F(DynamicsRun, AnInterruptLeavesAPartialReportOfTheRunsThatAreDone) {
   EXPECT_EQ(results["partial"], true);
   EXPECT_EQ(results["not_measured"], json({"b"}));
   ASSERT_EQ(results["scenes"].size(), 1u);
-  EXPECT_EQ(results["scenes"][0]["build_on"], "native");
+  EXPECT_EQ(results["scenes"][0]["reason"], "nothing touches: every backend would do");
+  EXPECT_EQ(results["build_on"], nullptr);
+  EXPECT_EQ(results["reason"], "the run ended before all scenes were done");
   for (const std::string& line : lines(read(report() / "results.csv")))
     EXPECT_TRUE(line.ends_with(",partial") || line.ends_with(",1")) << line;
   EXPECT_TRUE(fs::exists(report() / "series/a.native.csv"));
+}
+
+TEST_F(DynamicsRun, AStepThatTakesLongerThanTheDeadlineIsSaidAndScenesHaveOneVerdict) {
+  const fs::path file = write("fall.yaml", falling("0.1"));
+  const Outcome outcome = run("--scene 08_pushed_offset " + file.string() +
+                              " --backend native --reference native --deadline 1e-9" + to_report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("build on native: none keeps the deadline of 0.001 us at 99.9 %; "));
+  EXPECT_THAT(outcome.out, HasSubstr("no verdict: nothing touches: every backend would do"));
+  EXPECT_THAT(outcome.out,
+              HasSubstr("over all 2 scenes build on native: none keeps every deadline, it is late in 1"));
+  const json results = json::parse(read(report() / "results.json"));
+  EXPECT_EQ(results["scenes"][0]["runs"][0]["late"], true);
+  EXPECT_EQ(results["scenes"][1]["build_on"], nullptr);
+  EXPECT_EQ(results["build_on"], "native");
 }
 
 TEST_F(DynamicsRun, ASceneOfMoreStepsThanThereIsRoomForIsRefusedByFile) {
