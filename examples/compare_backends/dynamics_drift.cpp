@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
+#include <map>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/plot_scale.hpp"
@@ -43,6 +43,9 @@ DriftRun run_of(const Json& scene, const Json& run) {
   drift.energy_made = scale > 0 ? made / scale : std::numeric_limits<double>::quiet_NaN();
   drift.deepest = checked(run, "deepest_m", drift);
   drift.step_ns = 1e3 * checked(run.at("step_us"), "median", drift);
+  drift.p999_ns = 1e3 * checked(run.at("step_us"), "p99_9", drift);
+  drift.allocations = checked(run, "allocations", drift);
+  drift.misses = run.at("misses").get<std::vector<std::string>>();
   for (const Json& answer : run.at("answers")) {
     ++drift.answers;
     drift.met += answer.at("holds").get<bool>() ? 1 : 0;
@@ -50,9 +53,60 @@ DriftRun run_of(const Json& scene, const Json& run) {
   return drift;
 }
 
+// Text, or empty for null and for a key that an older file lacks.
+std::string text_at(const Json& object, const char* key) {
+  return object.contains(key) && !object.at(key).is_null() ? object.at(key).get<std::string>() : "";
+}
+
+DriftScene scene_of(const Json& scene) {
+  DriftScene found{scene.at("scene"), text_at(scene, "build_on"), text_at(scene, "reason"), false};
+  for (const Json& run : scene.at("runs")) found.touches |= run.value("contacts", 0) > 0;
+  return found;
+}
+
+bool touches(const Drift& drift, const std::string& scene) {
+  return std::any_of(drift.scenes.begin(), drift.scenes.end(),
+                     [&](const DriftScene& each) { return each.name == scene && each.touches; });
+}
+
+void add(DriftStanding& standing, const DriftRun& run) {
+  ++standing.scenes;
+  standing.within += run.is_within() ? 1 : 0;
+  if (!run.is_within() && standing.failure.empty()) {
+    std::string misses = run.gap;
+    for (const std::string& miss : run.misses) misses += (misses.empty() ? "" : ", ") + miss;
+    standing.failure = run.scene + " (" + misses + ")";
+  }
+  if (!run.gap.empty()) return;
+  const auto worst = [](double& of, double value) {
+    if (!(of >= value)) of = value;  // also in place of NaN, which stands for none so far
+  };
+  worst(standing.pose_error, run.pose_error);
+  worst(standing.momentum, run.momentum);
+  worst(standing.energy_made, run.energy_made);
+  worst(standing.deepest, run.deepest);
+  worst(standing.p999_ns, run.p999_ns);
+  worst(standing.allocations, run.allocations);
+}
+
+// Over the runs that went through; NaN of none.
+double mean_step(const Drift& drift, const std::string& backend) {
+  double sum = 0;
+  int count = 0;
+  for (const DriftRun& run : drift.runs) {
+    if (run.backend != backend || !run.gap.empty() || !touches(drift, run.scene)) continue;
+    sum += std::log(run.step_ns);
+    ++count;
+  }
+  return std::exp(sum / count);
+}
+
 // ---- the plot: below the lowest decade stands exactly 0
 
-constexpr double kSide = 322, kLeft = 54, kArea = 250, kTop = 30;
+constexpr double kLeft = 54, kArea = 220, kColumn = 60, kGap = 6;  // of a panel
+constexpr double kSide = kLeft + kArea + kGap + kColumn + 12;
+constexpr double kRowTop = 28, kRow = 22, kTop = kRowTop + kRow + kGap;
+constexpr double kLegend = 170;
 constexpr double kLow = -18, kHigh = 2;
 
 struct Panel {
@@ -64,8 +118,15 @@ constexpr Panel kPanels[] = {{"final poses [m]", &DriftRun::pose_error},
                              {"energy made / scale", &DriftRun::energy_made}};
 
 std::string axes(double left, const LogScale& x, const LogScale& y, const char* label) {
-  std::string svg =
-      fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", left, kTop, kArea, kArea);
+  std::string svg = fmt::format("<text class='title' x='{}' y='18'>{}</text>", left, label);
+  const auto area = [&](double from_x, double from_y, double width, double height) {
+    svg += fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", from_x, from_y, width,
+                       height);
+  };
+  area(left, kTop, kArea, kArea);
+  area(left + kArea + kGap, kTop, kColumn, kArea);
+  area(left, kRowTop, kArea, kRow);
+  area(left + kArea + kGap, kRowTop, kColumn, kRow);
   for (int e = static_cast<int>(kLow); e <= static_cast<int>(kHigh); e += 4) {
     const double value = std::pow(10.0, e);
     const std::string text = e == static_cast<int>(kLow) ? "0" : superscript(e);
@@ -74,37 +135,155 @@ std::string axes(double left, const LogScale& x, const LogScale& y, const char* 
         "text-anchor='middle'>{6}</text><text x='{7}' y='{8:.1f}' text-anchor='end'>{6}</text>",
         x(value), kTop, kArea, left, y(value), kTop + kArea + 16, text, left - 5, y(value) + 4);
   }
-  return svg + fmt::format("<text class='title' x='{}' y='18'>{}</text>", left, label) +
-         fmt::format("<text x='{}' y='{}' text-anchor='middle'>worst error of a contact / S</text>",
-                     left + kArea / 2, kTop + kArea + 34);
+  return svg +
+         fmt::format(
+             "<text x='{}' y='{}' text-anchor='end'>stopped</text><text x='{}' y='{}' "
+             "text-anchor='middle'>no figure</text><text x='{}' y='{}' text-anchor='middle'>worst error of a "
+             "contact / S</text>",
+             left - 5, kRowTop + kRow / 2 + 4, left + kArea + kGap + kColumn / 2, kTop + kArea + 16,
+             left + kArea / 2, kTop + kArea + 34);
 }
 
-// Those with a finite worst error of a manifold.
-std::vector<Standing> contact_errors(const std::vector<Ranking>& rankings) {
-  std::vector<Standing> standings;
+// A manifold's worst error by backend; NaN of one that has none.
+double contact_error(const std::vector<Ranking>& rankings, const std::string& backend) {
   for (const Ranking& ranking : rankings) {
     if (ranking.query != QueryKind::manifold) continue;
-    std::copy_if(ranking.standings.begin(), ranking.standings.end(), std::back_inserter(standings),
-                 [](const Standing& each) { return std::isfinite(each.worst_error); });
+    for (const Standing& each : ranking.standings)
+      if (each.backend == backend) return each.worst_error;
   }
-  return standings;
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+// Where a panel's marks stand along x: by their error, side by side in the column where it is not finite.
+class Places {
+ public:
+  Places(const std::vector<DriftStanding>& standings, const std::vector<Ranking>& rankings, double left)
+      : scale_{kLow, kHigh, left + 8, left + kArea - 8} {
+    for (const DriftStanding& each : standings) {
+      errors_[each.backend] = contact_error(rankings, each.backend);
+      if (!std::isfinite(errors_[each.backend])) column_.push_back(each.backend);
+    }
+    column_from_ = left + kArea + kGap;
+  }
+
+  const LogScale& scale() const { return scale_; }
+  double error(const std::string& backend) const { return errors_.at(backend); }
+  double operator()(const std::string& backend) const {
+    if (std::isfinite(error(backend))) return scale_(error(backend));
+    const auto at = std::find(column_.begin(), column_.end(), backend) - column_.begin();
+    return column_from_ + kColumn * (static_cast<double>(at) + 0.5) / static_cast<double>(column_.size());
+  }
+
+ private:
+  LogScale scale_;
+  std::map<std::string, double> errors_;
+  std::vector<std::string> column_;
+  double column_from_ = 0;
+};
+
+std::string panel_marks(const Drift& drift, const Panel& panel, const Places& at, const LogScale& y,
+                        const std::vector<std::string>& backends) {
+  std::string svg;
+  std::map<std::string, std::string> stopped;  // by backend: the scenes
+  for (const DriftRun& run : drift.runs) {
+    if (!run.gap.empty()) stopped[run.backend] += "\n" + run.scene + ": " + run.gap;
+    const double value = run.*panel.figure;
+    if (!run.gap.empty() || !std::isfinite(value)) continue;
+    const double mx = at(run.backend), my = y(value);
+    svg += fmt::format("<g><title>{}, {}: {}; contact error {} S{}</title>{}</g>", xml_text(run.backend),
+                       xml_text(run.scene), format_error(value), format_error(at.error(run.backend)),
+                       run.is_within() ? "" : "; not within the limits",
+                       mark_at(place_of(backends, run.backend), mx, my, !run.is_within(), 4.0));
+    if (std::isfinite(at.error(run.backend)) && at.scale().beyond(at.error(run.backend)) > 0)
+      svg += held_mark(mx, my, 1, 0);
+    if (y.beyond(value) > 0) svg += held_mark(mx, my, 0, -1);
+  }
+  for (const auto& [backend, scenes] : stopped) {
+    svg += fmt::format("<g><title>{}{}</title>{}</g>", xml_text(backend), xml_text(scenes),
+                       mark_at(place_of(backends, backend), at(backend), kRowTop + kRow / 2, true, 4.0));
+  }
+  return svg;
+}
+
+std::string drift_legend(const std::vector<DriftStanding>& standings,
+                         const std::vector<std::string>& backends) {
+  double y = kTop + 8;
+  std::string svg = fmt::format("<text class='small' x='{}' y='{}'>scenes within the limits</text>",
+                                3 * kSide + 8, kTop - 12);
+  for (const DriftStanding& each : standings) {
+    svg += mark_at(place_of(backends, each.backend), 3 * kSide + 14, y, each.within < each.scenes, 5.0) +
+           fmt::format("<text class='label' x='{}' y='{:.1f}'>{}: {} of {}</text>", 3 * kSide + 25, y + 4,
+                       xml_text(each.backend), each.within, each.scenes);
+    y += kLegendStep;
+  }
+  return svg;
 }
 
 }  // namespace
 
-std::vector<DriftRun> load_drift(const std::string& path) {
+Drift load_drift(const std::string& path) {
   const std::string who = "--dynamics";
   try {
     const Json results = Json::parse(read_file(path, who));
     if (results.at("program") != "dynamics_run")
       throw InputError(who + ": " + path + " is none of dynamics_run");
-    std::vector<DriftRun> runs;
-    for (const Json& scene : results.at("scenes"))
-      for (const Json& run : scene.at("runs")) runs.push_back(run_of(scene, run));
-    return runs;
+    Drift drift;
+    for (const Json& scene : results.at("scenes")) {
+      drift.scenes.push_back(scene_of(scene));
+      for (const Json& run : scene.at("runs")) drift.runs.push_back(run_of(scene, run));
+    }
+    drift.build_on = text_at(results, "build_on");
+    drift.reason = text_at(results, "reason");
+    return drift;
   } catch (const nlohmann::json::exception& error) {
     throw InputError(who + ": " + path + ": " + reason_of(error));
   }
+}
+
+std::vector<DriftStanding> drift_standings(const Drift& drift) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  std::vector<DriftStanding> standings;
+  for (const DriftRun& run : drift.runs) {
+    auto found = std::find_if(standings.begin(), standings.end(),
+                              [&](const DriftStanding& each) { return each.backend == run.backend; });
+    if (found == standings.end()) {
+      found =
+          standings.insert(found, {run.backend, 0, 0, kNone, kNone, kNone, kNone, kNone, kNone, kNone, ""});
+      found->step_ns = mean_step(drift, run.backend);
+    }
+    if (touches(drift, run.scene)) add(*found, run);
+  }
+  std::stable_sort(standings.begin(), standings.end(), [](const DriftStanding& x, const DriftStanding& y) {
+    if (x.within != y.within) return x.within > y.within;
+    return x.step_ns < y.step_ns || (std::isfinite(x.step_ns) && std::isnan(y.step_ns));
+  });
+  return standings;
+}
+
+std::string drift_agreement(const Drift& drift, const std::string& headline) {
+  if (drift.build_on.empty()) return "";
+  if (headline.empty()) return "The verdict on pairs, as the page opens, names no backend.";
+  if (headline == drift.build_on)
+    return "The verdict on pairs, as the page opens, names " + headline + " too.";
+  std::string text =
+      fmt::format("The verdict on pairs, as the page opens, names {}; with dynamics build on {} instead: {} ",
+                  headline, drift.build_on, headline);
+  const std::vector<DriftStanding> standings = drift_standings(drift);
+  const auto of = [&](const std::string& backend) {
+    return std::find_if(standings.begin(), standings.end(),
+                        [&](const DriftStanding& each) { return each.backend == backend; });
+  };
+  const auto named = of(headline), other = of(drift.build_on);
+  if (named == standings.end()) return text + "was not run.";
+  if (named->within < named->scenes) {
+    return text + fmt::format("is within the limits of {} of {} scenes that touch; not of {}.", named->within,
+                              named->scenes, named->failure);
+  }
+  if (other == standings.end()) return text + "is within all limits.";
+  return text + fmt::format(
+                    "is within all limits, at {} ns a step (99.9 %: {}, {} allocations) against {} ({}, {}).",
+                    format_ns(named->step_ns), format_ns(named->p999_ns), named->allocations,
+                    format_ns(other->step_ns), format_ns(other->p999_ns), other->allocations);
 }
 
 std::vector<std::string> missing_figures(const DriftRun& run) {
@@ -115,31 +294,24 @@ std::vector<std::string> missing_figures(const DriftRun& run) {
   return missing;
 }
 
-std::string drift_plot(const std::vector<DriftRun>& runs, const std::vector<Ranking>& rankings,
+std::string drift_plot(const Drift& drift, const std::vector<Ranking>& rankings,
                        const std::vector<std::string>& backends, bool standalone) {
-  const std::vector<Standing> standings = contact_errors(rankings);
-  if (runs.empty() || standings.empty()) return "";
-  std::string svg =
-      svg_open(3 * kSide, kTop + kArea + 44, "dynamics drift against contact error", standalone);
+  const bool has_errors = std::any_of(rankings.begin(), rankings.end(), [](const Ranking& ranking) {
+    return ranking.query == QueryKind::manifold && !ranking.standings.empty();
+  });
+  if (drift.runs.empty() || !has_errors) return "";
+  const std::vector<DriftStanding> standings = drift_standings(drift);
+  const double height =
+      std::max(kTop + kArea + 44, kTop + kLegendStep * static_cast<double>(standings.size() + 1));
+  std::string svg = svg_open(3 * kSide + kLegend, height, "dynamics drift against contact error", standalone);
   double left = kLeft;
   for (const Panel& panel : kPanels) {
-    const LogScale x{kLow, kHigh, left + 8, left + kArea - 8}, y{kLow, kHigh, kTop + kArea - 8, kTop + 8};
-    svg += axes(left, x, y, panel.label);
-    for (const Standing& standing : standings) {
-      for (const DriftRun& run : runs) {
-        const double value = run.*panel.figure;
-        if (run.backend != standing.backend || !run.gap.empty() || !std::isfinite(value)) continue;
-        svg += fmt::format(
-            "<g><title>{}, {}: {}; contact error {} S</title>{}</g>", xml_text(standing.backend),
-            xml_text(run.scene), format_error(value), format_error(standing.worst_error),
-            mark_at(place_of(backends, standing.backend), x(standing.worst_error), y(value), false, 4.0));
-        if (x.beyond(standing.worst_error) > 0) svg += held_mark(x(standing.worst_error), y(value), 1, 0);
-        if (y.beyond(value) > 0) svg += held_mark(x(standing.worst_error), y(value), 0, -1);
-      }
-    }
+    const Places at(standings, rankings, left);
+    const LogScale y{kLow, kHigh, kTop + kArea - 8, kTop + 8};
+    svg += axes(left, at.scale(), y, panel.label) + panel_marks(drift, panel, at, y, backends);
     left += kSide;
   }
-  return svg + "</svg>\n";
+  return svg + drift_legend(standings, backends) + "</svg>\n";
 }
 
 }  // namespace touchstone::comparison

@@ -14,7 +14,7 @@ namespace {
 
 // ---- distributions
 
-constexpr double kWidth = 480, kHeight = 270, kLeft = 46, kTop = 30, kBottom = 226;
+constexpr double kWidth = 616, kHeight = 270, kLeft = 46, kTop = 30, kBottom = 226;
 constexpr double kZero = 62;  // where exactly 0 stands
 constexpr double kAxisLeft = 84, kAxisRight = 466;
 
@@ -105,20 +105,44 @@ Decades error_axis_for(std::span<const SetResult> sets, QueryKind query) {
   return most == 0 ? Decades{-17, 0} : decades_around(least, most);
 }
 
+std::vector<std::string> distribution_lines(const SetResult& set, QueryKind query) {
+  const std::size_t q = index_of(query);
+  std::vector<const BackendResult*> lines;
+  for (const BackendResult& backend : set.backends)
+    if (has_line(backend, q)) lines.push_back(&backend);
+  const auto without_answer = [&](const BackendResult* backend) {
+    const Wrongness& wrong = backend->judgement.wrongness[q];
+    return wrong.total() + wrong.unsupported;
+  };
+  std::stable_sort(lines.begin(), lines.end(), [&](const BackendResult* x, const BackendResult* y) {
+    if (without_answer(x) != without_answer(y)) return without_answer(x) < without_answer(y);
+    return x->judgement.cost[q].worst < y->judgement.cost[q].worst;
+  });
+  std::vector<std::string> names;
+  for (const BackendResult* backend : lines) names.push_back(backend->name);
+  return names;
+}
+
 std::string error_distribution_plot(const SetResult& set, QueryKind query, const Decades& axis,
-                                    const std::vector<std::string>& backends, bool standalone) {
+                                    const std::vector<std::string>& backends, bool standalone,
+                                    std::size_t most_lines) {
   const LogScale x = log_scale(axis, kAxisLeft + 4, kAxisRight - 4);
+  std::vector<std::string> lines = distribution_lines(set, query);
+  if (lines.size() > most_lines) lines.resize(most_lines);
+  const double height = std::max(kHeight, kTop + kLegendStep * static_cast<double>(lines.size() + 1));
   std::string svg = svg_open(
-      kWidth, kHeight, fmt::format("{} {}: distribution of errors", set.name, to_string(query)), standalone);
+      kWidth, height, fmt::format("{} {}: distribution of errors", set.name, to_string(query)), standalone);
   svg += fmt::format("<text class='title' x='{}' y='18'>{}, {}</text>", kLeft, xml_text(set.name),
                      to_string(query));
   svg += distribution_axes(x);
   for (const BackendResult& backend : set.backends) {
-    const std::size_t q = index_of(query);
-    if (!has_line(backend, q)) continue;
+    if (std::find(lines.begin(), lines.end(), backend.name) == lines.end()) continue;
     svg += "<g><title>" + xml_text(backend.name) + "</title>" +
-           distribution_line(backend.judgement.cost_curve[q], x, place_of(backends, backend.name)) + "</g>";
+           distribution_line(backend.judgement.cost_curve[index_of(query)], x,
+                             place_of(backends, backend.name)) +
+           "</g>";
   }
+  svg += plot_legend(lines, backends, kAxisRight + 18, kTop + 8);
   return svg + fmt::format("<text x='{}' y='{}' text-anchor='middle'>error / S at most</text></svg>\n",
                            (kAxisLeft + kAxisRight) / 2, kBottom + 36);
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
 #include "touchstone/examples/measures/broadphase_run.hpp"
 #include "touchstone/examples/measures/thread_run.hpp"
 
@@ -13,7 +14,7 @@ namespace touchstone::comparison {
 enum class Growth { objects, hexahedra_each };
 
 /// How a broadphase's frame grows as SVG: log-log, one line a broadphase with its fitted slope (least squares
-/// of the logarithms, of kLeastForSlope points or more) at the end. Along hexahedra_each, the swarms of as
+/// of the logarithms, of kLeastForSlope points or more) at its end. Along hexahedra_each, the swarms of as
 /// many objects as the fewest that have several count. A broadphase that missed a pair gets no speed mark,
 /// but its count. Empty without any. @param backends gives the marks, as in speed_error_plot().
 std::string growth_plot(std::span<const BroadphaseResult> results, Growth growth,
@@ -32,8 +33,10 @@ std::vector<FittedSlope> fitted_slopes(std::span<const BroadphaseResult> broadph
                                        std::span<const ThreadResult> threads);
 
 /// Time a pair against threads, log-log, one line a backend with its fitted slope (of kLeastForSlope counts
-/// or more): -1 is perfect.
+/// or more): -1 is perfect. At most so many lines: the fastest at their last count, those with a wrong answer
+/// last.
 std::string thread_plot(std::span<const ThreadResult> results, const std::vector<std::string>& backends,
-                        bool standalone);
+                        bool standalone, std::size_t most_lines = kAllLines);
+std::size_t thread_line_count(std::span<const ThreadResult> results);
 
 }  // namespace touchstone::comparison

@@ -64,7 +64,7 @@ std::string results_json(const Report& report) {
   }
   root["broadphases"] = json_list(report.broadphases);
   root["scenes"] = json_list(report.scenes);
-  root["dynamics"] = json_list(report.drift);
+  root["dynamics"] = json_list(report.drift.runs);
   root["fitted_slopes"] = Json::array();
   for (const FittedSlope& each : fitted_slopes(report.broadphases, report.thread_runs))
     root["fitted_slopes"].push_back(

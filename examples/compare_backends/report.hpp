@@ -37,7 +37,7 @@ struct Report {
   std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`
   std::vector<BroadphaseResult> broadphases;
   std::vector<SceneResult> scenes;
-  std::vector<DriftRun> drift;            ///< of --dynamics
+  Drift drift;                            ///< of --dynamics
   std::vector<ThreadResult> thread_runs;  ///< of the backends in this process
   std::vector<Gap> thread_gaps;           ///< the other backends, and why
   std::vector<GalleryCase> gallery;       ///< the worst first

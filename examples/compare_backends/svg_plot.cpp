@@ -13,7 +13,7 @@ namespace {
 
 // ---- marks: distinct shapes, Okabe and Ito's colours (page/plot.css, by the backend's place in the list)
 
-constexpr int kShapes = 14;
+constexpr int kShapes = 16;  // each with a colour of its own, as far as there are that many
 
 std::string star(int points, double inner, double x, double y, double r) {
   std::string corners;
@@ -72,6 +72,17 @@ std::string mark_path(int shape, double x, double y, double r) {
     case 12:  // an hourglass
       return fmt::format("<path d='M{:.1f} {:.1f}h{:.1f}l{:.1f} {:.1f}h{:.1f}z'/>", x - r * 0.85, y - r,
                          r * 1.7, -r * 1.7, 2 * r, r * 1.7);
+    case 13:  // a cross on its corners
+      return fmt::format(
+          "<path transform='rotate(45 {0:.1f} {1:.1f})' d='M{2:.1f} "
+          "{3:.1f}h{4:.1f}v{5:.1f}h{5:.1f}v{4:.1f}h{6:.1f}v{5:.1f}h{7:.1f}v{6:.1f}h{6:.1f}v{7:.1f}h{5:.1f}z'/"
+          ">",
+          x, y, x - r * 0.3, y - r, r * 0.6, r * 0.7, -r * 0.7, -r * 0.6);
+    case 14:  // a square with a hole
+      return fmt::format(
+          "<path fill-rule='evenodd' d='M{:.1f} {:.1f}h{:.1f}v{:.1f}h{:.1f}zm{:.1f} "
+          "{:.1f}h{:.1f}v{:.1f}h{:.1f}z'/>",
+          x - r * 0.9, y - r * 0.9, r * 1.8, r * 1.8, -r * 1.8, r * 0.6, r * 0.6, r * 0.6, r * 0.6, -r * 0.6);
     default:  // the lower half of a disc
       return fmt::format("<path d='M{:.1f} {:.1f}h{:.1f}a{:.1f} {:.1f} 0 0 1 {:.1f} 0z'/>", x - r,
                          y - r * 0.5, 2 * r, r, r, -2 * r);
@@ -143,6 +154,42 @@ std::string xml_text(const std::string& text) {
 }
 
 std::string plot_style() { return std::string(embedded_text("plot.css")); }
+
+std::string plot_legend(const std::vector<std::string>& names, const std::vector<std::string>& backends,
+                        double x, double y) {
+  std::string svg;
+  for (const std::string& name : names) {
+    svg += mark_at(place_of(backends, name), x, y, false, 5.0) +
+           fmt::format("<text class='label' x='{:.1f}' y='{:.1f}'>{}</text>", x + 11, y + 4, xml_text(name));
+    y += kLegendStep;
+  }
+  return svg;
+}
+
+std::vector<double> spread(std::vector<double> wanted, double gap, double low, double high) {
+  // Less i gaps, heights that rise by a gap at least need only not fall: pool adjacent violators.
+  struct Block {
+    double sum;
+    std::size_t count;
+    double mean() const { return sum / static_cast<double>(count); }
+  };
+  std::vector<Block> blocks;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    blocks.push_back({wanted[i] - gap * static_cast<double>(i), 1});
+    while (blocks.size() > 1 && blocks[blocks.size() - 2].mean() > blocks.back().mean()) {
+      blocks[blocks.size() - 2].sum += blocks.back().sum;
+      blocks[blocks.size() - 2].count += blocks.back().count;
+      blocks.pop_back();
+    }
+  }
+  const double last = std::max(low, high - gap * static_cast<double>(wanted.size() - 1));
+  std::size_t i = 0;
+  for (const Block& block : blocks) {
+    for (std::size_t k = 0; k < block.count; ++k, ++i)
+      wanted[i] = std::clamp(block.mean(), low, last) + gap * static_cast<double>(i);
+  }
+  return wanted;
+}
 
 std::string mark_svg(const std::vector<std::string>& backends, const std::string& backend) {
   return "<svg class='plot key' width='16' height='16' viewBox='0 0 16 16' aria-hidden='true'>" +

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <regex>
+#include <set>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/comparison.hpp"
@@ -13,6 +14,7 @@
 #include "touchstone/examples/compare_backends/html_report.hpp"
 #include "touchstone/examples/compare_backends/replay_command.hpp"
 #include "touchstone/examples/compare_backends/speed_error_plot.hpp"
+#include "touchstone/examples/compare_backends/svg_plot.hpp"
 #include "touchstone/examples/compare_backends/time_plot.hpp"
 #include "touchstone/examples/program/shell_text.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
@@ -247,38 +249,160 @@ std::string dynamics(double pose_error, double energy_scale) {
   return fmt::format(R"({{"program": "dynamics_run", "scenes": [{{"scene": "push", "build_on": "some",
   "runs": [{{"backend": "some", "stopped": null, "answers": [], "deepest_m": 0,
   "pose_error_m": {}, "unexplained_momentum_ns": 0, "energy_made_j": 1e-12, "energy_scale_j": {},
-  "step_us": {{"median": 12.5}}}}]}}]}})",
+  "step_us": {{"median": 12.5, "p99_9": 20}}, "allocations": 0, "contacts": 3, "misses": []}}]}}]}})",
                      pose_error, energy_scale);
 }
 
-class Drift : public FolderTest {
+class DriftFile : public FolderTest {
  protected:
-  std::vector<DriftRun> load(double pose_error, double energy_scale) const {
+  Drift load(double pose_error, double energy_scale) const {
     return load_drift(write("dynamics.json", dynamics(pose_error, energy_scale)).string());
   }
-  std::string plot(const std::vector<DriftRun>& runs, double worst_error) const {
+  std::string plot(const Drift& drift, double worst_error) const {
     Ranking ranking{QueryKind::manifold, {{"some", 100, worst_error, {}}}};
-    return drift_plot(runs, {ranking}, kNames, false);
+    return drift_plot(drift, {ranking}, kNames, false);
   }
 };
 
-TEST_F(Drift, WhatCannotBeIsRefusedOrALabelledGap) {
+TEST_F(DriftFile, WhatCannotBeIsRefusedOrALabelledGap) {
   EXPECT_THROW(load(-1, 1), InputError);
-  const std::vector<DriftRun> runs = load(1e-9, 0);
-  const std::string svg = plot(runs, 1e-6);
+  const Drift drift = load(1e-9, 0);
+  const std::string svg = plot(drift, 1e-6);
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
   EXPECT_THAT(svg, Not(HasSubstr("inf")));
-  EXPECT_THAT(missing_figures(runs[0]), ElementsAre("energy made / scale"));
-  EXPECT_TRUE(missing_figures(load(1e-9, 4)[0]).empty());
+  EXPECT_THAT(missing_figures(drift.runs[0]), ElementsAre("energy made / scale"));
+  EXPECT_TRUE(missing_figures(load(1e-9, 4).runs[0]).empty());
   Report report;
-  report.drift = runs;
+  report.drift = drift;
   report.backends = {{"some", "made up"}};
   EXPECT_THAT(html_report(report), HasSubstr("Not in the figure: some, push: energy made / scale"));
 }
 
-TEST_F(Drift, WhatIsHeldAtAnEdgeIsMarked) {
+TEST_F(DriftFile, WhatIsHeldAtAnEdgeIsMarked) {
   EXPECT_THAT(plot(load(1e-9, 4), 1e-6), Not(HasSubstr("class='held'")));
   EXPECT_THAT(plot(load(1e5, 4), 1e-6), HasSubstr("class='held'"));
+}
+
+// Two scenes, and one where nothing touches.
+Drift three_backends() {
+  Drift drift;
+  drift.scenes = {{"stack", "right", "", true}, {"bump", "right", "", true}, {"empty", "", "", false}};
+  for (const DriftScene& scene : drift.scenes) {
+    for (const char* name : {"never", "off", "quick", "right"}) {
+      DriftRun run;
+      run.scene = scene.name;
+      run.backend = name;
+      run.step_ns = run.backend == "quick" ? 1000 : 4000;
+      run.p999_ns = 9000;
+      run.allocations = run.backend == "quick" ? 70 : 0;
+      run.energy_made = 1e-16;
+      if (run.backend == "never") run.gap = "gives no manifolds";
+      if (run.backend == "off" && run.scene == "bump") run.misses = {"ends 19 mm off"};
+      if (!scene.touches) run.pose_error = 1000;  // counts for nothing
+      drift.runs.push_back(run);
+    }
+  }
+  drift.build_on = "right";
+  drift.reason = "within the limits of all scenes";
+  return drift;
+}
+
+TEST(DriftVerdict, CountsTheScenesThatTouch) {
+  const std::vector<DriftStanding> standings = drift_standings(three_backends());
+  ASSERT_EQ(standings.size(), 4u);
+  EXPECT_EQ(standings[0].backend, "quick");
+  EXPECT_EQ(standings[1].backend, "right");
+  EXPECT_EQ(standings[1].scenes, 2u);
+  EXPECT_EQ(standings[1].within, 2u);
+  EXPECT_EQ(standings[1].pose_error, 0.0);
+  EXPECT_NEAR(standings[1].step_ns, 4000, 1e-9);
+  EXPECT_EQ(standings[2].backend, "off");
+  EXPECT_EQ(standings[2].failure, "bump (ends 19 mm off)");
+  EXPECT_EQ(standings[3].backend, "never");
+  EXPECT_EQ(standings[3].failure, "stack (gives no manifolds)");
+  EXPECT_TRUE(std::isnan(standings[3].pose_error));
+}
+
+TEST(DriftVerdict, SaysHowItGoesWithTheHeadline) {
+  const Drift drift = three_backends();
+  EXPECT_EQ(drift_agreement(drift, "right"), "The verdict on pairs, as the page opens, names right too.");
+  EXPECT_THAT(drift_agreement(drift, "off"),
+              HasSubstr("names off; with dynamics build on right instead: off is "
+                        "within the limits of 1 of 2 scenes that touch; not of "
+                        "bump (ends 19 mm off)."));
+  EXPECT_THAT(drift_agreement(drift, "never"), HasSubstr("0 of 2 scenes"));
+  EXPECT_THAT(
+      drift_agreement(drift, "quick"),
+      HasSubstr("quick is within all limits, at 1 000 ns a step (99.9 %: 9 000, 70 allocations) against "
+                "4 000 (9 000, 0)."));
+  EXPECT_THAT(drift_agreement(drift, "not_here"), HasSubstr("not_here was not run."));
+  EXPECT_THAT(drift_agreement(drift, ""), HasSubstr("names no backend"));
+  EXPECT_EQ(drift_agreement({}, "right"), "");
+}
+
+TEST(DriftVerdict, EveryBackendIsDrawnAndThoseThatFailAreHollow) {
+  const std::vector<std::string> names = {"never", "off", "quick", "right"};
+  const Ranking ranking{QueryKind::manifold,
+                        {{"off", 1, 1e-3, {}},
+                         {"quick", 1, 1e-9, {}},
+                         {"right", 1, 0, {}},
+                         {"never", 1, std::numeric_limits<double>::infinity(), {}}}};
+  const std::string svg = drift_plot(three_backends(), {ranking}, names, false);
+  const auto count = [&](const std::string& text) {
+    std::size_t found = 0;
+    for (std::size_t at = 0; (at = svg.find(text, at)) != std::string::npos; ++at) ++found;
+    return found;
+  };
+  EXPECT_EQ(count("class='m m0 hollow'"), 3u + 1);  // once a panel, and the legend's
+  EXPECT_EQ(count("class='m m1 hollow'"), 3u + 1);  // the scene that it fails
+  EXPECT_EQ(count("class='m m1'"), 6u);             // the two others
+  EXPECT_EQ(count("class='m m3'"), 9u + 1);
+  EXPECT_EQ(count("class='m m3 hollow'"), 0u);
+  EXPECT_THAT(svg, HasSubstr("never: 0 of 2"));
+  EXPECT_THAT(svg, HasSubstr("right: 2 of 2"));
+}
+
+TEST(DriftVerdict, BuildOnStandsInTheOpen) {
+  Report report;
+  report.drift = three_backends();
+  report.backends = {{"never", ""}, {"off", ""}, {"quick", ""}, {"right", ""}};
+  const std::string page = html_report(report);
+  const std::size_t from = page.find("What does it cost in dynamics");
+  const std::size_t build_on = page.find("<strong>Build on ", from), fold = page.find("<details", from);
+  ASSERT_NE(build_on, std::string::npos);
+  EXPECT_LT(build_on, fold);
+  EXPECT_LT(page.find("nothing touches: no choice to make", from), fold);
+}
+
+// ---- labels
+
+TEST(Labels, StandAsNearAsTheirNeighboursLet) {
+  EXPECT_THAT(spread({10, 100, 200}, 15, 0, 300), ElementsAre(10, 100, 200));
+  EXPECT_THAT(spread({100, 100, 100}, 10, 0, 300), ElementsAre(90, 100, 110));
+  EXPECT_THAT(spread({0, 0, 50}, 10, 0, 300), ElementsAre(0, 10, 50));
+  EXPECT_THAT(spread({298, 300}, 10, 0, 300), ElementsAre(290, 300));
+  EXPECT_TRUE(spread({}, 10, 0, 300).empty());
+}
+
+TEST(Growth, BruteForceHasAMarkOfItsOwn) {
+  std::vector<std::string> thirteen;
+  for (int b = 0; b < 13; ++b) thirteen.push_back(fmt::format("backend_{}", b));
+  BroadphaseResult result;
+  result.name = "brute_force";
+  result.size.objects = 1000;
+  result.size.hexahedra_each = 1;
+  result.frame.median_ns = 1e6;
+  const std::string svg = growth_plot(std::span(&result, 1), Growth::objects, thirteen, false);
+  EXPECT_THAT(svg, HasSubstr("class='m m13'"));
+  std::set<std::string> shapes;
+  for (int place = 0; place < 16; ++place) {
+    const std::string mark = mark_at(place, 0, 0, false);
+    shapes.insert(mark.substr(mark.find('>')));
+  }
+  EXPECT_EQ(shapes.size(), 16u);
+  const std::string style = plot_style();
+  for (int place = 0; place < 16; ++place)
+    EXPECT_THAT(style, HasSubstr(fmt::format(".plot .m{0}{{fill:var(--c{0})}}", place)));
 }
 
 // ---- scenes

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "touchstone/examples/compare_backends/error_plots.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
 #include "touchstone/examples/compare_backends/svg_plot.hpp"
@@ -43,22 +45,43 @@ std::string coverage(const Page& page) {
          table.str() + source_note("pair_sets[].backends[].errors.patch_coverage");
 }
 
+std::string distributions(const Page& page, const Decades& axis, std::size_t most_lines) {
+  std::string html = "<div class='plots three'>\n";
+  for (const SetResult& set : page.report.sets)
+    html += error_distribution_plot(set, QueryKind::distance, axis, page.names, false, most_lines);
+  return html + "</div>\n";
+}
+
+// Six lines a plot, and where there are more all of them where asked for.
+std::string few_and_all_distributions(const Page& page) {
+  const Decades axis = error_axis_for(page.report.sets, QueryKind::distance);
+  const std::string few = distributions(page, axis, kFewLines);
+  const bool is_all = std::all_of(page.report.sets.begin(), page.report.sets.end(), [](const SetResult& set) {
+    return distribution_lines(set, QueryKind::distance).size() <= kFewLines;
+  });
+  if (is_all) return few;
+  return fmt::format(
+             "<p class='soft'>Drawn: of each set the {} backends with the fewest wrong or missing "
+             "answers.</p>\n",
+             kFewLines) +
+         few + "<details><summary>All backends' lines</summary>" + distributions(page, axis, kAllLines) +
+         "</details>\n";
+}
+
 }  // namespace
 
 std::string errors_section(const Page& page) {
   const Report& report = page.report;
   if (!report.has_truth || report.sets.empty()) return "";
-  const Decades axis = error_axis_for(report.sets, QueryKind::distance);
   std::string html =
       "<h2>Error distributions</h2>\n<p>Distance query: the share of a set's pairs whose error over S is at "
       "most so much; exactly 0 stands left of the broken axis. A missed or phantom contact counts as the "
       "depth or distance it is wrong by; a line ends below 100 % where pairs have no answer. Lines go "
       "through the 0, 1, 2, 5, 10, 20 ... 90, 95, 99, 99.9 and 100 % values. A backend "
-      "that answers no pair's distance has no line.</p>\n<div class='plots three'>\n";
-  for (const SetResult& set : report.sets)
-    html += error_distribution_plot(set, QueryKind::distance, axis, page.names, false);
-  html += "</div>\n" + source_note("pair_sets[].backends[].queries.distance.cost_curve_over_S",
-                                   "figures/<set>_errors.svg");
+      "that answers no pair's distance has no line.</p>\n";
+  html +=
+      few_and_all_distributions(page) +
+      source_note("pair_sets[].backends[].queries.distance.cost_curve_over_S", "figures/<set>_errors.svg");
   html +=
       "<h3>Error against true separation</h3>\n<p>Signed, both over S, linear within 1e-17 and logarithmic "
       "beyond; left: in contact, right: apart; up: reported further apart or less deep than true. A margin "

@@ -66,7 +66,14 @@ std::string threads(const Page& page) {
       format_count(report.thread_runs.front().pairs),
       report.sets.empty() ? "" : xml_text(report.sets.front().name),
       report.thread_runs.front().pass.repetitions, report.machine.hardware_threads);
-  html += thread_plot(report.thread_runs, page.names, false) + "</div>\n" + gaps;
+  html += thread_plot(report.thread_runs, page.names, false, kFewLines) + "</div>\n";
+  if (thread_line_count(report.thread_runs) > kFewLines) {
+    html += fmt::format(
+                "<details><summary>All {} backends, not the {} fastest alone</summary><div class='plots'>",
+                thread_line_count(report.thread_runs), kFewLines) +
+            thread_plot(report.thread_runs, page.names, false) + "</div></details>\n";
+  }
+  html += gaps;
   HtmlTable table({"backend", "threads", "ns a pair", "99%", "wrong"});
   for (const ThreadResult& run : report.thread_runs) {
     if (run.gap.empty())

@@ -12,8 +12,10 @@ namespace touchstone::comparison {
 /// The allowed error that the page opens with where the run was given none [m].
 inline constexpr double kDefaultBudget = 1e-6;
 
-std::string choose_section(const Page& page);       ///< the controls of the choice
-std::string verdict_section(const Page& page);      ///< with the controls' data
+std::string choose_section(const Page& page);   ///< the controls of the choice
+std::string verdict_section(const Page& page);  ///< with the controls' data
+/// The backend that the verdict names as the page opens; empty: none.
+std::string opening_backend(const Report& report);
 std::string backends_section(const Page& page);     ///< who was compared: marks and names
 std::string ranking_section(const Page& page);      ///< every query's backends by speed
 std::string speed_section(const Page& page);        ///< speed against error

@@ -39,6 +39,14 @@ std::string controls(const Page& page, double budget) {
 
 }  // namespace
 
+std::string opening_backend(const Report& report) {
+  for (const Candidates& of : report.candidates) {
+    if (of.query == report.options.query)
+      return decide(of.candidates, of.query, report.options.max_error.value_or(kDefaultBudget)).fastest;
+  }
+  return "";
+}
+
 std::string choose_section(const Page& page) {
   if (page.report.candidates.empty()) return "";
   return "<h2>What do you ask?</h2>\n" +
