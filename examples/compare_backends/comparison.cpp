@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/replay_command.hpp"
@@ -156,6 +157,7 @@ class Session {
   /// Not timed.
   void finish_part(Report& report, const std::string& name) const {
     std::erase(report.not_measured, name);
+    progress_.part_done();
     if (!on_part_ || report.not_measured.empty()) return;
     conclude(report);
     on_part_(report);
@@ -228,6 +230,20 @@ std::vector<std::string> scene_names(const std::vector<std::string>& files) {
   std::vector<std::string> names;
   for (const std::string& file : files) names.push_back(std::filesystem::path(file).stem().string());
   return names;
+}
+
+// Families, and what is no set of cases (threads, broadphases), count as one family's cases.
+std::vector<PlannedPart> planned(const std::vector<std::string>& parts,
+                                 const std::map<std::string, double>& cases_of, double family_cases) {
+  std::vector<PlannedPart> plan;
+  for (const std::string& part : parts) {
+    const auto cases = cases_of.find(part);
+    if (cases != cases_of.end())
+      plan.push_back({part == "pairs" ? "family" : "scene", cases->second});
+    else
+      plan.push_back({part == "threads" || part == "broadphases" ? part : "family", family_cases});
+  }
+  return plan;
 }
 
 void check_known(const Backends& backends, const std::string& name) {
@@ -308,8 +324,10 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   check_once("--families", options.families);
   check_once("--scene", scene_names(options.scenes));
   for (const std::string& name : session.chosen_families()) make_pair_family(name, options.seed, 0);
+  std::map<std::string, double> cases_of;
   for (const std::string& file : options.scenes)
-    check_scene_length(file, parameters_for(file, options.scene_settings), most_frames(options));
+    cases_of["scene " + file] =
+        check_scene_length(file, parameters_for(file, options.scene_settings), most_frames(options));
   check_settings(options.scenes, options.scene_settings);
   std::optional<PairFileCases> cases;
   if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
@@ -320,6 +338,8 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   if (!options.dynamics_file.empty()) report.drift = load_drift(options.dynamics_file);
 
   report.not_measured = session.parts(cases.has_value());
+  if (cases) cases_of["pairs"] = static_cast<double>(cases->set.pairs.size());
+  progress.plan(planned(report.not_measured, cases_of, static_cast<double>(options.pair_count())));
   session.run_families(report);
   if (cases) session.run_pair_file(report, std::move(*cases));
   session.run_scenes(report);

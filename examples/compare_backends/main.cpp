@@ -78,10 +78,15 @@ int run(int argc, char** argv) {
   }
   ReportRun files(options->output, report_names(*options, backends));
   ProgressLine progress;
-  const Report report = run_comparison(*options, backends, oracle.get(), progress,
-                                       [&](const Report& so_far) { files.put(report_files(so_far)); });
+  Shown shown;
+  const auto on_part = [&](const Report& so_far) {
+    files.put(report_files(so_far));
+    progress.finish();
+    print_now(new_tables(so_far, shown));
+  };
+  const Report report = run_comparison(*options, backends, oracle.get(), progress, on_part);
   files.finish(report_files(report));
-  print_now(fmt::format("{}\nreport: {}\n", terminal_report(report), options->output));
+  print_now(fmt::format("{}\nreport: {}\n", terminal_report(report, shown), options->output));
   return 0;
 }
 

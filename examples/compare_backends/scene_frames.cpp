@@ -73,14 +73,14 @@ SceneFrames load_scene_frames(const std::string& file, const std::map<std::strin
 
 #endif
 
-void check_scene_length(const std::string& file, const std::map<std::string, double>& parameters,
-                        std::size_t most_frames) {
+double check_scene_length(const std::string& file, const std::map<std::string, double>& parameters,
+                          std::size_t most_frames) {
   // A case keeps the answers of every backend to every query, some 10 kB.
   constexpr double kMostCases = 1'000'000;
   const SceneFrames scene = load_scene_frames(file, parameters, std::size_t{1});
   const std::size_t frames = most_frames == 0 ? scene.all_frames : std::min(scene.all_frames, most_frames);
   const double cases = static_cast<double>(frames) * static_cast<double>(scene.set.pairs.size());
-  if (cases <= kMostCases) return;
+  if (cases <= kMostCases) return cases;
   throw InputError(
       fmt::format("{}: {} frames (duration {} s at {} Hz) of {} pairs are {:.3g} cases, more than {}; "
                   "shorten the duration or lower the frame rate",

@@ -92,9 +92,10 @@ struct SceneFrames {
 SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters = {},
                               std::size_t most_frames = 0);
 
-/// @throws InputError naming the file, as load_scene_frames, and for more cases than there is room for.
-void check_scene_length(const std::string& file, const std::map<std::string, double>& parameters,
-                        std::size_t most_frames);
+/// The scene's cases: pairs of all frames. @throws InputError naming the file, as load_scene_frames, and for
+/// more than there is room for.
+double check_scene_length(const std::string& file, const std::map<std::string, double>& parameters,
+                          std::size_t most_frames);
 
 /// The given frames of a scene file, by their numbers among all_frames.
 SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters,

@@ -220,7 +220,9 @@ std::string verdict_text(const Verdict& verdict) {
   return text + table.str();
 }
 
-std::string terminal_report(const Report& report) {
+namespace {
+
+std::string head_section(const Report& report) {
   std::string text = fmt::format("{} ({}), {}\n{}, {}{}\n", report.machine.cpu,
                                  report.machine.instruction_set, report.machine.system,
                                  report.machine.compiler, report.machine.build_type, report.machine.flags);
@@ -228,11 +230,28 @@ std::string terminal_report(const Report& report) {
     text += fmt::format("  {:16} {}\n", name, description);
   for (const Gap& gap : report.gaps) text += fmt::format("  {:18}  {}\n", gap.what, gap.why);
   if (!report.has_truth) text += "  without `exact` no error is measured: times only\n";
-  for (const SetResult& set : report.sets) text += set_section(set, report.has_truth);
-  if (report.pair_file) text += pair_file_section(*report.pair_file);
-  for (const SceneResult& scene : report.scenes) text += scene_section(scene);
-  if (!report.broadphases.empty()) text += broadphase_section(report);
-  text += summary_section(report);
+  return text;
+}
+
+}  // namespace
+
+std::string new_tables(const Report& report, Shown& shown) {
+  std::string text;
+  if (!shown.head) text += head_section(report);
+  for (; shown.sets < report.sets.size(); ++shown.sets)
+    text += set_section(report.sets[shown.sets], report.has_truth);
+  if (report.pair_file && !shown.pair_file) text += pair_file_section(*report.pair_file);
+  for (; shown.scenes < report.scenes.size(); ++shown.scenes)
+    text += scene_section(report.scenes[shown.scenes]);
+  if (!report.broadphases.empty() && !shown.broadphases) text += broadphase_section(report);
+  shown.head = true;
+  shown.pair_file = report.pair_file.has_value();
+  shown.broadphases = !report.broadphases.empty();
+  return text;
+}
+
+std::string terminal_report(const Report& report, Shown shown) {
+  std::string text = new_tables(report, shown) + summary_section(report);
   for (const Verdict& verdict : report.verdicts) {
     if (verdict.query == report.options.query) text += verdict_text(verdict);
   }

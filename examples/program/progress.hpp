@@ -2,6 +2,9 @@
 
 #include <chrono>
 #include <string>
+#include <vector>
+
+#include "touchstone/examples/program/time_left.hpp"
 
 namespace touchstone::comparison {
 
@@ -11,15 +14,20 @@ class ProgressLine {
  public:
   ProgressLine();
   ~ProgressLine();
+  /// What the whole is made of: the line then says which part of it runs and how long the rest takes.
+  void plan(std::vector<PlannedPart> parts);
+  void part_done();
   void step(const std::string& what);
   void share(double done);  ///< of the step, 0 to 1
   void finish();
 
  private:
   void draw(double done);
+  std::string whole() const;
   bool terminal_;
   std::string what_;
-  std::chrono::steady_clock::time_point start_, last_;
+  TimeLeft left_;
+  std::chrono::steady_clock::time_point start_, last_, part_start_;
 };
 
 }  // namespace touchstone::comparison

@@ -68,6 +68,25 @@ TEST_F(Program, TheFiguresOnThePageAndInTheTerminalAreThoseOfTheJson) {
 
 constexpr const char* kSmall = "--count 30 --repetitions 1 --no-broadphase --families random touching";
 
+TEST_F(Program, TablesComeAsTheyAreMeasuredOnceEachWithTheShareOfTheWhole) {
+  const fs::path both = folder_ / "both";
+  const std::string command =
+      std::string(COMPARE_BACKENDS) + " " + kSmall + report() + " >" + both.string() + " 2>&1";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::string text = read(both);
+  const std::size_t first = text.find("\nrandom: "), second = text.find("\ntouching: ");
+  ASSERT_NE(first, std::string::npos) << text;
+  ASSERT_NE(second, std::string::npos) << text;
+  EXPECT_EQ(text.find("\nrandom: ", first + 1), std::string::npos);
+  EXPECT_EQ(text.find("\ntouching: ", second + 1), std::string::npos);
+  // Three parts: two families, then the threads.
+  EXPECT_LT(text.find("part 1 of 3: random: exact answers"), first) << text;
+  const std::size_t next = text.find("part 2 of 3, about ");
+  EXPECT_GT(next, first);
+  EXPECT_LT(next, second);
+  EXPECT_THAT(text.substr(next), HasSubstr(" left: touching: backends"));
+}
+
 TEST_F(Program, BadInputIsOneLineExitCode2AndNoReport) {
   const std::string broken_json = write("broken.json", "[{\"id\": ").string();
   const std::string broken_yaml = write("broken.yaml", "name: x\nobjects: [").string();
