@@ -21,6 +21,11 @@ struct BadCase {
   std::string reason;
 };
 
+// Why the whole file is refused: a field that nobody reads may be one that is misspelt.
+struct BadField {
+  std::string reason;
+};
+
 std::string shown(const Json& value) {
   std::string text = value.dump();
   if (text.size() > 40) text = text.substr(0, 40) + "...";
@@ -32,6 +37,17 @@ const Json& member(const Json& object, const char* key, const std::string& where
   const auto found = object.find(key);
   if (found == object.end()) throw BadCase{where + ": missing '" + key + "'"};
   return *found;
+}
+
+void require_fields(const Json& object, std::initializer_list<const char*> known, const std::string& where) {
+  if (!object.is_object()) return;  // the reader of its members says so
+  for (const auto& item : object.items()) {
+    if (std::find(known.begin(), known.end(), item.key()) != known.end()) continue;
+    std::string list;
+    for (const char* each : known) list += (list.empty() ? "" : ", ") + std::string(each);
+    throw BadField{(where.empty() ? "" : where + ": ") + "unknown field '" + item.key() +
+                   "'; known: " + list};
+  }
 }
 
 double read_number(const Json& value, const std::string& where) {
@@ -59,20 +75,35 @@ Vector3 read_vector(const Json& value, const std::string& where) {
   return {v[0], v[1], v[2]};
 }
 
-Hexahedron read_shape(const Json& shape, const std::string& where) {
+WarpPolicy read_warp(const Json& shape, const std::string& where) {
+  if (!shape.contains("warped")) return WarpPolicy::within_tolerance;
+  const Json& warped = shape["warped"];
+  if (warped == "refuse") return WarpPolicy::refuse;
+  if (warped == "within_tolerance") return WarpPolicy::within_tolerance;
+  if (warped == "accept") return WarpPolicy::accept;
+  throw BadCase{where + ": warped: unknown " + shown(warped) + "; known: refuse, within_tolerance, accept"};
+}
+
+// @param lengths_per_metre of the file's unit.
+Hexahedron read_shape(const Json& shape, double lengths_per_metre, const std::string& where) {
   const Json& type = member(shape, "type", where);
-  if (type == "box")
-    return Hexahedron::from_size(read_vector(member(shape, "size", where), where + ": size"), where);
+  if (type == "box") {
+    require_fields(shape, {"type", "size"}, where);
+    const Vector3 size = read_vector(member(shape, "size", where), where + ": size");
+    return Hexahedron::from_size(size / lengths_per_metre, where);
+  }
   if (type != "convex") throw BadCase{where + ": unknown type " + shown(type) + "; known: box, convex"};
+  require_fields(shape, {"type", "vertices", "warped"}, where);
   const Json& list = member(shape, "vertices", where);
   if (!list.is_array()) throw BadCase{where + ": vertices: expected a list, got " + shown(list)};
   std::vector<Vector3> vertices;
   for (const Json& item : list)
-    vertices.push_back(read_vector(item, where + ": vertex " + std::to_string(vertices.size())));
-  return Hexahedron::from_vertices(vertices, WarpPolicy::accept, where);
+    vertices.push_back(read_vector(item, where + ": vertex " + std::to_string(vertices.size())) /
+                       lengths_per_metre);
+  return Hexahedron::from_vertices(vertices, read_warp(shape, where), where);
 }
 
-Pose read_matrix(const Json& value, const std::string& where) {
+Pose read_matrix(const Json& value, double lengths_per_metre, const std::string& where) {
   std::vector<double> entries;
   if (value.is_array() && value.size() == 16) {
     entries = read_numbers(value, 16, where);
@@ -83,31 +114,38 @@ Pose read_matrix(const Json& value, const std::string& where) {
     throw BadCase{where + ": expected 4 rows of 4 numbers, got " + shown(value)};
   }
   Matrix4 X;
-  for (int i = 0; i < 16; ++i) X(i / 4, i % 4) = entries[i];
+  for (int i = 0; i < 16; ++i)
+    X(i / 4, i % 4) = i < 12 && i % 4 == 3 ? entries[i] / lengths_per_metre : entries[i];
   return pose_from_matrix(X, where);
 }
 
-Pose read_pose(const Json& pose, const std::string& where) {
+Pose read_pose(const Json& pose, double lengths_per_metre, const std::string& where) {
   if (pose == "identity") return {};
-  if (pose.is_object() && pose.contains("matrix")) return read_matrix(pose["matrix"], where);
+  if (pose.is_object() && pose.contains("matrix")) {
+    require_fields(pose, {"matrix"}, where);
+    return read_matrix(pose["matrix"], lengths_per_metre, where);
+  }
+  require_fields(pose, {"position", "quaternion_wxyz"}, where);
   Pose X;
-  X.p = read_vector(member(pose, "position", where), where + ": position");
+  X.p = read_vector(member(pose, "position", where), where + ": position") / lengths_per_metre;
   const std::vector<double> q =
       read_numbers(member(pose, "quaternion_wxyz", where), 4, where + ": quaternion_wxyz");
   X.R = rotation_from_quaternion(q[0], q[1], q[2], q[3], where);
   return X;
 }
 
-PosedPair read_pair(const Json& item) {
+PosedPair read_pair(const Json& item, double lengths_per_metre) {
   const Json& shapes = member(item, "shapes", "case");
   if (!shapes.is_array() || shapes.size() != 2) throw BadCase{"shapes: expected two, got " + shown(shapes)};
   const Json& poses = member(item, "poses", "case");
   const bool identity = poses == "identity";
   if (!identity && (!poses.is_array() || poses.size() != 2))
     throw BadCase{"poses: expected two, got " + shown(poses)};
-  PosedPair pair{{read_shape(shapes[0], "shape 0"), read_shape(shapes[1], "shape 1")}, {}};
+  PosedPair pair{{read_shape(shapes[0], lengths_per_metre, "shape 0"),
+                  read_shape(shapes[1], lengths_per_metre, "shape 1")},
+                 {}};
   for (std::size_t i = 0; i < 2 && !identity; ++i)
-    pair.X_WS[i] = read_pose(poses[i], "pose " + std::to_string(i));
+    pair.X_WS[i] = read_pose(poses[i], lengths_per_metre, "pose " + std::to_string(i));
   for (int i = 0; i < 2; ++i) {
     WorldVertices world;
     world_vertices(pair.solids[i], pair.X_WS[i], world);
@@ -118,6 +156,7 @@ PosedPair read_pair(const Json& item) {
 }
 
 ExactAnswer read_exact(const Json& exact) {
+  require_fields(exact, {"class", "signed_distance", "normal"}, "exact");
   const Json& name = member(exact, "class", "exact");
   ExactAnswer answer{PairClass::separated, "", std::nullopt};
   bool known = false;
@@ -135,6 +174,7 @@ ExactAnswer read_exact(const Json& exact) {
 }
 
 CapturedAnswer read_captured(const Json& captured) {
+  require_fields(captured, {"by", "status", "separation", "normal", "points"}, "captured");
   CapturedAnswer answer;
   const Json& by = member(captured, "by", "captured");
   if (!by.is_string()) throw BadCase{"captured: by: expected text, got " + shown(by)};
@@ -151,6 +191,7 @@ CapturedAnswer read_captured(const Json& captured) {
     throw BadCase{"captured: points: expected 1 to 8, got " + shown(points)};
   for (const Json& item : points) {
     const std::string where = "captured: point " + std::to_string(answer.points.size());
+    require_fields(item, {"a", "b", "separation"}, where);
     answer.points.push_back({read_vector(member(item, "a", where), where + ": a"),
                              read_vector(member(item, "b", where), where + ": b"),
                              read_number(member(item, "separation", where), where + ": separation"), 0});
@@ -172,7 +213,7 @@ std::string read_id(const Json& item) {
   return {};
 }
 
-PairCase read_case(const Json& item, std::size_t index) {
+PairCase read_case(const Json& item, double lengths_per_metre, std::size_t index) {
   PairCase result;
   result.id = read_id(item);
   result.why_hard = read_text(item, "why_hard");
@@ -180,7 +221,7 @@ PairCase read_case(const Json& item, std::size_t index) {
   try {
     if (!item.is_object()) throw BadCase{"expected an object, got " + shown(item)};
     if (result.id.empty()) throw BadCase{"missing 'id' (text or a whole number)"};
-    PosedPair pair = read_pair(item);
+    PosedPair pair = read_pair(item, lengths_per_metre);
     if (item.contains("exact")) result.exact = read_exact(item["exact"]);
     if (item.contains("captured")) result.captured = read_captured(item["captured"]);
     result.pair = std::move(pair);
@@ -191,6 +232,27 @@ PairCase read_case(const Json& item, std::size_t index) {
   }
   if (result.id.empty()) result.id = "#" + std::to_string(index);
   return result;
+}
+
+// What every case must have in order, valid or not.
+void check_case_fields(const Json& item, double lengths_per_metre) {
+  require_fields(item, {"id", "shapes", "poses", "exact", "captured", "why_hard", "expected_error"}, "");
+  for (const char* key : {"exact", "captured"}) {
+    if (lengths_per_metre != 1.0 && item.is_object() && item.contains(key))
+      throw BadField{std::string("'") + key + "' is in metres, so that its file's length must be m"};
+  }
+}
+
+// Lengths a metre in the file's unit.
+double read_units(const Json& root) {
+  if (!root.is_object() || !root.contains("units")) return 1.0;
+  const Json& units = root["units"];
+  if (!units.is_object()) throw BadField{"units: expected an object with 'length', got " + shown(units)};
+  require_fields(units, {"length"}, "units");
+  const Json& length = units.contains("length") ? units["length"] : Json("m");
+  if (length == "m") return 1.0;
+  if (length == "mm") return 1000.0;
+  throw BadField{"units: length: unknown unit " + shown(length) + "; known: m, mm"};
 }
 
 bool is_number_character(char c) {
@@ -260,7 +322,9 @@ Json to_json(const Hexahedron& solid) {
   if (solid.is_box()) return {{"type", "box"}, {"size", to_json(2.0 * solid.half_extents())}};
   Json vertices = Json::array();
   for (const Vector3& p : solid.vertices()) vertices.push_back(to_json(p));
-  return {{"type", "convex"}, {"vertices", vertices}};
+  Json out = {{"type", "convex"}, {"vertices", vertices}};
+  if (solid.is_warped()) out["warped"] = "accept";
+  return out;
 }
 
 Json to_json(const Pose& X) {
@@ -301,19 +365,30 @@ Json to_json(const PairCase& item) {
 
 std::vector<PairCase> load_pairs(const std::filesystem::path& path) {
   const Json root = parse_text(path, scene_files::read_text_file(path), false);
-  const Json* list = root.is_object() && root.contains("cases") ? &root["cases"] : &root;
-  if (!list->is_array())
+  const bool has_cases = root.is_object() && root.contains("cases");
+  const Json& list = has_cases ? root["cases"] : root;
+  if (!list.is_array())
     throw InputError(path.string() + ": expected a list of cases, or an object with 'cases'");
+  std::string which;  // the case that is being read
   std::vector<PairCase> cases;
   std::map<std::string, std::size_t> first_with_id;
-  for (const Json& item : *list) {
-    const std::size_t index = cases.size();
-    cases.push_back(read_case(item, index));
-    const auto [found, is_new] = first_with_id.emplace(cases.back().id, index);
-    if (!is_new)
-      throw InputError(path.string() + ": cases " + std::to_string(found->second) + " and " +
-                       std::to_string(index) + " (counted from 0) have the same id '" + cases.back().id +
-                       "'");
+  try {
+    if (has_cases) require_fields(root, {"units", "cases"}, "");
+    const double lengths_per_metre = read_units(root);
+    for (const Json& item : list) {
+      const std::size_t index = cases.size();
+      const std::string id = read_id(item);
+      which = "case '" + (id.empty() ? "#" + std::to_string(index) : id) + "': ";
+      check_case_fields(item, lengths_per_metre);
+      cases.push_back(read_case(item, lengths_per_metre, index));
+      const auto [found, is_new] = first_with_id.emplace(cases.back().id, index);
+      if (!is_new)
+        throw InputError(path.string() + ": cases " + std::to_string(found->second) + " and " +
+                         std::to_string(index) + " (counted from 0) have the same id '" + cases.back().id +
+                         "'");
+    }
+  } catch (const BadField& bad) {
+    throw InputError(path.string() + ": " + which + bad.reason);
   }
   return cases;
 }

@@ -52,14 +52,15 @@ struct PairCase {
 };
 
 /// Reads a list of cases, or an object with `cases`. A case that is no pair of hexahedra in valid poses
-/// comes out invalid, with the reason; unknown fields are ignored. Warped solids are accepted (and
-/// is_warped(); out_of_plane() is the bend), vertices in any order as WarpPolicy::accept has it.
+/// comes out invalid, with the reason. Warped solids are taken as scene files take them: within the
+/// tolerance, or as the shape's `warped` says (WarpPolicy), with vertices in any order.
 /// @throws InputError naming file, and line and column where known: unreadable file, malformed JSON, no list
-/// of cases, an id given twice.
+/// of cases, an id given twice; naming file and element: a field that is not known, units other than m and
+/// mm.
 std::vector<PairCase> load_pairs(const std::filesystem::path& path);
 
-/// Writes a file that load_pairs reads back bit for bit: shapes, poses (as matrices), exact and captured
-/// answers. The file appears whole or not at all.
+/// Writes a file in metres that load_pairs reads back bit for bit: shapes (warped ones marked `accept`),
+/// poses (as matrices), exact and captured answers. The file appears whole or not at all.
 /// @throws InputError when a case is invalid or the file cannot be written.
 void save_pairs(const std::filesystem::path& path, std::span<const PairCase> cases);
 

@@ -19,8 +19,8 @@ def box(x, y=None, z=None):
     return {"type": "box", "size": [float(x), float(x if y is None else y), float(x if z is None else z)]}
 
 
-def convex(vertices):
-    return {"type": "convex", "vertices": [[float(c) for c in v] for v in vertices]}
+def convex(vertices, **mark):
+    return {"type": "convex", "vertices": [[float(c) for c in v] for v in vertices], **mark}
 
 
 def corners(place):
@@ -231,7 +231,7 @@ def hexahedra():
     tapered = corners(lambda i, j, k: (i * (1 - 0.25 * (k + 1)), j * (1 - 0.25 * (k + 1)), k))
     pyramid = convex([(-1, -1, -1), (0, 0, 1), (-1, 1, -1), (0, 0, 1), (1, -1, -1), (0, 0, 1), (1, 1, -1), (0, 0, 1)])
     wedge = corners(lambda i, j, k: (i if k < 0 else 0, j, k))
-    warped = convex([(-1, -1, -1), (-1, -1, 1), (-1, 1, -1), (-1, 1, 1), (1, -1, -1), (1, -1, 1), (1, 1, -1), (1, 1, 1.5)])
+    warped = convex([(-1, -1, -1), (-1, -1, 1), (-1, 1, -1), (-1, 1, 1), (1, -1, -1), (1, -1, 1), (1, 1, -1), (1, 1, 1.5)], warped="accept")
     f.add("sheared-deep", sheared, CUBE, at(0.5, 0.25, 1.75), "faces lean: only one face pair is parallel")
     f.add("sheared-apart", sheared, sheared, at(2.75, 2.5, 0.5), "two sheared solids, nearest along parallel edges")
     f.add("sheared-turned", sheared, sheared, at(1.2, 0.8, 1.1, GENERAL_TURN), "sheared and turned: rounding bends every face")
@@ -243,7 +243,7 @@ def hexahedra():
     f.add("pyramid-side", pyramid, CUBE, at(1.5, 0, 0.5), "against a leaning triangle")
     f.add("wedge-edge", wedge, CUBE, at(0, 0, 2), "a face collapsed to an edge touches")
     f.add("wedge-crossed", wedge, wedge, matrix([(0, 1, 0), (1, 0, 0), (0, 0, -1)], (0, 0, 1.5)), "two collapsed edges cross, 0.5 deep")
-    f.add("warped-collapsed-edge", convex([(-1, -1, -1), (-1, -1, 1), (-1, 1, -1), (-1, 1, 1), (1, -1, -1), (1, -1, 1), (1, 1, -1), (1, 1, -1)]),
+    f.add("warped-collapsed-edge", convex([(-1, -1, -1), (-1, -1, 1), (-1, 1, -1), (-1, 1, 1), (1, -1, -1), (1, -1, 1), (1, 1, -1), (1, 1, -1)], warped="accept"),
           CUBE, at(1.75, 0, 0), "two vertices coincide, which leaves the top quad out of plane")
     f.add("warped-deep", warped, CUBE, at(0, 0, 2.25), "one vertex lifted: three quads are no planes, the hull has triangles")
     f.add("warped-apart", warped, CUBE, at(0.5, 0.5, 3), "warped and apart: nearest at the lifted vertex")

@@ -20,7 +20,8 @@ std::string shape(const Hexahedron& solid) {
   if (solid.is_box()) return R"({"type": "box", "size": )" + row(solid.half_extents() * 2.0) + "}";
   std::string vertices;
   for (const Vector3& v : solid.vertices()) vertices += (vertices.empty() ? "" : ", ") + row(v);
-  return R"({"type": "convex", "vertices": [)" + vertices + "]}";
+  return R"({"type": "convex", "vertices": [)" + vertices +
+         (solid.is_warped() ? R"(], "warped": "accept"})" : "]}");
 }
 
 std::string matrix(const Pose& X) {

@@ -45,7 +45,7 @@ std::string reason(const std::string& shape, const std::string& pose = "\"identi
 
 TEST(PairFile, ReadsBoxesHexahedraAndPoses) {
   const std::vector<PairCase> cases = loaded(
-      R"({"cases": [{"id": 7, "other": 1, "shapes": [{"type": "box", "size": [1, 2, 3]},
+      R"({"cases": [{"id": 7, "shapes": [{"type": "box", "size": [1, 2, 3]},
         {"type": "convex", "vertices": [[0,0,0],[0,0,1],[0,1,0],[0,1,1],[1,0,0],[1,0,1],[1,1,0],[1,1,1]]}],
         "poses": [{"position": [1, 2, 3], "quaternion_wxyz": [2, 0, 0, 0]},
                   {"matrix": [[0,-1,0,4],[1,0,0,5],[0,0,1,6],[0,0,0,1]]}]}]})");
@@ -56,6 +56,67 @@ TEST(PairFile, ReadsBoxesHexahedraAndPoses) {
   EXPECT_EQ(cases[0].pair->X_WS[0].R, Matrix3::Identity());
   EXPECT_EQ(cases[0].pair->X_WS[1].p, Vector3(4, 5, 6));
   EXPECT_EQ(cases[0].pair->X_WS[1].R(0, 1), -1.0);
+}
+
+std::string one_case(const std::string& shape, const std::string& more = "") {
+  return R"([{"id": "k", "shapes": [)" + kBox + ", " + shape + R"(], "poses": "identity")" + more + "}]";
+}
+
+TEST(PairFile, AFieldThatNobodyReadsIsRefusedWithFileAndElement) {
+  EXPECT_EQ(file_error(one_case(kBox, R"(, "pose": "identity")")),
+            ": case 'k': unknown field 'pose'; known: id, shapes, poses, exact, captured, why_hard, "
+            "expected_error");
+  EXPECT_EQ(file_error(one_case(R"({"type": "box", "size": [1, 1, 1], "margin": 0.1})")),
+            ": case 'k': shape 1: unknown field 'margin'; known: type, size");
+  EXPECT_EQ(file_error(R"({"cases": [], "unit": "mm"})"), ": unknown field 'unit'; known: units, cases");
+  EXPECT_EQ(
+      file_error(
+          R"([{"id": "k", "shapes": [)" + kBox + ", " + kBox +
+          R"(], "poses": ["identity", {"position": [0, 0, 0], "quaternion_wxyz": [1, 0, 0, 0], "rpy": 0}]}])"),
+      ": case 'k': pose 1: unknown field 'rpy'; known: position, quaternion_wxyz");
+  EXPECT_EQ(file_error(
+                one_case(kBox, R"(, "exact": {"class": "touching", "signed_distance": "0", "distance": 0})")),
+            ": case 'k': exact: unknown field 'distance'; known: class, signed_distance, normal");
+  EXPECT_EQ(file_error(one_case(kBox, R"(, "captured": {"by": "x", "status": "separated", "depth": 0})")),
+            ": case 'k': captured: unknown field 'depth'; known: by, status, separation, normal, points");
+}
+
+TEST(PairFile, UnitsAreHonouredOrRefused) {
+  const std::string in_mm = R"({"units": {"length": "mm"}, "cases": [{"id": "k",
+    "shapes": [{"type": "box", "size": [1000, 2000, 3000]},
+      {"type": "convex", "vertices": [[0,0,0],[0,0,100],[0,100,0],[0,100,100],[100,0,0],[100,0,100],[100,100,0],[100,100,100]]}],
+    "poses": [{"position": [1, 2, 3], "quaternion_wxyz": [1, 0, 0, 0]},
+              {"matrix": [[1,0,0,4],[0,1,0,5],[0,0,1,6],[0,0,0,1]]}]}]})";
+  const std::vector<PairCase> cases = loaded(in_mm);
+  ASSERT_TRUE(cases[0].pair) << cases[0].invalid_reason;
+  EXPECT_EQ(cases[0].pair->solids[0].half_extents(), Vector3(0.5, 1, 1.5));
+  EXPECT_EQ(cases[0].pair->solids[1].vertices()[7], Vector3(0.1, 0.1, 0.1));
+  EXPECT_EQ(cases[0].pair->X_WS[0].p, Vector3(0.001, 0.002, 0.003));
+  EXPECT_EQ(cases[0].pair->X_WS[1].p, Vector3(0.004, 0.005, 0.006));
+  EXPECT_EQ(cases[0].pair->X_WS[1].R, Matrix3::Identity());
+  EXPECT_EQ(file_error(R"({"units": {"length": "ft"}, "cases": []})"),
+            ": units: length: unknown unit \"ft\"; known: m, mm");
+  EXPECT_EQ(file_error(R"({"units": {"angle": "deg"}, "cases": []})"),
+            ": units: unknown field 'angle'; known: length");
+  EXPECT_EQ(file_error(R"({"units": "mm", "cases": []})"),
+            ": units: expected an object with 'length', got \"mm\"");
+  EXPECT_EQ(file_error(R"({"units": {"length": "mm"}, "cases": )" +
+                       one_case(kBox, R"(, "exact": {"class": "touching", "signed_distance": "0"})") + "}"),
+            ": case 'k': 'exact' is in metres, so that its file's length must be m");
+}
+
+// As in scene files: `warped`, and the same default.
+TEST(PairFile, BentSolidsAreMarkedAsInSceneFiles) {
+  const auto bent = [](const std::string& by, const std::string& mark) {
+    return R"({"type": "convex", "vertices": [[0,0,0],[0,0,1],[0,1,0],[0,1,1],[1,0,0],[1,0,1],[1,1,0],[1,1,)" +
+           by + "]]" + mark + "}";
+  };
+  EXPECT_EQ(reason(bent("1.001", "")), "");
+  EXPECT_NE(reason(bent("1.001", R"(, "warped": "refuse")")), "");
+  EXPECT_NE(reason(bent("1.2", "")), "");
+  EXPECT_EQ(reason(bent("1.2", R"(, "warped": "accept")")), "");
+  EXPECT_EQ(reason(bent("1.2", R"(, "warped": true)")),
+            "shape 1: warped: unknown true; known: refuse, within_tolerance, accept");
 }
 
 TEST(PairFile, ABadCaseIsInvalidAndTheRestGoesOn) {
@@ -96,7 +157,8 @@ TEST(PairFile, ACaseWithoutIdOrThatIsNoObjectIsInvalid) {
 TEST(PairFile, WarpedIsAcceptedAndFlagged) {
   const std::vector<PairCase> cases = loaded(
       "[{\"id\": \"w\", \"poses\": \"identity\", \"shapes\": [" + kBox +
-      R"(, {"type": "convex", "vertices": [[-1,-1,-1],[-1,-1,1],[-1,1,-1],[-1,1,1],[1,-1,-1],[1,-1,1],[1,1,-1],[1,1,1.5]]}]}])");
+      R"(, {"type": "convex", "vertices": [[-1,-1,-1],[-1,-1,1],[-1,1,-1],[-1,1,1],[1,-1,-1],[1,-1,1],[1,1,-1],[1,1,1.5]],
+        "warped": "accept"}]}])");
   ASSERT_TRUE(cases[0].pair) << cases[0].invalid_reason;
   EXPECT_TRUE(cases[0].pair->solids[1].is_warped());
 }
