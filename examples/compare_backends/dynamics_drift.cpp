@@ -60,6 +60,10 @@ std::string text_at(const Json& object, const char* key) {
 
 DriftScene scene_of(const Json& scene) {
   DriftScene found{scene.at("scene"), text_at(scene, "build_on"), text_at(scene, "reason"), false};
+  if (scene.contains("touches")) {
+    found.touches = scene.at("touches");
+    return found;
+  }
   for (const Json& run : scene.at("runs")) found.touches |= run.value("contacts", 0) > 0;
   return found;
 }

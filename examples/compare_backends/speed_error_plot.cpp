@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "touchstone/examples/compare_backends/pareto_front.hpp"
 #include "touchstone/examples/compare_backends/plot_scale.hpp"
@@ -118,14 +119,17 @@ std::string rail_text(const Wrongness& wrong) {
 }
 
 void sort_out(const SetResult& set, QueryKind query, const std::vector<std::string>& backends,
-              std::vector<Mark>& marks, std::vector<RailEntry>& rail) {
+              std::vector<Mark>& marks, std::vector<RailEntry>& rail, std::vector<RailEntry>& unsupported) {
   const std::size_t q = index_of(query);
   for (const BackendResult& backend : set.backends) {
     if (!backend.judged) continue;
     const int place = place_of(backends, backend.name);
-    const Wrongness& wrong = backend.judgement.wrongness[q];
+    Wrongness wrong = backend.judgement.wrongness[q];
+    const std::size_t not_supported = std::exchange(wrong.unsupported, 0);
     if (wrong.total() > 0)
       rail.push_back({backend.name, place, rail_text(wrong)});
+    else if (not_supported > 0)
+      unsupported.push_back({backend.name, place, format_count(not_supported)});
     else if (!backend.rows[q].single)
       rail.push_back({backend.name, place, "not timed"});
     else
@@ -133,13 +137,21 @@ void sort_out(const SetResult& set, QueryKind query, const std::vector<std::stri
   }
 }
 
-std::string draw_rail(const std::vector<RailEntry>& rail) {
-  std::string svg = fmt::format("<path class='rail' d='M{0} {1}V{2}'/>", kRail, kTop, kBottom);
-  svg += fmt::format("<text class='small' x='{}' y='{}'>wrong or no answer: no speed</text>", kRail - 12,
-                     kTop - 8);
+// Hollow what was wrong or gave no answer; below it, full, what does not support some of the pairs, and is
+// not wrong.
+std::string draw_rail(const std::vector<RailEntry>& rail, const std::vector<RailEntry>& unsupported) {
+  constexpr double kFull = 29, kLine = 14, kHeading = 22;
+  const double below = unsupported.empty() ? 0 : kHeading + kLine * static_cast<double>(unsupported.size());
+  std::string svg;
   double y = kTop + 16;
   const double step =
-      std::min(29.0, (kHeight - y) / static_cast<double>(std::max<std::size_t>(rail.size(), 1)));
+      std::min(kFull, (kHeight - y - below) / static_cast<double>(std::max<std::size_t>(rail.size(), 1)));
+  if (!rail.empty()) {
+    svg += fmt::format(
+        "<path class='rail' d='M{0} {1}V{2:.1f}'/><text class='small' x='{3}' y='{4}'>wrong or no answer: no "
+        "speed</text>",
+        kRail, kTop, y + step * static_cast<double>(rail.size() - 1), kRail - 12, kTop - 8);
+  }
   for (const RailEntry& entry : rail) {
     svg += mark_at(entry.place, kRail, y, true);
     svg += fmt::format("<text class='label' x='{}' y='{:.1f}'>{}</text>", kRail + 13, y + 0.5,
@@ -147,6 +159,16 @@ std::string draw_rail(const std::vector<RailEntry>& rail) {
     svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>{}</text>", kRail + 13,
                        y + std::min(11.5, 0.48 * step), xml_text(entry.count));
     y += step;
+  }
+  if (unsupported.empty()) return svg;
+  y = rail.empty() ? kTop - 8 : y + 2;
+  svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>pairs not supported: no speed</text>", kRail - 12,
+                     y);
+  for (const RailEntry& entry : unsupported) {
+    y += kLine;
+    svg += mark_at(entry.place, kRail, y, false, 4.0);
+    svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>{}: {}</text>", kRail + 13, y + 3.5,
+                       xml_text(entry.name), entry.count);
   }
   return svg;
 }
@@ -264,15 +286,15 @@ PlotAxes axes_for(std::span<const SetResult> sets) {
 std::string speed_error_plot(const SetResult& set, QueryKind query, const PlotAxes& axes,
                              const std::vector<std::string>& backends, bool standalone) {
   std::vector<Mark> marks;
-  std::vector<RailEntry> rail;
-  sort_out(set, query, backends, marks, rail);
+  std::vector<RailEntry> rail, unsupported;
+  sort_out(set, query, backends, marks, rail, unsupported);
   const LogScale x{std::log10(axes.error_low), std::log10(axes.error_high), kErrorLeft + 8, kErrorRight - 8};
   const LogScale y{std::log10(axes.ns_low), std::log10(axes.ns_high), kBottom, kTop};
   std::string svg = svg_open(
       kWidth, kHeight, fmt::format("{} {}: speed against error", set.name, to_string(query)), standalone);
   svg += fmt::format("<text class='title' x='{}' y='18'>{}, {}</text>", kLeft, xml_text(set.name),
                      to_string(query));
-  svg += draw_axes(x, y) + draw_rail(rail) + draw_front(marks, pareto_front(set, query), x, y) +
+  svg += draw_axes(x, y) + draw_rail(rail, unsupported) + draw_front(marks, pareto_front(set, query), x, y) +
          draw_marks(marks, x, y);
   svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>worst error / S</text>",
                      (kErrorLeft + kErrorRight) / 2, kBottom + 36);

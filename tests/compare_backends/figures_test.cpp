@@ -101,6 +101,21 @@ TEST(SpeedFigures, WhatIsHeldAtAnEdgeIsMarked) {
   EXPECT_THAT(plot({1000, 10000, 1e-17, 1e-12}), HasSubstr("class='held'"));
 }
 
+TEST(SpeedFigures, WhatIsNotSupportedIsNotDrawnAsWrong) {
+  SetResult set = one_set({blocks(150, 200, 300), {}, {}, {}, {}});
+  const auto plot = [&] {
+    return speed_error_plot(set, QueryKind::distance, {100, 1000, 1e-17, 1e-12}, kNames, false);
+  };
+  Wrongness& wrong = set.backends[0].judgement.wrongness[index_of(QueryKind::distance)];
+  wrong.unsupported = 30;
+  EXPECT_THAT(plot(), Not(HasSubstr("hollow")));
+  EXPECT_THAT(plot(), Not(HasSubstr("wrong")));
+  EXPECT_THAT(plot(), HasSubstr("some: 30"));
+  wrong.missed = 2;
+  EXPECT_THAT(plot(), HasSubstr("hollow"));
+  EXPECT_THAT(plot(), HasSubstr("2 missed"));
+}
+
 TEST(ErrorFigures, TheAxisHoldsTheWrongBackendsToo) {
   SetResult set = one_set({});
   Judgement& judgement = set.backends[0].judgement;

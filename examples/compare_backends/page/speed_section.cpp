@@ -1,11 +1,28 @@
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "touchstone/examples/compare_backends/page/sections.hpp"
 #include "touchstone/examples/compare_backends/speed_error_plot.hpp"
 #include "touchstone/examples/compare_backends/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
+
+namespace {
+
+// What is not supported stands beside what is wrong: it is no error.
+std::string wrong_and_unsupported(Wrongness wrong) {
+  const std::size_t unsupported = std::exchange(wrong.unsupported, 0);
+  std::string text = wrong_lines(wrong, ", ");
+  if (unsupported > 0) {
+    text += fmt::format("{}<span class='soft n'>{} not supported</span>", text.empty() ? "" : ", ",
+                        format_count(unsupported));
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string ranking_section(const Page& page) {
   const Report& report = page.report;
@@ -22,10 +39,11 @@ std::string ranking_section(const Page& page) {
         to_string(ranking.query));
     for (const Standing& standing : ranking.standings) {
       html += "<tr><th>" + page.named(standing.backend) + "</th>";
-      html += standing.wrongness.total() == 0
-                  ? fmt::format("<td>{}</td><td>{}</td></tr>\n", format_ns(standing.nanoseconds),
-                                format_error(standing.worst_error))
-                  : "<td class='wrong' colspan='2'>" + wrong_lines(standing.wrongness, ", ") + "</td></tr>\n";
+      html +=
+          standing.wrongness.total() == 0
+              ? fmt::format("<td>{}</td><td>{}</td></tr>\n", format_ns(standing.nanoseconds),
+                            format_error(standing.worst_error))
+              : "<td class='wrong' colspan='2'>" + wrong_and_unsupported(standing.wrongness) + "</td></tr>\n";
     }
     html += "</tbody></table></div>\n";
   }
@@ -43,7 +61,8 @@ std::string speed_section(const Page& page) {
       blocks_text(report) +
       " (fewer than 100 blocks: no whisker). The column on the left is exactly 0. A backend with any wrong "
       "or "
-      "missing answer gets no speed mark: it stands hollow on the rail. The dashed line joins the backends "
+      "missing answer gets no speed mark: it stands hollow on the rail; below, who does not support how many "
+      "pairs. The dashed line joins the backends "
       "that none beats in both: above it and right of it something is faster and more exact.</p>\n";
   for (const QueryKind query : kQueryKinds) {
     html += fmt::format("<h3>{}</h3><div class='plots'>\n", to_string(query));
