@@ -59,7 +59,7 @@ class Session {
     std::vector<std::string> names = chosen_families();
     if (has_pairs) names.push_back("pairs");
     for (const std::string& file : options_.scenes) names.push_back("scene " + file);
-    if (!options_.no_broadphase) names.push_back("broadphases");
+    if (!options_.no_broadphase) names.insert(names.end(), {"broadphases", "selection"});
     if (!chosen_families().empty()) names.push_back("threads");
     return names;
   }
@@ -126,11 +126,20 @@ class Session {
     finish_part(report, "broadphases");
   }
 
+  void run_selection_gain(Report& report) {
+    progress_.step("selection");
+    SelectionOptions selection;
+    selection.seed = options_.seed;
+    if (options_.quick) selection.repetitions = 1;
+    report.selection = run_selection(selection);
+    finish_part(report, "selection");
+  }
+
   void run_scenes(Report& report) {
     SceneOptions scene;
     scene.measure = measure_options(options_);
     scene.max_error = options_.max_error;
-    if (options_.quick) scene.facet_frames = 10;
+    if (options_.quick) scene.trade_frames = 10;
     scene.most_frames = most_frames(options_);
     for (const std::string& file : options_.scenes) {
       progress_.step("scene " + file);
@@ -241,7 +250,8 @@ std::vector<PlannedPart> planned(const std::vector<std::string>& parts,
     if (cases != cases_of.end())
       plan.push_back({part == "pairs" ? "family" : "scene", cases->second});
     else
-      plan.push_back({part == "threads" || part == "broadphases" ? part : "family", family_cases});
+      plan.push_back({part == "threads" || part == "broadphases" || part == "selection" ? part : "family",
+                      family_cases});
   }
   return plan;
 }
@@ -344,6 +354,7 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   if (cases) session.run_pair_file(report, std::move(*cases));
   session.run_scenes(report);
   if (!options.no_broadphase) session.run_broadphase_sizes(report);
+  if (!options.no_broadphase) session.run_selection_gain(report);
   session.run_thread_counts(report);
   session.conclude(report);
   progress.finish();

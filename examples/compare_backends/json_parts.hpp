@@ -13,6 +13,7 @@ Json json(const Wrongness& wrongness);
 Json json(const std::optional<Consistency>& consistency);
 Json json(const SetResult& set);
 Json json(const SceneResult& scene);
+Json json(const SelectionRow& row);
 Json json(const BroadphaseResult& result);
 Json json(const DriftRun& run);
 Json json(const ThreadResult& run);

@@ -28,6 +28,54 @@ Json json(const BroadphaseResult& result) {
   return json;
 }
 
+namespace {
+
+Json json(const TradeRow& row, double allowed) {
+  return {{"backend", row.backend},
+          {"model", row.model},
+          {"hexahedra", row.hexahedra},
+          {"selected", row.selected},
+          {"pairs", row.pairs},
+          {"all_pairs", row.all_pairs},
+          {"query", to_string(row.query)},
+          {"frame_ns", number(row.frame_ns)},
+          {"geometry_error_m", number(row.geometry_error)},
+          {"backend_error_m", number(row.backend_error)},
+          {"error_m", number(row.error())},
+          {"wrong_frames", row.wrong_frames},
+          {"serves", row.serves(allowed)}};
+}
+
+Json json(const SceneTrade& trade) {
+  Json result = {{"allowed_m", number(trade.allowed)},
+                 {"frames", trade.frames},
+                 {"all_frames", trade.all_frames},
+                 {"frames_near_contact", trade.frames_near},
+                 {"frames_that_differ_in_class", trade.class_frames},
+                 {"frames_wrong_below_95", number(upper_bound_95(0, trade.frames))},
+                 {"round", trade.round},
+                 {"reference_width_m", number(trade.reference_width)},
+                 {"selection_frames", trade.selection_frames},
+                 {"rows", Json::array()},
+                 {"steps", Json::array()}};
+  for (const TradeRow& row : trade.rows) result["rows"].push_back(json(row, trade.allowed));
+  const auto index = [&](const TradeRow* row) { return row - trade.rows.data(); };
+  for (const QueryKind query : kQueryKinds) {
+    for (const TradeStep& step : trade_steps(trade, query))
+      result["steps"].push_back(
+          {{"query", to_string(query)}, {"allowed_m", number(step.allowed)}, {"row", index(step.row)}});
+    const TradeRow* cheapest = cheapest_row(trade, query, trade.allowed);
+    Json& least = result["least_that_serves"][to_string(query)];
+    least = nullptr;
+    if (cheapest == nullptr) continue;
+    least["row"] = index(cheapest);
+    least["thin"] = thin_evidence(trade, query);
+  }
+  return result;
+}
+
+}  // namespace
+
 Json json(const SceneResult& scene) {
   Json result = {{"name", scene.name},
                  {"file", scene.file},
@@ -51,34 +99,17 @@ Json json(const SceneResult& scene) {
                                   {"clearance_at_stop_m", number(backend.clearance_at_stop)},
                                   {"worst_clearance_error_m", number(backend.worst_clearance_error)}});
   }
-  if (scene.facet_rows.empty()) return result;
-  result["facets"] = {{"finest", scene.finest_facets},
-                      {"frames", scene.facet_frames},
-                      {"frames_near_contact", scene.facet_frames_near},
-                      {"frames_that_differ_in_class", scene.facet_class_frames},
-                      {"frames_wrong_below_95", number(upper_bound_95(0, scene.facet_frames))},
-                      {"budget_m", number(scene.facet_budget)},
-                      {"rows", Json::array()}};
-  for (const FacetRow& row : scene.facet_rows) {
-    result["facets"]["rows"].push_back({{"backend", row.backend},
-                                        {"facets", row.facets},
-                                        {"query", to_string(row.query)},
-                                        {"pairs", row.pairs},
-                                        {"frame_ns", number(row.frame_ns)},
-                                        {"error_m", number(row.error)},
-                                        {"wrong", row.wrong},
-                                        {"serves", row.serves}});
-  }
-  for (const QueryKind query : kQueryKinds) {
-    const FacetRow* cheapest = cheapest_row(scene, query);
-    Json& least = result["facets"]["least_that_serves"][to_string(query)];
-    least = nullptr;
-    if (cheapest == nullptr) continue;
-    least["backend"] = cheapest->backend;
-    least["facets"] = cheapest->facets;
-    least["thin"] = thin_evidence(scene, query);
-  }
+  if (!scene.trade.rows.empty()) result["trade"] = json(scene.trade);
   return result;
+}
+
+Json json(const SelectionRow& row) {
+  return {
+      {"objects", row.objects},
+      {"switched_off", row.switched_off},
+      {"candidates_per_frame", number(row.candidate_pairs)},
+      {"frame_us",
+       {{"median", number(row.frame.median_ns * 1e-3)}, {"minimum", number(row.frame.minimum_ns * 1e-3)}}}};
 }
 
 }  // namespace touchstone::comparison

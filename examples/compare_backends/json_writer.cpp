@@ -64,6 +64,7 @@ std::string results_json(const Report& report) {
   }
   root["broadphases"] = json_list(report.broadphases);
   root["scenes"] = json_list(report.scenes);
+  root["selection"] = json_list(report.selection);
   root["dynamics"] = json_list(report.drift.runs);
   root["fitted_slopes"] = Json::array();
   for (const FittedSlope& each : fitted_slopes(report.broadphases, report.thread_runs))

@@ -8,6 +8,7 @@
 #include "touchstone/examples/compare_backends/diff.hpp"
 #include "touchstone/examples/compare_backends/html_report.hpp"
 #include "touchstone/examples/compare_backends/json_writer.hpp"
+#include "touchstone/examples/compare_backends/least_that_serves_page.hpp"
 #include "touchstone/examples/compare_backends/replay.hpp"
 #include "touchstone/examples/compare_backends/terminal.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
@@ -37,6 +38,8 @@ std::vector<ReportFile> report_files(const Report& report) {
   std::vector<ReportFile> files = {{"results.json", results_json(report)},
                                    {"results.csv", results_csv(report)}};
   files.emplace_back("report.html", html_report(report));
+  if (std::string page = least_that_serves_page(report); !page.empty())
+    files.emplace_back("least_that_serves.md", std::move(page));
   for (ReportFile& figure : figure_files(report)) files.push_back(std::move(figure));
   if (report.pair_file) {
     files.emplace_back("answers.json", answers_json(*report.pair_file));
@@ -54,6 +57,7 @@ std::vector<std::string> report_names(const Options& options, const Backends& ba
     sets.emplace_back("pairs");
     names.insert(names.end(), {"answers.json", "answers.csv"});
   }
+  if (!options.scenes.empty()) names.emplace_back("least_that_serves.md");
   for (const auto& [name, description] : chosen_backends(options, backends)) backend_names.push_back(name);
   const std::vector<std::filesystem::path> scenes(options.scenes.begin(), options.scenes.end());
   for (std::string& figure : figure_names(sets, backend_names, stems(scenes)))

@@ -9,6 +9,7 @@
 #include "touchstone/examples/compare_backends/pair_file_run.hpp"
 #include "touchstone/examples/compare_backends/ranking.hpp"
 #include "touchstone/examples/compare_backends/scene_run.hpp"
+#include "touchstone/examples/compare_backends/selection_gain.hpp"
 #include "touchstone/examples/compare_backends/set_result.hpp"
 #include "touchstone/examples/compare_backends/verdict.hpp"
 #include "touchstone/examples/measures/broadphase_run.hpp"
@@ -37,6 +38,7 @@ struct Report {
   std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`
   std::vector<BroadphaseResult> broadphases;
   std::vector<SceneResult> scenes;
+  std::vector<SelectionRow> selection;    ///< with the broadphases
   Drift drift;                            ///< of --dynamics
   std::vector<ThreadResult> thread_runs;  ///< of the backends in this process
   std::vector<Gap> thread_gaps;           ///< the other backends, and why

@@ -1,14 +1,16 @@
+#include "touchstone/examples/compare_backends/scene_frames.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/compare_backends/scene_run.hpp"
 
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
+#include "touchstone/examples/compare_backends/scene_covers.hpp"
 #endif
 
 namespace touchstone::comparison {
@@ -16,6 +18,28 @@ namespace touchstone::comparison {
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 
 namespace {
+
+// A ring's two circles stand one after the other in the figures; its facets are named after it.
+std::vector<Tube> tubes_of(const SceneInstance& instance) {
+  const std::vector<FacetFigure>& figures = instance.scene().facet_figures;
+  std::vector<Tube> tubes;
+  for (std::size_t i = 0; i + 1 < figures.size(); i += 2) {
+    const FacetFigure &outer = figures[i], &inner = figures[i + 1];
+    Tube tube;
+    tube.first = find_solids(instance.scene(), outer.object + "/" + outer.hexahedron + ".0").front();
+    tube.facets = static_cast<std::size_t>(outer.facets);
+    tube.outer_radius = outer.radius;
+    tube.inner_radius = inner.radius;
+    const auto& vertices = instance.solids()[tube.first].vertices();
+    const auto [low, high] = std::minmax_element(
+        vertices.begin(), vertices.end(), [](const Vector3& u, const Vector3& v) { return u.z() < v.z(); });
+    tube.low = low->z();
+    tube.high = high->z();
+    tube.offset = std::max(outer.error, inner.error);
+    tubes.push_back(tube);
+  }
+  return tubes;
+}
 
 SceneFrames frames_of(const Scene& scene, const std::string& file, std::span<const std::size_t> numbers) {
   const SceneInstance instance(scene);
@@ -26,6 +50,8 @@ SceneFrames frames_of(const Scene& scene, const std::string& file, std::span<con
   frames.gap = scene.contact_gap;
   frames.has_facets = scene.parameters.count("facets") > 0;
   frames.parameters = scene.parameters;
+  frames.tubes = tubes_of(instance);
+  frames.cover_levels = cover_levels(scene);
   PairSet& set = frames.set;
   set.name = std::filesystem::path(file).stem().string();
   set.description = scene.name;
@@ -56,14 +82,15 @@ SceneFrames load_scene_frames(const std::string& file, const std::map<std::strin
 }
 
 SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters,
-                              std::span<const std::size_t> numbers) {
-  return frames_of(load_scene(file, parameters), file, numbers);
+                              std::span<const std::size_t> numbers, std::optional<int> cover_level) {
+  const Scene scene = load_scene(file, parameters);
+  return frames_of(cover_level ? with_covers(scene, *cover_level) : scene, file, numbers);
 }
 
 #else
 
 SceneFrames load_scene_frames(const std::string& file, const std::map<std::string, double>& parameters,
-                              std::span<const std::size_t>) {
+                              std::span<const std::size_t>, std::optional<int>) {
   return load_scene_frames(file, parameters, std::size_t{1});
 }
 

@@ -78,15 +78,27 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"scenes.backends", "frames_told",
      "one character a frame: . free, b blocked rightly, w wrongly, m merged"},
     {"scenes.backends", "clearance_at_stop_m", "exact clearance of the last frame before the first block"},
-    {"scenes", "facets", "cost against error by facet count"},
-    {"facets", "finest frames budget_m rows facets query frame_ns error_m serves pairs",
-     "one row a count and query"},
-    {"facets", "frames_near_contact frames_that_differ_in_class frames_wrong_below_95",
-     "frames around the first contact; where the fewest and the most facets differ in class; 95 % bound of "
-     "the "
-     "share of frames with an error that none of them has"},
-    {"facets", "least_that_serves", "by query, null: none"},
-    {"least_that_serves", "thin", "why that is no recommendation; empty: it is one"},
+    {"scenes", "trade", "the least that serves: models of the scene, choices of pairs, backends and queries"},
+    {"trade", "allowed_m frames all_frames frames_near_contact", "--max-error or the gap; the frames judged"},
+    {"trade", "frames_that_differ_in_class frames_wrong_below_95",
+     "where two models differ in exact class; 95 % bound of the share of frames with an error that none of "
+     "them "
+     "has"},
+    {"trade", "round reference_width_m selection_frames",
+     "judged against the true round parts, known to half of this; frames over which needed pairs were looked "
+     "for"},
+    {"trade", "rows", "one a model, choice of pairs, backend and query"},
+    {"rows", "model hexahedra selected all_pairs query frame_ns wrong_frames serves",
+     "selected: only the pairs that the motion needs, of all_pairs; wrong_frames: by the backend"},
+    {"rows", "geometry_error_m backend_error_m error_m",
+     "exact answers for the row's hexahedra and pairs against the true ones; the backend's against these; "
+     "the sum"},
+    {"trade", "steps allowed_m row",
+     "the cheapest row (index into rows) for this allowed error and up to the next"},
+    {"trade", "least_that_serves", "by query, null: none"},
+    {"least_that_serves", "row thin", "index into rows; why that is no recommendation; empty: it is one"},
+    {"root", "selection", "a contact world of boxes, some of them switched off"},
+    {"selection", "switched_off frame_us", "of objects; what a frame costs"},
     {"root", "consistency", "by backend: over all pair_sets"},
     {"root", "fitted_slopes",
      "of the logarithms of time against size, where nothing is wrong; null: fewer than three points"},

@@ -123,10 +123,39 @@ std::string broadphase_section(const Report& report) {
                           : "");
 }
 
-std::string no_facets(const SceneResult& scene) {
-  return scene.parameters.count("facets") > 0
-             ? ""
-             : "  no parameter `facets`: nothing round, no facet count to choose\n";
+std::string least_line(const SceneTrade& trade, QueryKind query) {
+  const TradeRow* least = cheapest_row(trade, query, trade.allowed);
+  if (least == nullptr) return fmt::format("  nothing serves {} within that\n", to_string(query));
+  const std::string thin = thin_evidence(trade, query);
+  std::string text =
+      fmt::format("  least that {} {}: {}, {} ns a frame\n", thin.empty() ? "serves" : "served",
+                  to_string(query), words(*least), format_ns(least->frame_ns));
+  return thin.empty() ? text : text + "    no recommendation: " + thin + "\n";
+}
+
+std::string trade_section(const SceneTrade& trade) {
+  if (trade.rows.empty()) return "";
+  std::string text =
+      fmt::format("  the least that serves, {} frames, {}; allowed {} m\n", trade.frames,
+                  trade.round ? "against the true round parts" : "against the scene as written",
+                  format_error(trade.allowed));
+  for (const QueryKind query : kQueryKinds) text += least_line(trade, query);
+  TextTable steps({"by allowed error", "from [m]", "serves", "ns a frame", "geometry [m]", "backend [m]"});
+  for (const QueryKind query : kQueryKinds)
+    for (const TradeStep& step : trade_steps(trade, query))
+      steps.add({std::string(to_string(query)), format_error(step.allowed), words(*step.row),
+                 format_ns(step.row->frame_ns), format_error(step.row->geometry_error),
+                 format_error(step.row->backend_error)});
+  return text + steps.str();
+}
+
+std::string selection_section(const std::vector<SelectionRow>& rows) {
+  if (rows.empty()) return "";
+  TextTable table({"objects", "switched off", "candidates", "us a frame", "least"});
+  for (const SelectionRow& row : rows)
+    table.add({format_count(row.objects), format_count(row.switched_off), format_ns(row.candidate_pairs),
+               format_ns(row.frame.median_ns * 1e-3), format_ns(row.frame.minimum_ns * 1e-3)});
+  return "\nselection: a contact world of boxes that all move, some of them switched off\n" + table.str();
 }
 
 std::string parameters_text(const SceneResult& scene) {
@@ -155,31 +184,7 @@ std::string scene_section(const SceneResult& scene) {
                format_count(backend.undecided_frames), format_error(backend.worst_clearance_error)});
   }
   text += table.str();
-  if (scene.facet_rows.empty()) return text + no_facets(scene);
-  text += fmt::format(
-      "  facets: cost against error, {} frames against the exact clearance at {} facets; allowed {} m\n",
-      scene.facet_frames, scene.finest_facets, format_error(scene.facet_budget));
-  TextTable facets({"backend", "query", "facets", "pairs", "ns a frame", "error [m]", "serves"});
-  const std::string& shown = scene.facet_rows.front().backend;
-  for (const FacetRow& row : scene.facet_rows) {
-    if (row.backend != shown) continue;  // every backend's rows are in the files
-    facets.add({row.backend, std::string(to_string(row.query)), std::to_string(row.facets),
-                format_count(row.pairs), format_ns(row.frame_ns), format_error(row.error),
-                row.serves ? "yes" : "no"});
-  }
-  text += facets.str();
-  for (const QueryKind query : kQueryKinds) {
-    const FacetRow* least = cheapest_row(scene, query);
-    if (least == nullptr) {
-      text += fmt::format("  nothing serves {} within that\n", to_string(query));
-      continue;
-    }
-    const std::string thin = thin_evidence(scene, query);
-    text += fmt::format("  least that {} {}: {} with {} facets, {} ns a frame{}\n",
-                        thin.empty() ? "serves" : "served", to_string(query), least->backend, least->facets,
-                        format_ns(least->frame_ns), thin.empty() ? "" : "; no recommendation: " + thin);
-  }
-  return text;
+  return text + trade_section(scene.trade);
 }
 
 std::string pair_file_section(const PairFileResult& result) {
@@ -244,9 +249,11 @@ std::string new_tables(const Report& report, Shown& shown) {
   for (; shown.scenes < report.scenes.size(); ++shown.scenes)
     text += scene_section(report.scenes[shown.scenes]);
   if (!report.broadphases.empty() && !shown.broadphases) text += broadphase_section(report);
+  if (!shown.selection) text += selection_section(report.selection);
   shown.head = true;
   shown.pair_file = report.pair_file.has_value();
   shown.broadphases = !report.broadphases.empty();
+  shown.selection = !report.selection.empty();
   return text;
 }
 

@@ -8,7 +8,7 @@ namespace touchstone::comparison {
 
 /// How much of a report is printed already.
 struct Shown {
-  bool head = false, pair_file = false, broadphases = false;
+  bool head = false, pair_file = false, broadphases = false, selection = false;
   std::size_t sets = 0, scenes = 0;
 };
 

@@ -431,13 +431,19 @@ SceneResult a_scene(std::size_t frames, std::size_t differing) {
   scene.set = one_set({});
   scene.set.backends[0].frame.fill(blocks(1000, 1234, 1500));
   scene.backends.emplace_back().name = "some";
-  scene.finest_facets = 64;
-  scene.facet_frames = frames;
-  scene.facet_frames_near = frames / 2;
-  scene.facet_class_frames = differing;
-  scene.facet_budget = 1e-6;
-  for (const QueryKind query : kQueryKinds)
-    scene.facet_rows.push_back({"some", 4, query, 3, 777, 0, false, true});
+  scene.trade.frames = frames;
+  scene.trade.frames_near = frames / 2;
+  scene.trade.models = 2;
+  scene.trade.class_frames = differing;
+  scene.trade.allowed = 1e-6;
+  for (const QueryKind query : kQueryKinds) {
+    TradeRow& row = scene.trade.rows.emplace_back();
+    row.backend = "some";
+    row.model = "4 facets";
+    row.pairs = row.all_pairs = 3;
+    row.query = query;
+    row.frame_ns = 777;
+  }
   return scene;
 }
 
@@ -450,13 +456,19 @@ std::string page_with(const SceneResult& scene) {
 }
 
 TEST(Scenes, RecommendsOnlyOnFramesThatBearIt) {
-  const char* const bold = "<strong>some with 4 facets, 777 ns a frame</strong>";
+  const char* const bold = "<strong>some, 4 facets, 3 pairs, 777 ns a frame</strong>";
   EXPECT_THAT(page_with(a_scene(100, 3)), HasSubstr(std::string("Least that serves overlap: ") + bold));
   const std::string few = page_with(a_scene(10, 3));
   EXPECT_THAT(few, Not(HasSubstr(bold)));
   EXPECT_THAT(few, HasSubstr("No recommendation: too few frames (10"));
   EXPECT_THAT(few, HasSubstr("over 10 of 1301 frames, 5 of them"));
   EXPECT_THAT(few, HasSubstr("fewer than 26 %"));  // 1 - 0.05^(1/10)
+  SceneResult single = a_scene(100, 0);
+  single.trade.models = 1;
+  EXPECT_THAT(page_with(single), HasSubstr(std::string("Least that serves overlap: ") + bold));
+  SceneResult whole = a_scene(10, 0);
+  whole.trade.all_frames = true;
+  EXPECT_THAT(page_with(whole), HasSubstr(std::string("Least that serves overlap: ") + bold));
   const std::string alike = page_with(a_scene(100, 0));
   EXPECT_THAT(alike, HasSubstr("Least that served overlap in these frames"));
   EXPECT_THAT(alike, HasSubstr(std::string("Least that serves distance: ") + bold));
@@ -466,7 +478,7 @@ TEST(Scenes, AWrongBackendHasNoFrameTime) {
   SceneResult scene = a_scene(100, 3);
   EXPECT_THAT(page_with(scene), HasSubstr("<td>1 234</td>"));
   for (Wrongness& wrong : scene.set.backends[0].judgement.wrongness) wrong.missed = 9;
-  for (FacetRow& row : scene.facet_rows) row.wrong = true, row.serves = false;
+  for (TradeRow& row : scene.trade.rows) row.wrong_frames = 9, row.backend_error = 2;
   const std::string page = page_with(scene);
   EXPECT_THAT(page, Not(HasSubstr("<td>1 234</td>")));
   EXPECT_THAT(page, HasSubstr("<td>no speed: 9 missed"));

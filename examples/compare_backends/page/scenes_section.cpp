@@ -16,43 +16,75 @@ std::string parameters(const SceneResult& scene) {
   return text.empty() ? "" : text + ".";
 }
 
-std::string least_that_serves(const SceneResult& scene, QueryKind query) {
-  const FacetRow* least = cheapest_row(scene, query);
+std::string least_that_serves(const SceneTrade& trade, QueryKind query) {
+  const TradeRow* least = cheapest_row(trade, query, trade.allowed);
   if (least == nullptr)
     return fmt::format("<p class='gap'>Nothing serves {} within that.</p>\n", to_string(query));
-  const std::string what = fmt::format("{} with {} facets, {} ns a frame", xml_text(least->backend),
-                                       least->facets, format_ns(least->frame_ns));
-  const std::string thin = thin_evidence(scene, query);
+  const std::string what =
+      fmt::format("{}, {} ns a frame", xml_text(words(*least)), format_ns(least->frame_ns));
+  const std::string thin = thin_evidence(trade, query);
   return thin.empty()
              ? fmt::format("<p>Least that serves {}: <strong>{}</strong>.</p>\n", to_string(query), what)
              : fmt::format("<p>Least that served {} in these frames: {}. No recommendation: {}.</p>\n",
                            to_string(query), what, thin);
 }
 
-std::string facets(const Page& page, const SceneResult& scene) {
-  if (scene.facet_rows.empty()) {
-    return scene.parameters.count("facets") > 0
-               ? ""
-               : "<p class='soft'>No parameter <code>facets</code>: nothing round, no facet count to "
-                 "choose.</p>\n";
+std::string evidence(const SceneResult& scene) {
+  const SceneTrade& trade = scene.trade;
+  const std::string differing = fmt::format(" In {} of them two models differ in class.", trade.class_frames);
+  if (trade.all_frames) return fmt::format("every one of {} frames.", trade.frames) + differing;
+  return fmt::format(
+      "{} of {} frames, {} of them one after the other around the {} of the commanded motion. With an error "
+      "beyond that in none of them, it is in fewer than {:.2g} % of frames drawn as these were (95 % "
+      "bound).{}",
+      trade.frames, scene.all_frames, trade.frames_near,
+      scene.exact_first_contact ? "first contact" : "least clearance", 100 * upper_bound_95(0, trade.frames),
+      differing);
+}
+
+std::string all_rows(const Page& page, const SceneTrade& trade) {
+  HtmlTable table({"backend", "query", "model", "hexahedra", "pairs", "ns a frame", "geometry [m]",
+                   "backend [m]", "serves"});
+  for (const TradeRow& row : trade.rows) {
+    const bool serves = row.serves(trade.allowed);
+    table.add({page.named(row.backend), std::string(to_string(row.query)), xml_text(row.model),
+               format_count(row.hexahedra), format_count(row.pairs),
+               row.wrong_frames > 0 && !serves ? "no speed" : format_ns(row.frame_ns),
+               format_error(row.geometry_error), format_error(row.backend_error), serves ? "yes" : "no"});
   }
+  return "<details><summary>All rows</summary>" + table.str() + "</details>\n";
+}
+
+std::string trade_text(const Page& page, const SceneResult& scene) {
+  const SceneTrade& trade = scene.trade;
+  if (trade.rows.empty()) return "";
   std::string html = fmt::format(
-      "<p>Cost against error by facet count, over {} of {} frames, {} of them one after the other around the "
-      "{} of the commanded motion, against the exact clearance at {} facets; allowed: {} m. With an error "
-      "beyond that in none of them, it is in fewer than {:.2g} % of frames drawn as these were (95 % bound). "
-      "In {} of them {} and {} facets differ in class.</p>\n",
-      scene.facet_frames, scene.all_frames, scene.facet_frames_near,
-      scene.exact_first_contact ? "first contact" : "least clearance", scene.finest_facets,
-      format_error(scene.facet_budget), 100 * upper_bound_95(0, scene.facet_frames), scene.facet_class_frames,
-      scene.facet_rows.front().facets, scene.finest_facets);
-  for (const QueryKind query : kQueryKinds) html += least_that_serves(scene, query);
-  HtmlTable table({"backend", "query", "facets", "pairs", "ns a frame", "error [m]", "serves"});
-  for (const FacetRow& row : scene.facet_rows) {
-    table.add({page.named(row.backend), std::string(to_string(row.query)), std::to_string(row.facets),
-               format_count(row.pairs), row.wrong ? "no speed" : format_ns(row.frame_ns),
-               format_error(row.error), row.serves ? "yes" : "no"});
-  }
-  return html + "<details><summary>All rows</summary>" + table.str() + "</details>\n";
+      "<h4>The least that serves</h4><p>Models of the scene, all pairs or those that the motion needs, "
+      "against {}; "
+      "allowed: {} m, over {}</p>\n",
+      trade.round ? "the true round parts" : "the hexahedra as written", format_error(trade.allowed),
+      evidence(scene));
+  for (const QueryKind query : kQueryKinds) html += least_that_serves(trade, query);
+  HtmlTable steps({"query", "from an allowed error of [m]", "the least that serves", "ns a frame",
+                   "geometry [m]", "backend [m]"});
+  for (const QueryKind query : kQueryKinds)
+    for (const TradeStep& step : trade_steps(trade, query))
+      steps.add({std::string(to_string(query)), format_error(step.allowed), xml_text(words(*step.row)),
+                 format_ns(step.row->frame_ns), format_error(step.row->geometry_error),
+                 format_error(step.row->backend_error)});
+  return html + steps.str() + all_rows(page, trade);
+}
+
+std::string selection_text(const std::vector<SelectionRow>& rows) {
+  if (rows.empty()) return "";
+  HtmlTable table({"objects", "switched off", "candidate pairs a frame", "us a frame"});
+  for (const SelectionRow& row : rows)
+    table.add({format_count(row.objects), format_count(row.switched_off), format_ns(row.candidate_pairs),
+               format_ns(row.frame.median_ns * 1e-3)});
+  return "<h3>What selection saves</h3><p>A contact world of boxes that all move and turn, with objects "
+         "switched "
+         "off: what a frame costs.</p>" +
+         table.str();
 }
 
 // A wrong or missing answer in the scene leaves no speed, but its count.
@@ -85,7 +117,7 @@ std::string one_scene(const Page& page, const SceneResult& scene) {
                format_count(backend.undecided_frames), format_error(backend.worst_clearance_error),
                format_error(backend.clearance_at_stop)});
   }
-  return html + table.str() + facets(page, scene) + "</section>\n";
+  return html + table.str() + trade_text(page, scene) + "</section>\n";
 }
 
 }  // namespace
@@ -102,7 +134,8 @@ the first that it blocks.</p>
 )";
   html += "<div class='scenes'>\n";
   for (const SceneResult& scene : page.report.scenes) html += one_scene(page, scene);
-  return html + "</div>\n" + source_note("scenes", "figures/scene_<name>.svg");
+  html += "</div>\n" + selection_text(page.report.selection);
+  return html + source_note("scenes", "figures/scene_<name>.svg");
 }
 
 }  // namespace touchstone::comparison
