@@ -33,7 +33,8 @@ constexpr const char* kDynamics =
     R"({"program": "dynamics_run", "scenes": [{"scene": "push", "build_on": "native",
   "runs": [{"backend": "native", "stopped": null, "answers": [{"holds": true}, {"holds": false}], "deepest_m": 1.25e-9,
   "pose_error_m": 0.0, "unexplained_momentum_ns": 3.5e-15, "energy_made_j": 1e-12, "energy_scale_j": 4.0,
-  "step_us": {"median": 12.5}}, {"backend": "edge_face", "not_run": "finds no manifolds"}]}]})";
+  "step_us": {"median": 12.5, "p99_9": 30.5}, "allocations": 2, "misses": ["final pose"]},
+  {"backend": "edge_face", "not_run": "finds no manifolds"}]}]})";
 
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 
