@@ -39,6 +39,9 @@ Json json(const DriftRun& run) {
   result["energy_made_over_scale"] = number(run.energy_made);
   result["deepest_m"] = number(run.deepest);
   result["step_ns"] = number(run.step_ns);
+  result["step_p99_9_ns"] = number(run.p999_ns);
+  result["allocations"] = number(run.allocations);
+  result["misses"] = run.misses;
   result["answers"] = run.answers;
   result["answers_met"] = run.met;
   result["build_on"] = run.build_on;

@@ -105,10 +105,10 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"fitted_slopes", "along slope", "objects, hexahedra an object, or threads"},
     {"root", "dynamics", "of --dynamics: one entry a scene and backend, as dynamics_run found it"},
     {"dynamics",
-     "scene pose_error_m unexplained_momentum_ns energy_made_over_scale deepest_m step_ns answers "
-     "answers_met "
-     "build_on",
-     "step_ns: median; build_on: the backend that dynamics_run names for the scene; gap: why it did not end"},
+     "scene pose_error_m unexplained_momentum_ns energy_made_over_scale deepest_m step_ns step_p99_9_ns "
+     "allocations answers answers_met misses build_on",
+     "step_ns: median; misses: what its run was out in; build_on: the backend that dynamics_run names for "
+     "the scene; gap: why it did not end"},
     {"root", "thread_runs", "distances on several threads"},
     {"root", "thread_gaps", "backends that were not run on several threads, and why"},
     {"thread_runs", "threads pass", "wall-clock times of whole passes, ns a pair"},
