@@ -29,9 +29,9 @@ Overlap costs only where the class is wrong; a manifold is asked in contact only
 )";
 
 std::string machine_lines(const Report& report) {
-  return fmt::format("\nTouchstone {}; {}, {}, {}; {}.\nWritten by `{}`.\n", report.machine.version,
-                     report.machine.cpu, report.machine.instruction_set, report.machine.system,
-                     report.machine.compiler, report.options.command_line);
+  return fmt::format("\nTouchstone {}; {}, {}; {}.\nWritten by `{}`.\n", report.machine.version,
+                     report.machine.cpu, report.machine.instruction_set, report.machine.compiler,
+                     report.options.command_line);
 }
 
 std::string markdown_row(const std::vector<std::string>& cells) {
