@@ -13,7 +13,7 @@ namespace {
 // so that few of them take it out. Far above rounding, as impulses are differences of velocities over R.
 constexpr double kFirstSoftness = 1e-2, kHarder = 0.03, kSoftness = 1e-5;
 // A round need not be solved better than to this share of the least that was left before it.
-constexpr double kInexact = 0.1;
+constexpr double kInexact = 0.01;
 // The softness of contacts that contradict each other: it stays, and says how hard they press.
 constexpr double kContradictorySoftness = 1e-3;
 constexpr int kMostRounds = 20, kMostSteps = 40;
@@ -21,6 +21,8 @@ constexpr int kSoftRounds = 3;
 constexpr double kFarBeyond = 1e4;
 // A round that leaves more than this share of the residual of the one before brings nothing.
 constexpr double kStuck = 0.7;
+// What a step's work counts beside factoring: of a contact whose blocks are added, of a row.
+constexpr double kAssembly = 450.0, kRowWork = 60.0;
 // Slopes along a step below this share of the first count as 0.
 constexpr double kFlat = 1e-3;
 constexpr int kMostSearches = 20;
@@ -59,10 +61,10 @@ void ConvexContacts::reserve(std::size_t units, std::size_t rows, std::size_t wi
   cholesky_.reserve(units, rows, widest);
   pairs_.reserve(rows);
   for (auto* vector : {&first_, &first_mass_}) vector->reserve(units + 1);
-  for (auto* vector : {&scale_, &slip_, &anchor_, &gamma_, &u_, &du_, &trial_u_, &best_})
-    vector->reserve(rows);
+  for (auto* vector : {&scale_, &slip_, &anchor_, &gamma_, &u_, &du_, &best_}) vector->reserve(rows);
   for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) vector->reserve(units * widest);
   blocks_.reserve(6 * widest);
+  for (auto* vector : {&stiffness_, &last_stiffness_}) vector->reserve(3 * rows);
 }
 
 /// w: the largest diagonal entry of W of each block.
@@ -107,11 +109,12 @@ void ConvexContacts::load(const SparseContacts& problem, std::span<const double>
     widest = std::max(widest, size);
   }
   const std::size_t rows = problem.rows.size();
-  for (auto* vector : {&anchor_, &gamma_, &u_, &du_, &trial_u_, &best_}) vector->resize(rows);
+  for (auto* vector : {&anchor_, &gamma_, &u_, &du_, &best_}) vector->resize(rows);
   for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) vector->resize(rates);
   blocks_.resize(6 * widest);
   slip_.resize(problem.contacts);
   std::copy(x.begin(), x.end(), anchor_.begin());
+  is_factored_ = false;
   find_scales();
   find_pairs();
 }
@@ -217,26 +220,31 @@ void ConvexContacts::add_rows(std::size_t first, std::size_t count, const double
   }
 }
 
-void ConvexContacts::add_contact(std::size_t contact) {
-  const double R = softness_ * scale_[contact];
-  if (!(R > 0.0)) return;
-  double y[3], p[3], G[9];
-  for (std::size_t i = 0; i < 3; ++i) y[i] = anchor_[3 * contact + i] - u_[3 * contact + i] / R;
-  y[0] -= slip_[contact] / R;
-  project_on_cone(problem_.friction[contact], y, p, G);
-  if (G[0] == 0.0) return;
-  for (double& entry : G) entry /= R;
-  add_rows(3 * contact, 3, G);
-}
-
-void ConvexContacts::add_joint(std::size_t joint) {
-  const std::size_t r = 3 * problem_.contacts + joint;
-  const double R = softness_ * scale_[problem_.contacts + joint];
-  if (!(R > 0.0)) return;
-  const double y = anchor_[r] - u_[r] / R;
-  if (y < problem_.bounds[joint].lower || y > problem_.bounds[joint].upper) return;
-  const double G = 1.0 / R;
-  add_rows(r, 1, &G);
+/// G of every block at the velocities u_, 0 where nothing presses. @return whether it is as it was when the
+/// system was last factored.
+bool ConvexContacts::find_stiffness() {
+  stiffness_.swap(last_stiffness_);
+  const std::size_t contacts = problem_.contacts;
+  stiffness_.assign(9 * contacts + problem_.bounds.size(), 0.0);
+  for (std::size_t c = 0; c < contacts; ++c) {
+    const double R = softness_ * scale_[c];
+    if (!(R > 0.0)) continue;
+    double y[3], p[3];
+    double* const G = &stiffness_[9 * c];
+    for (std::size_t i = 0; i < 3; ++i) y[i] = anchor_[3 * c + i] - u_[3 * c + i] / R;
+    y[0] -= slip_[c] / R;
+    project_on_cone(problem_.friction[c], y, p, G);
+    for (std::size_t i = 0; i < 9; ++i) G[i] /= R;
+  }
+  for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
+    const std::size_t r = 3 * contacts + j;
+    const double R = softness_ * scale_[contacts + j];
+    if (!(R > 0.0)) continue;
+    const double y = anchor_[r] - u_[r] / R;
+    if (y >= problem_.bounds[j].lower && y <= problem_.bounds[j].upper)
+      stiffness_[9 * contacts + j] = 1.0 / R;
+  }
+  return is_factored_ && stiffness_ == last_stiffness_;
 }
 
 /// M + J^T G J.
@@ -245,8 +253,12 @@ void ConvexContacts::assemble() {
   for (std::uint32_t i = 0; i < problem_.sizes.size(); ++i)
     std::copy_n(&problem_.masses[first_mass_[i]], problem_.sizes[i] * problem_.sizes[i],
                 cholesky_.diagonal(i));
-  for (std::size_t c = 0; c < problem_.contacts; ++c) add_contact(c);
-  for (std::size_t j = 0; j < problem_.bounds.size(); ++j) add_joint(j);
+  for (std::size_t c = 0; c < problem_.contacts; ++c)
+    if (stiffness_[9 * c] > 0.0) add_rows(3 * c, 3, &stiffness_[9 * c]);
+  for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
+    const double G = stiffness_[9 * problem_.contacts + j];
+    if (G > 0.0) add_rows(3 * problem_.contacts + j, 1, &G);
+  }
 }
 
 /// Of the potential along step_, and how that changes.
@@ -308,13 +320,16 @@ double ConvexContacts::line_search() {
   return along;
 }
 
-/// How far velocities by the impulses are from V [m/s], at most.
-double ConvexContacts::missed(std::span<const double> V) {
-  spread(gamma_, trial_V_);
-  for (std::size_t i = 0; i < trial_V_.size(); ++i) trial_V_[i] -= V[i];
-  find_velocities(trial_V_, trial_u_, false);
+/// How far velocities by the impulses are from those of V [m/s], at most: J M^-1 of the gradient.
+double ConvexContacts::missed() const {
   double worst = 0.0;
-  for (const double du : trial_u_) worst = worse_of(worst, std::abs(du));
+  for (const SparseContacts::Row& row : problem_.rows) {
+    double sum = 0.0;
+    for (int i = 0; i < row.count; ++i)
+      for (std::size_t k = 0; k < problem_.sizes[row.units[i]]; ++k)
+        sum += problem_.Y[row.first[i] + k] * gradient_[first_[row.units[i]] + k];
+    worst = worse_of(worst, std::abs(sum));
+  }
   return worst;
 }
 
@@ -324,17 +339,21 @@ ConvexContacts::Outcome ConvexContacts::minimise(double tolerance, WorkBudget& b
   for (int i = 0; i < kMostSteps; ++i) {
     find_velocities(V_, u_, true);
     project(u_);
-    const double miss = missed(V_);
+    find_gradient();
+    const double miss = missed();
     if (miss <= tolerance) return Outcome::solved;
     if (!std::isfinite(miss)) return Outcome::stuck;
     if (budget.is_spent()) return Outcome::spent;
-    find_gradient();
-    assemble();
-    if (!cholesky_.factor()) return Outcome::stuck;
+    if (!find_stiffness()) {
+      assemble();
+      is_factored_ = cholesky_.factor();
+      if (!is_factored_) return Outcome::stuck;
+      budget.spend(cholesky_.work() + kAssembly * static_cast<double>(problem_.contacts));
+    }
     for (std::size_t k = 0; k < gradient_.size(); ++k) step_[k] = -gradient_[k];
     cholesky_.solve(step_, first_);
     find_velocities(step_, du_, false);
-    budget.spend(cholesky_.work() + 200.0 * static_cast<double>(problem_.rows.size()));
+    budget.spend(kRowWork * static_cast<double>(problem_.rows.size()));
     ++report_.newton_steps;
     const double along = line_search();
     double most = 0.0;
@@ -394,14 +413,15 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   best_ = anchor_;
   V_ = trial_V_;
   double last = report_.residual;
+  bool is_first = true;  // what a round solves takes energy; what there was to start from may give some
   for (int round = 0; round < kMostRounds && !(report_.residual <= tolerance); ++round) {
     for (std::size_t c = 0; c < problem_.contacts; ++c)
       slip_[c] = problem_.friction[c] * length_of(u_[3 * c + 1], u_[3 * c + 2]);
     const Outcome outcome = minimise(std::max(0.1 * tolerance, kInexact * last), budget);
     const double residual = residual_of(gamma_);
-    if (outcome == Outcome::solved && residual < report_.residual)
-      report_.residual = residual, best_ = gamma_;
     if (outcome != Outcome::solved) break;
+    if (is_first || residual < report_.residual) report_.residual = residual, best_ = gamma_;
+    is_first = false;
     if (softness_ == kSoftness && !(residual <= kStuck * last)) break;
     softness_ = std::max(kSoftness, kHarder * softness_);
     last = std::min(last, residual);

@@ -76,12 +76,11 @@ class ConvexContacts {
   void project(const std::vector<double>& u);
   void find_gradient();
   void assemble();
-  void add_contact(std::size_t contact);
-  void add_joint(std::size_t joint);
+  bool find_stiffness();
   void add_rows(std::size_t first, std::size_t count, const double* G);
   double slope_at(double along, double& curvature);
   double line_search();
-  double missed(std::span<const double> V);
+  double missed() const;
   double residual_of(std::span<const double> x);
   bool is_growing() const;
   void soften(double tolerance, WorkBudget& budget);
@@ -93,8 +92,10 @@ class ConvexContacts {
   std::vector<double> scale_;                    // w of each block; R = softness w
   std::vector<double> slip_;                     // s, by contact
   std::vector<double> anchor_, gamma_;           // x_k and the projections, by row
-  std::vector<double> V_, u_, step_, du_, gradient_, trial_u_, trial_V_, best_;
-  std::vector<double> blocks_;  // G J of the rows being added
+  std::vector<double> V_, u_, step_, du_, gradient_, trial_V_, best_;
+  std::vector<double> blocks_;                      // G J of the rows being added
+  std::vector<double> stiffness_, last_stiffness_;  // G, by block
+  bool is_factored_ = false;                        // with the last stiffness
   double softness_ = 0.0;
   ConvexReport report_;
 };

@@ -1,6 +1,7 @@
 // Islands by ConvexContacts: those of any size, and those that contradict themselves.
 
 #include <algorithm>
+#include <cmath>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/dynamics_world.hpp"
@@ -16,10 +17,25 @@ constexpr double kShareOfSpeed = 1e-5;
 }  // namespace
 
 /// Of an island's residual [m/s].
-double DynamicsWorld::tolerance_of(std::size_t rows) const {
+double DynamicsWorld::tolerance_of(const Island& island, bool is_exact) const {
   const double exact = settings_.solver.tolerance;
-  if (settings_.accuracy == Accuracy::exact || rows <= settings_.solver.most_path_rows) return exact;
-  return std::max(exact, kShareOfGap * settings_.contact_gap / h_);
+  if (settings_.accuracy == Accuracy::exact || is_exact) return exact;
+  double speed = 0.0;
+  for (std::size_t k = 0; k < island.contacts + island.joints; ++k) {
+    const std::size_t first = first_row(block_order_[island.first_block + k]);
+    for (std::size_t i = first; i < first + (k < island.contacts ? 3 : 1); ++i)
+      speed = std::max(speed, std::abs(b_[i]));
+  }
+  return std::max({exact, kShareOfGap * settings_.contact_gap / h_, kShareOfSpeed * speed});
+}
+
+/// Then exact means are not tried first.
+bool DynamicsWorld::is_contradicted(const Island& island) const {
+  const std::span<const std::uint32_t> units =
+      std::span(unit_order_).subspan(island.first_unit, island.units);
+  return settings_.accuracy == Accuracy::bounded &&
+         std::any_of(units.begin(), units.end(),
+                     [&](std::uint32_t unit) { return contradicted_[unit] != 0; });
 }
 
 /// Masses of the island's units, and its loaded rows with units as it counts them.
@@ -60,22 +76,24 @@ void DynamicsWorld::load_convex(const Island& island) {
 }
 
 /// The loaded island; where the step's work ends, the best of what there is.
-SolveReport DynamicsWorld::solve_convex(const Island& island, double tolerance, StepReport& report) {
+SolveReport DynamicsWorld::solve_convex(const Island& island, StepReport& report) {
+  const double tolerance = tolerance_of(island, false);
   load_convex(island);
   const SparseContacts problem{
       convex_sizes_, masses_, island.contacts, local_friction_, local_bounds_, convex_rows_, J_, Y_,
       local_b_};
-  if (tolerance > settings_.solver.tolerance)
-    for (const double b : local_b_) tolerance = std::max(tolerance, kShareOfSpeed * std::abs(b));
   const ConvexReport convex = convex_.solve(problem, local_x_, tolerance, budget_);
+  const bool is_any_found = local_x_ != warm_x_;
   for (std::size_t k = 0; k < local_rows_.size(); ++k) x_[local_rows_[k]] = local_x_[k];
   SolveReport solved;
   solved.newton_steps = convex.newton_steps;
   solved.residual = update_velocities(island).worst;
   solved.converged = solved.residual <= tolerance;
   report.contradictory += convex.is_contradictory ? 1 : 0;
-  if (!solved.converged && !convex.is_contradictory && budget_.is_spent()) {
-    report.is_work_spent = true;
+  for (const std::uint32_t unit : std::span(unit_order_).subspan(island.first_unit, island.units))
+    contradicted_[unit] = convex.is_contradictory ? 1 : 0;
+  if (!solved.converged && budget_.is_spent()) report.is_work_spent = true;
+  if (!solved.converged && !is_any_found) {
     const int steps = solved.newton_steps;
     solved = sweep_loaded(island, solved.residual);
     solved.newton_steps = steps;

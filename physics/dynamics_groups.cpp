@@ -14,14 +14,18 @@ std::uint32_t DynamicsWorld::leader_of(std::uint32_t unit) {
 void DynamicsWorld::join(std::uint32_t a, std::uint32_t b) { leader_[leader_of(b)] = leader_of(a); }
 
 /// Groups come in the order of their first contact, then mechanisms that touch nothing. Bodies that touch
-/// nothing are loose; contacts that move nothing belong nowhere.
+/// nothing are loose; contacts that move nothing, or sleepers alone, belong nowhere.
 void DynamicsWorld::find_groups(std::span<const Contact> contacts) {
   const auto units = static_cast<std::uint32_t>(bodies_.size() + mechanisms_.size());
   leader_.resize(units);
   for (std::uint32_t i = 0; i < units; ++i) leader_[i] = i;
+  const auto awake_unit_of = [&](const Mover& mover) {
+    const std::uint32_t unit = unit_of(mover);
+    return unit < bodies_.size() && bodies_[unit].is_asleep ? kNone : unit;
+  };
   group_of_contact_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const std::uint32_t a = unit_of(contacts[i].a), b = unit_of(contacts[i].b);
+    const std::uint32_t a = awake_unit_of(contacts[i].a), b = awake_unit_of(contacts[i].b);
     if (a != kNone && b != kNone) join(a, b);
     group_of_contact_[i] = a != kNone ? a : b;  // a unit of it, for now
   }
@@ -39,7 +43,7 @@ void DynamicsWorld::find_groups(std::span<const Contact> contacts) {
   loose_.clear();
   for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
     group_of_unit_[i] = group_of_unit_[leader_of(i)];
-    if (group_of_unit_[i] == kNone && !bodies_[i].is_kinematic) loose_.push_back(i);
+    if (group_of_unit_[i] == kNone && !bodies_[i].is_kinematic && !bodies_[i].is_asleep) loose_.push_back(i);
   }
   sort_by_group(contacts, groups);
 }

@@ -15,6 +15,8 @@ namespace {
 // anew, though not more often than every kPatience steps: where rounding is larger than that, nothing is won.
 constexpr double kStill = 0x1p-52;
 constexpr std::uint8_t kPatience = 16;
+// What a step's work counts beside linear systems: an entry of W, a row that is set up and tried.
+constexpr double kCouplingWork = 10.0, kRowWork = 300.0;
 
 }  // namespace
 
@@ -329,14 +331,15 @@ SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm, StepR
   load_island(island);
   const std::size_t rows = local_rows_.size();
   const bool is_exact = settings_.accuracy == Accuracy::exact;
-  const double tolerance = tolerance_of(rows);
+  const double tolerance = tolerance_of(island, rows <= settings_.solver.most_path_rows);
   SolveReport solved;
   solved.converged = false;
   const bool is_small =
       rows <= (is_exact ? settings_.solver.most_newton_rows : settings_.solver.most_path_rows);
   warm_x_ = local_x_;
-  if (is_small) {
+  if (is_small && !is_contradicted(island)) {
     load_couplings();
+    budget_.spend(kCouplingWork * static_cast<double>(rows * rows));
     solved = solve_loaded(island, is_exact ? nullptr : &budget_);
     if (warm <= tolerance && solved.converged) refine(island);
     update_velocities(island);
@@ -344,7 +347,7 @@ SolveReport DynamicsWorld::solve_afresh(const Island& island, double warm, StepR
   if (!solved.converged) {
     local_x_ = warm_x_;
     const SolveReport tried = solved;
-    solved = solve_convex(island, tolerance, report);
+    solved = solve_convex(island, report);
     solved.sweeps += tried.sweeps;
     solved.newton_steps += tried.newton_steps;
   }
@@ -375,7 +378,8 @@ void DynamicsWorld::solve_island(const Island& island, StepReport& report) {
   }
   if (!std::isfinite(warm.worst)) return fail_solve(island, report);
   const std::size_t rows = 3 * island.contacts + island.joints;
-  const bool holds = warm.worst <= tolerance_of(rows);
+  const bool holds = warm.worst <= tolerance_of(island, rows <= settings_.solver.most_path_rows);
+  budget_.spend(kRowWork * static_cast<double>(rows));
   const bool is_refined = rows <= settings_.solver.most_path_rows || settings_.accuracy == Accuracy::exact;
   SolveReport solved;
   solved.residual = warm.worst;

@@ -134,6 +134,7 @@ void DynamicsWorld::attach(std::span<const Contact> contacts) {
     tangents(contact.n_AB_W, point.t1_W, point.t2_W);
     point.impulse_W = point.impact_W = Vector3::Zero();
     point.last_force_W = carried_[point.index].force_W;
+    point.first_depth = -dot(contact.n_AB_W, contact.p_B_W - contact.p_A_W);
   }
 }
 

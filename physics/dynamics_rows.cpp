@@ -11,6 +11,8 @@ namespace touchstone::physics {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// What a step's work counts for a point that is flown to, and whose rows are gathered.
+constexpr double kPointWork = 500.0;
 
 }  // namespace
 
@@ -33,11 +35,12 @@ Vector3 DynamicsWorld::impulse_of(std::size_t contact) const {
 void DynamicsWorld::prepare_bodies(Phase phase) {
   for (const std::uint32_t i : group_.bodies) {
     Body& body = bodies_[i];
-    const RigidBodyState& state = phase == Phase::impact ? body.state : body.flown;
+    const RigidBodyState& state = phase == Phase::forces ? body.flown : body.state;
     body.middle_W = 0.5 * (body.state.p_W + state.p_W);
     body.row_v_W = body.body.velocity(state);
     body.row_inverse_W = body.body.inverse_inertia_W(state);
     body.row_w_W = rotate(body.row_inverse_W, state.angular_W);
+    if (phase == Phase::parting) body.row_v_W = body.row_w_W = Vector3::Zero();
   }
 }
 
@@ -45,14 +48,15 @@ void DynamicsWorld::prepare_bodies(Phase phase) {
 Vector3 DynamicsWorld::add_side(Side& side, const Mover& mover, const Point& point, Phase phase, double* b) {
   side.unit = unit_of(mover);
   if (side.unit == kNone)
-    return mover.kind == Mover::Kind::body ? point_velocity(mover, point.p_W) : Vector3(Vector3::Zero());
+    return mover.kind == Mover::Kind::body && phase != Phase::parting ? point_velocity(mover, point.p_W)
+                                                                      : Vector3(Vector3::Zero());
   if (is_body(side.unit)) {
     const Body& body = bodies_[side.unit];
     side.lever_W = point.act_W - body.middle_W;
     return body.row_v_W + cross(body.row_w_W, side.lever_W);
   }
   const Arm& arm = arm_of(side.unit);
-  const std::vector<double>& rates = phase == Phase::impact ? arm.qd : arm.flown_qd;
+  const std::vector<double>& rates = phase == Phase::forces ? arm.flown_qd : arm.qd;
   const std::size_t n = rates.size();
   const Vector3 directions[3] = {point.contact->n_AB_W, point.t1_W, point.t2_W};
   if (!has_rows_) {
@@ -67,7 +71,7 @@ Vector3 DynamicsWorld::add_side(Side& side, const Mover& mover, const Point& poi
       solve_cholesky(arm.M, Y);
     }
   }
-  for (std::size_t r = 0; r < 3; ++r)
+  for (std::size_t r = 0; r < 3 && phase != Phase::parting; ++r)
     for (std::size_t k = 0; k < n; ++k) b[r] += J_[side.first + r * n + k] * rates[k];
   return Vector3::Zero();
 }
@@ -86,17 +90,14 @@ void DynamicsWorld::add_contact(std::size_t index, Phase phase, double t) {
   const Vector3 directions[3] = {contact.n_AB_W, point.t1_W, point.t2_W};
   for (int i = 0; i < 3; ++i) {
     b[i] += dot(directions[i], v);
-    x_.push_back(phase == Phase::impact ? 0.0 : t * dot(directions[i], point.last_force_W));
+    x_.push_back(phase == Phase::forces ? t * dot(directions[i], point.last_force_W) : 0.0);
   }
-  const double gap = settings_.contact_gap;
-  if (phase == Phase::impact) {
-    if (b[0] < -settings_.bounce_speed) b[0] *= 1.0 + contact.restitution;
-  } else if (point.separation > gap) {
+  if (phase == Phase::parting)
+    b[0] = (point.separation + allowed_depth(point)) / t;
+  else if (phase == Phase::impact)
+    b[0] *= b[0] < -settings_.bounce_speed ? 1.0 + contact.restitution : 1.0;
+  else if (point.separation > settings_.contact_gap)
     b[0] += point.separation / t;
-  } else if (point.separation < -gap) {
-    const double depth = -(point.separation + gap);
-    b[0] -= settings_.push_out * depth;
-  }
   b_.insert(b_.end(), b, b + 3);
   friction_.push_back(contact.friction);
   if (!has_rows_) active_.push_back(index);
@@ -125,12 +126,14 @@ void DynamicsWorld::add_joint_rows(std::uint32_t mechanism, Phase phase, double 
     const std::uint32_t i = joint.value;
     if (i == Mechanism::kNone) continue;
     const JointDrive& drive = arm.drives[i];
-    const double rate = phase == Phase::impact ? arm.qd[i] : arm.flown_qd[i];
+    const bool parts = phase == Phase::parting;  // then drives hold
+    const double rate = parts ? 0.0 : phase == Phase::impact ? arm.qd[i] : arm.flown_qd[i];
     // In no time only a drive of unlimited torque gives an impulse.
-    if (drive.mode != JointDrive::Mode::torque && (phase == Phase::forces || drive.limit == kInfinity)) {
-      const double target = drive.mode == JointDrive::Mode::rate ? drive.rate : 0.0;
-      const double most = drive.limit == kInfinity ? kInfinity : drive.limit * t;
-      add_joint_row({mechanism, i, 1.0, false, 0}, rate - target, {-most, most}, t * arm.last_torque[i]);
+    if (drive.mode != JointDrive::Mode::torque && (phase != Phase::impact || drive.limit == kInfinity)) {
+      const double target = drive.mode == JointDrive::Mode::rate && !parts ? drive.rate : 0.0;
+      const double most = parts || drive.limit == kInfinity ? kInfinity : drive.limit * t;
+      add_joint_row({mechanism, i, 1.0, false, 0}, rate - target, {-most, most},
+                    parts ? 0.0 : t * arm.last_torque[i]);
     }
     for (const double sign : {1.0, -1.0}) {
       const double limit = sign > 0.0 ? joint.lower : joint.upper;
@@ -155,6 +158,7 @@ void DynamicsWorld::gather(Phase phase, double t, bool all, bool anew) {
   for (auto* vector : {&b_, &x_, &friction_}) vector->clear();
   bounds_.clear();
   prepare_bodies(phase);
+  budget_.spend(kPointWork * static_cast<double>(points_.size()));
   for (std::size_t i = 0; i < points_.size(); ++i)
     if (all || points_[i].separation <= settings_.contact_gap) add_contact(i, phase, t);
   for (const std::uint32_t m : group_.mechanisms) add_joint_rows(m, phase, t, all);

@@ -143,17 +143,20 @@ bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, Step
     clock.left = t >= clock.left ? 0.0 : clock.left - t;
   }
   report.substeps = std::max(report.substeps, clock.pieces);
+  part(h, report);
   if (!is_group_finite(report)) return false;
   finish(h);
+  count_stillness(h);
   return true;
 }
 
-/// For steps that are bounded.
-void DynamicsWorld::start_budget(std::size_t contacts) {
-  const bool is_bounded = settings_.accuracy == Accuracy::bounded;
+/// From now on, for so many contacts.
+WorkBudget DynamicsWorld::budget_of(std::size_t contacts) const {
+  WorkBudget budget;
   const auto shares = static_cast<double>(std::max(contacts, kLeastShares));
-  budget_.start(is_bounded ? 1e3 * settings_.work * shares : WorkBudget::kNoEnd,
-                is_bounded ? settings_.most_microseconds : WorkBudget::kNoEnd);
+  if (settings_.accuracy == Accuracy::bounded)
+    budget.start(1e3 * settings_.work * shares, settings_.most_microseconds);
+  return budget;
 }
 
 /// Or contacts contradict each other: pieces and tries would not find more.
@@ -181,9 +184,12 @@ StepReport DynamicsWorld::step(double h, std::span<const Contact> contacts, std:
     report.failure = StepFailure::bad_step;
     return report;
   }
+  report.substeps = 1;
+  if (contacts.empty() && is_at_rest()) return report;
   if (!check(contacts, report)) return report;
+  wake_touched(contacts);
   h_ = h;
-  start_budget(contacts.size());
+  budget_ = budget_of(contacts.size());
   keep();
   for (Arm& arm : mechanisms_) std::fill(arm.torque.begin(), arm.torque.end(), 0.0);
   carry_forces(contacts);
@@ -192,10 +198,12 @@ StepReport DynamicsWorld::step(double h, std::span<const Contact> contacts, std:
   forces_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (group_of_contact_[i] == kNone) {
-      next_warm_[i] = {};
-      forces_[i] = {Vector3::Zero(), Vector3::Zero()};
+      // Between sleepers: as it was when they fell asleep.
+      const Contact& contact = contacts[i];
+      next_warm_[i] = {contact.key, contact.a, contact.b, Vector3::Zero(), carried_[i].force_W, false};
+      forces_[i] = {carried_[i].force_W, Vector3::Zero()};
     }
-  report.substeps = 1;
+  contradicted_.resize(bodies_.size() + mechanisms_.size(), 0);
   bool is_good = true;
   for (std::size_t g = 0; g < groups_.size() && is_good; ++g) {
     group_ = groups_[g];

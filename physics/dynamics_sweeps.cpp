@@ -11,6 +11,7 @@ namespace {
 
 // Of the last resort.
 constexpr int kSweeps = 20;
+constexpr double kSweepWork = 50.0;  // a row
 // What held in a step of another length may be far too much in this: worse than nothing by this factor, it is
 // dropped.
 constexpr double kWorseThanNothing = 10.0;
@@ -139,6 +140,7 @@ SolveReport DynamicsWorld::sweep_loaded(const Island& island, double warm) {
     }
   }
   for (std::size_t k = 0; k < local_rows_.size(); ++k) x_[local_rows_[k]] = local_x_[k];
+  budget_.spend(kSweepWork * kSweeps * static_cast<double>(local_rows_.size()));
   report.residual = update_velocities(island).worst;
   report.converged = report.residual <= settings_.solver.tolerance;
   return report;

@@ -20,8 +20,11 @@ bool is_above_0(double value) { return value > 0.0 && std::isfinite(value); }
 void validate(const DynamicsWorld::Settings& settings) {
   if (!touchstone::is_finite(settings.gravity_W)) throw InputError("dynamics: gravity is not finite");
   if (!is_above_0(settings.contact_gap) || !is_at_least_0(settings.bounce_speed) ||
-      !is_at_least_0(settings.push_out))
-    throw InputError("dynamics: the contact gap must be > 0, bounce speed and push-out >= 0, all finite");
+      !is_at_least_0(settings.push_out) || !is_at_least_0(settings.part_speed))
+    throw InputError(
+        "dynamics: the contact gap must be > 0, bounce speed, push-out and part speed >= 0, all finite");
+  if (!is_at_least_0(settings.sleep_speed) || !(settings.sleep_time >= 0.0))
+    throw InputError("dynamics: the speed and time of falling asleep must be >= 0");
   if (settings.most_substeps == 0) throw InputError("dynamics: a step has at least one piece");
   const ContactSolver::Settings& solver = settings.solver;
   if (!is_above_0(solver.tolerance))
@@ -83,6 +86,7 @@ DynamicsWorld::DynamicsWorld(const Settings& settings) : settings_(settings), so
 std::uint32_t DynamicsWorld::add_body(const RigidBody& body, const RigidBodyState& state) {
   if (!is_finite(state)) throw InputError(indexed("body", bodies_.size()) + ": its state is not finite");
   bodies_.push_back({body, state});
+  wake_all();
   return static_cast<std::uint32_t>(bodies_.size() - 1);
 }
 
@@ -94,6 +98,7 @@ std::uint32_t DynamicsWorld::add_kinematic(const Pose& X_WB, const Vector3& v_W,
   const std::uint32_t index = add_body(body, body.state(X_WB, Vector3::Zero(), Vector3::Zero()));
   bodies_[index].is_kinematic = true;
   bodies_[index].told_v_W = v_W, bodies_[index].told_w_W = w_W;
+  count_restless();
   return index;
 }
 
@@ -102,12 +107,19 @@ void DynamicsWorld::set_velocity(std::uint32_t kinematic, const Vector3& v_W, co
     throw InputError(indexed("body", kinematic) + " is not kinematic");
   if (!touchstone::is_finite(v_W) || !touchstone::is_finite(w_W))
     throw InputError(indexed("kinematic body", kinematic) + ": velocities are not finite");
-  bodies_[kinematic].told_v_W = v_W, bodies_[kinematic].told_w_W = w_W;
+  Body& body = bodies_[kinematic];
+  const bool moved = moves(body);
+  body.told_v_W = v_W, body.told_w_W = w_W;
+  if (moves(body) != moved) restless_ = moved ? restless_ - 1 : restless_ + 1;
 }
 
 void DynamicsWorld::set_state(std::uint32_t body, const RigidBodyState& state) {
   if (body >= bodies_.size()) throw InputError("no " + indexed("body", body));
   if (!is_finite(state)) throw InputError(indexed("body", body) + ": its state is not finite");
+  if (bodies_[body].is_kinematic)
+    wake_all();  // what lay on it
+  else
+    wake(body);
   bodies_[body].state = state;
 }
 
@@ -115,11 +127,14 @@ void DynamicsWorld::set_body(std::uint32_t body, const RigidBody& as, const Rigi
   set_state(body, state);
   bodies_[body].body = as;
   bodies_[body].is_kinematic = false;
+  count_restless();
 }
 
 void DynamicsWorld::hold_out(std::uint32_t body) {
+  wake(body);
   bodies_[body].is_kinematic = true;
   bodies_[body].told_v_W = bodies_[body].told_w_W = Vector3::Zero();
+  count_restless();
 }
 
 void DynamicsWorld::set_rates(std::uint32_t mechanism, std::span<const double> qd) {
@@ -193,7 +208,7 @@ void DynamicsWorld::reserve(std::size_t contacts) {
                        &unit_order_, &mechanism_order_})
     vector->reserve(units);
   fill_.reserve(units + 1);
-  for (auto* vector : {&patience_, &kept_patience_}) vector->reserve(units);
+  for (auto* vector : {&patience_, &kept_patience_, &contradicted_}) vector->reserve(units);
   for (auto* vector : {&convex_sizes_, &local_unit_}) vector->reserve(units);
   masses_.reserve(units * widest * widest);
   convex_rows_.reserve(rows);

@@ -122,14 +122,22 @@ class DynamicsWorld {
     Vector3 gravity_W = Vector3::Zero();  ///< [m/s2]
     double contact_gap = 1e-9;            ///< closer than this [m] (joint stops: rad or m) counts as touching
     double bounce_speed = 1e-3;           ///< approaches slower than this [m/s] do not bounce
-    double push_out = 0.0;  ///< touching bodies deeper than the gap part at this rate times the depth [1/s]
+    /// What is deeper than 100 000 gaps (0.1 mm) parts at this rate times its depth [1/s], at 1 mm/s at least
+    /// (0: not at all), but no faster than `part_speed` [m/s]: it is moved, and gets no momentum by it.
+    /// Deeper overlap that a step makes anew goes at its end.
+    double push_out = 5.0, part_speed = 0.05;
+    /// What hangs together by contacts and has moved slower than `sleep_speed` [m/s] for `sleep_time` [s]
+    /// sleeps: it has no momentum, and is not looked at until something awake comes near or it is told to
+    /// move. Infinite: nothing sleeps. A body's speed is its centre's and, for its turning, |w| sqrt(tr I /
+    /// m).
+    double sleep_speed = 1e-3, sleep_time = std::numeric_limits<double>::infinity();
     std::uint32_t most_substeps = 16;  ///< then contacts of the rest of the step are met without bouncing
     ContactSolver::Settings solver = {};
     Accuracy accuracy = Accuracy::bounded;
     /// What a step of Accuracy::bounded may take before it goes on with the best found so far, which is said:
-    /// this many thousand multiplications for each contact given, at least for 32. A thousand take some 0.5
-    /// us.
-    double work = 10.0;
+    /// this many thousand multiplications for each contact given, at least for 32; as many again for parting
+    /// what overlaps. A thousand take some 0.5 us.
+    double work = 15.0;
     /// The same by the clock [us], for live use: results then depend on the machine. Infinite: not looked at.
     double most_microseconds = std::numeric_limits<double>::infinity();
   };
@@ -158,6 +166,16 @@ class DynamicsWorld {
   /// Joint rates from now on (joint_rates() itself, too), and the links' inertias taken anew
   /// (MechanismDynamics::set_links()). Does not allocate. @pre one a joint value, finite.
   void set_rates(std::uint32_t mechanism, std::span<const double> qd);
+  /// Ends a free body's sleep, and that of all it lies with.
+  void wake(std::uint32_t body);
+  bool is_asleep(std::uint32_t body) const { return bodies_[body].is_asleep; }
+  /// The first of those that it lies with. @pre it is asleep
+  std::uint32_t first_of_sleepers(std::uint32_t body) const { return bodies_[body].first_sleeper; }
+  std::uint32_t sleepers() const { return sleepers_; }  ///< bodies
+  /// Whether every free body sleeps, nothing else moves, and there are no mechanisms.
+  bool is_at_rest() const { return restless_ == 0 && mechanisms_.empty(); }
+  /// Whether what touches it is to be looked at: not ground, sleepers, and kinematic bodies that stand.
+  bool is_restless(const Mover& mover) const;
   /// Memory for `contacts` at a time, all joint rows besides.
   void reserve(std::size_t contacts);
 
@@ -202,7 +220,9 @@ class DynamicsWorld {
   struct Body {
     RigidBody body;
     RigidBodyState state;
-    bool is_kinematic = false, is_met = false;
+    bool is_kinematic = false, is_met = false, is_asleep = false;
+    std::uint32_t first_sleeper = 0, next_sleeper = 0;               // a ring of those that sleep together
+    double still_for = 0.0;                                          // [s]
     Vector3 told_v_W = Vector3::Zero(), told_w_W = Vector3::Zero();  // kinematic
     RigidBodyState kept = {}, start = {},
                    flown = {};  // before the step, before its piece, after without impulses
@@ -243,6 +263,7 @@ class DynamicsWorld {
     Vector3 act_W;                  // where impulses act
     Vector3 t1_W, t2_W;             // at right angles to the normal
     double separation, approach_v;  // at the start of the piece; the speed after its impact
+    double first_depth;             // at the start of the step
     Vector3 impulse_W, start_impulse_W, impact_W, last_force_W;  // on B
   };
   /// A row of a joint: its drive, or an end stop.
@@ -276,7 +297,7 @@ class DynamicsWorld {
     Vector3 force_W;
     bool is_new;  // in the last step it had another name, or was not
   };
-  enum class Phase { impact, forces };
+  enum class Phase { impact, forces, parting };
   /// How far a group is in the step.
   struct Clock {
     double left;
@@ -326,7 +347,7 @@ class DynamicsWorld {
   bool step_group(double h, std::span<const Contact> contacts, StepReport& report);
   bool step_loose(double h, StepReport& report);
   double piece(Clock& clock, double h, bool all, StepReport& report);
-  void start_budget(std::size_t contacts);
+  WorkBudget budget_of(std::size_t contacts) const;
   bool is_work_over(const StepReport& report) const;
   void keep_start();
   void keep();
@@ -348,6 +369,22 @@ class DynamicsWorld {
   static bool fail_flight(const Body& body, double t, std::uint32_t index, StepReport& report);
   void accumulate();
   void commit(double t, double h);
+
+  // dynamics_parting.cpp
+  double allowed_depth(const Point& point) const;
+  bool needs_parting() const;
+  void part(double h, StepReport& report);
+  void move_apart(double h);
+  bool is_free_group() const;
+
+  // dynamics_sleep.cpp
+  void wake_touched(std::span<const Contact> contacts);
+  void count_stillness(double h);
+  bool is_still(std::uint32_t body) const;
+  void put_to_sleep();
+  void wake_all();
+  static bool moves(const Body& body);
+  void count_restless();
 
   // dynamics_events.cpp
   bool has_brakes() const;
@@ -404,9 +441,10 @@ class DynamicsWorld {
   SolveReport sweep_loaded(const Island& island, double warm);
 
   // dynamics_convex.cpp
-  double tolerance_of(std::size_t rows) const;
+  double tolerance_of(const Island& island, bool is_exact) const;
+  bool is_contradicted(const Island& island) const;
   void load_convex(const Island& island);
-  SolveReport solve_convex(const Island& island, double tolerance, StepReport& report);
+  SolveReport solve_convex(const Island& island, StepReport& report);
 
   Settings settings_;
   ContactSolver solver_;
@@ -442,9 +480,11 @@ class DynamicsWorld {
   std::vector<std::size_t> local_rows_;
   std::vector<double> W_, local_b_, local_x_, warm_x_, local_friction_;
   std::vector<ContactProblem::Bounds> local_bounds_;
-  double h_ = 0.0;          // the whole step
-  bool is_coarse_ = false;  // the group goes through the step in one piece
-  WorkBudget budget_;       // of the step
+  double h_ = 0.0;                             // the whole step
+  bool is_coarse_ = false;                     // the group goes through the step in one piece
+  std::uint32_t restless_ = 0, sleepers_ = 0;  // free bodies awake and kinematic ones that move; asleep
+  std::vector<std::uint8_t> contradicted_;     // by unit: its island's contacts did when last solved
+  WorkBudget budget_;                          // of the step
   ConvexContacts convex_;
   std::vector<std::uint32_t> convex_sizes_, local_unit_;  // by the island's unit; by unit
   std::vector<double> masses_;                            // of the island's units

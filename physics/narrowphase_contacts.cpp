@@ -94,8 +94,8 @@ void NarrowphaseContacts::move_to(std::uint32_t part, const Mover& mover, const 
 }
 
 void NarrowphaseContacts::reserve(std::size_t contacts, std::size_t pairs) {
-  for (auto* vector : {&contacts_, &last_contacts_}) vector->reserve(contacts);
-  for (auto* vector : {&origins_, &last_origins_}) vector->reserve(contacts);
+  for (auto* vector : {&contacts_, &last_contacts_, &awake_contacts_}) vector->reserve(contacts);
+  for (auto* vector : {&origins_, &last_origins_, &awake_origins_}) vector->reserve(contacts);
   for (auto* vector : {&found_, &last_found_}) vector->reserve(pairs);
 }
 
@@ -196,10 +196,46 @@ void NarrowphaseContacts::place_in_broadphase(bool any_fast) {
   for (const Part& part : parts_) unfollowed_ += part.is_fast ? 1 : 0;
 }
 
+/// Takes over the contacts that count: all but those of sleepers that nothing awake touches.
+void NarrowphaseContacts::take_awake(const DynamicsWorld& world) {
+  is_touched_.assign(world.body_count(), 0);
+  const auto sleeps = [&](const Mover& mover) {
+    return mover.kind == Mover::Kind::body && world.is_asleep(mover.index);
+  };
+  for (const Contact& c : contacts_) {
+    if (sleeps(c.a) && world.is_restless(c.b)) is_touched_[world.first_of_sleepers(c.a.index)] = 1;
+    if (sleeps(c.b) && world.is_restless(c.a)) is_touched_[world.first_of_sleepers(c.b.index)] = 1;
+  }
+  const auto counts = [&](const Mover& mover) {
+    return sleeps(mover) ? is_touched_[world.first_of_sleepers(mover.index)] != 0 : world.is_restless(mover);
+  };
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (!counts(contacts_[i].a) && !counts(contacts_[i].b)) continue;
+    awake_contacts_.push_back(contacts_[i]);
+    awake_origins_.push_back(origins_[i]);
+  }
+}
+
+std::span<const Contact> NarrowphaseContacts::show(const DynamicsWorld& world) {
+  if (world.sleepers() == 0) {
+    shown_origins_ = origins_;
+    return contacts_;
+  }
+  awake_contacts_.clear();
+  awake_origins_.clear();
+  take_awake(world);
+  shown_origins_ = awake_origins_;
+  return awake_contacts_;
+}
+
 std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, double h) {
+  if (world.is_at_rest() && world.sleepers() > 0) {
+    shown_origins_ = {};
+    return {};
+  }
   if (!narrowphase_->capabilities().deterministic) was_found_ = false;
   const bool any_moved = move_parts(world), any_fast = find_ways(world, h);
-  if (!any_moved && !any_fast) return contacts_;
+  if (!any_moved && !any_fast) return show(world);
   step_ = h;
   contacts_.swap(last_contacts_);
   origins_.swap(last_origins_);
@@ -219,7 +255,7 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, d
   last_contacts_.reserve(contacts_.capacity());
   last_origins_.reserve(origins_.capacity());
   last_found_.reserve(found_.capacity());
-  return contacts_;
+  return show(world);
 }
 
 /// The block's pairs that count, each with what the last find() knew of it: pairs ascend in both.

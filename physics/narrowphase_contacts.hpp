@@ -76,9 +76,11 @@ class NarrowphaseContacts {
   /// they first come within the margin, their points there are taken back to where the movers are now, so
   /// that the step meets them in time. Such points lie further apart than the margin, and not along the
   /// normal. 0: where the world stands, no more.
+  /// Contacts of sleepers alone are left out; where something awake touches one, those of all it lies with
+  /// are not. Where the whole world is at rest, nothing is looked at.
   std::span<const Contact> find(const DynamicsWorld& world, double h = 0.0);
   /// One for each contact of the last find().
-  std::span<const ContactOrigin> origins() const { return origins_; }
+  std::span<const ContactOrigin> origins() const { return shown_origins_; }
   /// Pairs of the last find() whose status was `undecided`; `failed` or `unsupported`: their contacts are
   /// missing.
   std::uint32_t undecided() const { return undecided_; }
@@ -129,6 +131,8 @@ class NarrowphaseContacts {
   void take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
             std::span<const ContactPoint> points);
   void count(PairStatus status);
+  std::span<const Contact> show(const DynamicsWorld& world);
+  void take_awake(const DynamicsWorld& world);
 
   std::unique_ptr<Broadphase> broadphase_;
   std::unique_ptr<Narrowphase> narrowphase_;
@@ -156,6 +160,11 @@ class NarrowphaseContacts {
   std::vector<ContactPoint> points_;
   std::vector<Contact> contacts_, last_contacts_;
   std::vector<ContactOrigin> origins_, last_origins_;
+  // Without those of sleepers.
+  std::vector<Contact> awake_contacts_;
+  std::vector<ContactOrigin> awake_origins_;
+  std::vector<std::uint8_t> is_touched_;  // by the first of those that sleep together
+  std::span<const ContactOrigin> shown_origins_;
   std::vector<Found> found_, last_found_;
   std::uint32_t undecided_ = 0, failed_ = 0;
 };

@@ -21,6 +21,7 @@ class Own final : public BoxEngine {
                                                                registry_.make_narrowphase("native"), kMargin);
     DynamicsWorld::Settings settings;
     settings.gravity_W = {0, 0, -9.81};
+    if (scene.sleeps) settings.sleep_time = 0.5;
     world_ = std::make_unique<DynamicsWorld>(settings);
     trees_.reserve(scene.boxes.size());
     for (const SceneBox& box : scene.boxes) add(box, scene.friction);
@@ -59,9 +60,11 @@ class Own final : public BoxEngine {
       const physics::RigidBody body(physics::box_inertia(box.mass, box.size), "box");
       index = world_->add_body(body, body.state(X_WB, box.v_W, zero));
     } else {
-      index = world_->add_kinematic(X_WB, box.v_W, zero);
+      index = world_->add_kinematic(X_WB, box.v_W, zero);  // fixed: for its number alone
     }
-    contacts_->add(Mover::of_body(index), *trees_.back(), {friction, 0.0});
+    const bool is_fixed = box.kind == SceneBox::Kind::fixed;
+    contacts_->add(is_fixed ? Mover::ground() : Mover::of_body(index), *trees_.back(), {friction, 0.0},
+                   is_fixed ? X_WB : Pose{});
   }
 
   double step_;

@@ -156,5 +156,63 @@ TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
   EXPECT_GT(report.worst_residual, 1e-9);
 }
 
+TEST(Parting, OverlapAtTheStartLeavesAtACappedSpeedWithoutMomentum) {
+  Cubes scene;
+  DynamicsWorld::Settings settings;
+  scene.world = DynamicsWorld(settings);
+  const auto a = scene.add_cube({-0.09, 0, 0}), b = scene.add_cube({0.09, 0, 0});  // 2 cm
+  scene.contacts->build();
+  double before = 0.18;
+  for (int i = 0; i < 1800; ++i) {
+    ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+    const Vector3 p_a = scene.world.pose(a).p, p_b = scene.world.pose(b).p;
+    EXPECT_LE(p_b.x() - p_a.x() - before, 1.01 * settings.part_speed * 1e-3);
+    before = p_b.x() - p_a.x();
+    EXPECT_LT(norm(scene.world.velocity(a)) + norm(scene.world.angular_velocity(a)), 1e-12) << i;
+    EXPECT_LT(norm(p_a + p_b), 1e-12);
+  }
+  EXPECT_NEAR(before, 0.2, 1.05e-4);  // less than 0.1 mm is left alone
+}
+
+TEST(Parting, CubesSpawnedInTheGroundComeUpAndRest) {
+  Cubes scene;
+  scene.add_ground();
+  std::vector<std::uint32_t> cubes;
+  for (int i = 1; i <= 5; ++i) cubes.push_back(scene.add_cube({0.5 * i, 0, 0.1 - 0.01 * i}));
+  scene.contacts->build();
+  for (int i = 0; i < 2500; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  for (const std::uint32_t cube : cubes) {
+    EXPECT_NEAR(scene.world.pose(cube).p.z(), 0.1, 1.05e-4);
+    EXPECT_LT(norm(scene.world.velocity(cube)), 1e-6);
+  }
+}
+
+TEST(Sleep, WhatRestsSleepsUntilItIsTouched) {
+  Cubes scene;
+  DynamicsWorld::Settings settings = scene.world.settings();
+  settings.sleep_time = 0.1;
+  scene.world = DynamicsWorld(settings);
+  scene.add_ground();
+  for (int i = 0; i < 3; ++i) scene.add_cube({0, 0, 0.1 + 0.2 * i});
+  const auto late = scene.add_cube({0, 0, 1.1});  // 0.4 m above: 0.29 s
+  scene.contacts->build();
+  for (int i = 0; i < 200; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  EXPECT_EQ(scene.world.sleepers(), 3U);
+  EXPECT_FALSE(scene.world.is_asleep(late));
+  EXPECT_TRUE(scene.contacts->find(scene.world).empty());
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  EXPECT_EQ(scene.world.sleepers(), 0U);  // hit
+  for (int i = 0; i < 300; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  EXPECT_EQ(scene.world.sleepers(), 4U);
+  EXPECT_TRUE(scene.world.is_at_rest());
+  EXPECT_NEAR(scene.world.pose(late).p.z(), 0.7, 3e-6);
+  const Vector3 p = scene.world.pose(late).p;
+  ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  EXPECT_EQ(scene.world.pose(late).p, p);
+  scene.world.wake(late);
+  EXPECT_EQ(scene.world.sleepers(), 0U);  // with all that it lies on
+  EXPECT_EQ(scene.contacts->find(scene.world).size(), 16U);
+}
+
 }  // namespace
 }  // namespace touchstone::physics

@@ -84,7 +84,8 @@ TEST(DynamicsWorld, BadFiguresOfBodiesAndSettingsAreRefused) {
   };
   EXPECT_EQ(error_with([](Settings&) {}), "");
   for (const double value : {-1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
-    const auto gap = "dynamics: the contact gap must be > 0, bounce speed and push-out >= 0, all finite";
+    const auto gap =
+        "dynamics: the contact gap must be > 0, bounce speed, push-out and part speed >= 0, all finite";
     EXPECT_EQ(error_with([&](Settings& settings) { settings.contact_gap = value; }), gap);
     EXPECT_EQ(error_with([&](Settings& settings) { settings.bounce_speed = value; }), gap);
     EXPECT_EQ(error_with([&](Settings& settings) { settings.push_out = value; }), gap);
