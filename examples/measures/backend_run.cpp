@@ -144,6 +144,21 @@ class BlockTimer {
     return nanoseconds(begin, end) / static_cast<double>(count);
   }
 
+  // One call after another, each timed on its own [ns]: all pairs once, or as often as there are calls enough
+  // for a percentile, until `seconds` are over.
+  std::vector<double> time_calls(Timed& timed, QueryKind kind, double seconds) {
+    std::vector<double> calls;
+    const NarrowphaseOutput output = output_for(kind);
+    const std::size_t wanted = std::max(pairs_.size(), kLeastForP999);
+    for (double left = seconds * 1e9; calls.size() < wanted && left > 0; left -= calls.back()) {
+      const SolidPair& pair = pairs_[calls.size() % pairs_.size()];
+      const auto begin = Clock::now();
+      timed.narrowphase->evaluate({{&pair, 1}, set_.poses, query_for(kind)}, output, *timed.workspace);
+      calls.push_back(nanoseconds(begin, Clock::now()));
+    }
+    return calls;
+  }
+
   void run(Timed& timed, QueryKind kind, Mode mode, std::span<const SolidPair> pairs) {
     if (mode == Mode::raw) {
       contacts_ += timed.raw->run(pairs, kind);
@@ -270,6 +285,11 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
         summarise_blocks(row.averages, static_cast<std::size_t>(options.repetitions));
     slot_of(answers[row.backend].queries[index_of(row.kind)], row.mode)->block = row.block;
   }
+  for (const Row& row : rows) {
+    if (row.mode != Mode::single) continue;
+    std::vector<double> calls = timer.time_calls(timed[row.backend], row.kind, options.tail_seconds);
+    add_calls(*answers[row.backend].queries[index_of(row.kind)].single, calls);
+  }
 }
 
 // Every frame of every backend and query, shuffled; the average is over a frame, not a pair.
@@ -296,10 +316,18 @@ void time_frames(std::span<Timed> timed, const PairSet& set, const MeasureOption
     const double affordable = std::clamp(options.slow_frame_seconds * 1e9 / std::max(each, 1.0), 4.0, 200.0);
     return std::max<std::size_t>(1, set.frames() / static_cast<std::size_t>(affordable));
   };
+  // Of the middle frame, which stride_of() ran just before.
+  const auto allocations_per_frame_pair = [&](std::size_t backend, QueryKind kind) {
+    const std::uint64_t before = *thread_allocations();
+    time_frame(backend, set.frames() / 2, kind);
+    return static_cast<double>(*thread_allocations() - before) / static_cast<double>(set.pairs.size());
+  };
   for (std::size_t b = 0; b < timed.size(); ++b) {
     for (const QueryKind kind : kQueryKinds) {
       if (timed[b].narrowphase == nullptr || !any_answer(answers[b].queries[index_of(kind)])) continue;
       const std::size_t stride = stride_of(b, kind);
+      if (thread_allocations())
+        answers[b].queries[index_of(kind)].allocations = allocations_per_frame_pair(b, kind);
       for (std::size_t frame = 0; frame < set.frames(); frame += stride) items.push_back({b, frame, kind});
     }
   }
@@ -314,9 +342,10 @@ void time_frames(std::span<Timed> timed, const PairSet& set, const MeasureOption
   for (std::size_t b = 0; b < timed.size(); ++b) {
     for (const QueryKind kind : kQueryKinds) {
       auto& sample = times[b][index_of(kind)];
-      if (!sample.empty())
-        answers[b].frame_by_query[index_of(kind)] =
-            summarise_blocks(sample, static_cast<std::size_t>(options.repetitions));
+      if (sample.empty()) continue;
+      std::optional<Timing>& timing = answers[b].frame_by_query[index_of(kind)];
+      timing = summarise_blocks(sample, static_cast<std::size_t>(options.repetitions));
+      add_calls(*timing, sample);
     }
   }
 }

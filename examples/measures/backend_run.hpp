@@ -58,6 +58,7 @@ struct MeasureOptions {
   std::size_t block = 128;           ///< pairs a timed block
   std::size_t batch = 1024;          ///< pairs a call of the batch row
   double slow_seconds = 0.02;        ///< a repetition of one row is cut to about this, whole blocks
+  double tail_seconds = 0.1;         ///< single calls of a row for its 99.9 %, cut to about this
   double slow_frame_seconds = 0.05;  ///< the same for scenes, whole frames
 };
 

@@ -61,6 +61,14 @@ Timing summarise_blocks(std::span<double> averages, std::size_t repetitions) {
   return timing;
 }
 
+void add_calls(Timing& timing, std::span<double> calls) {
+  timing.calls = calls.size();
+  if (calls.size() < kLeastForP999) return;
+  const auto at = calls.begin() + static_cast<std::ptrdiff_t>(rank(0.999, calls.size()));
+  std::nth_element(calls.begin(), at, calls.end());
+  timing.p999_ns = *at;
+}
+
 double shown_p99(const Timing& timing) {
   return timing.blocks < kLeastForP99 ? std::numeric_limits<double>::quiet_NaN() : timing.p99_ns;
 }

@@ -53,7 +53,16 @@ struct Timing {
   double upper_quartile_ns = 0;
   std::size_t repetitions = 0;                              ///< in repetition_ns
   std::array<double, kKeptRepetitions> repetition_ns = {};  ///< each repetition's median, the first ones
+  /// Of single calls (a pair, or a frame), each timed on its own, reading the clock included; NaN where there
+  /// were fewer than kLeastForP999.
+  double p999_ns = std::numeric_limits<double>::quiet_NaN();
+  std::size_t calls = 0;  ///< behind p999_ns
 };
+
+/// Below so many calls the nearest 99.9 % is the slowest call: no percentile is given then.
+inline constexpr std::size_t kLeastForP999 = 1000;
+/// Adds the percentile of single calls [ns], reordering them.
+void add_calls(Timing& timing, std::span<double> calls);
 
 /// The median; of an even number the mean of the middle two. @pre not empty, sorted.
 double middle(std::span<const double> sorted);
