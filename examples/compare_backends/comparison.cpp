@@ -39,6 +39,12 @@ MeasureOptions measure_options(const Options& options) {
 // Of a scene; 0: all.
 std::size_t most_frames(const Options& options) { return options.quick ? 100 : 0; }
 
+std::vector<std::string> scene_names(const std::vector<std::string>& files) {
+  std::vector<std::string> names;
+  for (const std::string& file : files) names.push_back(std::filesystem::path(file).stem().string());
+  return names;
+}
+
 class Session {
  public:
   Session(const Options& options, const Backends& backends, const Oracle* oracle, ProgressLine& progress,
@@ -61,6 +67,14 @@ class Session {
     for (const std::string& file : options_.scenes) names.push_back("scene " + file);
     if (!options_.no_broadphase) names.insert(names.end(), {"broadphases", "selection"});
     if (!chosen_families().empty()) names.push_back("threads");
+    return names;
+  }
+
+  /// Those that a choice can name.
+  std::vector<std::string> set_names() const {
+    std::vector<std::string> names = chosen_families();
+    if (!options_.pairs_file.empty()) names.push_back("pairs");
+    for (std::string& name : scene_names(options_.scenes)) names.push_back(std::move(name));
     return names;
   }
 
@@ -102,17 +116,21 @@ class Session {
     report.gallery = worst_of(gallery_);
     for (GalleryCase& shown : report.gallery) shown.replay = replay_command(report, shown.set, shown.id);
     report.rankings.clear();
-    report.candidates.clear();
+    report.choices.clear();
     report.verdicts.clear();
     if (!report.has_truth) return;
     std::vector<SetResult> judged = report.sets;
     for (const SceneResult& scene : report.scenes) judged.push_back(scene.set);
+    report.choices = choice_sets(judged);
     for (const QueryKind kind : kQueryKinds) {
       if (!report.sets.empty()) report.rankings.push_back(rank(report.sets, kind));
-      if (judged.empty()) continue;
-      report.candidates.push_back({kind, candidates(judged, kind)});
-      if (options_.max_error)
-        report.verdicts.push_back(decide(report.candidates.back().candidates, kind, *options_.max_error));
+      if (!options_.max_error || report.choices.empty()) continue;
+      Choice choice = options_.choice;
+      choice.query = kind;
+      if (kind != QueryKind::manifold) choice.min_coverage = 0;
+      const bool asked = kind == options_.choice.query;
+      report.verdicts.insert(asked ? report.verdicts.begin() : report.verdicts.end(),
+                             decide(report.choices, choice));
     }
   }
 
@@ -235,12 +253,6 @@ void check_once(const std::string& option, std::vector<std::string> names) {
   if (again != names.end()) throw InputError(option + ": '" + *again + "' is given twice");
 }
 
-std::vector<std::string> scene_names(const std::vector<std::string>& files) {
-  std::vector<std::string> names;
-  for (const std::string& file : files) names.push_back(std::filesystem::path(file).stem().string());
-  return names;
-}
-
 // Families, and what is no set of cases (threads, broadphases), count as one family's cases.
 std::vector<PlannedPart> planned(const std::vector<std::string>& parts,
                                  const std::map<std::string, double>& cases_of, double family_cases) {
@@ -339,6 +351,7 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
     cases_of["scene " + file] =
         check_scene_length(file, parameters_for(file, options.scene_settings), most_frames(options));
   check_settings(options.scenes, options.scene_settings);
+  check_sets(options.choice, session.set_names());
   std::optional<PairFileCases> cases;
   if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
   if (options.is_capture && !cases->captured)

@@ -11,24 +11,31 @@
 namespace touchstone::comparison {
 
 int run_decide(int argc, const char* const* argv) {
-  CLI::App app{"The verdict of a finished run for other allowed errors, as its page's slider gives it."};
+  CLI::App app{"The verdict of a finished run for other choices, as its page gives it."};
   app.name("compare_backends decide");
-  std::string file, query;
-  std::vector<double> max_errors;
+  std::string file;
+  ChoiceOptions options;
   app.add_option("RESULTS.json", file, "results.json of the run")->required();
-  app.add_option("--max-error", max_errors, "Allowed errors [m]")->required();
-  add_query_option(app, query);
+  options.add_to(app);
+  app.get_option("--max-error")->required();
   if (!parse_command_line(app, argc - 1, argv + 1)) return 0;
-  for (const double allowed : max_errors) checked_max_error(allowed);
+  const std::vector<Choice> choices = options.choices();
   const Json results = parse_results(read_file(file, "decide"), "decide", file);
-  for (const Candidates& of : candidates_of(results, "decide")) {
-    if (to_string(of.query) != query) continue;
-    for (const double allowed : max_errors)
-      fmt::print("{}", verdict_text(decide(of.candidates, of.query, allowed)));
-    return 0;
+  const std::vector<ChoiceSet> sets = choice_sets_of(results, "decide: " + file);
+  if (sets.empty())
+    throw InputError("decide: " + file +
+                     " holds nothing to decide from: it was run without 'exact', or no case was judged");
+  std::vector<std::string> names;
+  for (const ChoiceSet& set : sets) names.push_back(set.name);
+  check_sets(choices.front(), names);
+  std::string text = partial_note(results, file);
+  for (const Choice& choice : choices) {
+    const Verdict verdict = decide(sets, choice);
+    if (verdict.is_empty()) throw InputError("decide: " + file + ": " + sentence(verdict));
+    text += verdict_text(verdict);
   }
-  throw InputError("decide: " + file +
-                   " holds no candidates: it was run without 'exact', or no case was judged");
+  print_now(text);
+  return 0;
 }
 
 }  // namespace touchstone::comparison

@@ -208,7 +208,7 @@ std::string diff_reports(const std::string& old_json, const std::string& new_jso
              after = parse_results(new_json, "diff", "the new file");
   try {
     const ReportFacts old_facts = facts_of(before), new_facts = facts_of(after);
-    std::string text;
+    std::string text = partial_note(before, "OLD") + partial_note(after, "NEW");
     for (std::size_t part = 0; part < kFactParts; ++part) text += part_changes(old_facts, new_facts, part);
     return text + gone_and_new(old_facts, new_facts) + setting_changes(before, after) +
            time_text("times", time_changes(old_facts.times, new_facts.times), all) +

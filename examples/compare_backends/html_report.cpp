@@ -77,6 +77,7 @@ std::string html_report(const Report& report) {
                                     {"contents", contents},
                                     {"notices", notices(report)},
                                     {"sections", sections},
+                                    {"decide.js", file("decide.js")},
                                     {"choice.js", file("choice.js")}});
 }
 

@@ -18,7 +18,8 @@ Json json(const BroadphaseResult& result);
 Json json(const DriftRun& run);
 Json json(const ThreadResult& run);
 Json json(const GalleryCase& shown);
-Json json(const Candidates& candidates);
+/// What verdicts are decided from, with the texts of their sentences.
+Json json(const std::vector<ChoiceSet>& sets);
 Json json(const Verdict& verdict);
 Json json(const Ranking& ranking);
 

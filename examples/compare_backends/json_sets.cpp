@@ -110,6 +110,8 @@ Json json(const std::optional<Timing>& timing) {
           {"lower_quartile_ns", number(timing->lower_quartile_ns)},
           {"upper_quartile_ns", number(timing->upper_quartile_ns)},
           {"repetition_medians_ns", repetition_medians(*timing)},
+          {"p999_ns", number(timing->p999_ns)},
+          {"calls", timing->calls},
           {"blocks", timing->blocks},
           {"pairs_a_block", timing->block == 0 ? Json(nullptr) : Json(timing->block)}};
 }
@@ -123,13 +125,13 @@ Json json(const Wrongness& wrongness) {
           {"unsupported", wrongness.unsupported},
           {"missing_value", wrongness.missing},
           {"share_below_95",
-           {{"any", number(upper_bound_95(wrongness.total(), wrongness.cases))},
-            {"missed", number(upper_bound_95(wrongness.missed, wrongness.cases))},
-            {"phantom", number(upper_bound_95(wrongness.phantom, wrongness.cases))},
-            {"undecided", number(upper_bound_95(wrongness.undecided, wrongness.cases))},
-            {"failed", number(upper_bound_95(wrongness.failed, wrongness.cases))},
+           {{"any", number(upper_bound_95(wrongness.total(), wrongness.supported()))},
+            {"missed", number(upper_bound_95(wrongness.missed, wrongness.supported()))},
+            {"phantom", number(upper_bound_95(wrongness.phantom, wrongness.supported()))},
+            {"undecided", number(upper_bound_95(wrongness.undecided, wrongness.supported()))},
+            {"failed", number(upper_bound_95(wrongness.failed, wrongness.supported()))},
             {"unsupported", number(upper_bound_95(wrongness.unsupported, wrongness.cases))},
-            {"missing_value", number(upper_bound_95(wrongness.missing, wrongness.cases))}}}};
+            {"missing_value", number(upper_bound_95(wrongness.missing, wrongness.supported()))}}}};
 }
 
 Json json(const std::optional<Consistency>& consistency) {

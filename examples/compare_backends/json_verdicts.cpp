@@ -1,32 +1,48 @@
 #include "touchstone/examples/compare_backends/json_parts.hpp"
+#include "touchstone/examples/compare_backends/upper_bound.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
-Json json(const Candidate& candidate) {
+Json json(const Choice& choice) {
+  Json classes = Json::array();
+  if (choice.apart) classes.push_back("apart");
+  if (choice.touching) classes.push_back("touching");
+  if (choice.deep) classes.push_back("deep");
+  return {{"query", to_string(choice.query)},
+          {"of_sets", choice.sets},
+          {"classes", std::move(classes)},
+          {"apart_up_to_m", number(upper_end(choice.apart_up_to, kApartBins))},
+          {"within_m", number(upper_end(choice.within, kWithinBins))},
+          {"normals", choice.normals},
+          {"points", choice.points},
+          {"max_error_m", number(choice.max_error)},
+          {"share", number(choice.share)},
+          {"min_coverage", number(choice.min_coverage)},
+          {"deadline_s", number(choice.deadline)},
+          {"no_allocations", choice.no_allocations}};
+}
+
+Json json(const Verdict& verdict, const Candidate& candidate) {
+  const Wrongness& wrong = candidate.wrong;
   return {{"backend", candidate.backend},
+          {"inside", candidate.inside},
           {"mean_ns", number(candidate.nanoseconds)},
+          {"p999_ns", number(candidate.p999_ns)},
+          {"allocations", number(candidate.allocations)},
+          {"cases", wrong.cases},
+          {"beyond", candidate.beyond},
+          {"beyond_words", beyond_text(candidate)},
+          {"beyond_below_95", number(upper_bound_95(candidate.beyond, wrong.supported()))},
+          {"unsupported", wrong.unsupported},
+          {"wrong_words", wrong_words(wrong)},
           {"worst_cost_m", number(candidate.worst_cost)},
           {"worst_case", candidate.worst_id},
           {"worst_reason", candidate.worst_reason},
-          {"wrong", candidate.wrong.total()},
-          {"wrong_words", wrong_words(candidate.wrong)},
-          {"cases", candidate.wrong.cases},
-          {"missed", candidate.wrong.missed},
-          {"phantom", candidate.wrong.phantom},
-          {"undecided", candidate.wrong.undecided},
-          {"failed", candidate.wrong.failed},
-          {"unsupported", candidate.wrong.unsupported},
-          {"missing_value", candidate.wrong.missing}};
+          {"reason_out", reason_out(verdict, candidate)}};
 }
 
 }  // namespace
-
-Json json(const Candidates& candidates) {
-  Json result = {{"query", to_string(candidates.query)}, {"candidates", Json::array()}};
-  for (const Candidate& each : candidates.candidates) result["candidates"].push_back(json(each));
-  return result;
-}
 
 Json json(const DriftRun& run) {
   Json result = {{"scene", run.scene}, {"backend", run.backend}};
@@ -91,21 +107,15 @@ Json json(const GalleryCase& each) {
 }
 
 Json json(const Verdict& verdict) {
-  Json result = {{"query", to_string(verdict.query)},
-                 {"max_error_m", number(verdict.max_error)},
+  Json result = {{"choice", json(verdict.choice)},
+                 {"cases", verdict.cases},
+                 {"of_cases", verdict.all},
                  {"fastest", verdict.fastest.empty() ? Json(nullptr) : Json(verdict.fastest)},
                  {"sentence", sentence(verdict)},
                  {"headline", headline(verdict)},
                  {"candidates", Json::array()}};
-  for (const Candidate& candidate : verdict.candidates) {
-    result["candidates"].push_back({{"backend", candidate.backend},
-                                    {"inside", candidate.inside},
-                                    {"mean_ns", number(candidate.nanoseconds)},
-                                    {"worst_cost_m", number(candidate.worst_cost)},
-                                    {"worst_case", candidate.worst_id},
-                                    {"worst_reason", candidate.worst_reason},
-                                    {"reason_out", reason_out(verdict, candidate)}});
-  }
+  for (const Candidate& candidate : verdict.candidates)
+    result["candidates"].push_back(json(verdict, candidate));
   return result;
 }
 

@@ -16,8 +16,8 @@ Json json_list(const Range& items) {
 
 }  // namespace
 
-std::string candidates_json(const Report& report) {
-  std::string text = json_list(report.candidates).dump();
+std::string choices_json(const Report& report) {
+  std::string text = json(report.choices).dump();
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
   return text;
 }
@@ -76,7 +76,7 @@ std::string results_json(const Report& report) {
     root["thread_gaps"].push_back({{"what", gap.what}, {"why", gap.why}});
   root["gallery"] = json_list(report.gallery);
   root["rankings"] = json_list(report.rankings);
-  root["candidates"] = json_list(report.candidates);
+  root["choices"] = json(report.choices);
   root["verdicts"] = json_list(report.verdicts);
   return root.dump(1) + "\n";
 }

@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/backends.hpp"
 #include "touchstone/examples/compare_backends/comparison.hpp"
 #include "touchstone/examples/compare_backends/decide_again.hpp"
@@ -91,6 +92,8 @@ int run(int argc, char** argv) {
   const Report report = run_comparison(*options, backends, oracle.get(), progress, on_part);
   files.finish(report_files(report));
   print_now(fmt::format("{}\nreport: {}\n", terminal_report(report, shown), options->output));
+  if (!report.verdicts.empty() && report.verdicts.front().is_empty())
+    throw InputError(sentence(report.verdicts.front()));
   return 0;
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/examples/compare_backends/choice.hpp"
 #include "touchstone/examples/program/choices.hpp"
 
 namespace CLI {
@@ -24,8 +24,8 @@ struct Options {
   std::string dynamics_file;         ///< results.json of dynamics_run; empty: none
   std::optional<std::size_t> count;  ///< pairs a family
   std::uint64_t seed = 1;
-  std::optional<double> max_error;  ///< [m]
-  QueryKind query = QueryKind::distance;
+  std::optional<double> max_error;  ///< [m]; of `choice` where it is given
+  Choice choice;                    ///< its query is --query
   std::string case_id;
   std::string output = "report";
   int repetitions = 9;
@@ -40,13 +40,24 @@ struct Options {
   std::size_t pair_count() const { return count.value_or(quick ? 500 : 20000); }
 };
 
-/// --query, "distance" unless it is given.
-void add_query_option(CLI::App& app, std::string& query);
+/// The options of a choice, the same for a run and for `decide`.
+struct ChoiceOptions {
+  std::string query = "distance";
+  std::vector<double> max_errors;
+  std::vector<std::string> sets, classes;
+  bool contacts_only = false, without_normals = false, without_points = false;
+  Choice choice;
+
+  void add_to(CLI::App& app);
+  /// One a --max-error; one, with the default error, of none.
+  /// @throws InputError naming the option that is out of range.
+  std::vector<Choice> choices() const;
+};
+/// @throws InputError naming the sets that there are, where the choice names one that is not among them.
+void check_sets(const Choice& choice, const std::vector<std::string>& known);
+
 /// @throws InputError for a name that is none of a query.
 QueryKind query_named(const std::string& name);
-
-/// @throws InputError for what is no allowed error [m].
-double checked_max_error(double max_error);
 
 /// Parses the command line. On --help prints the help and returns nothing with exit_code 0.
 /// @throws InputError, one line, for what is no valid command line.

@@ -13,7 +13,7 @@ std::vector<std::string> pareto_front(const SetResult& set, QueryKind query) {
   std::vector<Point> points;
   const std::size_t q = index_of(query);
   for (const BackendResult& backend : set.backends) {
-    if (!backend.judged || backend.judgement.wrongness[q].total() > 0 || !backend.rows[q].single) continue;
+    if (!backend.judged || !backend.judgement.wrongness[q].is_complete() || !backend.rows[q].single) continue;
     points.push_back({backend.judgement.cost[q].worst, backend.rows[q].single->median_ns, backend.name});
   }
   std::stable_sort(points.begin(), points.end(), [](const Point& x, const Point& y) {

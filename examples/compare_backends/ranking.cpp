@@ -29,9 +29,11 @@ Ranking rank(std::span<const SetResult> sets, QueryKind query) {
   }
   std::stable_sort(ranking.standings.begin(), ranking.standings.end(),
                    [](const Standing& x, const Standing& y) {
+                     const bool right_x = x.wrongness.is_complete(), right_y = y.wrongness.is_complete();
+                     if (right_x != right_y) return right_x;
                      const std::size_t wrong_x = x.wrongness.total(), wrong_y = y.wrongness.total();
                      if (wrong_x != wrong_y) return wrong_x < wrong_y;
-                     if (wrong_x != 0 || std::isnan(x.nanoseconds)) return false;
+                     if (!right_x || std::isnan(x.nanoseconds)) return false;
                      return std::isnan(y.nanoseconds) || x.nanoseconds < y.nanoseconds;
                    });
   return ranking;

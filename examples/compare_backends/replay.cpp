@@ -62,9 +62,12 @@ std::string describe_errors(const PosedPair& posed, const PairTruth& truth, cons
   const CaseErrors errors = case_errors(posed, truth, oracle, answers, 0);
   std::string out;
   for (const QueryKind kind : kQueryKinds) {
-    const std::size_t q = index_of(kind);
-    out += fmt::format("    {} costs {} m{}{}\n", to_string(kind), format_error(errors.cost[q]),
-                       *errors.reason[q] ? ": " : "", errors.reason[q]);
+    const CaseCost& cost = errors.cost(kind);
+    if (errors.unsupported[index_of(kind)])
+      out += fmt::format("    {} is unsupported\n", to_string(kind));
+    else
+      out += fmt::format("    {} costs {} m{}{}\n", to_string(kind), format_error(cost.cost),
+                         *cost.reason ? ": " : "", cost.reason);
   }
   for (std::size_t m = 0; m < kMeasures; ++m) {
     if (errors.values[m] == errors.values[m]) {

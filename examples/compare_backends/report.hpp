@@ -44,8 +44,8 @@ struct Report {
   std::vector<Gap> thread_gaps;           ///< the other backends, and why
   std::vector<GalleryCase> gallery;       ///< the worst first
   std::vector<Ranking> rankings;          ///< one a query, over `sets`; empty without truth
-  std::vector<Candidates> candidates;     ///< one a query, over `sets` and the scenes' cases
-  std::vector<Verdict> verdicts;          ///< one a query for --max-error
+  std::vector<ChoiceSet> choices;         ///< of `sets` and the scenes' cases; empty without truth
+  std::vector<Verdict> verdicts;          ///< with --max-error: one a query, that of --query first
 };
 
 }  // namespace touchstone::comparison

@@ -22,22 +22,34 @@ std::size_t count_of(const Json& json, const char* key) {
   return json.at(key);
 }
 
-Candidate candidate_of(const Json& json) {
-  Candidate candidate;
-  candidate.backend = json.at("backend");
-  candidate.nanoseconds = not_negative(json, "mean_ns");
-  candidate.worst_cost = not_negative(json, "worst_cost_m");
-  candidate.worst_id = json.at("worst_case");
-  candidate.worst_reason = json.at("worst_reason");
-  Wrongness& wrong = candidate.wrong;
-  wrong.cases = count_of(json, "cases");
-  wrong.missed = count_of(json, "missed");
-  wrong.phantom = count_of(json, "phantom");
-  wrong.undecided = count_of(json, "undecided");
-  wrong.failed = count_of(json, "failed");
-  wrong.unsupported = count_of(json, "unsupported");
-  wrong.missing = count_of(json, "missing_value");
-  return candidate;
+ChoiceSet::Answers answers_of(const Json& json, QueryKind kind) {
+  ChoiceSet::Answers answers;
+  answers.nanoseconds = not_negative(json, "ns");
+  answers.p999_ns = not_negative(json, "p999_ns");
+  answers.allocations = not_negative(json, "allocations");
+  answers.curves = curves_from(json.at("curves"), kind);
+  return answers;
+}
+
+// The counts of another build may be of other bins.
+template <std::size_t N>
+void check_bins(const Json& choices, const char* key, const std::array<double, N>& known) {
+  if (choices.at(key).get<std::vector<double>>() != std::vector<double>(known.begin(), known.end()))
+    throw InputError(std::string("'") + key + "' are not those of this build");
+}
+
+ChoiceSet set_of(const Json& json) {
+  ChoiceSet set;
+  set.name = json.at("name");
+  set.cases = count_of(json, "cases");
+  set.ids = json.at("ids").get<std::vector<std::string>>();
+  for (const Json& each : json.at("backends")) {
+    ChoiceSet::Backend& backend = set.backends.emplace_back();
+    backend.name = each.at("backend");
+    for (const QueryKind kind : kQueryKinds)
+      backend.queries[index_of(kind)] = answers_of(each.at("queries").at(std::string(to_string(kind))), kind);
+  }
+  return set;
 }
 
 }  // namespace
@@ -66,20 +78,28 @@ std::string read_file(const std::string& path, const std::string& who) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-std::vector<Candidates> candidates_of(const Json& results, const std::string& who) {
+std::vector<ChoiceSet> choice_sets_of(const Json& results, const std::string& who) {
   try {
-    std::vector<Candidates> all;
-    for (const Json& of_query : results.at("candidates")) {
-      Candidates candidates{query_named(of_query.at("query")), {}};
-      for (const Json& each : of_query.at("candidates")) candidates.candidates.push_back(candidate_of(each));
-      all.push_back(std::move(candidates));
-    }
-    return all;
+    const Json& choices = results.at("choices");
+    check_bins(choices, "apart_bins_m", kApartBins);
+    check_bins(choices, "within_bins_m", kWithinBins);
+    check_bins(choices, "coverage_bins", kCoverageBins);
+    std::vector<ChoiceSet> sets;
+    for (const Json& set : choices.at("sets")) sets.push_back(set_of(set));
+    return sets;
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(who + ": candidates: " + reason_of(error));
+    throw InputError(who + ": choices: " + reason_of(error));
   } catch (const std::exception& error) {
-    throw InputError(who + ": candidates: " + error.what());
+    throw InputError(who + ": choices: " + error.what());
   }
+}
+
+std::string partial_note(const Json& results, const std::string& what) {
+  if (!results.contains("partial") || !results.at("partial").get<bool>()) return "";
+  std::string missing;
+  for (const Json& name : results.at("not_measured"))
+    missing += (missing.empty() ? "" : ", ") + name.get<std::string>();
+  return what + " is partial: the run ended early, without " + missing + "\n";
 }
 
 }  // namespace touchstone::comparison

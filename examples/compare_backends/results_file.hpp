@@ -17,8 +17,12 @@ std::string read_file(const std::string& path, const std::string& who);
 /// What number() wrote.
 double number_of(const Json& value);
 
-/// What verdicts are made of, one a query, as results.json holds it.
-/// @throws InputError where a figure is missing.
-std::vector<Candidates> candidates_of(const Json& results, const std::string& who);
+/// What verdicts are decided from.
+/// @throws InputError where a figure is missing or of another format.
+std::vector<ChoiceSet> choice_sets_of(const Json& results, const std::string& who);
+
+/// "NEW is partial: the run ended early, without far, threads\n"; empty: it is complete.
+/// @throws nlohmann::json::exception where not_measured is missing.
+std::string partial_note(const Json& results, const std::string& what);
 
 }  // namespace touchstone::comparison

@@ -43,12 +43,15 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"queries", "single cached batch raw frame", "rows of times, see timing.definitions; null: not measured"},
     {"times", "median_ns p99_ns minimum_ns lower_quartile_ns upper_quartile_ns blocks pairs_a_block",
      "of the averages of blocks of pairs, ns a pair (frame: ns a frame); p99_ns null below 100 blocks"},
+    {"times", "p999_ns calls",
+     "99.9 % of single calls (frame: frames), the clock's own time included; null below 1 000 calls"},
     {"times", "repetition_medians_ns", "the median of each of the first 32 repetitions: the samples of diff"},
     {"queries", "allocations_per_query", "null: not counted"},
-    {"queries", "wrong", "counts of wrong and missing answers (a number in candidates: their sum)"},
+    {"queries", "wrong", "counts of wrong and missing answers"},
     {"wrong", "cases missed phantom undecided failed unsupported missing_value",
      "of cases; missed: told apart, yet in contact; phantom: told in contact, yet apart"},
-    {"wrong", "share_below_95", "upper 95 % confidence bound of each share, and of any of them"},
+    {"wrong", "share_below_95",
+     "upper 95 % confidence bound of each share of the supported, and of any but unsupported"},
     {"share_below_95", "any", "of all kinds together"},
     {"queries", "cost_over_S cost_curve_over_S",
      "the query's error, which --max-error is held against (see Errors), over S: quantiles, and values at "
@@ -118,13 +121,34 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"exact, answers", "class status separation_m normal normal_unique", "normal: unit, from A to B"},
     {"root", "rankings", "over pair_sets, by query"},
     {"rankings", "standings mean_ns worst_cost_over_S", "the right ones by speed, then the others"},
-    {"root", "candidates", "what a verdict is made of, over pair_sets and scenes, by query"},
-    {"candidates",
-     "worst_cost_m worst_reason wrong_words missed phantom undecided failed unsupported missing_value",
-     "inside an allowed error when worst_cost_m is at most that"},
-    {"root", "verdicts", "with --max-error: one a query"},
-    {"verdicts", "max_error_m fastest sentence headline inside reason_out",
-     "candidates, those inside by speed"},
+    {"root", "choices",
+     "what verdicts are decided from: every set's cases, counted by kind of pair, by what is asked and by "
+     "cost"},
+    {"choices", "deep_over_size apart_bins_m within_bins_m coverage_bins",
+     "a contact is deep beyond this share of the larger solid's size; upper ends of the bins, the last open"},
+    {"choices", "codes_a_decade last_code first_exponent reasons texts",
+     "code c is (10 + (c-1) mod codes_a_decade) * 10^(first_exponent + (c-1) div codes_a_decade) m, 0 none, "
+     "last_code more; reasons by their place; the verdict's sentences"},
+    {"choices", "sets", "name, cases, ids (of the dearest cases), backends"},
+    {"choices.sets", "ids ns p999_ns allocations",
+     "speed of the verdict, 99.9 % of a call, allocations a query"},
+    {"choices.sets", "curves",
+     "numbers in digits of 5 bits, least first, of A-Z a-z 0-9 + /, 32 added to all but a number's last. A "
+     "list "
+     "of: class (apart, touching, deep), apart bin, within bin, cases, missed, phantom, undecided, failed, "
+     "unsupported; then for each thing asked (overlap one; else value, + normals, + points, both): missing, "
+     "worst code, its id, its reason, number of coverage bins (0: as the one before), each: bin, number of "
+     "codes, each: difference from the last, count"},
+    {"root", "verdicts", "with --max-error: one a query, the one asked for first"},
+    {"verdicts", "candidates choice of_cases fastest sentence headline",
+     "cases: that it rests on, of_cases of the run"},
+    {"choice",
+     "of_sets classes apart_up_to_m within_m normals points max_error_m share min_coverage deadline_s "
+     "no_allocations",
+     "see --help; limits as taken; of_sets empty: all"},
+    {"verdicts.candidates",
+     "inside mean_ns beyond beyond_words beyond_below_95 worst_cost_m worst_reason wrong_words reason_out",
+     "those inside by speed; beyond: cases dearer than allowed, with the 95 % bound of their share"},
 };
 
 inline constexpr std::string_view kCsvSchema =
@@ -136,7 +160,7 @@ inline constexpr std::string_view kCsvSchema =
     "worst_cost_reason); for every measure median, p99, worst and its case, lengths over S and over size; "
     "partial: 1 in "
     "every row of a run that ended early. Empty: "
-    "not measured; inf: no answer, or a figure that should be there is not.";
+    "not measured. unsupported is no wrong answer.";
 
 inline constexpr std::string_view kKnownLimits[] = {
     "Bounds speak of pairs drawn as these were, not of your pairs: bring them with --pairs.",
@@ -147,6 +171,7 @@ inline constexpr std::string_view kKnownLimits[] = {
     "exact's class, separation and normal are exact to one rounding; its manifold points are computed in "
     "doubles, and off by "
     "rounding times a face's length over its width.",
+    "A verdict's times are of all pairs of the sets that hold such pairs, not of these pairs alone.",
     "Signed errors and consistency look at some of a set's pairs, wrongness and errors at all of them.",
 };
 

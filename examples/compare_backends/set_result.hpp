@@ -27,6 +27,9 @@ struct BackendResult {
 
   /// Whether an answer to the query was wrong or missing, as far as that was judged.
   bool is_wrong(std::size_t query) const { return judged && judgement.wrongness[query].total() > 0; }
+  /// Whether every case has a right answer to the query, as far as that was judged: only then a time stands
+  /// for the set.
+  bool is_complete(std::size_t query) const { return !judged || judgement.wrongness[query].is_complete(); }
 };
 
 struct SetResult {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "touchstone/examples/compare_backends/pareto_front.hpp"
 #include "touchstone/examples/compare_backends/plot_scale.hpp"
@@ -124,8 +123,8 @@ void sort_out(const SetResult& set, QueryKind query, const std::vector<std::stri
   for (const BackendResult& backend : set.backends) {
     if (!backend.judged) continue;
     const int place = place_of(backends, backend.name);
-    Wrongness wrong = backend.judgement.wrongness[q];
-    const std::size_t not_supported = std::exchange(wrong.unsupported, 0);
+    const Wrongness& wrong = backend.judgement.wrongness[q];
+    const std::size_t not_supported = wrong.unsupported;
     if (wrong.total() > 0)
       rail.push_back({backend.name, place, rail_text(wrong)});
     else if (not_supported > 0)
@@ -262,7 +261,7 @@ PlotAxes axes_for(std::span<const SetResult> sets) {
   for (const SetResult& set : sets) {
     for (const BackendResult& backend : set.backends) {
       for (std::size_t q = 0; q < 3; ++q) {
-        if (!backend.judged || !backend.rows[q].single || backend.judgement.wrongness[q].total() > 0)
+        if (!backend.judged || !backend.rows[q].single || !backend.judgement.wrongness[q].is_complete())
           continue;
         const Quantiles& error = backend.judgement.cost[q];
         ns_low = std::min(ns_low, backend.rows[q].single->median_ns);

@@ -202,7 +202,7 @@ std::string summary_section(const Report& report) {
     const std::size_t cases = ranking.standings.empty() ? 0 : ranking.standings.front().wrongness.cases;
     text += fmt::format("  {}, {} pairs\n", to_string(ranking.query), format_count(cases));
     for (const Standing& standing : ranking.standings) {
-      const bool right = standing.wrongness.total() == 0;
+      const bool right = standing.wrongness.is_complete();
       text +=
           right ? fmt::format("    {:18} {:>9} ns a pair, worst error {}\n", standing.backend,
                               format_ns(standing.nanoseconds), format_error(standing.worst_error))
@@ -216,13 +216,17 @@ std::string summary_section(const Report& report) {
 
 std::string verdict_text(const Verdict& verdict) {
   std::string text = "\n" + sentence(verdict) + "\n";
-  TextTable table({"backend", "inside", "ns a pair", "worst [m]", "why", "case", "wrong"});
+  if (verdict.is_empty()) return text;
+  TextTable table({"backend", "inside", "ns a pair", "99.9 %", "allocs", "beyond", "worst [m]", "why"});
   for (const Candidate& candidate : verdict.candidates) {
     table.add({candidate.backend, candidate.inside ? "yes" : "no", speed_text(candidate),
-               format_error(candidate.worst_cost), candidate.worst_reason, candidate.worst_id,
-               format_count(candidate.wrong.total())});
+               format_ns(candidate.p999_ns), format_allocations(candidate.allocations),
+               beyond_text(candidate), format_error(candidate.worst_cost), reason_out(verdict, candidate)});
   }
-  return text + table.str();
+  return text + table.str() +
+         "  ns a pair: of all pairs of these sets; 99.9 %: of single calls, a pair or a scene\'s frame, with "
+         "the "
+         "clock\'s\n  own time; -: too few calls, or not counted\n";
 }
 
 namespace {
@@ -260,7 +264,7 @@ std::string new_tables(const Report& report, Shown& shown) {
 std::string terminal_report(const Report& report, Shown shown) {
   std::string text = new_tables(report, shown) + summary_section(report);
   for (const Verdict& verdict : report.verdicts) {
-    if (verdict.query == report.options.query) text += verdict_text(verdict);
+    if (verdict.choice.query == report.options.choice.query) text += verdict_text(verdict);
   }
   return text;
 }

@@ -83,7 +83,7 @@ Decades time_axis_for(std::span<const SetResult> sets) {
   for (const SetResult& set : sets) {
     for (const BackendResult& backend : set.backends) {
       for (std::size_t q = 0; q < 3; ++q) {
-        if (backend.is_wrong(q)) continue;
+        if (!backend.is_complete(q)) continue;
         for (const std::optional<Timing>* timing : modes_of(backend.rows[q])) {
           if (!*timing || !((*timing)->minimum_ns > 0)) continue;
           least = std::min(least, (*timing)->minimum_ns);
@@ -94,6 +94,22 @@ Decades time_axis_for(std::span<const SetResult> sets) {
   }
   return most == 0 ? Decades{1, 5} : decades_around(least, most);
 }
+
+namespace {
+
+// "3 of 6 wrong or without an answer; 4 unsupported".
+std::string no_speed_words(const Wrongness& wrong) {
+  std::string text;
+  if (wrong.total() > 0)
+    text = fmt::format("{} of {} wrong or without an answer", format_count(wrong.total()),
+                       format_count(wrong.supported()));
+  if (wrong.unsupported > 0)
+    text += fmt::format("{}{} of {} unsupported", text.empty() ? "" : "; ", format_count(wrong.unsupported),
+                        format_count(wrong.cases));
+  return text;
+}
+
+}  // namespace
 
 std::string time_plot(const SetResult& set, QueryKind query, const Decades& axis,
                       const std::vector<std::string>& backends, bool standalone) {
@@ -110,17 +126,15 @@ std::string time_plot(const SetResult& set, QueryKind query, const Decades& axis
   double top = kTop;
   for (const BackendResult& backend : set.backends) {
     const int place = place_of(backends, backend.name);
-    const bool wrong = backend.is_wrong(q);
+    const bool wrong = !backend.is_complete(q);
     svg += mark_at(place, 14, top + kRow / 2, wrong);
     svg += fmt::format("<text class='label' x='26' y='{:.1f}'>{}</text>", top + kRow / 2 + 4,
                        xml_text(backend.name));
     const BackendResult::Rows& rows = backend.rows[q];
     const Modes modes = modes_of(rows);
     if (wrong) {
-      svg += fmt::format(
-          "<text class='small' x='{}' y='{:.1f}'>{} of {} wrong or without an answer: no speed</text>",
-          kLeft + 10, top + kRow / 2 + 4, format_count(backend.judgement.wrongness[q].total()),
-          format_count(backend.judgement.wrongness[q].cases));
+      svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>{}: no speed</text>", kLeft + 10,
+                         top + kRow / 2 + 4, no_speed_words(backend.judgement.wrongness[q]));
     }
     for (std::size_t mode = 0; mode < 4 && !wrong; ++mode) {
       if (*modes[mode])

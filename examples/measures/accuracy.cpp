@@ -31,7 +31,7 @@ const char* class_fault(PairStatus status, bool contact) {
   return "failed";
 }
 
-void count(Wrongness& wrongness, PairStatus status, bool contact, const char* reason) {
+void count(Wrongness& wrongness, PairStatus status, bool contact, bool missing) {
   ++wrongness.cases;
   if (status == PairStatus::separated && contact)
     ++wrongness.missed;
@@ -43,7 +43,7 @@ void count(Wrongness& wrongness, PairStatus status, bool contact, const char* re
     ++wrongness.failed;
   else if (status == PairStatus::unsupported)
     ++wrongness.unsupported;
-  else if (reason == std::string_view("no value"))
+  else if (missing)
     ++wrongness.missing;
 }
 
@@ -210,6 +210,7 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
   const PatchArea patch(posed, oracle, geometry.n_AB_W);
   if (!(patch.most > kLeastPatch * posed.scale * posed.scale)) return;
   const double area = manifold_area(points, geometry.n_AB_W);
+  errors.coverage = area < patch.least ? area / patch.least : 1.0;
   const bool face_on_face =
       has_face_along(posed.a, geometry.n_AB_W) && has_face_along(posed.b, -geometry.n_AB_W);
   at(errors, face_on_face ? Measure::patch_coverage : Measure::tilted_coverage) = patch.error(area);
@@ -225,43 +226,110 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
 // What a wrong class costs at least: where solids touch exactly, it is wrong by nothing and still not right.
 constexpr double kLeastWrong = std::numeric_limits<double>::denorm_min();
 
-void charge(CaseErrors& errors, QueryKind kind, double cost, const char* reason) {
-  errors.cost[index_of(kind)] = cost;
-  errors.reason[index_of(kind)] = reason;
+// A figure that an answer carries or should carry.
+struct Figure {
+  double error;  // not finite: missing
+  const char* name;
+  std::size_t asked;  // bits of AskedFigures; 0: always
+};
+
+struct Answer {
+  const char* fault;   // of the class, null: right
+  double exact;        // |exact signed distance| [m]
+  double missing;      // what a missing normal or point costs [m]
+  double held;         // errors up to this cost nothing [m]
+  bool needs_figures;  // one that is not there is missing
+};
+
+void raise(CaseCost& cost, double to, const char* reason) {
+  if (to > cost.cost) cost.cost = to, cost.reason = reason;
 }
 
-// The largest of the given errors; a figure that should be there and is not costs infinity.
-void charge_largest(CaseErrors& errors, QueryKind kind,
-                    std::initializer_list<std::pair<double, const char*>> figures) {
-  for (const auto& [value, reason] : figures) {
-    if (std::isnan(value)) return charge(errors, kind, kInfinity, "no value");
-    if (value > errors.cost[index_of(kind)]) charge(errors, kind, value, reason);
+CaseCost charge(const Answer& answer, std::span<const Figure> figures, std::size_t asked) {
+  CaseCost cost;
+  if (answer.fault != nullptr) raise(cost, std::max(answer.exact, kLeastWrong), answer.fault);
+  for (const Figure& figure : figures) {
+    if ((figure.asked & ~asked) != 0) continue;
+    if (std::isfinite(figure.error)) {
+      if (figure.error > answer.held) raise(cost, figure.error, answer.fault ? answer.fault : figure.name);
+    } else if (answer.needs_figures) {
+      const double unknown = figure.asked == 0 ? answer.exact : answer.missing;
+      raise(cost, std::max(unknown, kLeastWrong), answer.fault ? answer.fault : kNoValue);
+      if (answer.fault == nullptr) cost.missing = true, cost.reason = kNoValue;
+    }
   }
+  return cost;
 }
 
-void charge_query(const PairTruth& truth, const BackendAnswers& answers, std::size_t index, QueryKind kind,
-                  CaseErrors& errors) {
-  const QueryAnswers& of_kind = answers.queries[index_of(kind)];
-  charge(errors, kind, 0.0, "");
+double error_of(double answered, double exact) {
+  return std::isfinite(answered) ? std::abs(answered - exact) : kNaN;
+}
+
+std::vector<Figure> figures_of(const PairTruth& truth, const QueryAnswers& answers, std::size_t index,
+                               QueryKind kind, const CaseErrors& errors, double manifold_normal) {
+  const auto value = [&](Measure measure) { return errors.values[static_cast<std::size_t>(measure)]; };
+  if (kind == QueryKind::overlap) return {};
+  const PairStatus status = answers.status[index];
+  const bool carries = carries_geometry(status, answers.geometry[index]);
+  const double separation = carries ? error_of(answers.geometry[index].separation, truth.separation) : kNaN;
+  if (kind == QueryKind::distance)
+    return {{separation, truth.contact() ? "depth" : "distance", 0},
+            {value(Measure::normal), "normal", kAskedNormals},
+            {value(Measure::witness), "witness points", kAskedPoints}};
+  if (!truth.contact() && status != PairStatus::overlapping) return {};  // the class alone is asked
+  return {{separation, "depth", 0},
+          {manifold_normal, "normal", kAskedNormals},
+          {value(Measure::deepest), "deepest point", kAskedPoints},
+          {value(Measure::point_witness), "contact points", kAskedPoints}};
+}
+
+// A contact that was not reported has no figures to be missing: it costs its depth.
+bool needs_figures(PairStatus status, const PairTruth& truth, QueryKind kind) {
+  if (kind == QueryKind::distance) return true;
+  return kind == QueryKind::manifold && truth.contact() && status != PairStatus::separated;
+}
+
+double manifold_normal_error(const PosedPair& posed, const PairTruth& truth, const QueryAnswers& manifold,
+                             std::size_t index) {
+  const PairGeometry& geometry = manifold.geometry[index];
+  if (!carries_geometry(manifold.status[index], geometry) || !is_finite(geometry.n_AB_W)) return kNaN;
+  return std::abs(separation_along(posed.a, posed.b, geometry.n_AB_W) - truth.separation);
+}
+
+void charge_query(const PosedPair& posed, const PairTruth& truth, const BackendAnswers& answers,
+                  std::size_t index, QueryKind kind, CaseErrors& errors) {
+  const std::size_t q = index_of(kind);
+  const QueryAnswers& of_kind = answers.queries[q];
   const PairStatus status = of_kind.status[index];
-  if (const char* fault = class_fault(status, truth.contact())) {
-    const bool answered = status == PairStatus::separated || status == PairStatus::overlapping;
-    return charge(errors, kind, answered ? std::max(std::abs(truth.separation), kLeastWrong) : kInfinity,
-                  fault);
+  errors.unsupported[q] = status == PairStatus::unsupported;
+  errors.charges[q].fill({});
+  if (errors.unsupported[q]) {
+    errors.charges[q].fill({kNaN, "unsupported", false});
+    return;
   }
-  if (kind == QueryKind::distance) {
-    const Measure measure = truth.contact() ? Measure::depth : Measure::distance;
-    charge_largest(errors, kind,
-                   {{at(errors, measure), truth.contact() ? "depth" : "distance"},
-                    {at(errors, Measure::normal), "normal"},
-                    {at(errors, Measure::witness), "witness points"}});
-  } else if (kind == QueryKind::manifold && truth.contact()) {
-    const PairGeometry& geometry = of_kind.geometry[index];
-    charge_largest(errors, kind,
-                   {{std::abs(geometry.separation - truth.separation), "depth"},
-                    {at(errors, Measure::deepest), "deepest point"},
-                    {at(errors, Measure::point_witness), "contact points"}});
-  }
+  Answer answer;
+  answer.fault = class_fault(status, truth.contact());
+  answer.exact = std::abs(truth.separation);
+  answer.missing = answer.exact + 2 * posed.size;
+  answer.held = held_by_doubles(posed.scale);
+  answer.needs_figures = needs_figures(status, truth, kind);
+  const double normal =
+      kind == QueryKind::manifold ? manifold_normal_error(posed, truth, of_kind, index) : kNaN;
+  const std::vector<Figure> figures = figures_of(truth, of_kind, index, kind, errors, normal);
+  for (std::size_t asked = 0; asked < kAskedKinds; ++asked)
+    errors.charges[q][asked] = charge(answer, figures, asked);
+}
+
+bool has_manifold(const QueryAnswers& manifold, std::size_t index) {
+  return carries_geometry(manifold.status[index], manifold.geometry[index]) &&
+         is_finite(manifold.geometry[index].n_AB_W) && !manifold_points(manifold, index).empty();
+}
+
+// A contact without points covers nothing of a patch that has an area.
+double coverage_without_points(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle) {
+  if (!is_finite(truth.n_AB_W) || !(norm(truth.n_AB_W) > 0.0)) return 1.0;
+  const PatchArea patch(posed, oracle, truth.n_AB_W);
+  return patch.most > kLeastPatch * posed.scale * posed.scale ? 0.0 : 1.0;
 }
 
 }  // namespace
@@ -310,13 +378,31 @@ std::string_view cost_definition(QueryKind query) {
     case QueryKind::overlap:
       return "overlap: 0 where the class is right";
     case QueryKind::distance:
-      return "distance: the largest of the distance or depth, normal and witness errors";
+      return "distance: the largest of the distance or depth error and, where they are asked for, the normal "
+             "and the witness error";
     case QueryKind::manifold:
-      return "manifold: in contact, the largest of the errors of its depth, its deepest point and its "
-             "points' "
-             "witness error; apart 0";
+      return "manifold: in contact, the largest of the errors of its depth and, where they are asked for, of "
+             "its normal, its deepest point and its points' witness error; apart 0";
   }
   return "";
+}
+
+std::array<std::string_view, 5> cost_rules() {
+  return {
+      "a wrong class or an undecided answer: |exact signed distance|, and the errors of the figures that "
+      "come with it where these are larger",
+      "a failed answer or a missing separation: what it leaves unknown, |exact signed distance|; a missing "
+      "normal or point, where asked for: that and twice the size of the larger solid, as it may lie "
+      "anywhere on the two",
+      "a contact that is not reported has no points to be missing: it costs its depth, and covers nothing "
+      "of its patch",
+      "unsupported: no cost and no wrong answer; it takes a backend out where it was asked for",
+      "what doubles hold: an error of a figure of at most two ulps of S costs nothing (2e-10 m at 1e6 m); a "
+      "wrong class is never excused"};
+}
+
+double held_by_doubles(double scale) {
+  return scale > 0.0 && std::isfinite(scale) ? std::ldexp(2.0, std::ilogb(scale) - 52) : 0.0;
 }
 
 CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
@@ -326,15 +412,14 @@ CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Ora
   const Surfaces surfaces(posed, oracle);
   measure_distance(posed, truth, surfaces, answers.queries[index_of(QueryKind::distance)], index, errors);
   measure_manifold(posed, truth, oracle, surfaces, answers, index, errors);
-  for (const QueryKind kind : kQueryKinds) charge_query(truth, answers, index, kind, errors);
+  for (const QueryKind kind : kQueryKinds) charge_query(posed, truth, answers, index, kind, errors);
+  const QueryAnswers& manifold = answers.queries[index_of(QueryKind::manifold)];
+  if (truth.contact() && !has_manifold(manifold, index))
+    errors.coverage = coverage_without_points(posed, truth, oracle);
   return errors;
 }
 
 namespace {
-
-bool is_wrong(PairStatus status, bool contact, const char* reason) {
-  return class_fault(status, contact) != nullptr || reason == std::string_view("no value");
-}
 
 // Keeps the list short and ordered: dearest first, of equal costs the lower index.
 void keep_dearest(std::vector<WorstCase>& kept, const WorstCase& wrong) {
@@ -364,6 +449,44 @@ std::vector<SignedError> signed_errors(const BackendAnswers& answers, std::span<
   return kept;
 }
 
+// One case as the curves take it.
+CurveCase curve_case(const PairTruth& truth, const CaseErrors& errors, PairStatus status, QueryKind kind,
+                     double scale, double size, std::size_t index) {
+  CurveCase each;
+  each.stratum = stratum_of(truth.separation, truth.contact(), size, scale);
+  each.status = status;
+  each.contact = truth.contact();
+  each.index = index;
+  each.costs = errors.charges[index_of(kind)];
+  each.coverage = kind == QueryKind::manifold ? errors.coverage : 1.0;
+  return each;
+}
+
+void judge_query(std::span<const PairTruth> truth, const BackendAnswers& answers,
+                 std::span<const CaseErrors> errors, std::span<const double> scale,
+                 std::span<const double> size, QueryKind kind, Judgement& judgement) {
+  const std::size_t q = index_of(kind);
+  std::vector<CaseValue> sample;
+  CurveBuilder curves(kind);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const PairStatus status = answers.queries[q].status[i];
+    const CaseCost& cost = errors[i].cost(kind);
+    count(judgement.wrongness[q], status, truth[i].contact(), cost.missing);
+    curves.add(curve_case(truth[i], errors[i], status, kind, scale[i], size[i], i));
+    if (errors[i].unsupported[q]) continue;
+    WorstCase& worst = judgement.worst[q];
+    const WorstCase here{cost.cost, i, cost.reason};
+    if (sample.empty() || here.cost > worst.cost) worst = here;
+    if (class_fault(status, truth[i].contact()) != nullptr || cost.missing)
+      keep_dearest(judgement.wrong_cases[q], here);
+    sample.push_back({cost.cost / scale[i], i});
+  }
+  if (sample.empty()) judgement.worst[q].cost = kNaN;
+  judgement.cost[q] = quantiles(sample);
+  judgement.cost_curve[q] = curve(sample);
+  judgement.curves[q] = curves.take();
+}
+
 }  // namespace
 
 Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
@@ -384,21 +507,8 @@ Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Orac
       progress);
 
   Judgement judgement;
+  for (const QueryKind kind : kQueryKinds) judge_query(truth, answers, errors, scale, size, kind, judgement);
   std::vector<CaseValue> sample;
-  for (const QueryKind kind : kQueryKinds) {
-    const std::size_t q = index_of(kind);
-    sample.clear();
-    for (std::size_t i = 0; i < cases; ++i) {
-      count(judgement.wrongness[q], answers.queries[q].status[i], truth[i].contact(), errors[i].reason[q]);
-      WorstCase& worst = judgement.worst[q];
-      if (i == 0 || errors[i].cost[q] > worst.cost) worst = {errors[i].cost[q], i, errors[i].reason[q]};
-      if (is_wrong(answers.queries[q].status[i], truth[i].contact(), errors[i].reason[q]))
-        keep_dearest(judgement.wrong_cases[q], {errors[i].cost[q], i, errors[i].reason[q]});
-      sample.push_back({errors[i].cost[q] / scale[i], i});
-    }
-    judgement.cost[q] = quantiles(sample);
-    judgement.cost_curve[q] = curve(sample);
-  }
   for (std::size_t m = 0; m < kMeasures; ++m) {
     const bool length = is_length(static_cast<Measure>(m));
     const auto over = [&](const std::vector<double>& unit) {

@@ -4,12 +4,14 @@
 #include <string_view>
 
 #include "touchstone/examples/measures/backend_run.hpp"
+#include "touchstone/examples/measures/cost_curves.hpp"
 #include "touchstone/examples/measures/oracle.hpp"
 #include "touchstone/examples/measures/quantiles.hpp"
 
 namespace touchstone::comparison {
 
-/// Wrong and missing answers to one kind of query.
+/// Wrong and missing answers to one kind of query. What a backend does not support is counted apart: it is no
+/// wrong answer, and matters where it was asked for.
 struct Wrongness {
   std::size_t cases = 0;
   std::size_t missed = 0;   ///< `separated`, yet the solids touch or overlap
@@ -21,19 +23,21 @@ struct Wrongness {
   std::size_t missing = 0;
 
   Wrongness& operator+=(const Wrongness& more);
-  std::size_t total() const { return missed + phantom + undecided + failed + unsupported + missing; }
+  std::size_t total() const { return missed + phantom + undecided + failed + missing; }
+  std::size_t supported() const { return cases - unsupported; }
+  /// Every case has a right answer.
+  bool is_complete() const { return total() == 0 && unsupported == 0; }
 
   struct Kind {
     std::size_t count;
     const char* name;
   };
-  /// Each kind with its name, in the order of the reports.
-  std::array<Kind, 6> kinds() const {
+  /// Each kind of total() with its name, in the order of the reports.
+  std::array<Kind, 5> kinds() const {
     return {{{missed, "missed"},
              {phantom, "phantom"},
              {undecided, "undecided"},
              {failed, "failed"},
-             {unsupported, "unsupported"},
              {missing, "no value"}}};
   }
 };
@@ -56,7 +60,10 @@ inline constexpr std::size_t kMeasures = 9;
 inline constexpr double kFaceOnFaceAngle = 0x1p-6;
 std::string_view to_string(Measure measure);
 std::string_view definition(Measure measure);
+/// What an answer to the query costs [m], one sentence; the rules for all queries are cost_rules().
 std::string_view cost_definition(QueryKind query);
+/// What wrong, missing and unsupported answers cost, and what doubles can hold.
+std::array<std::string_view, 5> cost_rules();
 constexpr bool is_length(Measure measure) { return measure < Measure::patch_coverage; }
 
 /// The same errors divided by S and by the pair's size; ratios are not divided.
@@ -68,7 +75,7 @@ struct ErrorStats {
 struct WorstCase {
   double cost = 0;  ///< [m], CaseErrors::cost
   std::size_t index = 0;
-  const char* reason = "";  ///< "missed contact", "depth", ...
+  const char* reason = "";  ///< of kCostReasons
 };
 
 /// One case of the figure "error against true separation", both over S and signed.
@@ -81,10 +88,11 @@ struct SignedError {
 inline constexpr std::size_t kKeptWrongCases = 3, kKeptSignedErrors = 48;
 
 struct Judgement {
-  std::array<Wrongness, 3> wrongness;    ///< by QueryKind
-  std::array<WorstCase, 3> worst;        ///< by QueryKind
-  std::array<Quantiles, 3> cost;         ///< CaseErrors::cost over S, by QueryKind
+  std::array<Wrongness, 3> wrongness;    ///< by QueryKind, everything asked
+  std::array<WorstCase, 3> worst;        ///< by QueryKind, of the supported cases
+  std::array<Quantiles, 3> cost;         ///< CaseErrors::cost over S, by QueryKind, of the supported cases
   std::array<Curve, 3> cost_curve = {};  ///< the distributions of the same
+  std::array<CostCurves, 3> curves;      ///< by QueryKind: what verdicts are made of
   std::array<std::vector<WorstCase>, 3>
       wrong_cases;                           ///< by QueryKind: the wrong or missing answers that cost most
   std::vector<SignedError> signed_errors;    ///< distance: cases evenly spread over the set, and the worst
@@ -95,14 +103,24 @@ struct Judgement {
 Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
                 const BackendAnswers& answers, int threads, const Progress& progress = {});
 
-/// One case's errors, NaN where the answer carries no such figure, and its cost by query: see
-/// cost_definition().
+/// One case's errors, NaN where the answer carries no such figure, and what it costs a user.
 struct CaseErrors {
   std::array<double, kMeasures> values;
-  std::array<double, 3> cost;  ///< [m]; +inf: no answer, or a figure is missing
-  std::array<const char*, 3> reason;
+  /// By QueryKind and by what is asked, see cost_definition().
+  std::array<std::array<CaseCost, kAskedKinds>, 3> charges;
+  std::array<bool, 3> unsupported;
+  /// Manifold, in contact: share of the true patch that the points' hull covers, 0 to 1; 0 without points. 1
+  /// where the patch has no area, and apart.
+  double coverage = 1;
+
+  /// With everything asked.
+  const CaseCost& cost(QueryKind kind) const { return charges[index_of(kind)][kAskedKinds - 1]; }
 };
 CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
                        const BackendAnswers& answers, std::size_t index);
+
+/// Errors of figures up to this cost nothing: two ulps of S [m]. A point's coordinates are multiples of an
+/// ulp; rounding both points of a witness moves p_B - p_A by up to sqrt(3) ulps, whoever computes them.
+double held_by_doubles(double scale);
 
 }  // namespace touchstone::comparison

@@ -75,6 +75,8 @@ TEST_F(Judged, CountsClassesPerQuery) {
     EXPECT_EQ(wrong("seeing_phantoms", kind).phantom, 3u);
     EXPECT_EQ(wrong("seeing_phantoms", kind).total(), 3u);
     EXPECT_EQ(wrong("unsupported", kind).unsupported, 6u);
+    EXPECT_EQ(wrong("unsupported", kind).total(), 0u) << "not asked for, not wrong";
+    EXPECT_FALSE(wrong("unsupported", kind).is_complete());
     EXPECT_EQ(wrong("failing", kind).failed, 6u);
     EXPECT_EQ(wrong("undecided", kind).undecided, 6u);
   }
@@ -103,18 +105,79 @@ TEST_F(Judged, ErrorsAreWhatTheFakesDo) {
 
 TEST_F(Judged, CostsFollowTheRules) {
   const auto worst = [&](const char* name, QueryKind kind) { return of(name).worst[index_of(kind)]; };
+  const double anywhere = 2 * size_;  // twice the size of the larger cube
   EXPECT_EQ(worst("right", QueryKind::distance).cost, 0.0);
   EXPECT_EQ(worst("missing_contacts", QueryKind::overlap).cost, 0.5);
   EXPECT_EQ(worst("missing_contacts", QueryKind::overlap).index, 4u);
   EXPECT_STREQ(worst("missing_contacts", QueryKind::overlap).reason, "missed contact");
   EXPECT_EQ(worst("seeing_phantoms", QueryKind::distance).cost, 0.5);
   EXPECT_EQ(worst("seeing_phantoms", QueryKind::distance).index, 0u);
-  EXPECT_EQ(worst("unsupported", QueryKind::distance).cost, std::numeric_limits<double>::infinity());
-  EXPECT_EQ(worst("undecided", QueryKind::distance).cost, std::numeric_limits<double>::infinity());
-  EXPECT_EQ(worst("failing", QueryKind::manifold).cost, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(worst("undecided", QueryKind::distance).cost, 0.5) << "its figures are right";
+  EXPECT_EQ(worst("failing", QueryKind::overlap).cost, 0.5) << "what it leaves unknown";
+  EXPECT_DOUBLE_EQ(worst("failing", QueryKind::distance).cost, 0.5 + anywhere);
+  EXPECT_DOUBLE_EQ(worst("failing", QueryKind::manifold).cost, 0.5 + anywhere);
+  EXPECT_EQ(worst("failing", QueryKind::manifold).index, 4u) << "a pair that is apart needs no points";
   EXPECT_NEAR(worst("off_by_1e-3", QueryKind::distance).cost, 1e-3, 1e-15);
   EXPECT_EQ(worst("off_by_1e-3", QueryKind::overlap).cost, 0.0);
-  EXPECT_TRUE(std::isinf(worst("not_a_number", QueryKind::distance).cost));
+  EXPECT_DOUBLE_EQ(worst("not_a_number", QueryKind::distance).cost, 0.5 + anywhere);
+  EXPECT_EQ(of("unsupported").cost[index_of(QueryKind::distance)].count, 0u) << "no cost at all";
+}
+
+// The same answers, asked for less.
+TEST_F(Judged, WhatIsNotAskedForCostsNothing) {
+  Options options;
+  options.backends = {"right"};
+  MeasureOptions measure;
+  measure.time_pairs = measure.perturb = false;
+  const PairSet one = testing::cubes({0.25});
+  const std::vector<PairTruth> truth = compute_truth(one, oracle_, 1);
+  auto answers = answer_set(options, backends_, one, measure);
+  PairGeometry& geometry = answers[0].queries[index_of(QueryKind::distance)].geometry[0];
+  const auto costs = [&] {
+    const CaseErrors errors = case_errors(posed_pair(one, 0), truth[0], oracle_, answers[0], 0);
+    std::array<double, kAskedKinds> each;
+    for (std::size_t a = 0; a < kAskedKinds; ++a)
+      each[a] = errors.charges[index_of(QueryKind::distance)][a].cost;
+    return each;
+  };
+  geometry.p_A_W.x() = std::numeric_limits<double>::quiet_NaN();
+  const double missing = 0.25 + 2 * size_;
+  EXPECT_THAT(costs(), ::testing::ElementsAre(0.0, 0.0, missing, missing));
+  geometry = {0.25, Vector3::UnitY(), {0.5, 0, 0}, {0.75, 0, 0}, 0};  // B is 1 m behind A along y
+  EXPECT_THAT(costs(), ::testing::ElementsAre(0.0, 1.25, ::testing::Gt(0.25), 1.25));
+  geometry = {0.5, Vector3::UnitX(), {0.5, 0, 0}, {1.0, 0, 0}, 0};
+  EXPECT_EQ(costs()[0], 0.25);
+  answers[0].queries[index_of(QueryKind::distance)].status[0] = PairStatus::undecided;
+  geometry.separation = 0.25 + 1.0;
+  EXPECT_EQ(costs()[0], 1.0) << "dearer than |d|";
+}
+
+// Far out a point can be held to an ulp of its coordinates only: errors up to two of these are none.
+TEST(HeldByDoubles, ErrorsOfTwoUlpsOfTheCoordinatesCostNothing) {
+  testing::CubeOracle oracle;
+  const double far = 0x1p20, ulp = 0x1p-32;  // about 1e6 m
+  EXPECT_EQ(held_by_doubles(far), 2 * ulp);
+  PairSet set = testing::cubes({0.25});
+  for (Pose& X : set.poses) X.p.y() += far;
+  const std::vector<PairTruth> truth = {{PairClass::separated, 0.25, Vector3::UnitX(), true}};
+  BackendAnswers answers;
+  answers.name = "some";
+  for (QueryAnswers& query : answers.queries) {
+    query.status.assign(1, PairStatus::separated);
+    query.geometry.assign(1,
+                          PairGeometry{0.25 + 2 * ulp, Vector3::UnitX(), {0.5, far, 0}, {0.75, far, 0}, 0});
+    query.points.assign(kMaxManifoldPoints, {});
+  }
+  const auto value_cost = [&] {
+    return case_errors(posed_pair(set, 0), truth[0], oracle, answers, 0)
+        .charges[index_of(QueryKind::distance)][0]
+        .cost;
+  };
+  EXPECT_EQ(value_cost(), 0.0);
+  answers.queries[index_of(QueryKind::distance)].geometry[0].separation = 0.25 + 3 * ulp;
+  EXPECT_EQ(value_cost(), 3 * ulp);
+  answers.queries[index_of(QueryKind::distance)].status[0] = PairStatus::overlapping;
+  EXPECT_EQ(value_cost(), 0.25) << "a wrong class is not excused";
 }
 
 TEST_F(Judged, TheFakesAllocateNothingAndAreTimed) {
@@ -130,7 +193,7 @@ TEST_F(Judged, TheFakesAllocateNothingAndAreTimed) {
   }
 }
 
-// ---- the verdict, on made-up results
+// ---- made-up results
 
 SetResult made_up(double fast_cost, double slow_cost) {
   SetResult set;
@@ -150,71 +213,6 @@ SetResult made_up(double fast_cost, double slow_cost) {
   add("fast", 10, fast_cost);
   add("slow", 100, slow_cost);
   return set;
-}
-
-TEST(Verdict, NamesTheFastestThatStaysInside) {
-  const std::vector<SetResult> sets = {made_up(1e-3, 1e-9)};
-  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-2).fastest, "fast");
-  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-3).fastest, "fast") << "at the limit is inside";
-  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-4).fastest, "slow");
-  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-10).fastest, "");
-  const Verdict verdict = decide(sets, QueryKind::distance, 1e-4);
-  ASSERT_EQ(verdict.candidates.size(), 2u);
-  EXPECT_EQ(verdict.candidates[1].backend, "fast");
-  EXPECT_FALSE(verdict.candidates[1].inside);
-  EXPECT_EQ(verdict.candidates[1].worst_id, "made_up:7");
-}
-
-TEST(Verdict, OneBadFamilyIsEnoughToDropOut) {
-  const std::vector<SetResult> sets = {made_up(1e-9, 1e-9), made_up(1.0, 1e-9)};
-  EXPECT_EQ(decide(sets, QueryKind::distance, 1e-6).fastest, "slow");
-}
-
-TEST(Verdict, AMissingValueOrTimeIsNeverInside) {
-  std::vector<SetResult> sets = {made_up(std::numeric_limits<double>::infinity(), 1e-9)};
-  EXPECT_EQ(decide(sets, QueryKind::distance, 1e300).fastest, "slow");
-  sets[0].backends[1].rows[1].single.reset();
-  EXPECT_EQ(decide(sets, QueryKind::distance, 1e300).fastest, "");
-}
-
-TEST_F(Judged, MaxErrorPicksAmongTheFakes) {
-  const std::vector<SetResult> sets = {result_};
-  const auto inside = [&](double budget) {
-    std::vector<std::string> names;
-    for (const Candidate& candidate : decide(sets, QueryKind::distance, budget).candidates) {
-      if (candidate.inside) names.push_back(candidate.backend);
-    }
-    return names;
-  };
-  EXPECT_THAT(inside(0.0), ::testing::ElementsAre("right"));
-  EXPECT_THAT(inside(2e-3), ::testing::UnorderedElementsAre("right", "off_by_1e-3"));
-  EXPECT_THAT(inside(0.5),
-              ::testing::UnorderedElementsAre("right", "off_by_1e-3", "missing_contacts", "seeing_phantoms"));
-  EXPECT_THAT(inside(1e300), ::testing::Not(::testing::Contains("undecided"))) << "no answer is never inside";
-}
-
-TEST(Verdict, AMissedTouchIsNeverWithinNothing) {
-  Backends backends;
-  testing::register_fakes(backends.registry);
-  const testing::CubeOracle oracle;
-  const PairSet set = testing::cubes({0.0});
-  const auto truth = compute_truth(set, oracle, 1);
-  const std::vector<SetResult> sets = {sum_up(set, truth, &oracle, answer_set({}, backends, set, {}), 1)};
-  for (const Candidate& candidate : decide(sets, QueryKind::overlap, 0.0).candidates)
-    EXPECT_EQ(candidate.inside, candidate.wrong.total() == 0) << candidate.backend;
-}
-
-TEST(Verdict, WhoWasWrongIsNamedWithItAndHasNoSpeed) {
-  std::vector<SetResult> sets = {made_up(1e-9, 1e-9)};
-  sets[0].backends[0].judgement.wrongness[index_of(QueryKind::distance)].phantom = 3;
-  const Verdict verdict = decide(sets, QueryKind::distance, 1e-6);
-  EXPECT_EQ(sentence(verdict),
-            "fastest within 1e-06 m on every distance case: fast, 10 ns a pair, with 3 phantom");
-  EXPECT_EQ(speed_text(verdict.candidates[0]), "(10.0)");
-  EXPECT_EQ(speed_text(verdict.candidates[1]), "100");
-  sets[0].backends[0].judgement.worst[index_of(QueryKind::distance)].cost = 1.0;
-  EXPECT_EQ(headline(decide(sets, QueryKind::distance, 1e-6)),
-            "slow, 100 ns a pair, 0 wrong of 0; fast 3 phantom");
 }
 
 TEST(SpeedErrorPlot, EveryWrongBackendStandsOnTheRail) {
@@ -333,7 +331,7 @@ TEST_F(Judged, TableCsvAndJsonShowTheSameNumbers) {
   EXPECT_EQ(phantom["backend"], "seeing_phantoms");
   EXPECT_EQ(phantom["queries"]["distance"]["wrong"]["phantom"], 3);
   EXPECT_EQ(phantom["queries"]["distance"]["worst"]["case"], "cubes:0");
-  EXPECT_EQ(json["pair_sets"][0]["backends"][4]["queries"]["distance"]["worst"]["cost_m"], "inf");
+  EXPECT_EQ(json["pair_sets"][0]["backends"][5]["queries"]["distance"]["wrong"]["unsupported"], 6);
 }
 
 TEST_F(Judged, ThePageMakesNoRequest) {

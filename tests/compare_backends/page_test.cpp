@@ -4,106 +4,159 @@
 #include <limits>
 
 #include "touchstone/examples/compare_backends/html_report.hpp"
-#include "touchstone/examples/compare_backends/options.hpp"
+#include "touchstone/examples/compare_backends/json_writer.hpp"
+#include "touchstone/examples/compare_backends/page/embedded_text.hpp"
 #include "touchstone/examples/compare_backends/results_file.hpp"
 #include "touchstone/examples/compare_backends/verdict.hpp"
 #include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 #include "touchstone/tests/compare_backends/page_in_browser.hpp"
+#include "touchstone/tests/compare_backends/random_choices.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+class PageScript : public ProgramTest {
+ protected:
+  PageScript() : ProgramTest(NODE) {}
 
-// Nine backends over two sets, costs and times of all sizes, ties, a missing value and a missing time.
-std::vector<SetResult> made_up_sets(Random& random) {
-  std::vector<SetResult> sets(2);
-  for (std::size_t s = 0; s < 2; ++s) {
-    SetResult& set = sets[s];
-    set.name = s == 0 ? "one" : "two & <three>";
-    set.cases = 1000;
-    for (int b = 0; b < 9; ++b) {
-      BackendResult backend;
-      backend.name = "backend_" + std::to_string(b);
-      backend.judged = true;
-      for (std::size_t q = 0; q < 3; ++q) {
-        const double ns = random.binary_scale(3, 18);
-        if (b != 7) backend.rows[q].single = Timing{ns, ns, ns, 1};
-        const double cost = b == 8 ? kInfinity : b == 0 ? 0.0 : random.binary_scale(-52, 0);
-        backend.judgement.worst[q] = {cost, 7, b == 1 ? "phantom contact" : cost > 0 ? "depth" : ""};
-        backend.judgement.cost[q] = {cost, cost, cost, 7, 1000};
-        backend.judgement.wrongness[q].cases = 1000;
-        if (b == 1) backend.judgement.wrongness[q].phantom = 312;
-      }
-      if (b == 3) backend.rows = set.backends[2].rows;  // as fast as the one before
-      set.backends.push_back(backend);
-    }
+  // What decide.js says of each of `asked`, given results.json's `choices`.
+  nlohmann::json in_node(const std::string& choices, const nlohmann::json& asked) {
+    const std::string script = R"(
+      const decider=touchstoneDecider(data);
+      console.log(JSON.stringify(asked.map(c=>{
+        for(const id of ['apart_up_to','within','deadline'])if(c[id]===null)c[id]=Infinity;
+        const v=decider.decide(c);
+        return {sentence:decider.sentence(v),headline:decider.headline(v),
+                rows:v.candidates.map(e=>[e.backend,...decider.cells(v,e)])}})));)";
+    const std::string file =
+        write("page.js", std::string(embedded_text("decide.js")) + "\nconst data=" + choices +
+                             ",asked=" + asked.dump() + ";" + script)
+            .string();
+    const Outcome outcome = run(file);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.code == 0 ? nlohmann::json::parse(outcome.out) : nlohmann::json();
   }
-  return sets;
-}
+};
 
-Report made_up_report(const std::vector<SetResult>& sets) {
+Report made_up_report(const std::vector<ChoiceSet>& sets) {
   Report report;
   report.has_truth = true;
-  report.sets = sets;
-  for (const BackendResult& backend : sets[0].backends) report.backends.emplace_back(backend.name, "made up");
-  for (const QueryKind kind : kQueryKinds) report.candidates.push_back({kind, candidates(sets, kind)});
+  report.choices = sets;
+  for (const ChoiceSet::Backend& backend : sets[0].backends)
+    report.backends.emplace_back(backend.name, "made up");
   return report;
 }
 
-// What the page says when its budget and query are set to each of `asked`.
-std::string slider_script(const nlohmann::json& asked) {
-  return "const asked=" + asked.dump() + R"(;found=asked.map(([q,b])=>{
-    document.getElementById('query').value=q;const budget=document.getElementById('budget');budget.value=b;
-    budget.dispatchEvent(new Event('input'));
-    const text=id=>{const e=document.getElementById(id);return e?e.textContent:''};
-    return {sentence:text('sentence'),headline:text('headline'),
-      rows:[...document.querySelectorAll('#chosen tbody tr')].map(r=>[...r.cells].map(c=>c.textContent))}});)";
-}
-
-// Query and budget, fifty times. Some budgets are exactly what a backend costs, one is 0.
-nlohmann::json fifty_budgets(Random& random, const std::vector<Candidates>& candidates) {
+// Some choices err: nothing is in them.
+nlohmann::json random_choices(Random& random, const std::vector<ChoiceSet>& sets, int count) {
   nlohmann::json asked = nlohmann::json::array();
-  for (int i = 0; i < 50; ++i) {
-    const auto& of = candidates[random.below(3)];
-    const double cost =
-        of.candidates[random.below(static_cast<std::uint32_t>(of.candidates.size()))].worst_cost;
-    const double budget = i == 0                              ? 0.0
-                          : i % 5 == 0 && std::isfinite(cost) ? cost
-                                                              : random.binary_scale(-60, 1);
-    asked.push_back({to_string(of.query), fmt::format("{}", budget)});
-  }
+  for (int i = 0; i < count; ++i) asked.push_back(as_json(random_choice(random, sets)));
   return asked;
 }
 
-TEST_F(PageInBrowser, TheSliderDecidesAsTheProgramOnFiftyBudgets) {
+void expect_said(const nlohmann::json& page, const Verdict& verdict, const nlohmann::json& asked) {
+  EXPECT_EQ(page["sentence"], sentence(verdict)) << asked;
+  EXPECT_EQ(page["headline"], headline(verdict)) << asked;
+  ASSERT_EQ(page["rows"].size(), verdict.candidates.size()) << asked;
+  for (std::size_t c = 0; c < verdict.candidates.size(); ++c) {
+    const Candidate& each = verdict.candidates[c];
+    EXPECT_EQ(page["rows"][c],
+              nlohmann::json({each.backend, each.inside ? "yes" : "no", speed_text(each),
+                              format_ns(each.p999_ns), format_allocations(each.allocations),
+                              beyond_text(each), format_error(each.worst_cost), reason_out(verdict, each)}))
+        << asked;
+  }
+}
+
+struct Told {
+  std::size_t decided = 0, empty = 0;
+};
+// The page's answers to all that was asked, against decide()'s.
+Told expect_all_said(const nlohmann::json& page, const std::vector<ChoiceSet>& sets,
+                     const nlohmann::json& asked) {
+  Told told;
+  EXPECT_EQ(page.size(), asked.size());
+  for (std::size_t i = 0; i < asked.size() && i < page.size(); ++i) {
+    const Verdict verdict = decide(sets, choice_from(asked[i]));
+    expect_said(page[i], verdict, asked[i]);
+    told.decided += !verdict.fastest.empty();
+    told.empty += verdict.is_empty();
+  }
+  return told;
+}
+
+// The page's menus have the ends of the bins alone.
+Choice on_the_grid(Choice choice) {
+  choice.apart_up_to = upper_end(choice.apart_up_to, kApartBins);
+  choice.within = upper_end(choice.within, kWithinBins);
+  return choice;
+}
+
+// What the page says when its controls are set to each of `asked`.
+std::string controls_script(const nlohmann::json& asked) {
+  return "const asked=" + asked.dump() + R"(;const by=id=>document.getElementById(id);found=asked.map(c=>{
+    by('query').value=c.query;by('budget').value=c.max_error;by('share').value=c.share;
+    for(const id of ['apart','touching','deep','normals','points','no_allocations'])by(id).checked=c[id];
+    by('deadline').value=c.deadline===null?'':c.deadline;
+    for(const id of ['apart_up_to','within'])
+      by(id).value=c[id]===null?'':[...by(id).options].find(o=>o.value!==''&&Number(o.value)===c[id]).value;
+    by('coverage').value=c.min_coverage;
+    for(const box of document.querySelectorAll('#sets input'))
+      box.checked=c.sets.length===0||c.sets.includes(box.value);
+    by('query').dispatchEvent(new Event('change',{bubbles:true}));
+    const text=id=>by(id)?by(id).textContent:'';
+    return {sentence:text('sentence'),headline:text('headline'),
+      rows:[...document.querySelectorAll('#chosen tbody tr')].map(r=>[...r.cells].map(t=>t.textContent))}});)";
+}
+
+TEST_F(PageInBrowser, DecidesAsTheProgramOnFiveHundredChoices) {
   Random random(20);
-  const std::vector<SetResult> sets = made_up_sets(random);
-  const Report report = made_up_report(sets);
-  const nlohmann::json asked = fifty_budgets(random, report.candidates);
-  const nlohmann::json seen = look(html_report(report), slider_script(asked));
+  const std::vector<ChoiceSet> sets = made_up_choice_sets(random);
+  nlohmann::json asked = random_choices(random, sets, 500);
+  for (nlohmann::json& each : asked) each = as_json(on_the_grid(choice_from(each)));
+  const nlohmann::json seen = look(html_report(made_up_report(sets)), controls_script(asked));
   EXPECT_EQ(seen["faults"], nlohmann::json::array());
   ASSERT_TRUE(seen["found"].is_array()) << seen;
-  ASSERT_EQ(seen["found"].size(), 50u);
-  std::size_t decided = 0;
-  for (std::size_t i = 0; i < 50; ++i) {
-    const Verdict verdict = decide(sets, query_named(asked[i][0]), std::stod(std::string(asked[i][1])));
-    const auto& page = seen["found"][i];
-    EXPECT_EQ(page["sentence"], sentence(verdict)) << asked[i];
-    EXPECT_EQ(page["headline"], verdict.fastest.empty() ? "" : headline(verdict)) << asked[i];
-    ASSERT_EQ(page["rows"].size(), verdict.candidates.size());
-    for (std::size_t c = 0; c < verdict.candidates.size(); ++c) {
-      EXPECT_EQ(page["rows"][c][0], verdict.candidates[c].backend) << asked[i];
-      EXPECT_EQ(page["rows"][c][1], verdict.candidates[c].inside ? "yes" : "no") << asked[i];
-      EXPECT_EQ(page["rows"][c][4], reason_out(verdict, verdict.candidates[c])) << asked[i];
-    }
-    decided += !verdict.fastest.empty();
+  const Told told = expect_all_said(seen["found"], sets, asked);
+  EXPECT_GT(told.decided, 100u);
+  EXPECT_GT(told.empty, 5u);
+}
+
+// Contacts only, and 0.1 mm with one in a thousand beyond.
+TEST_F(PageInBrowser, TwoClicksAskForContactsWithinATenthOfAMillimetre) {
+  Random random(21);
+  const std::vector<ChoiceSet> sets = made_up_choice_sets(random);
+  const nlohmann::json seen = look(html_report(made_up_report(sets)),
+                                   "document.getElementById('contacts_only').click();"
+                                   "document.getElementById('one_in_a_thousand').click();"
+                                   "found=document.getElementById('sentence').textContent");
+  EXPECT_EQ(seen["faults"], nlohmann::json::array());
+  Choice choice;
+  choice.apart = false;
+  choice.max_error = 1e-4;
+  choice.share = 1e-3;
+  EXPECT_EQ(seen["found"], sentence(decide(sets, choice)));
+}
+
+// The script without a page, where there is node: the same answers as in a browser.
+TEST_F(PageScript, DecidesAsTheProgramOnFiveHundredChoices) {
+  if (std::string_view(NODE).empty()) {
+    ASSERT_FALSE(std::string_view(CHROMIUM).empty())
+        << "the page's script is tested by node (package nodejs) or Chromium; neither is on this machine";
+    GTEST_SKIP() << "no node; Chromium runs the script";
   }
-  EXPECT_GT(decided, 10u);
+  Random random(20);
+  const std::vector<ChoiceSet> sets = made_up_choice_sets(random);
+  const nlohmann::json asked = random_choices(random, sets, 500);
+  const Told told = expect_all_said(in_node(choices_json(made_up_report(sets)), asked), sets, asked);
+  EXPECT_GT(told.decided, 100u);
+  EXPECT_GT(told.empty, 5u);
 }
 
 // A real run's page against the command line on that run's results.json.
-TEST_F(PageInBrowser, TheSliderOfARealRunSaysWhatTheCommandLineSays) {
+TEST_F(PageScript, OfARealRunSaysWhatTheCommandLineSays) {
+  if (std::string_view(NODE).empty()) GTEST_SKIP() << "no node";
   const std::string report = (folder_ / "report").string();
   const auto command = [&](const std::string& arguments) {
     const std::filesystem::path out = folder_ / "said";
@@ -113,31 +166,27 @@ TEST_F(PageInBrowser, TheSliderOfARealRunSaysWhatTheCommandLineSays) {
     return read(out);
   };
   command("--quick --no-broadphase --count 60 --families random touching tapered --output " + report);
-  const std::vector<Candidates> candidates =
-      candidates_of(parse_results(read(report + "/results.json"), "test", "results.json"), "test");
-  if (candidates.empty()) GTEST_SKIP() << "without `exact` there is no verdict";
+  const Json results = parse_results(read(report + "/results.json"), "test", "results.json");
+  const std::vector<ChoiceSet> sets = choice_sets_of(results, "test");
+  if (sets.empty()) GTEST_SKIP() << "without `exact` there is no verdict";
   Random random(50);
-  const nlohmann::json asked = fifty_budgets(random, candidates);
-  const nlohmann::json seen = look(read(report + "/report.html"), slider_script(asked));
-  EXPECT_EQ(seen["faults"], nlohmann::json::array());
-  ASSERT_EQ(seen["found"].size(), 50u);
-  for (std::size_t i = 0; i < 50; ++i) {
-    const std::string query = asked[i][0], budget = asked[i][1];
-    const std::string said =
-        command("decide " + report + "/results.json --query " + query + " --max-error " + budget);
-    const std::string sentence = seen["found"][i]["sentence"];
-    EXPECT_EQ(said.substr(1, said.find('\n', 1) - 1), sentence) << asked[i];
-    std::size_t from = 0;  // the ranking, in the same order
-    for (const auto& row : seen["found"][i]["rows"]) {
-      from = said.find("\n  " + row[0].get<std::string>() + " ", from + 1);
-      EXPECT_NE(from, std::string::npos) << asked[i] << row << said;
-    }
+  const nlohmann::json asked = random_choices(random, sets, 60);
+  const nlohmann::json seen = in_node(results.at("choices").dump(), asked);
+  expect_all_said(seen, sets, asked);
+  EXPECT_THAT(read(report + "/report.html"), ::testing::HasSubstr(std::string(embedded_text("decide.js"))));
+  int told = 0;
+  for (std::size_t i = 0; i < asked.size() && told < 12; ++i) {
+    if (decide(sets, choice_from(asked[i])).is_empty()) continue;
+    const std::string said = command("decide " + report + "/results.json" + as_options(asked[i]));
+    EXPECT_EQ(said.substr(1, said.find('\n', 1) - 1), seen[i]["sentence"]) << asked[i];
+    ++told;
   }
+  EXPECT_EQ(told, 12);
 }
 
 TEST_F(PageInBrowser, OpensWithoutAnErrorOrARequest) {
   Random random(3);
-  const nlohmann::json seen = look(html_report(made_up_report(made_up_sets(random))),
+  const nlohmann::json seen = look(html_report(made_up_report(made_up_choice_sets(random))),
                                    "found=document.getElementById('controls').hidden");
   EXPECT_EQ(seen["faults"], nlohmann::json::array());
   EXPECT_EQ(seen["requests"], nlohmann::json::array());

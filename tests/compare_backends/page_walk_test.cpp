@@ -70,8 +70,7 @@ class PageWalk : public PageInBrowser {
 
 TEST_F(PageWalk, AtADesksAndAPhonesWidth) {
   const std::string page = real_page();
-  if (page.find("id='candidates'") == std::string::npos)
-    GTEST_SKIP() << "without `exact` there is no verdict";
+  if (page.find("id='choices'") == std::string::npos) GTEST_SKIP() << "without `exact` there is no verdict";
   for (const int width : {kDesk, kPhone}) {
     SCOPED_TRACE(width);
     const nlohmann::json seen = look(page, kWalk, width, kPhoneHeight);

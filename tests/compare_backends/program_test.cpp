@@ -197,7 +197,7 @@ TEST_F(Program, WritesAReportAndReplacesIt) {
     const Outcome outcome = run(std::string(kSmall) + report() + "--max-error 1e-6");
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
-    EXPECT_EQ(json["schema"], "touchstone.compare_backends/1");
+    EXPECT_EQ(json["schema"], "touchstone.compare_backends/2");
     EXPECT_EQ(json["pair_sets"].size(), 2u);
     EXPECT_FALSE(json["machine"]["cpu"].get<std::string>().empty());
     EXPECT_THAT(json["machine"]["instruction_set"].get<std::string>(),
@@ -207,7 +207,7 @@ TEST_F(Program, WritesAReportAndReplacesIt) {
       EXPECT_TRUE(fs::exists(folder_ / "report" / file)) << file;
     if (json["measured_against_exact"]) {
       EXPECT_TRUE(fs::exists(folder_ / "report/figures/random_distance.svg"));
-      EXPECT_THAT(outcome.out, HasSubstr(json["verdicts"][1]["sentence"].get<std::string>()));
+      EXPECT_THAT(outcome.out, HasSubstr(json["verdicts"][0]["sentence"].get<std::string>()));
     }
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1)
         << "something was left beside the report";
@@ -342,6 +342,65 @@ constexpr const char* kPairs = R"([
 {"id": "flat", "shapes": [{"type": "box", "size": [1,1,0]}, {"type": "box", "size": [1,1,1]}],
  "poses": [{"position": [0,0,0], "quaternion_wxyz": [1,0,0,0]}, {"position": [2,0,0], "quaternion_wxyz": [1,0,0,0]}]}
 ])";
+
+// "Contacts only, 0.1 mm, one in a thousand may be off: what is fastest for this file of pairs?"
+TEST_F(Program, OneCommandChoosesForTheContactsOfAFileOfPairs) {
+  std::string cases;
+  for (int i = 0; i < 6; ++i) {
+    cases += fmt::format(
+        R"({}{{"id": "k{}", "shapes": [{{"type": "box", "size": [1,1,1]}}, {{"type": "box", "size": [1,1,1]}}],
+  "poses": ["identity", {{"position": [0.1, 0.2, {}], "quaternion_wxyz": [1,0,0,0]}}]}})",
+        i == 0 ? "" : ",", i, i < 4 ? 0.999 : 1.5);
+  }
+  const std::string file = write("mine.json", "[" + cases + "]").string();
+  const std::string asked = " --contacts-only --max-error 1e-4 --share 1e-3";
+  const Outcome outcome = run("--quick --pairs " + file + asked + report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+  if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth, no verdict";
+  const auto& verdict = json["verdicts"][0];
+  EXPECT_FALSE(verdict["fastest"].is_null()) << verdict;
+  EXPECT_EQ(verdict["cases"], 4);
+  EXPECT_EQ(verdict["of_cases"], 6);
+  EXPECT_THAT(outcome.out, HasSubstr(verdict["sentence"].get<std::string>()));
+  EXPECT_THAT(outcome.out, HasSubstr("(contacts only)"));
+  EXPECT_THAT(outcome.out, HasSubstr("of 4 of 6 cases"));
+  for (const auto& candidate : verdict["candidates"]) EXPECT_EQ(candidate["cases"], 4);
+
+  const std::string results = (folder_ / "report/results.json").string();
+  const Outcome empty = run("decide " + results + " --max-error 1 --classes deep");
+  EXPECT_EQ(empty.code, 2);
+  EXPECT_EQ(empty.err, "compare_backends: decide: " + results +
+                           ": nothing is compared: none of 6 cases is in what was chosen (deep only)\n");
+  const Outcome nothing = run("--quick --pairs " + file + " --max-error 1 --classes deep" + report());
+  EXPECT_EQ(nothing.code, 2);
+  EXPECT_THAT(nothing.err,
+              HasSubstr("nothing is compared: none of 6 cases is in what was chosen (deep only)\n"));
+  EXPECT_THAT(run("decide " + results + " --max-error 1 --of random").err,
+              HasSubstr("--of: no set 'random'; there are pairs\n"));
+  for (const char* bad : {"--share 1", "--share -1", "--share nan", "--within 0", "--apart-up-to -1",
+                          "--deadline 0", "--min-coverage 0.5", "--query manifold --min-coverage 0.9999",
+                          "--classes far", "--contacts-only --classes apart"}) {
+    const Outcome refused = run("decide " + results + " --max-error 1 " + bad);
+    EXPECT_EQ(refused.code, 2) << bad;
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  }
+}
+
+TEST_F(Program, DecideAndDiffSayWhatIsPartial) {
+  ASSERT_EQ(run(std::string(kSmall) + report()).code, 0);
+  auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
+  if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth, no verdict";
+  const std::string whole = (folder_ / "report/results.json").string();
+  json["partial"] = true;
+  json["not_measured"] = {"touching", "threads"};
+  const std::string part = write("part.json", json.dump()).string();
+  EXPECT_THAT(run("decide " + part + " --max-error 1").out,
+              StartsWith(part + " is partial: the run ended early, without touching, threads\n"));
+  EXPECT_THAT(run("diff " + whole + " " + part).out,
+              StartsWith("NEW is partial: the run ended early, without touching, threads\n"));
+  EXPECT_THAT(run("diff " + whole + " " + whole).out, ::testing::Not(HasSubstr("partial")));
+}
 
 TEST_F(Program, AnswersTheUsersPairs) {
   const std::string file = write("cases.json", kPairs).string();

@@ -112,8 +112,8 @@ TEST_F(ReportFiles, EveryNumberOfATableOrAMarkOfThePageIsInTheJson) {
 
 void collect_keys(const nlohmann::json& json, const std::string& parent, bool at_root,
                   std::set<std::string>& keys) {
-  static const std::set<std::string> kNamed = {"libraries", "definitions",  "parameters",       "queries",
-                                               "errors",    "pareto_front", "least_that_serves"};
+  static const std::set<std::string> kNamed = {"libraries", "definitions",  "parameters",        "queries",
+                                               "errors",    "pareto_front", "least_that_serves", "texts"};
   const bool names = kNamed.contains(parent) || (parent == "consistency" && at_root);
   if (json.is_object()) {
     for (const auto& [key, value] : json.items()) {
@@ -194,8 +194,8 @@ TEST_F(ReportFiles, DecidesAgainFromAFinishedRun) {
   const auto json = nlohmann::json::parse(read(results));
   if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth, no verdict";
   for (const auto& verdict : json["verdicts"]) {
-    const Outcome said =
-        run("decide " + results + " --max-error 1e-9 --query " + verdict["query"].get<std::string>());
+    const Outcome said = run("decide " + results + " --max-error 1e-9 --query " +
+                             verdict["choice"]["query"].get<std::string>());
     EXPECT_EQ(said.code, 0) << said.err;
     EXPECT_THAT(said.out, StartsWith("\n" + verdict["sentence"].get<std::string>() + "\n"));
   }

@@ -37,7 +37,7 @@ std::string wrongness(const Page& page, const SetResult& set) {
     if (!backend.judged) continue;
     for (const QueryKind kind : kQueryKinds) {
       const Wrongness& wrong = backend.judgement.wrongness[index_of(kind)];
-      if (wrong.total() == 0) continue;
+      if (wrong.is_complete()) continue;
       const WorstCase& worst = backend.judgement.worst[index_of(kind)];
       table.add({page.named(backend.name), std::string(to_string(kind)), format_count(wrong.missed),
                  format_count(wrong.phantom), format_count(wrong.undecided), format_count(wrong.failed),

@@ -35,9 +35,9 @@ std::string errors() {
   html += "</dl>\n<p>A query's error, in the figures, the verdict and --max-error [m]:</p><ul>";
   for (const QueryKind query : kQueryKinds)
     html += fmt::format("<li>{}</li>\n", xml_text(std::string(cost_definition(query))));
-  return html +
-         "<li>a contact missed, or reported where there is none: |d|, and more than 0 where d is 0</li>\n"
-         "<li>undecided, failed, unsupported, or a figure that is missing or no number: infinite</li></ul>\n";
+  for (const std::string_view rule : cost_rules())
+    html += fmt::format("<li>{}</li>\n", xml_text(std::string(rule)));
+  return html + "</ul>\n";
 }
 
 std::string times(const Options& options) {

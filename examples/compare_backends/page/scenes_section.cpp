@@ -91,7 +91,7 @@ std::string selection_text(const std::vector<SelectionRow>& rows) {
 std::string frame_time(const BackendResult& backend, QueryKind query) {
   const std::size_t q = index_of(query);
   const Wrongness& wrong = backend.judgement.wrongness[q];
-  if (!backend.judged || wrong.total() == 0) return format_ns(median(backend.frame[q]));
+  if (!backend.judged || wrong.is_complete()) return format_ns(median(backend.frame[q]));
   return wrong.unsupported == wrong.cases ? "unsupported" : "no speed: " + wrong_words(wrong);
 }
 

@@ -9,9 +9,6 @@
 
 namespace touchstone::comparison {
 
-/// The allowed error that the page opens with where the run was given none [m].
-inline constexpr double kDefaultBudget = 1e-6;
-
 std::string choose_section(const Page& page);   ///< the controls of the choice
 std::string verdict_section(const Page& page);  ///< with the controls' data
 /// The backend that the verdict names as the page opens; empty: none.

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "touchstone/examples/compare_backends/page/sections.hpp"
 #include "touchstone/examples/compare_backends/speed_error_plot.hpp"
 #include "touchstone/examples/compare_backends/svg_plot.hpp"
@@ -12,8 +10,8 @@ namespace touchstone::comparison {
 namespace {
 
 // What is not supported stands beside what is wrong: it is no error.
-std::string wrong_and_unsupported(Wrongness wrong) {
-  const std::size_t unsupported = std::exchange(wrong.unsupported, 0);
+std::string wrong_and_unsupported(const Wrongness& wrong) {
+  const std::size_t unsupported = wrong.unsupported;
   std::string text = wrong_lines(wrong, ", ");
   if (unsupported > 0) {
     text += fmt::format("{}<span class='soft n'>{} not supported</span>", text.empty() ? "" : ", ",
@@ -40,7 +38,7 @@ std::string ranking_section(const Page& page) {
     for (const Standing& standing : ranking.standings) {
       html += "<tr><th>" + page.named(standing.backend) + "</th>";
       html +=
-          standing.wrongness.total() == 0
+          standing.wrongness.is_complete()
               ? fmt::format("<td>{}</td><td>{}</td></tr>\n", format_ns(standing.nanoseconds),
                             format_error(standing.worst_error))
               : "<td class='wrong' colspan='2'>" + wrong_and_unsupported(standing.wrongness) + "</td></tr>\n";

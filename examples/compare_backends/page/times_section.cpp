@@ -19,7 +19,7 @@ std::string times_section(const Page& page) {
       "wrong or missing answer in the set has no speed "
       "mark; its times stand in the tables below.</p>\n";
   for (const QueryKind query : kQueryKinds) {
-    const bool open = query == report.options.query;
+    const bool open = query == report.options.choice.query;
     html += fmt::format("<details{}><summary><h3>{}</h3></summary><div class='plots'>\n", open ? " open" : "",
                         to_string(query));
     for (const SetResult& set : report.sets) html += time_plot(set, query, axis, page.names, false);

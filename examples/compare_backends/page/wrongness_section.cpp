@@ -17,7 +17,7 @@ std::string kinds(const Wrongness& wrong) {
   std::string text;
   const auto add = [&](std::size_t count, const char* what) {
     text += fmt::format("{}{} {}: {}", text.empty() ? "" : "; ", format_count(count), what,
-                        bound_text(count, wrong.cases));
+                        bound_text(count, wrong.supported()));
   };
   add(wrong.missed, "missed");
   add(wrong.phantom, "phantom");
@@ -41,18 +41,21 @@ std::string matrix_cell(const Page& page, const SetResult& set, const std::strin
     if (backend.name != name || !backend.judged) continue;
     const std::size_t q = index_of(query);
     const Wrongness& wrong = backend.judgement.wrongness[q];
-    const std::string bound = bound_text(wrong.total(), wrong.cases);
-    if (wrong.total() == 0) {
-      return fmt::format("<td class='right'>0<br><small>{}</small></td>", bound);
-    }
-    if (wrong.unsupported == wrong.cases) return "<td class='right'>unsupported</td>";
-    const double share = static_cast<double>(wrong.total()) / static_cast<double>(wrong.cases);
+    const std::string bound = bound_text(wrong.total(), wrong.supported());
+    if (wrong.supported() == 0) return "<td class='right'>unsupported</td>";
+    const std::string unsupported = wrong.unsupported == 0 ? ""
+                                                           : fmt::format("<br><small>{} unsupported</small>",
+                                                                         format_count(wrong.unsupported));
+    if (wrong.total() == 0)
+      return fmt::format("<td class='right'>0<br><small>{}</small>{}</td>", bound, unsupported);
+    const double share = static_cast<double>(wrong.total()) / static_cast<double>(wrong.supported());
     return fmt::format(
-        "<td class='wrong w{}'><details><summary>{}<br><small>{}</small></summary><p>{}</p>{}</details></td>",
+        "<td class='wrong "
+        "w{}'><details><summary>{}<br><small>{}</small>{}</summary><p>{}</p>{}</details></td>",
         share < 0.01  ? 1
         : share < 0.2 ? 2
                       : 3,
-        wrong_lines(wrong, "<br>"), bound, kinds(wrong),
+        wrong_lines(wrong, "<br>"), bound, unsupported, kinds(wrong),
         worst_list(page, set, backend.judgement.wrong_cases[q]));
   }
   return "<td>-</td>";
