@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 #include <unordered_set>
+#include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -87,10 +88,71 @@ struct TreeBuilder {
   }
 };
 
+/// Numbers the nodes of a user's layout in the order of a walk, and finds their spheres.
+struct LayoutBuilder {
+  const std::string& name;
+  std::span<const HexahedronTree::Node> layout;
+  const std::vector<std::vector<Vector3>>& vertices_O;
+  std::vector<HexahedronTree::Node>& nodes;
+  std::vector<char> is_reached = std::vector<char>(layout.size(), 0);
+  std::vector<char> is_held = std::vector<char>(vertices_O.size(), 0);
+  std::vector<Vector3> points_O{};  // of the leaves so far: those below a node come one after the other
+
+  std::int32_t build(std::int32_t given, int level) {
+    check_node(given, level);
+    const HexahedronTree::Node& from = layout[static_cast<std::size_t>(given)];
+    const auto index = static_cast<std::int32_t>(nodes.size());
+    const std::size_t first = points_O.size();
+    nodes.emplace_back();
+    if (from.left < 0 && from.right < 0) {
+      hold(given, from.solid);
+      nodes[index].solid = from.solid;
+    } else {
+      if (from.solid >= 0) fail(given, "holds a solid and has children");
+      const std::int32_t left = build(from.left, level + 1);
+      const std::int32_t right = build(from.right, level + 1);
+      nodes[index].left = left;
+      nodes[index].right = right;
+    }
+    nodes[index].sphere_O = enclosing_sphere(std::span(points_O).subspan(first));
+    return index;
+  }
+
+  void check_all_held() const {
+    const auto missing = std::find(is_held.begin(), is_held.end(), 0);
+    if (missing != is_held.end())
+      throw InputError("object '" + name + "': no node of the tree holds hexahedron " +
+                       std::to_string(missing - is_held.begin()));
+    const auto apart = std::find(is_reached.begin(), is_reached.end(), 0);
+    if (apart != is_reached.end())
+      fail(static_cast<std::int32_t>(apart - is_reached.begin()), "is not reached from the root");
+  }
+
+ private:
+  [[noreturn]] void fail(std::int32_t node, const std::string& what) const {
+    throw InputError("object '" + name + "': tree node " + std::to_string(node) + " " + what);
+  }
+
+  void check_node(std::int32_t given, int level) {
+    if (given < 0 || static_cast<std::size_t>(given) >= layout.size()) fail(given, "does not exist");
+    if (std::exchange(is_reached[static_cast<std::size_t>(given)], 1)) fail(given, "is reached twice");
+    if (level >= HexahedronTree::kMostLevels)
+      fail(given, "is below level " + std::to_string(HexahedronTree::kMostLevels));
+  }
+
+  void hold(std::int32_t node, std::int32_t solid) {
+    if (solid < 0 || static_cast<std::size_t>(solid) >= vertices_O.size())
+      fail(node, "holds hexahedron " + std::to_string(solid) + ", which does not exist");
+    if (std::exchange(is_held[static_cast<std::size_t>(solid)], 1))
+      fail(node, "holds hexahedron " + std::to_string(solid) + ", as another does");
+    const std::vector<Vector3>& vertices = vertices_O[static_cast<std::size_t>(solid)];
+    points_O.insert(points_O.end(), vertices.begin(), vertices.end());
+  }
+};
+
 }  // namespace
 
-HexahedronTree::HexahedronTree(std::vector<PlacedHexahedron> solids, std::string name)
-    : name_(std::move(name)), solids_(std::move(solids)) {
+std::vector<std::vector<Vector3>> HexahedronTree::checked_vertices() const {
   if (solids_.empty()) throw InputError("object '" + name_ + "': no hexahedron");
   std::unordered_set<std::string> names;
   std::vector<std::vector<Vector3>> vertices_O;
@@ -101,10 +163,26 @@ HexahedronTree::HexahedronTree(std::vector<PlacedHexahedron> solids, std::string
     std::vector<Vector3>& vertices = vertices_O.emplace_back();
     for (const Vector3& p : placed.solid.vertices()) vertices.push_back(transform(placed.X_OS, p));
   }
+  return vertices_O;
+}
+
+HexahedronTree::HexahedronTree(std::vector<PlacedHexahedron> solids, std::string name)
+    : name_(std::move(name)), solids_(std::move(solids)) {
+  const std::vector<std::vector<Vector3>> vertices_O = checked_vertices();
   std::vector<std::int32_t> order(solids_.size());
   std::iota(order.begin(), order.end(), 0);
   nodes_.reserve(2 * solids_.size() - 1);
   TreeBuilder{vertices_O, nodes_}.build(order);
+}
+
+HexahedronTree::HexahedronTree(std::vector<PlacedHexahedron> solids, std::span<const Node> layout,
+                               std::string name)
+    : name_(std::move(name)), solids_(std::move(solids)) {
+  const std::vector<std::vector<Vector3>> vertices_O = checked_vertices();
+  nodes_.reserve(layout.size());
+  LayoutBuilder builder{name_, layout, vertices_O, nodes_};
+  builder.build(0, 0);
+  builder.check_all_held();
 }
 
 namespace {

@@ -32,11 +32,22 @@ class HexahedronTree {
   /// @throws InputError when there is no hexahedron, a name occurs twice or a pose is no rigid transform.
   explicit HexahedronTree(std::vector<PlacedHexahedron> solids, std::string name = "object");
 
+  /// The tree that the user lays out. Of `layout`, whose node 0 is the root, `left`, `right` and `solid`
+  /// count; spheres are found here. nodes() has the same tree, every node before its children, the left ones
+  /// first.
+  /// @throws InputError as above, and naming the node: an index that is none, a solid beside children, a node
+  /// or solid that is reached twice or never, more than kMostLevels levels.
+  HexahedronTree(std::vector<PlacedHexahedron> solids, std::span<const Node> layout,
+                 std::string name = "object");
+  static constexpr int kMostLevels = 1000;  ///< trees are walked by recursion
+
   const std::string& name() const { return name_; }
   const std::vector<PlacedHexahedron>& solids() const { return solids_; }
   const std::vector<Node>& nodes() const { return nodes_; }
 
  private:
+  std::vector<std::vector<Vector3>> checked_vertices() const;
+
   std::string name_;
   std::vector<PlacedHexahedron> solids_;
   std::vector<Node> nodes_;

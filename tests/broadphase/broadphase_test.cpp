@@ -164,6 +164,26 @@ TEST(NativeBroadphase, FindsWhatBruteForceFinds) {
   }
 }
 
+// A chain as the user lays it out, the leaf that comes last on top.
+HexahedronTree chain_of(const HexahedronTree& tree) {
+  std::vector<HexahedronTree::Node> layout;
+  const int count = static_cast<int>(tree.solids().size());
+  for (int i = 0; i + 1 < count; ++i) {
+    layout.push_back({.sphere_O = {Vector3::Zero(), 0.0}, .left = 2 * i + 2, .right = 2 * i + 1});
+    layout.push_back({.sphere_O = {Vector3::Zero(), 0.0}, .solid = count - 1 - i});
+  }
+  layout.push_back({.sphere_O = {Vector3::Zero(), 0.0}, .solid = 0});
+  return HexahedronTree(tree.solids(), layout, tree.name());
+}
+
+TEST(NativeBroadphase, FindsWhatBruteForceFindsInTreesOfTheUsers) {
+  Scene scene = random_scene(300, 25, 0, 18);
+  const Pairs found = sweep(*make("brute_force", scene, 0.05), 256);
+  for (HexahedronTree& tree : scene.trees) tree = chain_of(tree);
+  ASSERT_GT(found.size(), 100u);
+  EXPECT_EQ(sweep(*make("native", scene, 0.05), 256), found);
+}
+
 // Centres of a crowd of unit boxes.
 struct Crowd {
   const char* name;

@@ -66,6 +66,34 @@ TEST(EdgeFaceBroadphase, RadiiAreAboutTheFrames) {
   EXPECT_EQ(sweep(*make("edge_face", scene, 0.0), 4), Pairs({{0, 1}, {1, 2}}));
 }
 
+// The first cube lies at the object's origin, its own frame 10 m from there, so that its sphere reaches the
+// other object. Together with the second it is within 2 m of the object's origin and out of range.
+TEST(EdgeFaceBroadphase, DescendsTheUsersTree) {
+  using Node = HexahedronTree::Node;
+  auto corners = Hexahedron::from_size({1, 1, 1}).vertices();
+  for (Vector3& p : corners) p.x() -= 10;
+  const Hexahedron cube = Hexahedron::from_size({1, 1, 1});
+  const std::vector<PlacedHexahedron> solids = {
+      {"", Hexahedron::from_vertices(corners), {Matrix3::Identity(), {10, 0, 0}}},
+      {"", cube, {}},
+      {"", cube, {Matrix3::Identity(), {30, 0, 0}}}};
+  const auto leaf = [](int solid) { return Node{.sphere_O = {Vector3::Zero(), 0.0}, .solid = solid}; };
+  const auto inner = [](int left, int right) {
+    return Node{.sphere_O = {Vector3::Zero(), 0.0}, .left = left, .right = right};
+  };
+  const std::vector<Node> apart = {inner(1, 2), leaf(0), inner(3, 4), leaf(1), leaf(2)};
+  const std::vector<Node> together = {inner(1, 2), inner(3, 4), leaf(2), leaf(0), leaf(1)};
+  for (const bool is_together : {false, true}) {
+    Scene scene;
+    scene.trees.reserve(2);
+    scene.add(solids, {});
+    scene.add({{"", cube, {}}}, {Matrix3::Identity(), {20, 0, 0}});
+    scene.trees[0] = HexahedronTree(solids, is_together ? together : apart);
+    EXPECT_EQ(sweep(*make("edge_face", scene, 0.0), 4), is_together ? Pairs() : Pairs({{0, 3}}));
+    EXPECT_EQ(sweep(*make("native", scene, 0.0), 4), Pairs());
+  }
+}
+
 TEST(EdgeFaceBroadphase, AllocatesAListNodeForEachPairInEachFrame) {
   const Scene scene = random_scene(80, 15, 0, 8);
   const auto broadphase = make("edge_face", scene, 0.1);

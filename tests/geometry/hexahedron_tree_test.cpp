@@ -58,6 +58,67 @@ TEST(HexahedronTree, BadInputIsRefusedNamingObjectAndPart) {
                   testing::AllOf(testing::HasSubstr("arm"), testing::HasSubstr("part1"))));
 }
 
+using Node = HexahedronTree::Node;
+Node leaf(int solid) { return {.sphere_O = {Vector3::Zero(), 0.0}, .solid = solid}; }
+Node inner(int left, int right) { return {.sphere_O = {Vector3::Zero(), 0.0}, .left = left, .right = right}; }
+
+TEST(HexahedronTree, TheUsersTreeIsKept) {
+  std::mt19937_64 random(4);
+  // ((2, 0), 1), in an order of the user's.
+  const std::vector<Node> layout = {inner(3, 1), leaf(1), leaf(0), inner(4, 2), leaf(2)};
+  const HexahedronTree tree(random_solids(3, random), layout, "arm");
+  EXPECT_EQ(tree.name(), "arm");
+  const std::array<std::array<int, 3>, 5> expected = {
+      {{1, 4, -1}, {2, 3, -1}, {-1, -1, 2}, {-1, -1, 0}, {-1, -1, 1}}};
+  ASSERT_EQ(tree.nodes().size(), expected.size());
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(tree.nodes()[i].left, expected[i][0]) << i;
+    EXPECT_EQ(tree.nodes()[i].right, expected[i][1]) << i;
+    EXPECT_EQ(tree.nodes()[i].solid, expected[i][2]) << i;
+    expect_encloses(tree, i, tree.nodes()[i].sphere_O);
+  }
+}
+
+TEST(HexahedronTree, AUsersTreeThatIsNoneIsRefusedNamingTheNode) {
+  std::mt19937_64 random(5);
+  const std::vector<PlacedHexahedron> solids = random_solids(2, random);
+  const auto expect = [&](const std::vector<Node>& layout, const char* what) {
+    EXPECT_THAT([&] { HexahedronTree(solids, layout, "arm"); },
+                testing::ThrowsMessage<InputError>(
+                    testing::AllOf(testing::HasSubstr("object 'arm'"), testing::HasSubstr(what))));
+  };
+  expect({}, "node 0 does not exist");
+  expect({inner(1, 2), leaf(0)}, "node 2 does not exist");
+  expect({inner(1, -1), leaf(0)}, "node -1 does not exist");
+  expect({inner(1, 1), leaf(0)}, "node 1 is reached twice");
+  expect({inner(1, 0), leaf(0)}, "node 0 is reached twice");
+  expect({inner(1, 2), leaf(0), leaf(0)}, "node 2 holds hexahedron 0, as another does");
+  expect({inner(1, 2), leaf(0), leaf(2)}, "node 2 holds hexahedron 2, which does not exist");
+  expect({inner(1, 2), leaf(0), leaf(-1)}, "node 2 holds hexahedron -1, which does not exist");
+  expect({leaf(0)}, "holds hexahedron 1");
+  expect({inner(1, 2), leaf(0), leaf(1), leaf(1)}, "node 3 is not reached from the root");
+  Node both = inner(1, 2);
+  both.solid = 0;
+  expect({both, leaf(0), leaf(1)}, "node 0 holds a solid and has children");
+}
+
+// A chain: every node has a leaf and the rest.
+TEST(HexahedronTree, AUsersTreeHasABoundedDepth) {
+  std::mt19937_64 random(6);
+  const auto chain = [](int solids) {
+    std::vector<Node> layout;
+    for (int i = 0; i + 1 < solids; ++i) {
+      layout.push_back(inner(2 * i + 1, 2 * i + 2));
+      layout.push_back(leaf(i));
+    }
+    layout.push_back(leaf(solids - 1));
+    return layout;
+  };
+  const int most = HexahedronTree::kMostLevels;
+  EXPECT_EQ(HexahedronTree(random_solids(most, random), chain(most)).nodes().size(), 2u * most - 1);
+  EXPECT_THROW(HexahedronTree(random_solids(most + 1, random), chain(most + 1)), InputError);
+}
+
 TEST(HexahedronTree, GlobalPositionsAreTheComposedPoses) {
   std::mt19937_64 random(3);
   const HexahedronTree tree(random_solids(37, random));
