@@ -327,6 +327,13 @@ void MechanismPath::curvature_bounds(std::uint32_t link, const BodyState& state,
   }
 }
 
+MotionBounds MechanismPath::bounds(std::uint32_t link, const BodyState& state,
+                                   const Vector3& p_W) const noexcept {
+  if (!moves(link)) return {0.0, 0.0, 0.0, 0.0};
+  const Vector3 p_L = transform(inverse(state.X_WO), p_W);
+  return {speed_bound(link, p_L), acceleration_bound(link, p_L), turn_bound(link), turn_change_bound(link)};
+}
+
 double MechanismPath::speed_bound(std::uint32_t link, const Vector3& p_L) const noexcept {
   if (!moves(link)) return 0.0;
   const Section& section = sections_[section_of_[link]];

@@ -47,6 +47,7 @@ class MechanismPath final : public MotionPath {
   double curvature_bound(std::uint32_t link, const BodyState& state, const Vector3& p_W,
                          const Vector3& n_W) const noexcept override;
 
+  MotionBounds bounds(std::uint32_t link, const BodyState& state, const Vector3& p_W) const noexcept override;
   void curvature_bounds(std::uint32_t link, const BodyState& state, std::span<const Vector3> points_W,
                         const Vector3& n_W, std::span<double> out) const noexcept override;
 

@@ -160,8 +160,14 @@ double separation_along(const PlacedSolid& a, const PlacedSolid& b, const Vector
 /// Steady on its way, or at rest.
 bool is_steady(const PlacedSolid& placed) { return placed.at_rest || placed.moving->path->is_steady(); }
 
-/// The edge that is a solid's extreme along n, to `tolerance`: its direction. Zero if a vertex or a face is.
-Vector3 extreme_edge(const PlacedSolid& placed, const Vector3& n, double tolerance) {
+/// Two vertices, by bit, and from one to the other.
+struct ExtremeEdge {
+  unsigned vertices = 0;
+  Vector3 along = Vector3::Zero();
+};
+
+/// The edge that is a solid's extreme along n, to `tolerance`. None if a vertex or a face is.
+ExtremeEdge extreme_edge(const PlacedSolid& placed, const Vector3& n, double tolerance) {
   const WorldVertices& vertices = placed.vertices;
   std::array<double, Hexahedron::kVertices> height{};
   for (int i = 0; i < Hexahedron::kVertices; ++i) height[i] = dot(n, vertices.vertex(i));
@@ -170,7 +176,8 @@ Vector3 extreme_edge(const PlacedSolid& placed, const Vector3& n, double toleran
   std::array<int, Hexahedron::kVertices> extreme{};
   for (int i = 0; i < Hexahedron::kVertices; ++i)
     if (height[i] >= highest - tolerance) extreme[count++] = i;
-  return count == 2 ? Vector3(vertices.vertex(extreme[1]) - vertices.vertex(extreme[0])) : Vector3::Zero();
+  if (count != 2) return {};
+  return {1u << extreme[0] | 1u << extreme[1], vertices.vertex(extreme[1]) - vertices.vertex(extreme[0])};
 }
 
 /// Of the plane that two edges in contact span, both going their ways: n = e x f / |e x f|, and so is n'.
@@ -178,7 +185,7 @@ Direction edge_direction(const PlacedSolid& a, const PlacedSolid& b, const PairG
                          double tolerance) {
   Direction along{geometry.n_AB_W};
   const Vector3& n = geometry.n_AB_W;
-  const Vector3 e = extreme_edge(a, n, tolerance), f = extreme_edge(b, -n, tolerance);
+  const Vector3 e = extreme_edge(a, n, tolerance).along, f = extreme_edge(b, -n, tolerance).along;
   const double across = dot(n, cross(e, f));
   if (!(std::abs(across) > 1e-3 * norm(e) * norm(f))) return along;
   const BodyState &on_a = a.state, &on_b = b.state;
@@ -194,6 +201,122 @@ Direction edge_direction(const PlacedSolid& a, const PlacedSolid& b, const PairG
   return along;
 }
 
+/// How fast and how evenly two bodies move where their edges touch.
+struct EdgeMotion {
+  MotionBounds a, b;
+  double turn() const { return a.turn + b.turn; }
+  /// |N''| over |e| |f|, N = e x f.
+  double turning() const {
+    return ((a.turn * a.turn + a.turn_change) + (b.turn * b.turn + b.turn_change)) + 2.0 * (a.turn * b.turn);
+  }
+};
+
+/// Vertices off an edge e of their body stay behind the plane along e and f: k = N . (p - v) = f . m with m =
+/// (p - v) x e fixed in the body, in which f turns by no more than both turn. False: one of them is before it
+/// already.
+class BehindEdge {
+ public:
+  BehindEdge(const Vector3& f, const Vector3& turn_of_f, const EdgeMotion& motion, double length)
+      : f_(f),
+        rate_(cross(turn_of_f, f)),
+        bend_(norm(f) * (motion.turning() + 2.0 * (motion.a.turn * motion.b.turn))),
+        length_(length) {}
+
+  /// @param m as above, its sign so that k > 0 behind.
+  void take(const Vector3& m) {
+    const double k = dot(f_, m), slope = dot(rate_, m), bend = bend_ * norm(m);
+    if (!(k > 0.0)) length_ = 0.0;
+    if (!(k + slope * length_ - 0.5 * bend * length_ * length_ >= 0.0))
+      length_ = std::min(length_, first_root(k, slope, bend));
+  }
+  double length() const { return length_; }
+
+ private:
+  Vector3 f_, rate_;
+  double bend_, length_;
+};
+
+/// How far the plane that two edges in contact span keeps the bodies apart, however unevenly they turn: N = e
+/// x f with edges e of a and f of b goes with both. All of an edge is at one height along it, so that of the
+/// edges only the points p and q where they cross matter, d = q - p: h = N . d has
+///   h' = N' . d + N . d',  h'' = N'' . d + 2 N' . d' + N . d'',
+/// N' . d' being known at s and changing by no more than |N''| |d'| + |N'| |d''|; and is to stay above
+/// threshold * |N|, which is at most |N| at s and what it turns by.
+Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
+                     double tolerance, double threshold, double longest) {
+  const Stretch none{0.0, false, 0.0};
+  const ExtremeEdge of_a = extreme_edge(a, geometry.n_AB_W, tolerance),
+                    of_b = extreme_edge(b, -geometry.n_AB_W, tolerance);
+  const Vector3 e = of_a.along;
+  Vector3 f = of_b.along;
+  if (dot(cross(e, f), geometry.n_AB_W) < 0.0) f = -f;
+  const Vector3 N = cross(e, f);
+  const double size = norm(N), edges = norm(e) * norm(f);
+  if (!(size > 1e-3 * edges)) return none;
+  const BodyState &on_a = a.state, &on_b = b.state;
+  const auto bounds_of = [](const PlacedSolid& placed, const Vector3& p) {
+    return placed.at_rest ? MotionBounds{0.0, 0.0, 0.0, 0.0}
+                          : placed.moving->path->bounds(placed.moving->body, placed.state, p);
+  };
+  const Vector3 &p = geometry.p_A_W, &q = geometry.p_B_W, d = q - p;
+  const EdgeMotion motion{bounds_of(a, p), bounds_of(b, q)};
+  const auto velocity_of = [](const BodyState& state, const Vector3& x) {
+    return Vector3(state.velocity_W + cross(state.angular_velocity_W, x - state.centre_W));
+  };
+  const Vector3 rate = velocity_of(on_b, q) - velocity_of(on_a, p);
+  const Vector3 N_rate =
+      cross(cross(on_a.angular_velocity_W, e), f) + cross(e, cross(on_b.angular_velocity_W, f));
+  const double acceleration = motion.a.acceleration + motion.b.acceleration;
+  const double speed = std::min(motion.a.speed + motion.b.speed, norm(rate) + longest * acceleration);
+  const double turning = edges * motion.turning() / size;
+  const double tilt = std::min(edges * motion.turn() / size, norm(N_rate) / size + longest * turning);
+  const double bend = turning * (norm(d) + longest * speed) + acceleration +
+                      2.0 * (longest * (tilt * acceleration + turning * speed) - dot(N_rate, rate) / size);
+  const double height = dot(N, d) / size - threshold;
+  const double slope = (dot(N_rate, d) + dot(N, rate)) / size - std::max(threshold, 0.0) * tilt;
+  double length = longest;
+  if (height + slope * length - 0.5 * bend * length * length < 0.0)
+    length = std::min(length, first_root(height, slope, bend));
+  BehindEdge behind_a(f, on_b.angular_velocity_W - on_a.angular_velocity_W, motion, length);
+  BehindEdge behind_b(e, on_a.angular_velocity_W - on_b.angular_velocity_W, motion, length);
+  for (int i = 0; i < Hexahedron::kVertices; ++i) {
+    if (!(of_a.vertices >> i & 1)) behind_a.take(cross(p - a.vertices.vertex(i), e));
+    if (!(of_b.vertices >> i & 1)) behind_b.take(cross(f, b.vertices.vertex(i) - q));
+  }
+  length = std::min({length, behind_a.length(), behind_b.length()});
+  const bool at_end = length >= longest;
+  return {std::min(length, longest), at_end, at_end ? threshold : 0.0};
+}
+
+/// Two solids as a mechanism's body sees them that one of them is of.
+struct SeenPair {
+  bool is_known = false;
+  MovingSolid own, other;
+  PlacedSolid placed_own, placed_other;
+
+  SeenPair() = default;
+  SeenPair(const SeenPair&) = delete;
+  SeenPair& operator=(const SeenPair&) = delete;
+
+  void look(const PlacedSolid& from, const PlacedSolid& at) {
+    PathViews* views = from.moving->views;
+    if (views == nullptr || from.at_rest || from.state.angular_velocity_W == Vector3::Zero()) return;
+    const bool is_own = at.moving->views == views;
+    if (!is_own && !at.at_rest) return;
+    const MotionPath& path = views->seen_from(from.moving->body);
+    own = *from.moving, other = *at.moving;
+    own.path = other.path = &path;
+    own.travel = 0.0, other.travel = std::numeric_limits<double>::infinity();
+    if (!is_own) {
+      other.body = views->standing_body();
+      other.X_OS = compose(inverse(path.at(other.body, 0.0).X_WO), at.X_WS);
+      other.stop = own.stop;
+    }
+    placed_own = place(own, from.s), placed_other = place(other, from.s);
+    is_known = true;
+  }
+};
+
 /// Closest points of two solids that pass each other at the gap's height point across their corners, and
 /// would stop a motion along abutting faces at every seam; a plane fixed in the world is left by a body that
 /// turns on a contact. Any other plane that keeps half the gap will do: of the faces' own, fixed or turning
@@ -206,32 +329,72 @@ class WidestStretch {
       : a_(a), b_(b), rule_(rule), scale_(scale), from_afar_(from_afar), longest_(longest), widest_(so_far) {}
 
   Stretch find(const PairGeometry& geometry) {
+    // A pair that stands as low as it may is not to be left without planes by their rounding.
+    least_apart_ =
+        std::max(from_afar_, std::min(0.5 * rule_.gap, geometry.separation) - kSeparationRounding * scale_);
     const bool steady = is_steady(a_) && is_steady(b_);
-    if (steady) try_direction(edge_direction(a_, b_, geometry, 2.0 * kSeparationRounding * scale_), false);
-    for (int f = 0; f < 12 && !widest_.at_end; ++f) {
-      const Vector3 outward = f < 6 ? rotate(a_.X_WS.R, a_.moving->solid->face_plane(f).normal)
-                                    : Vector3(-rotate(b_.X_WS.R, b_.moving->solid->face_plane(f - 6).normal));
-      const double length = norm(outward);
-      if (!(length > 0.5)) continue;  // a collapsed face
-      const Vector3 n = outward / length;
-      const BodyState& own = f < 6 ? a_.state : b_.state;
-      if (!try_direction({n}, true)) continue;
-      if (steady) try_direction({n, own.angular_velocity_W, own.centre_W, own.velocity_W}, false);
-    }
+    const double tolerance = 2.0 * kSeparationRounding * scale_;
+    if (steady) try_direction(a_, b_, edge_direction(a_, b_, geometry, tolerance), false);
+    try_faces(steady);
+    if (!widest_.at_end) try_edges(geometry, tolerance);
+    if (!widest_.at_end) try_faces_that_turn();
     return widest_;
   }
 
  private:
+  void try_faces(bool steady) {
+    for (int f = 0; f < 12 && !widest_.at_end; ++f) {
+      const PlacedSolid& with = f < 6 ? a_ : b_;
+      const Vector3 n = normal_of(with, f);
+      if (n == Vector3::Zero() || !try_direction(a_, b_, {n}, true)) continue;
+      const BodyState& own = with.state;
+      if (steady) try_direction(a_, b_, {n, own.angular_velocity_W, own.centre_W, own.velocity_W}, false);
+    }
+  }
+
+  /// A mechanism's body turns unevenly; seen from it its faces stand still.
+  void try_faces_that_turn() {
+    for (int side = 0; side < 2 && !widest_.at_end; ++side) {
+      SeenPair seen;
+      seen.look(side == 0 ? a_ : b_, side == 0 ? b_ : a_);
+      if (!seen.is_known) continue;
+      const PlacedSolid& a = side == 0 ? seen.placed_own : seen.placed_other;
+      const PlacedSolid& b = side == 0 ? seen.placed_other : seen.placed_own;
+      for (int f = 0; f < 6 && !widest_.at_end; ++f) {
+        const Vector3 n = normal_of(side == 0 ? a : b, 6 * side + f);
+        if (n != Vector3::Zero()) try_direction(a, b, {n}, true);
+      }
+    }
+  }
+
+  void try_edges(const PairGeometry& geometry, double tolerance) {
+    if (geometry.separation < least_apart_) return;
+    const double threshold = threshold_of(geometry.separation);
+    const Stretch other = edge_stretch(a_, b_, geometry, tolerance, threshold, longest_);
+    if (other.length > widest_.length) widest_ = other;
+  }
+
+  /// Of a's face f or b's face f - 6, towards b; zero where it is collapsed.
+  static Vector3 normal_of(const PlacedSolid& with, int f) {
+    const Vector3 outward = f < 6
+                                ? rotate(with.X_WS.R, with.moving->solid->face_plane(f).normal)
+                                : Vector3(-rotate(with.X_WS.R, with.moving->solid->face_plane(f - 6).normal));
+    const double length = norm(outward);
+    return length > 0.5 ? Vector3(outward / length) : Vector3(Vector3::Zero());
+  }
+
+  double threshold_of(double apart) const {
+    return from_afar_ > 0.0 ? from_afar_ : rule_.threshold(std::min(apart, rule_.gap), scale_);
+  }
+
   /// False: the pair is not apart along it.
-  bool try_direction(Direction along, bool may_be_fixed) {
+  bool try_direction(const PlacedSolid& a, const PlacedSolid& b, Direction along, bool may_be_fixed) {
     if (widest_.at_end) return true;
     if (!may_be_fixed && along.is_fixed()) return true;
     along.longest = longest_;
-    const double apart = separation_along(a_, b_, along.n);
-    if (apart < std::max(from_afar_, 0.5 * rule_.gap - kSeparationRounding * scale_)) return false;
-    const double threshold =
-        from_afar_ > 0.0 ? from_afar_ : rule_.threshold(std::min(apart, rule_.gap), scale_);
-    const Stretch other = clear_stretch(a_, b_, along, threshold, longest_);
+    const double apart = separation_along(a, b, along.n);
+    if (apart < least_apart_) return false;
+    const Stretch other = clear_stretch(a, b, along, threshold_of(apart), longest_);
     if (other.length > widest_.length) widest_ = other;
     return true;
   }
@@ -240,6 +403,7 @@ class WidestStretch {
   const PlacedSolid& b_;
   const GapRule& rule_;
   double scale_, from_afar_, longest_;
+  double least_apart_ = 0.0;
   Stretch widest_;
 };
 
@@ -256,7 +420,7 @@ bool stays_apart_along(const MovingSolid& a, const MovingSolid& b, const Vector3
 
 PlacedSolid place(const MovingSolid& moving, double s) {
   PlacedSolid out{
-      &moving, is_at_rest(moving, s), moving.path->at(moving.body, std::min(s, moving.stop)), {}, {}};
+      &moving, is_at_rest(moving, s), s, moving.path->at(moving.body, std::min(s, moving.stop)), {}, {}};
   out.X_WS = compose(out.state.X_WO, moving.X_OS);
   world_vertices(*moving.solid, out.X_WS, out.vertices);
   if (out.at_rest) out.state.velocity_W = out.state.angular_velocity_W = Vector3::Zero();

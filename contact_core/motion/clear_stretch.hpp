@@ -24,6 +24,7 @@ struct Stretch {
 struct PlacedSolid {
   const MovingSolid* moving = nullptr;
   bool at_rest = true;
+  double s = 0.0;
   BodyState state;  ///< rates are 0 at rest
   Pose X_WS;
   WorldVertices vertices;

@@ -25,7 +25,7 @@ double GapRule::threshold(double start, double scale) const {
   if (start > gap) return kStopShare * gap;
   // Below g/2 the room for rounding shrinks, to none at g/4: rounding alone never brings a pair to touch.
   const double room = start < 0.0 ? 1.0 : std::clamp((start - 0.25 * gap) / (0.25 * gap), 0.0, 1.0);
-  return std::min(0.5 * gap, start) - room * kSeparationRounding * scale;
+  return std::min(0.5 * gap, start - room * kSeparationRounding * scale);
 }
 
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,

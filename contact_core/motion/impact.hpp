@@ -26,6 +26,7 @@ struct MovingSolid {
   double stop = 1.0;  ///< the body goes no further than this s and rests there
   /// No point of the solid goes faster than this anywhere on the path [m per unit of s].
   double travel = std::numeric_limits<double>::infinity();
+  PathViews* views = nullptr;  ///< of a mechanism's path; null: none
 
   Pose pose_at(double s) const noexcept;
 };
@@ -34,9 +35,9 @@ struct MovingSolid {
 struct GapRule {
   double gap;  ///< g: a pair stops with separation in [g/2, g]; > 0
 
-  /// A pair that starts a frame with separation `start` is held above this: 3 g/4 from afar; min(g/2, start)
-  /// in contact, less the rounding of a separation, 32 u * `scale`, so that motion along a contact is not
-  /// stopped by it. Below g/2 that room shrinks, and at g/4 there is none.
+  /// A pair that starts a frame with separation `start` is held above this: 3 g/4 from afar; in contact g/2,
+  /// or `start` less the rounding of a separation, 32 u * `scale`, where that is less, so that motion along a
+  /// contact is not stopped by it. Below g/2 that room shrinks, and at g/4 there is none.
   /// @param scale largest |world coordinate| or size of the pair [m].
   double threshold(double start, double scale) const;
 };

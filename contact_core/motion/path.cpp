@@ -71,6 +71,12 @@ double RigidPath::curvature_bound(std::uint32_t, const BodyState& state, const V
   return norm(cross(turn, n_W)) * norm(cross(turn, p_W - state.centre_W));
 }
 
+MotionBounds RigidPath::bounds(std::uint32_t, const BodyState& state, const Vector3& p_W) const noexcept {
+  const double turn = norm(state.angular_velocity_W);
+  const double around = turn > 0.0 ? norm(cross(state.angular_velocity_W, p_W - state.centre_W)) : 0.0;
+  return {norm(state.velocity_W) + around, turn * around, turn, 0.0};
+}
+
 BodyState CarriedPath::at(std::uint32_t body, double s) const noexcept {
   BodyState state = carrier_.at(0, s);
   const Pose& X_CO = X_CO_[body];
@@ -81,6 +87,10 @@ BodyState CarriedPath::at(std::uint32_t body, double s) const noexcept {
 double CarriedPath::curvature_bound(std::uint32_t, const BodyState& state, const Vector3& p_W,
                                     const Vector3& n_W) const noexcept {
   return carrier_.curvature_bound(0, state, p_W, n_W);
+}
+
+MotionBounds CarriedPath::bounds(std::uint32_t, const BodyState& state, const Vector3& p_W) const noexcept {
+  return carrier_.bounds(0, state, p_W);
 }
 
 }  // namespace touchstone

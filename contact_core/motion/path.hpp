@@ -19,6 +19,12 @@ struct BodyState {
   Vector3 angular_velocity_W = Vector3::Zero();  ///< [rad]
 };
 
+/// Bounds on how a body and a point fixed in it move, over the rest of a path.
+struct MotionBounds {
+  double speed, acceleration;  ///< of the point [m]
+  double turn, turn_change;    ///< of the angular velocity and its derivative [rad]
+};
+
 /// One mover's path: a rigid object, a latched chain or a mechanism. Const use from several threads is safe.
 class MotionPath {
  public:
@@ -36,11 +42,25 @@ class MotionPath {
   /// @param n_W unit, fixed in the world.
   virtual double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& offset_W,
                                  const Vector3& n_W) const noexcept = 0;
+  /// Over [s, 1], of the point that is at p_W at s.
+  virtual MotionBounds bounds(std::uint32_t body, const BodyState& state,
+                              const Vector3& p_W) const noexcept = 0;
   /// Of several points of the body, which may share terms. @pre as many `out`.
   virtual void curvature_bounds(std::uint32_t body, const BodyState& state, std::span<const Vector3> points_W,
                                 const Vector3& n_W, std::span<double> out) const noexcept {
     for (std::size_t i = 0; i < points_W.size(); ++i) out[i] = curvature_bound(body, state, points_W[i], n_W);
   }
+};
+
+/// The path of a mechanism as one of its bodies sees it: that body stays where it is at s = 0, and what
+/// stands in the world moves. Planes that turn with the body are fixed there.
+class PathViews {
+ public:
+  virtual ~PathViews() = default;
+  /// Valid while the path stays as it is.
+  virtual const MotionPath& seen_from(std::uint32_t body) noexcept = 0;
+  /// The body that never moves in the world, and that all moves with which stands there.
+  virtual std::uint32_t standing_body() const noexcept = 0;
 };
 
 /// A free object's: its origin moves straight, it turns about a fixed axis at a constant rate (lerp and
@@ -70,6 +90,7 @@ class RigidPath final : public MotionPath {
   /// |omega x n| |omega x (p - centre)|, constant along the path.
   double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
                          const Vector3& n_W) const noexcept override;
+  MotionBounds bounds(std::uint32_t body, const BodyState& state, const Vector3& p_W) const noexcept override;
 
  private:
   Pose along(double s) const noexcept;
@@ -94,6 +115,7 @@ class CarriedPath final : public MotionPath {
   bool is_steady() const noexcept override { return true; }
   double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
                          const Vector3& n_W) const noexcept override;
+  MotionBounds bounds(std::uint32_t body, const BodyState& state, const Vector3& p_W) const noexcept override;
 
  private:
   RigidPath carrier_;

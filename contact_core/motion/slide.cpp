@@ -68,6 +68,16 @@ class Scaling {
 
 using Lifts = std::array<double, kMostSlideRows>;
 
+/// With n' = (w x e) x f: the distance h = n . d from f to e has h'' = n'' . d + 2 n' . d' + n . d'', where
+/// n' . d' is known at first and changes by no more than |n''| |d'| + |n'| |d''|.
+double bend_of_edges(const SlideRow& row, const Twist& twist) {
+  const double turn = norm(twist.w), steepness = norm(row.e) * norm(row.f);
+  const Vector3 rate = twist.v + cross(twist.w, row.r), n_rate = cross(cross(twist.w, row.e), row.f);
+  const double acceleration = turn * norm(cross(twist.w, row.r)), speed = norm(rate) + acceleration;
+  const double turning = steepness * turn * turn;
+  return 3.0 * turning * speed + (1.0 + 2.0 * steepness * turn) * acceleration - 2.0 * dot(n_rate, rate);
+}
+
 /// How far the rows have to be raised for a twist's path to stay above; false where `lift` already does.
 bool raise(std::span<const SlideRow> rows, const Twist& twist, Lifts& lift) {
   bool raised = false;
@@ -111,6 +121,7 @@ bool operator<(const SlideRow& a, const SlideRow& b) {
 }
 
 double bend_of(const SlideRow& row, const Twist& twist) {
+  if (row.e != Vector3::Zero()) return bend_of_edges(row, twist);
   const double tilt = norm(cross(twist.w, row.n));
   const double around = norm(cross(twist.w, row.r));
   if (!row.turns) return tilt * around;

@@ -21,7 +21,9 @@ struct SlideRow {
   double slack = 0.0;           ///< [m]; < 0: it is to move away by so much
   double room = 0.0;            ///< what remains below that for paths that bend [m]; >= 0
   bool turns = false;           ///< the plane is the mover's own and turns with it
-  std::uint32_t source = 0;     ///< whose contact it is; not read
+  /// Not zero: the plane is spanned by the mover's edge e and the obstacle's f, n = e x f, and turns with e.
+  Vector3 e = Vector3::Zero(), f = Vector3::Zero();
+  std::uint32_t source = 0;  ///< whose contact it is; not read
 
   /// Signs and places alone decide, so that rows in this order do not depend on where they came from.
   friend bool operator<(const SlideRow& a, const SlideRow& b);
@@ -57,7 +59,7 @@ struct SlidePlan {
 SlidePlan plan_slide(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> rows,
                      bool translation_only);
 
-/// Bounds |d^2/dt^2| of the row's distance along a twist of unit duration [m].
+/// Bounds -d^2/dt^2 of the row's distance along a twist of unit duration [m]; may be < 0: it surely bends up.
 double bend_of(const SlideRow& row, const Twist& twist);
 
 }  // namespace touchstone

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
+
 namespace touchstone {
 namespace {
 
@@ -40,6 +42,36 @@ bool own_plane_turns(const NearPair& pair) {
     is_movers = true;
   }
   return is_movers;
+}
+
+/// The vertices of a solid that are furthest along n, to `tolerance`: from one to the other of two; zero if
+/// there are more or fewer.
+Vector3 extreme_edge(const WorldVertices& vertices, const Vector3& n, double tolerance) {
+  double highest = dot(n, vertices.vertex(0));
+  for (int i = 1; i < Hexahedron::kVertices; ++i) highest = std::max(highest, dot(n, vertices.vertex(i)));
+  int count = 0;
+  std::array<int, Hexahedron::kVertices> extreme{};
+  for (int i = 0; i < Hexahedron::kVertices; ++i)
+    if (dot(n, vertices.vertex(i)) >= highest - tolerance) extreme[count++] = i;
+  return count == 2 ? Vector3(vertices.vertex(extreme[1]) - vertices.vertex(extreme[0])) : Vector3::Zero();
+}
+
+struct ContactEdges {
+  Vector3 e = Vector3::Zero(), f = Vector3::Zero();
+};
+
+/// The edges that span the plane of the closest points, f so long that n = e x f; zero: others do.
+ContactEdges contact_edges(const NearPair& pair) {
+  WorldVertices mover, obstacle;
+  world_vertices(*pair.mover, pair.X_WM, mover);
+  world_vertices(*pair.obstacle, pair.X_WB, obstacle);
+  const double size = norm(pair.X_WM.p) + norm(pair.X_WB.p) + pair.mover->bounding_sphere().radius +
+                      pair.obstacle->bounding_sphere().radius;
+  const double tolerance = 4.0 * kSeparationRounding * size;
+  const Vector3 e = extreme_edge(mover, -pair.n, tolerance), f = extreme_edge(obstacle, pair.n, tolerance);
+  const double across = dot(pair.n, cross(e, f));
+  if (!(std::abs(across) > 1e-3 * norm(e) * norm(f))) return {};
+  return {e, f / across};
 }
 
 /// How near the pair may come, and what lies between that and where find_impact stops it.
@@ -83,14 +115,21 @@ int rows_of_face(const NearPair& pair, const FacePlane& face, Rows& rows) {
     const Vector3 p = face.turns ? heights.obstacle.vertex(i) : heights.mover.vertex(i);
     const double height = dot(face.n, p);
     const double over = face.turns ? heights.lowest_mover - height : height - heights.highest_obstacle;
-    rows[i] = {face.n,     p - pair.centre_W, pair.share * (over - keep.separation), pair.share * keep.room,
-               face.turns, pair.source};
+    rows[i] = {face.n,
+               p - pair.centre_W,
+               pair.share * (over - keep.separation),
+               pair.share * keep.room,
+               face.turns,
+               Vector3::Zero(),
+               Vector3::Zero(),
+               pair.source};
   }
   return Hexahedron::kVertices;
 }
 
 int rows_of_points(const NearPair& pair, Rows& rows) {
   const bool turns = own_plane_turns(pair);
+  const ContactEdges edges = pair.is_sure ? ContactEdges{} : contact_edges(pair);
   const Keep keep = keep_of(pair.separation, pair.gap);
   for (int i = 0; i < pair.point_count; ++i) {
     const ContactPoint& point = pair.points[i];
@@ -99,6 +138,8 @@ int rows_of_points(const NearPair& pair, Rows& rows) {
                pair.share * (point.separation - keep.separation),
                pair.share * keep.room,
                turns,
+               edges.e,
+               edges.f,
                pair.source};
   }
   return pair.point_count;

@@ -12,7 +12,7 @@
 namespace touchstone {
 
 /// A mechanism in the world: one mover, of which every link with hexahedra is an object.
-struct MechanismMover {
+struct MechanismMover final : PathViews {
   explicit MechanismMover(MechanismPlacement placement);
 
   std::shared_ptr<const Mechanism> mechanism;
@@ -28,6 +28,9 @@ struct MechanismMover {
   double shift_limit = -1.0;           ///< no prismatic value has been further from 0, or is told to go [m]
   std::vector<double> radius_of_link;  ///< of all that the link carries, about its origin [m]
   std::uint32_t first_own = 0;         ///< of its pairs of links in Travels
+
+  const MotionPath& seen_from(std::uint32_t body) noexcept override { return relative.seen_from(body, path); }
+  std::uint32_t standing_body() const noexcept override { return mechanism->base(); }
 
   /// Lays the path from the actual joint values; `to` may be a member.
   void go(std::span<const double> to) noexcept;

@@ -24,6 +24,7 @@ struct Slider {
   MassMetric metric;      ///< the same
   double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]
+  double trust = 1.0;     ///< share of what is left that the next sub-step plans for
   bool done = false;
 
   /// No turn of a rigid body is longer than this for each metre of distance in the metric [rad/m].

@@ -98,9 +98,9 @@ double ContactWorld::State::gap_of(const SolidPair& pair) const {
 MovingSolid ContactWorld::State::moving_solid(SolidIndex solid) const {
   const std::uint32_t slot = layout.slot_of[solid], root = objects[slot].root;
   const double stop = in_motion[root] ? stops[root] : 0.0;
-  if (const MechanismMover* mover = mechanism_of(slot))
-    return {&layout.solids[solid],    X_BS[solid], &mover->path, objects[objects[slot].body].link, stop,
-            travels.last_solid[solid]};
+  if (MechanismMover* mover = mechanism_of(slot))
+    return {&layout.solids[solid],     X_BS[solid], &mover->path, objects[objects[slot].body].link, stop,
+            travels.last_solid[solid], mover};
   return {&layout.solids[solid], layout.X_OS[solid], &paths[root], slot, stop, travels.last_solid[solid]};
 }
 

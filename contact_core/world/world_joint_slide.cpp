@@ -39,7 +39,7 @@ class ArmBends final : public JointBends {
     const MechanismPath& path = path_of(at);
     const Vector3 p_L = rotate_back(arm_.X_WL[at.link].R, row.r);
     const double straight = path.acceleration_bound(at.link, p_L);
-    return row.turns ? straight + bend_of_plane(path, at.link, p_L) : straight;
+    return straight + steepness_of(row) * bend_of_plane(path, at.link, p_L);
   }
 
   double bend_of(const SlideRow& row, const JointRow& at) noexcept {
@@ -47,8 +47,15 @@ class ArmBends final : public JointBends {
     const BodyState state = path.at(at.link, 0.0);
     const Vector3 p_W = row.r + arm_.X_WL[at.link].p;
     const double straight = path.curvature_bound(at.link, state, p_W, row.n);
-    if (!row.turns) return straight;
-    return straight + bend_of_plane(path, at.link, transform(inverse(state.X_WO), p_W));
+    const double steepness = steepness_of(row);
+    if (steepness == 0.0) return straight;
+    return straight + steepness * bend_of_plane(path, at.link, transform(inverse(state.X_WO), p_W));
+  }
+
+  /// How much faster than the mover a row's plane may turn: two edges' does the more, the less they cross.
+  static double steepness_of(const SlideRow& row) noexcept {
+    if (row.turns) return 1.0;
+    return row.e == Vector3::Zero() ? 0.0 : norm(row.e) * norm(row.f);
   }
 
   /// A plane of the mover's own turns with it. With o the mover's point that is in the obstacle's at p at
@@ -157,14 +164,17 @@ bool ContactWorld::State::add_held_pairs(const Slider& slider) {
 bool ContactWorld::State::plan_joints(Slider& slider) {
   MechanismMover& arm = *slider.arm;
   arm.frame.set(arm.X_WL);
-  JointVector goal{};
-  for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] = arm.commanded[k] - arm.actual[k];
+  JointVector goal{}, wanted{};
+  for (std::size_t k = 0; k < arm.actual.size(); ++k) {
+    goal[k] = arm.commanded[k] - arm.actual[k];
+    wanted[k] = slider.trust * goal[k];
+  }
   find_near_pairs(slider);
   const auto plan_with = [&](bool all) {
     order_near_rows(all);
     add_joint_rows(slider);
     ArmBends bends(arm, slides.rows, slides.joint_rows);
-    return plan_joint_slide(goal, arm.weights, slides.joint_rows, bends);
+    return plan_joint_slide(wanted, arm.weights, slides.joint_rows, bends);
   };
   const auto choose_planes = [&](const JointSlidePlan& along) {
     bool changed = false;

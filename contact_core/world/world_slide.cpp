@@ -24,6 +24,10 @@ constexpr double kNearEnd = 0.875;
 constexpr int kShortenings = 16;
 constexpr double kUnitRoundoff = 0x1p-53;
 constexpr double kShorter = 0.75;
+/// A sub-step that is stopped before this share of it was planned for too far: bends grow with the square of
+/// its length.
+constexpr double kFarEnough = 0.25;
+constexpr double kLeastTrust = 0x1p-12;
 
 Twist twist_to(const Pose& X_WR, const Slider& slider) {
   const BodyState way = RigidPath::between(X_WR, slider.goal).at(0, 0.0);
@@ -208,7 +212,7 @@ RigidPath ContactWorld::State::plan_of(Slider& slider) {
   find_near_pairs(slider);
   const auto plan_with = [&](bool all) {
     order_near_rows(all);
-    return plan_slide(goal, J_W, slides.rows, translation_only);
+    return plan_slide(slider.trust * goal, J_W, slides.rows, translation_only);
   };
   // Faces in contact first; then, along the motion that they leave, the planes of all that is near.
   SlidePlan plan = plan_with(false);
@@ -253,16 +257,20 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
 }
 
 bool ContactWorld::State::finish_step() {
-  bool gained = false;
+  bool goes_on = false;
   for (Slider& slider : slides.sliders) {
     if (!in_motion[slider.root]) continue;
-    const double before = slider.distance;
+    const double before = slider.distance, stop = stops[slider.root];
     slider.distance = distance_of(slider);
-    gained = gained || before - slider.distance >= kLeastGain * slider.start_distance;
     slider.done = !slides.may_slide[slider.root];
+    const double trust = slider.trust;
+    slider.trust = stop < kFarEnough ? 0.25 * trust : std::min(1.0, 4.0 * trust);
+    const bool gained = before - slider.distance >= kLeastGain * slider.start_distance;
+    const bool shorter = stop < kFarEnough && slider.trust >= kLeastTrust;
+    goes_on = goes_on || (!slider.done && (gained || shorter));
     rest(slider.root);
   }
-  return gained;
+  return goes_on;
 }
 
 }  // namespace touchstone
