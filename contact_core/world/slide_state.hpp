@@ -25,6 +25,7 @@ struct Slider {
   double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]
   double trust = 1.0;     ///< share of what is left that the next sub-step plans for
+  bool pivots = false;    ///< it only advances: see world_pivot.cpp
   bool done = false;
 
   /// No turn of a rigid body is longer than this for each metre of distance in the metric [rad/m].
@@ -51,6 +52,7 @@ struct SlideState {
   static constexpr std::uint32_t kNone = 0xffffffff;
 
   std::vector<std::uint8_t> may_slide;                // by slot: what stopped it last lets it slide
+  std::vector<std::uint8_t> may_pivot;                // by slot: or lets it advance
   std::vector<std::uint8_t> translation_only;         // by slot
   std::vector<std::uint8_t> translation_only_before;  // the same, as the part at hand began
   std::vector<MassMoments> moments;                   // by solid, in its object
@@ -76,6 +78,7 @@ struct SlideState {
   void note_stop(std::uint32_t root, const EffectiveRule& rule, bool as_well) {
     const bool slides = rule.policy == ContactPolicy::slide;
     may_slide[root] = slides && (!as_well || may_slide[root]);
+    may_pivot[root] = rule.policy != ContactPolicy::hold && (!as_well || may_pivot[root]);
     if (slides && rule.translation_only) translation_only[root] = 1;
   }
 };

@@ -33,7 +33,8 @@ void ContactWorld::State::take_selection() {
 }
 
 void ContactWorld::State::accept(std::span<const MotionCommand> commands) {
-  for (std::vector<std::uint8_t>* flags : {&in_motion, &slides.may_slide, &slides.translation_only})
+  for (std::vector<std::uint8_t>* flags :
+       {&in_motion, &slides.may_slide, &slides.may_pivot, &slides.translation_only})
     std::fill(flags->begin(), flags->end(), std::uint8_t{0});
   std::fill(stops.begin(), stops.end(), 1.0);
   movers.clear();

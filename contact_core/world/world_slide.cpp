@@ -67,7 +67,7 @@ bool turns_too_far(const CarriedPath& path, double stop) {
 
 void ContactWorld::State::prepare_slides() {
   const std::size_t slots = objects.size(), solids = layout.solids.size();
-  slides.may_slide.assign(slots, 0);
+  slides.may_slide.assign(slots, 0), slides.may_pivot.assign(slots, 0);
   slides.translation_only.assign(slots, 0), slides.translation_only_before.assign(slots, 0);
   slides.moments.clear();
   for (SolidIndex i = 0; i < solids; ++i)
@@ -140,9 +140,11 @@ bool ContactWorld::State::begin_slides() {
     MechanismMover* arm = mechanism_of(slot);
     const bool may_slide =
         arm != nullptr ? arm->actual.size() <= kMostSlideJoints : !turns_too_far(paths[slot], stop);
-    if (stop < 1.0 && slides.may_slide[slot] && may_slide) {
+    const bool pivots = may_pivot(slot) && !turns_too_far(paths[slot], stop);
+    if ((stop < 1.0 && slides.may_slide[slot] && may_slide) || pivots) {
       slides.slider_of[slot] = static_cast<std::uint32_t>(slides.sliders.size());
       slides.sliders.push_back({slot, stop, arm, paths[slot].carrier().to(), {}, {}, 0.0, 0.0});
+      slides.sliders.back().pivots = pivots;
       if (arm != nullptr) begin_joint_slide(slides.sliders.back());
     }
   }
@@ -241,7 +243,8 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
     if (slider.arm != nullptr)
       in_motion[slider.root] = plan_joints(slider);
     else
-      paths[slider.root] = CarriedPath(plan_of(slider), objects.poses_in_body());
+      paths[slider.root] =
+          CarriedPath(slider.pivots ? pivot_path(slider) : plan_of(slider), objects.poses_in_body());
   }
   bool any = false;
   for (const Slider& slider : slides.sliders) {
@@ -262,7 +265,7 @@ bool ContactWorld::State::finish_step() {
     if (!in_motion[slider.root]) continue;
     const double before = slider.distance, stop = stops[slider.root];
     slider.distance = distance_of(slider);
-    slider.done = !slides.may_slide[slider.root];
+    slider.done = !slides.may_slide[slider.root] || slider.pivots;
     const double trust = slider.trust;
     slider.trust = stop < kFarEnough ? 0.25 * trust : std::min(1.0, 4.0 * trust);
     const bool gained = before - slider.distance >= kLeastGain * slider.start_distance;

@@ -18,7 +18,7 @@ namespace touchstone {
 
 /// What a contact world is made of; its functions stand in contact_world.cpp, world_frame.cpp,
 /// world_mechanism.cpp, world_stops.cpp, world_travel.cpp, world_slide.cpp, world_slide_pairs.cpp,
-/// world_joint_slide.cpp and world_events.cpp.
+/// world_pivot.cpp, world_joint_slide.cpp and world_events.cpp.
 struct ContactWorld::State {
   std::unique_ptr<Narrowphase> narrowphase;
   std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges
@@ -179,6 +179,9 @@ struct ContactWorld::State {
   void mark_active(std::uint32_t row);
   RigidPath plan_of(Slider& slider);
   bool finish_step();
+  bool may_pivot(std::uint32_t root) const;
+  const Moment* pivot_of(const Slider& slider, Vector3& p_W) const;
+  RigidPath pivot_path(const Slider& slider) const;
   void rest(std::uint32_t root);
 
   // What slides may meet, in world_slide_pairs.cpp.

@@ -81,7 +81,7 @@ void ContactWorld::State::begin_again(std::span<FramePair> among) {
     const double stop = is_held[root] ? 0.0 : 1.0;
     if (stops[root] != stop) is_restopped[root] = 1;
     stops[root] = stop;
-    if (!is_held[root]) slides.may_slide[root] = 1;  // until the next stop says
+    if (!is_held[root]) slides.may_slide[root] = slides.may_pivot[root] = 1;  // until the next stop says
   }
   for (FramePair& pair : among) {
     pair.stopped_at = kNotStopped;

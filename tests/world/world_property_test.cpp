@@ -53,22 +53,15 @@ TEST(ContactWorld, NothingExecutedOverlaps) {
             world->move_by(objects[i], 0.2 * (home - before[i].p) + random.vector(0.5), random.vector(2.0)));
       }
       blocked += static_cast<int>(world->frame(commands).blocked_movers);
-      std::vector<double> stop(5, 1.0);
       for (int i = 0; i < 5; ++i) after[i] = world->actual_pose(objects[i]);
       ASSERT_FALSE(overlapping(after)) << "run " << run << " frame " << frame;
-      // The executed path: each mover's own, up to where it came; s from how far its origin went.
-      for (int i = 0; i < 5; ++i) {
-        const Vector3 whole = commands[i].path.to().p - before[i].p;
-        stop[i] = norm(whole) > 0 ? norm(after[i].p - before[i].p) / norm(whole) : 1.0;
-      }
-      for (int k = 1; k < 8; ++k) {
-        std::vector<Pose> poses(5);
-        for (int i = 0; i < 5; ++i) {
-          const double s = k / 8.0;
-          poses[i] = s < stop[i] ? commands[i].path.pose_at(s) : after[i];
+      for (std::size_t part = 0; part < world->executed_parts(); ++part)
+        for (int k = 1; k < 8; ++k) {
+          std::vector<Pose> poses(5);
+          for (int i = 0; i < 5; ++i) poses[i] = world->executed_pose(objects[i], part, k / 8.0);
+          ASSERT_FALSE(overlapping(poses))
+              << "run " << run << " frame " << frame << " part " << part << " sample " << k;
         }
-        ASSERT_FALSE(overlapping(poses)) << "run " << run << " frame " << frame << " sample " << k;
-      }
     }
   }
   EXPECT_GT(blocked, 500);
