@@ -1,0 +1,297 @@
+#include "path_finder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/registry.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr int kHalvings = 7;
+constexpr int kCorrections = 4;
+constexpr int kSweeps = 400;
+/// Poses judged on each step, its end among them.
+constexpr int kSamples = 3;
+/// A step that gains less than this share of its length is none.
+constexpr double kLeastGain = 1e-3;
+
+/// Lower L with J = L L^T: |L^T w|^2 is w . J w.
+Matrix3 root_of(const Matrix3& J) {
+  Matrix3 L = Matrix3::Zero();
+  for (int j = 0; j < 3; ++j)
+    for (int i = j; i < 3; ++i) {
+      double rest = J(i, j);
+      for (int k = 0; k < j; ++k) rest -= L(i, k) * L(j, k);
+      L(i, j) = i == j ? std::sqrt(rest) : rest / L(j, j);
+    }
+  return L;
+}
+
+double product(std::span<const double> a, std::span<const double> b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+double length(std::span<const double> a) { return std::sqrt(product(a, a)); }
+
+}  // namespace
+
+MoverModel::MoverModel(std::vector<Hexahedron> own, std::vector<Pose> X_OS, std::vector<Hexahedron> obstacles,
+                       std::vector<Pose> X_WB)
+    : solids_(std::move(own)), fixed_(std::move(X_OS)), own_count_(solids_.size()) {
+  MassMoments moments;
+  for (std::size_t i = 0; i < own_count_; ++i) moments += transform(fixed_[i], mass_moments(solids_[i]));
+  metric_ = mass_metric(moments);
+  solids_.insert(solids_.end(), obstacles.begin(), obstacles.end());
+  fixed_.insert(fixed_.end(), X_WB.begin(), X_WB.end());
+  find_reach();
+}
+
+MoverModel::MoverModel(std::shared_ptr<const Mechanism> arm, const Pose& X_WB,
+                       std::vector<Hexahedron> obstacles, std::vector<Pose> X_WO)
+    : arm_(std::move(arm)), X_WBase_(X_WB), solids_(arm_->solids()), own_count_(solids_.size()) {
+  for (std::uint32_t i = 0; i < own_count_; ++i) fixed_.push_back(arm_->placed(i).X_OS);
+  solids_.insert(solids_.end(), obstacles.begin(), obstacles.end());
+  fixed_.insert(fixed_.end(), X_WO.begin(), X_WO.end());
+  find_reach();
+}
+
+void MoverModel::find_reach() {
+  if (!arm_) {
+    double furthest = 0.0;
+    for (std::size_t i = 0; i < own_count_; ++i) {
+      const Sphere& sphere = solids_[i].bounding_sphere();
+      furthest =
+          std::max(furthest, norm(transform(fixed_[i], sphere.centre) - metric_.centre) + sphere.radius);
+    }
+    reach_ = 1.0 + furthest / std::sqrt(least_inertia(metric_.J));
+    return;
+  }
+  // Every joint as far from the arm's end as all frames and solids in a row.
+  double span = 0.0, widest = 0.0;
+  for (const Mechanism::Joint& joint : arm_->joints()) span += norm(joint.X_PJ.p) + norm(joint.X_JC.p);
+  for (std::size_t i = 0; i < own_count_; ++i) {
+    const Sphere& sphere = solids_[i].bounding_sphere();
+    widest = std::max(widest, norm(transform(fixed_[i], sphere.centre)) + sphere.radius);
+  }
+  reach_ = (span + widest) * std::sqrt(static_cast<double>(size()));
+}
+
+bool MoverModel::is_checked(SolidIndex a, SolidIndex b) const {
+  if (a >= own_count_ && b >= own_count_) return false;
+  if (a >= own_count_ || b >= own_count_) return true;
+  return arm_ != nullptr && !arm_->is_exempt(a, b);
+}
+
+void MoverModel::place(const Configuration& at, std::vector<Pose>& X_WS) const {
+  X_WS = fixed_;
+  if (!arm_) {
+    for (std::size_t i = 0; i < own_count_; ++i) X_WS[i] = compose(at.X_WO, fixed_[i]);
+    return;
+  }
+  std::vector<Pose> X_WL(arm_->links().size());
+  arm_->link_poses(X_WBase_, at.q, X_WL);
+  for (std::uint32_t i = 0; i < own_count_; ++i) X_WS[i] = compose(X_WL[arm_->link_of(i)], fixed_[i]);
+}
+
+std::vector<double> MoverModel::step_between(const Configuration& from, const Configuration& to) const {
+  std::vector<double> out;
+  if (arm_) {
+    for (std::size_t k = 0; k < from.q.size(); ++k) out.push_back(to.q[k] - from.q[k]);
+    return out;
+  }
+  const Vector3 v = transform(to.X_WO, metric_.centre) - transform(from.X_WO, metric_.centre);
+  const Vector3 w = RigidPath::between(from.X_WO, to.X_WO).at(0, 0.0).angular_velocity_W;
+  const Matrix3 L = root_of(turned(from.X_WO.R, metric_.J));
+  for (int i = 0; i < 3; ++i) out.push_back(v[i]);
+  for (int i = 0; i < 3; ++i) out.push_back(L(0, i) * w[0] + L(1, i) * w[1] + L(2, i) * w[2]);
+  return out;
+}
+
+Configuration MoverModel::moved(const Configuration& from, std::span<const double> by) const {
+  Configuration out = from;
+  if (arm_) {
+    for (std::size_t k = 0; k < by.size(); ++k) out.q[k] += by[k];
+    return out;
+  }
+  const Matrix3 L = root_of(turned(from.X_WO.R, metric_.J));
+  Vector3 w;
+  for (int i = 2; i >= 0; --i) {
+    double rest = by[3 + i];
+    for (int k = i + 1; k < 3; ++k) rest -= L(k, i) * w[k];
+    w[i] = rest / L(i, i);
+  }
+  out.X_WO = RigidPath::by(from.X_WO, {by[0], by[1], by[2]}, w, metric_.centre).to();
+  return out;
+}
+
+double MoverModel::distance(const Configuration& from, const Configuration& to) const {
+  return length(step_between(from, to));
+}
+
+struct PathFinder::Judge {
+  std::unique_ptr<Narrowphase> exact, native;
+  std::unique_ptr<Narrowphase::Workspace> of_exact, of_native;
+};
+
+PathFinder::PathFinder(const MoverModel& model, double gap)
+    : model_(model), gap_(gap), judge_(std::make_unique<Judge>()) {
+  BackendRegistry registry;
+  register_core(registry);
+  register_exact(registry);
+  judge_->exact = registry.make_narrowphase("exact"), judge_->native = registry.make_narrowphase("native");
+  judge_->exact->build(model.solids()), judge_->native->build(model.solids());
+  judge_->of_exact = judge_->exact->make_workspace(), judge_->of_native = judge_->native->make_workspace();
+}
+
+PathFinder::~PathFinder() = default;
+
+/// At X_WS_.
+bool PathFinder::are_apart() {
+  const std::vector<Hexahedron>& solids = model_.solids();
+  for (SolidIndex a = 0; a < model_.own_count(); ++a)
+    for (SolidIndex b = a + 1; b < solids.size(); ++b) {
+      if (!model_.is_checked(a, b)) continue;
+      const Sphere &of_a = solids[a].bounding_sphere(), &of_b = solids[b].bounding_sphere();
+      if (norm(transform(X_WS_[a], of_a.centre) - transform(X_WS_[b], of_b.centre)) >
+          (of_a.radius + of_b.radius) * (1 + 1e-9))
+        continue;
+      const SolidPair pair{a, b};
+      PairStatus status{};
+      PairGeometry geometry{};
+      judge_->exact->evaluate({{&pair, 1}, X_WS_, Query{}}, {{&status, 1}, {&geometry, 1}, {}},
+                              *judge_->of_exact);
+      if (status != PairStatus::separated) return false;
+    }
+  return true;
+}
+
+bool PathFinder::is_apart(const Configuration& at) {
+  model_.place(at, X_WS_);
+  return are_apart();
+}
+
+void PathFinder::find_rows(const Configuration& at, double band) {
+  rows_.clear();
+  model_.place(at, X_WS_);
+  const std::vector<Hexahedron>& solids = model_.solids();
+  for (SolidIndex a = 0; a < model_.own_count(); ++a)
+    for (SolidIndex b = a + 1; b < solids.size(); ++b) {
+      if (!model_.is_checked(a, b)) continue;
+      const Sphere &of_a = solids[a].bounding_sphere(), &of_b = solids[b].bounding_sphere();
+      if (norm(transform(X_WS_[a], of_a.centre) - transform(X_WS_[b], of_b.centre)) >
+          of_a.radius + of_b.radius + band)
+        continue;
+      const SolidPair pair{a, b};
+      PairStatus status{};
+      PairGeometry geometry{};
+      std::array<ContactPoint, kMaxManifoldPoints> points;
+      Query query;
+      query.kind = QueryKind::manifold;
+      query.max_separation = query.max_point_separation = band;
+      judge_->native->evaluate({{&pair, 1}, X_WS_, query}, {{&status, 1}, {&geometry, 1}, points},
+                               *judge_->of_native);
+      if (!(geometry.separation <= band)) continue;
+      for (int i = 0; i < geometry.point_count; ++i)
+        rows_.push_back({a, b, -geometry.n_AB_W, transform(inverse(X_WS_[a]), points[i].p_A_W),
+                         transform(inverse(X_WS_[b]), points[i].p_B_W), points[i].separation});
+    }
+}
+
+/// At X_WS_, to first order in how far that is from where the row was found.
+double PathFinder::height(const Row& row) const {
+  return dot(row.n, transform(X_WS_[row.mover], row.p_M) - transform(X_WS_[row.other], row.p_O));
+}
+
+/// min |step - wanted| so that gradients . step >= lacking: Gauss-Seidel on the multipliers.
+void PathFinder::solve(std::span<const double> wanted, std::span<const double> lacking,
+                       std::vector<double>& step) const {
+  step.assign(wanted.begin(), wanted.end());
+  std::vector<double> multiplier(lacking.size(), 0.0);
+  const double enough = 1e-13 * length(wanted);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    double most = 0.0;
+    for (std::size_t i = 0; i < lacking.size(); ++i) {
+      const std::vector<double>& g = gradients_[i];
+      const double square = product(g, g);
+      if (!(square > 0.0)) continue;
+      const double change = std::max((lacking[i] - product(g, step)) / square, -multiplier[i]);
+      multiplier[i] += change;
+      for (std::size_t k = 0; k < step.size(); ++k) step[k] += change * g[k];
+      most = std::max(most, std::abs(change) * std::sqrt(square));
+    }
+    if (most <= enough) return;
+  }
+}
+
+bool PathFinder::path_is_apart(const Configuration& from, std::span<const double> by) {
+  std::vector<double> part(by.size());
+  for (int i = kSamples; i >= 1; --i) {
+    for (std::size_t k = 0; k < by.size(); ++k) part[k] = by[k] * i / kSamples;
+    if (!is_apart(model_.moved(from, part))) return false;
+  }
+  return true;
+}
+
+bool PathFinder::step_to(const Configuration& from, const Configuration& goal, double longest,
+                         Configuration& out) {
+  std::vector<double> wanted = model_.step_between(from, goal);
+  const double left = length(wanted);
+  for (double& component : wanted) component *= std::min(1.0, longest / left);
+  find_rows(from, 2.0 * length(wanted) * model_.reach() + 2.0 * gap_);
+  // Rates by central differences.
+  constexpr double kDifference = 1e-6;
+  gradients_.assign(rows_.size(), std::vector<double>(wanted.size()));
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    std::vector<double> by(wanted.size(), 0.0);
+    for (const double sign : {1.0, -1.0}) {
+      by[k] = sign * kDifference;
+      model_.place(model_.moved(from, by), X_WS_);
+      for (std::size_t i = 0; i < rows_.size(); ++i)
+        gradients_[i][k] += sign * height(rows_[i]) / (2.0 * kDifference);
+    }
+  }
+  std::vector<double> lacking(rows_.size()), step;
+  for (int halving = 0; halving <= kHalvings; ++halving) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) lacking[i] = 0.75 * gap_ - rows_[i].separation;
+    for (int correction = 0; correction < kCorrections; ++correction) {
+      solve(wanted, lacking, step);
+      // What the step leaves to second order is asked for as well; never less than to first order.
+      model_.place(model_.moved(from, step), X_WS_);
+      for (std::size_t i = 0; i < rows_.size(); ++i) {
+        const double missed = rows_[i].separation + product(gradients_[i], step) - height(rows_[i]);
+        lacking[i] = 0.75 * gap_ - rows_[i].separation + std::max(missed, 0.0);
+      }
+    }
+    out = model_.moved(from, step);
+    const double gain = left - model_.distance(out, goal);
+    if (gain >= kLeastGain * length(wanted) && path_is_apart(from, step)) return true;
+    for (double& component : wanted) component *= 0.5;
+  }
+  return false;
+}
+
+double PathFinder::reached(const Configuration& from, const Configuration& goal, int steps) {
+  Configuration at = from, next;
+  const double start = model_.distance(from, goal), longest = start / steps;
+  for (int i = 0; i < 2 * steps && step_to(at, goal, longest, next); ++i) at = next;
+  return std::min(start, model_.distance(at, goal));
+}
+
+double PathFinder::clear_until(const MotionPath& path, int samples) {
+  for (int i = 1; i <= samples; ++i) {
+    const double s = static_cast<double>(i) / samples;
+    Configuration at;
+    at.X_WO = path.at(0, s).X_WO;
+    if (!is_apart(at)) return static_cast<double>(i - 1) / samples;
+  }
+  return 1.0;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string_view>
+
+#include "path_finder.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+
+namespace touchstone {
+
+/// One mover in its scene, and what it is told, frame by frame.
+struct ProgressTrial {
+  std::unique_ptr<ContactWorld> world;
+  std::unique_ptr<MoverModel> model;
+  MechanismHandle arm;
+  ObjectHandle body;
+  bool is_arm = false;
+  int frames = 0;
+  /// Where it is told to go from where it is.
+  std::function<Configuration(const Configuration& at, int frame)> command;
+  /// Set: it is told to go along this path, and only advances; `open_path` is the one that could be gone.
+  std::function<RigidPath(const Pose&X_WO, int frame)> path, open_path;
+  bool has_end = false;  ///< the last command stays, and is to be reached as nearly as small steps do
+
+  Configuration at() const;
+};
+
+/// @throws std::invalid_argument: no such scene.
+ProgressTrial make_trial(std::string_view scene, double rate, double gap, std::uint64_t seed);
+
+}  // namespace touchstone
