@@ -117,7 +117,13 @@ bool operator<(const SlideRow& a, const SlideRow& b) {
     if (a.n[i] != b.n[i]) return a.n[i] < b.n[i];
   for (int i = 0; i < 3; ++i)
     if (a.r[i] != b.r[i]) return a.r[i] < b.r[i];
-  return a.turns < b.turns;
+  if (a.turns != b.turns) return a.turns < b.turns;
+  if (a.room != b.room) return a.room < b.room;
+  for (int i = 0; i < 3; ++i)
+    if (a.e[i] != b.e[i]) return a.e[i] < b.e[i];
+  for (int i = 0; i < 3; ++i)
+    if (a.f[i] != b.f[i]) return a.f[i] < b.f[i];
+  return false;
 }
 
 double bend_of(const SlideRow& row, const Twist& twist) {

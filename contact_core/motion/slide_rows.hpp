@@ -40,7 +40,7 @@ void classify(NearPair& pair);
 bool choose_plane(NearPair& pair, const Twist& twist);
 
 /// @param reach rows with more slack than this are left out [m].
-/// @pre rows has capacity: nothing is added beyond it.
+/// @pre rows has a capacity above kMostSlideRows: where that is reached, order_rows() makes room.
 void add_rows(const NearPair& pair, double reach, std::vector<SlideRow>& rows);
 
 /// Sorts, and keeps the kMostSlideRows with the least slack: those left out stop a motion when it comes

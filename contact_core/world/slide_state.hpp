@@ -47,6 +47,24 @@ struct HeldPair {
   std::uint32_t source;  ///< index into SlideState::pairs
 };
 
+/// An object's share in what moves as one.
+struct CarriedMoments {
+  std::uint32_t root;
+  MassMoments moments;
+
+  /// Of one root by values alone: sums round alike in whichever order the objects were registered.
+  friend bool operator<(const CarriedMoments& a, const CarriedMoments& b) {
+    if (a.root != b.root) return a.root < b.root;
+    if (a.moments.volume != b.moments.volume) return a.moments.volume < b.moments.volume;
+    for (int i = 0; i < 3; ++i)
+      if (a.moments.first[i] != b.moments.first[i]) return a.moments.first[i] < b.moments.first[i];
+    for (int i = 0; i < 9; ++i)
+      if (a.moments.second(i / 3, i % 3) != b.moments.second(i / 3, i % 3))
+        return a.moments.second(i / 3, i % 3) < b.moments.second(i / 3, i % 3);
+    return false;
+  }
+};
+
 /// Memory of the slides within one frame.
 struct SlideState {
   static constexpr std::uint32_t kNone = 0xffffffff;
@@ -56,6 +74,7 @@ struct SlideState {
   std::vector<std::uint8_t> translation_only;         // by slot
   std::vector<std::uint8_t> translation_only_before;  // the same, as the part at hand began
   std::vector<MassMoments> moments;                   // by solid, in its object
+  std::vector<CarriedMoments> carried;                // of the sliders' objects, sorted
   std::vector<Slider> sliders;
   std::vector<std::uint32_t> slider_of;  // by slot: index into sliders, or kNone
   std::vector<FramePair> pairs;          // those of the watched pairs that had to be looked at

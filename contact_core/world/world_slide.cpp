@@ -72,7 +72,7 @@ void ContactWorld::State::prepare_slides() {
   slides.moments.clear();
   for (SolidIndex i = 0; i < solids; ++i)
     slides.moments.push_back(transform(layout.X_OS[i], mass_moments(layout.solids[i])));
-  slides.sliders.reserve(slots);
+  slides.sliders.reserve(slots), slides.carried.reserve(slots);
   slides.sliders.clear();
   slides.slider_of.assign(slots, SlideState::kNone);
   slides.pairs.reserve(64 + 16 * solids);
@@ -161,16 +161,19 @@ double ContactWorld::State::longest_lever() const { return gap / (16.0 * 8.0 * k
 void ContactWorld::State::weigh_sliders() {
   const bool all_arms = std::all_of(slides.sliders.begin(), slides.sliders.end(),
                                     [](const Slider& slider) { return slider.arm != nullptr; });
+  slides.carried.clear();
   for (std::uint32_t i = 0; i < layout.slots.size() && !all_arms; ++i) {
-    Slider* slider = slides.find(objects[layout.slots[i]].root);
+    const Slider* slider = slides.find(objects[layout.slots[i]].root);
     if (slider == nullptr || slider->arm != nullptr) continue;
     MassMoments own;
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
       own += slides.moments[solid];
     if (layout.slots[i] != slider->root) own = transform(objects.poses_in_body()[layout.slots[i]], own);
     const Vector3 centre = own.first / own.volume;
-    if (norm(centre) <= longest_lever()) slider->moments += own;
+    if (norm(centre) <= longest_lever()) slides.carried.push_back({slider->root, own});
   }
+  std::sort(slides.carried.begin(), slides.carried.end());
+  for (const CarriedMoments& carried : slides.carried) slides.find(carried.root)->moments += carried.moments;
   for (Slider& slider : slides.sliders) {
     // All of it is too far out: it stays where it was stopped.
     slider.done = slider.arm == nullptr && !(slider.moments.volume > 0.0);
