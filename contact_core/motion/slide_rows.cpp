@@ -8,8 +8,10 @@
 namespace touchstone {
 namespace {
 
-/// A normal this close to a face's is the face's [rad].
+/// A normal this close to a face's is the face's [rad], where the two are not so large that it leaves the
+/// face by more than this share of the gap.
 constexpr double kSameNormal = 1e-6;
+constexpr double kSamePlane = 0.125;
 /// A plane that a motion passes by less than this share of the gap lets it through: rounding of rows that
 /// hold.
 constexpr double kPassed = 1e-6;
@@ -31,13 +33,19 @@ FacePlane face_plane(const NearPair& pair, int plane) {
   return out;
 }
 
+double same_normal(const NearPair& pair) {
+  const double size = pair.mover->bounding_sphere().radius + pair.obstacle->bounding_sphere().radius;
+  return std::min(kSameNormal, kSamePlane * pair.gap / size);
+}
+
 /// The plane of the closest points turns with the mover where it is the plane of one of its faces and of
 /// none of the obstacle's.
 bool own_plane_turns(const NearPair& pair) {
   bool is_movers = false;
   for (int plane = 0; plane < 12; ++plane) {
     const FacePlane face = face_plane(pair, plane);
-    if (!face.exists || !(norm(cross(face.n, pair.n)) < kSameNormal) || dot(face.n, pair.n) < 0.0) continue;
+    if (!face.exists || !(norm(cross(face.n, pair.n)) < same_normal(pair)) || dot(face.n, pair.n) < 0.0)
+      continue;
     if (plane >= 6) return false;
     is_movers = true;
   }
@@ -169,7 +177,8 @@ void classify(NearPair& pair) {
   if (pair.separation > 2.0 * pair.gap) return;
   for (int plane = 0; plane < 12 && !pair.is_sure; ++plane) {
     const FacePlane face = face_plane(pair, plane);
-    pair.is_sure = face.exists && norm(cross(face.n, pair.n)) < kSameNormal && dot(face.n, pair.n) > 0.0;
+    pair.is_sure =
+        face.exists && norm(cross(face.n, pair.n)) < same_normal(pair) && dot(face.n, pair.n) > 0.0;
   }
 }
 
@@ -190,8 +199,12 @@ bool choose_plane(NearPair& pair, const Twist& twist) {
 void add_rows(const NearPair& pair, double reach, std::vector<SlideRow>& rows) {
   Rows own;
   const int count = rows_of_plane(pair, pair.plane, own);
-  for (int i = 0; i < count && rows.size() < rows.capacity(); ++i)
-    if (own[i].slack < reach) rows.push_back(own[i]);
+  for (int i = 0; i < count; ++i) {
+    if (!(own[i].slack < reach)) continue;
+    // Whoever comes last: those that would be left out in the end go first.
+    if (rows.size() == rows.capacity()) order_rows(rows);
+    rows.push_back(own[i]);
+  }
 }
 
 void order_rows(std::vector<SlideRow>& rows) {
