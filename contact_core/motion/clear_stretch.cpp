@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace touchstone {
@@ -180,6 +181,33 @@ ExtremeEdge extreme_edge(const PlacedSolid& placed, const Vector3& n, double tol
   return {1u << extreme[0] | 1u << extreme[1], vertices.vertex(extreme[1]) - vertices.vertex(extreme[0])};
 }
 
+/// All edges that are: one, or a face's.
+struct ExtremeEdges {
+  int count = 0;
+  std::array<ExtremeEdge, 4> edge;
+};
+
+ExtremeEdges extreme_edges(const PlacedSolid& placed, const Vector3& n, double tolerance) {
+  const WorldVertices& vertices = placed.vertices;
+  std::array<double, Hexahedron::kVertices> height{};
+  for (int i = 0; i < Hexahedron::kVertices; ++i) height[i] = dot(n, vertices.vertex(i));
+  const double highest = *std::max_element(height.begin(), height.end());
+  ExtremeEdges out;
+  for (int i = 0; i < Hexahedron::kVertices; ++i)
+    for (int axis = 1; axis < Hexahedron::kVertices; axis *= 2) {
+      const int j = i | axis;  // vertices whose numbers differ by one bit share an edge
+      if (j == i || std::min(height[i], height[j]) < highest - tolerance) continue;
+      if (out.count == static_cast<int>(out.edge.size())) return {};
+      out.edge[out.count++] = {1u << i | 1u << j, vertices.vertex(j) - vertices.vertex(i)};
+    }
+  return out;
+}
+
+/// The vertex that an edge starts from.
+Vector3 start_of(const PlacedSolid& placed, const ExtremeEdge& edge) {
+  return placed.vertices.vertex(std::countr_zero(edge.vertices));
+}
+
 /// Of the plane that two edges in contact span, both going their ways: n = e x f / |e x f|, and so is n'.
 Direction edge_direction(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
                          double tolerance) {
@@ -212,20 +240,23 @@ struct EdgeMotion {
 };
 
 /// Vertices off an edge e of their body stay behind the plane along e and f: k = N . (p - v) = f . m with m =
-/// (p - v) x e fixed in the body, in which f turns by no more than both turn. False: one of them is before it
-/// already.
+/// (p - v) x e fixed in the body, in which f turns by no more than both turn.
 class BehindEdge {
  public:
-  BehindEdge(const Vector3& f, const Vector3& turn_of_f, const EdgeMotion& motion, double length)
+  /// @param rounding of k: a flush face's vertices are at the edge's own height.
+  BehindEdge(const Vector3& f, const Vector3& turn_of_f, const EdgeMotion& motion, double rounding,
+             double length)
       : f_(f),
         rate_(cross(turn_of_f, f)),
         bend_(norm(f) * (motion.turning() + 2.0 * (motion.a.turn * motion.b.turn))),
+        rounding_(rounding),
         length_(length) {}
 
   /// @param m as above, its sign so that k > 0 behind.
   void take(const Vector3& m) {
-    const double k = dot(f_, m), slope = dot(rate_, m), bend = bend_ * norm(m);
-    if (!(k > 0.0)) length_ = 0.0;
+    const double height = dot(f_, m), slope = dot(rate_, m), bend = bend_ * norm(m);
+    if (!(height >= -rounding_) || !std::isfinite(bend) || !std::isfinite(slope)) length_ = 0.0;
+    const double k = std::max(height, 0.0);
     if (!(k + slope * length_ - 0.5 * bend * length_ * length_ >= 0.0))
       length_ = std::min(length_, first_root(k, slope, bend));
   }
@@ -233,8 +264,26 @@ class BehindEdge {
 
  private:
   Vector3 f_, rate_;
-  double bend_, length_;
+  double bend_, rounding_, length_;
 };
+
+/// Two edges, and where their lines pass each other.
+struct EdgePair {
+  ExtremeEdge of_a, of_b;
+  Vector3 p, q;
+};
+
+/// False: they are nearly parallel.
+bool cross_lines(const PlacedSolid& a, const PlacedSolid& b, EdgePair& edges) {
+  const Vector3 &e = edges.of_a.along, &f = edges.of_b.along;
+  const Vector3 p = start_of(a, edges.of_a), q = start_of(b, edges.of_b), apart = p - q;
+  const double ee = dot(e, e), ef = dot(e, f), ff = dot(f, f), on_e = dot(e, apart), on_f = dot(f, apart);
+  const double square = ee * ff - ef * ef;  // of |e x f|
+  if (!(square > 1e-6 * (ee * ff))) return false;
+  edges.p = p + ((ef * on_f - ff * on_e) / square) * e;
+  edges.q = q + ((ee * on_f - ef * on_e) / square) * f;
+  return true;
+}
 
 /// How far the plane that two edges in contact span keeps the bodies apart, however unevenly they turn: N = e
 /// x f with edges e of a and f of b goes with both. All of an edge is at one height along it, so that of the
@@ -242,23 +291,19 @@ class BehindEdge {
 ///   h' = N' . d + N . d',  h'' = N'' . d + 2 N' . d' + N . d'',
 /// N' . d' being known at s and changing by no more than |N''| |d'| + |N'| |d''|; and is to stay above
 /// threshold * |N|, which is at most |N| at s and what it turns by.
-Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
+Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const EdgePair& pair, const Vector3& n_AB_W,
                      double tolerance, double threshold, double longest) {
-  const Stretch none{0.0, false, 0.0};
-  const ExtremeEdge of_a = extreme_edge(a, geometry.n_AB_W, tolerance),
-                    of_b = extreme_edge(b, -geometry.n_AB_W, tolerance);
-  const Vector3 e = of_a.along;
-  Vector3 f = of_b.along;
-  if (dot(cross(e, f), geometry.n_AB_W) < 0.0) f = -f;
+  const Vector3 e = pair.of_a.along;
+  const Vector3 f =
+      dot(cross(e, pair.of_b.along), n_AB_W) < 0.0 ? Vector3(-pair.of_b.along) : pair.of_b.along;
   const Vector3 N = cross(e, f);
   const double size = norm(N), edges = norm(e) * norm(f);
-  if (!(size > 1e-3 * edges)) return none;
   const BodyState &on_a = a.state, &on_b = b.state;
   const auto bounds_of = [](const PlacedSolid& placed, const Vector3& p) {
     return placed.at_rest ? MotionBounds{0.0, 0.0, 0.0, 0.0}
                           : placed.moving->path->bounds(placed.moving->body, placed.state, p);
   };
-  const Vector3 &p = geometry.p_A_W, &q = geometry.p_B_W, d = q - p;
+  const Vector3 &p = pair.p, &q = pair.q, d = q - p;
   const EdgeMotion motion{bounds_of(a, p), bounds_of(b, q)};
   const auto velocity_of = [](const BodyState& state, const Vector3& x) {
     return Vector3(state.velocity_W + cross(state.angular_velocity_W, x - state.centre_W));
@@ -270,18 +315,20 @@ Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeome
   const double speed = std::min(motion.a.speed + motion.b.speed, norm(rate) + longest * acceleration);
   const double turning = edges * motion.turning() / size;
   const double tilt = std::min(edges * motion.turn() / size, norm(N_rate) / size + longest * turning);
-  const double bend = turning * (norm(d) + longest * speed) + acceleration +
+  // |N| grows by its share of turning.
+  const double bend = turning * (norm(d) + longest * speed) + (1.0 + longest * tilt) * acceleration +
                       2.0 * (longest * (tilt * acceleration + turning * speed) - dot(N_rate, rate) / size);
   const double height = dot(N, d) / size - threshold;
   const double slope = (dot(N_rate, d) + dot(N, rate)) / size - std::max(threshold, 0.0) * tilt;
+  if (!std::isfinite(bend) || !std::isfinite(slope)) return {0.0, false, 0.0};  // squares overflowed
   double length = longest;
-  if (height + slope * length - 0.5 * bend * length * length < 0.0)
+  if (!(height + slope * length - 0.5 * bend * length * length >= 0.0))
     length = std::min(length, first_root(height, slope, bend));
-  BehindEdge behind_a(f, on_b.angular_velocity_W - on_a.angular_velocity_W, motion, length);
-  BehindEdge behind_b(e, on_a.angular_velocity_W - on_b.angular_velocity_W, motion, length);
+  BehindEdge behind_a(f, on_b.angular_velocity_W - on_a.angular_velocity_W, motion, tolerance * size, length);
+  BehindEdge behind_b(e, on_a.angular_velocity_W - on_b.angular_velocity_W, motion, tolerance * size, length);
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
-    if (!(of_a.vertices >> i & 1)) behind_a.take(cross(p - a.vertices.vertex(i), e));
-    if (!(of_b.vertices >> i & 1)) behind_b.take(cross(f, b.vertices.vertex(i) - q));
+    if (!(pair.of_a.vertices >> i & 1)) behind_a.take(cross(p - a.vertices.vertex(i), e));
+    if (!(pair.of_b.vertices >> i & 1)) behind_b.take(cross(f, b.vertices.vertex(i) - q));
   }
   length = std::min({length, behind_a.length(), behind_b.length()});
   const bool at_end = length >= longest;
@@ -369,9 +416,19 @@ class WidestStretch {
 
   void try_edges(const PairGeometry& geometry, double tolerance) {
     if (geometry.separation < least_apart_) return;
-    const double threshold = threshold_of(geometry.separation);
-    const Stretch other = edge_stretch(a_, b_, geometry, tolerance, threshold, longest_);
-    if (other.length > widest_.length) widest_ = other;
+    const ExtremeEdges of_a = extreme_edges(a_, geometry.n_AB_W, tolerance);
+    const ExtremeEdges of_b = extreme_edges(b_, -geometry.n_AB_W, tolerance);
+    for (int i = 0; i < of_a.count; ++i)
+      for (int j = 0; j < of_b.count && !widest_.at_end; ++j) {
+        EdgePair pair{of_a.edge[i], of_b.edge[j], {}, {}};
+        if (!cross_lines(a_, b_, pair)) continue;
+        const Vector3 N = cross(pair.of_a.along, pair.of_b.along);
+        const double apart = std::abs(dot(N, pair.q - pair.p)) / norm(N);
+        if (apart < least_apart_) continue;
+        const Stretch other =
+            edge_stretch(a_, b_, pair, geometry.n_AB_W, tolerance, threshold_of(apart), longest_);
+        if (other.length > widest_.length) widest_ = other;
+      }
   }
 
   /// Of a's face f or b's face f - 6, towards b; zero where it is collapsed.
