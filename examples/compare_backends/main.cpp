@@ -11,6 +11,7 @@
 #include "touchstone/examples/compare_backends/json_writer.hpp"
 #include "touchstone/examples/compare_backends/least_that_serves_page.hpp"
 #include "touchstone/examples/compare_backends/replay.hpp"
+#include "touchstone/examples/compare_backends/tables_page.hpp"
 #include "touchstone/examples/compare_backends/terminal.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
 #include "touchstone/examples/program/program.hpp"
@@ -69,6 +70,7 @@ std::vector<std::string> report_names(const Options& options, const Backends& ba
 int run(int argc, char** argv) {
   if (argc > 1 && argv[1] == std::string_view("diff")) return run_diff(argc, argv);
   if (argc > 1 && argv[1] == std::string_view("decide")) return run_decide(argc, argv);
+  if (argc > 1 && argv[1] == std::string_view("tables")) return run_tables(argc, argv);
   const std::optional<Options> options = parse_options(argc, argv);
   if (!options) return 0;
   const Backends backends = build_backends(std::filesystem::canonical("/proc/self/exe"));
