@@ -50,7 +50,8 @@ class BackendRegistry {
   std::vector<BroadphaseEntry> broadphases_;
 };
 
-/// contact_core's own: narrowphases `native` and `edge_face`, broadphases `brute_force`, `native`, `edge_face`.
+/// contact_core's own: narrowphases `native` and `edge_face`, broadphases `brute_force`, `native`,
+/// `edge_face`.
 void register_core(BackendRegistry& registry);
 
 }  // namespace touchstone

@@ -43,8 +43,8 @@ struct ObjectDescription {
 /// only advances; the sub-step that would meet one that holds is not executed.
 ///
 /// A rigid body that an `advance` pair stopped while it turns goes on in one sub-step, as far as that is
-/// clear: on the path to its commanded pose on which the point that touches goes straight. A tool turned about
-/// the edge that it rests on keeps to that edge so, whose origin's straight path would dip below it.
+/// clear: on the path to its commanded pose on which the point that touches goes straight. A tool turned
+/// about the edge that it rests on keeps to that edge so, whose origin's straight path would dip below it.
 ///
 /// What is not set is inherited, field by field: by a pair's rule from the rules of groups that fit, the one
 /// given last first, then from the world's own, at last from EffectiveRule's values. A rule that is set

@@ -2,15 +2,17 @@
 
 #include "touchstone/contact_core/world/world_state.hpp"
 
-// What only advances goes on about its contact. A pose that is commanded says where a body is to be, not how it comes
-// there: on the path on which its origin goes straight a tool that is turned about an edge it rests on dips below that
-// edge, and would stand. On the path on which the touching point goes straight it keeps to it.
+// What only advances goes on about its contact. A pose that is commanded says where a body is to be, not how
+// it comes there: on the path on which its origin goes straight a tool that is turned about an edge it rests
+// on dips below that edge, and would stand. On the path on which the touching point goes straight it keeps to
+// it.
 
 namespace touchstone {
 
 /// A rigid body that turns, stopped by pairs that advance or slide, of which not all slide.
 bool ContactWorld::State::may_pivot(std::uint32_t root) const {
-  return stops[root] < 1.0 && slides.may_pivot[root] && !slides.may_slide[root] && mechanism_of(root) == nullptr &&
+  return stops[root] < 1.0 && slides.may_pivot[root] && !slides.may_slide[root] &&
+         mechanism_of(root) == nullptr &&
          paths[root].carrier().at(0, 0.0).angular_velocity_W != Vector3::Zero();
 }
 
@@ -27,7 +29,8 @@ const Moment* ContactWorld::State::pivot_of(const Slider& slider, Vector3& p_W) 
     const auto key = [](double separation, const Vector3& at) {
       return std::tuple(separation, at.x(), at.y(), at.z());
     };
-    if (found != nullptr && !(key(moment.geometry.separation, p) < key(found->geometry.separation, p_W))) continue;
+    if (found != nullptr && !(key(moment.geometry.separation, p) < key(found->geometry.separation, p_W)))
+      continue;
     found = &moment;
     p_W = p;
   }
