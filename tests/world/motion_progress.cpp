@@ -11,7 +11,7 @@
 namespace touchstone {
 namespace {
 
-constexpr int kSteps = 12;
+constexpr int kSteps = 12, kPathSamples = 5;
 constexpr double kWorthATry = 1e-3, kTaken = 0.1, kMotionless = 1e-6, kStuck = 1e-2;
 
 double seconds() {
@@ -86,8 +86,16 @@ class Flight {
     ++figures_.frames;
     figures_.blocked += report.blocked_movers > 0;
     if (report.blocked_movers > 0) ++blocked_;
-    if (report.blocked_movers > 0 && is_looked_at()) figures_.merged += !finder_.is_apart(trial_.at());
+    if (report.blocked_movers > 0 && is_looked_at()) figures_.merged += !executed_is_apart();
     return report.blocked_movers > 0;
+  }
+
+  /// At samples of every part, its end among them.
+  bool executed_is_apart() {
+    for (std::size_t part = 0; part < trial_.world->executed_parts(); ++part)
+      for (int i = 1; i <= kPathSamples; ++i)
+        if (!finder_.is_apart(trial_.executed(part, static_cast<double>(i) / kPathSamples))) return false;
+    return true;
   }
 
   bool is_looked_at() const { return blocked_ % every_ == 0; }

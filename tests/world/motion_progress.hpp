@@ -28,9 +28,10 @@ struct ProgressFigures {
   std::uint64_t looked_at = 0;   ///< blocked frames for which small steps were searched
   std::uint64_t open = 0;        ///< of these, the ones that had one
   std::uint64_t frozen = 0;      ///< of these, the ones that did not take it
-  std::uint64_t stuck = 0;   ///< trials at whose end small steps go on by more than a hundredth of their path
-  std::uint64_t merged = 0;  ///< frames that end with two solids in touch, by `exact`
-  double worst_us = 0.0;     ///< longest frame
+  std::uint64_t stuck = 0;  ///< trials at whose end small steps go on by more than a hundredth of their path
+  std::uint64_t merged =
+      0;                  ///< frames looked at in which two solids touch, by `exact` at samples of each part
+  double worst_us = 0.0;  ///< longest frame
   double sum_us = 0.0;
 
   double frozen_share() const {

@@ -310,6 +310,13 @@ Configuration ProgressTrial::at() const {
   return {{q.begin(), q.end()}, {}};
 }
 
+Configuration ProgressTrial::executed(std::size_t part, double s) const {
+  if (!is_arm) return {{}, world->executed_pose(body, part, s)};
+  Configuration out = at();
+  world->executed_joints(arm, part, s, out.q);
+  return out;
+}
+
 std::span<const std::string_view> progress_scenes() { return kScenes; }
 
 ProgressTrial make_trial(std::string_view scene, double rate, double gap, std::uint64_t seed) {

@@ -24,6 +24,8 @@ struct ProgressTrial {
   bool has_end = false;  ///< the last command stays, and is to be reached as nearly as small steps do
 
   Configuration at() const;
+  /// At s of a part of the last frame.
+  Configuration executed(std::size_t part, double s) const;
 };
 
 /// @throws std::invalid_argument: no such scene.
