@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <iomanip>
 #include <iostream>
+#include <stdexcept>
+#include <string>
 
 #include "progress_trial.hpp"
 
@@ -28,6 +30,9 @@ class Flight {
         figures_(figures) {
     // Blocked frames are looked at so that their number does not grow with the rate.
     every_ = std::max(1, trial_.frames / (2 * run.looks));
+    // What overlaps from the start is another question.
+    if (!finder_.is_apart(trial_.at()))
+      throw std::logic_error("'" + run.scene + "' starts in contact, seed " + std::to_string(seed));
   }
 
   void fly() {

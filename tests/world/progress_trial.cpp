@@ -154,6 +154,32 @@ ProgressTrial bore(double rate, double gap, Random& random) {
   return out;
 }
 
+/// The first `count` that are a centimetre away from all of `solids`.
+Obstacles clear_of(std::vector<Hexahedron> solids, std::vector<Pose> X_WS, const Obstacles& all,
+                   std::size_t count) {
+  const auto own = static_cast<SolidIndex>(solids.size());
+  solids.insert(solids.end(), all.solids.begin(), all.solids.end());
+  X_WS.insert(X_WS.end(), all.X_WO.begin(), all.X_WO.end());
+  const auto native = make_native();
+  native->build(solids);
+  const auto workspace = native->make_workspace();
+  Query query;
+  query.kind = QueryKind::distance;
+  Obstacles out;
+  for (SolidIndex b = own; b < solids.size() && out.solids.size() < count; ++b) {
+    bool is_clear = true;
+    for (SolidIndex a = 0; a < own && is_clear; ++a) {
+      const SolidPair pair{a, b};
+      PairStatus status{};
+      PairGeometry geometry{};
+      native->evaluate({{&pair, 1}, X_WS, query}, {{&status, 1}, {&geometry, 1}, {}}, *workspace);
+      is_clear = geometry.separation > 0.01;
+    }
+    if (is_clear) out.add(solids[b], X_WS[b]);
+  }
+  return out;
+}
+
 /// The same arm among 500 blocks, its joints told random rates for two seconds each.
 ProgressTrial blocks(double rate, double gap, Random& random) {
   const auto arm = make_ssrms_arm();
@@ -162,24 +188,16 @@ ProgressTrial blocks(double rate, double gap, Random& random) {
     q.push_back((degrees + random.uniform(-30, 30)) * kDegree);
   std::vector<Pose> X_WL(arm->links().size());
   arm->link_poses({}, q, X_WL);
-  Obstacles obstacles;
-  while (obstacles.solids.size() < 500) {
+  std::vector<Pose> X_WS;
+  for (std::uint32_t i = 0; i < arm->solids().size(); ++i)
+    X_WS.push_back(compose(X_WL[arm->link_of(i)], arm->placed(i).X_OS));
+  Obstacles all;
+  for (int i = 0; i < 800; ++i) {
     const Vector3 size(random.uniform(0.3, 1.5), random.uniform(0.3, 1.5), random.uniform(0.3, 1.5));
-    const Hexahedron solid = Hexahedron::from_size(size);
     const Vector3 turn = random.vector(3.0);
-    const Pose X = turned_at(random.vector(14.0), rotation_about(turn / norm(turn), norm(turn)));
-    // Clear of the arm by their spheres.
-    bool is_clear = true;
-    for (std::uint32_t i = 0; i < arm->solids().size() && is_clear; ++i) {
-      const Sphere& sphere = arm->solids()[i].bounding_sphere();
-      const Vector3 centre = transform(compose(X_WL[arm->link_of(i)], arm->placed(i).X_OS), sphere.centre);
-      const Vector3 local = transform(inverse(X), centre);
-      Vector3 beyond;
-      for (int k = 0; k < 3; ++k) beyond[k] = std::max(std::abs(local[k]) - 0.5 * size[k], 0.0);
-      is_clear = norm(beyond) > sphere.radius || norm(beyond) > 0.6;
-    }
-    if (is_clear) obstacles.add(solid, X);
+    all.add(size, turned_at(random.vector(14.0), rotation_about(turn / norm(turn), norm(turn))));
   }
+  const Obstacles obstacles = clear_of(arm->solids(), X_WS, all, 500);
   ProgressTrial out = arm_trial(arm, {}, q, obstacles, gap);
   constexpr int kSpells = 10;
   std::vector<std::vector<double>> rates(kSpells);
