@@ -59,7 +59,7 @@ std::string wrong_cell(const Json& query) {
   const std::size_t open = count("undecided") + count("failed") + count("missing_value");
   std::string text = format_count(classes);
   if (open > 0) text += fmt::format(" (+{})", format_count(open));
-  if (count("unsupported") > 0) text += fmt::format(", {} not asked", format_count(count("unsupported")));
+  if (count("unsupported") > 0) text += fmt::format(", {} unsupported", format_count(count("unsupported")));
   return text;
 }
 
