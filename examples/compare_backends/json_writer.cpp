@@ -1,5 +1,7 @@
 #include "touchstone/examples/compare_backends/json_writer.hpp"
 
+#include <fmt/format.h>
+
 #include "touchstone/examples/compare_backends/growth_plot.hpp"
 #include "touchstone/examples/compare_backends/json_parts.hpp"
 #include "touchstone/examples/compare_backends/method_text.hpp"
@@ -24,7 +26,7 @@ std::string choices_json(const Report& report) {
 
 std::string results_json(const Report& report) {
   Json root;
-  root["schema"] = "touchstone.compare_backends/" + std::to_string(kResultsSchema);
+  root["schema"] = fmt::format("touchstone.compare_backends/{}", kResultsSchema);
   root["command"] = report.options.command_line;
   root["seed"] = report.options.seed;
   root["version"] = report.machine.version;
