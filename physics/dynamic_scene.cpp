@@ -157,7 +157,7 @@ void validate_answer(const DynamicScene& scene, const SceneAnswer& answer) {
 
 void validate_accept(const DynamicScene& scene, const std::string& name) {
   const SceneAccept& accept = scene.accept;
-  for (const double limit : {accept.depth, accept.position, accept.angle, accept.energy_made})
+  for (const double limit : {accept.depth, accept.position, accept.angle, accept.energy_made, accept.rest})
     if (!is_number_at_least_0(limit)) reject(name, "accept: a limit below 0");
 }
 

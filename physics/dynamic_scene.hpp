@@ -133,6 +133,8 @@ struct SceneAccept {
   double position = 1e-4;     ///< of final poses, from the reference run's [m]
   double angle = 1e-3;        ///< the same [rad]
   double energy_made = 1e-3;  ///< as a share of the largest energy seen
+  /// Of the fastest point at the end [m/s]; infinite: nothing is to be at rest.
+  double rest = std::numeric_limits<double>::infinity();
 };
 
 /// A scene and all that its dynamics need, nothing checked: see validate().

@@ -382,7 +382,7 @@ void read_conserved(const YamlReader& reader, DynamicScene& out) {
 }
 
 void read_accept(const YamlReader& reader, DynamicScene& out) {
-  reader.require_keys({"depth", "position", "angle", "energy_made"});
+  reader.require_keys({"depth", "position", "angle", "energy_made", "rest"});
   const auto read = [&](const char* key, double unit, double& value) {
     if (reader.has(key)) value = unit * read_at_least_0(reader.at(key), reader.at(key).number());
   };
@@ -391,6 +391,7 @@ void read_accept(const YamlReader& reader, DynamicScene& out) {
   read("position", length, out.accept.position);
   read("angle", reader.source().radians_per_angle, out.accept.angle);
   read("energy_made", 1.0, out.accept.energy_made);
+  read("rest", length, out.accept.rest);
 }
 
 // ---- all of it

@@ -1,6 +1,9 @@
 #pragma once
 
-#include "touchstone/physics/scene_simulation.hpp"
+#include <span>
+#include <vector>
+
+#include "touchstone/physics/engine/dynamics_engine.hpp"
 
 namespace touchstone::dynamics {
 
@@ -8,13 +11,13 @@ namespace touchstone::dynamics {
 /// that it makes part of a mechanism or the ground, is taken as explained.
 class Account {
  public:
-  explicit Account(const physics::SceneSimulation& simulation);
+  explicit Account(const physics::DynamicsEngine& engine);
 
-  /// Around SceneSimulation::begin_step().
-  void before_begin(const physics::SceneSimulation& simulation);
-  void after_begin(const physics::SceneSimulation& simulation);
-  /// After advance().
-  void after_step(const physics::SceneSimulation& simulation);
+  /// Around DynamicsEngine::begin_step().
+  void before_begin(const physics::DynamicsEngine& engine);
+  void after_begin(const physics::DynamicsEngine& engine);
+  /// After DynamicsEngine::step(), with the contacts that it lists.
+  void after_step(const physics::DynamicsEngine& engine, std::span<const physics::EngineContact> contacts);
 
   /// Largest momentum of the free bodies that gravity and what they touched of other kinds do not explain
   /// [N s].
@@ -31,10 +34,12 @@ class Account {
   double energy_scale() const { return largest_energy_ + work_; }
 
  private:
-  void add_step_work(const physics::SceneSimulation& simulation);
-  void add_impulses(const physics::SceneSimulation& simulation);
-  void compare_conserved(const physics::SceneSimulation& simulation);
+  void add_step_work(const physics::DynamicsEngine& engine, std::span<const physics::EngineContact> contacts);
+  void add_impulses(const physics::DynamicsEngine& engine, std::span<const physics::EngineContact> contacts);
+  void compare_conserved(const physics::DynamicsEngine& engine);
+  void join(const physics::DynamicsEngine& engine);
 
+  std::vector<physics::JointAddress> joints_;
   std::vector<double> q_;  // of all joints, before the step
   Vector3 linear_start_, angular_start_;
   double energy_start_ = 0.0;
@@ -44,8 +49,5 @@ class Account {
   double unexplained_momentum_ = 0.0, linear_drift_, angular_drift_, energy_drift_;
   double made_ = 0.0, lost_ = 0.0, largest_energy_ = 0.0, work_ = 0.0;
 };
-
-/// Of the free bodies [N s].
-Vector3 body_momentum(const physics::DynamicsWorld& world);
 
 }  // namespace touchstone::dynamics

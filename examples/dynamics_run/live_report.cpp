@@ -11,11 +11,16 @@ namespace {
 
 using comparison::ReportFile;
 
-std::string series_name(const std::string& scene, const std::string& backend) {
-  return fmt::format("series/{}.{}.csv", scene, backend);
+/// `bullet:native` as bullet_native: a colon is no file name everywhere.
+std::string in_file(std::string run) {
+  std::replace(run.begin(), run.end(), ':', '_');
+  return run;
 }
-std::string contacts_name(const std::string& scene, const std::string& backend) {
-  return fmt::format("contacts/{}.{}.csv", scene, backend);
+std::string series_name(const std::string& scene, const std::string& run) {
+  return fmt::format("series/{}.{}.csv", scene, in_file(run));
+}
+std::string contacts_name(const std::string& scene, const std::string& run) {
+  return fmt::format("contacts/{}.{}.csv", scene, in_file(run));
 }
 std::string plot_name(const std::string& scene) { return "plots/" + scene + ".svg"; }
 

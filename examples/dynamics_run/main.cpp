@@ -3,7 +3,9 @@
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #include "touchstone/examples/dynamics_run/live_report.hpp"
 #include "touchstone/examples/dynamics_run/run.hpp"
+#include "touchstone/examples/dynamics_run/simulate.hpp"
 #include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/examples/measures/all_engines.hpp"
 #include "touchstone/examples/program/bundled_folder.hpp"
 #include "touchstone/examples/program/choices.hpp"
 #include "touchstone/examples/program/program.hpp"
@@ -21,11 +23,48 @@ std::string chosen_reference(const Options& options, const BackendRegistry& regi
   return "native";
 }
 
-void print_list(const Options& options, const BackendRegistry& registry) {
+void print_list(const Options& options, const BackendRegistry& registry,
+                const physics::EngineRegistry& engines) {
   fmt::print("scenes\n");
   for (const std::filesystem::path& file : find_scenes(options))
     fmt::print("  {:26}  {}\n", file.stem().string(), load_dynamic_scene(file).scene.name);
-  fmt::print("backends\n{}", comparison::backend_list(registry));
+  fmt::print("backends\n{}engines\n", comparison::backend_list(registry));
+  for (const auto& entry : engines.engines())
+    fmt::print("  {:26}  {}; checks: {}\n", entry.name, entry.description, fmt::join(entry.checks, " "));
+  for (const auto& missing : engines.missing())
+    fmt::print("  {:26}  missing: {}\n", missing.name, missing.reason);
+}
+
+/// In the order asked for, each once; `own` over each of the backends.
+std::vector<physics::EngineChoice> choose_engines(const Options& options,
+                                                  const physics::EngineRegistry& engines,
+                                                  const std::vector<std::string>& backends) {
+  std::vector<physics::EngineChoice> choices;
+  const auto add = [&](const physics::EngineChoice& choice) {
+    engines.engine(choice);
+    const auto is_same = [&](const physics::EngineChoice& each) {
+      return run_name(each) == run_name(choice);
+    };
+    if (std::none_of(choices.begin(), choices.end(), is_same)) choices.push_back(choice);
+  };
+  const auto add_own = [&] {
+    for (const std::string& backend : backends) add({"own", backend});
+  };
+  for (const std::string& word : options.engines) {
+    if (word == "own" || word == "all") add_own();
+    if (word == "all")
+      for (const auto& entry : engines.engines())
+        for (const std::string& check : entry.checks)
+          if (entry.name != "own") add({entry.name, check});
+    if (word != "own" && word != "all") add(physics::parse_engine_choice(word));
+  }
+  return choices;
+}
+
+std::vector<std::string> run_names(const std::vector<physics::EngineChoice>& choices) {
+  std::vector<std::string> names;
+  for (const physics::EngineChoice& choice : choices) names.push_back(run_name(choice));
+  return names;
 }
 
 int run(int argc, char** argv) {
@@ -34,18 +73,21 @@ int run(int argc, char** argv) {
   if (!options) return 0;
   BackendRegistry registry;
   comparison::register_all_backends(registry);
+  physics::EngineRegistry engines;
+  comparison::register_all_engines(engines, registry);
   if (options->list) {
-    print_list(*options, registry);
+    print_list(*options, registry, engines);
     return 0;
   }
-  const std::vector<std::string> backends = comparison::choose_backends(options->backends, registry);
+  const std::vector<physics::EngineChoice> choices =
+      choose_engines(*options, engines, comparison::choose_backends(options->backends, registry));
   options->reference = chosen_reference(*options, registry);
   const std::vector<std::filesystem::path> scenes = find_scenes(*options);
-  LiveReport report(options->output, comparison::stems(scenes), backends);
+  LiveReport report(options->output, comparison::stems(scenes), run_names(choices));
   for (const std::filesystem::path& scene : scenes) load_scene(scene, *options);  // before any of them is run
   comparison::print_now(legend_text(options->reference));
   const auto run_one = [&](const std::filesystem::path& scene, ProgressLine& progress) {
-    return run_scene(scene, *options, registry, backends, progress,
+    return run_scene(scene, *options, engines, choices, progress,
                      [&](const SceneResult& so_far) { report.see_run(so_far); });
   };
   comparison::run_each(scenes, run_one, [&](SceneResult result) {

@@ -9,11 +9,17 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
   Options options;
   options.folder = scenes;
   CLI::App app{
-      "Runs scenes with dynamics over the contacts of every backend, compares drift of momentum and energy, "
-      "penetration, final poses and time per step, and names the backend to build on."};
+      "Runs scenes with dynamics in every engine and over the contacts of every backend, compares drift of "
+      "momentum and energy, penetration, final poses and time per step, and names what to build on."};
   app.add_option("--scene", options.scenes,
                  "Scene numbers (8 9), names or files (default: all bundled ones; --list names them)");
-  app.add_option("--backend", options.backends, "Narrowphases (default: all; --list names them)");
+  app.add_option(
+         "--engine", options.engines,
+         "Engines: own (over each --backend), ENGINE with its own check, ENGINE:CHECK with one of ours "
+         "inside, or all (default: own; --list names them)")
+      ->delimiter(',');
+  app.add_option("--backend", options.backends,
+                 "Narrowphases of the own engine (default: all; --list names them)");
   app.add_option("--reference", options.reference,
                  "What final poses are compared with (default: exact, or native where that is not built)");
   std::vector<std::string> settings;
@@ -33,6 +39,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
       ->check(CLI::PositiveNumber);
   app.add_option("--out,--output", options.output, "Folder of results, series and plots")
       ->capture_default_str();
+  app.add_option("--error", options.error,
+                 "What every figure may be off by, in its unit (default: what the scenes allow)")
+      ->check(CLI::PositiveNumber);
   std::string folder;
   app.add_option("--scenes", folder, "Folder with the scenes");
   app.add_flag("--list", options.list, "List scenes and backends");
@@ -41,6 +50,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
     options.settings.push_back(comparison::parse_setting(setting, false));
   if (options.output.empty()) throw InputError("--out: names no folder");
   if (!folder.empty()) options.folder = folder;
+  if (options.engines.empty()) options.engines = {"own"};
   if (options.backends.empty()) options.backends = {"all"};
   return options;
 }

@@ -46,11 +46,12 @@ struct AnswerResult {
   Vector3 found = Vector3::Constant(kNone);
   double error = kNone;  ///< distance, in the answer's unit; nan: it never came out
   bool holds = false;
+  bool is_told = true;  ///< false: the engine does not give this figure, and it is not judged
 };
 
-/// One scene over the contacts of one backend.
+/// One scene in one engine, over the contacts of one backend.
 struct BackendRun {
-  std::string backend;
+  std::string backend;      ///< see run_name()
   std::string not_run;      ///< why; empty: it was
   std::string stopped;      ///< why before the end; empty: it went through
   std::uint64_t steps = 0;  ///< taken
@@ -65,6 +66,7 @@ struct BackendRun {
   std::optional<std::uint64_t> allocations;    ///< in all of them but the first
   std::uint64_t contact_count = 0, undecided = 0, failed = 0, unconverged = 0;
   double worst_residual = 0.0;  ///< of the contact solver [m/s]
+  double rest_speed = kNone;    ///< of the fastest point of any dynamic object at the end [m/s]
   Series series;
   std::vector<std::string> misses;  ///< of the scene's limits: what keeps it from being recommended
   bool late = false;                ///< its steps' 99.9th percentile is beyond the deadline
@@ -91,6 +93,9 @@ struct OverallVerdict {
 /// `mechanism.joint` of all joints that move, in the order of Series.
 std::vector<std::string> joint_names(const physics::DynamicScene& scene);
 std::vector<physics::JointAddress> moving_joints(const physics::DynamicScene& scene);
+
+/// Whether final poses count: false where the scene accepts any, as where none can be foreseen.
+bool compares_poses(const physics::DynamicScene& scene);
 
 /// Compares final poses with the reference's, says what each run misses, and names the backend to build on.
 void judge(SceneResult& result);

@@ -33,6 +33,7 @@ Json json(const physics::DynamicScene& scene, const physics::SceneAnswer& answer
   out["error"] = number(result.error);
   out["tolerance"] = answer.tolerance;
   out["holds"] = result.holds;
+  if (!result.is_told) out["not_told"] = true;
   return out;
 }
 
@@ -64,6 +65,7 @@ Json json(const SceneResult& result, const BackendRun& run) {
   out["energy_made_j"] = number(run.energy_made);
   out["energy_lost_j"] = number(run.energy_lost);
   out["energy_scale_j"] = number(run.energy_scale);
+  out["rest_speed_m_s"] = number(run.rest_speed);
   out["step_us"] = json(run.total);
   out["detection_us"] = json(run.detection);
   out["allocations"] = run.allocations ? Json(*run.allocations) : Json(nullptr);
@@ -101,6 +103,7 @@ std::string results_json(const std::vector<SceneResult>& results,
                   {"touches", result.touches},
                   {"build_on", result.recommended.empty() ? Json(nullptr) : Json(result.recommended)},
                   {"reason", result.reason}};
+    entry["objects"] = scene.scene.objects.size();
     entry["runs"] = Json::array();
     for (const BackendRun& run : result.runs) entry["runs"].push_back(json(result, run));
     out["scenes"].push_back(std::move(entry));
@@ -120,14 +123,15 @@ std::string results_csv(const std::vector<SceneResult>& results,
   std::string text =
       "scene,backend,not_run,stopped,steps,answers,answers_met,deepest_m,pose_error_m,angle_error_rad,"
       "unexplained_momentum_ns,momentum_drift_ns,angular_momentum_drift_nms,energy_drift_j,energy_made_j,"
-      "energy_lost_j,energy_scale_j,median_us,p99_9_us,worst_us,detection_median_us,allocations,contacts,"
+      "energy_lost_j,energy_scale_j,rest_speed_m_s,median_us,p99_9_us,worst_us,detection_median_us,"
+      "allocations,contacts,"
       "undecided_pairs,failed_pairs,unconverged_solves,worst_residual_m_s,build_on,partial\n";
   const int partial = not_measured.empty() ? 0 : 1;
   for (const SceneResult& result : results) {
     for (const BackendRun& run : result.runs) {
       text += fmt::format("{},{},{},", csv_text(result.file), csv_text(run.backend), csv_text(run.not_run));
       if (!run.not_run.empty()) {
-        text += std::string(24, ',') + fmt::format(",{}\n", partial);
+        text += std::string(25, ',') + fmt::format(",{}\n", partial);
         continue;
       }
       std::size_t met = 0;
@@ -135,10 +139,10 @@ std::string results_csv(const std::vector<SceneResult>& results,
       const bool judged = result.scene->answers_hold;
       text += fmt::format("{},{},{},{}", csv_text(run.stopped), run.steps, judged ? run.answers.size() : 0,
                           judged ? met : 0);
-      for (const double figure :
-           {run.deepest, run.pose_error, run.angle_error, run.unexplained_momentum, run.linear_drift,
-            run.angular_drift, run.energy_drift, run.energy_made, run.energy_lost, run.energy_scale,
-            run.total.median_us, run.total.p999_us, run.total.worst_us, run.detection.median_us})
+      for (const double figure : {run.deepest, run.pose_error, run.angle_error, run.unexplained_momentum,
+                                  run.linear_drift, run.angular_drift, run.energy_drift, run.energy_made,
+                                  run.energy_lost, run.energy_scale, run.rest_speed, run.total.median_us,
+                                  run.total.p999_us, run.total.worst_us, run.detection.median_us})
         text += "," + csv_number(figure);
       text +=
           fmt::format(",{},{},{},{},{},{},{},{}\n", run.allocations ? std::to_string(*run.allocations) : "",

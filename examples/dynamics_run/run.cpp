@@ -28,6 +28,13 @@ void check_length(const std::filesystem::path& file, const physics::DynamicScene
                     file.string(), steps, rows, kMostRecorded));
 }
 
+/// Of every figure that a run is judged by, in its unit.
+void allow(double error, physics::DynamicScene& scene) {
+  for (physics::SceneAnswer& answer : scene.answers) answer.tolerance = std::max(answer.tolerance, error);
+  for (double* const limit : {&scene.accept.depth, &scene.accept.position, &scene.accept.angle})
+    *limit = std::max(*limit, error);
+}
+
 }  // namespace
 
 physics::DynamicScene load_scene(const std::filesystem::path& file, const Options& options) {
@@ -35,33 +42,38 @@ physics::DynamicScene load_scene(const std::filesystem::path& file, const Option
   for (const comparison::SceneSetting& setting : options.settings) parameters[setting.name] = setting.value;
   physics::DynamicScene scene = load_dynamic_scene(file, parameters);
   check_length(file, scene, options.every);
+  if (options.error > 0.0) allow(options.error, scene);
   return scene;
 }
 
 SceneResult run_scene(const std::filesystem::path& file, const Options& options,
-                      const BackendRegistry& registry, const std::vector<std::string>& backends,
-                      comparison::ProgressLine& progress, const OnRun& on_run) {
+                      const physics::EngineRegistry& engines,
+                      const std::vector<physics::EngineChoice>& choices, comparison::ProgressLine& progress,
+                      const OnRun& on_run) {
   SceneResult result;
   result.file = file.stem().string();
   result.scene = std::make_shared<const physics::DynamicScene>(load_scene(file, options));
-  check(*result.scene, registry);
+  check(*result.scene, engines);
   result.solid_names = solid_names(*result.scene);
   result.reference = options.reference;
   result.deadline_us = 1e6 * (options.deadline > 0.0 ? options.deadline : result.scene->step);
-  std::vector<std::string> names = backends;
-  const bool is_asked = std::find(names.begin(), names.end(), options.reference) != names.end();
-  if (!is_asked) names.push_back(options.reference);
-  for (const std::string& name : names) {
+  std::vector<physics::EngineChoice> all = choices;
+  const bool is_asked = std::any_of(choices.begin(), choices.end(), [&](const physics::EngineChoice& choice) {
+    return run_name(choice) == options.reference;
+  });
+  if (!is_asked && compares_poses(*result.scene)) all.push_back({"own", options.reference});
+  for (const physics::EngineChoice& choice : all) {
+    const std::string name = run_name(choice);
     progress.step(fmt::format("{}: {}", result.file, name));
     const bool is_shown = is_asked || name != options.reference;
-    result.runs.push_back(simulate(*result.scene, registry, name, is_shown ? options.every : 0, progress));
+    result.runs.push_back(simulate(*result.scene, engines, choice, is_shown ? options.every : 0, progress));
     if (on_run) on_run(result);
   }
   // In turns, so that a busy machine is busy for all.
   for (int i = 1; i < options.repetitions; ++i)
-    for (BackendRun& run : result.runs) {
-      progress.step(fmt::format("{}: {}, once more", result.file, run.backend));
-      repeat_timing(*result.scene, registry, run, progress);
+    for (std::size_t r = 0; r < all.size(); ++r) {
+      progress.step(fmt::format("{}: {}, once more", result.file, result.runs[r].backend));
+      repeat_timing(*result.scene, engines, all[r], result.runs[r], progress);
     }
   judge(result);
   return result;

@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <functional>
 
-#include "touchstone/contact_core/registry.hpp"
 #include "touchstone/examples/dynamics_run/options.hpp"
 #include "touchstone/examples/dynamics_run/results.hpp"
 #include "touchstone/examples/program/progress.hpp"
+#include "touchstone/physics/engine/engine_registry.hpp"
 
 namespace touchstone::dynamics {
 
@@ -17,9 +17,11 @@ physics::DynamicScene load_scene(const std::filesystem::path& file, const Option
 /// Told of a scene whose runs are not all there yet; the last is new.
 using OnRun = std::function<void(const SceneResult&)>;
 
-/// One scene over all backends asked for, and the reference. @throws InputError as load_scene.
+/// One scene in all engines and over all backends asked for, and the reference: the own engine over
+/// `options.reference`. @throws InputError as load_scene.
 SceneResult run_scene(const std::filesystem::path& file, const Options& options,
-                      const BackendRegistry& registry, const std::vector<std::string>& backends,
-                      comparison::ProgressLine& progress, const OnRun& on_run = {});
+                      const physics::EngineRegistry& engines,
+                      const std::vector<physics::EngineChoice>& choices, comparison::ProgressLine& progress,
+                      const OnRun& on_run = {});
 
 }  // namespace touchstone::dynamics

@@ -18,9 +18,12 @@ std::string time_text(double us) { return std::isnan(us) ? "-" : fmt::format("{:
 
 std::string answers_text(const SceneResult& result, const BackendRun& run) {
   if (result.scene->answers.empty() || !result.scene->answers_hold) return "-";
-  std::size_t held = 0;
-  for (const AnswerResult& answer : run.answers) held += answer.holds ? 1 : 0;
-  return fmt::format("{}/{}", held, run.answers.size());
+  std::size_t held = 0, told = 0;
+  for (const AnswerResult& answer : run.answers) {
+    held += answer.holds ? 1 : 0;
+    told += answer.is_told ? 1 : 0;
+  }
+  return fmt::format("{}/{}", held, told);
 }
 
 void add_row(const SceneResult& result, const BackendRun& run, TextTable& table) {
@@ -28,7 +31,7 @@ void add_row(const SceneResult& result, const BackendRun& run, TextTable& table)
   table.add({run.backend, answers_text(result, run), scaled(run.pose_error, 1e3),
              format_error(run.angle_error), scaled(run.deepest, 1e3), format_error(run.unexplained_momentum),
              format_error(run.linear_drift), format_error(run.angular_drift), format_error(run.energy_made),
-             format_error(run.energy_lost), time_text(run.detection.median_us),
+             format_error(run.energy_lost), format_error(run.rest_speed), time_text(run.detection.median_us),
              time_text(run.total.median_us), time_text(run.total.p999_us),
              run.allocations ? std::to_string(*run.allocations) : "-"});
 }
@@ -54,6 +57,11 @@ std::string remarks(const SceneResult& result, const BackendRun& run) {
   for (std::size_t i = 0; i < run.answers.size() && scene.answers_hold; ++i) {
     const SceneAnswer& answer = scene.answers[i];
     if (run.answers[i].holds) continue;
+    if (!run.answers[i].is_told) {
+      text += fmt::format("  {}: {}{}: not told by this engine\n", run.backend, subject(scene, answer),
+                          to_string(answer.figure));
+      continue;
+    }
     const JointKind kind = scene.mechanisms.empty()
                                ? JointKind::fixed
                                : scene.mechanisms[answer.joint.mechanism].joints[answer.joint.joint].kind;
@@ -77,7 +85,8 @@ std::string legend_text(const std::string& reference) {
       "answers: closed forms met; pose mm, rad: final poses from those over {}; depth mm: worst, by native;\n"
       "dp: momentum of free bodies from nothing [N s]; dP, dL: drift of total momenta that the scene says "
       "stay\n"
-      "[N s, N m s]; made, lost: energy beyond the work of drives and kinematic bodies [J]; us: to find the\n"
+      "[N s, N m s]; made, lost: energy beyond the work of drives and kinematic bodies [J]; m/s: fastest at "
+      "the end; us: to find the\n"
       "contacts, and of a step (contacts and forces), median and 99.9 %; alloc: in all steps but the first\n",
       reference);
 }
@@ -87,8 +96,8 @@ std::string terminal_text(const SceneResult& result) {
   std::string text = fmt::format("\n{}: {}\n  {} steps of {:g} s{}\n", result.file, scene.scene.name,
                                  comparison::format_count(scene.step_count()), scene.step,
                                  scene.answers_hold ? "" : "; parameters replaced: answers are not judged");
-  TextTable table({"", "answers", "pose mm", "rad", "depth mm", "dp", "dP", "dL", "made", "lost", "us find",
-                   "us med", "99.9%", "alloc"});
+  TextTable table({"", "answers", "pose mm", "rad", "depth mm", "dp", "dP", "dL", "made", "lost", "m/s",
+                   "us find", "us med", "99.9%", "alloc"});
   for (const BackendRun& run : result.runs) add_row(result, run, table);
   text += table.str();
   for (const BackendRun& run : result.runs) text += remarks(result, run);

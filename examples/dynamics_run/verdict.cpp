@@ -37,22 +37,28 @@ void find_misses(const SceneResult& result, BackendRun& run) {
   miss(!run.not_run.empty(), "not run");
   miss(!run.stopped.empty(), "stopped " + run.stopped);
   if (!run.misses.empty()) return;
-  std::size_t wrong = 0;
+  std::size_t wrong = 0, told = 0;
+  for (const AnswerResult& answer : run.answers) told += answer.is_told ? 1 : 0;
   if (result.scene->answers_hold)
-    for (const AnswerResult& answer : run.answers) wrong += answer.holds ? 0 : 1;
-  miss(wrong > 0, fmt::format("{} of {} answers off", wrong, run.answers.size()));
+    for (const AnswerResult& answer : run.answers) wrong += answer.holds || !answer.is_told ? 0 : 1;
+  miss(wrong > 0, fmt::format("{} of {} answers off", wrong, told));
   // What is no number is no match.
   miss(!(run.deepest <= accept.depth), fmt::format("{:.2g} mm deep", 1e3 * run.deepest));
   const bool has_reference = std::isfinite(run.pose_error) && std::isfinite(run.angle_error);
-  miss(!has_reference, "no reference");
+  miss(!has_reference && compares_poses(*result.scene), "no reference");
   miss(has_reference && run.pose_error > accept.position,
        fmt::format("ends {:.2g} mm off", 1e3 * run.pose_error));
   miss(has_reference && run.angle_error > accept.angle, fmt::format("ends {:.2g} rad off", run.angle_error));
   miss(!(run.energy_made <= accept.energy_made * run.energy_scale),
        fmt::format("makes {:.2g} J", run.energy_made));
+  miss(run.rest_speed > accept.rest, fmt::format("still at {:.2g} m/s", run.rest_speed));
 }
 
 }  // namespace
+
+bool compares_poses(const physics::DynamicScene& scene) {
+  return std::isfinite(scene.accept.position) || std::isfinite(scene.accept.angle);
+}
 
 void judge(SceneResult& result) {
   const auto reference = std::find_if(result.runs.begin(), result.runs.end(),

@@ -41,8 +41,10 @@ const SceneAnswer& answer(const DynamicScene& scene, SceneAnswer::Figure figure,
 BackendRun run(const DynamicScene& scene, const std::string& backend) {
   BackendRegistry registry;
   comparison::register_all_backends(registry);
+  physics::EngineRegistry engines;
+  register_own_engine(engines, registry);
   comparison::ProgressLine progress;
-  return simulate(scene, registry, backend, 0, progress);
+  return simulate(scene, engines, {"own", backend}, 0, progress);
 }
 
 void expect_met(const std::string& name, const std::string& backend = "native") {

@@ -21,6 +21,12 @@
 #ifdef WITH_ode
 #include "touchstone/adapters/ode/ode.hpp"
 #endif
+#ifdef WITH_bullet_dynamics
+#include "touchstone/adapters/bullet_dynamics/bullet_dynamics.hpp"
+#endif
+#ifdef WITH_ode_dynamics
+#include "touchstone/adapters/ode_dynamics/ode_dynamics.hpp"
+#endif
 #ifdef WITH_ode_plugin
 #include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 #endif
@@ -130,6 +136,16 @@ int wrong_plugins() {
 #ifdef WITH_ode_plugin
   const OdeBoxOverride ode;
   wrong += create_ode_hexahedron(nullptr, Hexahedron::from_size({1.0, 1.0, 1.0})) == nullptr;
+#endif
+#ifdef WITH_bullet_dynamics
+  physics::EngineRegistry with_bullet;
+  register_bullet_dynamics(with_bullet);
+  wrong += with_bullet.engines().size() != 1;
+#endif
+#ifdef WITH_ode_dynamics
+  physics::EngineRegistry with_ode;
+  register_ode_dynamics(with_ode);
+  wrong += with_ode.engines().size() != 2;
 #endif
 #ifdef WITH_mujoco_plugin
   const MujocoOverride mujoco;

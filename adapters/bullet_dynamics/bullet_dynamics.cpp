@@ -1,0 +1,27 @@
+#include "touchstone/adapters/bullet_dynamics/bullet_dynamics.hpp"
+
+#include <LinearMath/btScalar.h>
+
+#include "touchstone/adapters/bullet_dynamics/bullet_world.hpp"
+
+namespace touchstone {
+
+void register_bullet_dynamics(physics::EngineRegistry& registry) {
+  using physics::EngineFeature;
+  const int version = btGetVersion();
+  physics::EngineRegistry::Entry entry;
+  entry.name = "bullet";
+  entry.description =
+      "Bullet " + std::to_string(version / 100) + "." + std::to_string(version % 100) + ", double precision";
+  entry.checks = {std::string(physics::kOwnCheck), "native"};
+  entry.features = [](std::string_view) {
+    return physics::EngineFeatures{EngineFeature::hulls, EngineFeature::kinematic_bodies,
+                                   EngineFeature::mixed_friction, EngineFeature::restitution};
+  };
+  entry.make = [](const physics::DynamicScene& scene, const std::string& check) {
+    return bullet_dynamics::make_world(scene, check == "native");
+  };
+  registry.add(std::move(entry));
+}
+
+}  // namespace touchstone

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "touchstone/physics/engine/engine_registry.hpp"
+
+/// @file
+/// Dynamic scenes in ODE (double precision), as two engines: `ode` steps by dWorldQuickStep() (20 sweeps: for
+/// many bodies), `ode_direct` by dWorldStep() (a direct method, cubic in what touches: for arms, and few
+/// contacts). Each with ODE's own check (`own`), or with ours (`native`): every solid then is a geom of
+/// adapters/ode_plugin, so that nothing of the process's tables changes. ODE's headers are not needed here.
+///
+/// What a scene becomes. Bodies at their centre of mass, boxes as dBox (own) or hexahedron geoms (native).
+/// Joints are hinges and sliders with motors (rate drives and brakes: dParamVel, dParamFMax; torques are
+/// added), latches are fixed joints. Friction and restitution are the scene's for every pair. Error reduction
+/// (0.2), softness (1e-10) and sweeps are ODE's defaults; nothing is put to sleep.
+///
+/// What ODE's method does to figures. Steps are semi-implicit Euler: after t a body in free fall is g h t / 2
+/// lower than the parabola. Friction is a pyramid along two axes across the normal, not a cone: up to
+/// sqrt(2) mu between them. Joints drift and are drawn back. A link's principal moment below 1e-6 of its
+/// largest is raised to that: ODE has no slender rods. Impacts are not told from forces, stops within a step
+/// are not located.
+///
+/// Features: `ode_direct` all, `ode` all but arms and latches: its sweeps do not converge on joints between
+/// unequal masses. Hexahedra that are no boxes with `native` alone (ODE's own check of convexes ends in
+/// numbers that are none). Stops further than pi from a joint's start are refused. ode_direct fails a step
+/// where ODE reports that its method broke down (LCP internal error: contacts that say the same twice).
+
+namespace touchstone {
+
+/// Adds engines `ode` and `ode_direct`.
+void register_ode_dynamics(physics::EngineRegistry& registry);
+
+}  // namespace touchstone

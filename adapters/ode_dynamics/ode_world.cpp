@@ -1,0 +1,269 @@
+#include "touchstone/adapters/ode_dynamics/ode_world.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdarg>
+#include <deque>
+
+#include "touchstone/adapters/ode_dynamics/ode_joints.hpp"
+#include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
+#include "touchstone/physics/engine/scene_engine.hpp"
+
+namespace touchstone::ode_dynamics {
+namespace {
+
+using physics::ContactSide;
+using physics::DynamicScene;
+using physics::EngineContact;
+using physics::EngineScene;
+using physics::EngineStep;
+using physics::SceneEngine;
+using Clock = std::chrono::steady_clock;
+
+/// ODE turns a body by its inverse inertia: a slender rod has none about itself.
+constexpr double kThinnest = 1e-6;
+
+/// World, space and joint group, as ODE wants them made and destroyed.
+struct OdeHandles {
+  ode::LibraryUse library;
+  dWorldID world = dWorldCreate();
+  dSpaceID space = dHashSpaceCreate(nullptr);
+  dJointGroupID contacts = dJointGroupCreate(0);
+
+  OdeHandles() { dAllocateODEDataForThread(dAllocateMaskAll); }
+  ~OdeHandles() {
+    dJointGroupDestroy(contacts);
+    dSpaceDestroy(space);
+    dWorldDestroy(world);
+  }
+  OdeHandles(const OdeHandles&) = delete;
+  OdeHandles& operator=(const OdeHandles&) = delete;
+};
+
+Vector3 vector_of(const dReal* v) { return {v[0], v[1], v[2]}; }
+
+dMass mass_of(const EngineScene::Body& body) {
+  const double least = kThinnest * std::max({body.moments.x(), body.moments.y(), body.moments.z()});
+  dMass mass;
+  dMassSetParameters(&mass, body.mass, 0, 0, 0, std::max(least, body.moments.x()),
+                     std::max(least, body.moments.y()), std::max(least, body.moments.z()), 0, 0, 0);
+  return mass;
+}
+
+thread_local int messages = 0;
+
+/// @return whether ODE had nothing to say: its direct method goes on with forces of no meaning where it
+/// fails.
+bool step_directly(dWorldID world, double h) {
+  messages = 0;
+  dMessageFunction* const before = dGetMessageHandler();
+  dSetMessageHandler([](int, const char*, va_list) { ++messages; });
+  dWorldStep(world, h);
+  dSetMessageHandler(before);
+  return messages == 0;
+}
+
+class OdeEngine final : public SceneEngine {
+ public:
+  OdeEngine(const DynamicScene& scene, const WorldOptions& options) : SceneEngine(scene), options_(options) {
+    dWorldSetGravity(ode_.world, scene.gravity_W.x(), scene.gravity_W.y(), scene.gravity_W.z());
+    dWorldSetAutoDisableFlag(ode_.world, 0);
+    for (const EngineScene::Body& body : bodies().bodies()) add(body);
+    for (SolidIndex s = 0; s < bodies().solids().size(); ++s) add_solid(s);
+    for (const EngineScene::Joint& joint : bodies().joints())
+      joints_.emplace_back(ode_.world, joint, bodies_[joint.child],
+                           joint.parent == EngineScene::kNone ? nullptr : bodies_[joint.parent]);
+    latches_.resize(bodies_.size(), nullptr);
+    start();
+  }
+
+  void list_contacts(std::vector<EngineContact>& contacts) const override {
+    contacts.clear();
+    for (std::size_t i = 0; i < point_count_; ++i) contacts.push_back(contact(points_[i]));
+  }
+
+ protected:
+  void advance(EngineStep& step) override {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (bodies().bodies()[b].kind != ContactSide::told) continue;
+      const State& to = target(b);
+      dBodySetLinearVel(bodies_[b], to.v_W.x(), to.v_W.y(), to.v_W.z());
+      dBodySetAngularVel(bodies_[b], to.w_W.x(), to.w_W.y(), to.w_W.z());
+    }
+    for (OdeJoint& joint : joints_) joint.apply();
+    find_contacts(step);
+    if (!options_.is_direct) {
+      dWorldQuickStep(ode_.world, step_size());
+    } else if (!step_directly(ode_.world, step_size())) {
+      step.failure = "ODE: its direct method met contacts that it cannot solve (LCP internal error)";
+      point_count_ = 0;
+    }
+    dJointGroupEmpty(ode_.contacts);
+    for (std::size_t b = 0; b < bodies_.size(); ++b)  // without what its integration rounds
+      if (bodies().bodies()[b].kind == ContactSide::told) place(bodies_[b], target(b).X_WB);
+    for (OdeJoint& joint : joints_) joint.read();
+  }
+
+  State read_state(std::size_t body) const override {
+    const dBodyID from = bodies_[body];
+    State out;
+    const dReal* const R = dBodyGetRotation(from);
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) out.X_WB.R(i, k) = R[4 * i + k];
+    out.X_WB.p = vector_of(dBodyGetPosition(from));
+    out.v_W = vector_of(dBodyGetLinearVel(from));
+    out.w_W = vector_of(dBodyGetAngularVel(from));
+    return out;
+  }
+
+  JointState read_joint(std::size_t joint) const override {
+    const OdeJoint& from = joints_[joint];
+    return {from.value(), from.rate(), from.torque()};
+  }
+  void set_drive(std::size_t joint, const physics::JointDrive& drive) override {
+    joints_[joint].set_drive(drive);
+  }
+  void latch(std::size_t carrier, std::size_t carried) override {
+    dJointID joint = dJointCreateFixed(ode_.world, nullptr);
+    dJointAttach(joint, bodies_[carried], bodies_[carrier]);
+    dJointSetFixed(joint);
+    latches_[carried] = joint;
+  }
+  void release(std::size_t carried) override {
+    dJointDestroy(latches_[carried]);
+    latches_[carried] = nullptr;
+  }
+
+ private:
+  /// A contact of the step, with what its joint did.
+  struct Point {
+    SolidPair solids;
+    bool first_is_null;  ///< its body: then ODE's first body is the second solid's
+    Vector3 p_W, n_W;    ///< ODE's normal: from the second to the first
+    double depth;
+    dJointFeedback feedback;
+  };
+
+  static void place(dBodyID body, const Pose& X) {
+    const ode::Rotation R(X.R);
+    dBodySetPosition(body, X.p.x(), X.p.y(), X.p.z());
+    dBodySetRotation(body, R.rows);
+  }
+
+  void add(const EngineScene::Body& body) {
+    bodies_.push_back(nullptr);
+    if (body.kind == ContactSide::ground) return;
+    dBodyID& added = bodies_.back();
+    added = dBodyCreate(ode_.world);
+    if (body.kind == ContactSide::told) {
+      dBodySetKinematic(added);
+    } else {
+      const dMass mass = mass_of(body);
+      dBodySetMass(added, &mass);
+    }
+    place(added, body.X_WB);
+    dBodySetLinearVel(added, body.v_W.x(), body.v_W.y(), body.v_W.z());
+    dBodySetAngularVel(added, body.w_W.x(), body.w_W.y(), body.w_W.z());
+  }
+
+  void add_solid(SolidIndex index) {
+    const EngineScene::Solid& solid = bodies().solids()[index];
+    dGeomID geom;
+    if (options_.by_native) {
+      geom = create_ode_hexahedron(ode_.space, *solid.solid);
+    } else {
+      const Vector3 sides = 2.0 * solid.solid->half_extents();
+      geom = dCreateBox(ode_.space, sides.x(), sides.y(), sides.z());
+    }
+    dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::uintptr_t>(index)));
+    const dBodyID body = bodies_[solid.body];
+    const Pose& X_BS = solid.X_BS;
+    if (body == nullptr) {
+      const Pose X_WS = compose(bodies().bodies()[solid.body].X_WB, X_BS);
+      const ode::Rotation R(X_WS.R);
+      dGeomSetPosition(geom, X_WS.p.x(), X_WS.p.y(), X_WS.p.z());
+      dGeomSetRotation(geom, R.rows);
+      return;
+    }
+    dGeomSetBody(geom, body);
+    if (X_BS.R == Matrix3::Identity() && X_BS.p == Vector3::Zero()) return;
+    const ode::Rotation R(X_BS.R);
+    dGeomSetOffsetPosition(geom, X_BS.p.x(), X_BS.p.y(), X_BS.p.z());
+    dGeomSetOffsetRotation(geom, R.rows);
+  }
+
+  void find_contacts(EngineStep& step) {
+    const Clock::time_point start = Clock::now();
+    point_count_ = 0;
+    const std::uint64_t refused = options_.by_native ? ode_native_refusals() : 0;
+    dSpaceCollide(ode_.space, this, &OdeEngine::meet);
+    if (options_.by_native) step.failed = static_cast<std::uint32_t>(ode_native_refusals() - refused);
+    step.contacts = point_count_;
+    step.detection_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+  }
+
+  static void meet(void* self, dGeomID a, dGeomID b) { static_cast<OdeEngine*>(self)->meet(a, b); }
+  static SolidIndex solid_of(dGeomID geom) {
+    return static_cast<SolidIndex>(reinterpret_cast<std::uintptr_t>(dGeomGetData(geom)));
+  }
+
+  void meet(dGeomID a, dGeomID b) {
+    const SolidPair solids{solid_of(a), solid_of(b)};
+    if (!is_checked(solids.a, solids.b)) return;
+    dContact found[kMaxManifoldPoints];
+    const int count = dCollide(a, b, kMaxManifoldPoints, &found[0].geom, sizeof(dContact));
+    if (count == 0) return;
+    const double friction = bodies().friction(solids.a, solids.b),
+                 restitution = bodies().restitution(solids.a, solids.b);
+    const dBodyID body_a = dGeomGetBody(a), body_b = dGeomGetBody(b);
+    for (int i = 0; i < count; ++i) {
+      dContact& contact = found[i];
+      contact.surface.mode = dContactApprox1;
+      contact.surface.mu = friction;
+      if (restitution > 0.0) {
+        contact.surface.mode |= dContactBounce;
+        contact.surface.bounce = restitution;
+        contact.surface.bounce_vel = scene().bounce_speed;
+      }
+      if (point_count_ == points_.size()) points_.emplace_back();
+      Point& point = points_[point_count_++];
+      point.solids = solids;
+      point.first_is_null = body_a == nullptr;
+      point.p_W = vector_of(contact.geom.pos), point.n_W = vector_of(contact.geom.normal);
+      point.depth = contact.geom.depth;
+      const dJointID joint = dJointCreateContact(ode_.world, ode_.contacts, &contact);
+      dJointAttach(joint, body_a, body_b);
+      dJointSetFeedback(joint, &point.feedback);
+    }
+  }
+
+  EngineContact contact(const Point& point) const {
+    EngineContact out;
+    out.solids = point.solids;
+    out.separation = -point.depth;
+    out.status = PairStatus::overlapping;
+    out.p_W = point.p_W;
+    out.n_AB_W = -point.n_W;
+    const Vector3 on_first = vector_of(point.feedback.f1);
+    out.force_W = point.first_is_null ? on_first : Vector3(-on_first);
+    finish_contact(out);
+    return out;
+  }
+
+  WorldOptions options_;
+  OdeHandles ode_;
+  std::vector<dBodyID> bodies_;
+  std::deque<OdeJoint> joints_;
+  std::vector<dJointID> latches_;  // by body that is carried
+  std::deque<Point> points_;       // stay where they are: ODE writes their feedback
+  std::size_t point_count_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<physics::DynamicsEngine> make_world(const DynamicScene& scene, const WorldOptions& options) {
+  return std::make_unique<OdeEngine>(scene, options);
+}
+
+}  // namespace touchstone::ode_dynamics

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <memory>
+
+#include "touchstone/physics/engine/dynamics_engine.hpp"
+
+namespace touchstone::ode_dynamics {
+
+struct WorldOptions {
+  bool by_native = false;  ///< our check, else ODE's own
+  bool is_direct = false;  ///< dWorldStep(), else dWorldQuickStep()
+};
+
+/// @throws InputError: stops that ODE cannot hold.
+std::unique_ptr<physics::DynamicsEngine> make_world(const physics::DynamicScene& scene,
+                                                    const WorldOptions& options);
+
+}  // namespace touchstone::ode_dynamics

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "touchstone/physics/engine/engine_registry.hpp"
+
+namespace touchstone::comparison {
+
+/// Registers `own` and every engine of this build, and names those that it lacks.
+/// @param backends must outlive the registry's engines.
+void register_all_engines(physics::EngineRegistry& registry, const BackendRegistry& backends);
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "touchstone/physics/dynamic_scene.hpp"
+
+/// @file
+/// What steps a dynamic scene: our own dynamics, or an engine's (adapters/bullet_dynamics, ode_dynamics,
+/// mujoco_dynamics), each with its own check of contacts or with one of ours. EngineRegistry
+/// (engine_registry.hpp) makes them by name.
+///
+/// SI units, world frame. An engine's positions are those that its own integration comes to; nothing is
+/// corrected.
+
+namespace touchstone::physics {
+
+/// Who moves one side of a contact.
+enum class ContactSide : std::uint8_t {
+  ground,  ///< at rest
+  told,    ///< a kinematic body
+  body,    ///< a free body
+  link,    ///< of a mechanism
+};
+
+/// One contact of the last step.
+struct EngineContact {
+  SolidPair solids;     ///< of the scene, counted through its objects; A is `a`
+  PairStatus status;    ///< of the pair
+  Vector3 p_W, n_AB_W;  ///< at the step's start; the point half-way between the surfaces
+  double separation;    ///< there [m]
+  Vector3 force_W;      ///< on B, mean over the step [N]; impacts included
+  /// Of impacts alone, on B [N s]; NaN where the engine does not tell them from forces.
+  Vector3 impact_W;
+  ContactSide side_a, side_b;
+  Vector3 told_v_A_W, told_v_B_W;  ///< of a told side's point at p_W, constant over the step [m/s]
+};
+
+/// How a step went.
+struct EngineStep {
+  std::string failure;  ///< why the run ends here, with the name of what failed; empty: taken
+  double total_us = 0.0;
+  double detection_us = std::numeric_limits<double>::quiet_NaN();  ///< of it; NaN: not known
+  std::size_t contacts = 0;                                        ///< points
+  std::uint32_t undecided = 0, failed = 0;                         ///< pairs; where the check says so
+  std::uint32_t unconverged = 0;                                   ///< solves; where the engine says so
+  double worst_residual = 0.0;                                     ///< the same [m/s]
+  /// When within the step something last stopped [s]; NaN: nothing did, or the engine does not locate it.
+  double last_stop = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// Steps one scene. Set-up throws InputError; the parts of a step do not throw. One thread; engines of
+/// different scenes share nothing but what their adapters say (tables of a process).
+///
+///     for (engine->begin_step(); ...) const EngineStep step = engine->step();
+class DynamicsEngine {
+ public:
+  DynamicsEngine() = default;
+  DynamicsEngine(const DynamicsEngine&) = delete;
+  DynamicsEngine& operator=(const DynamicsEngine&) = delete;
+  virtual ~DynamicsEngine() = default;
+
+  virtual const DynamicScene& scene() const = 0;
+  virtual std::uint64_t steps() const = 0;  ///< taken
+  bool is_over() const { return steps() >= scene().step_count(); }
+  /// Whether impacts are told from forces, and stops within a step located.
+  virtual bool locates_events() const { return false; }
+  double time() const { return static_cast<double>(steps()) * scene().step; }
+
+  /// What is told for this step: actions that are due, drives, kinematic bodies.
+  virtual void begin_step() = 0;
+  /// Finds contacts and moves everything by the scene's step. Timed inside, without what is only looked at.
+  virtual EngineStep step() = 0;
+
+  /// Of the last step. @param contacts emptied first
+  virtual void list_contacts(std::vector<EngineContact>& contacts) const = 0;
+
+  virtual Pose object_pose(std::size_t object) const = 0;
+  /// Of the centre of mass of the dynamic object, with what moves with it; links and told objects: nothing.
+  virtual std::optional<Vector3> velocity(std::size_t object) const = 0;
+  virtual std::optional<Vector3> angular_velocity(std::size_t object) const = 0;
+  virtual double joint_value(const JointAddress& joint) const = 0;
+  virtual double joint_rate(const JointAddress& joint) const = 0;
+  /// Mean of the drive's over the last step [N m] or [N].
+  virtual double joint_torque(const JointAddress& joint) const = 0;
+
+  virtual Vector3 linear_momentum() const = 0;   ///< of free bodies and mechanisms [N s]
+  virtual Vector3 angular_momentum() const = 0;  ///< the same, about the world's origin [N m s]
+  virtual double energy() const = 0;             ///< kinetic and, in gravity, potential; the same [J]
+  virtual Vector3 body_momentum() const = 0;     ///< of free bodies alone [N s]
+  virtual double body_mass() const = 0;          ///< of free bodies alone [kg]
+
+  /// The deepest overlap now of any pair that is checked, by `native` whatever check the engine has [m].
+  virtual double worst_depth() = 0;
+};
+
+}  // namespace touchstone::physics

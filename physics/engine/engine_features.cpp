@@ -1,0 +1,108 @@
+#include "touchstone/physics/engine/engine_features.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "touchstone/physics/engine/engine_scene.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+class Needs {
+ public:
+  void add(EngineFeature feature, const std::string& who) {
+    const auto is_same = [&](const EngineNeed& need) { return need.feature == feature; };
+    if (std::none_of(needs_.begin(), needs_.end(), is_same)) needs_.push_back({feature, who});
+  }
+  void add_drive(const SceneDrive& drive, const std::string& who) {
+    using Mode = JointDrive::Mode;
+    if (drive.drive.mode == Mode::rate) add(EngineFeature::rate_drives, who);
+    if (drive.drive.mode == Mode::brake) add(EngineFeature::brakes, who);
+    const bool has_torque = drive.drive.torque != 0.0 || drive.ramp != 0.0;
+    if (drive.drive.mode == Mode::torque && has_torque) add(EngineFeature::torque_drives, who);
+  }
+  std::vector<EngineNeed> take() { return std::move(needs_); }
+
+ private:
+  std::vector<EngineNeed> needs_;
+};
+
+std::string object_name(const DynamicScene& scene, std::size_t object) {
+  return "object '" + scene.scene.objects[object].tree.name() + "'";
+}
+
+std::string joint_name(const DynamicScene& scene, const JointAddress& joint) {
+  const SceneMechanism& mechanism = scene.mechanisms[joint.mechanism];
+  return "joint '" + mechanism.name + "." + mechanism.joints[joint.joint].name + "'";
+}
+
+void add_bodies(const DynamicScene& scene, Needs& needs) {
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const SceneBody& body = scene.bodies[i];
+    for (const PlacedHexahedron& placed : scene.scene.objects[i].tree.solids())
+      if (!placed.solid.is_box()) needs.add(EngineFeature::hulls, object_name(scene, i));
+    if (body.kind == BodyKind::kinematic) needs.add(EngineFeature::kinematic_bodies, object_name(scene, i));
+    if (body.surface.friction != scene.bodies[0].surface.friction)
+      needs.add(EngineFeature::mixed_friction, object_name(scene, i));
+    if (body.surface.restitution != 0.0) needs.add(EngineFeature::restitution, object_name(scene, i));
+  }
+}
+
+void add_mechanisms(const DynamicScene& scene, Needs& needs) {
+  for (std::size_t m = 0; m < scene.mechanisms.size(); ++m) {
+    const SceneMechanism& mechanism = scene.mechanisms[m];
+    needs.add(EngineFeature::arms, "mechanism '" + mechanism.name + "'");
+    for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
+      const SceneJoint& joint = mechanism.joints[j];
+      const std::string who = joint_name(scene, {m, j});
+      if (std::isfinite(joint.lower) || std::isfinite(joint.upper))
+        needs.add(EngineFeature::joint_stops, who);
+      needs.add_drive(joint.drive, who);
+    }
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(EngineFeature feature) {
+  constexpr std::array<std::string_view, kEngineFeatures> kNames{"hexahedra that are no boxes",
+                                                                 "kinematic bodies",
+                                                                 "friction that differs between objects",
+                                                                 "restitution",
+                                                                 "exemptions of parts of bodies",
+                                                                 "arms",
+                                                                 "stops of joints",
+                                                                 "torque drives",
+                                                                 "rate drives",
+                                                                 "brakes",
+                                                                 "latches"};
+  return kNames[static_cast<std::size_t>(feature)];
+}
+
+std::vector<EngineNeed> needs_of(const DynamicScene& scene) {
+  Needs needs;
+  add_bodies(scene, needs);
+  add_mechanisms(scene, needs);
+  if (!scene.scene.latches.empty())
+    needs.add(EngineFeature::latches, "object '" + scene.scene.latches[0].carried + "'");
+  for (const SceneAction& action : scene.actions) {
+    if (action.kind == SceneAction::Kind::drive)
+      needs.add_drive(action.drive, joint_name(scene, action.joint));
+    else
+      needs.add(EngineFeature::latches, object_name(scene, action.carried));
+  }
+  const std::string partly = EngineScene(scene).partly_exempt();
+  if (!partly.empty()) needs.add(EngineFeature::exempt_parts, partly);
+  return needs.take();
+}
+
+std::vector<std::string> unsupported(const EngineFeatures& features, const DynamicScene& scene) {
+  std::vector<std::string> lacking;
+  for (const EngineNeed& need : needs_of(scene))
+    if (!features.has(need.feature))
+      lacking.push_back(std::string(to_string(need.feature)) + " (" + need.who + ")");
+  return lacking;
+}
+
+}  // namespace touchstone::physics

@@ -1,0 +1,57 @@
+#include "touchstone/physics/engine/engine_registry.hpp"
+
+#include <algorithm>
+
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+std::string joined(const std::vector<std::string>& texts) {
+  std::string all;
+  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
+  return all;
+}
+
+}  // namespace
+
+EngineChoice parse_engine_choice(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos) return {std::string(text), std::string(kOwnCheck)};
+  return {std::string(text.substr(0, colon)), std::string(text.substr(colon + 1))};
+}
+
+void EngineRegistry::add(Entry entry) {
+  for (const Entry& other : engines_)
+    if (other.name == entry.name) throw InputError("engine '" + entry.name + "' is registered twice");
+  engines_.push_back(std::move(entry));
+}
+
+const EngineRegistry::Entry& EngineRegistry::engine(std::string_view name) const {
+  for (const Entry& entry : engines_)
+    if (entry.name == name) return entry;
+  for (const Missing& missing : missing_)
+    if (missing.name == name) throw InputError("engine '" + missing.name + "' is missing: " + missing.reason);
+  std::vector<std::string> known;
+  for (const Entry& entry : engines_) known.push_back(entry.name);
+  throw InputError("no engine '" + std::string(name) + "'; known are " + joined(known));
+}
+
+const EngineRegistry::Entry& EngineRegistry::engine(const EngineChoice& choice) const {
+  const Entry& entry = engine(choice.engine);
+  if (std::find(entry.checks.begin(), entry.checks.end(), choice.check) == entry.checks.end())
+    throw InputError("engine '" + entry.name + "' has no check '" + choice.check + "'; it has " +
+                     joined(entry.checks));
+  return entry;
+}
+
+std::unique_ptr<DynamicsEngine> EngineRegistry::make(const EngineChoice& choice,
+                                                     const DynamicScene& scene) const {
+  const Entry& entry = engine(choice);
+  validate(scene);
+  const std::vector<std::string> lacking = unsupported(entry.features(choice.check), scene);
+  if (!lacking.empty()) throw InputError("engine '" + choice.text() + "': unsupported: " + joined(lacking));
+  return entry.make(scene, choice.check);
+}
+
+}  // namespace touchstone::physics

@@ -1,0 +1,143 @@
+#include <algorithm>
+#include <chrono>
+
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/physics/engine/engine_registry.hpp"
+#include "touchstone/physics/scene_simulation.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double microseconds(Clock::duration time) { return std::chrono::duration<double, std::micro>(time).count(); }
+
+SceneSimulation::MakeContacts contacts_by(const DynamicScene& scene, const BackendRegistry& backends,
+                                          const std::string& narrowphase) {
+  return [&scene, &backends, narrowphase] {
+    return std::make_unique<NarrowphaseContacts>(
+        backends.make_broadphase("native"), backends.make_narrowphase(narrowphase), scene.contact_margin);
+  };
+}
+
+class OwnEngine final : public DynamicsEngine {
+ public:
+  OwnEngine(const DynamicScene& scene, const BackendRegistry& backends, const std::string& narrowphase)
+      : backends_(&backends), simulation_(scene, contacts_by(scene, backends, narrowphase)) {}
+
+  const DynamicScene& scene() const override { return simulation_.scene(); }
+  std::uint64_t steps() const override { return simulation_.steps(); }
+  bool locates_events() const override { return true; }
+  void begin_step() override { simulation_.begin_step(); }
+
+  EngineStep step() override {
+    const Clock::time_point start = Clock::now();
+    simulation_.find_contacts();
+    const Clock::time_point found = Clock::now();
+    const StepReport report = simulation_.advance();
+    EngineStep out;
+    out.total_us = microseconds(Clock::now() - start);
+    out.detection_us = microseconds(found - start);
+    out.contacts = simulation_.contacts().size();
+    out.undecided = simulation_.detection().undecided();
+    out.failed = simulation_.detection().failed();
+    out.unconverged = report.unconverged;
+    out.worst_residual = report.worst_residual;
+    out.last_stop = report.last_stop;
+    if (report.failure == StepFailure::none) return out;
+    const std::string name = simulation_.failed_name(report);
+    out.failure = std::string(to_string(report.failure)) + (name.empty() ? "" : ": " + name) + ": " +
+                  std::string(reason_of(report.failure));
+    return out;
+  }
+
+  void list_contacts(std::vector<EngineContact>& contacts) const override {
+    contacts.clear();
+    for (std::size_t i = 0; i < simulation_.contacts().size(); ++i) {
+      const Contact& c = simulation_.contacts()[i];
+      const ContactForce& force = simulation_.forces()[i];
+      const ContactOrigin& origin = simulation_.detection().origins()[i];
+      const Vector3 p_W = 0.5 * (c.p_A_W + c.p_B_W);
+      contacts.push_back({origin.solids, origin.status, p_W, c.n_AB_W, origin.separation, force.force_W,
+                          force.impact_W, side_of(c.a), side_of(c.b), told_velocity(c.a, p_W),
+                          told_velocity(c.b, p_W)});
+    }
+  }
+
+  Pose object_pose(std::size_t object) const override { return simulation_.object_pose(object); }
+  std::optional<Vector3> velocity(std::size_t object) const override { return simulation_.velocity(object); }
+  std::optional<Vector3> angular_velocity(std::size_t object) const override {
+    return simulation_.angular_velocity(object);
+  }
+  double joint_value(const JointAddress& joint) const override { return simulation_.joint_value(joint); }
+  double joint_rate(const JointAddress& joint) const override { return simulation_.joint_rate(joint); }
+  double joint_torque(const JointAddress& joint) const override { return simulation_.joint_torque(joint); }
+
+  Vector3 linear_momentum() const override { return world().linear_momentum(); }
+  Vector3 angular_momentum() const override { return world().angular_momentum(); }
+  double energy() const override { return world().energy(); }
+  Vector3 body_momentum() const override {
+    Vector3 sum = Vector3::Zero();
+    for (std::uint32_t i = 0; i < world().body_count(); ++i)
+      if (!world().is_kinematic(i)) sum += world().state(i).momentum_W;
+    return sum;
+  }
+  double body_mass() const override {
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < world().body_count(); ++i)
+      if (!world().is_kinematic(i)) sum += world().body(i).inertia().mass;
+    return sum;
+  }
+
+  double worst_depth() override {
+    if (judged_world_ != simulation_.worlds()) {
+      judge_ = std::make_unique<NarrowphaseContacts>(backends_->make_broadphase("native"), make_native(),
+                                                     scene().contact_margin);
+      simulation_.fill(*judge_);
+      judged_world_ = simulation_.worlds();
+    }
+    judge_->find(world());
+    double deepest = 0.0;
+    for (const ContactOrigin& origin : judge_->origins()) deepest = std::max(deepest, -origin.separation);
+    return deepest;
+  }
+
+ private:
+  const DynamicsWorld& world() const { return simulation_.world(); }
+  bool is_told(const Mover& mover) const {
+    return mover.kind == Mover::Kind::body && world().is_kinematic(mover.index);
+  }
+  ContactSide side_of(const Mover& mover) const {
+    if (mover.kind == Mover::Kind::ground) return ContactSide::ground;
+    if (mover.kind == Mover::Kind::link) return ContactSide::link;
+    return is_told(mover) ? ContactSide::told : ContactSide::body;
+  }
+  Vector3 told_velocity(const Mover& mover, const Vector3& p_W) const {
+    if (!is_told(mover)) return Vector3::Zero();
+    return world().velocity(mover.index) +
+           cross(world().angular_velocity(mover.index), p_W - world().state(mover.index).p_W);
+  }
+
+  const BackendRegistry* backends_;
+  SceneSimulation simulation_;
+  std::unique_ptr<NarrowphaseContacts> judge_;
+  std::uint64_t judged_world_ = 0;
+};
+
+}  // namespace
+
+void register_own_engine(EngineRegistry& registry, const BackendRegistry& backends) {
+  EngineRegistry::Entry entry;
+  entry.name = "own";
+  entry.description = "this project's dynamics, over the contacts of any narrowphase";
+  entry.checks.emplace_back(kOwnCheck);
+  for (const BackendRegistry::NarrowphaseEntry& each : backends.narrowphases())
+    entry.checks.push_back(each.name);
+  entry.features = [](std::string_view) { return EngineFeatures::all(); };
+  entry.make = [&backends](const DynamicScene& scene, const std::string& check) {
+    return std::make_unique<OwnEngine>(scene, backends, check == kOwnCheck ? "native" : check);
+  };
+  registry.add(std::move(entry));
+}
+
+}  // namespace touchstone::physics

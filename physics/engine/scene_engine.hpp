@@ -1,0 +1,103 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/physics/engine/engine_scene.hpp"
+
+namespace touchstone::physics {
+
+/// What the adapters of engines have in common: the scene in an engine's terms, its actions in time, what
+/// moves with what, sums over the bodies, and the depth as `native` sees it. An adapter sets the engine up in
+/// its constructor, then calls start().
+class SceneEngine : public DynamicsEngine {
+ public:
+  const DynamicScene& scene() const final { return bodies_.scene(); }
+  std::uint64_t steps() const final { return steps_; }
+  void begin_step() final;
+  EngineStep step() final;
+
+  Pose object_pose(std::size_t object) const final;
+  std::optional<Vector3> velocity(std::size_t object) const final;
+  std::optional<Vector3> angular_velocity(std::size_t object) const final;
+  double joint_value(const JointAddress& joint) const final;
+  double joint_rate(const JointAddress& joint) const final;
+  double joint_torque(const JointAddress& joint) const final;
+  Vector3 linear_momentum() const final;
+  Vector3 angular_momentum() const final;
+  double energy() const final;
+  Vector3 body_momentum() const final;
+  double body_mass() const final;
+  double worst_depth() final;
+
+ protected:
+  /// How a body moves: its frame B, B's origin, turning.
+  struct State {
+    Pose X_WB;
+    Vector3 v_W = Vector3::Zero(), w_W = Vector3::Zero();
+  };
+  struct JointState {
+    double value = 0.0, rate = 0.0, torque = 0.0;
+  };
+
+  explicit SceneEngine(const DynamicScene& scene);
+  /// Latches that hold from the start, drives at the start, and the state.
+  void start();
+
+  const EngineScene& bodies() const { return bodies_; }
+  double step_size() const { return scene().step; }
+  /// Whether the pair is checked now, latches in force.
+  bool is_checked(SolidIndex a, SolidIndex b) const;
+  bool has_latches() const { return !held_.empty(); }
+  /// A told body's state at the next step's end, and its velocity until then.
+  const State& target(std::size_t body) const { return targets_[body]; }
+  /// Velocity of a told body's point over the last step; of others 0.
+  Vector3 told_velocity(std::size_t body, const Vector3& p_W) const;
+  /// Fills what does not depend on the engine: sides and their velocities.
+  void finish_contact(EngineContact& contact) const;
+
+  /// Moves the engine's world by the scene's step. `step` has its failure empty and its times 0.
+  virtual void advance(EngineStep& step) = 0;
+  /// The body's state now; of free bodies, told ones and links.
+  virtual State read_state(std::size_t body) const = 0;
+  virtual JointState read_joint(std::size_t joint) const;
+  /// For the steps from now on; the torque is that of the middle of the step, the limit within the joint's.
+  virtual void set_drive(std::size_t joint, const JointDrive& drive);
+  /// From now on the two bodies are one, as they stand; and no longer. `carrier` may be of any kind.
+  virtual void latch(std::size_t carrier, std::size_t carried);
+  virtual void release(std::size_t carried);
+
+ private:
+  struct Held {
+    std::size_t carrier, carried;  // bodies
+    std::vector<SolidPair> allowed;
+  };
+
+  void carry_out(const SceneAction& action);
+  void hold(std::size_t carrier, std::size_t carried, std::span<const ExemptPair> allowed);
+  void let_go(std::size_t carried);
+  void find_roots();
+  void tell_drives(bool all);
+  void aim(double time);
+  void read();
+  std::size_t joint_index(const JointAddress& address) const;
+
+  EngineScene bodies_;
+  std::vector<State> states_, targets_;
+  std::vector<JointState> joint_states_;
+  std::vector<SceneDrive> drives_;
+  std::vector<double> drives_since_;
+  std::vector<Held> held_;
+  std::vector<std::size_t> root_;  // by body: that carries it, or itself
+  std::size_t next_action_ = 0;
+  std::uint64_t steps_ = 0;
+
+  struct Judge;
+  struct JudgeDeleter {
+    void operator()(Judge* judge) const;
+  };
+  std::unique_ptr<Judge, JudgeDeleter> judge_;
+};
+
+}  // namespace touchstone::physics

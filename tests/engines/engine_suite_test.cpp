@@ -1,0 +1,274 @@
+// What every dynamics engine must come to, with each of its checks: closed forms within what its method may
+// be off, stated with each. The own engine's error stands beside in the test's properties.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/examples/measures/all_engines.hpp"
+#include "touchstone/tests/engines/engine_scenes.hpp"
+
+namespace touchstone {
+namespace {
+
+using namespace engine_tests;
+using physics::BodyKind;
+using physics::DynamicScene;
+using physics::DynamicsEngine;
+using physics::EngineChoice;
+using physics::EngineFeature;
+using physics::EngineRegistry;
+
+const BackendRegistry& backends() {
+  static const BackendRegistry registry = [] {
+    BackendRegistry out;
+    comparison::register_all_backends(out);
+    return out;
+  }();
+  return registry;
+}
+
+const EngineRegistry& engines() {
+  static const EngineRegistry registry = [] {
+    EngineRegistry out;
+    comparison::register_all_engines(out, backends());
+    return out;
+  }();
+  return registry;
+}
+
+/// Own over native, and every other engine with each of its checks.
+std::vector<EngineChoice> choices() {
+  std::vector<EngineChoice> out{{"own", "native"}};
+  for (const auto& entry : engines().engines())
+    for (const std::string& check : entry.checks)
+      if (entry.name != "own") out.push_back({entry.name, check});
+  return out;
+}
+
+std::unique_ptr<DynamicsEngine> run(const EngineChoice& choice, const DynamicScene& scene) {
+  std::unique_ptr<DynamicsEngine> engine = engines().make(choice, scene);
+  while (!engine->is_over()) {
+    engine->begin_step();
+    const physics::EngineStep step = engine->step();
+    // ODE's direct method has contacts that it cannot solve: it says so, and the run ends there.
+    const bool is_told = choice.engine == "ode_direct" && step.failure.find("LCP") != std::string::npos;
+    EXPECT_TRUE(step.failure.empty() || is_told) << step.failure;
+    if (!step.failure.empty()) break;
+  }
+  return engine;
+}
+
+class EngineSuite : public ::testing::TestWithParam<EngineChoice> {
+ protected:
+  bool is_own() const { return GetParam().engine == "own"; }
+  bool can(EngineFeature feature) const {
+    return engines().engine(GetParam()).features(GetParam().check).has(feature);
+  }
+  /// Contacts give way: what rests sinks in, what slides or leans on friction creeps.
+  bool is_soft() const { return GetParam().engine == "mujoco"; }
+
+  /// @param own_limit what ours may be off by @param limit what the method of others may
+  void expect_error(const char* what, double error, double own_limit, double limit) {
+    EXPECT_LE(error, is_own() ? own_limit : limit) << GetParam().text() << ": " << what;
+    RecordProperty(what, std::to_string(error));
+    std::printf("  %-16s %-20s off by %.2e (may be %.1e)\n", GetParam().text().c_str(), what, error,
+                is_own() ? own_limit : limit);
+  }
+};
+
+constexpr double kStep = 1e-3;
+
+TEST_P(EngineSuite, FreeFall) {
+  DynamicScene scene = empty_scene(1.0);
+  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {1, 2, 30}, 3.0);
+  scene.bodies[box].v_W = {1, 0, 2};
+  const auto engine = run(GetParam(), scene);
+  const Vector3 expected(1 + 1, 2, 30 + 2 - 0.5 * kGravity);
+  // Semi-implicit Euler: sum of g h^2 i instead of g t^2 / 2, g h t / 2 lower.
+  expect_error("free fall [m]", norm(engine->object_pose(box).p - expected), 1e-12,
+               0.5 * kGravity * kStep * 1.0 + 1e-9);
+  expect_error("its speed [m/s]", norm(*engine->velocity(box) - Vector3(1, 0, 2 - kGravity)), 1e-12, 1e-9);
+}
+
+TEST_P(EngineSuite, FlightKeepsMomentum) {
+  DynamicScene scene = empty_scene(1.0);
+  scene.gravity_W.setZero();
+  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {1, 2, 30}, 3.0);
+  scene.bodies[box].v_W = {1, -4, 2};
+  scene.bodies[box].w_W = {1, 2, -3};
+  const auto start = engines().make(GetParam(), scene);
+  const auto engine = run(GetParam(), scene);
+  expect_error("momentum [N s]", norm(engine->linear_momentum() - start->linear_momentum()), 1e-12, 1e-9);
+  // A cube: no gyroscopic moment; an engine's turns are by first-order steps of a constant w.
+  expect_error("angular [N m s]", norm(engine->angular_momentum() - start->angular_momentum()), 1e-12, 1e-8);
+}
+
+TEST_P(EngineSuite, SlidesToAStop) {
+  DynamicScene scene = empty_scene(0.6);
+  add_ground(scene);
+  const std::size_t plate = add_box(scene, "plate", {0.2, 0.2, 0.002}, {0, 0, 0.001}, 1.0);
+  scene.bodies[plate].v_W = {1, 0, 0};
+  const auto engine = run(GetParam(), scene);
+  const double way = 1.0 / (2 * 0.5 * kGravity);
+  // Speed is taken before the way is gone: v h / 2 short. Soft friction takes longer: a share of the way.
+  const double limit = is_soft() ? 0.05 * way : 1.0 * kStep;
+  expect_error("sliding way [m]", std::abs(engine->object_pose(plate).p.x() - way), 1e-6, limit);
+}
+
+TEST_P(EngineSuite, RestsOnASlope) {
+  DynamicScene scene = empty_scene(1.0);
+  // 20 degrees, friction 0.5: the friction angle is 26.6.
+  const double angle = 20.0 * 3.14159265358979323846 / 180.0;
+  scene.gravity_W = {kGravity * std::sin(angle), 0, -kGravity * std::cos(angle)};
+  add_ground(scene);
+  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 0.1}, 8.0);
+  const auto engine = run(GetParam(), scene);
+  // A tenth of what it would slide at friction 0.3 in the time; soft friction creeps at a speed of its own.
+  expect_error("slope creep [m]", std::abs(engine->object_pose(box).p.x()), 1e-9, is_soft() ? 2e-2 : 1e-3);
+}
+
+TEST_P(EngineSuite, Bounces) {
+  DynamicScene scene = empty_scene(1.0);
+  const std::size_t ground = add_ground(scene, 0.0);
+  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 0.6}, 8.0, 0.0);
+  scene.bodies[box].surface.restitution = 0.5;
+  scene.bodies[ground].surface.restitution = 0.25;  // the larger counts
+  scene.contact_margin = 1e-2;
+  if (!can(EngineFeature::restitution)) {
+    EXPECT_THROW(engines().make(GetParam(), scene), InputError);
+    return;
+  }
+  const double height = 0.5, v = std::sqrt(2 * kGravity * height), fall = v / kGravity;
+  scene.scene.duration = std::round((fall + 0.5 * v / kGravity) / kStep) * kStep;  // the top of the bounce
+  const auto engine = run(GetParam(), scene);
+  // The hit is a step late or early, and its depth is not taken back at once: v h each way, and (1 + e) g h
+  // on the speed, which the rise multiplies by its time.
+  double limit = 2 * v * kStep + 1.5 * kGravity * kStep * (0.5 * v / kGravity);
+  // Bullet's error reduction, 0.2 of a depth of up to v h a step, is part of the speed that it leaves with.
+  if (GetParam().engine == "bullet") limit += (0.7 * 0.7 - 0.5 * 0.5) * height;
+  expect_error("bounce height [m]", std::abs(engine->object_pose(box).p.z() - (0.1 + 0.25 * height)), 1e-5,
+               limit);
+}
+
+TEST_P(EngineSuite, AStackOfFiveStands) {
+  DynamicScene scene = empty_scene(2.0);
+  add_ground(scene);
+  for (int i = 0; i < 5; ++i)
+    add_box(scene, "box " + std::to_string(i), {0.2, 0.2, 0.2}, {0, 0, 0.1 + 0.2 * i}, 8.0);
+  const auto engine = run(GetParam(), scene);
+  if (!engine->is_over()) {
+    std::printf("  %-16s stopped at %g s\n", GetParam().text().c_str(), engine->time());
+    return;
+  }
+  double moved = 0.0;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i)
+    moved = std::max(moved, norm(engine->object_pose(i).p - scene.scene.objects[i].X_WO.p));
+  // What contacts let in, five times; ODE's and Bullet's error reduction leave a step's sag at each.
+  expect_error("stack moved [m]", moved, 1e-9, 5e-3);
+  std::vector<physics::EngineContact> contacts;
+  engine->list_contacts(contacts);
+  Vector3 on_ground = Vector3::Zero();
+  for (const physics::EngineContact& contact : contacts) {
+    if (contact.solids.a == 0) on_ground -= contact.force_W;
+    if (contact.solids.b == 0) on_ground += contact.force_W;
+  }
+  // One step's; sweeps that end early (ODE's 20) leave a share of it to the next.
+  const double weight = 5 * 8.0 * kGravity;
+  expect_error("its weight [N]", norm(on_ground - Vector3(0, 0, -weight)), 1e-6 * weight, 0.25 * weight);
+}
+
+TEST_P(EngineSuite, AKinematicBodyPushesOn) {
+  DynamicScene scene = empty_scene(1.0);
+  scene.gravity_W.setZero();
+  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 0}, 2.0, 0.0);
+  const std::size_t jaw = add_box(scene, "jaw", {0.2, 0.2, 0.2}, {-0.21, 0, 0}, 0.0, 0.0);
+  scene.bodies[jaw].kind = BodyKind::kinematic;
+  MotionSegment segment;
+  segment.duration = 1.0;
+  segment.velocity_W = {0.1, 0, 0};
+  scene.scene.objects[jaw].motion.segments.push_back(segment);
+  if (!can(EngineFeature::kinematic_bodies)) {
+    EXPECT_THROW(engines().make(GetParam(), scene), InputError);
+    return;
+  }
+  const auto engine = run(GetParam(), scene);
+  EXPECT_NEAR(engine->object_pose(jaw).p.x(), -0.11, 1e-12);
+  // Met a step early or late; depth of a step is taken back over some.
+  expect_error("pushed to [m]", std::abs(engine->object_pose(box).p.x() - 0.09), 1e-8, 4 * 0.1 * kStep);
+  expect_error("pushed at [m/s]", norm(*engine->velocity(box) - Vector3(0.1, 0, 0)), 1e-9, 1e-3);
+}
+
+TEST_P(EngineSuite, NamesWhatItCannotDo) {
+  // An arm with everything, a latch, a kinematic body, bounces and a frustum.
+  DynamicScene scene = empty_scene(0.1);
+  add_ground(scene);
+  const std::size_t link = add_box(scene, "link", {0.2, 0.2, 0.2}, {0, 0, 5}, 1.0);
+  scene.bodies[link].kind = BodyKind::link;
+  const std::size_t tool = add_box(scene, "tool", {0.2, 0.2, 0.2}, {0, 0, 8}, 1.0);
+  scene.bodies[tool].surface.restitution = 0.5;
+  physics::SceneJoint joint;
+  joint.name = "joint";
+  joint.child = link;
+  joint.p_W = {0, 0, 5};
+  joint.lower = -1;
+  joint.drive.drive = {physics::JointDrive::Mode::brake, 0.0, 0.0, 10.0};
+  scene.mechanisms.push_back({"arm", {joint}, {}});
+  physics::SceneAction rate;
+  rate.time = 0.01;
+  rate.drive.drive = {physics::JointDrive::Mode::rate, 0.0, 0.1, 10.0};
+  scene.actions.push_back(rate);
+  rate.drive.drive = {physics::JointDrive::Mode::torque, 1.0, 0.0, 10.0};
+  scene.actions.push_back(rate);
+  scene.scene.latches.push_back({"link", "tool", {}});
+  const auto features = engines().engine(GetParam()).features(GetParam().check);
+  const std::vector<physics::EngineNeed> needs = physics::needs_of(scene);
+  EXPECT_EQ(needs.size(), 7u);
+  std::size_t lacking = 0;
+  for (const physics::EngineNeed& need : needs) lacking += features.has(need.feature) ? 0 : 1;
+  const std::vector<std::string> unsupported = physics::unsupported(features, scene);
+  EXPECT_EQ(unsupported.size(), lacking);
+  if (lacking == 0) {
+    EXPECT_NO_THROW(engines().make(GetParam(), scene));
+    return;
+  }
+  try {
+    engines().make(GetParam(), scene);
+    ADD_FAILURE() << "a scene that it cannot do was taken";
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    EXPECT_EQ(text.find("engine '" + GetParam().text() + "': unsupported: "), 0u) << text;
+    for (const std::string& each : unsupported) EXPECT_NE(text.find(each), std::string::npos) << text;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Engines, EngineSuite, ::testing::ValuesIn(choices()),
+                         [](const auto& test) { return test.param.engine + "_" + test.param.check; });
+
+TEST(EngineRegistry, NamesWhatThereIsAndWhyNot) {
+  EngineRegistry registry;
+  register_own_engine(registry, backends());
+  registry.add_missing({"havok", "nobody has it"});
+  const auto message = [&](const EngineChoice& choice) -> std::string {
+    try {
+      registry.engine(choice);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message({"own", "native"}), "");
+  EXPECT_EQ(message({"havok", "own"}), "engine 'havok' is missing: nobody has it");
+  EXPECT_EQ(message({"jolt", "own"}), "no engine 'jolt'; known are own");
+  EXPECT_EQ(message({"own", "sharp"}).find("engine 'own' has no check 'sharp'; it has own, native"), 0u);
+  EXPECT_THROW(register_own_engine(registry, backends()), InputError);
+  EXPECT_EQ(physics::parse_engine_choice("bullet:native").check, "native");
+  EXPECT_EQ(physics::parse_engine_choice("bullet").check, physics::kOwnCheck);
+  EXPECT_EQ(physics::parse_engine_choice("bullet:native").text(), "bullet:native");
+}
+
+}  // namespace
+}  // namespace touchstone
