@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "touchstone/examples/compare_backends/markdown.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
@@ -34,18 +35,6 @@ std::string machine_lines(const Report& report) {
                      report.options.command_line);
 }
 
-std::string markdown_row(const std::vector<std::string>& cells) {
-  std::string text = "|";
-  for (const std::string& cell : cells) text += " " + cell + " |";
-  return text + "\n";
-}
-
-std::string markdown_head(const std::vector<std::string>& cells, std::size_t texts) {
-  std::string text = "\n" + markdown_row(cells) + "|";
-  for (std::size_t i = 0; i < cells.size(); ++i) text += i < texts ? "---|" : "---:|";
-  return text + "\n";
-}
-
 // The backend whose rows are shown in full: native where it is there.
 std::string shown_backend(const SceneTrade& trade) {
   const bool has_native = std::any_of(trade.rows.begin(), trade.rows.end(),
@@ -54,9 +43,9 @@ std::string shown_backend(const SceneTrade& trade) {
 }
 
 std::string steps_table(const SceneTrade& trade) {
-  std::string text = markdown_head({"query", "the least that serves", "from an allowed error of [m]",
-                                    "ns a frame", "geometry [m]", "backend [m]"},
-                                   2);
+  std::string text = "\n" + markdown_head({"query", "the least that serves", "from an allowed error of [m]",
+                                           "ns a frame", "geometry [m]", "backend [m]"},
+                                          2);
   for (const QueryKind query : kQueryKinds) {
     const std::vector<TradeStep> steps = trade_steps(trade, query);
     if (steps.empty()) text += markdown_row({std::string(to_string(query)), "nothing", "", "", "", ""});
@@ -71,7 +60,7 @@ std::string steps_table(const SceneTrade& trade) {
 // One line a model and choice of pairs: its rows stand one query after the other.
 std::string models_table(const SceneTrade& trade) {
   const std::string backend = shown_backend(trade);
-  std::string text = fmt::format("\n{}, every model:\n", backend);
+  std::string text = fmt::format("\n{}, every model:\n\n", backend);
   text += markdown_head({"model", "hexahedra", "pairs", "overlap, ns a frame", "distance", "manifold",
                          "geometry's error: overlap [m]", "distance", "manifold", "backend's, worst"},
                         1);
@@ -119,7 +108,7 @@ std::string selection_text(const std::vector<SelectionRow>& rows) {
   if (rows.empty()) return "";
   std::string text = fmt::format(
       "\n## Selection\n\nA contact world of {} boxes that all move and turn, contacts reported, with "
-      "native's checks. On a shared machine read the least.\n",
+      "native's checks. On a shared machine read the least.\n\n",
       format_count(rows.front().objects));
   text +=
       markdown_head({"objects switched off", "candidate pairs a frame", "us a frame, median", "least"}, 0);

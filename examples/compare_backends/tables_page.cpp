@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/markdown.hpp"
 #include "touchstone/examples/compare_backends/results_file.hpp"
 #include "touchstone/examples/program/json_error.hpp"
 #include "touchstone/examples/program/program.hpp"
@@ -18,18 +19,6 @@ namespace {
 using Cells = std::vector<std::string>;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-std::string markdown_row(const Cells& cells) {
-  std::string text = "|";
-  for (const std::string& cell : cells) text += " " + cell + " |";
-  return text + "\n";
-}
-
-std::string markdown_head(const Cells& cells) {
-  std::string text = markdown_row(cells) + "|---|";
-  for (std::size_t i = 1; i < cells.size(); ++i) text += "---:|";
-  return text + "\n";
-}
 
 std::vector<std::string> backend_names(const Json& results) {
   std::vector<std::string> names;
@@ -93,7 +82,7 @@ std::string set_table(const Json& results, const std::string& title, const Cell&
     for (std::size_t r = 0; r < rows.size(); ++r) rows[r].push_back(column[r]);
   }
   if (rows.front().size() == 1) return "";
-  std::string text = title + ":\n\n" + markdown_head(rows.front());
+  std::string text = title + ":\n\n" + markdown_head(rows.front(), 1);
   for (std::size_t r = 1; r < rows.size(); ++r) text += markdown_row(rows[r]);
   return text + "\n";
 }
@@ -120,7 +109,7 @@ std::string head(const Json& results) {
 }
 
 std::string backends(const Json& results) {
-  std::string text = markdown_head({"backend", "is"});
+  std::string text = markdown_head({"backend", "is"}, 2);
   for (const Json& backend : results.at("backends"))
     text += markdown_row(
         {"`" + backend.at("name").get<std::string>() + "`", backend.at("description").get<std::string>()});
@@ -156,7 +145,8 @@ std::string wrong_of_all(const Json& results, const std::string& backend, const 
 
 std::string summary(const Json& results) {
   std::string text = markdown_head({"backend", "overlap", "in batches", "wrong", "distance", "in batches",
-                                    "wrong", "manifold", "in batches", "wrong"});
+                                    "wrong", "manifold", "in batches", "wrong"},
+                                   1);
   for (const std::string& name : backend_names(results)) {
     Cells line = {"`" + name + "`"};
     for (const char* query : {"overlap", "distance", "manifold"}) {
@@ -220,7 +210,7 @@ std::string broadphase_table(const Json& rows, bool with_overlap) {
   }
   Cells header = {"objects", "hexahedra each"};
   header.insert(header.end(), names.begin(), names.end());
-  std::string text = markdown_head(header);
+  std::string text = markdown_head(header, 1);
   for (const SwarmSize& size : sizes) {
     Cells line = {format_count(size.objects), format_count(size.hexahedra)};
     for (const std::string& name : names) {
