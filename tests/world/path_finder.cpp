@@ -40,6 +40,23 @@ double product(std::span<const double> a, std::span<const double> b) {
 
 double length(std::span<const double> a) { return std::sqrt(product(a, a)); }
 
+/// Whether `visit` returns true for every checked pair that may be as close as `within`, by its spheres; it
+/// is not asked for more after a false.
+template <typename Visit>
+bool all_near_pairs(const MoverModel& model, const std::vector<Pose>& X_WS, double within,
+                    const Visit& visit) {
+  const std::vector<Hexahedron>& solids = model.solids();
+  for (SolidIndex a = 0; a < model.own_count(); ++a)
+    for (SolidIndex b = a + 1; b < solids.size(); ++b) {
+      if (!model.is_checked(a, b)) continue;
+      const Sphere &of_a = solids[a].bounding_sphere(), &of_b = solids[b].bounding_sphere();
+      const double between = norm(transform(X_WS[a], of_a.centre) - transform(X_WS[b], of_b.centre));
+      if (between > (of_a.radius + of_b.radius) * (1 + 1e-9) + within) continue;
+      if (!visit(SolidPair{a, b})) return false;
+    }
+  return true;
+}
+
 }  // namespace
 
 MoverModel::MoverModel(std::vector<Hexahedron> own, std::vector<Pose> X_OS, std::vector<Hexahedron> obstacles,
@@ -154,22 +171,13 @@ PathFinder::~PathFinder() = default;
 
 /// At X_WS_.
 bool PathFinder::are_apart() {
-  const std::vector<Hexahedron>& solids = model_.solids();
-  for (SolidIndex a = 0; a < model_.own_count(); ++a)
-    for (SolidIndex b = a + 1; b < solids.size(); ++b) {
-      if (!model_.is_checked(a, b)) continue;
-      const Sphere &of_a = solids[a].bounding_sphere(), &of_b = solids[b].bounding_sphere();
-      if (norm(transform(X_WS_[a], of_a.centre) - transform(X_WS_[b], of_b.centre)) >
-          (of_a.radius + of_b.radius) * (1 + 1e-9))
-        continue;
-      const SolidPair pair{a, b};
-      PairStatus status{};
-      PairGeometry geometry{};
-      judge_->exact->evaluate({{&pair, 1}, X_WS_, Query{}}, {{&status, 1}, {&geometry, 1}, {}},
-                              *judge_->of_exact);
-      if (status != PairStatus::separated) return false;
-    }
-  return true;
+  return all_near_pairs(model_, X_WS_, 0.0, [&](const SolidPair& pair) {
+    PairStatus status{};
+    PairGeometry geometry{};
+    judge_->exact->evaluate({{&pair, 1}, X_WS_, Query{}}, {{&status, 1}, {&geometry, 1}, {}},
+                            *judge_->of_exact);
+    return status == PairStatus::separated;
+  });
 }
 
 bool PathFinder::is_apart(const Configuration& at) {
@@ -180,28 +188,21 @@ bool PathFinder::is_apart(const Configuration& at) {
 void PathFinder::find_rows(const Configuration& at, double band) {
   rows_.clear();
   model_.place(at, X_WS_);
-  const std::vector<Hexahedron>& solids = model_.solids();
-  for (SolidIndex a = 0; a < model_.own_count(); ++a)
-    for (SolidIndex b = a + 1; b < solids.size(); ++b) {
-      if (!model_.is_checked(a, b)) continue;
-      const Sphere &of_a = solids[a].bounding_sphere(), &of_b = solids[b].bounding_sphere();
-      if (norm(transform(X_WS_[a], of_a.centre) - transform(X_WS_[b], of_b.centre)) >
-          of_a.radius + of_b.radius + band)
-        continue;
-      const SolidPair pair{a, b};
-      PairStatus status{};
-      PairGeometry geometry{};
-      std::array<ContactPoint, kMaxManifoldPoints> points;
-      Query query;
-      query.kind = QueryKind::manifold;
-      query.max_separation = query.max_point_separation = band;
-      judge_->native->evaluate({{&pair, 1}, X_WS_, query}, {{&status, 1}, {&geometry, 1}, points},
-                               *judge_->of_native);
-      if (!(geometry.separation <= band)) continue;
-      for (int i = 0; i < geometry.point_count; ++i)
-        rows_.push_back({a, b, -geometry.n_AB_W, transform(inverse(X_WS_[a]), points[i].p_A_W),
-                         transform(inverse(X_WS_[b]), points[i].p_B_W), points[i].separation});
-    }
+  Query query;
+  query.kind = QueryKind::manifold;
+  query.max_separation = query.max_point_separation = band;
+  all_near_pairs(model_, X_WS_, band, [&](const SolidPair& pair) {
+    PairStatus status{};
+    PairGeometry geometry{};
+    std::array<ContactPoint, kMaxManifoldPoints> points;
+    judge_->native->evaluate({{&pair, 1}, X_WS_, query}, {{&status, 1}, {&geometry, 1}, points},
+                             *judge_->of_native);
+    if (!(geometry.separation <= band)) return true;
+    for (int i = 0; i < geometry.point_count; ++i)
+      rows_.push_back({pair.a, pair.b, -geometry.n_AB_W, transform(inverse(X_WS_[pair.a]), points[i].p_A_W),
+                       transform(inverse(X_WS_[pair.b]), points[i].p_B_W), points[i].separation});
+    return true;
+  });
 }
 
 /// At X_WS_, to first order in how far that is from where the row was found.
