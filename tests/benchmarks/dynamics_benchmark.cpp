@@ -15,7 +15,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <functional>
 #include <memory>
 #include <string_view>
@@ -27,6 +26,7 @@
 
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/tests/benchmarks/processor_time.hpp"
 #include "touchstone/tests/physics/arm_with_payload.hpp"
 #include "touchstone/tests/physics/random_contact_sets.hpp"
 
@@ -34,13 +34,6 @@ using namespace touchstone;
 using namespace touchstone::physics;
 
 namespace {
-
-/// Of this thread [us].
-double processor_time() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 double timed(const std::function<void()>& work) {
   const double start = processor_time();

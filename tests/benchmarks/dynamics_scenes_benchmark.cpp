@@ -9,22 +9,15 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <string_view>
 
 #include "touchstone/tests/benchmarks/dynamics_scenes.hpp"
+#include "touchstone/tests/benchmarks/processor_time.hpp"
 
 using namespace touchstone;
 using namespace touchstone::benchmarks;
 
 namespace {
-
-/// Of this thread [us].
-double processor_time() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 double quantile(std::vector<double>& sorted, double share) {
   return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
