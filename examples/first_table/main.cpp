@@ -10,18 +10,10 @@
 #include <vector>
 
 #include "touchstone/examples/measures/accuracy.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/measures/backend_run.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
 #include "touchstone/examples/program/text_table.hpp"
-#ifdef TOUCHSTONE_HAS_EXACT
-#include "touchstone/adapters/exact/exact.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_BULLET
-#include "touchstone/adapters/bullet/bullet.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_ODE
-#include "touchstone/adapters/ode/ode.hpp"
-#endif
 
 // A first look at what compare_backends measures, while that is still being built: our checks and two engines
 // on a few hundred pairs of each family, a table a family as it is measured. No report is written.
@@ -35,19 +27,6 @@ constexpr std::uint64_t kSeed = 1;        // the pairs that compare_backends --q
 constexpr std::size_t kPairs = 500;       // too
 constexpr double kSecondsOfARow = 0.005;  // a slow row's repetition is cut to about this
 constexpr int kRepetitions = 3;           // of each row, in turns
-
-void register_shown(BackendRegistry& registry) {
-  register_core(registry);
-#ifdef TOUCHSTONE_HAS_BULLET
-  register_bullet(registry);
-#endif
-#ifdef TOUCHSTONE_HAS_ODE
-  register_ode(registry);
-#endif
-#ifdef TOUCHSTONE_HAS_EXACT
-  register_exact(registry);
-#endif
-}
 
 // One narrowphase of each part; an engine's second one waits for the whole comparison.
 std::vector<const BackendRegistry::NarrowphaseEntry*> shown_narrowphases(const BackendRegistry& registry) {
@@ -68,8 +47,8 @@ std::vector<std::string> row_of(const BackendAnswers& answers, const Judgement* 
     row.push_back(format_ns(single ? single->median_ns : std::numeric_limits<double>::quiet_NaN()));
     if (judgement == nullptr) continue;
     const Wrongness& wrong = judgement->wrongness[index_of(kind)];
-    row.push_back(format_count(wrong.missed + wrong.phantom + wrong.missing));
-    row.push_back(format_count(wrong.undecided + wrong.failed + wrong.unsupported));
+    row.push_back(format_count(wrong.missed + wrong.phantom));
+    row.push_back(format_count(wrong.undecided + wrong.failed + wrong.missing + wrong.unsupported));
   }
   if (judgement == nullptr) return row;
   row.push_back(worst(*judgement, Measure::distance));
@@ -105,16 +84,16 @@ std::string table_of(const PairSet& set, const std::vector<const BackendRegistry
 
 void run(const std::vector<std::string>& families) {
   BackendRegistry registry;
-  register_shown(registry);
+  register_all_backends(registry);
   const auto oracle = make_exact_oracle();
   for (const std::string& name : families) make_pair_family(name, kSeed, 0);  // unknown ones before any runs
   if (oracle != nullptr)
     fmt::print(
-        "wrong: the wrong class, or no figure; open: undecided, failed or not answered by that backend\n"
+        "wrong: the wrong class; open: undecided, failed, without a value or not answered by that backend\n"
         "error/S: the worst error of distance and depth over max(size, largest |coordinate|)\n");
   for (const std::string& name : families) {
     const PairSet set = make_pair_family(name, kSeed, kPairs);
-    fmt::print("\n{}: {}; {} pairs\n{}", name, set.description, kPairs,
+    fmt::print("\n{}{}", wrapped(fmt::format("{}: {}; {} pairs\n", name, set.description, kPairs)),
                table_of(set, shown_narrowphases(registry), oracle.get()));
     if (std::fflush(stdout) != 0) throw std::runtime_error("standard output cannot be written");
   }
@@ -124,15 +103,20 @@ void run(const std::vector<std::string>& families) {
 
 int main(int argc, char** argv) {
   std::vector<std::string> families(argv + 1, argv + argc);
-  if (!families.empty() && (families[0] == "--help" || families[0] == "-h")) {
-    fmt::print(
-        "first_table [FAMILY ...]: times and wrong answers of a few backends on few pairs of each family\n");
-    return 0;
-  }
-  if (families.empty())
-    for (const PairFamily& family : pair_families()) families.emplace_back(family.name);
+  const std::string first = families.empty() ? "" : families[0];
   try {
-    run(families);
+    if (first == "--help" || first == "-h") {
+      fmt::print(
+          "first_table [FAMILY ...]: times and wrong answers of a few backends on few pairs of each "
+          "family\n");
+    } else if (first == "--version") {
+      fmt::print("first_table " TOUCHSTONE_VERSION "\n");
+    } else {
+      if (families.empty())
+        for (const PairFamily& family : pair_families()) families.emplace_back(family.name);
+      run(families);
+    }
+    if (std::fflush(stdout) != 0) throw std::runtime_error("standard output cannot be written");
   } catch (const std::exception& error) {
     fmt::print(stderr, "first_table: {}\n", error.what());
     return 2;

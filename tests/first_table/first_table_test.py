@@ -26,6 +26,12 @@ assert int(contained["edge_face"][0][1]) > 0, contained
 assert [row[0] for row in contained["edge_face"][1:]] == ["-", "-"], contained
 assert [row[1:] for row in contained["edge_face"][1:]] == [("0", "500")] * 2, contained
 
+version = subprocess.run([sys.argv[1], "--version"], capture_output=True, text=True, check=True)
+assert version.stdout.startswith("first_table 0."), version
+with open("/dev/full", "w") as full:
+    lost = subprocess.run([sys.argv[1], "--version"], stdout=full, stderr=subprocess.PIPE, text=True)
+assert lost.returncode == 2 and lost.stderr.count("\n") == 1, lost
+
 unknown = subprocess.run([sys.argv[1], "nothing"], capture_output=True, text=True)
 assert unknown.returncode == 2 and unknown.stdout == "", unknown
 assert unknown.stderr.startswith("first_table: unknown pair family 'nothing'"), unknown
