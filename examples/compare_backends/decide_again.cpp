@@ -7,6 +7,7 @@
 #include "touchstone/examples/compare_backends/results_file.hpp"
 #include "touchstone/examples/compare_backends/terminal.hpp"
 #include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 
@@ -34,7 +35,7 @@ int run_decide(int argc, const char* const* argv) {
     if (verdict.is_empty()) throw InputError("decide: " + file + ": " + sentence(verdict));
     text += verdict_text(verdict);
   }
-  print_now(text);
+  print_now(wrapped(text));
   return 0;
 }
 

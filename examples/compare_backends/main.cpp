@@ -16,6 +16,7 @@
 #include "touchstone/examples/measures/pair_families.hpp"
 #include "touchstone/examples/program/program.hpp"
 #include "touchstone/examples/program/report_run.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace {
 
@@ -23,17 +24,17 @@ using namespace touchstone;
 using namespace touchstone::comparison;
 
 void print_list(const Options& options, const Backends& backends) {
-  fmt::print("backends\n");
-  for (const auto& [name, description] : chosen_backends(options, backends)) {
-    fmt::print("  {:18}  {}\n", name, description);
-  }
-  for (const Gap& gap : backends.gaps) fmt::print("  {:18}  {}\n", gap.what, gap.why);
-  fmt::print("broadphases\n");
-  for (const auto& entry : backends.registry.broadphases())
-    fmt::print("  {:18}  {}\n", entry.name, entry.description);
-  fmt::print("families\n");
-  for (const PairFamily& family : pair_families())
-    fmt::print("  {:18}  {}\n", family.name, family.description);
+  std::string list = "backends\n";
+  const auto add = [&](std::string_view name, std::string_view text) {
+    list += fmt::format("  {:18}  {}\n", name, text);
+  };
+  for (const auto& [name, description] : chosen_backends(options, backends)) add(name, description);
+  for (const Gap& gap : backends.gaps) add(gap.what, gap.why);
+  list += "broadphases\n";
+  for (const auto& entry : backends.registry.broadphases()) add(entry.name, entry.description);
+  list += "families\n";
+  for (const PairFamily& family : pair_families()) add(family.name, family.description);
+  print_now(wrapped(list));
 }
 
 std::vector<ReportFile> report_files(const Report& report) {
@@ -89,11 +90,11 @@ int run(int argc, char** argv) {
   const auto on_part = [&](const Report& so_far) {
     files.put(report_files(so_far));
     progress.finish();
-    print_now(new_tables(so_far, shown));
+    print_now(wrapped(new_tables(so_far, shown)));
   };
   const Report report = run_comparison(*options, backends, oracle.get(), progress, on_part);
   files.finish(report_files(report));
-  print_now(fmt::format("{}\nreport: {}\n", terminal_report(report, shown), options->output));
+  print_now(fmt::format("{}\nreport: {}\n", wrapped(terminal_report(report, shown)), options->output));
   if (!report.verdicts.empty() && report.verdicts.front().is_empty())
     throw InputError(sentence(report.verdicts.front()));
   return 0;

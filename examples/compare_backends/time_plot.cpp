@@ -97,15 +97,14 @@ Decades time_axis_for(std::span<const SetResult> sets) {
 
 namespace {
 
-// "3 of 6 wrong or without an answer; 4 unsupported".
+// "3 of 6 wrong or open; 4 unsupported": as short as a plot's row is wide.
 std::string no_speed_words(const Wrongness& wrong) {
   std::string text;
   if (wrong.total() > 0)
-    text = fmt::format("{} of {} wrong or without an answer", format_count(wrong.total()),
-                       format_count(wrong.supported()));
+    text =
+        fmt::format("{} of {} wrong or open", format_count(wrong.total()), format_count(wrong.supported()));
   if (wrong.unsupported > 0)
-    text += fmt::format("{}{} of {} unsupported", text.empty() ? "" : "; ", format_count(wrong.unsupported),
-                        format_count(wrong.cases));
+    text += fmt::format("{}{} unsupported", text.empty() ? "" : "; ", format_count(wrong.unsupported));
   return text;
 }
 

@@ -9,6 +9,7 @@
 #include "touchstone/examples/program/bundled_folder.hpp"
 #include "touchstone/examples/program/choices.hpp"
 #include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace {
 
@@ -91,12 +92,13 @@ int run(int argc, char** argv) {
                      [&](const SceneResult& so_far) { report.see_run(so_far); });
   };
   comparison::run_each(scenes, run_one, [&](SceneResult result) {
-    const std::string text = terminal_text(result);
+    const std::string text = comparison::wrapped(terminal_text(result));
     report.see_scene(std::move(result));
     return text;
   });
   report.finish();
-  comparison::print_now(report.verdict() + fmt::format("\nresults, series, plots: {}\n", options->output));
+  comparison::print_now(comparison::wrapped(report.verdict()) +
+                        fmt::format("\nresults, series, plots: {}\n", options->output));
   return 0;
 }
 

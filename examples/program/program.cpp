@@ -10,6 +10,7 @@
 #include "touchstone/examples/program/engine_log.hpp"
 #include "touchstone/examples/program/interruption.hpp"
 #include "touchstone/examples/program/machine.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -76,7 +77,7 @@ bool parse_command_line(CLI::App& app, int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    std::cout << app.help();
+    std::cout << wrapped(app.help());
     return false;
   } catch (const CLI::CallForVersion& version) {
     std::cout << version.what() << "\n";

@@ -14,7 +14,44 @@ std::size_t width(const std::string& text) {
       text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
 }
 
+// A list's text begins by here.
+constexpr std::size_t kTextBegins = 40;
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// Where what does not fit on the line goes on.
+std::size_t hanging_indent(const std::string& line) {
+  const std::size_t gap = line.rfind("  ", kTextBegins);
+  const std::size_t text = line.find_first_not_of(' ');
+  if (gap != std::string::npos && gap > text) return gap + 2;
+  return text < 8 ? text + 2 : text;
+}
+
+std::string wrapped_line(std::string line, std::size_t columns) {
+  std::string text;
+  for (const std::size_t indent = hanging_indent(line); width(line) > columns;) {
+    std::size_t cut = line.rfind(' ', columns);
+    while (cut != std::string::npos && cut > indent && is_digit(line[cut - 1]) && is_digit(line[cut + 1]))
+      cut = line.rfind(' ', cut - 1);
+    if (cut == std::string::npos || cut <= indent) break;
+    text += line.substr(0, cut) + "\n";
+    line = std::string(indent, ' ') + line.substr(cut + 1);
+  }
+  return text + line;
+}
+
 }  // namespace
+
+std::string wrapped(const std::string& text, std::size_t columns) {
+  std::string all;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    all += wrapped_line(text.substr(begin, end - begin), columns);
+    if (end < text.size()) all += '\n';
+    begin = end + 1;
+  }
+  return all;
+}
 
 std::string TextTable::str() const {
   std::vector<std::size_t> widths;

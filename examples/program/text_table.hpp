@@ -17,6 +17,10 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
+/// Lines of more than `columns` go on below at a space, indented to where a line's last column begins, as of
+/// lists and options; a count of thousands stays together.
+std::string wrapped(const std::string& text, std::size_t columns = 120);
+
 std::string format_ns(double nanoseconds);    ///< "41.3", "1 234"; "-" for NaN
 std::string format_error(double value);       ///< "0", "1.2e-16", "inf"; "-" for NaN
 std::string format_count(std::size_t count);  ///< thousands apart

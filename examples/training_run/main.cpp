@@ -4,6 +4,7 @@
 #include "touchstone/examples/program/bundled_folder.hpp"
 #include "touchstone/examples/program/choices.hpp"
 #include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/text_table.hpp"
 #include "touchstone/examples/training_run/live_report.hpp"
 #include "touchstone/examples/training_run/options.hpp"
 #include "touchstone/examples/training_run/run.hpp"
@@ -53,12 +54,13 @@ int run(int argc, char** argv) {
                       [&](const ScriptResult& so_far) { report.see_way(so_far); });
   };
   comparison::run_each(scripts, run_one, [&](ScriptResult result) {
-    const std::string text = terminal_text(result);
+    const std::string text = comparison::wrapped(terminal_text(result));
     report.see_script(std::move(result));
     return text;
   });
   report.finish();
-  comparison::print_now(summary_text(report.results()) + "\nresults, plots: " + options->output + "\n");
+  comparison::print_now(comparison::wrapped(summary_text(report.results())) +
+                        "\nresults, plots: " + options->output + "\n");
   return 0;
 }
 

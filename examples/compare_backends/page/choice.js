@@ -9,9 +9,11 @@ const marks = {};
 document.querySelectorAll('.legend [data-backend]').forEach(e => {
   marks[e.dataset.backend] = e.querySelector('svg');
 });
+// A count of thousands stays on one line.
+const together = text => text.replace(/(\d) (?=\d{3}(?!\d))/g, '$1\u00a0');
 function element(tag, text, parent) {
   const e = document.createElement(tag);
-  if (text !== null) e.textContent = text;
+  if (text !== null) e.textContent = together(text);
   parent.appendChild(e);
   return e;
 }

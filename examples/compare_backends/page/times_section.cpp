@@ -17,7 +17,7 @@ std::string times_section(const Page& page) {
       ". Fewer than 100 blocks: no 99 %, the line ends at the upper quartile. An "
       "arrow at the figure's edge: further out than its axis. Right: allocations a query. A backend with a "
       "wrong or missing answer in the set has no speed "
-      "mark; its times stand in the tables below.</p>\n";
+      "mark (open: undecided, failed, without a value); its times stand in the tables below.</p>\n";
   for (const QueryKind query : kQueryKinds) {
     const bool open = query == report.options.choice.query;
     html += fmt::format("<details{}><summary><h3>{}</h3></summary><div class='plots'>\n", open ? " open" : "",

@@ -4,13 +4,14 @@
 #include "touchstone/examples/compare_backends/replay_command.hpp"
 #include "touchstone/examples/compare_backends/svg_plot.hpp"
 #include "touchstone/examples/compare_backends/upper_bound.hpp"
+#include "touchstone/examples/compare_backends/verdict.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
 std::string bound_text(std::size_t found, std::size_t cases) {
-  return fmt::format("below {}", format_error(upper_bound_95(found, cases)));
+  return fmt::format("below {} %", format_percent(upper_bound_95(found, cases)));
 }
 
 std::string kinds(const Wrongness& wrong) {
@@ -61,10 +62,18 @@ std::string matrix_cell(const Page& page, const SetResult& set, const std::strin
   return "<td>-</td>";
 }
 
+// A long name may go on below after an underscore.
+std::string breakable(const std::string& name) {
+  std::string html;
+  for (const char each : xml_text(name)) html += each == '_' ? std::string("_<wbr>") : std::string(1, each);
+  return html;
+}
+
 std::string matrix(const Page& page, QueryKind query) {
   std::string html = fmt::format(
       "<div class='scroll'><table class='matrix'><thead><tr><th>{}</th><th>pairs</th>", to_string(query));
-  for (const std::string& name : page.names) html += "<th>" + page.named(name) + "</th>";
+  for (const std::string& name : page.names)
+    html += "<th>" + mark_svg(page.names, name) + breakable(name) + "</th>";
   html += "</tr></thead><tbody>\n";
   for (const SetResult& set : page.report.sets) {
     html += fmt::format("<tr><th>{}</th><td>{}</td>", xml_text(set.name), format_count(set.cases));
