@@ -143,6 +143,13 @@ void DynamicsWorld::set_rates(std::uint32_t mechanism, std::span<const double> q
   arm.dynamics->place(arm.X_WBase, arm.q, arm.qd, arm.placed);
 }
 
+void DynamicsWorld::set_joints(std::uint32_t mechanism, std::span<const double> q,
+                               std::span<const double> qd) {
+  Arm& arm = mechanisms_[mechanism];
+  for (std::size_t i = 0; i < arm.q.size(); ++i) arm.q[i] = q[i];
+  set_rates(mechanism, qd);
+}
+
 std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, const Pose& X_WBase,
                                            std::span<const double> q, std::span<const double> qd) {
   const std::string name = "mechanism '" + dynamics.mechanism().name() + "'";

@@ -166,6 +166,9 @@ class DynamicsWorld {
   /// Joint rates from now on (joint_rates() itself, too), and the links' inertias taken anew
   /// (MechanismDynamics::set_links()). Does not allocate. @pre one a joint value, finite.
   void set_rates(std::uint32_t mechanism, std::span<const double> qd);
+  /// Joint values and rates from now on, as when something outside has stopped the mechanism. Does not
+  /// allocate. @pre one each a joint value, finite, the values within the joints' limits.
+  void set_joints(std::uint32_t mechanism, std::span<const double> q, std::span<const double> qd);
   /// Ends a free body's sleep, and that of all it lies with.
   void wake(std::uint32_t body);
   bool is_asleep(std::uint32_t body) const { return bodies_[body].is_asleep; }

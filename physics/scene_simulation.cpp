@@ -120,6 +120,12 @@ std::optional<Vector3> SceneSimulation::angular_velocity(std::size_t object) con
   return body ? std::optional(world_->angular_velocity(*body)) : std::nullopt;
 }
 
+std::span<const ExemptPair> SceneSimulation::allowed_with(std::size_t object) const {
+  const std::size_t latch = pieces_[object].latch, first = scene_->scene.latches.size();
+  if (latch == kNoLatch) return {};
+  return latch < first ? scene_->scene.latches[latch].allowed : scene_->actions[latch - first].allowed;
+}
+
 double SceneSimulation::joint_value(const JointAddress& joint) const {
   const std::uint32_t value = arms_[joint.mechanism]->value_of[joint.joint];
   if (value == Mechanism::kNone) return 0.0;

@@ -70,6 +70,20 @@ class SceneSimulation {
   std::optional<std::uint32_t> dynamic_body(std::size_t object) const;
   /// The object that it moves with: itself unless it is carried.
   std::size_t root_of(std::size_t object) const { return pieces_[object].root; }
+  /// The object that carries it, or kNoObject, and what their latch allows.
+  std::size_t carrier_of(std::size_t object) const { return pieces_[object].carrier; }
+  std::span<const ExemptPair> allowed_with(std::size_t object) const;
+  /// What it is of in world().
+  const Mover& mover_of(std::size_t object) const { return pieces_[object].mover; }
+  /// The object in the frame of what it is of; of what is fixed, in its root's.
+  const Pose& pose_within(std::size_t object) const { return pieces_[object].X_FO; }
+  /// Links that fixed joints make one.
+  bool are_one(std::size_t a, std::size_t b) const { return cluster_[a] == cluster_[b]; }
+  /// With the objects' hexahedra in its links, which are named as the objects; the base stands in the world's
+  /// frame.
+  const MechanismDynamics& dynamics_of(std::size_t mechanism) const { return *arms_[mechanism]->dynamics; }
+  /// Between steps: states, drives and forces that come from outside (a hand, a guard).
+  DynamicsWorld& world_to_set() { return *world_; }
 
   double joint_value(const JointAddress& joint) const;
   double joint_rate(const JointAddress& joint) const;

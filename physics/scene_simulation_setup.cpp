@@ -69,7 +69,10 @@ void SceneSimulation::make_arm(std::size_t mechanism) {
     out.axis_J = rotate_back(X_WC.R, joint.axis_W);
     out.lower = joint.lower, out.upper = joint.upper;
     out.rate = joint.most_rate, out.effort = joint.effort;
-    description.links.push_back({.name = out.child});
+    description.links.push_back({.name = out.child, .solids = {}});
+    const Pose X_LO = compose(inverse(X_WC), scene_->scene.objects[joint.child].X_WO);
+    for (const PlacedHexahedron& placed : scene_->scene.objects[joint.child].tree.solids())
+      description.links.back().solids.push_back({placed.name, placed.solid, compose(X_LO, placed.X_OS)});
     description.joints.push_back(out);
     if (joint.kind == JointKind::fixed) continue;
     q.push_back(joint.value);
