@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "touchstone/adapters/scene_files/scene_head.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
@@ -135,10 +136,21 @@ void read_surface(const YamlReader& reader, physics::Surface& surface) {
     reader.at("restitution").fail("must be from 0 to 1");
 }
 
-void read_body(const YamlReader& item, DynamicScene& out, std::vector<std::uint8_t>& is_listed) {
-  item.require_keys(
-      {"object", "kind", "mass", "density", "inertia", "velocity", "turn", "friction", "restitution"});
-  const std::size_t object = read_object(called(item, "dynamics: bodies").at("object"), out.scene);
+/// An object; or those of a group, as copies are.
+std::vector<std::size_t> read_objects(const YamlReader& reader, const Scene& scene) {
+  const std::string name = reader.text();
+  std::vector<std::size_t> objects;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const std::vector<std::string>& groups = scene.objects[i].groups;
+    if (scene.objects[i].tree.name() == name || std::find(groups.begin(), groups.end(), name) != groups.end())
+      objects.push_back(i);
+  }
+  if (objects.empty()) reader.fail("the scene has no object " + in_quotes(name));
+  return objects;
+}
+
+void read_body(const YamlReader& item, std::size_t object, DynamicScene& out,
+               std::vector<std::uint8_t>& is_listed) {
   const HexahedronTree& tree = out.scene.objects[object].tree;
   const YamlReader reader = called(item, "object " + in_quotes(tree.name()));
   if (is_listed[object] != 0) reader.fail("its body occurs twice");
@@ -164,7 +176,12 @@ void read_body(const YamlReader& item, DynamicScene& out, std::vector<std::uint8
 void read_bodies(const YamlReader& dynamics, DynamicScene& out) {
   std::vector<std::uint8_t> is_listed(out.bodies.size(), 0);
   if (dynamics.has("bodies"))
-    for (const YamlReader& item : dynamics.at("bodies").list()) read_body(item, out, is_listed);
+    for (const YamlReader& item : dynamics.at("bodies").list()) {
+      item.require_keys(
+          {"object", "kind", "mass", "density", "inertia", "velocity", "turn", "friction", "restitution"});
+      for (const std::size_t object : read_objects(called(item, "dynamics: bodies").at("object"), out.scene))
+        read_body(item, object, out, is_listed);
+    }
   for (std::size_t i = 0; i < out.bodies.size(); ++i)
     if (out.bodies[i].kind == BodyKind::link && is_listed[i] == 0)
       dynamics.fail("object " + in_quotes(out.scene.objects[i].tree.name()) +
@@ -384,7 +401,10 @@ void read_conserved(const YamlReader& reader, DynamicScene& out) {
 void read_accept(const YamlReader& reader, DynamicScene& out) {
   reader.require_keys({"depth", "position", "angle", "energy_made", "rest"});
   const auto read = [&](const char* key, double unit, double& value) {
-    if (reader.has(key)) value = unit * read_at_least_0(reader.at(key), reader.at(key).number());
+    if (!reader.has(key)) return;
+    const bool is_any = reader.at(key).node().IsScalar() && reader.at(key).node().Scalar() == "any";
+    value = is_any ? std::numeric_limits<double>::infinity()
+                   : unit * read_at_least_0(reader.at(key), reader.at(key).number());
   };
   const double length = 1.0 / reader.source().lengths_per_metre;
   read("depth", length, out.accept.depth);

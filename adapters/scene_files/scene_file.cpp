@@ -8,6 +8,7 @@
 
 #include "touchstone/adapters/scene_files/facets.hpp"
 #include "touchstone/adapters/scene_files/scene_head.hpp"
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
 
@@ -223,7 +224,7 @@ SceneObject read_object(const YamlReader& item, double scene_duration, std::set<
                         Scene& scene) {
   const std::string name = item.has("name") ? item.at("name").text() : "";
   const YamlReader reader = name.empty() ? item : item.within("object " + quoted(name));
-  reader.require_keys({"name", "pose", "groups", "hexahedra", "motion"});
+  reader.require_keys({"name", "pose", "groups", "hexahedra", "motion", "copies"});
   if (name.empty()) reader.fail("object without a name");
   if (!names.insert(name).second) reader.fail("the name occurs twice");
   ObjectParts parts{name, {}, {}};
@@ -238,6 +239,70 @@ SceneObject read_object(const YamlReader& item, double scene_duration, std::set<
     for (const YamlReader& group : reader.at("groups").list()) object.groups.push_back(group.text());
   for (FacetFigure& figure : parts.facet_figures) scene.facet_figures.push_back(std::move(figure));
   return object;
+}
+
+/// A number from -1 to 1, the same everywhere (SplitMix64, Steele and others 2014).
+double draw(std::uint64_t& state) {
+  state += 0x9e3779b97f4a7c15;
+  std::uint64_t z = state;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+  z ^= z >> 31;
+  return 2.0 * (static_cast<double>(z >> 11) * 0x1p-53) - 1.0;
+}
+
+struct Copies {
+  std::array<int, 3> count;
+  Vector3 spacing, layer_shift;  // a layer further along z is shifted by that
+  int layer_less;                // copies along x that it has less
+  bool is_turned;                // by up to 1 rad about each axis
+  std::uint64_t seed;
+};
+
+constexpr int kMostCopies = 100000;
+
+Copies read_copies(const YamlReader& reader) {
+  reader.require_keys({"count", "spacing", "layer_less", "layer_shift", "turned"});
+  Copies copies{{1, 1, 1}, reader.at("spacing").length3(), Vector3::Zero(), 0, reader.has("turned"), 0};
+  const std::vector<double> count = reader.at("count").numbers(3);
+  double all = 1.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!(count[i] >= 1.0) || count[i] != std::floor(count[i]))
+      reader.at("count").fail("must be whole and >= 1");
+    all *= count[i];
+    if (all > kMostCopies) reader.at("count").fail("more than 100 000 copies");
+    copies.count[i] = static_cast<int>(count[i]);
+  }
+  if (reader.has("layer_less")) copies.layer_less = reader.at("layer_less").integer();
+  if (copies.layer_less < 0) reader.at("layer_less").fail("must be >= 0");
+  if (reader.has("layer_shift")) copies.layer_shift = reader.at("layer_shift").length3();
+  if (reader.has("turned")) copies.seed = static_cast<std::uint64_t>(reader.at("turned").integer());
+  return copies;
+}
+
+/// `box` becomes `box 0`, `box 1` ... in a group `box`, along x first, then y, then z.
+void add_copies(const YamlReader& reader, const SceneObject& object, std::set<std::string>& names,
+                Scene& scene) {
+  Copies copies = read_copies(reader);
+  if (!object.motion.segments.empty() || !object.motion.keys.empty())
+    reader.fail("what has a motion has no copies");
+  int number = 0;
+  for (int z = 0; z < copies.count[2]; ++z)
+    for (int y = 0; y < copies.count[1]; ++y)
+      for (int x = 0; x < copies.count[0] - z * copies.layer_less; ++x) {
+        const std::string name = object.tree.name() + " " + std::to_string(number++);
+        if (!names.insert(name).second) reader.fail("the name " + quoted(name) + " occurs twice");
+        SceneObject copy{HexahedronTree(object.tree.solids(), name), object.X_WO, object.motion,
+                         object.groups};
+        copy.groups.push_back(object.tree.name());
+        const Vector3 cell(x, y, z);
+        copy.X_WO.p += copies.spacing.cwiseProduct(cell) + z * copies.layer_shift;
+        if (copies.is_turned) {
+          const double a = draw(copies.seed), b = draw(copies.seed), c = draw(copies.seed);
+          copy.X_WO.R = rotation_matrix(quaternion_of_turn({a, b, c})) * copy.X_WO.R;
+        }
+        scene.objects.push_back(std::move(copy));
+      }
 }
 
 ContactPolicy read_policy(const YamlReader& reader) {
@@ -282,8 +347,13 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
   scene.policy = read_policy(root.at("policy"));
   std::set<std::string> names;
   const YamlReader objects(root.at("objects").node(), source);
-  for (const YamlReader& item : objects.list())
-    scene.objects.push_back(read_object(item, scene.duration, names, scene));
+  for (const YamlReader& item : objects.list()) {
+    SceneObject object = read_object(item, scene.duration, names, scene);
+    if (item.has("copies"))
+      add_copies(item.at("copies"), object, names, scene);
+    else
+      scene.objects.push_back(std::move(object));
+  }
   if (root.has("exempt")) scene.exempt_pairs = scene_files::read_exempt_pairs(root.at("exempt"), scene);
   if (root.has("latches")) read_latches(root.at("latches"), scene);
   return scene;

@@ -6,6 +6,9 @@
 #ifdef TOUCHSTONE_HAS_ODE_DYNAMICS
 #include "touchstone/adapters/ode_dynamics/ode_dynamics.hpp"
 #endif
+#ifdef TOUCHSTONE_HAS_MUJOCO_DYNAMICS
+#include "touchstone/adapters/mujoco_dynamics/mujoco_dynamics.hpp"
+#endif
 
 namespace touchstone::comparison {
 
@@ -20,6 +23,11 @@ void register_all_engines(physics::EngineRegistry& registry, const BackendRegist
   register_ode_dynamics(registry);
 #else
   registry.add_missing({"ode", "this build has no ODE in double precision (Debian: libode-dev)"});
+#endif
+#ifdef TOUCHSTONE_HAS_MUJOCO_DYNAMICS
+  register_mujoco_dynamics(registry);
+#else
+  registry.add_missing({"mujoco", "this build has no MuJoCo (Debian: libmujoco-dev)"});
 #endif
 }
 

@@ -139,6 +139,60 @@ TEST(DynamicsFile, ReadsBodiesJointsDrivesActionsAndAnswersInTheFilesUnits) {
   EXPECT_TRUE(scene.answers_hold);
 }
 
+// A scene with copies, `more` their further keys.
+std::string with_copies(const std::string& more, const std::string& object = "") {
+  return "name: s\nframe_rate: 10\ncontact_gap: 1e-6\npolicy: cue\nduration: 1\nobjects:\n"
+         "  - name: box\n    pose: {position: [1, 2, 3]}\n" +
+         object + "    hexahedra: [{name: x, box: {size: [1, 1, 1]}}]\n    copies: {" + more +
+         "}\ndynamics:\n  step: 0.1\n  bodies: [{object: box, kind: dynamic, mass: 2, velocity: [1, 0, 0]}]\n"
+         "  accept: {position: any, angle: any, rest: 0.5}\n";
+}
+
+TEST(DynamicsFile, CopiesAreObjectsOfAGroupWithOneBodyEach) {
+  const physics::DynamicScene scene = load_dynamic_scene(
+      written(with_copies("count: [3, 2, 2], spacing: [10, 20, 30], layer_less: 1, layer_shift: [5, 0, 0]")));
+  ASSERT_EQ(scene.scene.objects.size(), 3u * 2u + 2u * 2u);
+  EXPECT_EQ(scene.scene.objects[0].tree.name(), "box 0");
+  EXPECT_EQ(scene.scene.objects[9].tree.name(), "box 9");
+  EXPECT_EQ(scene.scene.objects[4].X_WO.p, Vector3(11, 22, 3));
+  EXPECT_EQ(scene.scene.objects[9].X_WO.p, Vector3(1 + 5 + 10, 22, 33));
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    EXPECT_EQ(scene.scene.objects[i].groups, (std::vector<std::string>{"box"}));
+    EXPECT_EQ(scene.bodies[i].kind, physics::BodyKind::dynamic);
+    EXPECT_EQ(scene.bodies[i].inertia.mass, 2.0);
+    EXPECT_EQ(scene.bodies[i].v_W, Vector3(1, 0, 0));
+  }
+  EXPECT_TRUE(std::isinf(scene.accept.position) && std::isinf(scene.accept.angle));
+  EXPECT_EQ(scene.accept.rest, 0.5);
+}
+
+TEST(DynamicsFile, CopiesTurnTheSameWayEveryTime) {
+  const std::string text = with_copies("count: [4, 1, 1], spacing: [2, 2, 2], turned: 7");
+  const physics::DynamicScene one = load_dynamic_scene(written(text)),
+                              two = load_dynamic_scene(written(text));
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(one.scene.objects[i].X_WO.R, two.scene.objects[i].X_WO.R);
+    EXPECT_NE(one.scene.objects[i].X_WO.R, Matrix3(Matrix3::Identity()));
+  }
+  EXPECT_NE(one.scene.objects[0].X_WO.R, one.scene.objects[1].X_WO.R);
+}
+
+TEST(DynamicsFile, BadCopiesAreNamed) {
+  const auto error = [](const std::string& more, const std::string& object = "") {
+    return error_in_file(with_copies(more, object), ".yaml",
+                         [](const auto& path) { load_dynamic_scene(path); });
+  };
+  EXPECT_NE(error("count: [0, 1, 1], spacing: [1, 1, 1]").find("must be whole and >= 1"), std::string::npos);
+  EXPECT_NE(error("count: [1.5, 1, 1], spacing: [1, 1, 1]").find("must be whole and >= 1"),
+            std::string::npos);
+  EXPECT_NE(error("count: [1000, 1000, 1], spacing: [1, 1, 1]").find("more than 100 000 copies"),
+            std::string::npos);
+  EXPECT_NE(error("count: [2, 1, 1]").find("spacing"), std::string::npos);
+  EXPECT_NE(error("count: [2, 1, 1], spacing: [1, 1, 1]", "    motion: {segments: [{velocity: [1, 0, 0]}]}\n")
+                .find("what has a motion has no copies"),
+            std::string::npos);
+}
+
 TEST(DynamicsFile, AnswersHoldForTheFilesOwnParameters) {
   const std::string dynamics = "dynamics: {step: 0.1, bodies: [{object: a, kind: dynamic, mass: $mass}]}\n";
   EXPECT_TRUE(loaded(dynamics, {{"mass", 2.0}}).answers_hold);

@@ -24,6 +24,9 @@
 #ifdef WITH_bullet_dynamics
 #include "touchstone/adapters/bullet_dynamics/bullet_dynamics.hpp"
 #endif
+#ifdef WITH_mujoco_dynamics
+#include "touchstone/adapters/mujoco_dynamics/mujoco_dynamics.hpp"
+#endif
 #ifdef WITH_ode_dynamics
 #include "touchstone/adapters/ode_dynamics/ode_dynamics.hpp"
 #endif
@@ -141,6 +144,11 @@ int wrong_plugins() {
   physics::EngineRegistry with_bullet;
   register_bullet_dynamics(with_bullet);
   wrong += with_bullet.engines().size() != 1;
+#endif
+#ifdef WITH_mujoco_dynamics
+  physics::EngineRegistry with_mujoco;
+  register_mujoco_dynamics(with_mujoco);
+  wrong += with_mujoco.engines().size() != 1;
 #endif
 #ifdef WITH_ode_dynamics
   physics::EngineRegistry with_ode;

@@ -1,0 +1,24 @@
+#include "touchstone/adapters/mujoco_dynamics/mujoco_dynamics.hpp"
+
+#include <mujoco/mujoco.h>
+
+#include "touchstone/adapters/mujoco_dynamics/mujoco_world.hpp"
+
+namespace touchstone {
+
+void register_mujoco_dynamics(physics::EngineRegistry& registry) {
+  physics::EngineRegistry::Entry entry;
+  entry.name = "mujoco";
+  entry.description = std::string("MuJoCo ") + mj_versionString() + ", soft contacts, Newton's method";
+  entry.checks = {std::string(physics::kOwnCheck), "native"};
+  entry.features = [](std::string_view) {
+    using enum physics::EngineFeature;
+    return physics::EngineFeatures{hulls, arms, joint_stops, torque_drives, brakes};
+  };
+  entry.make = [](const physics::DynamicScene& scene, const std::string& check) {
+    return mujoco_dynamics::make_world(scene, check == "native");
+  };
+  registry.add(std::move(entry));
+}
+
+}  // namespace touchstone

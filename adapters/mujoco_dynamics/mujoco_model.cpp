@@ -1,0 +1,149 @@
+#include "touchstone/adapters/mujoco_dynamics/mujoco_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "touchstone/contact_core/geometry/quaternion.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone::mujoco_dynamics {
+namespace {
+
+using physics::ContactSide;
+using physics::EngineScene;
+
+/// MuJoCo takes no body without inertia about an axis.
+constexpr double kThinnest = 1e-6;
+/// Contacts that there is room for: so many a body. A box of a pile has some 12, half of each are its own.
+constexpr std::size_t kContactsABody = 12, kContactsBesides = 200;
+constexpr double kMostBytes = 16e9;
+
+class Writer {
+ public:
+  explicit Writer(const EngineScene& scene) : scene_(scene) { out_.precision(17); }
+
+  std::string text() {
+    const physics::DynamicScene& from = scene_.scene();
+    out_ << "<mujoco><compiler angle='radian' boundmass='0' boundinertia='0'/><option timestep='" << from.step
+         << "' cone='elliptic' gravity='" << Triple{from.gravity_W} << "'/>";
+    write_size();
+    write_meshes();
+    out_ << "<worldbody>";
+    for (std::size_t b = 0; b < scene_.bodies().size(); ++b)
+      if (scene_.bodies()[b].kind != ContactSide::link) write_body(b, {}, nullptr, 0);
+    write_links(EngineScene::kNone, {});
+    out_ << "</worldbody>";
+    write_exempt();
+    out_ << "</mujoco>";
+    return out_.str();
+  }
+
+ private:
+  struct Triple {
+    const Vector3& v;
+    friend std::ostream& operator<<(std::ostream& out, const Triple& t) {
+      return out << t.v.x() << ' ' << t.v.y() << ' ' << t.v.z();
+    }
+  };
+
+  void write_pose(const Pose& X) {
+    const Quaternion q = quaternion_of(X.R);
+    out_ << " pos='" << Triple{X.p} << "' quat='" << q.w << ' ' << Triple{q.v} << "'";
+  }
+
+  void write_size() {
+    std::size_t moving = 0;
+    for (const EngineScene::Body& body : scene_.bodies()) moving += body.kind == ContactSide::body ? 1 : 0;
+    const std::size_t contacts = kContactsABody * moving + kContactsBesides,
+                      rows = 3 * contacts + 2 * scene_.joints().size();
+    const std::size_t columns = 6 * moving + scene_.joints().size();
+    if (8.0 * static_cast<double>(rows) * static_cast<double>(columns) > kMostBytes)
+      throw InputError("engine 'mujoco': unsupported: " + std::to_string(moving) +
+                       " free bodies (its constraint tables would take more than 16 GB)");
+    out_ << "<size njmax='" << rows << "' nconmax='" << contacts << "'/>";
+  }
+
+  void write_meshes() {
+    out_ << "<asset>";
+    for (std::size_t s = 0; s < scene_.solids().size(); ++s) {
+      const Hexahedron& solid = *scene_.solids()[s].solid;
+      if (solid.is_box()) continue;
+      out_ << "<mesh name='m" << s << "' vertex='";
+      for (const Vector3& v : solid.vertices()) out_ << ' ' << Triple{v};
+      out_ << "'/>";
+    }
+    out_ << "</asset>";
+  }
+
+  void write_solids(const EngineScene::Body& body) {
+    for (const SolidIndex s : body.solids) {
+      const EngineScene::Solid& solid = scene_.solids()[s];
+      out_ << "<geom name='s" << s << "'";
+      if (solid.solid->is_box())
+        out_ << " type='box' size='" << Triple{solid.solid->half_extents()} << "'";
+      else
+        out_ << " type='mesh' mesh='m" << s << "'";
+      write_pose(solid.X_BS);
+      out_ << " condim='3' friction='" << scene_.surface(s).friction << " 0 0'/>";
+    }
+  }
+
+  /// @param joint null: free, or on the ground
+  void write_body(std::size_t index, const Pose& X_PB, const EngineScene::Joint* joint, std::size_t number) {
+    const EngineScene::Body& body = scene_.bodies()[index];
+    out_ << "<body name='b" << index << "'";
+    write_pose(joint == nullptr ? body.X_WB : X_PB);
+    out_ << ">";
+    if (body.kind == ContactSide::body) out_ << "<freejoint name='f" << index << "'/>";
+    if (joint != nullptr) write_joint(*joint, body, number);
+    if (body.kind != ContactSide::ground) {
+      const double least = kThinnest * std::max({body.moments.x(), body.moments.y(), body.moments.z()});
+      out_ << "<inertial pos='0 0 0' mass='" << body.mass << "' diaginertia='"
+           << Triple{Vector3(body.moments.cwiseMax(least))} << "'/>";
+    }
+    write_solids(body);
+    if (joint != nullptr) write_links(index, body.X_WB);
+    out_ << "</body>";
+  }
+
+  void write_joint(const EngineScene::Joint& joint, const EngineScene::Body& child, std::size_t number) {
+    const physics::SceneJoint& source = *joint.source;
+    const Pose X_BW = inverse(child.X_WB);
+    out_ << "<joint name='j" << number << "' type='"
+         << (source.kind == JointKind::revolute ? "hinge" : "slide") << "' pos='"
+         << Triple{transform(X_BW, source.p_W)} << "' axis='" << Triple{rotate(X_BW.R, source.axis_W)}
+         << "' ref='" << source.value << "'";
+    constexpr double kFar = 1e6;  // one of the two stops alone: the other is as far as none
+    if (std::isfinite(source.lower) || std::isfinite(source.upper))
+      out_ << " limited='true' range='" << std::max(source.lower, -kFar) << ' '
+           << std::min(source.upper, kFar) << "'";
+    out_ << "/>";
+  }
+
+  /// The links that joints hang on a body; kNone: on the ground.
+  void write_links(std::size_t parent, const Pose& X_WP) {
+    const auto joints = scene_.joints();
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      if (joints[j].parent == parent)
+        write_body(joints[j].child, compose(inverse(X_WP), scene_.bodies()[joints[j].child].X_WB), &joints[j],
+                   j);
+  }
+
+  void write_exempt() {
+    out_ << "<contact>";
+    for (const auto& [a, b] : scene_.exempt_bodies())
+      out_ << "<exclude body1='b" << a << "' body2='b" << b << "'/>";
+    out_ << "</contact>";
+  }
+
+  const EngineScene& scene_;
+  std::ostringstream out_;
+};
+
+}  // namespace
+
+std::string model_text(const EngineScene& scene) { return Writer(scene).text(); }
+
+}  // namespace touchstone::mujoco_dynamics

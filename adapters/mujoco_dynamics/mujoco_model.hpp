@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "touchstone/physics/engine/engine_scene.hpp"
+
+namespace touchstone::mujoco_dynamics {
+
+/// A scene as MJCF: body b of the scene is "b<b>", solid s is geom "s<s>", joint j is "j<j>", free joints are
+/// "f<b>".
+/// @throws InputError: more bodies than MuJoCo's tables hold.
+std::string model_text(const physics::EngineScene& scene);
+
+}  // namespace touchstone::mujoco_dynamics
