@@ -207,7 +207,9 @@ TEST_F(Program, WritesAReportAndReplacesIt) {
       EXPECT_TRUE(fs::exists(folder_ / "report" / file)) << file;
     if (json["measured_against_exact"]) {
       EXPECT_TRUE(fs::exists(folder_ / "report/figures/random_distance.svg"));
-      EXPECT_THAT(outcome.out, HasSubstr(json["verdicts"][0]["sentence"].get<std::string>()));
+      EXPECT_THAT(
+          outcome.out,
+          HasSubstr(touchstone::comparison::wrapped(json["verdicts"][0]["sentence"].get<std::string>())));
     }
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1)
         << "something was left beside the report";
@@ -362,9 +364,10 @@ TEST_F(Program, OneCommandChoosesForTheContactsOfAFileOfPairs) {
   EXPECT_FALSE(verdict["fastest"].is_null()) << verdict;
   EXPECT_EQ(verdict["cases"], 4);
   EXPECT_EQ(verdict["of_cases"], 6);
-  EXPECT_THAT(outcome.out, HasSubstr(verdict["sentence"].get<std::string>()));
-  EXPECT_THAT(outcome.out, HasSubstr("(contacts only)"));
-  EXPECT_THAT(outcome.out, HasSubstr("of 4 of 6 cases"));
+  const auto sentence = verdict["sentence"].get<std::string>();
+  EXPECT_THAT(outcome.out, HasSubstr(touchstone::comparison::wrapped(sentence)));
+  EXPECT_THAT(sentence, HasSubstr("(contacts only)"));
+  EXPECT_THAT(sentence, HasSubstr("of 4 of 6 cases"));
   for (const auto& candidate : verdict["candidates"]) EXPECT_EQ(candidate["cases"], 4);
 
   const std::string results = (folder_ / "report/results.json").string();

@@ -197,7 +197,9 @@ TEST_F(ReportFiles, DecidesAgainFromAFinishedRun) {
     const Outcome said = run("decide " + results + " --max-error 1e-9 --query " +
                              verdict["choice"]["query"].get<std::string>());
     EXPECT_EQ(said.code, 0) << said.err;
-    EXPECT_THAT(said.out, StartsWith("\n" + verdict["sentence"].get<std::string>() + "\n"));
+    EXPECT_THAT(
+        said.out,
+        StartsWith("\n" + touchstone::comparison::wrapped(verdict["sentence"].get<std::string>()) + "\n"));
   }
   const std::string no_results = write("no.json", R"({"schema": "other"})").string();
   for (const std::string& bad : std::vector<std::string>{

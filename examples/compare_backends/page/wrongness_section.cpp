@@ -4,14 +4,13 @@
 #include "touchstone/examples/compare_backends/replay_command.hpp"
 #include "touchstone/examples/compare_backends/svg_plot.hpp"
 #include "touchstone/examples/compare_backends/upper_bound.hpp"
-#include "touchstone/examples/compare_backends/verdict.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
 std::string bound_text(std::size_t found, std::size_t cases) {
-  return fmt::format("below {} %", format_percent(upper_bound_95(found, cases)));
+  return fmt::format("below {}", format_error(upper_bound_95(found, cases)));
 }
 
 std::string kinds(const Wrongness& wrong) {
