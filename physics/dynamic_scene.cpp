@@ -267,9 +267,10 @@ void validate(const DynamicScene& scene) {
     reject(name, "the step does not divide the duration into 1 to 1e9 steps");
   if (!(scene.contact_margin > scene.scene.contact_gap) || !std::isfinite(scene.contact_margin))
     reject(name, "the contact margin is not above the contact gap");
-  for (const double figure : {scene.bounce_speed, scene.push_out})
+  for (const double figure : {scene.bounce_speed, scene.push_out, scene.part_speed, scene.sleep_speed})
     if (!is_number_at_least_0(figure) || std::isinf(figure))
-      reject(name, "bounce speed and push-out must be >= 0 and finite");
+      reject(name, "bounce speed, push-out, part speed and sleep speed must be >= 0 and finite");
+  if (!is_number_at_least_0(scene.sleep_time)) reject(name, "the sleep time must be >= 0");
   for (const SceneAnswer& answer : scene.answers) validate_answer(scene, answer);
   validate_accept(scene, name);
 }

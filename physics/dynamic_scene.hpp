@@ -152,6 +152,9 @@ struct DynamicScene {
   double contact_margin = 1e-3;         ///< points up to this far apart are found [m]
   double bounce_speed = 1e-3;           ///< approaches slower than this do not bounce [m/s]
   double push_out = 0.0;                ///< see DynamicsWorld::Settings [1/s]
+  double part_speed = 0.05;             ///< the same [m/s]
+  /// The same [m/s], [s]: what has been slower for so long sleeps. Infinite: nothing does.
+  double sleep_speed = 1e-3, sleep_time = std::numeric_limits<double>::infinity();
 
   std::uint64_t step_count() const;
 };

@@ -107,6 +107,9 @@ void SceneSimulation::build_world() {
   settings.contact_gap = scene_->scene.contact_gap;
   settings.bounce_speed = scene_->bounce_speed;
   settings.push_out = scene_->push_out;
+  settings.part_speed = scene_->part_speed;
+  settings.sleep_speed = scene_->sleep_speed;
+  settings.sleep_time = scene_->sleep_time;
   world_ = std::make_unique<DynamicsWorld>(settings);
   place_objects();
   for (std::size_t m = 0; m < scene_->mechanisms.size(); ++m) make_arm(m);

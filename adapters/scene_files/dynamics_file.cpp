@@ -427,15 +427,21 @@ void read_settings(const YamlReader& dynamics, DynamicScene& out) {
     out.contact_margin = read_positive(margin, margin.length());
     if (!(out.contact_margin > out.scene.contact_gap)) margin.fail("is not above the contact gap");
   }
-  if (dynamics.has("bounce_speed"))
-    out.bounce_speed = read_at_least_0(dynamics.at("bounce_speed"), dynamics.at("bounce_speed").length());
-  if (dynamics.has("push_out"))
-    out.push_out = read_at_least_0(dynamics.at("push_out"), dynamics.at("push_out").number());
+  const auto read = [&](const char* key, double unit, double& value) {
+    if (dynamics.has(key)) value = unit * read_at_least_0(dynamics.at(key), dynamics.at(key).number());
+  };
+  const double length = 1.0 / dynamics.source().lengths_per_metre;
+  read("bounce_speed", length, out.bounce_speed);
+  read("push_out", 1.0, out.push_out);
+  read("part_speed", length, out.part_speed);
+  read("sleep_speed", length, out.sleep_speed);
+  read("sleep_time", 1.0, out.sleep_time);
 }
 
 DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
   dynamics.require_keys({"gravity", "step", "contact_margin", "friction", "restitution", "bounce_speed",
-                         "push_out", "bodies", "mechanisms", "actions", "answers", "conserved", "accept"});
+                         "push_out", "part_speed", "sleep_speed", "sleep_time", "bodies", "mechanisms",
+                         "actions", "answers", "conserved", "accept"});
   DynamicScene out;
   out.scene = std::move(scene);
   read_settings(dynamics, out);

@@ -175,8 +175,14 @@ TEST(DynamicScene, AddressesOfActionsAndAnswersAreChecked) {
   EXPECT_EQ(error([](DynamicScene& s) { s.answers[0].value.z() = NAN; }),
             "file:9: answer 'position': the value is not finite");
   EXPECT_EQ(error([](DynamicScene& s) { s.accept.angle = NAN; }), "scene 'scene': accept: a limit below 0");
-  EXPECT_EQ(error([](DynamicScene& s) { s.bounce_speed = INFINITY; }),
-            "scene 'scene': bounce speed and push-out must be >= 0 and finite");
+  for (double DynamicScene::*const figure : {&DynamicScene::bounce_speed, &DynamicScene::push_out,
+                                             &DynamicScene::part_speed, &DynamicScene::sleep_speed})
+    for (const double value : {-1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)})
+      EXPECT_EQ(error([&](DynamicScene& s) { s.*figure = value; }),
+                "scene 'scene': bounce speed, push-out, part speed and sleep speed must be >= 0 and finite");
+  for (const double value : {-1.0, static_cast<double>(NAN)})
+    EXPECT_EQ(error([&](DynamicScene& s) { s.sleep_time = value; }),
+              "scene 'scene': the sleep time must be >= 0");
 }
 
 TEST(SceneSimulation, SetUpRefusesAJointThatMovesNoInertia) {

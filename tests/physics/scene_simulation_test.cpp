@@ -33,6 +33,28 @@ TEST(SceneSimulation, KinematicBodiesAreWhereTheyAreTold) {
   }
 }
 
+TEST(SceneSimulation, WhatRestsSleepsUntilAToolTouchesIt) {
+  DynamicScene scene = empty_scene(1.0);
+  scene.gravity_W = {0, 0, -9.81};
+  scene.sleep_time = 0.1;
+  add(scene, box("floor", {4, 4, 1}, at({0, 0, -0.5})), {.surface = {0.5, 0.0}});
+  add(scene, box("block", {0.2, 0.2, 0.2}, at({0, 0, 0.1})), free_body(1.0, {0.2, 0.2, 0.2}));
+  SceneObject tool = box("tool", {0.2, 0.2, 0.2}, at({-0.25, 0, 0.11}));  // 5 cm away
+  tool.motion.segments.push_back({0.5, 0.5, {0.2, 0, 0}, Vector3::UnitZ(), 0.0, kZero});
+  add(scene, tool, {.kind = BodyKind::kinematic});
+  SceneSimulation simulation(scene, native_contacts);
+  const auto run_to = [&](double time) {
+    while (simulation.time() < time) ASSERT_EQ(step(simulation).failure, StepFailure::none);
+  };
+  run_to(0.45);
+  const std::uint32_t block = *simulation.dynamic_body(1);
+  EXPECT_TRUE(simulation.world().is_asleep(block));
+  EXPECT_TRUE(simulation.world().is_at_rest());
+  run_to(0.95);  // touched at 0.75 s
+  EXPECT_FALSE(simulation.world().is_asleep(block));
+  EXPECT_GT(simulation.object_pose(1).p.x(), 0.01);
+}
+
 TEST(SceneSimulation, JointsToldInTheWorldLeaveTheObjectsWhereTheyStand) {
   // Two links in poses of no pattern, at joint values other than 0, on a fixed stand.
   DynamicScene scene = empty_scene(1.0);

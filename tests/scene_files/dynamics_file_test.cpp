@@ -64,6 +64,9 @@ TEST(DynamicsFile, ReadsBodiesJointsDrivesActionsAndAnswersInTheFilesUnits) {
       "  restitution: 0.125\n"
       "  bounce_speed: 3\n"
       "  push_out: 4\n"
+      "  part_speed: 5\n"
+      "  sleep_speed: 6\n"
+      "  sleep_time: 0.5\n"
       "  bodies:\n"
       "    - {object: a, kind: dynamic, mass: $mass, velocity: [10, 0, 0], turn: [0, 90, 0], friction: 1}\n"
       "    - {object: b, mass: 3, inertia: {centre: [10, 0, 0], moments: [1, 2, 2.5], products: [0.1, 0.2, "
@@ -92,6 +95,9 @@ TEST(DynamicsFile, ReadsBodiesJointsDrivesActionsAndAnswersInTheFilesUnits) {
   EXPECT_DOUBLE_EQ(scene.contact_margin, 0.002);
   EXPECT_DOUBLE_EQ(scene.bounce_speed, 0.003);
   EXPECT_EQ(scene.push_out, 4.0);
+  EXPECT_DOUBLE_EQ(scene.part_speed, 0.005);
+  EXPECT_DOUBLE_EQ(scene.sleep_speed, 0.006);
+  EXPECT_EQ(scene.sleep_time, 0.5);
   using physics::BodyKind;
   EXPECT_EQ(scene.bodies[0].kind, BodyKind::dynamic);
   EXPECT_EQ(scene.bodies[1].kind, BodyKind::link);
