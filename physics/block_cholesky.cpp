@@ -29,6 +29,36 @@ void subtract_body_product(double* __restrict B, const double* __restrict P, con
   }
 }
 
+/// Of `rows` rows, if that is known, else n. With the inverses of its diagonal, as factor_cholesky().
+template <std::size_t rows>
+bool factor_block(double* A, std::size_t width) {
+  const std::size_t n = rows != 0 ? rows : width;
+  for (std::size_t j = 0; j < n; ++j) {
+    double pivot = A[j * n + j];
+    for (std::size_t k = 0; k < j; ++k) pivot -= A[j * n + k] * A[j * n + k];
+    if (!(pivot > 0.0)) return false;
+    A[j * n + j] = 1.0 / std::sqrt(pivot);
+    for (std::size_t i = j + 1; i < n; ++i) {
+      double sum = A[i * n + j];
+      for (std::size_t k = 0; k < j; ++k) sum -= A[i * n + k] * A[j * n + k];
+      A[i * n + j] = sum * A[j * n + j];
+    }
+  }
+  return true;
+}
+
+/// The same for each row of a panel: row L^-T.
+template <std::size_t rows>
+void solve_rows(const double* L, double* row, const double* end, std::size_t width) {
+  const std::size_t n = rows != 0 ? rows : width;
+  for (; row != end; row += n)
+    for (std::size_t c = 0; c < n; ++c) {
+      double sum = row[c];
+      for (std::size_t k = 0; k < c; ++k) sum -= row[k] * L[c * n + k];
+      row[c] = sum * L[c * n + c];
+    }
+}
+
 }  // namespace
 
 void BlockCholesky::reserve(std::size_t units, std::size_t pairs, std::size_t widest) {
@@ -142,35 +172,21 @@ double* BlockCholesky::block(std::uint32_t a, std::uint32_t b, bool& is_transpos
   return &values_[at_[static_cast<std::size_t>(std::lower_bound(begin, end, row) - rows_.begin())]];
 }
 
-/// With the inverses of its diagonal, as factor_cholesky().
 bool BlockCholesky::factor_diagonal(std::size_t column) {
   const std::size_t n = sizes_[order_[column]];
   double* const A = &values_[diagonal_[column]];
-  for (std::size_t j = 0; j < n; ++j) {
-    double pivot = A[j * n + j];
-    for (std::size_t k = 0; k < j; ++k) pivot -= A[j * n + k] * A[j * n + k];
-    if (!(pivot > 0.0)) return false;
-    A[j * n + j] = 1.0 / std::sqrt(pivot);
-    for (std::size_t i = j + 1; i < n; ++i) {
-      double sum = A[i * n + j];
-      for (std::size_t k = 0; k < j; ++k) sum -= A[i * n + k] * A[j * n + k];
-      A[i * n + j] = sum * A[j * n + j];
-    }
-  }
-  return true;
+  return n == kBodyRows ? factor_block<kBodyRows>(A, n) : factor_block<0>(A, n);
 }
 
 /// The column's blocks lie one after the other: one matrix.
 void BlockCholesky::solve_panel(std::size_t column) {
-  const std::size_t n = sizes_[order_[column]];
-  const double* const L = &values_[diagonal_[column]];
+  const std::size_t n = sizes_[order_[column]], at = diagonal_[column];
   const std::size_t end = column + 1 < diagonal_.size() ? diagonal_[column + 1] : values_.size();
-  for (double* row = &values_[diagonal_[column]] + n * n; row != values_.data() + end; row += n)
-    for (std::size_t c = 0; c < n; ++c) {
-      double sum = row[c];
-      for (std::size_t k = 0; k < c; ++k) sum -= row[k] * L[c * n + k];
-      row[c] = sum * L[c * n + c];
-    }
+  double* const A = &values_[at];
+  if (n == kBodyRows)
+    solve_rows<kBodyRows>(A, A + n * n, A + (end - at), n);
+  else
+    solve_rows<0>(A, A + n * n, A + (end - at), n);
 }
 
 void BlockCholesky::subtract_from_rest(std::size_t column) {
@@ -181,13 +197,17 @@ void BlockCholesky::subtract_from_rest(std::size_t column) {
     for (std::size_t i = 0; i < width; ++i)
       for (std::size_t c = 0; c < n; ++c) transposed_[c * width + i] = P[i * n + c];
     const double* const T = transposed_.data();
-    subtract_product(&values_[diagonal_[k]], P, T, width, width, n);
+    const bool is_of_bodies = n == kBodyRows && width == kBodyRows;
+    if (is_of_bodies)
+      subtract_body_product(&values_[diagonal_[k]], P, T);
+    else
+      subtract_product(&values_[diagonal_[k]], P, T, width, width, n);
     std::size_t at = first_row_[k];
     for (std::size_t below = r + 1; below < last; ++below) {
       while (rows_[at] != rows_[below]) ++at;
       const std::size_t height = sizes_[order_[rows_[below]]];
       double* const B = &values_[at_[at]];
-      if (n == kBodyRows && width == kBodyRows && height == kBodyRows)
+      if (is_of_bodies && height == kBodyRows)
         subtract_body_product(B, &values_[at_[below]], T);
       else
         subtract_product(B, &values_[at_[below]], T, height, width, n);

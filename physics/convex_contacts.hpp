@@ -61,8 +61,18 @@ class ConvexContacts {
  public:
   void reserve(std::size_t units, std::size_t rows, std::size_t widest);
   /// @param x in: to start from; out: the best found. @param tolerance of the residual [m/s].
-  ConvexReport solve(const SparseContacts& problem, std::span<double> x, double tolerance,
-                     WorkBudget& budget);
+  /// @param was_contradictory in the last step: then the soft answer comes first, and is taken as long as its
+  /// impulses say that the contacts contradict each other still.
+  ConvexReport solve(const SparseContacts& problem, std::span<double> x, double tolerance, WorkBudget& budget,
+                     bool was_contradictory = false);
+  /// The soft answer around 0 alone, as far as the budget and so many Newton steps go: it gives way to what
+  /// contradicts by no more than kSoftAnswer of each contact's W.
+  /// @param x out. @param tolerance of the velocities [m/s].
+  ConvexReport solve_softly(const SparseContacts& problem, std::span<double> x, double tolerance,
+                            WorkBudget& budget, int most_steps);
+
+  /// The softness R of contacts that contradict each other, beside their own W.
+  static constexpr double kSoftAnswer = 1e-3;
 
  private:
   enum class Outcome : std::uint8_t { solved, spent, stuck };
@@ -70,9 +80,15 @@ class ConvexContacts {
   void load(const SparseContacts& problem, std::span<const double> x);
   void find_scales();
   void find_pairs();
-  Outcome minimise(double tolerance, WorkBudget& budget);
+  Outcome minimise(double tolerance, WorkBudget& budget, int most_steps);
+  void add(const SparseContacts::Row& row, std::span<const double> of, double factor,
+           std::vector<double>& to) const;
+  double product(const SparseContacts::Row& row, std::span<const double> of, const std::vector<double>& with,
+                 double start) const;
   void spread(std::span<const double> impulses, std::vector<double>& V) const;
   void find_velocities(const std::vector<double>& V, std::vector<double>& u, bool with_b) const;
+  void ask(std::size_t contact, const double* u, double* y) const;
+  void set_softness(double softness);
   void project(const std::vector<double>& u);
   void find_gradient();
   void assemble();
@@ -80,18 +96,24 @@ class ConvexContacts {
   void add_rows(std::size_t first, std::size_t count, const double* G);
   double slope_at(double along, double& curvature);
   double line_search();
+  void go_along(double along);
+  void find_slips();
   double missed() const;
   double residual_of(std::span<const double> x);
-  bool is_growing() const;
-  void soften(double tolerance, WorkBudget& budget);
+  bool is_beyond(double factor, std::span<const double> impulses) const;
+  bool take_energy(std::span<double> x, double most_given);
+  double judge(std::span<double> x);
+  void start();
+  bool soften(double tolerance, WorkBudget& budget);
 
   SparseContacts problem_;
   BlockCholesky cholesky_;
   std::vector<BlockCholesky::Pair> pairs_;
   std::vector<std::size_t> first_, first_mass_;  // by unit
-  std::vector<double> scale_;                    // w of each block; R = softness w
+  std::vector<double> scale_, hardness_;         // of each block: w, 1 / R where R = softness w
   std::vector<double> slip_;                     // s, by contact
   std::vector<double> anchor_, gamma_;           // x_k and the projections, by row
+  std::vector<double> impulses_;                 // that give V_, by row: gamma_ in the end
   std::vector<double> V_, u_, step_, du_, gradient_, trial_V_, best_;
   std::vector<double> blocks_;                      // G J of the rows being added
   std::vector<double> stiffness_, last_stiffness_;  // G, by block

@@ -13,6 +13,8 @@ namespace {
 constexpr double kShareOfGap = 0.1;
 // Of the fastest that anything approaches or slides: what is left of large islands that move is not more.
 constexpr double kShareOfSpeed = 1e-5;
+// What contradicted itself is taken to do so still for so many solves, then tried by all means again.
+constexpr std::uint8_t kSoftSolves = 64;
 
 }  // namespace
 
@@ -82,22 +84,18 @@ SolveReport DynamicsWorld::solve_convex(const Island& island, StepReport& report
   const SparseContacts problem{
       convex_sizes_, masses_, island.contacts, local_friction_, local_bounds_, convex_rows_, J_, Y_,
       local_b_};
-  const ConvexReport convex = convex_.solve(problem, local_x_, tolerance, budget_);
-  const bool is_any_found = local_x_ != warm_x_;
+  const ConvexReport convex = convex_.solve(problem, local_x_, tolerance, budget_, is_contradicted(island));
   for (std::size_t k = 0; k < local_rows_.size(); ++k) x_[local_rows_[k]] = local_x_[k];
   SolveReport solved;
   solved.newton_steps = convex.newton_steps;
   solved.residual = update_velocities(island).worst;
   solved.converged = solved.residual <= tolerance;
   report.contradictory += convex.is_contradictory ? 1 : 0;
-  for (const std::uint32_t unit : std::span(unit_order_).subspan(island.first_unit, island.units))
-    contradicted_[unit] = convex.is_contradictory ? 1 : 0;
-  if (!solved.converged && budget_.is_spent()) report.is_work_spent = true;
-  if (!solved.converged && !is_any_found) {
-    const int steps = solved.newton_steps;
-    solved = sweep_loaded(island, solved.residual);
-    solved.newton_steps = steps;
+  for (const std::uint32_t unit : std::span(unit_order_).subspan(island.first_unit, island.units)) {
+    std::uint8_t& left = contradicted_[unit];
+    left = !convex.is_contradictory ? 0 : left > 0 ? left - 1 : kSoftSolves;
   }
+  if (!solved.converged && budget_.is_spent()) report.is_work_spent = true;
   return solved;
 }
 

@@ -16,6 +16,8 @@ constexpr double kShareOfParting = 1e-2;
 constexpr double kLeastSpeed = 1e-3;
 // Of the contact gap: less overlap than this is left, or parting would stir what rests.
 constexpr double kLeftAlone = 1e5;
+// Newton's, of a step: what they leave is left to the next.
+constexpr int kMostSteps = 10;
 
 }  // namespace
 
@@ -65,8 +67,8 @@ void DynamicsWorld::part(double h, StepReport& report) {
     const SparseContacts problem{
         convex_sizes_, masses_, island.contacts, local_friction_, local_bounds_, convex_rows_, J_, Y_,
         local_b_};
-    report.newton_steps +=
-        static_cast<std::uint32_t>(convex_.solve(problem, local_x_, tolerance, budget).newton_steps);
+    report.newton_steps += static_cast<std::uint32_t>(
+        convex_.solve_softly(problem, local_x_, tolerance, budget, kMostSteps).newton_steps);
     for (std::size_t k = 0; k < local_rows_.size(); ++k) x_[local_rows_[k]] = local_x_[k];
     J_.resize(mechanism_rows);
     Y_.resize(mechanism_rows);

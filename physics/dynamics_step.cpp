@@ -94,6 +94,8 @@ void DynamicsWorld::keep() {
   }
   kept_patience_.reserve(bodies_.size() + mechanisms_.size());
   kept_patience_ = patience_;
+  contradicted_.resize(bodies_.size() + mechanisms_.size(), 0);
+  kept_contradicted_ = contradicted_;
 }
 
 /// To the start of the step, everything.
@@ -106,6 +108,7 @@ void DynamicsWorld::undo() {
   }
   for (Warm& warm : warm_) warm.is_taken = false;
   patience_ = kept_patience_;
+  contradicted_ = kept_contradicted_;
 }
 
 /// Says why, and of which contact, body or mechanism. Returns false.
@@ -203,7 +206,6 @@ StepReport DynamicsWorld::step(double h, std::span<const Contact> contacts, std:
       next_warm_[i] = {contact.key, contact.a, contact.b, Vector3::Zero(), carried_[i].force_W, false};
       forces_[i] = {carried_[i].force_W, Vector3::Zero()};
     }
-  contradicted_.resize(bodies_.size() + mechanisms_.size(), 0);
   bool is_good = true;
   for (std::size_t g = 0; g < groups_.size() && is_good; ++g) {
     group_ = groups_[g];

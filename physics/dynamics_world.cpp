@@ -215,14 +215,12 @@ void DynamicsWorld::reserve(std::size_t contacts) {
                        &unit_order_, &mechanism_order_})
     vector->reserve(units);
   fill_.reserve(units + 1);
-  for (auto* vector : {&patience_, &kept_patience_, &contradicted_}) vector->reserve(units);
+  for (auto* vector : {&patience_, &kept_patience_, &contradicted_, &kept_contradicted_})
+    vector->reserve(units);
   for (auto* vector : {&convex_sizes_, &local_unit_}) vector->reserve(units);
   masses_.reserve(units * widest * widest);
   convex_rows_.reserve(rows);
   convex_.reserve(units, rows, widest);
-  first_V_.reserve(units);
-  V_.reserve(widest * units);
-  own_W_.reserve(18 * contacts + 3 * joints);
   for (auto* vector : {&residuals_, &scales_}) vector->reserve(blocks);
   groups_.reserve(units);
   islands_.reserve(units);

@@ -435,15 +435,8 @@ class DynamicsWorld {
   double coupling(const Row& r, const Row& s) const;
   static bool meet(const Row& r, const Row& s);
 
-  // dynamics_sweeps.cpp
-  void prepare_sweeps(const Island& island);
-  std::size_t width_of(std::uint32_t unit) const { return is_body(unit) ? 6 : arm_of(unit).q.size(); }
-  double swept_velocity(std::size_t row) const;
-  void add_swept_impulse(std::size_t row, double change);
-  void sweep_contact(std::size_t contact);
-  SolveReport sweep_loaded(const Island& island, double warm);
-
   // dynamics_convex.cpp
+  std::size_t width_of(std::uint32_t unit) const { return is_body(unit) ? 6 : arm_of(unit).q.size(); }
   double tolerance_of(const Island& island, bool is_exact) const;
   bool is_contradicted(const Island& island) const;
   void load_convex(const Island& island);
@@ -486,15 +479,13 @@ class DynamicsWorld {
   double h_ = 0.0;                             // the whole step
   bool is_coarse_ = false;                     // the group goes through the step in one piece
   std::uint32_t restless_ = 0, sleepers_ = 0;  // free bodies awake and kinematic ones that move; asleep
-  std::vector<std::uint8_t> contradicted_;     // by unit: its island's contacts did when last solved
-  WorkBudget budget_;                          // of the step
+  // By unit: how often its island, whose contacts contradicted each other, is still taken to do so.
+  std::vector<std::uint8_t> contradicted_, kept_contradicted_;
+  WorkBudget budget_;  // of the step
   ConvexContacts convex_;
   std::vector<std::uint32_t> convex_sizes_, local_unit_;  // by the island's unit; by unit
   std::vector<double> masses_;                            // of the island's units
   std::vector<Row> convex_rows_;                          // units as the island counts them
-  // Of sweeps.
-  std::vector<std::size_t> first_V_;  // by unit
-  std::vector<double> V_, own_W_;     // velocities by impulses; each contact's block of W, its inverse
 };
 
 }  // namespace touchstone::physics

@@ -5,56 +5,12 @@
 #include <cmath>
 #include <random>
 
-#include "touchstone/contact_core/registry.hpp"
 #include "touchstone/physics/block_cholesky.hpp"
-#include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/tests/physics/cubes.hpp"
 #include "touchstone/tests/physics/random_contact_sets.hpp"
 
 namespace touchstone::physics {
 namespace {
-
-constexpr double kSide = 0.2;
-const Vector3 kZero = Vector3::Zero();
-
-/// Cubes of 1 kg, and boxes that are driven, under gravity.
-struct Cubes {
-  BackendRegistry registry;
-  RigidBody cube{box_inertia(1.0, {kSide, kSide, kSide}), "cube"};
-  HexahedronTree cube_tree{{{"box", Hexahedron::from_size({kSide, kSide, kSide}), {}}}, "cube"};
-  HexahedronTree ground_tree{{{"box", Hexahedron::from_size({20, 20, 1}), {}}}, "ground"};
-  std::unique_ptr<NarrowphaseContacts> contacts;
-  DynamicsWorld world{[] {
-    DynamicsWorld::Settings settings;
-    settings.gravity_W = {0, 0, -9.81};
-    return settings;
-  }()};
-
-  Cubes() {
-    register_core(registry);
-    contacts = std::make_unique<NarrowphaseContacts>(registry.make_broadphase("native"),
-                                                     registry.make_narrowphase("native"), 1e-3);
-  }
-  static Pose at(const Vector3& p) {
-    Pose X;
-    X.p = p;
-    return X;
-  }
-  void add_ground() {
-    contacts->add(Mover::of_body(world.add_kinematic(at({0, 0, -0.5}), kZero, kZero)), ground_tree,
-                  {0.5, 0.0});
-  }
-  std::uint32_t add_driven(const Vector3& p, const Vector3& v) {
-    const auto body = world.add_kinematic(at(p), v, kZero);
-    contacts->add(Mover::of_body(body), cube_tree, {0.5, 0.0});
-    return body;
-  }
-  std::uint32_t add_cube(const Vector3& p) {
-    const auto body = world.add_body(cube, cube.state(at(p), kZero, kZero));
-    contacts->add(Mover::of_body(body), cube_tree, {0.5, 0.0});
-    return body;
-  }
-  StepReport step(double h) { return world.step(h, contacts->find(world, h)); }
-};
 
 TEST(BlockCholesky, SolvesWhatItsBlocksSay) {
   // Units of 6 and 7 rows in a ring with a chord: A = 1 + sum of v v^T over pairs.
@@ -122,7 +78,7 @@ TEST(BoundedSteps, StacksOfAnyHeightRest) {
   for (const int height : {17, 50}) {
     Cubes scene;
     scene.add_ground();
-    for (int i = 0; i < height; ++i) scene.add_cube({0, 0, kSide * (0.5 + i)});
+    for (int i = 0; i < height; ++i) scene.add_cube({0, 0, kCubeSide * (0.5 + i)});
     scene.contacts->build();
     const double before = scene.world.energy();
     for (int step = 0; step < 300; ++step) {
@@ -133,7 +89,7 @@ TEST(BoundedSteps, StacksOfAnyHeightRest) {
     double speed = 0.0, drift = 0.0;
     for (std::uint32_t i = 1; i <= static_cast<std::uint32_t>(height); ++i) {
       speed = std::max(speed, norm(scene.world.velocity(i)));
-      drift = std::max(drift, norm(scene.world.pose(i).p - Vector3(0, 0, kSide * (i - 0.5))));
+      drift = std::max(drift, norm(scene.world.pose(i).p - Vector3(0, 0, kCubeSide * (i - 0.5))));
     }
     EXPECT_LT(speed, 1e-5) << height;
     EXPECT_LT(drift, 1e-6) << height;
@@ -147,13 +103,19 @@ TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
   settings.work = 0.0;
   scene.world = DynamicsWorld(settings);
   scene.add_ground();
-  for (int i = 0; i < 12; ++i) scene.add_cube({0.02 * (i % 2), 0, kSide * (0.5 + i)});
+  for (int i = 0; i < 12; ++i) scene.add_cube({0.02 * (i % 2), 0, kCubeSide * (0.5 + i)});
+  for (std::uint32_t i = 1; i <= 12; ++i) {
+    const Vector3 v(0.2 * (i % 3), 0.1 * (i % 2), -0.3 * (i % 4));
+    scene.world.set_state(i, scene.cube.state(scene.world.pose(i), v, {0.5, 0, 0.3}));
+  }
   scene.contacts->build();
+  const double before = scene.world.energy();
   const StepReport report = scene.step(1e-3);
   EXPECT_EQ(report.failure, StepFailure::none);
   EXPECT_TRUE(report.is_work_spent);
   EXPECT_GT(report.unconverged, 0U);
   EXPECT_GT(report.worst_residual, 1e-9);
+  EXPECT_LT(scene.world.energy(), before);  // what is not solved gives none
 }
 
 TEST(Parting, OverlapAtTheStartLeavesAtACappedSpeedWithoutMomentum) {
