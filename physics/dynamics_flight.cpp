@@ -43,7 +43,7 @@ bool DynamicsWorld::begin_flight(StepReport& report) {
     Arm& arm = mechanisms_[m];
     for (std::size_t k = 0; k < arm.q.size(); ++k) {
       const JointDrive& drive = arm.drives[k];
-      arm.tau[k] = drive.mode == JointDrive::Mode::torque ? cut_torque(drive) : 0.0;
+      arm.tau[k] = (drive.mode == JointDrive::Mode::torque ? cut_torque(drive) : 0.0) + arm.push[k];
     }
     if (!arm.dynamics->begin_flight(settings_.gravity_W, arm.tau, arm.qd, arm.placed, arm.scratch))
       return fail(StepFailure::mechanism, m, report);
@@ -57,12 +57,32 @@ bool DynamicsWorld::fail_flight(const Body& body, double t, std::uint32_t index,
   return fail(turn > RigidBody::kMostTurn ? StepFailure::turn : StepFailure::body, index, report);
 }
 
+/// Under gravity and what pushes it.
+bool DynamicsWorld::fly_body(const Body& body, RigidBodyState& state, double t) const {
+  if (!body.body.fly(state, t, settings_.gravity_W)) return false;
+  if (!is_pushed_ || (body.push_W == Vector3::Zero() && body.push_moment_W == Vector3::Zero())) return true;
+  const Vector3 impulse = t * body.push_W, twist = t * body.push_moment_W;
+  add_compensated(state.p_W, state.p_low_W, (0.5 * t / body.body.inertia().mass) * impulse);
+  add_compensated(state.momentum_W, state.low_W, impulse);
+  state.angular_W += twist;
+  RigidBody::turn_by(state, rotate(body.body.inverse_inertia_W(state), Vector3((0.5 * t) * twist)));
+  return is_finite(state);
+}
+
+/// They were for one step.
+void DynamicsWorld::forget_pushes() {
+  if (!is_pushed_) return;
+  for (Body& body : bodies_) body.push_W = body.push_moment_W = Vector3::Zero();
+  for (Arm& arm : mechanisms_) std::fill(arm.push.begin(), arm.push.end(), 0.0);
+  is_pushed_ = false;
+}
+
 /// Without contacts, drives of rows and stops: into the flown states.
 bool DynamicsWorld::fly(double t, StepReport& report) {
   for (const std::uint32_t i : group_.bodies) {
     Body& body = bodies_[i];
     body.flown = body.state;
-    if (!body.body.fly(body.flown, t, settings_.gravity_W)) return fail_flight(body, t, i, report);
+    if (!fly_body(body, body.flown, t)) return fail_flight(body, t, i, report);
   }
   for (const std::uint32_t m : group_.mechanisms) {
     Arm& arm = mechanisms_[m];
@@ -126,7 +146,7 @@ void DynamicsWorld::commit(double t, double h) {
     for (std::size_t i = 0; i < arm.q.size(); ++i) {
       arm.q[i] = arm.flown_q[i] + (0.5 * t) * arm.change[i];
       arm.qd[i] = arm.flown_qd[i] + arm.change[i];
-      arm.torque[i] += arm.tau[i] * (t / h);
+      arm.torque[i] += (arm.tau[i] - arm.push[i]) * (t / h);
     }
     arm.dynamics->place(arm.X_WBase, arm.q, arm.qd, arm.placed);
   }

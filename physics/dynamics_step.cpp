@@ -170,8 +170,7 @@ bool DynamicsWorld::is_work_over(const StepReport& report) const {
 /// Bodies that touch nothing; kinematic ones to where they were told.
 bool DynamicsWorld::step_loose(double h, StepReport& report) {
   for (const std::uint32_t i : loose_)
-    if (!bodies_[i].body.fly(bodies_[i].state, h, settings_.gravity_W))
-      return fail_flight(bodies_[i], h, i, report);
+    if (!fly_body(bodies_[i], bodies_[i].state, h)) return fail_flight(bodies_[i], h, i, report);
   kinematics_.clear();
   for (std::uint32_t i = 0; i < bodies_.size(); ++i)
     if (bodies_[i].is_kinematic) kinematics_.push_back(i);
@@ -216,6 +215,7 @@ StepReport DynamicsWorld::step(double h, std::span<const Contact> contacts, std:
     return report;
   }
   warm_.swap(next_warm_);
+  forget_pushes();
   std::copy_n(forces_.begin(), std::min(forces.size(), forces_.size()), forces.begin());
   return report;
 }

@@ -137,6 +137,39 @@ void DynamicsWorld::hold_out(std::uint32_t body) {
   count_restless();
 }
 
+void DynamicsWorld::push(const Mover& mover, const Vector3& force_W, const Vector3& p_W,
+                         const Vector3& moment_W) {
+  const auto refuse = [&](const char* why) {
+    throw InputError(indexed(mover.kind == Mover::Kind::link ? "mechanism" : "body", mover.index) + ": " +
+                     why);
+  };
+  if (mover.kind == Mover::Kind::ground) throw InputError("a push on the ground");
+  if (!is_known(mover)) refuse("no such body or link to push");
+  if (!touchstone::is_finite(force_W) || !touchstone::is_finite(p_W) || !touchstone::is_finite(moment_W))
+    refuse("a push that is not finite");
+  if (mover.kind == Mover::Kind::body && bodies_[mover.index].is_kinematic)
+    refuse("is kinematic: it is not pushed");
+  is_pushed_ = true;
+  if (mover.kind == Mover::Kind::body) {
+    Body& body = bodies_[mover.index];
+    wake(mover.index);
+    body.push_W += force_W;
+    body.push_moment_W += moment_W + cross(Vector3(p_W - body.state.p_W), force_W);
+    return;
+  }
+  Arm& arm = mechanisms_[mover.index];
+  for (const auto& [of, is_turn] : {std::pair(force_W, false), std::pair(moment_W, true)}) {
+    const double size = norm(of);
+    if (size == 0.0) continue;
+    const Vector3 along = of / size;
+    if (is_turn)
+      arm.dynamics->turn_jacobian(mover.link, along, arm.turned, arm.placed);
+    else
+      arm.dynamics->point_jacobian(mover.link, p_W, along, arm.turned, arm.placed);
+    for (std::size_t k = 0; k < arm.push.size(); ++k) arm.push[k] += size * arm.turned[k];
+  }
+}
+
 void DynamicsWorld::set_rates(std::uint32_t mechanism, std::span<const double> qd) {
   Arm& arm = mechanisms_[mechanism];
   for (std::size_t i = 0; i < arm.qd.size(); ++i) arm.qd[i] = qd[i];  // they may be its own
@@ -166,9 +199,9 @@ std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, co
   arm.X_WBase = rigid_frame(X_WBase);
   arm.q.assign(q.begin(), q.end());
   arm.qd.assign(qd.begin(), qd.end());
-  for (auto* vector :
-       {&arm.torque, &arm.start_torque, &arm.last_torque, &arm.tau, &arm.change, &arm.kept_q, &arm.kept_qd,
-        &arm.start_q, &arm.start_qd, &arm.flown_q, &arm.flown_qd, &arm.kept_torque, &arm.kept_last_torque})
+  for (auto* vector : {&arm.torque, &arm.start_torque, &arm.last_torque, &arm.tau, &arm.change, &arm.kept_q,
+                       &arm.kept_qd, &arm.start_q, &arm.start_qd, &arm.flown_q, &arm.flown_qd,
+                       &arm.kept_torque, &arm.kept_last_torque, &arm.push, &arm.turned})
     vector->assign(n, 0.0);
   arm.M.resize(n * n);
   arm.drives.resize(n);

@@ -107,7 +107,8 @@ struct StepReport {
 };
 
 /// Free and kinematic bodies and mechanisms under gravity, drives and contacts, stepped in time. Threads and
-/// errors: see dynamics_world.hpp.
+/// errors: see dynamics_world.hpp. A copy is a snapshot: assigned back, and given contacts found anew, it
+/// takes the same steps to the bit (but for links' inertias, which are MechanismDynamics' own).
 class DynamicsWorld {
  public:
   /// How hard contact problems are tried.
@@ -169,6 +170,14 @@ class DynamicsWorld {
   /// Joint values and rates from now on, as when something outside has stopped the mechanism. Does not
   /// allocate. @pre one each a joint value, finite, the values within the joints' limits.
   void set_joints(std::uint32_t mechanism, std::span<const double> q, std::span<const double> qd);
+  /// Over the next step that is taken, beside gravity, drives and contacts: a force at p_W and a moment, both
+  /// constant, the point going along with the body. Several add up. Wakes what sleeps. On a link: the joint
+  /// torques that they come to where it is now, beyond its drives' limits and not counted among their
+  /// torques. Does not allocate.
+  /// @param force_W [N] @param p_W [m] @param moment_W [N m]
+  /// @throws InputError: the ground, a kinematic body, no such body or link, figures that are not finite.
+  void push(const Mover& mover, const Vector3& force_W, const Vector3& p_W,
+            const Vector3& moment_W = Vector3::Zero());
   /// Ends a free body's sleep, and that of all it lies with.
   void wake(std::uint32_t body);
   bool is_asleep(std::uint32_t body) const { return bodies_[body].is_asleep; }
@@ -224,9 +233,10 @@ class DynamicsWorld {
     RigidBody body;
     RigidBodyState state;
     bool is_kinematic = false, is_met = false, is_asleep = false;
-    std::uint32_t first_sleeper = 0, next_sleeper = 0;               // a ring of those that sleep together
-    double still_for = 0.0;                                          // [s]
-    Vector3 told_v_W = Vector3::Zero(), told_w_W = Vector3::Zero();  // kinematic
+    std::uint32_t first_sleeper = 0, next_sleeper = 0;                  // a ring of those that sleep together
+    double still_for = 0.0;                                             // [s]
+    Vector3 told_v_W = Vector3::Zero(), told_w_W = Vector3::Zero();     // kinematic
+    Vector3 push_W = Vector3::Zero(), push_moment_W = Vector3::Zero();  // about its centre
     RigidBodyState kept = {}, start = {},
                    flown = {};  // before the step, before its piece, after without impulses
     // Of the state.
@@ -244,6 +254,7 @@ class DynamicsWorld {
     std::vector<double> q, qd, torque, start_torque, last_torque, tau, change, M;
     std::vector<double> kept_q, kept_qd, start_q, start_qd, flown_q, flown_qd;  // as Body's states
     std::vector<double> kept_torque, kept_last_torque;
+    std::vector<double> push, turned;  // torques; scratch
     std::vector<JointDrive> drives;
     MechanismDynamics::Workspace placed, scratch;
   };
@@ -369,6 +380,8 @@ class DynamicsWorld {
   void place_kinematics(double elapsed);
   bool begin_flight(StepReport& report);
   bool fly(double t, StepReport& report);
+  bool fly_body(const Body& body, RigidBodyState& state, double t) const;
+  void forget_pushes();
   static bool fail_flight(const Body& body, double t, std::uint32_t index, StepReport& report);
   void accumulate();
   void commit(double t, double h);
@@ -476,6 +489,7 @@ class DynamicsWorld {
   std::vector<std::size_t> local_rows_;
   std::vector<double> W_, local_b_, local_x_, warm_x_, local_friction_;
   std::vector<ContactProblem::Bounds> local_bounds_;
+  bool is_pushed_ = false;                     // something is
   double h_ = 0.0;                             // the whole step
   bool is_coarse_ = false;                     // the group goes through the step in one piece
   std::uint32_t restless_ = 0, sleepers_ = 0;  // free bodies awake and kinematic ones that move; asleep

@@ -93,6 +93,11 @@ void NarrowphaseContacts::move_to(std::uint32_t part, const Mover& mover, const 
   was_found_ = false;
 }
 
+void NarrowphaseContacts::hold_out(std::uint32_t part, bool is_out) {
+  parts_[part].is_out = is_out;
+  was_found_ = false;
+}
+
 void NarrowphaseContacts::reserve(std::size_t contacts, std::size_t pairs) {
   for (auto* vector : {&contacts_, &last_contacts_, &awake_contacts_}) vector->reserve(contacts);
   for (auto* vector : {&origins_, &last_origins_, &awake_origins_}) vector->reserve(contacts);
@@ -264,6 +269,7 @@ void NarrowphaseContacts::sort_out(std::size_t count, std::size_t& last) {
   for (const SolidPair& pair : std::span(block_).first(count)) {
     if (is_exempt(pair)) continue;
     const Part &a = part_of(pair.a), &b = part_of(pair.b);
+    if (a.is_out || b.is_out) continue;
     while (last < last_found_.size() && last_found_[last].pair < pair) ++last;
     Candidate& candidate = candidates_.emplace_back();
     candidate = {pair, nullptr};

@@ -56,6 +56,10 @@ class NarrowphaseContacts {
 
   /// After build(): another mover for a part, as when it is latched or released. Does not allocate.
   void move_to(std::uint32_t part, const Mover& mover, const Pose& X_MO);
+  /// After build(): a part that touches nothing until it is taken back, as with a body that
+  /// DynamicsWorld::hold_out() took out. Parts that come later are added, and build() called again: solids
+  /// keep their numbers, contacts their keys. Does not allocate.
+  void hold_out(std::uint32_t part, bool is_out = true);
   /// After build(): `exempt` calls exempt_parts() and exempt_solids() on these contacts, for what is exempt
   /// from now on in place of all that they were told before. Allocates only when more come than ever before.
   template <class Exempt>
@@ -98,7 +102,7 @@ class NarrowphaseContacts {
     Pose X_MO;
     bool is_static;
     Pose X_WM = {};  // of the mover, at the last find()
-    bool has_moved = true, is_fast = false;
+    bool has_moved = true, is_fast = false, is_out = false;
     double way = 0.0;  // no point of it moves further in the step [m]
     // The mover's motion in it: of a point, and about that.
     Vector3 p_W = Vector3::Zero(), v_W = Vector3::Zero(), w_W = Vector3::Zero();
