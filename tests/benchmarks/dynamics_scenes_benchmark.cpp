@@ -1,9 +1,10 @@
-// Scenes that are hard for dynamics: dynamics_scenes_benchmark [PART_OF_A_NAME [ENGINES [SECONDS]]]
+// Scenes that are hard for dynamics: dynamics_scenes_benchmark [PART_OF_A_NAME [ENGINES [SECONDS [STEPS]]]]
 //
 // Each scene with each engine (own, bullet, ode, mujoco; default: all that are built in), each with its own
 // check: processor time of a step (median, 99.9 %, most), the fastest box at the end, the fastest over the
 // second half, the farthest from where it started (boxes that are to stay), the most that energy rose above
-// the least so far. Cut short at SECONDS of processor time an engine (default 60), which is said.
+// the least so far. Cut short at SECONDS of processor time an engine (default 60), which is said. STEPS: so
+// many instead of the scene's own.
 
 #include <algorithm>
 #include <cmath>
@@ -44,8 +45,8 @@ Moment moment_of(const BoxScene& scene, const BoxEngine& engine) {
   return out;
 }
 
-void run(const BoxScene& scene, BoxEngine& engine, double seconds) {
-  const int steps = static_cast<int>(scene.seconds / scene.step + 0.5);
+void run(const BoxScene& scene, BoxEngine& engine, double seconds, int asked_steps) {
+  const int steps = asked_steps > 0 ? asked_steps : static_cast<int>(scene.seconds / scene.step + 0.5);
   std::vector<double> times;
   Moment now = moment_of(scene, engine);
   double least = now.energy, gained = 0.0, late_speed = 0.0, spent = 0.0;
@@ -77,18 +78,19 @@ int main(int argc, char** argv) {
   const std::string_view part = argc > 1 ? argv[1] : "",
                          engines = argc > 2 ? argv[2] : "own,bullet,ode,mujoco";
   const double seconds = argc > 3 ? std::atof(argv[3]) : 60.0;
+  const int steps = argc > 4 ? std::atoi(argv[4]) : 0;
   std::printf(
       "| scene | engine | median [us] | 99.9 %% | most | at the end [m/s] | second half | drift [m] | "
       "gained [J] | |\n|---|---|---|---|---|---|---|---|---|---|\n");
   for (const BoxScene& scene : box_scenes()) {
     if (!has(scene.name, part)) continue;
-    if (has(engines, "own")) run(scene, *make_own(scene), seconds);
+    if (has(engines, "own")) run(scene, *make_own(scene), seconds, steps);
     if (has(engines, "bullet"))
-      if (const auto engine = make_bullet(scene)) run(scene, *engine, seconds);
+      if (const auto engine = make_bullet(scene)) run(scene, *engine, seconds, steps);
     if (has(engines, "ode"))
-      if (const auto engine = make_ode(scene)) run(scene, *engine, seconds);
+      if (const auto engine = make_ode(scene)) run(scene, *engine, seconds, steps);
     if (has(engines, "mujoco"))
-      if (const auto engine = make_mujoco(scene)) run(scene, *engine, seconds);
+      if (const auto engine = make_mujoco(scene)) run(scene, *engine, seconds, steps);
   }
   return 0;
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
@@ -35,14 +36,19 @@ class Own final : public BoxEngine {
     const auto report = world_->step(step_, contacts_->find(*world_, step_));
     solves_ += report.solves;
     unconverged_ += report.unconverged;
+    contradictory_ += report.contradictory;
+    spent_ += report.is_work_spent ? 1 : 0;
     failed_ += report.failure != physics::StepFailure::none ? 1 : 0;
+    most_newton_steps_ = std::max(most_newton_steps_, report.newton_steps);
   }
   BoxMotion motion(std::size_t box) const override {
     const auto body = static_cast<std::uint32_t>(box);
     return {world_->pose(body).p, world_->velocity(body), world_->angular_velocity(body)};
   }
   std::string remarks() const override {
-    return std::to_string(unconverged_) + " of " + std::to_string(solves_) + " solves unconverged" +
+    return std::to_string(unconverged_) + " of " + std::to_string(solves_) + " solves unconverged, " +
+           std::to_string(contradictory_) + " contradictory, work ended in " + std::to_string(spent_) +
+           " steps, most Newton steps " + std::to_string(most_newton_steps_) +
            (failed_ > 0 ? ", " + std::to_string(failed_) + " steps FAILED" : "");
   }
 
@@ -72,7 +78,8 @@ class Own final : public BoxEngine {
   std::vector<std::unique_ptr<HexahedronTree>> trees_;
   std::unique_ptr<physics::NarrowphaseContacts> contacts_;
   std::unique_ptr<DynamicsWorld> world_;
-  std::uint64_t solves_ = 0, unconverged_ = 0, failed_ = 0;
+  std::uint64_t solves_ = 0, unconverged_ = 0, contradictory_ = 0, spent_ = 0, failed_ = 0;
+  std::uint32_t most_newton_steps_ = 0;
 };
 
 }  // namespace
