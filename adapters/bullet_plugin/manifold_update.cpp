@@ -1,5 +1,6 @@
 #include "touchstone/adapters/bullet_plugin/manifold_update.hpp"
 
+#include <algorithm>
 #include <new>
 #include <optional>
 
@@ -155,21 +156,18 @@ class OldPoints {
   std::optional<std::array<btManifoldPoint, MANIFOLD_CACHE_SIZE>> whole_;
 };
 
-/// Which of `found` comes into which slot: shallowest first, those of one depth as they were. The engine's
-/// solver takes the points in this order, and what its iterations leave over falls on the same points each
-/// step: in a fixed order stacks bend and creep to one side.
-Slots deepest_last(std::span<const FoundPoint> found, const Matching& matching, int old_count) {
+/// Which of `found` comes into which slot: where the solids lean, in the order found, begun one place further
+/// on at each update, and after each round the other way about. The engine's solver takes the points in this
+/// order, and what its iterations leave over falls on the places: where leaning solids' points keep theirs,
+/// stacks bend and creep to one side. What does not lean slides straighter if they do.
+Slots turned_order(std::span<const FoundPoint> found, ManifoldFeatures& features) {
+  const auto is_level = [&](const FoundPoint& point) { return point.distance == found[0].distance; };
+  if (!std::all_of(found.begin(), found.end(), is_level)) ++features.turns;
+  const std::size_t count = found.size();
+  const bool backwards = (features.turns / count) % 2 != 0;
   Slots order;
-  int count = 0;
-  const auto insert = [&](int i) {
-    int k = count++;
-    for (; k > 0 && found[order[k - 1]].distance < found[i].distance; --k) order[k] = order[k - 1];
-    order[k] = i;
-  };
-  for (int k = 0; k < old_count; ++k)
-    if (matching.new_of(k) != kNone) insert(matching.new_of(k));
-  for (int i = 0; i < static_cast<int>(found.size()); ++i)
-    if (matching.old_of(i) == kNone) insert(i);
+  for (std::size_t i = 0; i < count; ++i)
+    order[backwards ? count - 1 - i : i] = static_cast<int>((i + features.turns) % count);
   return order;
 }
 
@@ -206,7 +204,7 @@ void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> foun
   }
   const Materials materials(*objects.a.getCollisionObject(), *objects.b.getCollisionObject());
   const Matching matching(objects, found, manifold, features);
-  const Slots order = deepest_last(found, matching, old_count);
+  const Slots order = turned_order(found, features);
   const OldPoints old(manifold, (materials.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0);
   drop_the_rest(matching, count, manifold);
   for (int slot = 0; slot < count; ++slot) {

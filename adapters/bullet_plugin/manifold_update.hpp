@@ -24,6 +24,7 @@ struct FoundPoint {
 struct ManifoldFeatures {
   std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> ids{};
   int count = 0;
+  std::uint32_t turns = 0;  ///< of the points' order
 };
 
 /// Two objects as the algorithm was called with them; `a` is the manifold's body 0.
