@@ -9,8 +9,8 @@
 namespace touchstone::comparison {
 namespace {
 
-std::string bound_text(std::size_t found, std::size_t cases) {
-  return fmt::format("below {}", format_error(upper_bound_95(found, cases)));
+std::string bound_text(std::size_t found, std::size_t cases, const char* between = " ") {
+  return fmt::format("below{}{}", between, format_error(upper_bound_95(found, cases)));
 }
 
 std::string kinds(const Wrongness& wrong) {
@@ -41,11 +41,12 @@ std::string matrix_cell(const Page& page, const SetResult& set, const std::strin
     if (backend.name != name || !backend.judged) continue;
     const std::size_t q = index_of(query);
     const Wrongness& wrong = backend.judgement.wrongness[q];
-    const std::string bound = bound_text(wrong.total(), wrong.supported());
+    const std::string bound = bound_text(wrong.total(), wrong.supported(), "<br>");
     if (wrong.supported() == 0) return "<td class='right'>unsupported</td>";
-    const std::string unsupported = wrong.unsupported == 0 ? ""
-                                                           : fmt::format("<br><small>{} unsupported</small>",
-                                                                         format_count(wrong.unsupported));
+    const std::string unsupported =
+        wrong.unsupported == 0
+            ? ""
+            : fmt::format("<br><small>{}<br>unsupported</small>", format_count(wrong.unsupported));
     if (wrong.total() == 0)
       return fmt::format("<td class='right'>0<br><small>{}</small>{}</td>", bound, unsupported);
     const double share = static_cast<double>(wrong.total()) / static_cast<double>(wrong.supported());
