@@ -204,11 +204,11 @@ std::string overall_reason(const std::vector<Standing>& standings, const Choice&
            others.text();
   std::string reason =
       best.late > 0 ? fmt::format("none keeps every deadline, it is late in {} scenes; ", best.late) : "";
-  return reason +
-         fmt::format(
-             "within every scene's limits; at most {:.2f} times behind the fastest, median and 99.9 %, "
-             "{}",
-             best.slowness, allocations_text(best.allocations)) +
+  const std::string pace =
+      choice.compared.size() > 1
+          ? fmt::format("at most {:.2f} times behind the fastest, median and 99.9 %", best.slowness)
+          : "the only one to be compared in time";
+  return reason + "within every scene's limits; " + pace + ", " + allocations_text(best.allocations) +
          others.text();
 }
 
