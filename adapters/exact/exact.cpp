@@ -32,6 +32,11 @@ class ExactNarrowphase final : public Narrowphase {
   std::string_view name() const noexcept override { return "exact"; }
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
   void build(std::span<const Hexahedron> solids) override { solids_ = {solids.begin(), solids.end()}; }
+  bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
+    if (first + solids.size() > solids_.size()) solids_.resize(first + solids.size(), solids.front());
+    std::copy(solids.begin(), solids.end(), solids_.begin() + first);
+    return true;
+  }
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "touchstone/contact_core/broadphase/task_runner.hpp"
 #include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
@@ -71,6 +72,25 @@ class Broadphase {
   /// knows poses only.
   virtual bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept {
     static_cast<void>(paths), static_cast<void>(moved);
+    return false;
+  }
+
+  /// Object `object`, or one more where that is their number, from now on has `tree`, whose number of solids
+  /// is that of the tree it replaces; null: it is gone, its solids keep their indices, and no pair names
+  /// them. The next update() or update_paths() must name it in `moved`, unless it is gone; that call may
+  /// allocate. Costs about what one object costs, now and then the scene.
+  /// Returns false, and changes nothing, where a broadphase has to be built anew, as all may.
+  /// @pre build() was called; the tree outlives this call. @throws InputError as build().
+  virtual bool set_object(std::uint32_t object, const HexahedronTree* tree, bool is_static) {
+    static_cast<void>(object), static_cast<void>(tree), static_cast<void>(is_static);
+    return false;
+  }
+
+  /// Appends to `out` the solids that find_pairs() pairs with this one, lower and higher ones, in any order.
+  /// Returns false, and appends nothing, where a broadphase cannot say without looking for all pairs.
+  /// Allocates only where `out` has no room. Not concurrent with update(), find_pairs() or itself.
+  virtual bool find_partners(SolidIndex solid, std::vector<SolidIndex>& out) noexcept {
+    static_cast<void>(solid), static_cast<void>(out);
     return false;
   }
 

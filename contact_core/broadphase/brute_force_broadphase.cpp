@@ -19,6 +19,20 @@ class BruteForce final : public Broadphase {
     state_ = State::built;
   }
 
+  bool set_object(std::uint32_t object, const HexahedronTree* tree, bool is_static) override {
+    touchstone::set_object(table_, object, tree, is_static);
+    sphere_W_.resize(table_.solids());
+    return true;
+  }
+
+  bool find_partners(SolidIndex solid, std::vector<SolidIndex>& out) noexcept override {
+    const std::uint32_t object = table_.object_of[solid];
+    for (SolidIndex other = 0; other < table_.solids(); ++other)
+      if (table_.object_of[other] != object && may_pair(std::min(solid, other), std::max(solid, other)))
+        out.push_back(other);
+    return true;
+  }
+
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept override {
     take(State::posed, moved,
          [&](std::uint32_t s) { sphere_W_[s] = world_sphere(table_.sphere_S[s], poses[s]); });
@@ -67,12 +81,14 @@ class BruteForce final : public Broadphase {
   }
 
   bool may_pair(SolidIndex a, SolidIndex b) const noexcept {
-    if (table_.is_static[table_.object_of[a]] && table_.is_static[table_.object_of[b]]) return false;
+    const std::uint32_t of_a = table_.object_of[a], of_b = table_.object_of[b];
+    if (table_.is_gone[of_a] || table_.is_gone[of_b]) return false;
+    if (table_.is_static[of_a] && table_.is_static[of_b]) return false;
     if (state_ != State::swept) return may_touch(sphere_W_[a], sphere_W_[b], margin_);
     return overlap(box_[a], box_[b]) && may_touch(swept_[a], swept_[b], margin_);
   }
 
-  SolidTable table_{{}, {0}, {}, {}};
+  SolidTable table_{{}, {0}, {}, {}, {}};
   std::vector<Sphere> sphere_W_;
   std::vector<SweptSphere> swept_;  // and their boxes, of paths
   std::vector<Box> box_;

@@ -36,7 +36,30 @@ SolidTable make_solid_table(const BroadphaseInput& input) {
   table.first_solid.push_back(static_cast<std::uint32_t>(table.sphere_S.size()));
   table.is_static.assign(input.is_static.begin(), input.is_static.end());
   table.is_static.resize(input.trees.size());
+  table.is_gone.resize(input.trees.size());
   return table;
+}
+
+void set_object(SolidTable& table, std::uint32_t object, const HexahedronTree* tree, bool is_static) {
+  const bool is_new = object == table.objects();
+  if (tree == nullptr && is_new) throw InputError("broadphase: no tree for another object");
+  if (tree == nullptr) {
+    table.is_gone[object] = 1;
+    return;
+  }
+  const auto count = static_cast<std::uint32_t>(tree->solids().size());
+  if (!is_new && count != table.first_solid[object + 1] - table.first_solid[object])
+    throw InputError("broadphase: a tree of " + std::to_string(count) + " solids in the place of one of " +
+                     std::to_string(table.first_solid[object + 1] - table.first_solid[object]));
+  if (is_new) {
+    table.first_solid.push_back(table.solids() + count);
+    table.sphere_S.resize(table.solids());
+    table.object_of.resize(table.solids(), object);
+    table.is_static.push_back(0), table.is_gone.push_back(0);
+  }
+  table.is_static[object] = is_static ? 1 : 0, table.is_gone[object] = 0;
+  for (std::uint32_t i = 0; i < count; ++i)
+    table.sphere_S[table.first_solid[object] + i] = tree->solids()[i].solid.bounding_sphere();
 }
 
 // Stretch: a valid pose has |R^T R - I|_ij <= t, so by Gershgorin |R v|^2 <= (1 + 3t) |v|^2, and sqrt(1 + 3t)

@@ -15,6 +15,7 @@ struct SolidTable {
   std::vector<std::uint32_t> first_solid;  ///< one an object, and the number of solids at the end
   std::vector<std::uint32_t> object_of;    ///< one a solid
   std::vector<std::uint8_t> is_static;     ///< one an object
+  std::vector<std::uint8_t> is_gone;       ///< one an object: its solids are in no pair
 
   std::uint32_t objects() const { return static_cast<std::uint32_t>(first_solid.size()) - 1; }
   std::uint32_t solids() const { return first_solid.back(); }
@@ -23,6 +24,10 @@ struct SolidTable {
 /// @throws InputError on a null tree, a margin that is negative or not finite, or a number of flags that is
 /// neither 0 nor the number of trees.
 SolidTable make_solid_table(const BroadphaseInput& input);
+
+/// See Broadphase::set_object(). @throws InputError for a tree with another number of solids than the one it
+/// replaces.
+void set_object(SolidTable& table, std::uint32_t object, const HexahedronTree* tree, bool is_static);
 
 /// A sphere that encloses the solid's world vertices, as rounded by world_vertices(), for every valid pose.
 Sphere world_sphere(const Sphere& sphere_S, const Pose& X_WS);

@@ -24,6 +24,11 @@ class Checked final : public Narrowphase {
     narrowphase_->build(solids);
     solid_count_ = solids.size();
   }
+  bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
+    if (!narrowphase_->set_solids(first, solids)) return false;
+    solid_count_ = std::max(solid_count_, first + solids.size());
+    return true;
+  }
   std::unique_ptr<Workspace> make_workspace() const override { return narrowphase_->make_workspace(); }
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,

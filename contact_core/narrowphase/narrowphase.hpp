@@ -180,6 +180,14 @@ class Narrowphase {
   /// Cold path: takes copies of what it needs. On an exception the previous build is still in force.
   /// @throws InputError for a solid that this backend cannot represent, naming its index.
   virtual void build(std::span<const Hexahedron> solids) = 0;
+  /// As build(), of a few of the solids: these take the places from `first` on, the last of them perhaps
+  /// behind all others. Costs what they cost. Workspaces stay good.
+  /// Returns false, and changes nothing, where a backend has to be built anew, as all may.
+  /// @pre first <= the number of solids. @throws InputError as build(), nothing changed.
+  virtual bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) {
+    static_cast<void>(first), static_cast<void>(solids);
+    return false;
+  }
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
 
   /// Hot path: no allocation after the first call with a workspace, no exceptions, no state that a later call

@@ -28,6 +28,10 @@ class NativeNarrowphase final : public Narrowphase {
   std::string_view name() const noexcept override { return "native"; }
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
   void build(std::span<const Hexahedron> solids) override { set_ = native::make_solid_set(solids); }
+  bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
+    native::set_solids(set_, first, solids);
+    return true;
+  }
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,

@@ -94,4 +94,18 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
   return out;
 }
 
+void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids) {
+  const SolidSet fresh = make_solid_set(solids);
+  const auto put = [first](auto& to, const auto& from) {
+    const std::size_t replaced = std::min(from.size(), to.size() - first);
+    const auto split = from.begin() + static_cast<std::ptrdiff_t>(replaced);
+    std::copy(from.begin(), split, to.begin() + static_cast<std::ptrdiff_t>(first));
+    to.insert(to.end(), split, from.end());
+  };
+  put(set.kinds, fresh.kinds), put(set.ordinary, fresh.ordinary);
+  put(set.boxes, fresh.boxes), put(set.forms, fresh.forms);
+  put(set.vertices, fresh.vertices), put(set.edge_forms, fresh.edge_forms);
+  put(set.parallelepipeds, fresh.parallelepipeds), put(set.solids, fresh.solids);
+}
+
 }  // namespace touchstone::native

@@ -43,4 +43,7 @@ inline constexpr double kOrdinaryHigh = 0x1p120;
 
 SolidSet make_solid_set(std::span<const Hexahedron> solids);
 
+/// These take the places from `first` on, the last of them perhaps behind all others.
+void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids);
+
 }  // namespace touchstone::native

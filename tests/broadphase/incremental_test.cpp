@@ -68,6 +68,81 @@ TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
   }
 }
 
+// Objects come, go and come back as others, static or not, some of several solids, while others move; at
+// poses and on paths. Every solid's partners are those that the sweep pairs it with.
+void change_objects(const char* name, bool on_paths) {
+  constexpr std::uint32_t kObjects = 150;
+  Scene scene = random_scene(kObjects, 20, 3, 41);
+  std::vector<std::uint8_t> is_static = every(5, kObjects), is_gone(kObjects, 0);
+  const auto broadphase = build(name, scene, 0.1, is_static);
+  std::mt19937_64 random(42);
+  for (int frame = 0; frame < 150; ++frame) {
+    std::vector<std::uint32_t> moved;
+    for (int i = 0; frame > 0 && i < frame % 4; ++i) {
+      const std::uint32_t object = static_cast<std::uint32_t>(random() % (scene.trees.size() + 3));
+      if (object >= scene.trees.size()) {
+        const auto added = static_cast<std::uint32_t>(scene.trees.size());
+        scene.add({{"", Hexahedron::from_size({1, 2, 1}), {}}}, random_pose(random, 20));
+        is_static.push_back(random() % 4 == 0), is_gone.push_back(0);
+        ASSERT_TRUE(broadphase->set_object(added, &scene.trees.back(), is_static.back() != 0));
+        moved.push_back(added);
+      } else if (is_gone[object] == 0) {
+        is_gone[object] = 1;
+        ASSERT_TRUE(broadphase->set_object(object, nullptr, false));
+        std::erase(moved, object);
+      } else {
+        is_gone[object] = 0, is_static[object] = random() % 4 == 0;
+        scene.place(object, random_pose(random, 20));
+        ASSERT_TRUE(broadphase->set_object(object, &scene.trees[object], is_static[object] != 0));
+        moved.push_back(object);
+      }
+    }
+    for (std::uint32_t object = 0; object < scene.trees.size(); ++object)
+      if (is_gone[object] == 0 && random() % (frame % 7 == 0 ? 2 : 40) == 0)
+        scene.place(object, random_pose(random, 20)), moved.push_back(object);
+    std::sort(moved.begin(), moved.end());
+    moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+    const auto update = [&](Broadphase& updated, std::span<const std::uint32_t> objects) {
+      if (on_paths)
+        updated.update_paths({scene.poses, scene.poses, {}}, objects);
+      else
+        updated.update(scene.poses, objects);
+    };
+    update(*broadphase, moved);
+    const auto oracle = build("brute_force", scene, 0.1, is_static);
+    update(*oracle, {});
+    Pairs expected = sweep(*oracle, 4096);
+    std::erase_if(expected, [&](const SolidPair& pair) {
+      return is_gone[scene.object_of[pair.a]] != 0 || is_gone[scene.object_of[pair.b]] != 0;
+    });
+    if (frame % 3 != 0) {
+      ASSERT_EQ(sweep(*broadphase, 64), expected) << frame;
+    }
+    for (SolidIndex solid = 0; solid < scene.poses.size(); ++solid) {
+      std::vector<SolidIndex> partners, wanted;
+      ASSERT_TRUE(broadphase->find_partners(solid, partners));
+      for (const SolidPair& pair : expected)
+        if (pair.a == solid || pair.b == solid) wanted.push_back(pair.a == solid ? pair.b : pair.a);
+      std::sort(partners.begin(), partners.end()), std::sort(wanted.begin(), wanted.end());
+      ASSERT_EQ(partners, wanted) << frame << ", solid " << solid;
+    }
+  }
+}
+
+TEST_P(IncrementalTest, ObjectsThatComeAndGoGiveThePairsOfAFreshBuild) { change_objects(GetParam(), false); }
+TEST_P(IncrementalTest, ObjectsThatComeAndGoOnPathsGiveThePairsOfAFreshBuild) {
+  change_objects(GetParam(), true);
+}
+
+TEST_P(IncrementalTest, AnotherNumberOfSolidsIsRefused) {
+  Scene scene = random_scene(4, 5, 0, 43);
+  const auto broadphase = make(GetParam(), scene, 0.1);
+  const HexahedronTree two(
+      {{"a", Hexahedron::from_size({1, 1, 1}), {}}, {"b", Hexahedron::from_size({1, 1, 1}), {}}});
+  EXPECT_THROW(broadphase->set_object(1, &two, false), std::exception);
+  EXPECT_EQ(sweep(*broadphase, 64), sweep(*make("brute_force", scene, 0.1), 64));
+}
+
 // Every cube meets every other: 350 partners each are more than the list of `native` holds.
 TEST_P(IncrementalTest, CrowdsThatThickenAndThinGiveThePairsOfAFreshBuild) {
   constexpr std::uint32_t kObjects = 700;

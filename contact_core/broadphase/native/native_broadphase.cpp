@@ -18,6 +18,28 @@ class Scene {
   Scene(const Scene&) = delete;  // its parts point at each other
   Scene& operator=(const Scene&) = delete;
 
+  void set_object(std::uint32_t object, const HexahedronTree* tree, bool is_static) {
+    const bool was_there = object < bounds_.objects() && !bounds_.is_gone(object);
+    const bool was_static = was_there && bounds_.is_static(object);
+    bounds_.set_object(object, tree, is_static);
+    if (was_there) forest_.erase(object, was_static);
+    if (tree != nullptr) forest_.insert(object);
+    object_pairs_.set_object(object);
+    partners_.reserve(bounds_.solids());
+    gathered_ = kNone;
+  }
+
+  void find_partners(SolidIndex solid, std::vector<SolidIndex>& out) noexcept {
+    const std::uint32_t object = bounds_.object_of(solid);
+    forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
+      if (bounds_.is_single(object) && bounds_.is_single(other))
+        out.push_back(bounds_.first_solid(other));
+      else
+        bounds_.append_partners(solid, other, out);
+      return true;
+    });
+  }
+
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept {
     const bool all = !is_placed_ || bounds_.on_paths();
     if (all) bounds_.start_poses();
@@ -129,6 +151,16 @@ class Native final : public Broadphase {
 
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept override {
     scene_->update(poses, moved);
+  }
+
+  bool set_object(std::uint32_t object, const HexahedronTree* tree, bool is_static) override {
+    scene_->set_object(object, tree, is_static);
+    return true;
+  }
+
+  bool find_partners(SolidIndex solid, std::vector<SolidIndex>& out) noexcept override {
+    scene_->find_partners(solid, out);
+    return true;
   }
 
   bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept override {

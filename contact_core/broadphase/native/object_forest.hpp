@@ -22,6 +22,11 @@ class ObjectForest {
   /// Of the object in a slot of a tree.
   const Sphere& sphere_at(int i, std::uint32_t slot) const { return trees_[i].sphere_at[slot]; }
 
+  /// @param was_static what the object was in `bounds`, when it came.
+  void erase(std::uint32_t object, bool was_static);
+  /// After it was added there. Its place in the trees waits for an update that names it.
+  void insert(std::uint32_t object);
+
   /// After all objects were placed anew.
   void update_all() noexcept;
   /// After these were.
@@ -30,6 +35,7 @@ class ObjectForest {
   /// Calls visit(other) for the objects from `first` on that pair with this one, until it returns false.
   template <class Visit>
   bool for_each_partner(std::uint32_t object, std::uint32_t first, Visit visit) const noexcept {
+    if (bounds_.is_gone(object)) return true;
     const Box box = bounds_.object_box(object);
     bool goes_on = true;
     for (int i = 0; i < (bounds_.is_static(object) ? kStatic : kTrees); ++i)
@@ -44,7 +50,11 @@ class ObjectForest {
     ObjectTree tree;
     std::vector<Sphere> sphere_at;  // of the object in each slot
     std::size_t moves_since_sort = 0;
+    bool is_void = false;  // until it is sorted and refitted
   };
+
+  /// One that comes stands where there is room: that is as bad as so many moves.
+  static constexpr std::size_t kMovesOfNew = 8;
 
   int tree_of(std::uint32_t object) const { return bounds_.is_static(object) ? kStatic : kMoving; }
   void sort(int i) noexcept;

@@ -6,13 +6,24 @@
 namespace touchstone {
 
 ObjectPairs::ObjectPairs(const SolidBounds& bounds, const ObjectForest& forest, TaskRunner* threads)
-    : bounds_(bounds), forest_(forest), threads_(threads), is_changed_(bounds.objects()) {
-  const std::uint32_t objects = bounds.objects();
-  list_.resize(objects, kListedPairsPerObject * std::size_t{objects}, kMostThreads);
+    : bounds_(bounds), forest_(forest), threads_(threads) {
   work_.reserve(kMostWork), work_scratch_.reserve(kMostWork);
+  make_room(bounds.objects());
+}
+
+void ObjectPairs::make_room(std::uint32_t objects) {
+  list_.resize(objects, kListedPairsPerObject * std::size_t{objects}, kMostThreads);
+  listed_objects_ = objects;
+  is_changed_.resize(objects);
   changed_.reserve(objects / kFew + 1);
   fresh_.reserve(std::max<std::size_t>(objects, 64));
   row_.reserve(objects);
+  forget();
+}
+
+void ObjectPairs::set_object(std::uint32_t object) {
+  if (object >= listed_objects_) make_room(object + 1 + object / 4 + 64);
+  forget(std::span(&object, 1));
 }
 
 void ObjectPairs::forget(std::span<const std::uint32_t> moved) noexcept {

@@ -13,6 +13,9 @@ class ObjectPairs {
   /// Cold. Keeps `bounds` and `forest`, and `threads`, which may be null.
   ObjectPairs(const SolidBounds& bounds, const ObjectForest& forest, TaskRunner* threads);
 
+  /// One object more, or another tree in the place of one; or it is gone.
+  void set_object(std::uint32_t object);
+
   /// All objects were placed anew.
   void forget() noexcept { state_ = State::due, start_frame(); }
   /// These were.
@@ -32,6 +35,7 @@ class ObjectPairs {
     NodePair nodes;
   };
 
+  void make_room(std::uint32_t objects);
   void start_frame() noexcept { gathered_ = kNone, rows_asked_ = 0; }
   void note_changes(std::span<const std::uint32_t> moved) noexcept;
   void forget_changes() noexcept;
@@ -60,6 +64,7 @@ class ObjectPairs {
   TaskRunner* threads_;
   State state_ = State::due;
   PairList list_;
+  std::uint32_t listed_objects_ = 0;  // that list_ has room for
   std::vector<Work> work_, work_scratch_;
   std::vector<std::uint8_t> is_changed_;  // since the list was made, by object
   std::vector<std::uint32_t> changed_;

@@ -33,11 +33,12 @@ std::uint32_t morton_key(const Vector3& p, const Vector3& low, const Vector3& ce
 }  // namespace
 
 void ObjectTree::resize(std::vector<std::uint32_t> objects) {
-  objects_ = std::move(objects);
-  order_ = objects_;
-  order_scratch_.resize(size()), keys_.resize(size()), keys_scratch_.resize(size());
+  size_ = static_cast<std::uint32_t>(objects.size());
+  order_ = std::move(objects);
+  gone_.clear();
+  order_scratch_.resize(order_.size()), keys_.resize(order_.size()), keys_scratch_.resize(order_.size());
   level_start_ = {0};
-  std::uint32_t count = size();
+  auto count = static_cast<std::uint32_t>(order_.size());
   do {
     count = (count + kWidth - 1) / kWidth;
     level_start_.push_back(level_start_.back() + std::max(count, 1u));
@@ -48,8 +49,55 @@ void ObjectTree::resize(std::vector<std::uint32_t> objects) {
   nodes_.assign(level_start_.back(), {{low, low, low}, {-low, -low, -low}, no_object});
 }
 
+// An eighth more, and some: those that come stand in no order until the next sort(). All keep their slots.
+void ObjectTree::make_room() {
+  const std::uint32_t used = size_;
+  std::vector<std::uint32_t> objects(order_.begin(), order_.begin() + used);
+  objects.resize(used + used / 8 + 64, kNoObject);
+  resize(std::move(objects));
+  gone_.reserve(order_.size());
+  size_ = used;
+}
+
+std::uint32_t ObjectTree::insert(std::uint32_t object) noexcept {
+  std::uint32_t slot = size_;
+  if (!gone_.empty())
+    slot = gone_.back(), gone_.pop_back();
+  else if (size_ < order_.size())
+    ++size_;
+  else
+    return kNoObject;
+  order_[slot] = object;
+  return slot;
+}
+
+void ObjectTree::erase(std::uint32_t slot) noexcept {
+  order_[slot] = kNoObject;
+  gone_.push_back(slot);
+  empty_lane(slot);
+  refit_above(slot);
+}
+
+void ObjectTree::drop_gone() noexcept {
+  const auto end = order_.begin() + size_;
+  size_ = static_cast<std::uint32_t>(std::remove(order_.begin(), end, kNoObject) - order_.begin());
+  gone_.clear();
+}
+
+void ObjectTree::empty_lane(std::uint32_t slot) noexcept {
+  Node& node = nodes_[slot / kWidth];
+  const std::uint32_t lane = slot % kWidth;
+  node.highest_object[lane] = -1;
+  for (int i = 0; i < 3; ++i) {
+    node.low[i][lane] = std::numeric_limits<float>::infinity();
+    node.high[i][lane] = -std::numeric_limits<float>::infinity();
+  }
+}
+
 FloatFrame ObjectTree::sort(std::span<const Sphere> spheres, std::span<std::uint32_t> slot_of) noexcept {
-  std::copy(objects_.begin(), objects_.end(), order_.begin());
+  const std::uint32_t before = size_;
+  drop_gone();
+  for (std::uint32_t slot = size_; slot < before; ++slot) empty_lane(slot);
   FloatFrame frame;
   sort_range(spheres, 0, size(), &frame);
   // Floats are finest about their origin: put it where objects are, whatever strays.
@@ -112,8 +160,8 @@ bool ObjectTree::refit_lane(std::size_t level, std::uint32_t child) noexcept {
   const Node& below = nodes_[level_start_[level - 1] + child];
   Node& node = nodes_[level_start_[level] + child / kWidth];
   const std::uint32_t lane = child % kWidth;
+  bool changed = node.highest_object[lane] != largest_lane(below.highest_object);
   node.highest_object[lane] = largest_lane(below.highest_object);
-  bool changed = false;
   for (int i = 0; i < 3; ++i) {
     const float low = -largest_lane(-below.low[i]);
     const float high = largest_lane(below.high[i]);
@@ -125,6 +173,10 @@ bool ObjectTree::refit_lane(std::size_t level, std::uint32_t child) noexcept {
 
 void ObjectTree::refit_one(std::uint32_t slot, const Box& box) noexcept {
   set_lane(slot, box);
+  refit_above(slot);
+}
+
+void ObjectTree::refit_above(std::uint32_t slot) noexcept {
   std::uint32_t child = slot / kWidth;
   for (std::size_t level = 1; level + 1 < level_start_.size() && refit_lane(level, child); ++level)
     child /= kWidth;

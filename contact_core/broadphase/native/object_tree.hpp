@@ -49,11 +49,21 @@ class ObjectTree {
     Ints highest_object;     // -1: no child
   };
 
+  static constexpr std::uint32_t kNoObject = 0xFFFFFFFF;
+
   /// Cold. Keeps `objects`; all else waits for sort() and refit().
   void resize(std::vector<std::uint32_t> objects);
 
-  std::uint32_t size() const { return static_cast<std::uint32_t>(objects_.size()); }
+  /// Slots in use, those of objects that went among them.
+  std::uint32_t size() const { return size_; }
+  /// Of a slot in use: kNoObject where its object went.
   std::uint32_t object_at(std::uint32_t slot) const { return order_[slot]; }
+
+  /// Takes up one more object, wherever there is room, for refit_one(). kNoObject: there is no room.
+  std::uint32_t insert(std::uint32_t object) noexcept;
+  void erase(std::uint32_t slot) noexcept;
+  /// Cold. Makes room for more, once there is none. Boxes are void until sort() and refit().
+  void make_room();
 
   /// Puts the objects in Morton order of the spheres' centres, both indexed by object, and writes each
   /// object's slot. Returns the frame that suits them.
@@ -69,7 +79,7 @@ class ObjectTree {
       const auto first = static_cast<std::uint32_t>(task) * kLeavesPerTask;
       const std::uint32_t last = std::min(leaves, first + kLeavesPerTask);
       for (std::uint32_t slot = kWidth * first; slot < std::min(kWidth * last, size()); ++slot)
-        set_lane(slot, box_of(slot, order_[slot]));
+        if (order_[slot] != kNoObject) set_lane(slot, box_of(slot, order_[slot]));
     };
     run_tasks(threads, tasks, refit_leaves);
     for (std::size_t level = 1; level + 1 < level_start_.size(); ++level) refit_level(level);
@@ -115,6 +125,9 @@ class ObjectTree {
  private:
   static constexpr std::uint32_t kLeavesPerTask = 512;
 
+  void drop_gone() noexcept;
+  void empty_lane(std::uint32_t slot) noexcept;
+  void refit_above(std::uint32_t slot) noexcept;
   void sort_range(std::span<const Sphere> spheres, std::uint32_t first, std::uint32_t last,
                   FloatFrame* frame) noexcept;
   void sort_by_key(std::uint32_t first, std::uint32_t last) noexcept;
@@ -134,7 +147,9 @@ class ObjectTree {
   FloatFrame frame_;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> level_start_;  // and the number of nodes at the end
-  std::vector<std::uint32_t> objects_, order_, order_scratch_, keys_, keys_scratch_;
+  std::uint32_t size_ = 0;                  // slots in use, of those that there is room for:
+  std::vector<std::uint32_t> order_, order_scratch_, keys_, keys_scratch_;
+  std::vector<std::uint32_t> gone_;  // slots in use whose objects went
 };
 
 }  // namespace touchstone

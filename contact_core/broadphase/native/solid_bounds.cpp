@@ -21,6 +21,34 @@ void SolidBounds::add_nodes(const HexahedronTree& tree, std::uint32_t first_soli
   node_count_.push_back(static_cast<std::uint32_t>(tree.nodes().size()));
 }
 
+// As many as before: a tree of n solids has n - 1 inner nodes.
+void SolidBounds::replace_nodes(const HexahedronTree& tree, std::uint32_t object) {
+  const std::uint32_t first = first_node_[object], first_solid = table_.first_solid[object];
+  for (std::uint32_t i = 0; i < node_count_[object]; ++i) {
+    const HexahedronTree::Node& node = tree.nodes()[i];
+    nodes_[first + i].left = node.left, nodes_[first + i].right = node.right;
+    nodes_[first + i].solid = node.solid < 0 ? -1 : static_cast<std::int32_t>(first_solid) + node.solid;
+  }
+}
+
+void SolidBounds::set_object(std::uint32_t object, const HexahedronTree* tree, bool is_static) {
+  const bool is_new = object == objects();
+  const bool were_single = solids() == objects();
+  touchstone::set_object(table_, object, tree, is_static);
+  if (tree == nullptr) return;
+  if (!is_new) {
+    replace_nodes(*tree, object);
+    return;
+  }
+  add_nodes(*tree, table_.first_solid[object]);
+  solid_sphere_W_.resize(solids()), object_sphere_W_.resize(objects());
+  if (solids() != objects()) object_box_.resize(objects());
+  if (solids() != objects() && were_single)  // which needed no boxes
+    for (std::uint32_t i = 0; i < object; ++i) object_box_[i] = object_box(i);
+  if (on_paths_) start_paths();
+  stack_.resize(nodes_.size() + 1);
+}
+
 void SolidBounds::start_paths() noexcept {
   on_paths_ = true;
   swept_.resize(solids()), node_box_.resize(nodes_.size());

@@ -12,10 +12,14 @@ class SolidBounds {
   /// Cold. @throws InputError as make_solid_table() does.
   explicit SolidBounds(const BroadphaseInput& input);
 
+  /// See Broadphase::set_object(). @throws InputError as the free set_object() does.
+  void set_object(std::uint32_t object, const HexahedronTree* tree, bool is_static);
+
   std::uint32_t objects() const { return table_.objects(); }
   std::uint32_t solids() const { return table_.solids(); }
   double margin() const { return margin_; }
   bool is_static(std::uint32_t object) const { return table_.is_static[object] != 0; }
+  bool is_gone(std::uint32_t object) const { return table_.is_gone[object] != 0; }
   bool is_single(std::uint32_t object) const { return node_count_[object] == 1; }
   std::uint32_t first_solid(std::uint32_t object) const { return table_.first_solid[object]; }
   std::uint32_t object_of(SolidIndex s) const { return table_.object_of[s]; }
@@ -60,6 +64,7 @@ class SolidBounds {
   };
 
   void add_nodes(const HexahedronTree& tree, std::uint32_t first_solid);
+  void replace_nodes(const HexahedronTree& tree, std::uint32_t object);
   Box solid_box(SolidIndex s) const noexcept;
   Box box_around_solids(std::uint32_t object) const noexcept;
   bool swept_may_touch(SolidIndex s, SolidIndex t) const noexcept;
