@@ -39,8 +39,16 @@ class NarrowphaseQuery final : public SeparationQuery {
   /// The pair that the next calls ask about, a < b.
   void set_pair(const SolidPair& pair) { pair_ = pair; }
 
-  /// From now on separations are remembered (separation_memo.hpp): no narrowphase may be built anew.
+  /// From now on separations are remembered (separation_memo.hpp): no narrowphase may be built anew without
+  /// take_up().
   void remember() { memo_.emplace(kRememberedSets); }
+
+  /// The narrowphases took up other solids: what is remembered is forgotten. @param solids as many as there
+  /// are now.
+  void take_up(std::size_t solids) {
+    poses_.resize(solids);
+    if (memo_) memo_->forget();
+  }
 
   PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept override {
     const SeparationMemo::Answer* known = memo_ ? memo_->find(pair_, X_WA, X_WB) : nullptr;

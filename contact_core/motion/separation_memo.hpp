@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -24,6 +25,8 @@ class SeparationMemo {
 
   /// @param sets of two answers each; a power of two.
   explicit SeparationMemo(std::size_t sets) : entries_(2 * sets), keys_(2 * sets, 0), mask_(sets - 1) {}
+
+  void forget() noexcept { std::fill(keys_.begin(), keys_.end(), 0); }
 
   /// Null: not known.
   const Answer* find(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB) const noexcept {

@@ -1,11 +1,9 @@
 #include "touchstone/contact_core/world/contact_world.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/world/world_state.hpp"
 
 namespace touchstone {
@@ -36,17 +34,13 @@ void ContactWorld::set_broadphase(std::unique_ptr<Broadphase> broadphase) {
 }
 
 ObjectHandle ContactWorld::add(ObjectDescription description) {
-  const ObjectHandle handle = state_->objects.add(std::move(description));
-  state_->needs_layout = true;
-  return handle;
+  return state_->objects.add(std::move(description));
 }
 
 void ContactWorld::remove(ObjectHandle object) {
   const std::uint32_t slot = state_->objects.slot_of(object);
   state_->objects.remove(object);
-  state_->rules.forget(slot);
   state_->selection.forget(slot);
-  state_->needs_layout = true;
 }
 
 ObjectHandle ContactWorld::find(std::string_view name) const { return state_->objects.find(name); }
@@ -55,17 +49,21 @@ std::string_view ContactWorld::name_of(ObjectHandle object) const {
   return state_->objects[state_->objects.slot_of(object)].name();
 }
 
+// Pairs are asked for their rules in every frame, so policies are taken up by themselves. Which pairs are
+// looked at depends on warn distances: where one may have grown they are found anew.
+
 void ContactWorld::set_default_rule(const PairRule& rule) {
+  const double before = state_->rules.default_rule().warn_distance.value_or(0.0);
   state_->rules.set_default(rule);
-  state_->needs_layout = true;
+  if (rule.warn_distance.value_or(0.0) > before) state_->needs_layout = true;
 }
 
 void ContactWorld::set_group_rule(std::string_view first, std::string_view second, const PairRule& rule) {
   PairRules::check(rule);
-  const std::array names{std::string(first), std::string(second)};
-  const std::vector<std::uint32_t> groups = state_->objects.groups(names);
-  state_->rules.set_for_groups(groups[0], groups[1], rule);
-  state_->needs_layout = true;
+  const auto [a, b] = state_->objects.groups_of(first, second);
+  const PairRule before = state_->rules.rule_of_groups(a, b);
+  state_->rules.set_for_groups(state_->objects, a, b, rule);
+  if (before.warn_distance || rule.warn_distance) state_->raise_reach_of_group(a, b);
 }
 
 void ContactWorld::set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule& rule) {
@@ -73,40 +71,25 @@ void ContactWorld::set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule&
   if (slot_a == slot_b)
     throw InputError("object '" + std::string(name_of(a)) +
                      "': a rule is of a pair, and this is one object twice");
-  state_->rules.set_for_pair(slot_a, slot_b, rule);
-  state_->needs_layout = true;
+  const double before = state_->rules.find(state_->objects, slot_a, slot_b).warn_distance;
+  state_->rules.set_for_pair(state_->objects, a, b, rule);
+  const double after = state_->rules.find(state_->objects, slot_a, slot_b).warn_distance;
+  if (after > before) state_->raise_reach(slot_a, after);
 }
 
 EffectiveRule ContactWorld::rule_of(ObjectHandle a, ObjectHandle b) const {
   return state_->rules.find(state_->objects, state_->objects.slot_of(a), state_->objects.slot_of(b));
 }
 
-void ContactWorld::exempt(const Exemption& pair) {
-  state_->objects.exempt(pair);
-  state_->take_up_latches();
-}
+void ContactWorld::exempt(const Exemption& pair) { state_->objects.exempt(pair); }
 
-void ContactWorld::unexempt(const Exemption& pair) {
-  state_->objects.unexempt(pair);
-  state_->take_up_latches();
-}
+void ContactWorld::unexempt(const Exemption& pair) { state_->objects.unexempt(pair); }
 
 void ContactWorld::latch(ObjectHandle carrier, ObjectHandle carried, const std::vector<Exemption>& allowed) {
   state_->objects.latch(carrier, carried, allowed);
-  state_->take_up_latches();
 }
 
-void ContactWorld::unlatch(ObjectHandle carried) {
-  state_->objects.unlatch(carried);
-  state_->take_up_latches();
-}
-
-/// Objects and solids keep their numbers: what is not checked, and what moves as one, is found anew.
-void ContactWorld::State::take_up_latches() {
-  if (needs_layout) return;
-  list_exempt_pairs(layout);
-  place_solids_in_bodies();
-}
+void ContactWorld::unlatch(ObjectHandle carried) { state_->objects.unlatch(carried); }
 
 WorldCapabilities ContactWorld::capabilities() const {
   return {state_->narrowphase->name(), state_->broadphase->name(),
@@ -115,44 +98,8 @@ WorldCapabilities ContactWorld::capabilities() const {
 
 void ContactWorld::prepare() {
   State& s = *state_;
-  if (!s.needs_layout) return;
-  Layout layout = make_layout(s.objects);
-  s.list_exempt_pairs(layout);
-  s.narrowphase->build(layout.solids);
-  BroadphaseInput input;
-  input.trees = layout.trees;
-  input.margin = std::max(2.0 * s.gap, s.rules.largest_warn_distance());
-  input.is_static = layout.is_static;
-  s.broadphase->build(input);
-  if (!s.planner) s.planner = make_native();
-  s.planner->build(layout.solids);
-  s.query = std::make_unique<NarrowphaseQuery>(*s.narrowphase, *s.planner, layout.solids.size());
-  s.query->remember();
-  s.keep_contacts(layout);
-  s.layout = std::move(layout);
-  const std::size_t slots = s.objects.size(), solids = s.layout.solids.size();
-  s.paths.assign(slots, CarriedPath(RigidPath(), s.objects.poses_in_body()));
-  s.stops.assign(slots, 1.0), s.stop_bounds.assign(slots, 1.0);
-  s.in_motion.assign(slots, 0);
-  s.is_restopped.assign(slots, 0), s.is_held.assign(slots, 0), s.is_short.assign(slots, 0);
-  s.from.resize(solids), s.to.resize(solids), s.bulges.assign(solids, 0.0);
-  s.moved.reserve(slots);
-  s.moved.clear();  // objects have new indices
-  s.pairs.reserve(64 + 16 * solids);
-  s.contacts.reserve(64 + 16 * solids), s.contacts_before.reserve(64 + 16 * solids);
-  s.moments.reserve(128 + 32 * solids);
-  s.prepare_travels();
-  s.place_solids_in_bodies();
-  s.events.reserve(256 + 16 * solids);
-  s.queue.reserve(1024), s.changes.reserve(1024), s.refused_changes.reserve(1024);
-  s.selection.reserve(slots);
-  for (SolidIndex i = 0; i < solids; ++i)
-    s.from[i] = s.to[i] = compose(s.objects[s.layout.slot_of[i]].X_WO, s.layout.X_OS[i]);
-  if (!s.broadphase->update_paths({s.from, s.to, s.bulges}, {}))
-    throw InputError("contact world: broadphase '" + std::string(s.broadphase->name()) +
-                     "' knows poses, no paths");
-  s.prepare_slides();
-  s.needs_layout = false;
+  if (!s.needs_layout && !s.take_up_changes()) s.needs_layout = true;
+  if (s.needs_layout) s.build_all();
 }
 
 void ContactWorld::reset() {
@@ -198,6 +145,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.events.clear(), s.moments.clear();
   const std::uint64_t calls = s.query->calls();
   s.take_selection();
+  s.forget_motion();
   s.accept(commands);
   s.accept_joints(joint_commands);
   s.take_movers();
@@ -205,7 +153,6 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.lay_paths();
   s.find_pairs(report);
   s.resolve_stops(s.pairs, 0);
-  std::fill(s.is_short.begin(), s.is_short.end(), std::uint8_t{0});
   for (const std::uint32_t slot : s.movers)
     if (s.stops[slot] < 1.0) s.is_short[slot] = 1, ++report.blocked_movers;
   s.execute();
@@ -230,10 +177,10 @@ const Pose& ContactWorld::commanded_pose(ObjectHandle object) const {
 
 std::span<const Pose> ContactWorld::solid_poses(ObjectHandle object) const {
   const std::uint32_t slot = state_->objects.slot_of(object);
-  if (state_->needs_layout) return {};
-  const std::uint32_t index = state_->layout.index_of_slot(slot);
-  const SolidIndex first = state_->layout.first_solid[index];
-  return std::span(state_->from).subspan(first, state_->layout.first_solid[index + 1] - first);
+  const Layout& layout = state_->layout;
+  if (state_->needs_layout || slot >= layout.slots() || layout.handles[slot] != object) return {};
+  const SolidIndex first = layout.first_solid[slot];
+  return std::span(state_->from).subspan(first, layout.first_solid[slot + 1] - first);
 }
 
 double ContactWorld::gap() const { return state_->gap; }

@@ -2,7 +2,7 @@
 
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
-#include "touchstone/contact_core/world/travels.hpp"
+#include "touchstone/contact_core/world/pair_watch.hpp"
 
 namespace touchstone {
 

@@ -1,6 +1,9 @@
 #include "touchstone/contact_core/world/object_table.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <iterator>
 #include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
@@ -18,37 +21,43 @@ std::uint32_t solid_index(const HexahedronTree& tree, std::string_view name) {
   throw InputError("object '" + tree.name() + "' has no hexahedron '" + std::string(name) + "'");
 }
 
-void add_exempt_pairs(const Layout& layout, const SolidExemption& exemption, std::vector<SolidPair>& out) {
-  const auto range = [&](ObjectHandle object, std::uint32_t solid) {
-    const std::uint32_t index = layout.index_of_slot(object.slot);
-    const SolidIndex first = layout.first_solid[index];
-    return solid == kAllSolids ? std::pair{first, layout.first_solid[index + 1]}
-                               : std::pair{first + solid, first + solid + 1};
-  };
-  const auto [a, a_end] = range(exemption.a, exemption.solid_a);
-  const auto [b, b_end] = range(exemption.b, exemption.solid_b);
-  for (SolidIndex i = a; i < a_end; ++i)
-    for (SolidIndex j = b; j < b_end; ++j) out.push_back(i < j ? SolidPair{i, j} : SolidPair{j, i});
-}
+// Lists of changes that a slot is in.
+constexpr std::uint8_t kReplaced = 1, kRebodied = 2;
 
 }  // namespace
+
+/// Of those whose solids' places fit; else a new one.
+std::uint32_t ObjectTable::free_slot(std::size_t solids) {
+  const auto fitting = free_slots_.find(solids);
+  if (fitting != free_slots_.end()) {
+    const std::uint32_t slot = *fitting->second.begin();
+    fitting->second.erase(fitting->second.begin());
+    if (fitting->second.empty()) free_slots_.erase(fitting);
+    return slot;
+  }
+  if (X_BO_.size() == X_BO_.capacity()) {
+    std::vector<Pose> larger;
+    larger.reserve(2 * X_BO_.size() + 16);
+    larger.assign(X_BO_.begin(), X_BO_.end());
+    X_BO_before_.push_back(std::move(X_BO_));
+    X_BO_ = std::move(larger);
+  }
+  records_.emplace_back();
+  X_BO_.emplace_back();
+  X_CO_.emplace_back();
+  is_noted_.push_back(0);
+  return size() - 1;
+}
 
 ObjectHandle ObjectTable::add(ObjectDescription description) {
   if (!description.tree) throw InputError("contact world: an object without hexahedra");
   const std::string& name = description.tree->name();
   validate_pose(description.X_WO, "object '" + name + "'");
-  for (const ObjectRecord& record : records_)
-    if (record.alive && record.name() == name) throw InputError("object '" + name + "': the name is taken");
+  if (slot_of_name_.contains(name)) throw InputError("object '" + name + "': the name is taken");
   std::uint64_t groups = 0;
   for (const std::uint32_t group : this->groups(description.groups)) groups |= std::uint64_t{1} << group;
 
-  std::uint32_t slot = 0;
-  while (slot < size() && records_[slot].alive) ++slot;
-  if (slot == size()) {
-    records_.emplace_back();
-    X_BO_.emplace_back();
-    X_CO_.emplace_back();
-  }
+  const std::uint32_t slot = free_slot(description.tree->solids().size());
   ObjectRecord& record = records_[slot];
   const std::uint32_t generation = record.generation + 1;
   record = {};
@@ -60,18 +69,52 @@ ObjectHandle ObjectTable::add(ObjectDescription description) {
   record.description = std::move(description);
   record.carrier = kNone;
   X_BO_[slot] = X_CO_[slot] = {};
+  slot_of_name_.emplace(record.name(), slot);
+  join_groups(slot);
+  note(changes_.replaced, slot, kReplaced);
   return {slot, generation};
+}
+
+void ObjectTable::note(std::vector<std::uint32_t>& slots, std::uint32_t slot, std::uint8_t flag) {
+  if ((is_noted_[slot] & flag) != 0) return;
+  is_noted_[slot] |= flag;
+  slots.push_back(slot);
+}
+
+void ObjectTable::note(const SolidExemption& exemption, bool is_on) {
+  if (changes_.exemptions.size() >= TableChanges::kMostExemptions)
+    changes_.all = true, changes_.exemptions.clear();
+  if (!changes_.all) changes_.exemptions.push_back({exemption, is_on});
+}
+
+void ObjectTable::forget_changes() {
+  for (const std::vector<std::uint32_t>* slots : {&changes_.replaced, &changes_.rebodied})
+    for (const std::uint32_t slot : *slots) is_noted_[slot] = 0;
+  changes_.replaced.clear(), changes_.rebodied.clear(), changes_.exemptions.clear();
+  changes_.all = false;
+}
+
+/// Where a group's list is full, those that are gone leave it first.
+void ObjectTable::join_groups(std::uint32_t slot) {
+  for (std::uint64_t left = records_[slot].groups; left != 0; left &= left - 1) {
+    std::vector<ObjectHandle>& members = group_members_[std::countr_zero(left)];
+    if (members.size() == members.capacity()) {
+      std::erase_if(members, [&](const ObjectHandle& member) { return !is_alive(member); });
+      if (2 * members.size() > members.capacity()) members.reserve(2 * members.capacity() + 16);
+    }
+    members.push_back(handle(slot));
+  }
 }
 
 void ObjectTable::check_removable(ObjectHandle object) const {
   const std::uint32_t slot = slot_of(object);
-  if (records_[slot].carrier != kNone)
-    throw InputError("object '" + records_[slot].name() + "' is latched to '" +
-                     records_[records_[slot].carrier].name() + "': unlatch it before it is removed");
-  for (const ObjectRecord& record : records_)
-    if (record.alive && record.carrier == slot)
-      throw InputError("object '" + records_[slot].name() + "' carries '" + record.name() +
-                       "': unlatch it before it is removed");
+  const ObjectRecord& record = records_[slot];
+  if (record.carrier != kNone)
+    throw InputError("object '" + record.name() + "' is latched to '" + records_[record.carrier].name() +
+                     "': unlatch it before it is removed");
+  if (record.first_carried != kNone)
+    throw InputError("object '" + record.name() + "' carries '" + records_[record.first_carried].name() +
+                     "': unlatch it before it is removed");
 }
 
 void ObjectTable::remove(ObjectHandle object) {
@@ -83,8 +126,12 @@ void ObjectTable::remove(ObjectHandle object) {
 
 void ObjectTable::remove_link(ObjectHandle object) {
   check_removable(object);
-  std::erase_if(exemptions_, [&](const SolidExemption& e) { return e.a == object || e.b == object; });
-  records_[object.slot].alive = false;
+  ObjectRecord& record = records_[object.slot];
+  while (!record.exemptions.empty()) drop_exemption(SolidExemption(record.exemptions.back()));
+  record.alive = false;
+  slot_of_name_.erase(record.name());
+  free_slots_[record.description.tree->solids().size()].insert(object.slot);
+  note(changes_.replaced, object.slot, kReplaced);
 }
 
 void ObjectTable::make_link(ObjectHandle object, std::uint32_t mechanism, std::uint32_t link,
@@ -93,7 +140,24 @@ void ObjectTable::make_link(ObjectHandle object, std::uint32_t mechanism, std::u
   record.mechanism = mechanism;
   record.link = link;
   record.lead = lead;
-  find_bodies();
+  find_bodies(object.slot);
+}
+
+bool ObjectTable::add_exemption(const SolidExemption& exemption) {
+  if (!exemptions_.insert(exemption).second) return false;
+  for (const ObjectHandle& object : {exemption.a, exemption.b})
+    records_[object.slot].exemptions.push_back(exemption);
+  if (exemption.carried != ObjectHandle{}) records_[exemption.carried.slot].allowed.push_back(exemption);
+  note(exemption, true);
+  return true;
+}
+
+void ObjectTable::drop_exemption(const SolidExemption& exemption) {
+  exemptions_.erase(exemption);
+  for (const ObjectHandle& object : {exemption.a, exemption.b})
+    std::erase(records_[object.slot].exemptions, exemption);
+  if (exemption.carried != ObjectHandle{}) std::erase(records_[exemption.carried.slot].allowed, exemption);
+  note(exemption, false);
 }
 
 SolidExemption ObjectTable::find(const Exemption& pair, ObjectHandle carried) const {
@@ -107,12 +171,14 @@ SolidExemption ObjectTable::find(const Exemption& pair, ObjectHandle carried) co
   return out;
 }
 
-void ObjectTable::exempt(const Exemption& pair) { exemptions_.insert(find(pair, {})); }
+void ObjectTable::exempt(const Exemption& pair) { add_exemption(find(pair, {})); }
 
 void ObjectTable::unexempt(const Exemption& pair) {
-  if (exemptions_.erase(find(pair, {})) == 0)
+  const SolidExemption found = find(pair, {});
+  if (!exemptions_.contains(found))
     throw InputError("objects '" + records_[pair.a.slot].name() + "' and '" + records_[pair.b.slot].name() +
                      "' are not exempt by these names");
+  drop_exemption(found);
 }
 
 void ObjectTable::check_latch(std::uint32_t carrier, std::uint32_t carried) const {
@@ -132,44 +198,64 @@ void ObjectTable::check_latch(std::uint32_t carrier, std::uint32_t carried) cons
 void ObjectTable::latch(ObjectHandle carrier, ObjectHandle carried, std::span<const Exemption> allowed) {
   const std::uint32_t to = slot_of(carrier), slot = slot_of(carried);
   check_latch(to, slot);
-  std::set<SolidExemption> found;
-  for (const Exemption& pair : allowed) found.insert(find(pair, carried));
-  exemptions_.merge(found);
+  std::vector<SolidExemption> found;
+  for (const Exemption& pair : allowed) found.push_back(find(pair, carried));
+  for (const SolidExemption& exemption : found) add_exemption(exemption);
   records_[slot].carrier = to;
+  records_[slot].next_carried = std::exchange(records_[to].first_carried, slot);
   X_CO_[slot] = compose(inverse(records_[to].X_WO), records_[slot].X_WO);
-  find_bodies();
+  find_bodies(slot);
+}
+
+void ObjectTable::unlink(std::uint32_t carried) {
+  ObjectRecord& record = records_[carried];
+  std::uint32_t* place = &records_[record.carrier].first_carried;
+  while (*place != carried) place = &records_[*place].next_carried;
+  *place = record.next_carried;
+  record.carrier = record.next_carried = kNone;
+  while (!record.allowed.empty()) drop_exemption(SolidExemption(record.allowed.back()));
 }
 
 void ObjectTable::unlatch(ObjectHandle carried) {
-  ObjectRecord& record = records_[slot_of(carried)];
+  const ObjectRecord& record = records_[slot_of(carried)];
   if (record.carrier == kNone) throw InputError("object '" + record.name() + "' is not latched");
-  record.carrier = kNone;
-  std::erase_if(exemptions_, [&](const SolidExemption& e) { return e.carried == carried; });
-  find_bodies();
+  unlink(carried.slot);
+  find_bodies(carried.slot);
 }
 
-void ObjectTable::find_bodies() {
-  for (std::uint32_t slot = 0; slot < size(); ++slot) {
-    std::uint32_t body = slot;
+/// Of an object and all that it carries, whose carrier's is known.
+void ObjectTable::find_bodies(std::uint32_t slot) {
+  std::vector<std::uint32_t> left{slot};
+  while (!left.empty()) {
+    const std::uint32_t next = left.back();
+    left.pop_back();
+    std::uint32_t body = next;
     Pose X_BO;
     while (records_[body].carrier != kNone) {
       X_BO = compose(X_CO_[body], X_BO);
       body = records_[body].carrier;
     }
-    records_[slot].body = body;
-    records_[slot].root = records_[body].is_link() ? records_[body].lead : body;
-    X_BO_[slot] = X_BO;
+    records_[next].body = body;
+    records_[next].root = records_[body].is_link() ? records_[body].lead : body;
+    X_BO_[next] = X_BO;
+    note(changes_.rebodied, next, kRebodied);
+    for (std::uint32_t child = records_[next].first_carried; child != kNone;
+         child = records_[child].next_carried)
+      left.push_back(child);
   }
 }
 
 void ObjectTable::reset() {
-  for (ObjectRecord& record : records_) {
+  for (std::uint32_t slot = 0; slot < size(); ++slot) {
+    ObjectRecord& record = records_[slot];
     if (!record.alive) continue;
-    record.carrier = kNone;
     record.X_WO = record.commanded = record.description.X_WO;
+    if (record.carrier == kNone) continue;
+    unlink(slot);
   }
-  std::erase_if(exemptions_, [](const SolidExemption& e) { return e.carried != ObjectHandle{}; });
-  find_bodies();
+  for (std::uint32_t slot = 0; slot < size(); ++slot)
+    if (records_[slot].alive) find_bodies(slot);
+  changes_.all = true;
 }
 
 bool ObjectTable::is_alive(ObjectHandle object) const {
@@ -189,9 +275,9 @@ std::uint32_t ObjectTable::slot_of(ObjectHandle object) const {
 }
 
 ObjectHandle ObjectTable::find(std::string_view name) const {
-  for (std::uint32_t slot = 0; slot < size(); ++slot)
-    if (records_[slot].alive && records_[slot].name() == name) return handle(slot);
-  throw InputError("contact world: no object '" + std::string(name) + "'");
+  const auto known = slot_of_name_.find(name);
+  if (known == slot_of_name_.end()) throw InputError("contact world: no object '" + std::string(name) + "'");
+  return handle(known->second);
 }
 
 std::optional<std::uint32_t> ObjectTable::find_group(std::string_view name) const {
@@ -205,6 +291,7 @@ std::uint32_t ObjectTable::group(std::string_view name) {
   const GroupName checked(name);  // one that could not be selected is no group
   if (group_names_.size() == kMostGroups) throw InputError("contact world: more than 64 groups");
   group_names_.emplace_back(checked.text());
+  group_members_.emplace_back();
   return static_cast<std::uint32_t>(group_names_.size() - 1);
 }
 
@@ -214,52 +301,92 @@ std::vector<std::uint32_t> ObjectTable::groups(std::span<const std::string> name
   try {
     for (const std::string& name : names) out.push_back(group(name));
   } catch (const InputError&) {
-    group_names_.resize(known);
+    group_names_.resize(known), group_members_.resize(known);
     throw;
   }
   return out;
+}
+
+std::pair<std::uint32_t, std::uint32_t> ObjectTable::groups_of(std::string_view first,
+                                                               std::string_view second) {
+  const auto a = find_group(first), b = find_group(second);
+  if (a && b) return {*a, *b};
+  const std::vector<std::uint32_t> both = groups(std::array{std::string(first), std::string(second)});
+  return {both[0], both[1]};
 }
 
 bool Layout::is_exempt(const SolidPair& pair) const {
   return std::binary_search(exempt.begin(), exempt.end(), pair);
 }
 
-std::uint32_t Layout::index_of_slot(std::uint32_t slot) const {
-  return static_cast<std::uint32_t>(std::lower_bound(slots.begin(), slots.end(), slot) - slots.begin());
-}
-
 std::optional<SolidIndex> Layout::find(const Layout& other, SolidIndex solid) const {
   const ObjectHandle object = other.handle_of(solid);
-  const std::uint32_t index = index_of_slot(object.slot);
-  if (index == slots.size() || handles[index] != object) return std::nullopt;
-  return first_solid[index] + (solid - other.first_solid_of(solid));
+  if (object.slot >= slots() || handles[object.slot] != object) return std::nullopt;
+  return first_solid[object.slot] + (solid - other.first_solid_of(solid));
+}
+
+void Layout::put(const ObjectTable& objects, std::uint32_t slot) {
+  const ObjectRecord& object = objects[slot];
+  const std::vector<PlacedHexahedron>& placed = object.description.tree->solids();
+  if (slot == slots()) {
+    first_solid.push_back(first_solid.back() + static_cast<SolidIndex>(placed.size()));
+    handles.emplace_back(), trees.emplace_back(), is_static.emplace_back();
+    slot_of.resize(first_solid.back(), slot);
+    solids.resize(first_solid.back(), placed.front().solid), X_OS.resize(first_solid.back());
+  }
+  handles[slot] = object.alive ? objects.handle(slot) : ObjectHandle{};
+  trees[slot] = object.description.tree.get();
+  is_static[slot] = object.is_static();
+  for (std::size_t i = 0; i < placed.size(); ++i)
+    solids[first_solid[slot] + i] = placed[i].solid, X_OS[first_solid[slot] + i] = placed[i].X_OS;
 }
 
 Layout make_layout(const ObjectTable& objects) {
   Layout out;
-  for (std::uint32_t slot = 0; slot < objects.size(); ++slot) {
-    const ObjectRecord& object = objects[slot];
-    if (!object.alive) continue;
-    out.slots.push_back(slot);
-    out.handles.push_back(objects.handle(slot));
-    out.first_solid.push_back(static_cast<SolidIndex>(out.solids.size()));
-    out.trees.push_back(object.description.tree.get());
-    out.is_static.push_back(object.is_static());
-    for (const PlacedHexahedron& placed : object.description.tree->solids()) {
-      out.slot_of.push_back(slot);
-      out.solids.push_back(placed.solid);
-      out.X_OS.push_back(placed.X_OS);
-    }
-  }
-  out.first_solid.push_back(static_cast<SolidIndex>(out.solids.size()));
+  out.first_solid.push_back(0);
+  for (std::uint32_t slot = 0; slot < objects.size(); ++slot) out.put(objects, slot);
   return out;
 }
 
-std::vector<SolidPair> exempt_pairs(const ObjectTable& objects, const Layout& layout) {
+// A few are put in their places, many merged.
+constexpr std::size_t kFewPairs = 16;
+
+void Layout::add_exempt(std::span<const SolidPair> pairs) {
+  if (pairs.size() <= kFewPairs) {
+    for (const SolidPair& pair : pairs)
+      exempt.insert(std::upper_bound(exempt.begin(), exempt.end(), pair), pair);
+    return;
+  }
+  const auto before = static_cast<std::ptrdiff_t>(exempt.size());
+  exempt.insert(exempt.end(), pairs.begin(), pairs.end());
+  std::inplace_merge(exempt.begin(), exempt.begin() + before, exempt.end());
+}
+
+void Layout::remove_exempt(std::span<const SolidPair> pairs) {
+  if (pairs.size() <= kFewPairs) {
+    for (const SolidPair& pair : pairs) {
+      const auto place = std::lower_bound(exempt.begin(), exempt.end(), pair);
+      if (place != exempt.end() && *place == pair) exempt.erase(place);
+    }
+    return;
+  }
+  std::vector<SolidPair> left;
+  std::set_difference(exempt.begin(), exempt.end(), pairs.begin(), pairs.end(), std::back_inserter(left));
+  exempt = std::move(left);
+}
+
+std::vector<SolidPair> exempt_pairs(const Layout& layout, const SolidExemption& exemption) {
+  const auto range = [&](ObjectHandle object, std::uint32_t solid) {
+    const SolidIndex first = layout.first_solid[object.slot];
+    return solid == kAllSolids ? std::pair{first, layout.first_solid[object.slot + 1]}
+                               : std::pair{first + solid, first + solid + 1};
+  };
+  const auto [a, a_end] = range(exemption.a, exemption.solid_a);
+  const auto [b, b_end] = range(exemption.b, exemption.solid_b);
   std::vector<SolidPair> out;
-  for (const SolidExemption& exemption : objects.exemptions()) add_exempt_pairs(layout, exemption, out);
+  for (SolidIndex i = a; i < a_end; ++i)
+    for (SolidIndex j = b; j < b_end; ++j) out.push_back(i < j ? SolidPair{i, j} : SolidPair{j, i});
   std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
   return out;
 }
 

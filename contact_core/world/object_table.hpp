@@ -1,36 +1,19 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "touchstone/contact_core/world/contact_world.hpp"
 
 namespace touchstone {
-
-struct ObjectRecord {
-  ObjectDescription description;
-  std::uint32_t generation = 0;
-  bool alive = false;
-  Pose X_WO;  ///< actual
-  Pose commanded;
-  std::uint32_t carrier = 0xffffffff;  ///< slot it is latched to, or none
-  std::uint32_t body = 0;  ///< slot of what it is rigid with: itself, or the end of its chain of carriers
-  std::uint32_t root = 0;  ///< slot of what it moves with: its body, or its body's mechanism's lead
-  std::uint32_t mechanism = 0xffffffff;  ///< index of the mechanism that it is a link of, or none
-  std::uint32_t link = 0;                ///< of that mechanism
-  std::uint32_t lead = 0;                ///< the slot that stands for the whole mechanism
-  std::uint64_t groups = 0;              ///< bit per group
-
-  const std::string& name() const { return description.tree->name(); }
-  bool is_static() const { return description.is_static; }
-  bool is_root(std::uint32_t slot) const { return root == slot; }
-  bool is_link() const { return mechanism != 0xffffffff; }
-};
 
 inline constexpr std::uint32_t kAllSolids = 0xffffffff;
 /// An Exemption looked up.
@@ -40,6 +23,47 @@ struct SolidExemption {
   ObjectHandle carried;            ///< it ends with that one's latch; none: with unexempt()
 
   friend auto operator<=>(const SolidExemption&, const SolidExemption&) = default;
+};
+
+struct ObjectRecord {
+  ObjectDescription description;  ///< its tree stays after the object, until the slot is used again
+  std::uint32_t generation = 0;
+  bool alive = false;
+  Pose X_WO;  ///< actual
+  Pose commanded;
+  std::uint32_t carrier = 0xffffffff;  ///< slot it is latched to, or none
+  std::uint32_t body = 0;  ///< slot of what it is rigid with: itself, or the end of its chain of carriers
+  std::uint32_t root = 0;  ///< slot of what it moves with: its body, or its body's mechanism's lead
+  std::uint32_t mechanism = 0xffffffff;      ///< index of the mechanism that it is a link of, or none
+  std::uint32_t link = 0;                    ///< of that mechanism
+  std::uint32_t lead = 0;                    ///< the slot that stands for the whole mechanism
+  std::uint64_t groups = 0;                  ///< bit per group
+  std::uint32_t first_carried = 0xffffffff;  ///< slot of one that is latched to it, or none; of that one's
+  std::uint32_t next_carried = 0xffffffff;   ///< carrier, the next one
+  std::vector<SolidExemption> exemptions;    ///< that name it
+  std::vector<SolidExemption> allowed;       ///< that end with its latch
+
+  const std::string& name() const { return description.tree->name(); }
+  bool is_static() const { return description.is_static; }
+  bool is_root(std::uint32_t slot) const { return root == slot; }
+  bool is_link() const { return mechanism != 0xffffffff; }
+};
+
+/// What became of the objects since it was taken up last, each slot named once. It outgrows nothing: beyond
+/// so many exemptions `all` is set, and the rest says nothing.
+struct TableChanges {
+  static constexpr std::size_t kMostExemptions = 4096;
+  struct ExemptionChange {
+    SolidExemption exemption;
+    bool is_on;
+  };
+
+  std::vector<std::uint32_t> replaced;      ///< slots whose object came or went
+  std::vector<std::uint32_t> rebodied;      ///< slots of objects that move with another body, or their own
+  std::vector<ExemptionChange> exemptions;  ///< in order
+  bool all = false;
+
+  bool empty() const { return !all && replaced.empty() && rebodied.empty() && exemptions.empty(); }
 };
 
 /// The objects by slot, their groups, exemptions and latches (the paper's Object_manager).
@@ -53,6 +77,10 @@ class ObjectTable {
   void unlatch(ObjectHandle carried);
   void reset();
 
+  const TableChanges& changes() const { return changes_; }
+  /// They are taken up.
+  void forget_changes();
+
   bool is_alive(ObjectHandle object) const;
   /// Alive, not static, not carried, no link.
   bool may_move(ObjectHandle object) const;
@@ -63,6 +91,8 @@ class ObjectTable {
   /// The groups' indices; new ones where the names are. @throws InputError: a 65th group, a name that is too
   /// long; no name is taken up then.
   std::vector<std::uint32_t> groups(std::span<const std::string> names);
+  /// Of two names; does not allocate where both are known.
+  std::pair<std::uint32_t, std::uint32_t> groups_of(std::string_view first, std::string_view second);
   std::optional<std::uint32_t> find_group(std::string_view name) const;
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(records_.size()); }
@@ -78,43 +108,67 @@ class ObjectTable {
   /// @throws InputError if it carries another, is carried, or is gone.
   void check_removable(ObjectHandle object) const;
 
+  /// In a group; some may be gone.
+  std::span<const ObjectHandle> members_of_group(std::uint32_t group) const { return group_members_[group]; }
+
  private:
-  void find_bodies();
+  void find_bodies(std::uint32_t slot);
+  void note(std::vector<std::uint32_t>& slots, std::uint32_t slot, std::uint8_t flag);
+  void note(const SolidExemption& exemption, bool is_on);
+  bool add_exemption(const SolidExemption& exemption);
+  void drop_exemption(const SolidExemption& exemption);
+  void join_groups(std::uint32_t slot);
+  std::uint32_t free_slot(std::size_t solids);
   std::uint32_t group(std::string_view name);
   void check_latch(std::uint32_t carrier, std::uint32_t carried) const;
+  void unlink(std::uint32_t carried);
   SolidExemption find(const Exemption& pair, ObjectHandle carried) const;
 
   std::vector<ObjectRecord> records_;
+  std::unordered_map<std::string_view, std::uint32_t> slot_of_name_;  // names are the records' own
+  std::map<std::size_t, std::set<std::uint32_t>> free_slots_;         // by the number of their solids
   std::vector<Pose> X_BO_;
-  std::vector<Pose> X_CO_;  // in the carrier, as latched
+  std::vector<std::vector<Pose>> X_BO_before_;  // outgrown: paths may still look there
+  std::vector<Pose> X_CO_;                      // in the carrier, as latched
   std::vector<std::string> group_names_;
+  std::vector<std::vector<ObjectHandle>> group_members_;
   std::set<SolidExemption> exemptions_;
+  TableChanges changes_;
+  std::vector<std::uint8_t> is_noted_;  // by slot: in which lists of changes_
 };
 
-/// The objects alive, flattened for the checks: solids counted through the objects in the order of their
-/// slots.
+/// The objects flattened for the checks: solids counted through the objects in the order of their slots. One
+/// that went keeps its solids' indices until another with as many takes its slot: nothing else is renumbered.
 struct Layout {
-  std::vector<std::uint32_t> slots;
-  std::vector<ObjectHandle> handles;    ///< one a slot of `slots`
-  std::vector<SolidIndex> first_solid;  ///< one more than slots
+  std::vector<ObjectHandle> handles;    ///< by slot; none: it is gone
+  std::vector<SolidIndex> first_solid;  ///< by slot, and one more
   std::vector<std::uint32_t> slot_of;   ///< by solid
   std::vector<Hexahedron> solids;
   std::vector<Pose> X_OS;
   std::vector<const HexahedronTree*> trees;
   std::vector<std::uint8_t> is_static;
-  std::vector<SolidPair> exempt;  ///< sorted; see exempt_pairs()
+  std::vector<SolidPair> exempt;  ///< sorted; one as often as exemptions name it
 
+  std::uint32_t slots() const { return static_cast<std::uint32_t>(handles.size()); }
+  bool is_alive(std::uint32_t slot) const { return handles[slot] != ObjectHandle{}; }
   bool is_exempt(const SolidPair& pair) const;
-  std::uint32_t index_of_slot(std::uint32_t slot) const;
-  SolidIndex first_solid_of(SolidIndex solid) const { return first_solid[index_of_slot(slot_of[solid])]; }
-  ObjectHandle handle_of(SolidIndex solid) const { return handles[index_of_slot(slot_of[solid])]; }
+  SolidIndex first_solid_of(SolidIndex solid) const { return first_solid[slot_of[solid]]; }
+  ObjectHandle handle_of(SolidIndex solid) const { return handles[slot_of[solid]]; }
+  /// Takes up the slot's object anew, or that it is gone. @pre the slot is laid out, or the next one.
+  void put(const ObjectTable& objects, std::uint32_t slot);
+  /// Sorted pairs, each once more or once less.
+  void add_exempt(std::span<const SolidPair> pairs);
+  void remove_exempt(std::span<const SolidPair> pairs);
+  std::span<const Hexahedron> solids_of(std::uint32_t slot) const {
+    return std::span(solids).subspan(first_solid[slot], first_solid[slot + 1] - first_solid[slot]);
+  }
   /// Where a solid of another layout is in this one; none if its object is not.
   std::optional<SolidIndex> find(const Layout& other, SolidIndex solid) const;
 };
 
 /// All but its exempt pairs.
 Layout make_layout(const ObjectTable& objects);
-/// Those of the table's exemptions, ascending.
-std::vector<SolidPair> exempt_pairs(const ObjectTable& objects, const Layout& layout);
+/// Those that an exemption names, ascending.
+std::vector<SolidPair> exempt_pairs(const Layout& layout, const SolidExemption& exemption);
 
 }  // namespace touchstone

@@ -45,6 +45,10 @@ ContactEvent ContactWorld::State::pair_event(EventKind kind, const SolidPair& pa
           at_end};
 }
 
+ContactEvent ContactWorld::State::removed_event(const ContactState& contact) const {
+  return pair_event(EventKind::ended, contact.solids, {0, 0.0, contact.geometry}, no_geometry());
+}
+
 /// Set-up gives solids new numbers, in the same order; contacts stay what they are.
 void ContactWorld::State::keep_contacts(const Layout& next) {
   std::erase_if(contacts, [&](ContactState& contact) {
@@ -53,8 +57,19 @@ void ContactWorld::State::keep_contacts(const Layout& next) {
       contact.solids = {*a, *b};
       return false;
     }
-    left_contacts.push_back(
-        pair_event(EventKind::ended, contact.solids, {0, 0.0, contact.geometry}, no_geometry()));
+    left_contacts.push_back(removed_event(contact));
+    return true;
+  });
+}
+
+/// Those of objects that are gone, or replaced. @param slots sorted.
+void ContactWorld::State::end_contacts_of(std::span<const std::uint32_t> slots) {
+  std::erase_if(contacts, [&](const ContactState& contact) {
+    const auto is_there = [&](SolidIndex solid) {
+      return std::binary_search(slots.begin(), slots.end(), layout.slot_of[solid]);
+    };
+    if (!is_there(contact.solids.a) && !is_there(contact.solids.b)) return false;
+    left_contacts.push_back(removed_event(contact));
     return true;
   });
 }
@@ -111,20 +126,22 @@ void ContactWorld::State::add_left_out_pairs() {
   for (const ContactState& contact : contacts)
     if (is_checked(contact.solids) && !is_among(contact.solids, known))
       pairs.push_back(frame_pair(contact.solids));
-  if (std::find(is_short.begin(), is_short.end(), std::uint8_t{1}) != is_short.end()) {
-    // The lively ones are all that may be near, unless they are to be chosen anew.
-    for (std::uint32_t i = 0; needs_lively && i < watched.size(); ++i) add_left_out(i, known);
-    for (std::size_t i = 0; !needs_lively && i < lively.size(); ++i) add_left_out(lively[i], known);
-  }
+  for (const std::uint32_t root : movers)
+    if (is_short[root])
+      for_each_member(root, [&](std::uint32_t slot) {
+        for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
+          watched.for_each_of(solid, [&](std::uint32_t index) { add_left_out(index, solid, known); });
+      });
   if (pairs.size() == known) return;
   std::sort(pairs.begin(), pairs.end(),
             [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; });
 }
 
-void ContactWorld::State::add_left_out(std::uint32_t index, std::size_t known) {
+/// @param solid of a mover that was stopped; of two such it is taken up with the lower one.
+void ContactWorld::State::add_left_out(std::uint32_t index, SolidIndex solid, std::size_t known) {
   WatchedPair& watch = watched[index];
   const SolidPair pair{watch.a, watch.b};
-  if (!is_short[root_of(pair.a)] && !is_short[root_of(pair.b)]) return;
+  if (solid != pair.a && is_short[root_of(pair.a)]) return;
   if (is_clear(watch) || !is_checked(pair) || is_among(pair, known) || was_in_contact(pair)) return;
   const FramePair entry = frame_pair(pair);
   if (!is_apart_by_axis(watch, entry, travelled(pair, watch.own) * kDown, 0.0)) pairs.push_back(entry);

@@ -32,18 +32,22 @@ void ContactWorld::State::take_selection() {
   changes.resize(kept);
 }
 
-void ContactWorld::State::accept(std::span<const MotionCommand> commands) {
-  for (std::vector<std::uint8_t>* flags :
-       {&in_motion, &slides.may_slide, &slides.may_pivot, &slides.translation_only})
-    std::fill(flags->begin(), flags->end(), std::uint8_t{0});
-  std::fill(stops.begin(), stops.end(), 1.0);
+/// Whoever was told to move in the frame before rests, until a command says otherwise.
+void ContactWorld::State::forget_motion() {
+  told_before.swap(told);
+  told.clear();
   movers.clear();
-  for (const std::uint32_t slot : layout.slots) {
-    if (!has_path[slot]) continue;
-    has_path[slot] = 0;
+  for (const std::uint32_t slot : told_before) {
+    for (std::vector<std::uint8_t>* flags : {&in_motion, &is_short, &is_held, &is_restopped,
+                                             &slides.may_slide, &slides.may_pivot, &slides.translation_only})
+      (*flags)[slot] = 0;
+    stops[slot] = stop_bounds[slot] = 1.0;
     if (objects[slot].is_root(slot))
       paths[slot] = CarriedPath(RigidPath(objects[slot].X_WO), objects.poses_in_body());
   }
+}
+
+void ContactWorld::State::accept(std::span<const MotionCommand> commands) {
   for (const MotionCommand& command : commands) {
     if (!objects.may_move(command.object) || !is_finite(command.path)) {
       events.push_back(command_event(EventKind::refused, command.object));
@@ -55,8 +59,7 @@ void ContactWorld::State::accept(std::span<const MotionCommand> commands) {
     const RigidPath path = starts_here ? command.path : RigidPath::between(X_WO, command.path.to());
     paths[slot] = CarriedPath(path, objects.poses_in_body());
     in_motion[slot] = !path.at_rest();
-    has_path[slot] = 1;
-    movers.push_back(slot);
+    movers.push_back(slot), told.push_back(slot);
     objects[slot].commanded = command.path.to();
   }
 }
@@ -68,8 +71,10 @@ void ContactWorld::State::take_movers() {
 }
 
 void ContactWorld::State::lay_paths() {
+  for (const std::uint32_t slot : moved)
+    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
+      travels.last_solid[solid] = 0.0;
   moved.clear();
-  std::fill(travels.last_solid.begin(), travels.last_solid.end(), 0.0);
   std::fill(travels.last_own.begin(), travels.last_own.end(), 0.0);
   for (const std::uint32_t root : movers)
     if (in_motion[root]) lay_travels(root);
@@ -142,20 +147,47 @@ Impact ContactWorld::State::impact_of(FramePair& pair, double until) {
 // Those that may be near at the start come first: where they stop a mover, all others need only be clear up
 // to there.
 void ContactWorld::State::find_pairs(FrameReport& report) {
-  if (needs_watch) watch_pairs();
+  if (is_watch_due()) watch_pairs();
   pairs.clear();
-  close.clear(), deferred.clear();
-  if (needs_lively) choose_lively();
-  for (const std::uint32_t i : lively) {
-    if (is_clear(watched[i])) continue;
-    (is_clear_before(watched[i]) ? deferred : close).push_back(i);
-  }
-  std::fill(stop_bounds.begin(), stop_bounds.end(), 1.0);
+  gather_unclear();
+  for (const std::uint32_t root : movers) stop_bounds[root] = 1.0;
   examine(close, report);
   std::erase_if(deferred, [&](std::uint32_t i) { return is_clear_to_bounds(watched[i]); });
   examine(deferred, report);
   std::sort(pairs.begin(), pairs.end(),
             [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; });
+}
+
+/// The watched pairs that may not be clear: of what moves, or has moved since, and those that were not clear
+/// before. Of many moving links those that are lively are fewer.
+void ContactWorld::State::gather_unclear() {
+  close.clear(), deferred.clear();
+  ++look;
+  seen_at.resize(std::max<std::size_t>(seen_at.size(), watched.size()), 0);
+  const auto take = [&](std::uint32_t i) {
+    if (seen_at[i] == look) return;
+    seen_at[i] = look;
+    if (!is_clear(watched[i])) (is_clear_before(watched[i]) ? deferred : close).push_back(i);
+  };
+  for (const std::uint32_t i : unclear) take(i);
+  for (const std::vector<std::uint32_t>* roots : {&told, &told_before})
+    for (const std::uint32_t root : *roots) {
+      if (mechanism_of(root) != nullptr) continue;
+      for_each_member(root, [&](std::uint32_t slot) {
+        for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
+          watched.for_each_of(solid, take);
+      });
+    }
+  if (mechanisms.size() > 0) {
+    if (needs_lively) choose_lively();
+    for (const std::uint32_t i : lively) take(i);
+  }
+  unclear.clear();
+  for (std::vector<std::uint32_t>* found : {&close, &deferred}) {
+    unclear.insert(unclear.end(), found->begin(), found->end());
+    std::sort(found->begin(), found->end(),
+              [&](std::uint32_t x, std::uint32_t y) { return watched.solids(x) < watched.solids(y); });
+  }
 }
 
 bool ContactWorld::State::is_checked(const SolidPair& pair) const {
@@ -256,8 +288,8 @@ void ContactWorld::State::execute() {
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
     if (MechanismMover* mover = mechanisms.at(i); mover != nullptr && in_motion[mover->lead])
       mover->stand_at(stops[mover->lead]);
-  for (const std::uint32_t i : moved) {
-    const std::uint32_t slot = layout.slots[i], root = objects[slot].root;
+  for (const std::uint32_t slot : moved) {
+    const std::uint32_t root = objects[slot].root;
     if (!in_motion[root]) continue;
     if (const MechanismMover* mover = mechanism_of(slot)) {
       const std::uint32_t body = objects[slot].body;
@@ -266,7 +298,7 @@ void ContactWorld::State::execute() {
     } else {
       objects[slot].X_WO = paths[root].at(slot, stops[root]).X_WO;
     }
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
       from[solid] = compose(objects[slot].X_WO, layout.X_OS[solid]), travels.has_vertices[solid] = 0;
   }
   for (const std::uint32_t root : movers)

@@ -121,7 +121,7 @@ void ContactWorld::State::measure_plan(const Slider& slider) {
   for (auto member = std::lower_bound(members.begin(), members.end(), first);
        member != members.end() && member->first == slider.root; ++member) {
     const std::uint32_t i = member->second;
-    const bool is_carried_on = moves(layout.slots[i]);
+    const bool is_carried_on = moves(i);
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
       const double planned = is_carried_on ? travel_on(*slider.arm, solid) : 0.0;
       travels.planned_solid[solid] = planned;

@@ -31,6 +31,7 @@ MechanismHandle ContactWorld::add_mechanism(MechanismPlacement placement) {
   if (mechanism.solids().empty())
     throw InputError("contact world: mechanism '" + mechanism.name() + "' has no hexahedra");
   MechanismMover& added = *mover;
+  state_->needs_layout = true;
   const MechanismHandle handle = state_->mechanisms.add(std::move(mover));
   std::vector<ObjectHandle> objects;
   try {
@@ -57,7 +58,6 @@ void ContactWorld::remove_mechanism(MechanismHandle handle) {
   for (const std::uint32_t slot : mover.slot_of_link) {
     if (slot == kNone) continue;
     state_->objects.remove_link(state_->objects.handle(slot));
-    state_->rules.forget(slot);
     state_->selection.forget(slot);
   }
   state_->mechanisms.remove(handle);
@@ -112,7 +112,7 @@ void ContactWorld::State::accept_joints(std::span<const JointCommand> commands) 
     }
     in_motion[mover.lead] = mover.commanded != mover.actual;
     if (in_motion[mover.lead]) mover.go(mover.commanded);
-    movers.push_back(mover.lead);
+    movers.push_back(mover.lead), told.push_back(mover.lead);
   }
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
     if (MechanismMover* mover = mechanisms.at(i); mover != nullptr && !in_motion[mover->lead]) mover->rest();
@@ -126,15 +126,16 @@ void ContactWorld::State::reset_mechanisms() {
 }
 
 void ContactWorld::State::list_exempt_pairs(Layout& out) const {
-  out.exempt = exempt_pairs(objects, out);
+  out.exempt.clear();
+  for (const SolidExemption& exemption : objects.exemptions())
+    for (const SolidPair& pair : exempt_pairs(out, exemption)) out.exempt.push_back(pair);
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i) {
     const MechanismMover* mover = mechanisms.at(i);
     if (mover == nullptr) continue;
     const Mechanism& mechanism = *mover->mechanism;
     const auto index_of = [&](std::uint32_t solid) {
       const std::uint32_t link = mechanism.link_of(solid);
-      const std::uint32_t index = out.index_of_slot(mover->slot_of_link[link]);
-      return out.first_solid[index] + (solid - mechanism.links()[link].first_solid);
+      return out.first_solid[mover->slot_of_link[link]] + (solid - mechanism.links()[link].first_solid);
     };
     for (std::uint32_t a = 0; a < mechanism.solids().size(); ++a)
       for (std::uint32_t b = a + 1; b < mechanism.solids().size(); ++b) {
@@ -146,33 +147,66 @@ void ContactWorld::State::list_exempt_pairs(Layout& out) const {
   std::sort(out.exempt.begin(), out.exempt.end());
 }
 
+/// Where the slot's solids stand in its body, whom it moves with, and that it rests.
+void ContactWorld::State::place_in_body(std::uint32_t slot) {
+  MechanismMover* mover = mechanism_of(slot);
+  const std::uint32_t body = objects[slot].body;
+  for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid) {
+    const Pose& X_OS = layout.X_OS[solid];
+    X_BS[solid] = body == slot ? X_OS : compose(objects.poses_in_body()[slot], X_OS);
+    if (mover == nullptr) continue;
+    const Sphere& sphere = layout.solids[solid].bounding_sphere();
+    double& radius = mover->radius_of_link[objects[body].link];
+    radius = std::max(radius, norm(transform(X_BS[solid], sphere.centre)) + sphere.radius);
+  }
+  paths[slot] = CarriedPath(RigidPath(objects[slot].X_WO), objects.poses_in_body());
+}
+
 void ContactWorld::State::place_solids_in_bodies() {
   X_BS.resize(layout.solids.size());
-  members.clear(), movable.clear();
-  for (std::uint32_t i = 0; i < layout.slots.size(); ++i) {
-    const std::uint32_t slot = layout.slots[i], body = objects[slot].body;
-    MechanismMover* mover = mechanism_of(slot);
-    if (!objects[slot].is_static()) movable.push_back(i);
-    members.emplace_back(objects[slot].root, i);
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
-      const Pose& X_OS = layout.X_OS[solid];
-      X_BS[solid] = body == slot ? X_OS : compose(objects.poses_in_body()[slot], X_OS);
-      if (mover == nullptr) continue;
-      const Sphere& sphere = layout.solids[solid].bounding_sphere();
-      double& radius = mover->radius_of_link[objects[body].link];
-      radius = std::max(radius, norm(transform(X_BS[solid], sphere.centre)) + sphere.radius);
-    }
+  members.clear();
+  member_root.assign(layout.slots(), SlideState::kNone);
+  for (std::uint32_t slot = 0; slot < layout.slots(); ++slot) {
+    if (!layout.is_alive(slot)) continue;
+    members.emplace_back(member_root[slot] = objects[slot].root, slot);
+    place_in_body(slot);
   }
   std::sort(members.begin(), members.end());
-  std::fill(has_path.begin(), has_path.end(), std::uint8_t{1});
   watched.clear();
+  watched.set_solids(layout.solids.size());
   needs_watch = true;
 }
 
-void ContactWorld::State::prepare_travels() {
-  const std::size_t slots = objects.size(), solids = layout.solids.size();
-  has_path.assign(slots, 1);
-  movers.reserve(2 * slots + 64), members.reserve(slots), movable.reserve(slots);
+void ContactWorld::State::take_room_for_travels(bool anew) {
+  const std::size_t slots = layout.slots(), solids = layout.solids.size();
+  const auto reserve_more = [](auto& list, std::size_t count) {
+    if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
+  };
+  reserve_more(movers, 2 * slots + 64), reserve_more(told, 2 * slots + 64);
+  reserve_more(told_before, 2 * slots + 64);
+  reserve_more(members, slots), reserve_more(due, slots), reserve_more(moved, slots);
+  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
+                                      &travels.last_solid, &travels.planned_solid, &travels.needed}) {
+    if (anew) values->clear();
+    values->resize(solids, 0.0);
+  }
+  if (anew) number_own_pairs();
+  if (watched.capacity() < 256 + 64 * solids) {
+    const std::size_t room = std::max(256 + 64 * solids, anew ? 0 : 2 * watched.capacity());
+    watched.reserve(room), watched_before.reserve(room);
+    for (std::vector<std::uint32_t>* watches : {&lively, &close, &deferred, &unclear, &seen_at})
+      watches->reserve(room);
+    ahead.reserve(room);
+    reserve_slide_pairs();
+  }
+  watched.set_solids(solids);
+  reserve_more(partners, solids), reserve_more(known_partners, solids);
+  travels.vertices.resize(solids), travels.has_vertices.resize(solids, 0);
+  take_room_for_slides(anew);
+}
+
+/// Each two links of a mechanism have a place in Travels::of_own.
+void ContactWorld::State::number_own_pairs() {
   std::uint32_t own = 0;
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i) {
     MechanismMover* mover = mechanisms.at(i);
@@ -180,17 +214,9 @@ void ContactWorld::State::prepare_travels() {
     mover->first_own = own;
     own += static_cast<std::uint32_t>(mover->X_WL.size() * mover->X_WL.size());
   }
-  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
-                                      &travels.last_solid, &travels.planned_solid, &travels.needed})
-    values->assign(solids, 0.0);
   for (std::vector<double>* values :
        {&travels.of_own, &travels.lively_own, &travels.last_own, &travels.planned_own})
     values->assign(own, 0.0);
-  watched.reserve(256 + 64 * solids), watched_before.reserve(256 + 64 * solids);
-  for (std::vector<std::uint32_t>* watches : {&lively, &close, &deferred})
-    watches->reserve(watched.capacity());
-  ahead.reserve(watched.capacity());
-  travels.vertices.resize(solids), travels.has_vertices.assign(solids, 0);
 }
 
 Pose ContactWorld::State::executed_link_pose(std::uint32_t slot, std::size_t part, double s) const {

@@ -66,31 +66,44 @@ bool turns_too_far(const CarriedPath& path, double stop) {
 }  // namespace
 
 void ContactWorld::State::prepare_slides() {
-  const std::size_t slots = objects.size(), solids = layout.solids.size();
-  slides.may_slide.assign(slots, 0), slides.may_pivot.assign(slots, 0);
-  slides.translation_only.assign(slots, 0), slides.translation_only_before.assign(slots, 0);
-  slides.moments.clear();
-  for (SolidIndex i = 0; i < solids; ++i)
-    slides.moments.push_back(transform(layout.X_OS[i], mass_moments(layout.solids[i])));
-  slides.sliders.reserve(slots), slides.carried.reserve(slots);
   slides.sliders.clear();
-  slides.slider_of.assign(slots, SlideState::kNone);
-  slides.pairs.reserve(64 + 16 * solids);
-  slides.met.reserve(watched.capacity()), slides.by_root.reserve(2 * watched.capacity());
-  slides.pair_of.reserve(watched.capacity()), slides.is_near.reserve(watched.capacity());
-  slides.near.reserve(64 + 16 * solids);
+  for (SolidIndex i = 0; i < layout.solids.size(); ++i)
+    slides.moments[i] = transform(layout.X_OS[i], mass_moments(layout.solids[i]));
+}
+
+/// See take_room().
+void ContactWorld::State::take_room_for_slides(bool anew) {
+  const std::size_t slots = layout.slots(), solids = layout.solids.size();
+  for (std::vector<std::uint8_t>* flags :
+       {&slides.may_slide, &slides.may_pivot, &slides.translation_only, &slides.translation_only_before}) {
+    if (anew) flags->clear();
+    flags->resize(slots, 0);
+  }
+  if (anew) slides.slider_of.clear();
+  slides.slider_of.resize(slots, SlideState::kNone);
+  slides.moments.resize(solids);
+  const auto reserve_more = [](auto& list, std::size_t count) {
+    if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
+  };
+  reserve_more(slides.sliders, slots), reserve_more(slides.carried, slots);
+  reserve_more(slides.pairs, 64 + 16 * solids), reserve_more(slides.near, 64 + 16 * solids);
   slides.held.reserve(mechanisms.size() * kMostSlideJoints);
-  slides.rows.reserve(1024 + 8 * solids);
+  reserve_more(slides.rows, 1024 + 8 * solids);
   slides.joint_rows.reserve(mechanisms.size() > 0 ? kMostSlideRows : 0);
-  slides.parts.reserve((kMostSlideSteps + 1) * slots);
+  reserve_more(slides.parts, (kMostSlideSteps + 1) * slots);
   std::size_t values = 0;
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
     if (const MechanismMover* mover = mechanisms.at(i)) values += mover->actual.size();
   slides.joints.reserve((kMostSlideSteps + 1) * 2 * values);
 }
 
+/// As many as the watched pairs.
+void ContactWorld::State::reserve_slide_pairs() {
+  slides.met.reserve(2 * watched.capacity()), slides.by_root.reserve(2 * watched.capacity());
+  slides.pair_of.reserve(watched.capacity()), slides.is_near.reserve(watched.capacity());
+}
+
 void ContactWorld::State::rest(std::uint32_t root) {
-  has_path[root] = 1;
   paths[root] = CarriedPath(RigidPath(objects[root].X_WO), objects.poses_in_body());
   if (MechanismMover* mover = mechanism_of(root)) mover->rest();
   in_motion[root] = 0;
@@ -162,13 +175,13 @@ void ContactWorld::State::weigh_sliders() {
   const bool all_arms = std::all_of(slides.sliders.begin(), slides.sliders.end(),
                                     [](const Slider& slider) { return slider.arm != nullptr; });
   slides.carried.clear();
-  for (std::uint32_t i = 0; i < layout.slots.size() && !all_arms; ++i) {
-    const Slider* slider = slides.find(objects[layout.slots[i]].root);
+  for (std::uint32_t i = 0; i < layout.slots() && !all_arms; ++i) {
+    const Slider* slider = layout.is_alive(i) ? slides.find(objects[i].root) : nullptr;
     if (slider == nullptr || slider->arm != nullptr) continue;
     MassMoments own;
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
       own += slides.moments[solid];
-    if (layout.slots[i] != slider->root) own = transform(objects.poses_in_body()[layout.slots[i]], own);
+    if (i != slider->root) own = transform(objects.poses_in_body()[i], own);
     const Vector3 centre = own.first / own.volume;
     if (norm(centre) <= longest_lever()) slides.carried.push_back({slider->root, own});
   }

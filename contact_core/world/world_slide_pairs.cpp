@@ -23,7 +23,7 @@ void ContactWorld::State::find_slide_pairs() {
   for (const Slider& slider : slides.sliders)
     if (slider.arm == nullptr && !slider.done) need_watch_of(slider);
   slides.pairs.clear();
-  if (needs_watch) watch_pairs();
+  if (is_watch_due()) watch_pairs();
   slides.pair_of.assign(watched.size(), SlideState::kNone);
   slides.is_near.assign(watched.size(), 0);
   gather_slide_pairs();
@@ -40,7 +40,7 @@ void ContactWorld::State::need_watch_of(const Slider& slider) {
       // watch_pairs() takes the last path, gone by now, from its reserve.
       const double needed = 2.0 * (slide_reach(slider, solid, solid) + travels.last_solid[solid]);
       travels.needed[solid] = needed;
-      needs_watch = needs_watch || travels.of_solid[solid] + needed > travels.solid_limit[solid];
+      if (travels.of_solid[solid] + needed > travels.solid_limit[solid]) note_due(i);
     }
   }
 }
@@ -59,19 +59,30 @@ void ContactWorld::State::gather_slide_pairs() {
     }
     return;
   }
-  for (std::uint32_t i = 0; i < watched.size(); ++i) {
-    const std::uint32_t a = root_of(watched[i].a), b = root_of(watched[i].b);
-    const bool of_a = slides.find(a) != nullptr, of_b = b != a && slides.find(b) != nullptr;
-    if (of_a) slides.by_root.emplace_back(a, i);
-    if (of_b) slides.by_root.emplace_back(b, i);
-    if (of_a || of_b) slides.met.push_back(i);
+  for (const Slider& slider : slides.sliders) {
+    const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
+    for (auto member = std::lower_bound(members.begin(), members.end(), first);
+         member != members.end() && member->first == slider.root; ++member)
+      for (SolidIndex i = layout.first_solid[member->second]; i < layout.first_solid[member->second + 1]; ++i)
+        watched.for_each_of(i, [&](std::uint32_t index) {
+          // Of two solids of the slider's, the one that is a.
+          const bool is_inner = root_of(watched[index].a) == root_of(watched[index].b);
+          if (is_inner && watched[index].a != i) return;
+          slides.by_root.emplace_back(slider.root, index);
+          slides.met.push_back(index);
+        });
   }
-  if (slides.sliders.size() > 1) std::sort(slides.by_root.begin(), slides.by_root.end());
+  const auto before = [&](std::uint32_t x, std::uint32_t y) { return watched.solids(x) < watched.solids(y); };
+  std::sort(slides.met.begin(), slides.met.end(), before);
+  slides.met.erase(std::unique(slides.met.begin(), slides.met.end()), slides.met.end());
+  std::sort(slides.by_root.begin(), slides.by_root.end(), [&](const auto& x, const auto& y) {
+    return x.first != y.first ? x.first < y.first : before(x.second, y.second);
+  });
 }
 
 /// Once paths are laid: those that go further than was looked ahead for have more to meet.
 void ContactWorld::State::take_up_slide_pairs() {
-  if (needs_watch)
+  if (is_watch_due())
     watch_slide_pairs();
   else if (needs_lively)
     gather_slide_pairs();
@@ -86,12 +97,10 @@ void ContactWorld::State::watch_slide_pairs() {
   for (std::uint32_t i = 0; i < slides.pairs.size(); ++i) {
     const SolidPair& pair = slides.pairs[i].solids;
     slides.pairs[i].watch = SlideState::kNone;
-    const auto place = std::lower_bound(
-        watched.begin(), watched.end(), pair,
-        [](const WatchedPair& x, const SolidPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
-    if (place == watched.end() || place->a != pair.a || place->b != pair.b) continue;
-    slides.pairs[i].watch = static_cast<std::uint32_t>(place - watched.begin());
-    slides.pair_of[slides.pairs[i].watch] = i;
+    const std::uint32_t watch = watched.find(pair);
+    if (watch == PairWatch::kNone) continue;
+    slides.pairs[i].watch = watch;
+    slides.pair_of[watch] = i;
   }
 }
 

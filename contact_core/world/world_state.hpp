@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -10,15 +11,17 @@
 #include "touchstone/contact_core/world/mechanism_mover.hpp"
 #include "touchstone/contact_core/world/object_table.hpp"
 #include "touchstone/contact_core/world/pair_rules.hpp"
+#include "touchstone/contact_core/world/pair_watch.hpp"
 #include "touchstone/contact_core/world/selection_state.hpp"
 #include "touchstone/contact_core/world/slide_state.hpp"
+#include "touchstone/contact_core/world/stop_queue.hpp"
 #include "touchstone/contact_core/world/travels.hpp"
 
 namespace touchstone {
 
 /// What a contact world is made of; its functions stand in contact_world.cpp, world_frame.cpp,
-/// world_mechanism.cpp, world_stops.cpp, world_travel.cpp, world_slide.cpp, world_slide_pairs.cpp,
-/// world_pivot.cpp, world_joint_slide.cpp and world_events.cpp.
+/// world_changes.cpp, world_mechanism.cpp, world_stops.cpp, world_travel.cpp, world_slide.cpp,
+/// world_slide_pairs.cpp, world_pivot.cpp, world_joint_slide.cpp and world_events.cpp.
 struct ContactWorld::State {
   std::unique_ptr<Narrowphase> narrowphase;
   std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges
@@ -43,25 +46,41 @@ struct ContactWorld::State {
   std::size_t record_room = 0;
   std::uint64_t left_out = 0;              // of the record, for want of room
   std::vector<CarriedPath> paths;          // by slot; a root's
-  std::vector<std::uint8_t> has_path;      // by slot: its path may be another than to rest
+  const Pose* poses_in_body = nullptr;     // where paths look for them
   std::vector<std::uint32_t> movers;       // roots in motion, by slot
+  std::vector<std::uint32_t> told;         // roots that were told to move, of which more than rest is known
+  std::vector<std::uint32_t> told_before;  // the same, one frame ago
   std::vector<double> stops;               // by slot; a root's
   std::vector<double> stop_bounds;         // by slot; a root's: it goes no further, within find_pairs
   std::vector<std::uint8_t> in_motion;     // by slot; a root's
   std::vector<std::uint8_t> is_restopped;  // by slot; a root's, within resolve_stops
   std::vector<std::uint8_t> is_held;       // by slot; a root's: a pair that holds took it back to its start
+  StopQueue stop_queue;                    // within resolve_stops
+  std::vector<std::uint32_t> restopped;    // the same: roots to look at again
   bool took_back = false;                  // a pair that holds did, in these rounds
   std::vector<std::uint8_t> is_short;      // by slot; a root's: its commanded path was stopped in this frame
   std::vector<Pose> from, to;              // by solid
   std::vector<double> bulges;              // by solid
   std::vector<Pose> X_BS;                  // by solid, in its body; of mechanisms' solids
-  std::vector<std::uint32_t> moved;        // objects by layout index
-  std::vector<std::uint32_t> movable;      // the same, all that are not static
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by layout index), sorted
+  std::vector<std::uint32_t> moved;        // objects on their way on the path that was laid last, by slot
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by slot), sorted
+  std::vector<std::uint32_t> member_root;                        // by slot: its root in members, or kNone
   Travels travels;
-  std::vector<WatchedPair> watched, watched_before;  // by solids
-  std::vector<std::uint32_t> close, deferred;        // watched pairs by index, within find_pairs
-  std::vector<SolidPair> ahead;                      // what is asked about next
+  bool is_overflown = false;    // Travels knows nothing any more
+  std::vector<double> reaches;  // by slot: so much further than the default rule's warn distance it looks
+  std::vector<std::pair<ObjectHandle, double>> early_reaches;  // of objects that are not laid out yet
+  PairWatch watched, watched_before;
+  std::vector<std::uint32_t> due;          // objects whose watched pairs are to be found anew, by slot
+  std::vector<std::uint8_t> is_noted_due;  // by slot
+  std::vector<std::uint32_t> movable;      // objects by slot, within watch_all
+  std::vector<SolidIndex> partners;        // of a solid, within watch_due
+  std::vector<std::pair<SolidIndex, std::uint32_t>>
+      known_partners;                  // the same: partners watched so far and their index
+  std::vector<std::uint32_t> unclear;  // watched pairs by index: all that may not be clear, of what rests
+  std::vector<std::uint32_t> seen_at;  // by watched pair: the look at which it came up last
+  std::uint32_t look = 0;
+  std::vector<std::uint32_t> close, deferred;  // watched pairs by index, within find_pairs
+  std::vector<SolidPair> ahead;                // what is asked about next
   std::vector<std::uint32_t> lively;  // of the watched pairs, by index: those that soon may come near
   bool needs_watch = true, needs_lively = true;
   std::vector<FramePair> pairs;
@@ -71,6 +90,21 @@ struct ContactWorld::State {
   std::vector<ContactEvent> events;
   SlideState slides;
 
+  // Set-up, in world_changes.cpp.
+  void build_all();
+  void take_room(bool anew);
+  void place_solids(std::uint32_t slot);
+  bool take_up_changes();
+  bool replace_object(std::uint32_t slot);
+  void begin_object(std::uint32_t slot);
+  void change_body(std::uint32_t slot);
+  void lay_resting_paths();
+  void watch_anew(std::uint32_t slot);
+  void drop_watched(std::uint32_t slot);
+  void raise_reach(std::uint32_t slot, double warn);
+  void raise_reach_of_group(std::uint32_t first, std::uint32_t second);
+
+  void forget_motion();
   void take_selection();
   void accept(std::span<const MotionCommand> commands);
   void take_movers();
@@ -82,7 +116,23 @@ struct ContactWorld::State {
   void restart_travels();
   double travel_on(const MechanismMover& mover, SolidIndex solid) const;
   void measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const;
+  bool is_watch_due() const { return needs_watch || !due.empty(); }
+  void note_due(std::uint32_t slot);
   void watch_pairs();
+  bool watch_due();
+  void watch_all();
+  void set_region(std::uint32_t slot);
+  bool may_be_watched(const SolidPair& pair) const;
+  bool watch_partners(SolidIndex solid);
+  void gather_unclear();
+  /// Calls visit(slot) for each object that moves with the root.
+  template <class Visit>
+  void for_each_member(std::uint32_t root, Visit visit) const {
+    const std::pair<std::uint32_t, std::uint32_t> first{root, 0};
+    for (auto member = std::lower_bound(members.begin(), members.end(), first);
+         member != members.end() && member->first == root; ++member)
+      visit(member->second);
+  }
   void choose_lively();
   double travelled(const SolidPair& pair, std::uint32_t own) const {
     return own != kNotOwn ? travels.of_own[own] : travels.of_solid[pair.a] + travels.of_solid[pair.b];
@@ -113,7 +163,7 @@ struct ContactWorld::State {
 
   // Stops, in world_stops.cpp.
   void resolve_stops(std::span<FramePair> among, std::uint32_t part);
-  double first_open(std::span<const FramePair> among) const;
+  void queue_open(std::span<const FramePair> among);
   bool settle(std::span<FramePair> among, double least, std::uint32_t part);
   bool stop_movers(const FramePair& pair);
   void recheck(std::uint32_t root, std::span<FramePair> among);
@@ -126,11 +176,13 @@ struct ContactWorld::State {
   // What is reported, in world_events.cpp.
   void report_pairs();
   void add_left_out_pairs();
-  void add_left_out(std::uint32_t index, std::size_t known);
+  void add_left_out(std::uint32_t index, SolidIndex solid, std::size_t known);
   bool is_among(const SolidPair& pair, std::size_t known) const;
   PairGeometry geometry_now(const SolidPair& pair);
   void end_unchecked(const ContactState& contact);
   void keep_contacts(const Layout& next);
+  void end_contacts_of(std::span<const std::uint32_t> slots);
+  ContactEvent removed_event(const ContactState& contact) const;
   void report_pair(const FramePair& pair, bool was_in_contact);
   ContactEvent pair_event(EventKind kind, const SolidPair& pair, const Moment& at,
                           const PairGeometry& at_end) const;
@@ -144,9 +196,10 @@ struct ContactWorld::State {
   void accept_joints(std::span<const JointCommand> commands);
   void reset_mechanisms();
   void list_exempt_pairs(Layout& out) const;
+  void place_in_body(std::uint32_t slot);
   void place_solids_in_bodies();
-  void take_up_latches();
-  void prepare_travels();
+  void take_room_for_travels(bool anew);
+  void number_own_pairs();
   /// The mechanism that the object is a link of or is carried by, or null.
   MechanismMover* mechanism_of(std::uint32_t slot) const {
     const ObjectRecord& body = objects[objects[slot].body];
@@ -163,6 +216,8 @@ struct ContactWorld::State {
 
   // Sliding, in world_slide.cpp.
   void prepare_slides();
+  void take_room_for_slides(bool anew);
+  void reserve_slide_pairs();
   void slide(FrameReport& report);
   void record_parts(std::uint32_t part);
   bool begin_slides();

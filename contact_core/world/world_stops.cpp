@@ -12,13 +12,6 @@
 
 namespace touchstone {
 
-double ContactWorld::State::first_open(std::span<const FramePair> among) const {
-  double least = std::numeric_limits<double>::infinity();
-  for (const FramePair& pair : among)
-    if (pair.is_open()) least = std::min(least, pair.impact.lo);
-  return least;
-}
-
 /// @returns whether it undid a stop further on, which only a pair that holds brings about: in all else stops
 /// come in their order.
 bool ContactWorld::State::stop_movers(const FramePair& pair) {
@@ -33,24 +26,28 @@ bool ContactWorld::State::stop_movers(const FramePair& pair) {
     took_back = took_back || pair.holds();
     undoes = undoes || (took_back && stops[root] < 1.0);
     stops[root] = target;
+    if (is_restopped[root] == 0) restopped.push_back(root);
     is_restopped[root] = 1;
   }
   return undoes;
 }
 
-/// All that are open at `least` take effect; but where a pair holds, only those that do, as they may undo the
+/// All that are due at `least` take effect; but where a pair holds, only those that do, as they may undo the
 /// others. @returns as stop_movers().
 bool ContactWorld::State::settle(std::span<FramePair> among, double least, std::uint32_t part) {
-  const auto is_due = [&](const FramePair& pair) { return pair.is_open() && pair.impact.lo == least; };
-  const bool only_holds = least > 0.0 && std::any_of(among.begin(), among.end(), [&](const FramePair& pair) {
-                            return is_due(pair) && pair.holds();
-                          });
+  const std::span<const std::uint32_t> due_pairs = stop_queue.due();
+  const bool only_holds = least > 0.0 && std::any_of(due_pairs.begin(), due_pairs.end(),
+                                                     [&](std::uint32_t i) { return among[i].holds(); });
   // Of a motion that will not be executed: before any of it is taken back.
-  for (FramePair& pair : among)
-    if (is_due(pair) && pair.holds() && pair.stop == kNoMoment) pair.stop = add_moment(pair, part, least);
+  for (const std::uint32_t i : due_pairs)
+    if (among[i].holds() && among[i].stop == kNoMoment) among[i].stop = add_moment(among[i], part, least);
   bool undoes = false;
-  for (FramePair& pair : among) {
-    if (!is_due(pair) || (only_holds && !pair.holds())) continue;
+  for (const std::uint32_t i : due_pairs) {
+    FramePair& pair = among[i];
+    if (only_holds && !pair.holds()) {
+      stop_queue.put(least, i);
+      continue;
+    }
     pair.is_settled = true;
     if (pair.stopped_at == kNotStopped && !pair.holds()) pair.stopped_at = least;
     if (stop_movers(pair)) undoes = true;
@@ -59,13 +56,14 @@ bool ContactWorld::State::settle(std::span<FramePair> among, double least, std::
 }
 
 void ContactWorld::State::recheck(std::uint32_t root, std::span<FramePair> among) {
-  for (FramePair& pair : among) {
+  for (const auto& [concerned, i] : stop_queue.of(root)) {
+    FramePair& pair = among[i];
     const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
-    if (a != root && b != root) continue;
     const std::uint32_t other = a == root ? b : a;
     if (other != root && in_motion[other]) {
       pair.impact = impact_of(pair);
       pair.is_settled = false;
+      if (pair.is_open()) stop_queue.put(pair.impact.lo, i);
     } else if (pair.impact.lo >= stops[root]) {
       pair.impact.status = ImpactStatus::clear;  // the path now ends before
     }
@@ -74,9 +72,9 @@ void ContactWorld::State::recheck(std::uint32_t root, std::span<FramePair> among
 
 /// As before the first round, but for movers that are held at their start.
 void ContactWorld::State::begin_again(std::span<FramePair> among) {
-  slides.translation_only = slides.translation_only_before;
   took_back = false;
   for (const std::uint32_t root : movers) {
+    slides.translation_only[root] = slides.translation_only_before[root];
     if (!in_motion[root]) continue;
     const double stop = is_held[root] ? 0.0 : 1.0;
     if (stops[root] != stop) is_restopped[root] = 1;
@@ -91,18 +89,35 @@ void ContactWorld::State::begin_again(std::span<FramePair> among) {
     pair.is_settled = false;
   }
   for (const std::uint32_t root : movers) is_restopped[root] = 0;
+  restopped.clear();
+  queue_open(among);
+}
+
+void ContactWorld::State::queue_open(std::span<const FramePair> among) {
+  stop_queue.forget_times();
+  for (std::uint32_t i = 0; i < among.size(); ++i)
+    if (among[i].is_open()) stop_queue.put(among[i].impact.lo, i);
 }
 
 void ContactWorld::State::resolve_stops(std::span<FramePair> among, std::uint32_t part) {
-  std::fill(is_held.begin(), is_held.end(), std::uint8_t{0});
-  slides.translation_only_before = slides.translation_only;
+  for (const std::uint32_t root : movers)
+    is_held[root] = 0, slides.translation_only_before[root] = slides.translation_only[root];
   took_back = false;
+  restopped.clear(), stop_queue.clear();
+  for (std::uint32_t i = 0; i < among.size(); ++i) {
+    const std::uint32_t a = root_of(among[i].solids.a), b = root_of(among[i].solids.b);
+    if (in_motion[a]) stop_queue.concern(a, i);
+    if (a != b && in_motion[b]) stop_queue.concern(b, i);
+  }
+  stop_queue.order_roots();
+  queue_open(among);
   // The cap is a safeguard: then nothing moves, which is allowed, and is said. Each new beginning holds at
   // least one mover more, so there are no more of them than movers.
-  const std::size_t most = 16 + 8 * layout.slots.size();
+  const std::size_t most = 16 + 8 * std::size_t{layout.slots()};
   std::size_t round = 0;
   while (round < most) {
-    const double least = first_open(among);
+    const double least = stop_queue.take_first(
+        [&](double s, std::uint32_t i) { return among[i].is_open() && among[i].impact.lo == s; });
     if (least == std::numeric_limits<double>::infinity()) return;
     if (settle(among, least, part)) {
       begin_again(among);
@@ -110,12 +125,13 @@ void ContactWorld::State::resolve_stops(std::span<FramePair> among, std::uint32_
       continue;
     }
     ++round;
-    for (const std::uint32_t slot : movers) {
-      if (is_restopped[slot]) recheck(slot, among);
-      is_restopped[slot] = 0;
+    for (const std::uint32_t root : restopped) {
+      recheck(root, among);
+      is_restopped[root] = 0;
     }
+    restopped.clear();
   }
-  std::fill(stops.begin(), stops.end(), 0.0);
+  for (const std::uint32_t root : movers) stops[root] = 0.0;
   for (FramePair& pair : among)
     if (pair.stopped_at > 0.0) pair.stopped_at = kNotStopped;
 }

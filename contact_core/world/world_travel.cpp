@@ -19,6 +19,8 @@ constexpr double kLivelyFrames = 1.0;
 constexpr double kLivelyRadius = 0x1p-6;
 /// And so many times as far as slides ask.
 constexpr double kReserveNeeds = 1.5;
+/// Of more objects than one in so many the pairs are found together with all others.
+constexpr std::size_t kWatchAll = 4;
 /// Rounding of bounds.
 constexpr double kUp = 1.0 + 0x1p-20;
 
@@ -28,11 +30,11 @@ void ContactWorld::State::lay_travels(std::uint32_t root) {
   const std::pair<std::uint32_t, std::uint32_t> first{root, 0};
   for (auto member = std::lower_bound(members.begin(), members.end(), first);
        member != members.end() && member->first == root; ++member) {
-    const std::uint32_t i = member->second, slot = layout.slots[i];
+    const std::uint32_t slot = member->second;
     if (!moves(slot)) continue;
-    moved.push_back(i);
+    moved.push_back(slot);
     const BodyState start = state_at(slot, 0.0);
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
       lay_travel(solid, start);
   }
   if (mechanism_of(root) != nullptr) lay_own_travels(root);
@@ -47,16 +49,15 @@ void ContactWorld::State::lay_travel(SolidIndex solid, const BodyState& start) {
     travels.last_solid[solid] = (norm(start.velocity_W) + norm(start.angular_velocity_W) * arm) * kUp;
   }
   travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
-  needs_watch = needs_watch || !(travels.of_solid[solid] <= travels.solid_limit[solid]);
+  if (!(travels.of_solid[solid] <= travels.solid_limit[solid])) note_due(layout.slot_of[solid]);
+  is_overflown = is_overflown || !(travels.of_solid[solid] <= Travels::kMost);
   needs_lively = needs_lively || !(travels.of_solid[solid] <= travels.lively_solid[solid]);
 }
 
 /// Sums that overflowed know nothing any more: counting begins anew.
 void ContactWorld::State::restart_travels() {
-  const auto is_known = [](double travel) { return travel <= Travels::kMost; };
-  if (std::all_of(travels.of_solid.begin(), travels.of_solid.end(), is_known) &&
-      std::all_of(travels.of_own.begin(), travels.of_own.end(), is_known))
-    return;
+  if (!is_overflown) return;
+  is_overflown = false;
   std::fill(travels.of_solid.begin(), travels.of_solid.end(), 0.0);
   std::fill(travels.of_own.begin(), travels.of_own.end(), 0.0);
   watched.clear();
@@ -95,7 +96,8 @@ void ContactWorld::State::lay_own_travels(std::uint32_t root) {
   const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
   for (std::uint32_t own = mover.first_own; own < mover.first_own + links * links; ++own)
     travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]),
-    needs_lively = needs_lively || !(travels.of_own[own] <= travels.lively_own[own]);
+    needs_lively = needs_lively || !(travels.of_own[own] <= travels.lively_own[own]),
+    is_overflown = is_overflown || !(travels.of_own[own] <= Travels::kMost);
 }
 
 /// What a mover does not go: rates are bounded, so that up to s it goes s times as far at most. A sum less
@@ -109,8 +111,8 @@ void ContactWorld::State::take_back_travels(std::uint32_t root) {
   const std::pair<std::uint32_t, std::uint32_t> first{root, 0};
   for (auto member = std::lower_bound(members.begin(), members.end(), first);
        member != members.end() && member->first == root; ++member) {
-    const std::uint32_t i = member->second;
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+    const std::uint32_t slot = member->second;
+    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
       shorten(travels.of_solid[solid], travels.last_solid[solid]);
   }
   const MechanismMover* mover = mechanism_of(root);
@@ -180,7 +182,8 @@ void ContactWorld::State::bound_stops(std::span<const FramePair> among) {
   for (const FramePair& pair : among) {
     const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
     if (!pair.stops_movers() || (a != b && in_motion[a] && in_motion[b])) continue;
-    for (const std::uint32_t root : {a, b}) stop_bounds[root] = std::min(stop_bounds[root], pair.impact.lo);
+    for (const std::uint32_t root : {a, b})
+      if (in_motion[root]) stop_bounds[root] = std::min(stop_bounds[root], pair.impact.lo);
   }
 }
 
@@ -193,47 +196,114 @@ std::uint32_t ContactWorld::State::own_index(const SolidPair& pair) const {
   return mover.first_own + low * links + high;
 }
 
+void ContactWorld::State::note_due(std::uint32_t slot) {
+  if (is_noted_due[slot] != 0) return;
+  is_noted_due[slot] = 1;
+  due.push_back(slot);
+}
+
+/// Of all objects, or of those only that went beyond their limits or are new here.
 void ContactWorld::State::watch_pairs() {
-  for (const std::uint32_t i : movable)
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid) {
-      const double radius = layout.solids[solid].bounding_sphere().radius;
-      const double usual = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
-      const double reserve = std::max(usual, kReserveNeeds * travels.needed[solid]);
-      to[solid] = from[solid];
-      bulges[solid] = reserve * kUp;
-      // The path at hand is counted already, but not gone yet.
-      travels.solid_limit[solid] = travels.of_solid[solid] - travels.last_solid[solid] * kUp + reserve;
-    }
-  broadphase->update_paths({to, to, bulges}, movable);
-  watched_before.swap(watched);
-  watched.clear();
-  const auto by_solids = [](const WatchedPair& x, const WatchedPair& y) {
-    return x.a != y.a ? x.a < y.a : x.b < y.b;
-  };
-  auto before = watched_before.begin();
-  PairCursor cursor;
-  std::array<SolidPair, 256> block;
-  while (!cursor.done) {
-    const std::size_t count = broadphase->find_pairs(cursor, block);
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t a = layout.slot_of[block[i].a], b = layout.slot_of[block[i].b];
-      if (objects[a].body == objects[b].body || (objects[a].is_static() && objects[b].is_static())) continue;
-      if (layout.is_exempt(block[i])) continue;
-      WatchedPair watch{block[i].a, block[i].b, own_index(block[i]), kNotKnown};
-      while (before != watched_before.end() && by_solids(*before, watch)) ++before;
-      if (before != watched_before.end() && !by_solids(watch, *before))
-        watch.clear_until = before->clear_until, watch.axis_W = before->axis_W;
-      watched.push_back(watch);
-    }
-  }
+  std::erase_if(due, [&](std::uint32_t slot) {
+    if (layout.is_alive(slot)) return false;
+    is_noted_due[slot] = 0;
+    return true;
+  });
+  if (needs_watch || kWatchAll * due.size() > layout.slots() || !watch_due()) watch_all();
+  for (const std::uint32_t slot : due) is_noted_due[slot] = 0;
+  due.clear();
   needs_watch = false;
   needs_lively = true;
 }
 
+/// Where the object's solids may be until its pairs are found anew.
+void ContactWorld::State::set_region(std::uint32_t slot) {
+  const bool is_static = layout.is_static[slot] != 0;
+  for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid) {
+    const double radius = layout.solids[solid].bounding_sphere().radius;
+    const double usual = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
+    const double reserve = is_static ? 0.0 : std::max(usual, kReserveNeeds * travels.needed[solid]);
+    to[solid] = from[solid];
+    bulges[solid] = (reserve + reaches[slot]) * kUp;
+    // The path at hand is counted already, but not gone yet.
+    travels.solid_limit[solid] = travels.of_solid[solid] - travels.last_solid[solid] * kUp + reserve;
+  }
+}
+
+bool ContactWorld::State::may_be_watched(const SolidPair& pair) const {
+  const std::uint32_t a = layout.slot_of[pair.a], b = layout.slot_of[pair.b];
+  if (!layout.is_alive(a) || !layout.is_alive(b)) return false;
+  if (objects[a].body == objects[b].body || (objects[a].is_static() && objects[b].is_static())) return false;
+  return !layout.is_exempt(pair);
+}
+
+/// @returns false where the broadphase knows all pairs only.
+bool ContactWorld::State::watch_due() {
+  std::sort(due.begin(), due.end());
+  for (const std::uint32_t slot : due) set_region(slot);
+  broadphase->update_paths({to, to, bulges}, due);
+  for (const std::uint32_t slot : due)
+    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
+      if (!watch_partners(solid)) return false;
+  return true;
+}
+
+/// What is known of pairs that are watched already stays so.
+bool ContactWorld::State::watch_partners(SolidIndex solid) {
+  partners.clear(), known_partners.clear();
+  if (!broadphase->find_partners(solid, partners)) return false;
+  watched.for_each_of(solid, [&](std::uint32_t index) {
+    const SolidPair pair = watched.solids(index);
+    known_partners.emplace_back(pair.a == solid ? pair.b : pair.a, index);
+  });
+  std::sort(partners.begin(), partners.end());
+  std::sort(known_partners.begin(), known_partners.end());
+  auto before = known_partners.begin();
+  for (const SolidIndex other : partners) {
+    for (; before != known_partners.end() && before->first < other; ++before) watched.remove(before->second);
+    if (before != known_partners.end() && before->first == other) {
+      ++before;
+      continue;
+    }
+    const SolidPair pair{std::min(solid, other), std::max(solid, other)};
+    if (may_be_watched(pair)) unclear.push_back(watched.add({pair.a, pair.b, own_index(pair), kNotKnown}));
+  }
+  for (; before != known_partners.end(); ++before) watched.remove(before->second);
+  return true;
+}
+
+void ContactWorld::State::watch_all() {
+  movable.clear();
+  for (std::uint32_t slot = 0; slot < layout.slots(); ++slot) {
+    if (!layout.is_alive(slot)) continue;
+    if (layout.is_static[slot] != 0 && is_noted_due[slot] == 0 && reaches[slot] == 0.0) continue;
+    set_region(slot);
+    movable.push_back(slot);
+  }
+  broadphase->update_paths({to, to, bulges}, movable);
+  std::swap(watched_before, watched);
+  watched.clear();
+  watched.set_solids(layout.solids.size());
+  unclear.clear();
+  PairCursor cursor;
+  std::array<SolidPair, 256> block;
+  while (!cursor.done) {
+    const std::size_t count = broadphase->find_pairs(cursor, block);
+    for (const SolidPair& pair : std::span(block).first(count)) {
+      if (!may_be_watched(pair)) continue;
+      WatchedPair watch{pair.a, pair.b, own_index(pair), kNotKnown};
+      const std::uint32_t before = watched_before.find(pair);
+      if (before != PairWatch::kNone)
+        watch.clear_until = watched_before[before].clear_until, watch.axis_W = watched_before[before].axis_W;
+      unclear.push_back(watched.add(watch));
+    }
+  }
+}
+
 /// Most watched pairs stay out of reach for many frames: those that may not are found now and then.
 void ContactWorld::State::choose_lively() {
-  for (const std::uint32_t i : movable)
-    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+  for (SolidIndex solid = 0; solid < layout.solids.size(); ++solid)
+    if (layout.is_static[layout.slot_of[solid]] == 0)
       travels.lively_solid[solid] = travels.of_solid[solid] + kLivelyFrames * travels.last_solid[solid] +
                                     2.0 * travels.planned_solid[solid] +
                                     kLivelyRadius * layout.solids[solid].bounding_sphere().radius;
@@ -255,6 +325,8 @@ void ContactWorld::State::choose_lively() {
                                               : travels.lively_solid[watch.a] + travels.lively_solid[watch.b];
     if (!(limit <= watch.clear_until)) lively.push_back(i);
   }
+  std::sort(lively.begin(), lively.end(),
+            [&](std::uint32_t x, std::uint32_t y) { return watched.solids(x) < watched.solids(y); });
   needs_lively = false;
 }
 

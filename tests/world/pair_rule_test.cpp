@@ -113,18 +113,25 @@ TEST(PairRule, OfOneObjectTwiceIsRefused) {
   EXPECT_THROW(scene.world->set_pair_rule(scene.box, scene.box, {}), InputError);
 }
 
-// The largest distance at which anything is reported decides how far the world looks: it follows the rules.
-TEST(PairRules, LargestWarnDistanceIsThatOfTheRulesInForce) {
+// How far an object looks follows the rules of its groups; of two groups the smaller one bears the rule.
+TEST(PairRules, TheSmallerOfTwoGroupsLooksFurther) {
+  ObjectTable objects;
+  std::vector<ObjectHandle> handles;
+  for (int i = 0; i < 6; ++i)
+    handles.push_back(
+        objects.add({box_tree(std::to_string(i), {1, 1, 1}), {}, false, {i < 2 ? "tools" : "parts"}}));
+  const auto [tools, parts] = objects.groups_of("tools", "parts");
   PairRules rules;
-  EXPECT_EQ(rules.largest_warn_distance(), 0.0);
-  rules.set_default({.warn_distance = 0.1});
-  for (int k = 0; k < 100000; ++k) rules.set_for_groups(0, 1, {.warn_distance = 0.3});
-  rules.set_for_pair(3, 2, {.warn_distance = 0.2});
-  EXPECT_EQ(rules.largest_warn_distance(), 0.3);
-  rules.set_for_groups(1, 0, {});
-  EXPECT_EQ(rules.largest_warn_distance(), 0.2);
-  rules.forget(3);
-  EXPECT_EQ(rules.largest_warn_distance(), 0.1);
+  for (int k = 0; k < 100000; ++k) rules.set_for_groups(objects, parts, tools, {.warn_distance = 0.3});
+  rules.set_for_pair(objects, handles[5], handles[4], {.warn_distance = 0.2});
+  EXPECT_EQ(rules.bearer_of(tools, parts), tools);
+  EXPECT_EQ(rules.largest_group_warn_distance(), 0.3);
+  std::vector<double> reaches(6, 0.0);
+  rules.find_reaches(objects, reaches);
+  EXPECT_EQ(reaches, (std::vector{0.3, 0.3, 0.0, 0.0, 0.2, 0.0}));
+  rules.set_for_groups(objects, tools, parts, {});
+  EXPECT_EQ(rules.largest_group_warn_distance(), 0.0);
+  EXPECT_EQ(rules.reach_of(objects, handles[0].slot), 0.0);
 }
 
 }  // namespace

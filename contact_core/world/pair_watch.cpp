@@ -1,0 +1,62 @@
+#include "touchstone/contact_core/world/pair_watch.hpp"
+
+#include <algorithm>
+
+namespace touchstone {
+
+void PairWatch::reserve(std::size_t pairs) {
+  pairs_.reserve(pairs), links_.reserve(2 * pairs), free_.reserve(pairs);
+}
+
+void PairWatch::set_solids(std::size_t solids) { first_.resize(solids, kNone); }
+
+void PairWatch::clear() {
+  pairs_.clear(), links_.clear(), free_.clear();
+  std::fill(first_.begin(), first_.end(), kNone);
+  count_ = 0;
+}
+
+void PairWatch::put_in(std::uint32_t place, SolidIndex solid) {
+  const std::uint32_t next = first_[solid];
+  links_[place] = {next, kNone};
+  if (next != kNone) links_[next].previous = place;
+  first_[solid] = place;
+}
+
+void PairWatch::take_out(std::uint32_t place, SolidIndex solid) {
+  const auto [next, previous] = links_[place];
+  if (next != kNone) links_[next].previous = previous;
+  (previous != kNone ? links_[previous].next : first_[solid]) = next;
+}
+
+std::uint32_t PairWatch::add(const WatchedPair& pair) {
+  std::uint32_t index = size();
+  if (free_.empty()) {
+    pairs_.push_back(pair);
+    links_.resize(2 * pairs_.size());
+  } else {
+    index = free_.back();
+    free_.pop_back();
+    pairs_[index] = pair;
+  }
+  put_in(2 * index, pair.a);
+  put_in(2 * index + 1, pair.b);
+  ++count_;
+  return index;
+}
+
+void PairWatch::remove(std::uint32_t index) {
+  take_out(2 * index, pairs_[index].a);
+  take_out(2 * index + 1, pairs_[index].b);
+  pairs_[index] = {0, 0, kNotOwn, kForever};
+  free_.push_back(index);
+  --count_;
+}
+
+std::uint32_t PairWatch::find(const SolidPair& pair) const {
+  for (std::uint32_t place = first_[pair.a]; place != kNone; place = links_[place].next)
+    if (place % 2 == 0 && pairs_[place / 2].b == pair.b) return place / 2;
+  return kNone;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone {
+
+inline constexpr std::uint32_t kNotOwn = 0xffffffff;
+inline constexpr double kNotKnown = -1.0;
+
+/// Two solids that may come near while neither exceeds its limit (see Travels).
+struct WatchedPair {
+  std::uint32_t a, b;  ///< a < b
+  std::uint32_t own;   ///< index into Travels::of_own, or kNotOwn
+  double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or the own one's;
+                       ///< kNotKnown
+  Vector3 axis_W = Vector3::Zero();  ///< from a to b: they were furthest apart along it when last looked at;
+                                     ///< zero: not known
+};
+
+/// Pairs that come and go one by one, found by either solid. A pair keeps its index while it is here; those
+/// of pairs that went are used again, and until then name a pair that is clear for ever. Indices say nothing
+/// about order: where order shows, sort by solids. Allocates only where there are more pairs than were
+/// reserved.
+class PairWatch {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  void reserve(std::size_t pairs);
+  std::size_t capacity() const { return pairs_.capacity(); }
+  /// From now on solids below this may be named; those there are keep their pairs.
+  void set_solids(std::size_t solids);
+  /// No pairs.
+  void clear();
+
+  /// @pre a < b; the two are not watched yet. @returns its index.
+  std::uint32_t add(const WatchedPair& pair);
+  void remove(std::uint32_t index);
+  /// kNone: not watched.
+  std::uint32_t find(const SolidPair& pair) const;
+
+  /// All indices are below.
+  std::uint32_t size() const { return static_cast<std::uint32_t>(pairs_.size()); }
+  std::uint32_t count() const { return count_; }  ///< of the pairs that are watched
+  bool is_used(std::uint32_t index) const { return pairs_[index].a != pairs_[index].b; }
+  WatchedPair& operator[](std::uint32_t index) { return pairs_[index]; }
+  const WatchedPair& operator[](std::uint32_t index) const { return pairs_[index]; }
+  SolidPair solids(std::uint32_t index) const { return {pairs_[index].a, pairs_[index].b}; }
+
+  /// Calls visit(index) for each pair of the solid, in no order. visit() may remove that pair, and no other.
+  template <class Visit>
+  void for_each_of(SolidIndex solid, Visit visit) const {
+    for (std::uint32_t place = first_[solid]; place != kNone;) {
+      const std::uint32_t index = place / 2;
+      place = links_[place].next;
+      visit(index);
+    }
+  }
+
+ private:
+  // A pair has two places, 2 index for its a and 2 index + 1 for its b, each in the list of that solid.
+  struct Link {
+    std::uint32_t next, previous;
+  };
+
+  void put_in(std::uint32_t place, SolidIndex solid);
+  void take_out(std::uint32_t place, SolidIndex solid);
+
+  static constexpr double kForever = std::numeric_limits<double>::infinity();
+
+  std::vector<WatchedPair> pairs_;
+  std::vector<Link> links_;           // by place
+  std::vector<std::uint32_t> first_;  // by solid: a place
+  std::vector<std::uint32_t> free_;   // indices
+  std::uint32_t count_ = 0;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,230 @@
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+
+// What changes of a contact world cost at run time, each with the frame after it, where nothing else happens:
+// boxes of 1 m on a jittered grid, 1.4 m apart. Median, 99.9th percentile and worst of this thread's time
+// [us] over as many changes as take a second or two, 5 000 at most.
+//
+//   world_changes_benchmark [objects ...]        100, 1 000, 10 000 and 100 000 without arguments
+//   world_changes_benchmark --movers             10 000 objects, 1 000 of them told to go 5 cm a frame
+
+namespace touchstone {
+namespace {
+
+/// Of this thread: other programs on the machine do not show.
+double now_us() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
+}
+
+double wall_us() {
+  timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
+}
+
+class Sample {
+ public:
+  void add(double value) { values_.push_back(value), total_ += value; }
+  bool is_enough() const { return values_.size() >= 5000 || (total_ > 1.5e6 && values_.size() >= 20); }
+  void print(const std::string& name) {
+    std::sort(values_.begin(), values_.end());
+    std::printf("  %-34s %10.1f %10.1f %10.1f  (%zu)\n", name.c_str(), at(0.5), at(0.999), values_.back(),
+                values_.size());
+    std::fflush(stdout);
+  }
+
+ private:
+  double at(double share) const {
+    return values_[static_cast<std::size_t>(share * static_cast<double>(values_.size() - 1))];
+  }
+  std::vector<double> values_;
+  double total_ = 0.0;
+};
+
+std::unique_ptr<ContactWorld> make_world() {
+  BackendRegistry registry;
+  register_core(registry);
+  return std::make_unique<ContactWorld>(registry.make_narrowphase("native"),
+                                        registry.make_broadphase("native"), 1e-9);
+}
+
+struct Scene {
+  std::unique_ptr<ContactWorld> world = make_world();
+  std::vector<ObjectHandle> objects;
+  std::mt19937 engine{20};
+  int named = 0;
+
+  double uniform(double low, double high) { return std::uniform_real_distribution<>(low, high)(engine); }
+  std::size_t any() { return std::uniform_int_distribution<std::size_t>(0, objects.size() - 1)(engine); }
+
+  ObjectDescription description(int place, int side, double spacing) {
+    ObjectDescription out;
+    out.tree = std::make_shared<HexahedronTree>(
+        std::vector<PlacedHexahedron>{{"box", Hexahedron::from_size({1, 1, 1}), Pose{}}},
+        "object " + std::to_string(named++));
+    out.X_WO.p = {spacing * (place % side) + uniform(-0.15, 0.15),
+                  spacing * (place / side % side) + uniform(-0.15, 0.15),
+                  spacing * (place / side / side) + uniform(-0.15, 0.15)};
+    if (place % 10 == 9) out.is_static = true;
+    if (place < 20) out.groups = {place % 2 == 0 ? "tools" : "targets"};
+    return out;
+  }
+
+  explicit Scene(int count) {
+    PairRule rule;
+    rule.policy = ContactPolicy::advance, rule.warn_distance = 0.05;
+    world->set_default_rule(rule);
+    const int side = static_cast<int>(std::ceil(std::cbrt(count)));
+    for (int i = 0; i < count; ++i) objects.push_back(world->add(description(i, side, 1.4)));
+    world->prepare();
+  }
+};
+
+void measure(const std::string& name, const std::function<void(int)>& change, ContactWorld& world) {
+  Sample sample;
+  for (int i = 0; i < 10; ++i) change(i), world.frame({});
+  for (int i = 0; !sample.is_enough(); ++i) {
+    const double start = now_us();
+    change(i);
+    world.frame({});
+    sample.add(now_us() - start);
+  }
+  sample.print(name);
+}
+
+void measure_changes(int count) {
+  const double start = now_us();
+  Scene scene(count);
+  std::printf("%d objects: added and prepared in %.1f ms\n", count, 1e-3 * (now_us() - start));
+  std::printf("  %-34s %10s %10s %10s\n", "change and next frame [us]", "median", "99.9 %", "worst");
+  ContactWorld& world = *scene.world;
+  measure(
+      "none", [](int) {}, world);
+  PairRule slide, advance;
+  slide.policy = ContactPolicy::slide, advance.policy = ContactPolicy::advance;
+  const auto other = [&](std::size_t i) { return (i + 1) % scene.objects.size(); };
+  measure(
+      "policy of a pair",
+      [&](int i) {
+        const std::size_t a = scene.any();
+        world.set_pair_rule(scene.objects[a], scene.objects[other(a)], i % 2 != 0 ? slide : advance);
+      },
+      world);
+  PairRule warn = slide;
+  measure(
+      "warn distance of a pair",
+      [&](int i) {
+        const std::size_t a = scene.any();
+        warn.warn_distance = 0.01 * (i % 5);
+        world.set_pair_rule(scene.objects[a], scene.objects[other(a)], warn);
+      },
+      world);
+  measure(
+      "rule of two groups",
+      [&](int i) { world.set_group_rule("tools", "targets", i % 2 != 0 ? slide : advance); }, world);
+  measure(
+      "exempt, unexempt",
+      [&](int i) {
+        const Exemption pair{scene.objects[i / 2 % 50], scene.objects[i / 2 % 50 + 1]};
+        i % 2 == 0 ? world.exempt(pair) : world.unexempt(pair);
+      },
+      world);
+  measure(
+      "select (object, off and on)",
+      [&](int i) { world.select(SelectionChange::of(scene.objects[i / 2 % 90], i % 2 != 0)); }, world);
+  measure(
+      "latch, unlatch",
+      [&](int i) {
+        const std::size_t carried = i / 2 % 8;
+        i % 2 == 0 ? world.latch(scene.objects[carried + 1], scene.objects[carried])
+                   : world.unlatch(scene.objects[carried]);
+      },
+      world);
+  for (std::size_t carried = 0; carried < 8; ++carried) {
+    try {
+      world.unlatch(scene.objects[carried]);
+    } catch (const std::exception&) {  // an even number of changes left none
+    }
+  }
+  const int side = static_cast<int>(std::ceil(std::cbrt(count)));
+  measure(
+      "remove, add in its place",
+      [&](int i) {
+        const int place = static_cast<int>((i / 2 * 7919LL) % count);
+        if (i % 2 == 0)
+          world.remove(scene.objects[place]);
+        else
+          scene.objects[place] = world.add(scene.description(place, side, 1.4));
+      },
+      world);
+  int added = count;
+  measure(
+      "add", [&](int) { scene.objects.push_back(world.add(scene.description(added++, side, 1.4))); }, world);
+}
+
+void measure_movers() {
+  constexpr int kObjects = 10000, kMovers = 1000;
+  for (const ContactPolicy policy : {ContactPolicy::advance, ContactPolicy::slide}) {
+    Scene scene(kObjects);
+    ContactWorld& world = *scene.world;
+    PairRule rule;
+    rule.policy = policy;
+    world.set_default_rule(rule);
+    Sample sample, wall;
+    std::vector<Vector3> ways(kMovers);
+    std::vector<MotionCommand> commands;
+    double blocked = 0, queries = 0, steps = 0, candidates = 0;
+    int frames = 0;
+    for (; frames < 60; ++frames) {
+      if (frames % 20 == 0)
+        for (Vector3& way : ways) {
+          way = {scene.uniform(-1, 1), scene.uniform(-1, 1), scene.uniform(-1, 1)};
+          way *= 0.05 / way.norm();
+        }
+      commands.clear();
+      for (int i = 0; i < kMovers; ++i)
+        commands.push_back(world.move_by(scene.objects[10 * i], ways[i], {0, 0, 0.02}));
+      const double start = now_us(), wall_start = wall_us();
+      const FrameReport report = world.frame(commands);
+      if (frames > 0) sample.add(now_us() - start), wall.add(wall_us() - wall_start);
+      blocked += report.blocked_movers, queries += static_cast<double>(report.queries);
+      steps += report.slide_steps, candidates += report.candidate_pairs;
+    }
+    std::printf(
+        "%d objects, %d movers at 5 cm a frame, policy %s: per frame %.0f blocked, %.0f pairs, %.0f "
+        "queries, %.1f sub-steps\n",
+        kObjects, kMovers, policy == ContactPolicy::slide ? "slide" : "advance", blocked / frames,
+        candidates / frames, queries / frames, steps / frames);
+    sample.print("frame, this thread's time [us]");
+    wall.print("frame, wall clock [us]");
+  }
+}
+
+}  // namespace
+}  // namespace touchstone
+
+int main(int argc, char** argv) {
+  if (argc > 1 && std::string(argv[1]) == "--movers") {
+    touchstone::measure_movers();
+    return 0;
+  }
+  std::vector<int> counts;
+  for (int i = 1; i < argc; ++i) counts.push_back(std::atoi(argv[i]));
+  if (counts.empty()) counts = {100, 1000, 10000, 100000};
+  for (const int count : counts) touchstone::measure_changes(count);
+  return 0;
+}
