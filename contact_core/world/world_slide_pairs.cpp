@@ -59,11 +59,11 @@ void ContactWorld::State::gather_slide_pairs() {
     }
     return;
   }
-  for (const Slider& slider : slides.sliders) {
-    const std::pair<std::uint32_t, std::uint32_t> first{slider.root, 0};
-    for (auto member = std::lower_bound(members.begin(), members.end(), first);
-         member != members.end() && member->first == slider.root; ++member)
-      for (SolidIndex i = layout.first_solid[member->second]; i < layout.first_solid[member->second + 1]; ++i)
+  const auto before = [&](std::uint32_t x, std::uint32_t y) { return watched.solids(x) < watched.solids(y); };
+  for (const Slider& slider : slides.sliders) {  // by root
+    const auto begin = static_cast<std::ptrdiff_t>(slides.by_root.size());
+    for_each_member(slider.root, [&](std::uint32_t slot) {
+      for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i)
         watched.for_each_of(i, [&](std::uint32_t index) {
           // Of two solids of the slider's, the one that is a.
           const bool is_inner = root_of(watched[index].a) == root_of(watched[index].b);
@@ -71,20 +71,19 @@ void ContactWorld::State::gather_slide_pairs() {
           slides.by_root.emplace_back(slider.root, index);
           slides.met.push_back(index);
         });
+    });
+    std::sort(slides.by_root.begin() + begin, slides.by_root.end(),
+              [&](const auto& x, const auto& y) { return before(x.second, y.second); });
   }
-  const auto before = [&](std::uint32_t x, std::uint32_t y) { return watched.solids(x) < watched.solids(y); };
   std::sort(slides.met.begin(), slides.met.end(), before);
   slides.met.erase(std::unique(slides.met.begin(), slides.met.end()), slides.met.end());
-  std::sort(slides.by_root.begin(), slides.by_root.end(), [&](const auto& x, const auto& y) {
-    return x.first != y.first ? x.first < y.first : before(x.second, y.second);
-  });
 }
 
 /// Once paths are laid: those that go further than was looked ahead for have more to meet.
 void ContactWorld::State::take_up_slide_pairs() {
   if (is_watch_due())
     watch_slide_pairs();
-  else if (needs_lively)
+  else if (needs_lively && slides.sliders.size() == 1 && slides.sliders[0].arm != nullptr)
     gather_slide_pairs();
 }
 
