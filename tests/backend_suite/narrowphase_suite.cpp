@@ -76,6 +76,41 @@ TEST_P(NarrowphaseSuite, ClassOfPairsClearlyApartOrClearlyOverlapping) {
   }
 }
 
+// Those that take up solids one by one answer as if they had been built with them, bit for bit.
+TEST_P(NarrowphaseSuite, SolidsTakenUpLaterAnswerAsBuilt) {
+  const auto sized = [](double x, double y, double z) { return Hexahedron::from_size({x, y, z}); };
+  std::vector<Hexahedron> solids{sized(1, 1, 1), sized(1, 2, 1), sized(1, 1, 3), sized(2, 1, 1)};
+  narrowphase->build(solids);
+  const auto workspace = narrowphase->make_workspace();
+  const Hexahedron changed = as_hexahedron(box_at({1.5, 0.5, 0.5}, {0, 0, 0})).solid;
+  const std::vector<Hexahedron> last{sized(0.5, 0.5, 2), changed};
+  if (!narrowphase->set_solids(1, std::span(&changed, 1))) return;
+  ASSERT_TRUE(narrowphase->set_solids(3, last));
+  solids[1] = changed, solids[3] = last[0];
+  solids.push_back(last[1]);
+  const auto fresh = backends().make_narrowphase(GetParam());
+  fresh->build(solids);
+  const auto fresh_workspace = fresh->make_workspace();
+  std::vector<Pose> poses(solids.size());
+  std::vector<SolidPair> pairs;
+  for (SolidIndex b = 0; b < solids.size(); ++b) {
+    poses[b] = tilted_pose();
+    poses[b].p += 0.9 * Vector3(b % 2, b / 2 % 2, b / 4);
+    for (SolidIndex a = 0; a < b; ++a) pairs.push_back({a, b});
+  }
+  for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance}) {
+    std::vector<PairStatus> status(pairs.size()), expected(pairs.size());
+    std::vector<PairGeometry> geometry(pairs.size()), expected_geometry(pairs.size());
+    narrowphase->evaluate({pairs, poses, {.kind = kind}}, {status, geometry, {}}, *workspace);
+    fresh->evaluate({pairs, poses, {.kind = kind}}, {expected, expected_geometry, {}}, *fresh_workspace);
+    EXPECT_EQ(status, expected);
+    for (std::size_t i = 0; kind == QueryKind::distance && i < pairs.size(); ++i)
+      EXPECT_TRUE(geometry[i].separation == expected_geometry[i].separation ||
+                  std::isnan(expected_geometry[i].separation))
+          << i;
+  }
+}
+
 TEST_P(NarrowphaseSuite, SignNormalAndWitnessConventions) {
   for (const KnownPair& pair : known_pairs()) {
     for (const Pose& X_VW : {Pose{}, tilted_pose()}) {
