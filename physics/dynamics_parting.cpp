@@ -17,7 +17,7 @@ constexpr double kLeastSpeed = 1e-3;
 // Of the contact gap: less overlap than this is left, or parting would stir what rests.
 constexpr double kLeftAlone = 1e5;
 // Newton's, of a step: what they leave is left to the next.
-constexpr int kMostSteps = 10;
+constexpr int kMostSteps = 6;
 
 }  // namespace
 

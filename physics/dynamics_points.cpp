@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/dynamics_world.hpp"
@@ -51,21 +50,21 @@ bool DynamicsWorld::check(std::span<const Contact> contacts, StepReport& report)
 /// What each contact had in the last step.
 void DynamicsWorld::carry_forces(std::span<const Contact> contacts) {
   carried_.resize(contacts.size());
-  bool is_any_new = false;
   std::size_t next = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    carried_[i].is_new = !take_by_key(contacts[i], carried_[i], next);
-    is_any_new = is_any_new || carried_[i].is_new;
-  }
-  if (!is_any_new) return;
+  for (std::size_t i = 0; i < contacts.size(); ++i) take_by_key(contacts[i], carried_[i], next);
+  if (std::all_of(warm_.begin(), warm_.end(), [](const Warm& warm) { return warm.is_taken; })) return;
   next = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) take_nearest(contacts[i], carried_[i], next);
+  for (std::size_t i = 0, end = 0; i < contacts.size(); i = end) {
+    while (end < contacts.size() && contacts[end].a == contacts[i].a && contacts[end].b == contacts[i].b)
+      ++end;
+    pass_on(contacts.subspan(i, end - i), std::span(carried_).subspan(i, end - i), next);
+  }
 }
 
 /// What the contact of this name had, if there was one.
-bool DynamicsWorld::take_by_key(const Contact& contact, Carried& carried, std::size_t& next) {
+void DynamicsWorld::take_by_key(const Contact& contact, Carried& carried, std::size_t& next) {
   carried.force_W = Vector3::Zero();
-  if (contact.key == 0) return false;
+  if (contact.key == 0) return;
   std::size_t at = next;
   for (std::size_t i = std::min(kReach, warm_.size()); i-- > 0;) {
     Warm& warm = warm_[at];
@@ -74,40 +73,41 @@ bool DynamicsWorld::take_by_key(const Contact& contact, Carried& carried, std::s
     next = at;
     carried.force_W = warm.force_W;
     warm.is_taken = true;
-    return true;
+    return;
   }
-  return false;
 }
 
-/// Where corners lie on edges, a point's feature is named one way or another as rounding will have it: a
-/// point of a new name goes on with what the nearest of the same movers' points had whose name is gone.
-void DynamicsWorld::take_nearest(const Contact& contact, Carried& carried, std::size_t& next) {
-  const auto is_pair = [&](const Warm& warm) { return warm.a == contact.a && warm.b == contact.b; };
-  if (contact.key == 0) return;
+/// Where corners lie on edges, a point's feature is named one way or another as rounding will have it, and
+/// points come and go in the middle of edges: what a pair's points had whose names are gone goes to the
+/// points nearest to them, so that the pair is held as it was. @param contacts all of a pair. @param next
+/// where the pairs before it were found.
+void DynamicsWorld::pass_on(std::span<const Contact> contacts, std::span<Carried> carried,
+                            std::size_t& next) {
+  const Contact& first = contacts.front();
+  if (first.key == 0) return;
+  const auto is_pair = [&](const Warm& warm) { return warm.a == first.a && warm.b == first.b; };
   const std::size_t reach = std::min(kReach, warm_.size());
-  Vector3 p_A = Vector3::Zero();
-  if (carried.is_new) {
-    const Mover& a = contact.a;
-    p_A = transform_back(a.kind == Mover::Kind::body ? pose(a.index) : mover_pose(a), contact.p_A_W);
-  }
-  Warm* nearest = nullptr;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < reach; ++i) {
-    const std::size_t at = (next + i) % warm_.size();
-    if (!is_pair(warm_[at])) {
-      if (nearest != nullptr) break;
-      continue;
+  std::size_t skipped = 0;
+  while (skipped < reach && !is_pair(warm_[(next + skipped) % warm_.size()])) ++skipped;
+  if (skipped == reach) return;
+  next = (next + skipped) % warm_.size();
+  bool is_placed = false;
+  for (std::size_t i = 0; i < warm_.size(); ++i) {
+    Warm& warm = warm_[(next + i) % warm_.size()];
+    if (!is_pair(warm)) return;
+    if (warm.is_taken) continue;
+    if (!is_placed) {
+      const Pose X_WA = first.a.kind == Mover::Kind::body ? pose(first.a.index) : mover_pose(first.a);
+      for (std::size_t k = 0; k < contacts.size(); ++k)
+        carried[k].p_A = transform_back(X_WA, contacts[k].p_A_W);
+      is_placed = true;
     }
-    if (!carried.is_new) {
-      next = at;  // the first of this pair's
-      return;
-    }
-    const double distance = norm(warm_[at].p_A - p_A);
-    if (!warm_[at].is_taken && distance < least) least = distance, nearest = &warm_[at];
+    Carried* nearest = &carried.front();
+    for (Carried& other : carried)
+      if (norm(warm.p_A - other.p_A) < norm(warm.p_A - nearest->p_A)) nearest = &other;
+    nearest->force_W += warm.force_W;
+    warm.is_taken = true;
   }
-  if (nearest == nullptr) return;
-  carried.force_W = nearest->force_W;
-  nearest->is_taken = true;
 }
 
 /// The group's points, and the kinematic bodies among what they touch.

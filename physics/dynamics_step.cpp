@@ -20,8 +20,8 @@ constexpr int kStopTries = 2;
 constexpr double kProbe = 1e-3;
 // Of groups too large to be solved to the end at any price.
 constexpr std::uint32_t kMostLargePieces = 4;
-// Contacts that a step's work is always for.
-constexpr std::size_t kLeastShares = 32;
+// Contacts that a step's work is always for; how many a joint counts as.
+constexpr std::size_t kLeastShares = 12, kJointShares = 4;
 
 }  // namespace
 
@@ -156,7 +156,9 @@ bool DynamicsWorld::step_group(double h, std::span<const Contact> contacts, Step
 /// From now on, for so many contacts.
 WorkBudget DynamicsWorld::budget_of(std::size_t contacts) const {
   WorkBudget budget;
-  const auto shares = static_cast<double>(std::max(contacts, kLeastShares));
+  std::size_t joints = 0;
+  for (const Arm& arm : mechanisms_) joints += arm.q.size();
+  const auto shares = static_cast<double>(std::max(contacts + kJointShares * joints, kLeastShares));
   if (settings_.accuracy == Accuracy::bounded)
     budget.start(1e3 * settings_.work * shares, settings_.most_microseconds);
   return budget;

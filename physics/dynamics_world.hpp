@@ -136,9 +136,9 @@ class DynamicsWorld {
     ContactSolver::Settings solver = {};
     Accuracy accuracy = Accuracy::bounded;
     /// What a step of Accuracy::bounded may take before it goes on with the best found so far, which is said:
-    /// this many thousand multiplications for each contact given, at least for 32; as many again for parting
-    /// what overlaps. A thousand take some 0.5 us.
-    double work = 15.0;
+    /// this many thousand multiplications for each contact given, as for four contacts for each joint, and as
+    /// for 12 at least; as many again for parting what overlaps. A thousand take some 0.5 us.
+    double work = 12.0;
     /// The same by the clock [us], for live use: results then depend on the machine. Infinite: not looked at.
     double most_microseconds = std::numeric_limits<double>::infinity();
   };
@@ -309,7 +309,7 @@ class DynamicsWorld {
   };
   struct Carried {
     Vector3 force_W;
-    bool is_new;  // in the last step it had another name, or was not
+    Vector3 p_A;  // in A's frame, where its pair's forces are passed on
   };
   enum class Phase { impact, forces, parting };
   /// How far a group is in the step.
@@ -342,8 +342,8 @@ class DynamicsWorld {
   bool check(std::span<const Contact> contacts, StepReport& report) const;
   bool is_known(const Mover& mover) const;
   void carry_forces(std::span<const Contact> contacts);
-  bool take_by_key(const Contact& contact, Carried& carried, std::size_t& next);
-  void take_nearest(const Contact& contact, Carried& carried, std::size_t& next);
+  void take_by_key(const Contact& contact, Carried& carried, std::size_t& next);
+  void pass_on(std::span<const Contact> contacts, std::span<Carried> carried, std::size_t& next);
   void attach(std::span<const Contact> contacts);
   void refresh();
   void update_speeds();

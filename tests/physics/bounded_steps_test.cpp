@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "touchstone/physics/block_cholesky.hpp"
 #include "touchstone/tests/physics/cubes.hpp"
@@ -95,6 +96,52 @@ TEST(BoundedSteps, StacksOfAnyHeightRest) {
     EXPECT_LT(drift, 1e-6) << height;
     EXPECT_LT(scene.world.energy() - before, 1e-6 * before);
   }
+}
+
+TEST(BoundedSteps, PointsThatComeAndGoLeaveThePairHeldAsItWas) {
+  // Edges that lie in each other: two points come up in the middle of them, and two corners get other names.
+  Cubes scene;
+  const auto cube = scene.add_cube({0, 0, 0.1});
+  const auto point = [&](double x, double y, std::uint64_t key) {
+    const Vector3 p(x, y, 0);
+    return Contact{Mover::ground(), Mover::of_body(cube), {0, 0, 1}, p, p, 0.5, 0.0, key};
+  };
+  const std::vector<Contact> four{point(-0.1, -0.1, 1), point(-0.1, 0.1, 2), point(0.1, 0.1, 3),
+                                  point(0.1, -0.1, 4)};
+  const std::vector<Contact> six{point(-0.1, -0.1, 1), point(-0.1, 0.1, 2), point(0.02, 0.1, 5),
+                                 point(0.1, 0.1, 6),   point(0.1, -0.1, 7), point(0.02, -0.1, 8)};
+  std::vector<ContactForce> forces(6);
+  const auto step = [&](const std::vector<Contact>& contacts) {
+    ASSERT_EQ(scene.world.step(1e-3, contacts, forces).failure, StepFailure::none);
+  };
+  for (int i = 0; i < 3; ++i) step(four);
+  const std::vector<ContactForce> before = forces;
+  step(six);
+  const std::size_t corner_of_six[] = {0, 1, 3, 4};
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_NEAR(forces[corner_of_six[i]].force_W.z(), before[i].force_W.z(), 1e-9) << i;
+  for (const std::size_t middle : {2U, 5U}) EXPECT_NEAR(forces[middle].force_W.z(), 0.0, 1e-9);
+  step(four);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(forces[i].force_W.z(), before[i].force_W.z(), 1e-9) << i;
+}
+
+TEST(BoundedSteps, APyramidRestsWhereItStandsAtDisplayRate) {
+  Cubes scene;
+  scene.add_ground();
+  std::vector<Vector3> places;
+  for (int row = 0; row < 6; ++row)
+    for (int i = 0; i < 6 - row; ++i) {
+      places.emplace_back(0.21 * (i - 0.5 * (5 - row)), 0, kCubeSide * (0.5 + row));
+      scene.add_cube(places.back());
+    }
+  scene.contacts->build();
+  const double before = scene.world.energy();
+  for (int i = 0; i < 720; ++i) ASSERT_EQ(scene.step(1.0 / 240.0).failure, StepFailure::none);
+  for (std::uint32_t i = 0; i < places.size(); ++i) {
+    EXPECT_LT(norm(scene.world.velocity(i + 1)), 1e-4) << i;
+    EXPECT_LT(norm(scene.world.pose(i + 1).p - places[i]), 5e-5) << i;
+  }
+  EXPECT_LT(scene.world.energy() - before, 1e-4);
 }
 
 TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
