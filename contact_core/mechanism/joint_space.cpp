@@ -23,13 +23,14 @@ bool project(const JointVector& goal, std::span<const double> weights, std::span
   std::array<double, N> scale{};
   for (std::size_t k = 0; k < weights.size(); ++k) scale[k] = std::sqrt(weights[k]);
   std::array<int, kMostRows> row_of;
+  std::array<double, kMostRows> length_of;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     typename Solver::Row g{};
     for (std::size_t k = 0; k < weights.size(); ++k) g[k] = rows[i].g[k] / scale[k];
     const double length = std::sqrt(Solver::row_product(g, g));
     if (!(length > 0.0)) continue;  // no joint moves it
     for (double& component : g) component /= length;
-    row_of[scaled.count] = static_cast<int>(i);
+    row_of[scaled.count] = static_cast<int>(i), length_of[scaled.count] = length;
     scaled.g[scaled.count] = g;
     scaled.slack[scaled.count++] = (rows[i].slack - lift[i]) / length;
   }
@@ -38,7 +39,12 @@ bool project(const JointVector& goal, std::span<const double> weights, std::span
   const bool found = Solver::find(scaled, state);
   plan = {};
   plan.active_count = state.count;
-  for (int i = 0; i < state.count; ++i) plan.active[i] = row_of[state.active[i]];
+  for (int i = 0; i < state.count; ++i) {
+    const int row = row_of[state.active[i]];
+    plan.active[i] = row;
+    // Half the square of the distance grows by the multiplier for each unit that a row is raised.
+    plan.left_over += 2.0 * state.multiplier[i] * ((lift[row] + rows[row].room) / length_of[state.active[i]]);
+  }
   if (!found) return false;
   for (std::size_t k = 0; k < weights.size(); ++k) plan.dq[k] = state.x[k] / scale[k];
   return true;
@@ -82,12 +88,16 @@ void scale(JointVector& v, double factor) {
   for (double& component : v) component *= factor;
 }
 
-/// As far as the distance to the goal shrinks.
-bool shorten(const JointVector& goal, std::span<const double> weights, JointVector& dq) {
+/// Shortened by no more than this share a plan is whole: what that costs is of second order.
+constexpr double kWhole = 1.0 - 0x1p-12;
+
+/// As far as the distance to the goal shrinks. @returns the share that is left; 0: nothing is to be gained.
+double shorten(const JointVector& goal, std::span<const double> weights, JointVector& dq) {
   const double forward = joint_product(dq, goal, weights), square = joint_product(dq, dq, weights);
   const bool gains = forward > 0.0 && square > 0.0;
-  scale(dq, !gains ? 0.0 : forward < square ? forward / square : 1.0);
-  return gains;
+  const double share = !gains ? 0.0 : forward < square ? forward / square : 1.0;
+  scale(dq, share);
+  return share;
 }
 
 }  // namespace
@@ -166,14 +176,19 @@ JointSlidePlan plan_joint_slide(const JointVector& goal, std::span<const double>
   JointVector wanted = goal;
   if (longest > kLongestChange) scale(wanted, kLongestChange / longest);
   JointSlidePlan plan;
-  for (int i = 0; i <= kHalvings; ++i, scale(wanted, 0.5))
-    if (project_lifted(wanted, weights, rows, bends, plan) && shorten(goal, weights, plan.dq)) return plan;
+  for (int i = 0; i <= kHalvings; ++i, scale(wanted, 0.5)) {
+    if (!project_lifted(wanted, weights, rows, bends, plan)) continue;
+    const double share = shorten(goal, weights, plan.dq);
+    if (!(share > 0.0)) continue;
+    plan.is_whole = i == 0 && longest <= kLongestChange && share >= kWhole;
+    return plan;
+  }
   // Nothing but to keep contact to first order, as far as that goes.
   std::array<JointRow, kMostRows> kept;
   std::copy(rows.begin(), rows.end(), kept.begin());
   for (std::size_t i = 0; i < rows.size(); ++i) kept[i].slack = std::max(kept[i].slack, 0.0);
   if (!project_any(wanted, weights, std::span(kept).first(rows.size()), Lifts{}, plan) ||
-      !shorten(goal, weights, plan.dq))
+      !(shorten(goal, weights, plan.dq) > 0.0))
     plan.dq.fill(0.0);
   return plan;
 }

@@ -80,6 +80,8 @@ struct JointSlidePlan {
   JointVector dq{};  ///< zero: nothing is to be gained
   int active_count = 0;
   std::array<int, kMostSlideJoints> active{};  ///< rows that hold it back
+  bool is_whole = false;                       ///< planned for all of the goal, and not shortened
+  double left_over = 0.0;  ///< what raising rows for bends added to the square of the distance left, about
 };
 
 /// As plan_slide(), in joint space: min sum of w (dq - goal)^2 under the rows, raised by what the path bends;

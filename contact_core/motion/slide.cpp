@@ -167,6 +167,7 @@ SlidePlan plan_slide(const Twist& goal, const Matrix3& J_W, std::span<const Slid
     plan.twist = shortened(part * wanted, J_W, plan.twist);
     if (inner_product(J_W, plan.twist, plan.twist) > 0.0) return plan;
   }
+  plan.is_whole = false;
   // Nothing but to keep contact to first order, as far as that goes.
   std::array<SlideRow, kMostSlideRows> kept;
   std::copy(rows.begin(), rows.end(), kept.begin());

@@ -47,8 +47,11 @@ bool project(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> ro
              std::span<const double> lift, bool translation_only, Twist& out, ActiveRows& active);
 
 struct SlidePlan {
-  Twist twist;        ///< zero: nothing is to be gained
-  ActiveRows active;  ///< what holds it back
+  Twist twist;            ///< zero: nothing is to be gained
+  ActiveRows active;      ///< what holds it back
+  bool is_whole = false;  ///< planned for all of the goal, and not shortened
+  double left_over =
+      0.0;  ///< what raising rows for bends added to the square of the distance left, about [m2]
 };
 
 /// The motion of one sub-step. A straight twist (the centre of mass moves straight, the turn is steady) that

@@ -13,6 +13,8 @@
 namespace touchstone {
 
 inline constexpr int kSlidePlaneRounds = 3;
+/// A sub-step that brings no slider closer to its goal by this share of its distance at first is the last.
+inline constexpr double kLeastGain = 0x1p-10;
 
 /// One mover that goes on along what stopped it.
 struct Slider {
@@ -31,6 +33,10 @@ struct Slider {
   /// No turn of a rigid body is longer than this for each metre of distance in the metric [rad/m].
   double turn_rate() const { return 1.0 / std::sqrt(least_inertia(metric.J)); }
 };
+
+/// Whether a plan that left so much of the square of the distance for its bends leaves no more to gain than
+/// kLeastGain: with the rows raised by less in the next sub-step, that is what it would come down by.
+bool leaves_little(const Slider& slider, double left_over);
 
 /// What a mover did in one part of a frame: the commanded path is part 0, each sub-step of slides another.
 struct ExecutedPart {

@@ -183,11 +183,14 @@ bool ContactWorld::State::plan_joints(Slider& slider) {
     return changed;
   };
   JointSlidePlan plan = plan_with(false);
+  bool has_all =
+      std::all_of(slides.near.begin(), slides.near.end(), [](const NearPair& near) { return near.is_sure; });
   // What held the last sub-step is likely to hold this one: without it the plan goes far off, and all that
   // lies there is looked at.
   if (add_held_pairs(slider)) {
     choose_planes(plan);
     plan = plan_with(true);
+    has_all = true;
   }
   for (int round = 0; round < kRounds; ++round) {
     ArmBends::lay_path(arm, plan.dq);
@@ -196,7 +199,10 @@ bool ContactWorld::State::plan_joints(Slider& slider) {
     if (choose_planes(plan)) changed = true;
     if (!changed) break;
     plan = plan_with(true);
+    has_all = true;
   }
+  slider.is_near_end =
+      slider.trust == 1.0 && plan.is_whole && !shares_room() && leaves_little(slider, plan.left_over);
   for (int i = 0; i < plan.active_count; ++i) mark_active(plan.active[i]);
   note_held_pairs(slider, plan);
   for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];

@@ -12,8 +12,6 @@
 namespace touchstone {
 namespace {
 
-/// A sub-step that brings no slider closer to its goal by this share of its distance at first is the last.
-constexpr double kLeastGain = 0x1p-10;
 /// What is planned is executed where it gains this share.
 constexpr double kWorthwhile = 0x1p-30;
 /// Of the room between two sliders neither gets less than this share, whatever they are told to do.
@@ -58,6 +56,20 @@ JointVector joints_left(const MechanismMover& arm) {
   for (std::size_t k = 0; k < arm.actual.size(); ++k) left[k] = arm.commanded[k] - arm.actual[k];
   return left;
 }
+
+}  // namespace
+
+bool leaves_little(const Slider& slider, double left_over) {
+  return left_over <= 2.0 * kLeastGain * slider.start_distance * slider.distance;
+}
+
+/// Of the room between two sliders either plans for a share only.
+bool ContactWorld::State::shares_room() const {
+  return std::any_of(slides.near.begin(), slides.near.end(),
+                     [](const NearPair& near) { return near.share < 1.0; });
+}
+
+namespace {
 
 bool turns_too_far(const CarriedPath& path, double stop) {
   return (1.0 - stop) * norm(path.carrier().at(0, 0.0).angular_velocity_W) > std::numbers::pi;
@@ -245,6 +257,7 @@ RigidPath ContactWorld::State::plan_of(Slider& slider) {
   Twist step = plan.twist;
   for (int i = 0; i < kShortenings; ++i, step = kShorter * step) {
     const RigidPath path = RigidPath::by(X_WR, step.v, step.w, slider.metric.centre);
+    if (i == 1) slider.is_near_end = false;
     const double end = distance_to_goal(path.to(), slider), gain = slider.distance - end;
     if (!(gain >= kWorthwhile * slider.start_distance && gain > 0.0)) continue;
     if (end <= distance_to_goal(path.pose_at(kNearEnd), slider)) return path;
@@ -284,7 +297,8 @@ bool ContactWorld::State::finish_step() {
     slider.done = !slides.may_slide[slider.root] || slider.pivots;
     const double trust = slider.trust;
     slider.trust = stop < kFarEnough ? 0.25 * trust : std::min(1.0, 4.0 * trust);
-    const bool gained = before - slider.distance >= kLeastGain * slider.start_distance;
+    const bool gained = before - slider.distance >= kLeastGain * slider.start_distance &&
+                        !(slider.is_near_end && stop == 1.0);
     const bool shorter = stop < kFarEnough && slider.trust >= kLeastTrust;
     goes_on = goes_on || (!slider.done && (gained || shorter));
     rest(slider.root);

@@ -230,6 +230,7 @@ struct ContactWorld::State {
   std::pair<SolidIndex, SolidIndex> mover_first(const SolidPair& pair, std::uint32_t root) const {
     return root_of(pair.b) == root ? std::pair{pair.b, pair.a} : std::pair{pair.a, pair.b};
   }
+  bool shares_room() const;
   void order_near_rows(bool all);
   void mark_active(std::uint32_t row);
   RigidPath plan_of(Slider& slider);
