@@ -91,6 +91,15 @@ void ContactWorld::latch(ObjectHandle carrier, ObjectHandle carried, const std::
 
 void ContactWorld::unlatch(ObjectHandle carried) { state_->objects.unlatch(carried); }
 
+void ContactWorld::set_slide_budget(const SlideBudget& budget) {
+  if (!(budget.seconds >= 0.0))
+    throw InputError("contact world: a slide budget of " + std::to_string(budget.seconds) +
+                     " s is no time of 0 or more");
+  state_->slides.budget = budget;
+}
+
+const SlideBudget& ContactWorld::slide_budget() const { return state_->slides.budget; }
+
 WorldCapabilities ContactWorld::capabilities() const {
   return {state_->narrowphase->name(), state_->broadphase->name(),
           state_->is_sampled() ? MotionCheck::sampled : MotionCheck::proven};

@@ -155,6 +155,19 @@ struct FrameReport {
   MotionCheck check = MotionCheck::proven;  ///< what stands behind this frame's poses
 };
 
+/// What all slides of a frame may cost together; what commanded paths take is not counted. It is looked at
+/// between pairs, and one that is begun is finished. A mover that is cut off stands where its last sub-step
+/// ended: that is as safe as any other pose, only less far on. A sub-step that cannot be checked whole is
+/// not executed, of none of its movers. Of what is left at a sub-step's begin each mover's plan may take an
+/// equal share, so that no order of movers shows.
+struct SlideBudget {
+  /// Near pairs that are planned with, and those whose paths are checked, each once a sub-step: mostly one to
+  /// three narrowphase calls, kImpactIterations at most. The same on every machine.
+  std::uint64_t pairs = std::numeric_limits<std::uint64_t>::max();
+  /// By the clock, from when slides begin [s]; >= 0. What is cut off differs from run to run.
+  double seconds = std::numeric_limits<double>::infinity();
+};
+
 /// What a world's answers are worth: those of its narrowphase.
 struct WorldCapabilities {
   std::string_view narrowphase;

@@ -195,7 +195,8 @@ bool ContactWorld::State::plan_joints(Slider& slider) {
   for (int round = 0; round < kRounds; ++round) {
     ArmBends::lay_path(arm, plan.dq);
     measure_plan(slider);
-    bool changed = add_pairs_in_way(slider) || round == 0;
+    bool changed = add_pairs_in_way(slider) || !has_all;
+    if (slides.meter.is_over()) break;
     if (choose_planes(plan)) changed = true;
     if (!changed) break;
     plan = plan_with(true);
@@ -207,7 +208,7 @@ bool ContactWorld::State::plan_joints(Slider& slider) {
   note_held_pairs(slider, plan);
   for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
   const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.weights));
-  const bool moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0;
+  const bool moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0 && !slides.meter.is_over();
   ArmBends::lay_path(arm, moves ? plan.dq : JointVector{});
   if (moves) arm.path.finish();
   return moves;

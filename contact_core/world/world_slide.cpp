@@ -140,12 +140,21 @@ void ContactWorld::State::slide(FrameReport& report) {
   slides.joints.clear();
   record_parts(0);
   if (!begin_slides()) return;
+  slides.meter.begin(slides.budget);
   find_slide_pairs();
   for (std::uint32_t step = 1; step <= kMostSlideSteps; ++step) {
+    if (!slides.meter.has_left()) {
+      cut_off_all();
+      break;
+    }
     for (FramePair& pair : slides.pairs) pair.is_active = false;
     const bool moves_on = plan_slides(report);
     note_active(step - 1);
     if (!moves_on) break;
+    if (slides.meter.is_over()) {
+      drop_step();
+      break;
+    }
     resolve_stops(slides.pairs, step);
     execute();
     record_parts(step);
@@ -240,6 +249,7 @@ RigidPath ContactWorld::State::plan_of(Slider& slider) {
   const bool translation_only = slides.translation_only[slider.root];
   if (translation_only) goal.w = Vector3::Zero();
   find_near_pairs(slider);
+  if (slides.meter.is_over()) return RigidPath(X_WR);
   const auto plan_with = [&](bool all) {
     order_near_rows(all);
     return plan_slide(slider.trust * goal, J_W, slides.rows, translation_only);
@@ -266,15 +276,23 @@ RigidPath ContactWorld::State::plan_of(Slider& slider) {
 }
 
 bool ContactWorld::State::plan_slides(FrameReport& report) {
+  std::size_t sharers = 0;
+  for (const Slider& slider : slides.sliders) sharers += !slider.done;
+  if (sharers == 0) return false;
+  slides.meter.begin_step(sharers);
   for (Slider& slider : slides.sliders) {
     if (slider.done) continue;
     stops[slider.root] = 1.0;
+    slides.meter.begin_plan();
     if (slider.arm != nullptr)
       in_motion[slider.root] = plan_joints(slider);
     else
-      paths[slider.root] =
-          CarriedPath(slider.pivots ? pivot_path(slider) : plan_of(slider), objects.poses_in_body());
+      paths[slider.root] = CarriedPath(rigid_path(slider), objects.poses_in_body());
+    slider.is_cut_off = slides.meter.is_over();
+    slides.meter.clip();
   }
+  // Only now, so that all plan alike.
+  for (Slider& slider : slides.sliders) slider.done = slider.done || slider.is_cut_off;
   bool any = false;
   for (const Slider& slider : slides.sliders) {
     if (slider.arm == nullptr)
@@ -284,6 +302,7 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
   if (!any) return false;
   lay_paths();
   take_up_slide_pairs();
+  slides.meter.begin_checks();
   find_slide_impacts(report);
   return true;
 }

@@ -133,11 +133,15 @@ void ContactWorld::State::find_slide_impacts(FrameReport& report) {
   }
   query->look_ahead(ahead, from);
   for (const std::uint32_t index : close) {
+    if (!slides.meter.may_go_on()) return;  // nothing of this sub-step is executed
     FramePair& pair = slides.pairs[index];
     WatchedPair& watch = watched[pair.watch];
     pair.clear_until = watch.clear_until;
     pair.impact = impact_of(pair);
     watch.clear_until = pair.clear_until;
+    if (pair.impact.queries > 0 &&
+        !(pair.impact.start_separation - last_travel(pair.solids, pair.own) > pair.interest))
+      slides.meter.add_pair();
     if (pair.impact.queries > 0) watch.axis_W = pair.impact.geometry.n_AB_W;
     if (pair.impact.status == ImpactStatus::iteration_limit) ++report.iteration_limits;
   }
@@ -204,6 +208,7 @@ void ContactWorld::State::add_near_pair(const Slider& slider, std::uint32_t sour
   near.share = is_shared ? share_of_pair(slider, *other, near) : 1.0;
   classify(near);
   slides.near.push_back(near);
+  slides.meter.add_pair();
 }
 
 /// Of a rigid body: all that it could reach. Of an arm: all that is not known to be apart.
@@ -225,8 +230,9 @@ void ContactWorld::State::find_near_pairs(const Slider& slider) {
     const double left = watch.clear_until - travelled(pair, watch.own);
     if (left > reach_of_pair(slider, pair) + other_reach(slider, pair)) continue;
     const std::uint32_t source = take_in(entry->second);
-    if (source != SlideState::kNone && slides.pairs[source].rule.policy == ContactPolicy::slide)
-      add_near_pair(slider, source);
+    if (source == SlideState::kNone || slides.pairs[source].rule.policy != ContactPolicy::slide) continue;
+    if (!slides.meter.may_go_on()) return;
+    add_near_pair(slider, source);
   }
 }
 
@@ -293,7 +299,9 @@ bool ContactWorld::State::add_pairs_in_way(const Slider& slider) {
     const std::uint32_t watch = slides.pairs[source].watch;
     if (stays_apart(watch, slides.pairs[source].way) || is_passed_by(slider, slides.pairs[source])) continue;
     slides.is_near[watch] = 1;
-    if (slides.pairs[source].rule.policy == ContactPolicy::slide) add_near_pair(slider, source);
+    if (slides.pairs[source].rule.policy != ContactPolicy::slide) continue;
+    if (!slides.meter.may_go_on()) return false;
+    add_near_pair(slider, source);
   }
   return slides.near.size() > before;
 }

@@ -220,6 +220,8 @@ struct ContactWorld::State {
   void reserve_slide_pairs();
   void slide(FrameReport& report);
   void record_parts(std::uint32_t part);
+  void cut_off_all();
+  void drop_step();
   bool begin_slides();
   double longest_lever() const;
   void weigh_sliders();
