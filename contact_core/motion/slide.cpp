@@ -30,40 +30,65 @@ Matrix3 cholesky(const Matrix3& J) {
   return L;
 }
 
-/// Twists as (v, L^T w): there the metric is Euclid's.
+using Row3 = std::array<double, 3>;
+
+/// L^T x.
+Row3 times_transposed(const Matrix3& L, const Vector3& x) {
+  Row3 out{};
+  for (int i = 0; i < 3; ++i)
+    for (int k = i; k < 3; ++k) out[i] += L(k, i) * x[k];
+  return out;
+}
+/// L^-T x.
+Vector3 solve_transposed(const Matrix3& L, const double* x) {
+  Vector3 out;
+  for (int i = 2; i >= 0; --i) {
+    double rest = x[i];
+    for (int k = i + 1; k < 3; ++k) rest -= L(k, i) * out[k];
+    out[i] = rest / L(i, i);
+  }
+  return out;
+}
+/// L^-1 x.
+Row3 solve_lower(const Matrix3& L, const Vector3& x) {
+  Row3 out{};
+  for (int i = 0; i < 3; ++i) {
+    double rest = x[i];
+    for (int k = 0; k < i; ++k) rest -= L(i, k) * out[k];
+    out[i] = rest / L(i, i);
+  }
+  return out;
+}
+
+/// Twists as (M^T v, L^T w) with K = M M^T, J = L L^T: there the metric is Euclid's.
 class Scaling {
  public:
-  explicit Scaling(const Matrix3& J_W) : L_(cholesky(J_W)) {}
+  explicit Scaling(const TwistMetric& metric)
+      : L_(cholesky(metric.J)),
+        M_(metric.is_even ? metric.K : cholesky(metric.K)),
+        is_even_(metric.is_even) {}
 
   Row6 to_scaled(const Twist& u) const {
-    Row6 x{u.v.x(), u.v.y(), u.v.z(), 0.0, 0.0, 0.0};
-    for (int i = 0; i < 3; ++i)
-      for (int k = i; k < 3; ++k) x[3 + i] += L_(k, i) * u.w[k];
-    return x;
+    const Row3 v = is_even_ ? Row3{u.v.x(), u.v.y(), u.v.z()} : times_transposed(M_, u.v);
+    const Row3 w = times_transposed(L_, u.w);
+    return {v[0], v[1], v[2], w[0], w[1], w[2]};
   }
   Twist from_scaled(const Row6& x) const {
     Twist u;
-    u.v = {x[0], x[1], x[2]};
-    for (int i = 2; i >= 0; --i) {
-      double rest = x[3 + i];
-      for (int k = i + 1; k < 3; ++k) rest -= L_(k, i) * u.w[k];
-      u.w[i] = rest / L_(i, i);
-    }
+    u.v = is_even_ ? Vector3(x[0], x[1], x[2]) : solve_transposed(M_, &x[0]);
+    u.w = solve_transposed(L_, &x[3]);
     return u;
   }
   /// Of a moment: L^-1 m.
   Row6 row(const Vector3& n, const Vector3& moment) const {
-    Row6 g{n.x(), n.y(), n.z(), 0.0, 0.0, 0.0};
-    for (int i = 0; i < 3; ++i) {
-      double rest = moment[i];
-      for (int k = 0; k < i; ++k) rest -= L_(i, k) * g[3 + k];
-      g[3 + i] = rest / L_(i, i);
-    }
-    return g;
+    const Row3 v = is_even_ ? Row3{n.x(), n.y(), n.z()} : solve_lower(M_, n);
+    const Row3 w = solve_lower(L_, moment);
+    return {v[0], v[1], v[2], w[0], w[1], w[2]};
   }
 
  private:
-  Matrix3 L_;
+  Matrix3 L_, M_;
+  bool is_even_;
 };
 
 using Lifts = std::array<double, kMostSlideRows>;
@@ -91,22 +116,31 @@ bool raise(std::span<const SlideRow> rows, const Twist& twist, Lifts& lift) {
 }
 
 /// False where the rows cannot be raised so far.
-bool project_lifted(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> rows,
+bool project_lifted(const Twist& goal, const TwistMetric& metric_W, std::span<const SlideRow> rows,
                     bool translation_only, SlidePlan& plan) {
   Lifts lift{};
   const std::span<const double> lifts = std::span(lift).first(rows.size());
   for (int round = 0; round < kLiftRounds; ++round) {
-    if (!project(goal, J_W, rows, lifts, translation_only, plan.twist, plan.active)) return false;
-    if (!raise(rows, plan.twist, lift)) return true;
+    if (!project(goal, metric_W, rows, lifts, translation_only, plan.twist, plan.active)) return false;
+    if (!raise(rows, plan.twist, lift)) break;
+  }
+  // Half the square of the distance grows by the force for each unit that a row is raised.
+  plan.left_over = 0.0;
+  for (int i = 0; i < plan.active.count; ++i) {
+    const auto row = static_cast<std::size_t>(plan.active.row[i]);
+    plan.left_over += 2.0 * plan.active.force[i] * (lift[row] + rows[row].room);
   }
   return true;
 }
 
-/// As far as the distance to the goal shrinks.
-Twist shortened(const Twist& goal, const Matrix3& J_W, const Twist& u) {
-  const double forward = inner_product(J_W, u, goal), square = inner_product(J_W, u, u);
-  if (!(forward > 0.0) || !(square > 0.0)) return {};
-  return forward < square ? (forward / square) * u : u;
+/// Shortened by no more than this share a plan is whole: what that costs is of second order.
+constexpr double kWhole = 1.0 - 0x1p-12;
+
+/// As far as the distance to the goal shrinks: the share of u; 0: nothing is to be gained.
+double share_that_gains(const Twist& goal, const TwistMetric& metric_W, const Twist& u) {
+  const double forward = inner_product(metric_W, u, goal), square = inner_product(metric_W, u, u);
+  if (!(forward > 0.0) || !(square > 0.0)) return 0.0;
+  return forward < square ? forward / square : 1.0;
 }
 
 }  // namespace
@@ -126,6 +160,11 @@ bool operator<(const SlideRow& a, const SlideRow& b) {
   return false;
 }
 
+double inner_product(const TwistMetric& metric, const Twist& a, const Twist& b) {
+  if (metric.is_even) return inner_product(metric.J, a, b);
+  return dot(a.v, rotate(metric.K, b.v)) + dot(a.w, rotate(metric.J, b.w));
+}
+
 double bend_of(const SlideRow& row, const Twist& twist) {
   if (row.e != Vector3::Zero()) return bend_of_edges(row, twist);
   const double tilt = norm(cross(twist.w, row.n));
@@ -134,9 +173,9 @@ double bend_of(const SlideRow& row, const Twist& twist) {
   return tilt * (around + norm(cross(twist.w, twist.v))) + 2.0 * tilt * norm(twist.v);
 }
 
-bool project(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> rows,
+bool project(const Twist& goal, const TwistMetric& metric_W, std::span<const SlideRow> rows,
              std::span<const double> lift, bool translation_only, Twist& out, ActiveRows& active) {
-  const Scaling scaling(J_W);
+  const Scaling scaling(metric_W);
   const Twist wanted{goal.v, translation_only ? Vector3(Vector3::Zero()) : goal.w};
   Solver::Rows scaled;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -144,6 +183,7 @@ bool project(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> ro
     Row6 g = scaling.row(rows[i].n, moment);
     const double length = std::sqrt(Solver::row_product(g, g));
     for (double& component : g) component /= length;
+    length_of[i] = length;
     scaled.g[scaled.count] = g;
     scaled.slack[scaled.count++] = (rows[i].slack - lift[i]) / length;
   }
@@ -155,7 +195,7 @@ bool project(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> ro
   return found;
 }
 
-SlidePlan plan_slide(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> rows,
+SlidePlan plan_slide(const Twist& goal, const TwistMetric& metric_W, std::span<const SlideRow> rows,
                      bool translation_only) {
   const double turn = translation_only ? 0.0 : norm(goal.w);
   const Twist wanted = turn > kLongestTurn ? (kLongestTurn / turn) * goal : goal;
@@ -163,9 +203,12 @@ SlidePlan plan_slide(const Twist& goal, const Matrix3& J_W, std::span<const Slid
   // Where the bends of a long motion cannot be cleared, those of one half as long are a quarter.
   double part = 1.0;
   for (int i = 0; i <= kHalvings; ++i, part *= 0.5) {
-    if (!project_lifted(part * wanted, J_W, rows, translation_only, plan)) continue;
-    plan.twist = shortened(part * wanted, J_W, plan.twist);
-    if (inner_product(J_W, plan.twist, plan.twist) > 0.0) return plan;
+    if (!project_lifted(part * wanted, metric_W, rows, translation_only, plan)) continue;
+    const double share = share_that_gains(part * wanted, metric_W, plan.twist);
+    if (!(share > 0.0)) continue;
+    plan.twist = share * plan.twist;
+    plan.is_whole = i == 0 && turn <= kLongestTurn && share >= kWhole;
+    return plan;
   }
   plan.is_whole = false;
   // Nothing but to keep contact to first order, as far as that goes.
@@ -174,10 +217,10 @@ SlidePlan plan_slide(const Twist& goal, const Matrix3& J_W, std::span<const Slid
   for (SlideRow& row : kept) row.slack = std::max(row.slack, 0.0);
   const Lifts none{};
   const std::span<const SlideRow> kept_rows = std::span(kept).first(rows.size());
-  if (!project(wanted, J_W, kept_rows, std::span(none).first(rows.size()), translation_only, plan.twist,
+  if (!project(wanted, metric_W, kept_rows, std::span(none).first(rows.size()), translation_only, plan.twist,
                plan.active))
     return {};
-  plan.twist = shortened(wanted, J_W, plan.twist);
+  plan.twist = share_that_gains(wanted, metric_W, plan.twist) * plan.twist;
   return plan;
 }
 

@@ -32,6 +32,22 @@ struct SlideRow {
 inline constexpr int kMostSlideRows = kMostRows;
 inline constexpr int kTwistSize = 6;
 
+/// How long a twist is: |u|^2 = v . K v + w . J w. Both in the frame of the twists, symmetric and positive
+/// definite; of K no eigenvalue is below 1, so that no displacement is longer than its twist [m].
+struct TwistMetric {
+  Matrix3 J = Matrix3::Identity();  ///< [m2]
+  Matrix3 K = Matrix3::Identity();
+  bool is_even = true;  ///< K is the identity
+
+  TwistMetric() = default;
+  /// Even: a body's own at uniform density, or a hand's that is as stiff whichever way.
+  TwistMetric(const Matrix3& inertia) : J(inertia) {}  // NOLINT(google-explicit-constructor)
+  TwistMetric(const Matrix3& turning, const Matrix3& translation)
+      : J(turning), K(translation), is_even(false) {}
+};
+
+double inner_product(const TwistMetric& metric, const Twist& a, const Twist& b);
+
 /// The rows that hold a projection: at most as many as a twist has components.
 struct ActiveRows {
   int count = 0;
@@ -43,7 +59,7 @@ struct ActiveRows {
 /// @param lift one a row: added to what the row asks for [m]. @param translation_only u.w = 0.
 /// @returns false where no twist fulfils the rows (to rounding), or none was found; `out` is then zero.
 /// @pre at most kMostSlideRows.
-bool project(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> rows,
+bool project(const Twist& goal, const TwistMetric& metric_W, std::span<const SlideRow> rows,
              std::span<const double> lift, bool translation_only, Twist& out, ActiveRows& active);
 
 struct SlidePlan {
@@ -59,7 +75,7 @@ struct SlidePlan {
 /// bend below their room, so that it is clear from end to end. Along the twist the distance to the goal
 /// shrinks throughout; where it would grow again the twist ends.
 /// @param goal from where the body is to where it is to be.
-SlidePlan plan_slide(const Twist& goal, const Matrix3& J_W, std::span<const SlideRow> rows,
+SlidePlan plan_slide(const Twist& goal, const TwistMetric& metric_W, std::span<const SlideRow> rows,
                      bool translation_only);
 
 /// Bounds -d^2/dt^2 of the row's distance along a twist of unit duration [m]; may be < 0: it surely bends up.

@@ -148,10 +148,16 @@ struct FrameReport {
   /// changed nothing, and is not recorded. In order; valid until the next frame.
   std::span<const SelectionChange> refused_selections;
   std::uint32_t blocked_movers = 0;
-  std::uint32_t candidate_pairs = 0;        ///< looked at; all others are known to stay out of reach
-  std::uint64_t queries = 0;                ///< narrowphase calls
-  std::uint32_t iteration_limits = 0;       ///< pairs stopped early for want of iterations
-  std::uint32_t slide_steps = 0;            ///< sub-steps of slides; at most kMostSlideSteps
+  std::uint32_t candidate_pairs = 0;   ///< looked at; all others are known to stay out of reach
+  std::uint64_t queries = 0;           ///< narrowphase calls
+  std::uint32_t iteration_limits = 0;  ///< pairs stopped early for want of iterations
+  std::uint32_t slide_steps = 0;       ///< sub-steps of slides; at most kMostSlideSteps
+  std::uint64_t slide_pairs = 0;       ///< what SlideBudget counts
+  /// Movers whose slides the budget ended before they came to rest, by ObjectHandle::slot: a rigid body by
+  /// the object that was commanded, a mechanism by its first link. Valid until the next frame.
+  std::span<const ObjectHandle> cut_off;
+  /// Of every rigid body that slid or was told to, by ObjectHandle::slot; valid until the next frame.
+  std::span<const HandFeel> felt;
   MotionCheck check = MotionCheck::proven;  ///< what stands behind this frame's poses
 };
 
@@ -249,6 +255,19 @@ class ContactWorld {
   void set_narrowphase(std::unique_ptr<Narrowphase> narrowphase);
   /// @copydoc set_narrowphase
   void set_broadphase(std::unique_ptr<Broadphase> broadphase);
+
+  /// How stiffly the object's hand holds it where it is commanded; counts while it is nobody's load. None:
+  /// its own mass at uniform density instead of a spring, 1 N/m for the size of what is felt.
+  /// @throws InputError: an unknown handle, a link, a frame that is no pose or further from the object's
+  /// origin than a pose that turns about it can keep the gap, stiffnesses out of bounds.
+  void set_hand(ObjectHandle object, const std::optional<HandStiffness>& hand);
+  /// Of objects that were given none of their own, HandStiffness{} unless this is called.
+  /// @throws InputError: as before; a tool frame.
+  void set_default_hand(const std::optional<HandStiffness>& hand);
+
+  /// For all frames from now on; unlimited before. @throws InputError: seconds < 0 or NaN.
+  void set_slide_budget(const SlideBudget& budget);
+  const SlideBudget& slide_budget() const;
 
   WorldCapabilities capabilities() const;
 

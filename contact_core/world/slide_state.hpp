@@ -20,12 +20,16 @@ inline constexpr double kLeastGain = 0x1p-10;
 
 /// One mover that goes on along what stopped it.
 struct Slider {
-  std::uint32_t root;     ///< slot
-  double stop;            ///< s at which its commanded path ended
-  MechanismMover* arm;    ///< null: one rigid body
-  Pose goal;              ///< of the root: the commanded pose; an arm's is its commanded joint values
-  MassMoments moments;    ///< of all that moves with it, but for what is too far out, in the root's frame
-  MassMetric metric;      ///< the same
+  std::uint32_t root;   ///< slot
+  double stop;          ///< s at which its commanded path ended
+  MechanismMover* arm;  ///< null: one rigid body
+  Pose goal;            ///< of the root: the commanded pose; an arm's is its commanded joint values
+  MassMoments moments;  ///< of all that moves with it, but for what is too far out, in the root's frame
+  MassMetric metric;    ///< its centre is the tool's, and J is divided by the hand's least stiffness [m2]
+  Matrix3 K_W = Matrix3::Identity();  ///< the hand's stiffness against translation, the least being 1
+  bool is_even = true;                ///< K_W is the identity
+  double stiffness = 1.0;             ///< the least [N/m]
+  Vector3 force_W = Vector3::Zero(), moment_W = Vector3::Zero();  ///< HandFeel's
   double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]
   double trust = 1.0;     ///< share of what is left that the next sub-step plans for
@@ -76,6 +80,17 @@ struct CarriedMoments {
 /// Memory of the slides within one frame.
 struct SlideState {
   static constexpr std::uint32_t kNone = 0xffffffff;
+
+  struct Hand {
+    ObjectHandle object;  // or it is of one that has gone
+    std::optional<HandStiffness> hand;
+  };
+  std::optional<HandStiffness> default_hand = HandStiffness{};
+  std::vector<Hand> hands;     // by slot
+  std::vector<HandFeel> felt;  // what FrameReport shows
+  SlideBudget budget;
+  SlideMeter meter;
+  std::vector<ObjectHandle> cut_off;  // what FrameReport shows
 
   std::vector<std::uint8_t> may_slide;                // by slot: what stopped it last lets it slide
   std::vector<std::uint8_t> may_pivot;                // by slot: or lets it advance

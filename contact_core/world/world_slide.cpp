@@ -33,9 +33,16 @@ Twist twist_to(const Pose& X_WR, const Slider& slider) {
           way.angular_velocity_W};
 }
 
+/// J goes with the body: a turn about the axis of what is left changes nothing of w . J w. K stands as
+/// commanded.
+TwistMetric metric_at(const Pose& X_WR, const Slider& slider) {
+  const Matrix3 J_W = turned(X_WR.R, slider.metric.J);
+  return slider.is_even ? TwistMetric(J_W) : TwistMetric(J_W, slider.K_W);
+}
+
 double distance_to_goal(const Pose& X_WR, const Slider& slider) {
   const Twist left = twist_to(X_WR, slider);
-  return std::sqrt(inner_product(turned(X_WR.R, slider.metric.J), left, left));
+  return std::sqrt(inner_product(metric_at(X_WR, slider), left, left));
 }
 
 /// How fast a slider would come along n if it went straight to its goal.
@@ -98,6 +105,7 @@ void ContactWorld::State::take_room_for_slides(bool anew) {
     if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
   };
   reserve_more(slides.sliders, slots), reserve_more(slides.carried, slots);
+  reserve_more(slides.cut_off, slots), reserve_more(slides.felt, slots);
   reserve_more(slides.pairs, 64 + 16 * solids), reserve_more(slides.near, 64 + 16 * solids);
   slides.held.reserve(mechanisms.size() * kMostSlideJoints);
   reserve_more(slides.rows, 1024 + 8 * solids);
@@ -138,6 +146,7 @@ void ContactWorld::State::record_parts(std::uint32_t part) {
 void ContactWorld::State::slide(FrameReport& report) {
   slides.parts.clear();
   slides.joints.clear();
+  slides.cut_off.clear(), slides.felt.clear();
   record_parts(0);
   if (!begin_slides()) return;
   slides.meter.begin(slides.budget);
@@ -164,6 +173,26 @@ void ContactWorld::State::slide(FrameReport& report) {
     if (!finish_step()) break;
   }
   merge_slide_pairs();
+  report.slide_pairs = slides.meter.seen();
+  for (const Slider& slider : slides.sliders)
+    if (slider.is_cut_off) slides.cut_off.push_back(objects.handle(slider.root));
+  report.cut_off = slides.cut_off;
+  report_feel(report);
+}
+
+void ContactWorld::State::cut_off_all() {
+  for (Slider& slider : slides.sliders) slider.is_cut_off = slider.is_cut_off || !slider.done;
+}
+
+/// The budget ended before all paths of a sub-step were checked: none is gone.
+void ContactWorld::State::drop_step() {
+  slides.meter.clip();
+  for (const Slider& slider : slides.sliders)
+    if (in_motion[slider.root]) stops[slider.root] = 0.0;
+  execute();
+  for (const Slider& slider : slides.sliders)
+    if (in_motion[slider.root]) rest(slider.root);
+  cut_off_all();
 }
 
 bool ContactWorld::State::begin_slides() {
@@ -212,9 +241,30 @@ void ContactWorld::State::weigh_sliders() {
     // All of it is too far out: it stays where it was stopped.
     slider.done = slider.arm == nullptr && !(slider.moments.volume > 0.0);
     if (slider.done) continue;
-    if (slider.arm == nullptr) slider.metric = mass_metric(slider.moments);
+    if (slider.arm == nullptr) weigh_by_hand(slider);
     slider.start_distance = slider.distance = distance_of(slider);
   }
+}
+
+/// The slider's metric, in its root's frame: by its hand, or by its mass.
+void ContactWorld::State::weigh_by_hand(Slider& slider) const {
+  slider.metric = mass_metric(slider.moments);
+  const std::uint32_t slot = slider.root;
+  const bool has_own = slot < slides.hands.size() && slides.hands[slot].object == objects.handle(slot);
+  const std::optional<HandStiffness>& hand = has_own ? slides.hands[slot].hand : slides.default_hand;
+  if (!hand) return;
+  const Pose X_RT = hand->X_OT.value_or(Pose{});
+  if (hand->X_OT) slider.metric.centre = X_RT.p;
+  const Vector3 &k = hand->translation, &c = hand->turning;
+  slider.stiffness = k.minCoeff();
+  const auto diagonal = [&](const Vector3& values) {
+    Matrix3 out = Matrix3::Zero();
+    for (int i = 0; i < 3; ++i) out(i, i) = values[i] / slider.stiffness;
+    return turned(X_RT.R, out);
+  };
+  slider.metric.J = diagonal(c);
+  slider.is_even = k.x() == k.y() && k.y() == k.z();
+  if (!slider.is_even) slider.K_W = turned(slider.goal.R, diagonal(k));
 }
 
 double ContactWorld::State::distance_of(const Slider& slider) const {
@@ -238,13 +288,49 @@ void ContactWorld::State::order_near_rows(bool all) {
   order_rows(slides.rows);
 }
 
+/// By the rows that hold the plan alone: what they take from the whole of what is left.
+void ContactWorld::State::feel(Slider& slider, const Twist& left, const TwistMetric& metric_W,
+                               const ActiveRows& active) const {
+  std::array<SlideRow, kTwistSize> rows;
+  for (int i = 0; i < active.count; ++i) {
+    rows[i] = slides.rows[active.row[i]];
+    rows[i].slack = std::max(rows[i].slack, 0.0);
+  }
+  slider.force_W = slider.moment_W = Vector3::Zero();
+  Twist kept;
+  ActiveRows holding;
+  constexpr std::array<double, kTwistSize> kNoLift{};
+  const auto count = static_cast<std::size_t>(active.count);
+  const bool translation_only = slides.translation_only[slider.root];
+  if (!project(left, metric_W, std::span(rows).first(count), std::span(kNoLift).first(count),
+               translation_only, kept, holding))
+    return;
+  for (int i = 0; i < holding.count; ++i) {
+    const SlideRow& row = rows[holding.row[i]];
+    const Vector3 force_W = (slider.stiffness * holding.force[i]) * row.n;
+    slider.force_W += force_W;
+    slider.moment_W += cross(row.r, force_W);
+  }
+}
+
+void ContactWorld::State::report_feel(FrameReport& report) {
+  for (const Slider& slider : slides.sliders) {
+    if (slider.arm != nullptr || slider.pivots || slider.start_distance == 0.0) continue;
+    const Pose& X_WR = objects[slider.root].X_WO;
+    const Twist left = twist_to(X_WR, slider);
+    slides.felt.push_back({objects.handle(slider.root), transform(X_WR, slider.metric.centre), left.v, left.w,
+                           slider.force_W, slider.moment_W});
+  }
+  report.felt = slides.felt;
+}
+
 void ContactWorld::State::mark_active(std::uint32_t row) {
   slides.pairs[slides.rows[row].source].is_active = true;
 }
 
 RigidPath ContactWorld::State::plan_of(Slider& slider) {
   const Pose& X_WR = objects[slider.root].X_WO;
-  const Matrix3 J_W = turned(X_WR.R, slider.metric.J);
+  const TwistMetric metric_W = metric_at(X_WR, slider);
   Twist goal = twist_to(X_WR, slider);
   const bool translation_only = slides.translation_only[slider.root];
   if (translation_only) goal.w = Vector3::Zero();
@@ -252,7 +338,7 @@ RigidPath ContactWorld::State::plan_of(Slider& slider) {
   if (slides.meter.is_over()) return RigidPath(X_WR);
   const auto plan_with = [&](bool all) {
     order_near_rows(all);
-    return plan_slide(slider.trust * goal, J_W, slides.rows, translation_only);
+    return plan_slide(slider.trust * goal, metric_W, slides.rows, translation_only);
   };
   // Faces in contact first; then, along the motion that they leave, the planes of all that is near.
   SlidePlan plan = plan_with(false);
@@ -264,6 +350,9 @@ RigidPath ContactWorld::State::plan_of(Slider& slider) {
     plan = plan_with(true);
   }
   for (int i = 0; i < plan.active.count; ++i) mark_active(plan.active.row[i]);
+  feel(slider, goal, metric_W, plan.active);
+  slider.is_near_end =
+      slider.trust == 1.0 && plan.is_whole && !shares_room() && leaves_little(slider, plan.left_over);
   Twist step = plan.twist;
   for (int i = 0; i < kShortenings; ++i, step = kShorter * step) {
     const RigidPath path = RigidPath::by(X_WR, step.v, step.w, slider.metric.centre);

@@ -225,6 +225,9 @@ struct ContactWorld::State {
   bool begin_slides();
   double longest_lever() const;
   void weigh_sliders();
+  void weigh_by_hand(Slider& slider) const;
+  void feel(Slider& slider, const Twist& left, const TwistMetric& metric_W, const ActiveRows& active) const;
+  void report_feel(FrameReport& report);
   bool plan_slides(FrameReport& report);
   double distance_of(const Slider& slider) const;
   double share_of_pair(const Slider& slider, const Slider& other, const NearPair& near) const;

@@ -157,9 +157,9 @@ TEST(SlideProjection, ContradictingRowsAreReported) {
   Twist u;
   ActiveRows active;
   const Twist goal{{0.1, 0, 0}, {0, 0, 0}};
-  EXPECT_FALSE(project(goal, Matrix3::Identity(), rows, lift, false, u, active));
+  EXPECT_FALSE(project(goal, TwistMetric{}, rows, lift, false, u, active));
   // A slide goes on all the same, without the impossible.
-  const SlidePlan plan = plan_slide(goal, Matrix3::Identity(), rows, false);
+  const SlidePlan plan = plan_slide(goal, TwistMetric{}, rows, false);
   EXPECT_NEAR(plan.twist.v.x(), 0.1, 1e-16);
   EXPECT_NEAR(plan.twist.v.z(), 0.0, 1e-16);
 }

@@ -65,6 +65,7 @@ MoverModel::MoverModel(std::vector<Hexahedron> own, std::vector<Pose> X_OS, std:
   MassMoments moments;
   for (std::size_t i = 0; i < own_count_; ++i) moments += transform(fixed_[i], mass_moments(solids_[i]));
   metric_ = mass_metric(moments);
+  metric_.J = Matrix3::Identity();  // as a hand holds it by default: a radian weighs as a metre
   solids_.insert(solids_.end(), obstacles.begin(), obstacles.end());
   fixed_.insert(fixed_.end(), X_WB.begin(), X_WB.end());
   find_reach();

@@ -24,11 +24,14 @@ inline std::shared_ptr<const HexahedronTree> box_tree(const std::string& name, c
       std::vector<PlacedHexahedron>{{"box", Hexahedron::from_size(size), Pose{}}}, name);
 }
 
+/// Hands hold nothing: closed forms of slides are by the bodies' masses.
 inline std::unique_ptr<ContactWorld> make_world(std::string_view broadphase = "native") {
   BackendRegistry registry;
   register_core(registry);
-  return std::make_unique<ContactWorld>(registry.make_narrowphase("native"),
-                                        registry.make_broadphase(broadphase), kGap);
+  auto world = std::make_unique<ContactWorld>(registry.make_narrowphase("native"),
+                                              registry.make_broadphase(broadphase), kGap);
+  world->set_default_hand(std::nullopt);
+  return world;
 }
 
 inline PairRule rule(ContactPolicy policy, std::optional<double> warn = {}) { return {policy, warn}; }
