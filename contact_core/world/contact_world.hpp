@@ -36,6 +36,16 @@ struct ObjectDescription {
   std::vector<std::string> groups = {};
 };
 
+/// What an object without a command of its own does about a rigid mover that comes against it: quasi-static,
+/// without dynamics. It is passive while it is not commanded, not static, no link, and carried by nobody.
+enum class Passive : std::uint8_t {
+  stays,    ///< it stands, and the mover stops or goes along it as the policy says
+  shoved,   ///< where it stopped a mover it goes along for the rest of the frame, as one with the mover
+  carried,  ///< it goes along from the frame's start if the two were in contact then; else as `shoved`
+};
+/// The enumerator's name.
+std::string_view to_string(Passive passive);
+
 /// A pair's rule. Policies are ContactPolicy's. A mover that a `slide` pair stopped goes on along it towards
 /// its commanded pose, in sub-steps of at most kMostSlideSteps, never further from that pose in its mass
 /// metric (motion/mass_metric.hpp) than it was; where more than half a turn is left of its path it stays, as
@@ -54,6 +64,11 @@ struct PairRule {
   std::optional<ContactPolicy> policy = {};
   std::optional<double> warn_distance = {};   ///< `near` is reported within this; finite, >= 0 [m]
   std::optional<bool> translation_only = {};  ///< slide: whom this pair stops goes on without turning
+  /// Not with a policy that holds or only cues. What goes along goes as if it were latched, friction that
+  /// never slips: it turns with the mover, what it meets stops both, and where a shoved one comes to the next
+  /// it takes that along too, up to kMostSlideSteps of them one after another. Two movers that want the same
+  /// object leave it where it is. Whatever goes along is checked as any mover: nothing merges.
+  std::optional<Passive> passive = {};
 };
 
 /// The rule that a pair follows, nothing left to inherit; the values are those that no rule sets.
@@ -61,6 +76,7 @@ struct EffectiveRule {
   ContactPolicy policy = ContactPolicy::hold;
   double warn_distance = 0.0;  ///< [m]
   bool translation_only = false;
+  Passive passive = Passive::stays;
 };
 
 /// Two objects, or a hexahedron of them, that are not checked against each other.
@@ -92,6 +108,32 @@ struct MotionCommand {
 struct JointCommand {
   MechanismHandle mechanism;
   std::span<const double> values;  ///< read by frame() only; in the order of Mechanism::joints()
+};
+
+/// How stiffly a hand holds a rigid body: by a spring from where the body's tool frame T is to where the
+/// commanded pose has it. A slide goes where that spring is slackest: with d the way and t the turn (axis
+/// times angle) that are left, sum of k d^2 + sum of c t^2 along T's axes as commanded never grows. Only
+/// ratios of k and c matter for that; their size is what the hand feels. The default keeps its direction
+/// unless it must give: 1 rad weighs as 1 m, as with joints; a hand that is as stiff against turns as a
+/// light body of its size tips over what it meets.
+struct HandStiffness {
+  /// Of the tool in the object. None: its origin is the centre of mass, at uniform density, of all that moves
+  /// with the object, and its axes are the object's.
+  std::optional<Pose> X_OT = {};
+  Vector3 translation = {500.0, 500.0,
+                         500.0};            ///< k along T's axes [N/m]; > 0, no two further apart than 1e6
+  Vector3 turning = {500.0, 500.0, 500.0};  ///< c about T's axes [N m/rad]; as k, and 1e-6 to 1e6 m2 of it
+};
+
+/// What the hand of a mover that slid feels, at a frame's end (Ortega, Redon, Coquillart 2007, section 5: the
+/// forces that keep the god-object back, here those of the contacts that hold the last sub-step's plan).
+struct HandFeel {
+  ObjectHandle object;
+  Vector3 p_W;         ///< of the tool frame's origin
+  Vector3 lag_W;       ///< from there to where the command has it [m]
+  Vector3 turn_lag_W;  ///< the turn from the actual to the commanded pose, axis times angle [rad]
+  Vector3 force_W;     ///< of the contacts on the object [N]
+  Vector3 moment_W;    ///< the same, about p_W [N m]
 };
 
 /// What happened to a pair, or to a command, in a frame. Each says which s, of which part of the frame, its

@@ -14,13 +14,16 @@ std::pair<std::uint32_t, std::uint32_t> ordered(std::uint32_t a, std::uint32_t b
   return a < b ? std::pair{a, b} : std::pair{b, a};
 }
 
-bool is_empty(const PairRule& rule) { return !rule.policy && !rule.warn_distance && !rule.translation_only; }
+bool is_empty(const PairRule& rule) {
+  return !rule.policy && !rule.warn_distance && !rule.translation_only && !rule.passive;
+}
 
 /// Takes what is not set yet.
 void inherit(PairRule& rule, const PairRule& from) {
   if (!rule.policy) rule.policy = from.policy;
   if (!rule.warn_distance) rule.warn_distance = from.warn_distance;
   if (!rule.translation_only) rule.translation_only = from.translation_only;
+  if (!rule.passive) rule.passive = from.passive;
 }
 
 }  // namespace
@@ -31,14 +34,18 @@ void PairRules::check(const PairRule& rule) {
     throw InputError("contact world: a rule's warn distance is " + figure(warn) + " m, not a length");
 }
 
+void PairRules::note(const PairRule& rule) {
+  moves_passive_ = moves_passive_ || rule.passive.value_or(Passive::stays) != Passive::stays;
+}
+
 void PairRules::set_default(const PairRule& rule) {
-  check(rule);
+  check(rule), note(rule);
   default_ = rule;
 }
 
 void PairRules::set_for_groups(const ObjectTable& objects, std::uint32_t first, std::uint32_t second,
                                const PairRule& rule) {
-  check(rule);
+  check(rule), note(rule);
   const std::pair key = ordered(first, second);
   const bool is_second_smaller =
       objects.members_of_group(key.second).size() < objects.members_of_group(key.first).size();
@@ -111,7 +118,7 @@ void PairRules::make_room(const ObjectTable& objects) {
 
 void PairRules::set_for_pair(const ObjectTable& objects, ObjectHandle a, ObjectHandle b,
                              const PairRule& rule) {
-  check(rule);
+  check(rule), note(rule);
   if (b < a) std::swap(a, b);
   const std::size_t place = place_of(a, b);
   if (place != kNone) {
@@ -141,6 +148,7 @@ EffectiveRule PairRules::find(const ObjectTable& objects, std::uint32_t a, std::
   out.policy = rule.policy.value_or(out.policy);
   out.warn_distance = rule.warn_distance.value_or(out.warn_distance);
   out.translation_only = rule.translation_only.value_or(out.translation_only);
+  out.passive = rule.passive.value_or(out.passive);
   return out;
 }
 

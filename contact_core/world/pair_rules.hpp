@@ -25,6 +25,8 @@ class PairRules {
 
   /// Slots of objects that are alive.
   EffectiveRule find(const ObjectTable& objects, std::uint32_t a, std::uint32_t b) const;
+  /// False: no rule was ever set by which anything passive moves.
+  bool moves_passive() const { return moves_passive_; }
   // Which objects have to look further than the default rule's warn distance: of each rule that has a warn
   // distance one side bears it, of two groups the one that was the smaller when the rule was set.
 
@@ -58,6 +60,7 @@ class PairRules {
 
   static constexpr std::size_t kNone = ~std::size_t{0};
 
+  void note(const PairRule& rule);
   std::size_t home_of(const ObjectHandle& a, const ObjectHandle& b) const;
   /// Where the pair's rule is, or kNone.
   std::size_t place_of(const ObjectHandle& a, const ObjectHandle& b) const;
@@ -65,6 +68,7 @@ class PairRules {
   void take_out(std::size_t place);
   void make_room(const ObjectTable& objects);
 
+  bool moves_passive_ = false;
   PairRule default_;
   std::vector<GroupEntry> for_groups_;  // in the order in which they were given; at most one for two groups
   std::vector<PairEntry> for_pairs_;    // a power of two, or none; never more than half full

@@ -35,6 +35,12 @@ struct Slider {
   double trust = 1.0;     ///< share of what is left that the next sub-step plans for
   bool pivots = false;    ///< it only advances: see world_pivot.cpp
   bool done = false;
+  bool shoves = false;       ///< it goes on along its commanded path, with what it met: see world_shove.cpp
+  bool follows = false;      ///< goes along with its leader
+  bool is_near_end = false;  ///< where the sub-step is gone to its end, another one would not gain kLeastGain
+  Twist way;                 ///< what is left of the commanded path while it shoves
+  Vector3 way_centre_O = Vector3::Zero();  ///< about which that turns
+  bool is_cut_off = false;                 ///< the budget ended it
 
   /// No turn of a rigid body is longer than this for each metre of distance in the metric [rad/m].
   double turn_rate() const { return 1.0 / std::sqrt(least_inertia(metric.J)); }
@@ -75,6 +81,65 @@ struct CarriedMoments {
         return a.moments.second(i / 3, i % 3) < b.moments.second(i / 3, i % 3);
     return false;
   }
+};
+
+/// Pairs that slides have looked at in a frame, against the world's budget. Only those count that are near,
+/// so that neither what is remembered nor who comes first shows.
+class SlideMeter {
+ public:
+  void begin(const SlideBudget& budget) {
+    budget_ = budget;
+    is_timed_ = budget.seconds < std::numeric_limits<double>::infinity();
+    seen_ = 0;
+    if (is_timed_) start_ = Clock::now();
+  }
+  /// A sub-step, of which each of so many plans may take an equal share of what is left.
+  void begin_step(std::size_t plans) {
+    pair_share_ = (budget_.pairs - std::min(seen_, budget_.pairs)) / plans;
+    time_share_ = std::max(budget_.seconds - elapsed(), 0.0) / static_cast<double>(plans);
+  }
+  void begin_plan() { open(seen_ + pair_share_, elapsed() + time_share_); }
+  /// Of paths, which may take all that is left.
+  void begin_checks() { open(budget_.pairs, budget_.seconds); }
+
+  /// One that turned out to be near.
+  void add_pair() { ++seen_; }
+  /// Before the next pair.
+  bool may_go_on() {
+    is_late_ = is_late_ || (is_timed_ && elapsed() >= until_);
+    return !is_over();
+  }
+  /// The plan, or the checks, look at more than they may: in whichever order pairs come.
+  bool is_over() const { return is_late_ || seen_ > limit_; }
+  /// Of what is over: what it may.
+  void clip() { seen_ = std::min(seen_, limit_); }
+  bool has_left() const { return seen_ < budget_.pairs && elapsed() < budget_.seconds; }
+  std::uint64_t seen() const { return seen_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void open(std::uint64_t limit, double until) { limit_ = limit, until_ = until, is_late_ = false; }
+  double elapsed() const {
+    return is_timed_ ? std::chrono::duration<double>(Clock::now() - start_).count() : 0.0;
+  }
+
+  SlideBudget budget_;
+  Clock::time_point start_;
+  std::uint64_t seen_ = 0, limit_ = 0, pair_share_ = 0;
+  double until_ = 0.0, time_share_ = 0.0;
+  bool is_timed_ = false, is_late_ = false;
+};
+
+/// Who goes along with whom in a frame.
+struct ShoveState {
+  std::vector<std::uint32_t> leader_of;   // by slot; SlideState::kNone: it goes by itself, or not at all
+  std::vector<std::uint32_t> followers;   // roots, in the order in which they were taken along
+  std::vector<std::uint32_t> claim_of;    // by slot: whom it is to go along with
+  std::vector<std::uint32_t> claimed;     // slots
+  std::vector<std::uint8_t> is_told;      // by slot: commanded in this frame, or goes along
+  std::vector<std::uint8_t> is_disputed;  // by slot: two leaders want it
+  std::vector<std::uint8_t> is_blocked;   // by slot: a leader that was stopped by what does not go along
 };
 
 /// Memory of the slides within one frame.

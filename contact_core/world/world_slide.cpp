@@ -104,6 +104,10 @@ void ContactWorld::State::take_room_for_slides(bool anew) {
   const auto reserve_more = [](auto& list, std::size_t count) {
     if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
   };
+  if (anew) shoves = {};
+  shoves.leader_of.resize(slots, SlideState::kNone), shoves.claim_of.resize(slots, SlideState::kNone);
+  shoves.is_told.resize(slots, 0), shoves.is_disputed.resize(slots, 0), shoves.is_blocked.resize(slots, 0);
+  reserve_more(shoves.followers, slots), reserve_more(shoves.claimed, slots);
   reserve_more(slides.sliders, slots), reserve_more(slides.carried, slots);
   reserve_more(slides.cut_off, slots), reserve_more(slides.felt, slots);
   reserve_more(slides.pairs, 64 + 16 * solids), reserve_more(slides.near, 64 + 16 * solids);
@@ -148,6 +152,7 @@ void ContactWorld::State::slide(FrameReport& report) {
   slides.joints.clear();
   slides.cut_off.clear(), slides.felt.clear();
   record_parts(0);
+  shove(pairs);
   if (!begin_slides()) return;
   slides.meter.begin(slides.budget);
   find_slide_pairs();
@@ -203,15 +208,22 @@ bool ContactWorld::State::begin_slides() {
     MechanismMover* arm = mechanism_of(slot);
     const bool may_slide =
         arm != nullptr ? arm->actual.size() <= kMostSlideJoints : !turns_too_far(paths[slot], stop);
-    const bool pivots = may_pivot(slot) && !turns_too_far(paths[slot], stop);
-    if ((stop < 1.0 && slides.may_slide[slot] && may_slide) || pivots) {
+    if (leader_of(slot) != slot) continue;
+    const bool has_taken_along = is_followed(slot) && stop < 1.0 && !shoves.is_blocked[slot];
+    const bool pivots = may_pivot(slot) && !turns_too_far(paths[slot], stop) && !has_taken_along;
+    if ((stop < 1.0 && slides.may_slide[slot] && may_slide) || pivots || has_taken_along) {
       slides.slider_of[slot] = static_cast<std::uint32_t>(slides.sliders.size());
-      slides.sliders.push_back({slot, stop, arm, paths[slot].carrier().to(), {}, {}, 0.0, 0.0});
-      slides.sliders.back().pivots = pivots;
+      Slider slider{};
+      slider.root = slot, slider.stop = stop, slider.arm = arm;
+      slider.goal = paths[slot].carrier().to();
+      slider.pivots = pivots;
+      slides.sliders.push_back(slider);
+      if (has_taken_along) begin_shove(slides.sliders.back(), stop);
       if (arm != nullptr) begin_joint_slide(slides.sliders.back());
     }
   }
   if (slides.sliders.empty()) return false;
+  if (!shoves.followers.empty()) add_follower_sliders();
   for (const std::uint32_t slot : movers) rest(slot);
   weigh_sliders();
   return true;
@@ -238,6 +250,7 @@ void ContactWorld::State::weigh_sliders() {
   std::sort(slides.carried.begin(), slides.carried.end());
   for (const CarriedMoments& carried : slides.carried) slides.find(carried.root)->moments += carried.moments;
   for (Slider& slider : slides.sliders) {
+    if (slider.follows) continue;
     // All of it is too far out: it stays where it was stopped.
     slider.done = slider.arm == nullptr && !(slider.moments.volume > 0.0);
     if (slider.done) continue;
@@ -364,6 +377,11 @@ RigidPath ContactWorld::State::plan_of(Slider& slider) {
   return RigidPath(X_WR);
 }
 
+RigidPath ContactWorld::State::rigid_path(Slider& slider) {
+  if (slider.pivots) return pivot_path(slider);
+  return slider.shoves ? shoving_path(slider) : plan_of(slider);
+}
+
 bool ContactWorld::State::plan_slides(FrameReport& report) {
   std::size_t sharers = 0;
   for (const Slider& slider : slides.sliders) sharers += !slider.done;
@@ -388,6 +406,12 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
       in_motion[slider.root] = !slider.done && !paths[slider.root].carrier().at_rest();
     any = any || in_motion[slider.root];
   }
+  for (const Slider& slider : slides.sliders) {
+    if (!slider.follows) continue;
+    const std::uint32_t leader = leader_of(slider.root);
+    in_motion[slider.root] = in_motion[leader];
+    if (in_motion[leader]) paths[slider.root] = path_along(leader, slider.root), stops[slider.root] = 1.0;
+  }
   if (!any) return false;
   lay_paths();
   take_up_slide_pairs();
@@ -398,10 +422,20 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
 
 bool ContactWorld::State::finish_step() {
   bool goes_on = false;
+  const bool shoves_more = shove(slides.pairs);
   for (Slider& slider : slides.sliders) {
     if (!in_motion[slider.root]) continue;
     const double before = slider.distance, stop = stops[slider.root];
+    if (slider.follows) {
+      rest(slider.root);
+      continue;
+    }
     slider.distance = distance_of(slider);
+    if (slider.shoves) {
+      goes_on = go_on_shoving(slider, stop) || !slider.done || goes_on;
+      rest(slider.root);
+      continue;
+    }
     slider.done = !slides.may_slide[slider.root] || slider.pivots;
     const double trust = slider.trust;
     slider.trust = stop < kFarEnough ? 0.25 * trust : std::min(1.0, 4.0 * trust);
@@ -410,6 +444,10 @@ bool ContactWorld::State::finish_step() {
     const bool shorter = stop < kFarEnough && slider.trust >= kLeastTrust;
     goes_on = goes_on || (!slider.done && (gained || shorter));
     rest(slider.root);
+  }
+  if (shoves_more) {
+    add_follower_sliders();
+    gather_slide_pairs();
   }
   return goes_on;
 }

@@ -226,6 +226,7 @@ void ContactWorld::State::find_near_pairs(const Slider& slider) {
        entry != slides.by_root.end() && entry->first == slider.root; ++entry) {
     const WatchedPair& watch = watched[entry->second];
     const SolidPair pair{watch.a, watch.b};
+    if (leader_of(root_of(pair.a)) == leader_of(root_of(pair.b))) continue;  // they go as one
     // At rest it has at least so much left.
     const double left = watch.clear_until - travelled(pair, watch.own);
     if (left > reach_of_pair(slider, pair) + other_reach(slider, pair)) continue;

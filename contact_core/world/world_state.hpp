@@ -21,7 +21,8 @@ namespace touchstone {
 
 /// What a contact world is made of; its functions stand in contact_world.cpp, world_frame.cpp,
 /// world_changes.cpp, world_mechanism.cpp, world_stops.cpp, world_travel.cpp, world_slide.cpp,
-/// world_slide_pairs.cpp, world_pivot.cpp, world_joint_slide.cpp and world_events.cpp.
+/// world_slide_pairs.cpp, world_pivot.cpp, world_shove.cpp, world_hand.cpp, world_joint_slide.cpp and
+/// world_events.cpp.
 struct ContactWorld::State {
   std::unique_ptr<Narrowphase> narrowphase;
   std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges
@@ -89,6 +90,7 @@ struct ContactWorld::State {
   std::vector<ContactEvent> left_contacts;  // ended with the removal of an object
   std::vector<ContactEvent> events;
   SlideState slides;
+  ShoveState shoves;
 
   // Set-up, in world_changes.cpp.
   void build_all();
@@ -244,6 +246,24 @@ struct ContactWorld::State {
   const Moment* pivot_of(const Slider& slider, Vector3& p_W) const;
   RigidPath pivot_path(const Slider& slider) const;
   void rest(std::uint32_t root);
+
+  // What goes along with movers, in world_shove.cpp.
+  bool is_passive(std::uint32_t root) const;
+  /// The root by whose motion this one goes: its own, unless it goes along.
+  std::uint32_t leader_of(std::uint32_t root) const {
+    return shoves.leader_of[root] == SlideState::kNone ? root : shoves.leader_of[root];
+  }
+  CarriedPath path_along(std::uint32_t leader, std::uint32_t root) const;
+  void take_along(std::uint32_t leader, std::uint32_t root);
+  void claim(std::uint32_t leader, std::uint32_t root);
+  bool settle_claims();
+  void take_loads();
+  bool shove(std::span<const FramePair> among);
+  void add_follower_sliders();
+  bool is_followed(std::uint32_t root) const;
+  void begin_shove(Slider& slider, double stop) const;
+  bool go_on_shoving(Slider& slider, double stop) const;
+  RigidPath shoving_path(const Slider& slider) const;
 
   // What slides may meet, in world_slide_pairs.cpp.
   void find_slide_pairs();

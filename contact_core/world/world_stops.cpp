@@ -21,15 +21,29 @@ bool ContactWorld::State::stop_movers(const FramePair& pair) {
     const std::uint32_t root = root_of(solid);
     if (!in_motion[root] || stops[root] < target) continue;
     is_held[root] = is_held[root] || pair.holds();
-    slides.note_stop(root, pair.rule, stops[root] == target && stops[root] < 1.0);
+    slides.note_stop(leader_of(root), pair.rule, stops[root] == target && stops[root] < 1.0);
     if (stops[root] == target) continue;
     took_back = took_back || pair.holds();
     undoes = undoes || (took_back && stops[root] < 1.0);
-    stops[root] = target;
-    if (is_restopped[root] == 0) restopped.push_back(root);
-    is_restopped[root] = 1;
+    stop_together(root, target);
   }
   return undoes;
+}
+
+/// Who goes along is stopped where its leader is, and the other way round.
+void ContactWorld::State::stop_together(std::uint32_t root, double target) {
+  const auto stop = [&](std::uint32_t one) {
+    stops[one] = target;
+    is_held[one] = is_held[root];
+    if (is_restopped[one] == 0) restopped.push_back(one);
+    is_restopped[one] = 1;
+  };
+  stop(root);
+  if (shoves.followers.empty()) return;
+  const std::uint32_t leader = leader_of(root);
+  stop(leader);
+  for (const std::uint32_t follower : shoves.followers)
+    if (shoves.leader_of[follower] == leader) stop(follower);
 }
 
 /// All that are due at `least` take effect; but where a pair holds, only those that do, as they may undo the
