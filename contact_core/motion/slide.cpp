@@ -79,7 +79,7 @@ class Scaling {
     u.w = solve_transposed(L_, &x[3]);
     return u;
   }
-  /// Of a moment: L^-1 m.
+  /// Of a moment: M^-1 n, L^-1 m.
   Row6 row(const Vector3& n, const Vector3& moment) const {
     const Row3 v = is_even_ ? Row3{n.x(), n.y(), n.z()} : solve_lower(M_, n);
     const Row3 w = solve_lower(L_, moment);
@@ -178,6 +178,7 @@ bool project(const Twist& goal, const TwistMetric& metric_W, std::span<const Sli
   const Scaling scaling(metric_W);
   const Twist wanted{goal.v, translation_only ? Vector3(Vector3::Zero()) : goal.w};
   Solver::Rows scaled;
+  std::array<double, kMostSlideRows> length_of;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Vector3 moment = translation_only ? Vector3(Vector3::Zero()) : cross(rows[i].r, rows[i].n);
     Row6 g = scaling.row(rows[i].n, moment);
@@ -190,7 +191,8 @@ bool project(const Twist& goal, const TwistMetric& metric_W, std::span<const Sli
   Solver::State state;
   state.x = scaling.to_scaled(wanted);
   const bool found = Solver::find(scaled, state);
-  active = {state.count, state.active};
+  active = {state.count, state.active, {}};
+  for (int i = 0; i < state.count; ++i) active.force[i] = state.multiplier[i] / length_of[state.active[i]];
   out = found ? scaling.from_scaled(state.x) : Twist{};
   return found;
 }

@@ -52,9 +52,11 @@ double inner_product(const TwistMetric& metric, const Twist& a, const Twist& b);
 struct ActiveRows {
   int count = 0;
   std::array<int, kTwistSize> row{};
+  /// M (u - goal) = sum of f_i (n_i, r_i x n_i), M the metric's matrix; f_i >= 0 [m].
+  std::array<double, kTwistSize> force{};
 };
 
-/// The twist closest to `goal` that fulfils every row: min |u - goal|_J. Dual active set (Goldfarb, Idnani
+/// The twist closest to `goal` that fulfils every row: min |u - goal|. Dual active set (Goldfarb, Idnani
 /// 1983); ties fall to the first row.
 /// @param lift one a row: added to what the row asks for [m]. @param translation_only u.w = 0.
 /// @returns false where no twist fulfils the rows (to rounding), or none was found; `out` is then zero.

@@ -158,6 +158,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.accept(commands);
   s.accept_joints(joint_commands);
   s.take_movers();
+  s.take_loads();
   s.restart_travels();
   s.lay_paths();
   s.find_pairs(report);

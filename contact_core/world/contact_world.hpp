@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -225,6 +226,8 @@ struct WorldCapabilities {
   MotionCheck check = MotionCheck::proven;
 };
 
+/// The gap that worlds keep unless told otherwise [m]; how far motion gets at it: motion/README.md, Progress.
+inline constexpr double kDefaultGap = 1e-7;
 /// Most sub-steps of slides in one frame.
 inline constexpr std::uint32_t kMostSlideSteps = 16;
 /// Changes that ContactWorld::selection_record() has room for unless told otherwise.
@@ -235,7 +238,8 @@ inline constexpr std::size_t kSelectionRoom = 4096;
 class ContactWorld {
  public:
   /// @param gap g [m], finite and > 0. @throws InputError: another gap, no narrowphase or no broadphase.
-  ContactWorld(std::unique_ptr<Narrowphase> narrowphase, std::unique_ptr<Broadphase> broadphase, double gap);
+  ContactWorld(std::unique_ptr<Narrowphase> narrowphase, std::unique_ptr<Broadphase> broadphase,
+               double gap = kDefaultGap);
   ~ContactWorld();
   ContactWorld(const ContactWorld&) = delete;
   ContactWorld& operator=(const ContactWorld&) = delete;

@@ -4,11 +4,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/motion/slide_rows.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/contact_core/world/frame_pairs.hpp"
 #include "touchstone/contact_core/world/mechanism_mover.hpp"
 

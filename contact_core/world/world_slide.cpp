@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -402,7 +403,7 @@ bool ContactWorld::State::plan_slides(FrameReport& report) {
   for (Slider& slider : slides.sliders) slider.done = slider.done || slider.is_cut_off;
   bool any = false;
   for (const Slider& slider : slides.sliders) {
-    if (slider.arm == nullptr)
+    if (slider.arm == nullptr || slider.done)
       in_motion[slider.root] = !slider.done && !paths[slider.root].carrier().at_rest();
     any = any || in_motion[slider.root];
   }

@@ -168,6 +168,7 @@ struct ContactWorld::State {
   void queue_open(std::span<const FramePair> among);
   bool settle(std::span<FramePair> among, double least, std::uint32_t part);
   bool stop_movers(const FramePair& pair);
+  void stop_together(std::uint32_t root, double target);
   void recheck(std::uint32_t root, std::span<FramePair> among);
   void begin_again(std::span<FramePair> among);
   std::uint32_t add_moment(const FramePair& pair, std::uint32_t part, double s);
@@ -241,6 +242,7 @@ struct ContactWorld::State {
   void order_near_rows(bool all);
   void mark_active(std::uint32_t row);
   RigidPath plan_of(Slider& slider);
+  RigidPath rigid_path(Slider& slider);
   bool finish_step();
   bool may_pivot(std::uint32_t root) const;
   const Moment* pivot_of(const Slider& slider, Vector3& p_W) const;

@@ -8,7 +8,7 @@
 using namespace touchstone;
 
 int main() {
-  ContactWorld world(make_native(), make_native_broadphase(), 1e-9);  // the gap that is kept [m]
+  ContactWorld world(make_native(), make_native_broadphase());  // keeps a gap of 1e-7 m
   const auto box = [](const char* name, const Vector3& size) {
     return std::make_shared<const HexahedronTree>(
         std::vector<PlacedHexahedron>{{"hull", Hexahedron::from_size(size), Pose{}}}, name);
