@@ -78,7 +78,7 @@ class World final : public btDiscreteDynamicsWorld {
 class BulletEngine final : public SceneEngine {
  public:
   BulletEngine(const DynamicScene& scene, bool by_native) : SceneEngine(scene) {
-    if (by_native) plugin_.emplace(dispatcher_);
+    if (by_native) plugin_.emplace(dispatcher_, BulletPlugin::Options{EngineCheck::native, nullptr, true});
     world_.setGravity(to_engine(scene.gravity_W));
     world_.getSolverInfo().m_restitutionVelocityThreshold = scene.bounce_speed;
     for (std::size_t b = 0; b < bodies().bodies().size(); ++b) add(b);

@@ -39,6 +39,7 @@ class BulletPlugin::Registration {
       : dispatcher_(dispatcher), state_(std::make_shared<PluginState>()) {
     check_pool(dispatcher);
     state_->check = options.check;
+    state_->middle_first = options.middle_first;
     state_->observer = options.observer;
     constexpr int kTypes[2] = {BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE};
     for (const int a : kTypes) {

@@ -138,7 +138,7 @@ void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
   std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points;
   const std::size_t count = find_points(objects, *result, points);
   if (keeps_manifold(*a, *result))
-    return update_manifold(objects, {points.data(), count}, *manifold_, features_);
+    return update_manifold(objects, {points.data(), count}, *manifold_, features_, state_->middle_first);
   for (const FoundPoint& point : std::span(points).first(count))
     result->addContactPoint(point.normal_on_B, point.point_on_B, point.distance);
   if (owns_manifold_) result->refreshContactPoints();

@@ -18,6 +18,7 @@ namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 struct PluginState {
   native::SolidStore store;
   EngineCheck check = EngineCheck::native;
+  bool middle_first = false;
   std::atomic<PairObserver*> observer = nullptr;
   std::atomic<std::uint64_t> checks = 0;
   std::atomic<std::uint64_t> refused = 0;

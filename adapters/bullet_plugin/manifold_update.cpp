@@ -156,18 +156,67 @@ class OldPoints {
   std::optional<std::array<btManifoldPoint, MANIFOLD_CACHE_SIZE>> whole_;
 };
 
-/// Which of `found` comes into which slot: where the solids lean, in the order found, begun one place further
-/// on at each update, and after each round the other way about. The engine's solver takes the points in this
-/// order, and what its iterations leave over falls on the places: where leaning solids' points keep theirs,
-/// stacks bend and creep to one side. What does not lean slides straighter if they do.
-Slots turned_order(std::span<const FoundPoint> found, ManifoldFeatures& features) {
+/// No feature of the check's has all bits set.
+constexpr std::uint32_t kMiddle = 0xffffffff;
+
+/// What was found; where asked for, of four points their middle in place of the one that counts least.
+/// Separation is linear over plane faces, so the middle's is the mean. The solver takes it first, and one row
+/// through the middle of a face carries what rests on it without turning it; four corners, taken one after
+/// the other, turn it to and fro, and few iterations leave some of that in every step. (The engine's hull
+/// check begins at the faces' middles, too.)
+class Supported {
+ public:
+  Supported(std::span<const FoundPoint> found, const ManifoldFeatures& before, bool by_middle)
+      : count_(found.size()), has_middle_(by_middle && found.size() == MANIFOLD_CACHE_SIZE) {
+    std::copy(found.begin(), found.end(), points_.begin());
+    if (!has_middle_) return;
+    FoundPoint middle = points_[0];
+    middle.point_on_B = btVector3(0, 0, 0), middle.distance = 0, middle.feature_id = kMiddle;
+    for (const FoundPoint& point : points_) {
+      middle.point_on_B += btScalar(0.25) * point.point_on_B;
+      middle.distance += btScalar(0.25) * point.distance;
+    }
+    points_[left_out(before)] = points_[0];
+    points_[0] = middle;
+  }
+
+  std::span<const FoundPoint> points() const { return {points_.data(), count_}; }
+  bool has_middle() const { return has_middle_; }
+
+ private:
+  /// The one left out before, as long as it is not the deepest, so that corners do not take turns; else the
+  /// shallowest.
+  std::size_t left_out(const ManifoldFeatures& before) const {
+    std::size_t deepest = 0, shallowest = 0, last = 0, missing = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (points_[i].distance < points_[deepest].distance) deepest = i;
+      if (points_[i].distance > points_[shallowest].distance) shallowest = i;
+      const auto end = before.ids.begin() + before.count;
+      if (std::find(before.ids.begin(), end, points_[i].feature_id) == end) last = i, ++missing;
+    }
+    return missing == 1 && last != deepest ? last : shallowest;
+  }
+
+  std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points_;
+  std::size_t count_;
+  bool has_middle_;
+};
+
+/// Which of `found` comes into which slot: a middle first; the others where the solids lean, in the order
+/// found, begun one place further on at each update, and after each round the other way about. The engine's
+/// solver takes the points in this order, and what its iterations leave over falls on the places: where
+/// leaning solids' points keep theirs, stacks bend and creep to one side. What does not lean slides
+/// straighter if they do.
+Slots turned_order(const Supported& supported, ManifoldFeatures& features) {
+  const std::span<const FoundPoint> found = supported.points();
   const auto is_level = [&](const FoundPoint& point) { return point.distance == found[0].distance; };
   if (!std::all_of(found.begin(), found.end(), is_level)) ++features.turns;
-  const std::size_t count = found.size();
+  const std::size_t first = supported.has_middle() ? 1 : 0, count = found.size() - first;
   const bool backwards = (features.turns / count) % 2 != 0;
   Slots order;
+  order[0] = 0;
   for (std::size_t i = 0; i < count; ++i)
-    order[backwards ? count - 1 - i : i] = static_cast<int>((i + features.turns) % count);
+    order[first + (backwards ? count - 1 - i : i)] = static_cast<int>(first + (i + features.turns) % count);
   return order;
 }
 
@@ -191,8 +240,10 @@ void call_added(const ObjectPair& objects, btManifoldPoint& point) {
 
 }  // namespace
 
-void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> found,
-                     btPersistentManifold& manifold, ManifoldFeatures& features) {
+void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> points,
+                     btPersistentManifold& manifold, ManifoldFeatures& features, bool by_middle) {
+  const Supported supported(points, features, by_middle);
+  const std::span<const FoundPoint> found = supported.points();
   const int old_count = manifold.getNumContacts(), count = static_cast<int>(found.size());
   if (old_count == 0 && count == 0) {
     features.count = 0;
@@ -204,7 +255,7 @@ void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> foun
   }
   const Materials materials(*objects.a.getCollisionObject(), *objects.b.getCollisionObject());
   const Matching matching(objects, found, manifold, features);
-  const Slots order = turned_order(found, features);
+  const Slots order = turned_order(supported, features);
   const OldPoints old(manifold, (materials.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0);
   drop_the_rest(matching, count, manifold);
   for (int slot = 0; slot < count; ++slot) {
