@@ -151,10 +151,9 @@ void CutImpulses::give(SceneSimulation& simulation, CutReport& report) {
     ++report.contacts;
     Vector3 sum = Vector3::Zero();
     for (const Side& side : row.sides) {
-      if (side.unit == kNone) continue;
+      if (side.unit == kNone || side.unit >= bodies_) continue;
       const Vector3 impulse = (side.sign * row.impulse) * row.n_W;
       sum += impulse;
-      if (side.unit >= bodies_) continue;
       RigidBodyState state = world.state(side.unit);
       RigidBody::apply_impulse(state, impulse, row.p_W);
       world.set_state(side.unit, state);

@@ -11,7 +11,7 @@ namespace touchstone::physics {
 /// What a cut came to.
 struct CutReport {
   std::uint32_t contacts = 0;           ///< that pushed
-  Vector3 impulse_W = Vector3::Zero();  ///< on free bodies and mechanisms, from all that is neither [N s]
+  Vector3 impulse_W = Vector3::Zero();  ///< on free bodies, from mechanisms and what stands [N s]
   double approach = 0.0;                ///< the fastest along a normal before [m/s]
   double left = 0.0;                    ///< the fastest after: what the sweeps did not get to [m/s]
 };

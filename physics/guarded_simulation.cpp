@@ -132,10 +132,22 @@ bool GuardedSimulation::find_cuts(GuardedStep& report) {
   return report.cut > 0;
 }
 
+std::pair<Vector3, Vector3> GuardedSimulation::momentum() const {
+  const DynamicsWorld& world = simulation_.world();
+  Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
+  for (std::uint32_t body = 0; body < world.body_count(); ++body) {
+    if (world.is_kinematic(body)) continue;
+    const RigidBodyState& state = world.state(body);
+    linear += state.momentum_W;
+    angular += cross(state.p_W, state.momentum_W) + state.angular_W;
+  }
+  return {linear, angular};
+}
+
 /// Rates and momenta of what stands are gone; kinematic bodies that were cut stand until told again.
 void GuardedSimulation::stand(GuardedStep& report) {
   DynamicsWorld& world = simulation_.world_to_set();
-  const Vector3 before = world.linear_momentum();
+  const Vector3 before = momentum().first;
   for (std::uint32_t unit = 0; unit < standing_.size(); ++unit) {
     const bool is_body = unit < world.body_count();
     if (is_body && world.is_kinematic(unit)) {
@@ -154,20 +166,21 @@ void GuardedSimulation::stand(GuardedStep& report) {
       world.set_rates(mechanism, std::span(still_).first(world.joint_rates(mechanism).size()));
     }
   }
-  report.held_W = before - world.linear_momentum();
+  report.held_W = before - momentum().first;
 }
 
 /// What was cut is where the world shows it; its velocities no longer lead on.
 void GuardedSimulation::take_back(GuardedStep& report) {
   DynamicsWorld& world = simulation_.world_to_set();
-  const Vector3 linear = world.linear_momentum(), angular = world.angular_momentum();
+  const auto [linear, angular] = momentum();
   const double energy = world.energy();
   if (!find_cuts(report)) return;
   mark_standing();
   stand(report);
   report.impulses = impulses_.solve(simulation_, cut_contacts(), scene_->bounce_speed);
-  report.linear_W = world.linear_momentum() - linear;
-  report.angular_W = world.angular_momentum() - angular;
+  const auto [linear_after, angular_after] = momentum();
+  report.linear_W = linear_after - linear;
+  report.angular_W = angular_after - angular;
   report.energy = world.energy() - energy;
 }
 

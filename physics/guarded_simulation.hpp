@@ -58,10 +58,11 @@ struct GuardedStep {
   std::uint32_t cut = 0;             ///< bodies and mechanisms that do not go where dynamics led
   std::uint32_t standing = 0;        ///< of them, brought to a stand: by pairs that hold or advance
   CutReport impulses = {};           ///< along the normals, of pairs that slide or push
-  Vector3 held_W = Vector3::Zero();  ///< momentum that standing took from them [N s]
-  /// Momentum and energy of bodies and mechanisms after the cut less those before [N s, N m s about the
-  /// world's origin, J]: 0 where nothing was cut. What impulses, standing and `way` account for is all of it.
+  Vector3 held_W = Vector3::Zero();  ///< momentum that standing took from free bodies [N s]
+  /// Of free bodies: momentum after the cut less that before [N s], about the world's origin [N m s]. The
+  /// linear one is the impulses' less `held_W` to rounding; 0 where nothing was cut.
   Vector3 linear_W = Vector3::Zero(), angular_W = Vector3::Zero();
+  /// Of bodies and mechanisms: after the cut less that before [J].
   double energy = 0.0;
   double way = 0.0;  ///< the farthest that a body's origin or a link's was held back [m]
 };
@@ -153,6 +154,8 @@ class GuardedSimulation {
   bool cut_mechanism(std::uint32_t mechanism, GuardedStep& report);
   void mark_standing();
   void mark(ObjectHandle object);
+  /// Linear and angular, of free bodies.
+  std::pair<Vector3, Vector3> momentum() const;
   bool stands(std::uint32_t unit) const { return standing_[unit] != 0; }
   void take_back(GuardedStep& report);
   void stand(GuardedStep& report);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "touchstone/adapters/scene_files/arm_reader.hpp"
 #include "touchstone/adapters/scene_files/scene_head.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -441,7 +442,7 @@ void read_settings(const YamlReader& dynamics, DynamicScene& out) {
 DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
   dynamics.require_keys({"gravity", "step", "contact_margin", "friction", "restitution", "bounce_speed",
                          "push_out", "part_speed", "sleep_speed", "sleep_time", "bodies", "mechanisms",
-                         "actions", "answers", "conserved", "accept"});
+                         "arms", "actions", "answers", "conserved", "accept", "guard"});
   DynamicScene out;
   out.scene = std::move(scene);
   read_settings(dynamics, out);
@@ -455,6 +456,7 @@ DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
   }
   if (dynamics.has("mechanisms")) read_mechanisms(dynamics, out);
   read_bodies(dynamics, out);
+  if (dynamics.has("arms")) scene_files::read_arms(dynamics.at("arms"), out);
   if (dynamics.has("actions"))
     for (const YamlReader& item : dynamics.at("actions").list())
       out.actions.push_back(read_action(item, out));

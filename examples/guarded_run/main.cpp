@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/guarded_run/run.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/examples/program/bundled_folder.hpp"
+#include "touchstone/examples/program/choices.hpp"
+#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/report_files.hpp"
+
+namespace {
+
+using namespace touchstone;
+using namespace touchstone::guarded;
+
+struct Options {
+  std::vector<std::string> scenes, contacts{"native"}, settings;
+  std::string output = "guarded";
+  std::filesystem::path folder;
+  bool list = false;
+};
+
+bool parse(int argc, char** argv, Options& options) {
+  CLI::App app{
+      "Runs scenes with dynamics and a guard in one loop: hand controller, torque-limited joints and contact "
+      "forces, "
+      "proof and motion modification, output; what is shown never merges."};
+  app.add_option("--scene", options.scenes, "Names or files (default: all bundled ones; --list names them)");
+  app.add_option("--contacts", options.contacts, "Narrowphases behind the dynamics' contacts, or all")
+      ->capture_default_str();
+  app.add_option("--set", options.settings, "Scene parameters, NAME=VALUE");
+  app.add_option("--out,--output", options.output, "Folder of results, series and plots")
+      ->capture_default_str();
+  std::string folder;
+  app.add_option("--scenes", folder, "Folder with the scenes");
+  app.add_flag("--list", options.list, "List scenes and narrowphases");
+  if (!comparison::parse_command_line(app, argc, argv)) return false;
+  options.folder = folder.empty() ? comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "guarded_run/scenes")
+                                  : std::filesystem::path(folder);
+  return true;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  if (!parse(argc, argv, options)) return 0;
+  BackendRegistry registry;
+  comparison::register_all_backends(registry);
+  const std::vector<std::filesystem::path> files =
+      comparison::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
+  if (options.list) {
+    for (const std::filesystem::path& file : files)
+      fmt::print("  {:26}  {}\n", file.stem().string(), load_guarded_scene(file).scene.scene.name);
+    fmt::print("{}", comparison::backend_list(registry));
+    return 0;
+  }
+  const std::vector<std::string> contacts = comparison::choose_backends(options.contacts, registry);
+  SceneParameters parameters;
+  for (const std::string& text : options.settings) {
+    const comparison::SceneSetting setting = comparison::parse_setting(text, false);
+    parameters[setting.name] = setting.value;
+  }
+  std::vector<comparison::ReportFile> report;
+  comparison::print_now(legend_text());
+  for (const std::filesystem::path& file : files) {
+    const GuardedScene scene = load_guarded_scene(file, parameters);
+    const std::string name = file.stem().string();
+    std::vector<GuardedRun> runs;
+    comparison::ProgressLine progress;
+    for (const std::string& each : contacts) runs.push_back(run_scene(scene, registry, each, progress));
+    progress.finish();
+    comparison::print_now(terminal_text(name, scene, runs));
+    report.emplace_back(name + ".csv", results_csv(name, runs));
+    for (const GuardedRun& each : runs)
+      if (each.not_run.empty()) report.emplace_back(name + "_" + each.contacts + ".csv", series_csv(each));
+    if (std::string svg = plot(scene, runs); !svg.empty()) report.emplace_back(name + ".svg", std::move(svg));
+  }
+  const std::filesystem::path folder = comparison::place_report(options.output, report, true);
+  comparison::print_now(fmt::format("\nresults, series, plots: {}\n", folder.string()));
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return touchstone::comparison::run_program("guarded_run", [&] { return run(argc, argv); });
+}

@@ -1,0 +1,69 @@
+// Scene files with a guard, flown as guarded_run flies them.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/guarded_run/run.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/tests/support/written_file.hpp"
+
+namespace touchstone::guarded {
+namespace {
+
+const std::filesystem::path kScenes = TOUCHSTONE_GUARDED_SCENES;
+
+GuardedRun flown(const std::string& contacts, double duration) {
+  BackendRegistry registry;
+  comparison::register_all_backends(registry);
+  GuardedScene scene = load_guarded_scene(kScenes / "oru_pushed_home.yaml");
+  scene.scene.scene.duration = duration;
+  scene.scene.actions.clear();
+  // Off as near the end of the guide as it pushes home within the time.
+  for (SceneObject& object : scene.scene.scene.objects)
+    if (object.tree.name() == "oru") object.X_WO.p.z() -= 0.1;
+  for (SceneObject& object : scene.scene.scene.objects)
+    if (object.tree.name().starts_with("arm.")) object.X_WO.p.z() -= 0.125;
+  for (physics::SceneMechanism& mechanism : scene.scene.mechanisms)
+    if (mechanism.name == "arm")
+      for (physics::SceneJoint& joint : mechanism.joints) joint.p_W.z() -= 0.125;
+  comparison::ProgressLine progress;
+  return run_scene(scene, registry, contacts, progress);
+}
+
+TEST(GuardedScenes, AnArmPushesAnOruHomeAndStalls) {
+  const GuardedRun run = flown("native", 2.0);
+  ASSERT_EQ(run.not_run, "");
+  ASSERT_EQ(run.stopped, "");
+  EXPECT_EQ(run.merged, 0U);
+  EXPECT_GE(run.least_separation, 0.5e-7 * (1.0 - 1e-6));
+  EXPECT_LT(run.linear, 1e-9);
+  EXPECT_GT(run.stalled, 20U);                        // of 100 frames
+  EXPECT_GT(run.samples.back().torque_share, 0.999);  // all that a joint has
+  EXPECT_GT(run.samples.back().force, 50.0);
+  EXPECT_LT(run.samples.back().asked_W.z(), run.samples.back().hand_W.z() - 0.01);
+  EXPECT_EQ(run.allocations.value_or(0), 0U);
+}
+
+TEST(GuardedScenes, WhatIsWrongIsNamed) {
+  const auto refused = [](const std::string& guard, const std::string& why) {
+    const std::string error = error_in_file(
+        "name: x\nunits: {length: m, angle: deg}\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: "
+        "cue\nduration: 1\n"
+        "objects:\n  - name: a\n    hexahedra: [{name: b, box: {size: [1, 1, 1]}}]\n"
+        "dynamics:\n  step: 0.01\n" +
+            guard,
+        ".yaml", [](const std::filesystem::path& path) { load_guarded_scene(path); });
+    EXPECT_NE(error.find(why), std::string::npos) << error;
+  };
+  refused("", "there is no guard");
+  refused("  guard: {policy: shove}\n", "unknown policy 'shove'");
+  refused("  guard: {hands: [{link: z, rates: []}]}\n", "no object 'z'");
+  refused("  guard: {rules: [{between: [a], policy: hold}]}\n", "expected two objects or groups");
+  refused("  guard: {}\n  arms: [{name: arm, model: ssrms, link: tip, joints: [1], pose: {}}]\n",
+          "1 joint values for 7");
+}
+
+}  // namespace
+}  // namespace touchstone::guarded
