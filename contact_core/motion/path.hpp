@@ -111,6 +111,8 @@ class CarriedPath final : public MotionPath {
   CarriedPath(const RigidPath& carrier, std::span<const Pose> X_CO) : carrier_(carrier), X_CO_(X_CO) {}
 
   const RigidPath& carrier() const { return carrier_; }
+  /// False: it came after the path was laid.
+  bool knows(std::uint32_t body) const { return body < X_CO_.size(); }
   BodyState at(std::uint32_t body, double s) const noexcept override;
   bool is_steady() const noexcept override { return true; }
   double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,

@@ -201,7 +201,7 @@ ContactWorld::State::Executed ContactWorld::State::executed_part(std::uint32_t r
                                                                  double s) const {
   const ExecutedPart* last = nullptr;
   for (const ExecutedPart& entry : slides.parts) {
-    if (entry.root != root) continue;
+    if (entry.root != root || entry.object != objects.handle(root)) continue;
     if (entry.part > part) break;
     last = &entry;
   }
@@ -213,7 +213,7 @@ Pose ContactWorld::executed_pose(ObjectHandle object, std::size_t part, double s
   const std::uint32_t slot = state_->objects.slot_of(object);
   if (state_->mechanism_of(slot) != nullptr) return state_->executed_link_pose(slot, part, s);
   const State::Executed executed = state_->executed_part(state_->objects[slot].root, part, s);
-  if (executed.part == nullptr) return state_->objects[slot].X_WO;
+  if (executed.part == nullptr || !executed.part->path.knows(slot)) return state_->objects[slot].X_WO;
   return executed.part->path.at(slot, executed.s).X_WO;
 }
 

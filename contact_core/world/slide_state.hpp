@@ -60,6 +60,7 @@ struct ExecutedPart {
   CarriedPath path;
   double stop;
   std::uint32_t joints;  ///< an arm's joint values at both ends: SlideState::joints from here on
+  ObjectHandle object;   ///< the root's: whoever gets its slot next did none of this
 };
 
 /// What held an arm back in its last sub-step.

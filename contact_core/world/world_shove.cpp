@@ -80,7 +80,8 @@ void ContactWorld::State::take_loads() {
         if (!is_checked(contact.solids)) continue;
         const EffectiveRule rule =
             rules.find(objects, layout.slot_of[contact.solids.a], layout.slot_of[contact.solids.b]);
-        if (rule.passive == Passive::carried) claim(leader_of(mover), other);
+        const bool may_go = rule.policy != ContactPolicy::hold && rule.policy != ContactPolicy::cue;
+        if (may_go && rule.passive == Passive::carried) claim(leader_of(mover), other);
       }
     }
   } while (settle_claims());
@@ -115,7 +116,7 @@ bool ContactWorld::State::shove(std::span<const FramePair> among) {
     const std::uint32_t root = shoves.followers[i];
     // It stood until now.
     slides.parts.push_back({root, 0, CarriedPath(RigidPath(objects[root].X_WO), objects.poses_in_body()), 1.0,
-                            static_cast<std::uint32_t>(slides.joints.size())});
+                            static_cast<std::uint32_t>(slides.joints.size()), objects.handle(root)});
     rest(root);
   }
   return any;

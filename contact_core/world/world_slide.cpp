@@ -137,8 +137,8 @@ void ContactWorld::State::rest(std::uint32_t root) {
 void ContactWorld::State::record_parts(std::uint32_t part) {
   for (const std::uint32_t slot : movers) {
     if (!in_motion[slot]) continue;
-    slides.parts.push_back(
-        {slot, part, paths[slot], stops[slot], static_cast<std::uint32_t>(slides.joints.size())});
+    slides.parts.push_back({slot, part, paths[slot], stops[slot],
+                            static_cast<std::uint32_t>(slides.joints.size()), objects.handle(slot)});
     const MechanismMover* mover = mechanism_of(slot);
     if (mover == nullptr) continue;
     const MechanismPath& path = mover->path;

@@ -40,6 +40,20 @@ struct Row {
   }
 };
 
+TEST(Shove, NothingIsCarriedByPairsThatHoldOrOnlyCue) {
+  for (const ContactPolicy policy : {ContactPolicy::hold, ContactPolicy::cue}) {
+    const auto world = make_world();
+    world->set_default_rule(going_along(policy, Passive::carried));
+    const ObjectHandle tray = world->add({box_tree("tray", {2, 2, 1}), at(0, 0, 0)});
+    const ObjectHandle load = world->add({box_tree("load", {1, 1, 1}), at(0, 0, 1.0 + 0.75 * kGap)});
+    for (const double x : {0.1, 0.2, 0.3}) {
+      const std::array go{world->go_to(tray, at(x, 0, 0))};
+      world->frame(go);
+      EXPECT_EQ(world->actual_pose(load).p.x(), 0.0) << to_string(policy);
+    }
+  }
+}
+
 TEST(Shove, WhatStaysStops) {
   Row row(2, Passive::stays);
   row.push(2.0);
