@@ -190,7 +190,7 @@ struct FrameReport {
   /// What came due at its start and named what is gone, an object twice, or a group that nobody has named: it
   /// changed nothing, and is not recorded. In order; valid until the next frame.
   std::span<const SelectionChange> refused_selections;
-  std::uint32_t blocked_movers = 0;
+  std::uint32_t blocked_movers = 0;    ///< stopped on their commanded paths; loads that go along, too
   std::uint32_t candidate_pairs = 0;   ///< looked at; all others are known to stay out of reach
   std::uint64_t queries = 0;           ///< narrowphase calls
   std::uint32_t iteration_limits = 0;  ///< pairs stopped early for want of iterations
@@ -359,6 +359,7 @@ class ContactWorld {
   /// unknown handle.
   const Pose& commanded_pose(ObjectHandle object) const;
   /// X_WS of the object's solids; empty between set-up and the prepare() or frame() that takes it up.
+  /// Valid until the next prepare() or frame().
   std::span<const Pose> solid_poses(ObjectHandle object) const;
   double gap() const;
 

@@ -162,7 +162,10 @@ void ContactWorld::State::find_pairs(FrameReport& report) {
 /// before. Of many moving links those that are lively are fewer.
 void ContactWorld::State::gather_unclear() {
   close.clear(), deferred.clear();
-  ++look;
+  if (++look == 0) {  // once in 2^32 looks: what was seen at the same count then has not been seen now
+    std::fill(seen_at.begin(), seen_at.end(), 0u);
+    look = 1;
+  }
   seen_at.resize(std::max<std::size_t>(seen_at.size(), watched.size()), 0);
   const auto take = [&](std::uint32_t i) {
     if (seen_at[i] == look) return;

@@ -160,6 +160,8 @@ void ContactWorld::State::place_in_body(std::uint32_t slot) {
     radius = std::max(radius, norm(transform(X_BS[solid], sphere.centre)) + sphere.radius);
   }
   paths[slot] = CarriedPath(RigidPath(objects[slot].X_WO), objects.poses_in_body());
+  if (const std::uint32_t root = objects[slot].root; root != slot)  // whose path is to know this slot, too
+    paths[root] = CarriedPath(RigidPath(objects[root].X_WO), objects.poses_in_body());
 }
 
 void ContactWorld::State::place_solids_in_bodies() {
@@ -185,6 +187,7 @@ void ContactWorld::State::take_room_for_travels(bool anew) {
   reserve_more(movers, 2 * slots + 64), reserve_more(told, 2 * slots + 64);
   reserve_more(told_before, 2 * slots + 64);
   reserve_more(members, slots), reserve_more(due, slots), reserve_more(moved, slots);
+  reserve_more(movable, slots);
   for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
                                       &travels.last_solid, &travels.planned_solid, &travels.needed}) {
     if (anew) values->clear();
@@ -199,7 +202,7 @@ void ContactWorld::State::take_room_for_travels(bool anew) {
     ahead.reserve(room);
     reserve_slide_pairs();
   }
-  watched.set_solids(solids);
+  watched.set_solids(solids), watched_before.set_solids(solids);
   reserve_more(partners, solids), reserve_more(known_partners, solids);
   travels.vertices.resize(solids), travels.has_vertices.resize(solids, 0);
   take_room_for_slides(anew);

@@ -20,9 +20,13 @@ bool ContactWorld::State::stop_movers(const FramePair& pair) {
   for (const SolidIndex solid : {pair.solids.a, pair.solids.b}) {
     const std::uint32_t root = root_of(solid);
     if (!in_motion[root] || stops[root] < target) continue;
+    const bool is_newly_held = pair.holds() && !is_held[root];
     is_held[root] = is_held[root] || pair.holds();
     slides.note_stop(leader_of(root), pair.rule, stops[root] == target && stops[root] < 1.0);
-    if (stops[root] == target) continue;
+    if (stops[root] == target) {
+      if (is_newly_held) stop_together(root, target);  // who goes along is held as well
+      continue;
+    }
     took_back = took_back || pair.holds();
     undoes = undoes || (took_back && stops[root] < 1.0);
     stop_together(root, target);

@@ -40,6 +40,20 @@ INSTANTIATE_TEST_SUITE_P(Policies, FrameAllocations,
                          ::testing::Values(ContactPolicy::hold, ContactPolicy::advance,
                                            ContactPolicy::slide));
 
+TEST_P(FrameAllocations, NoneInTheFirstFramesAfterPrepare) {
+  const auto world = make_world();
+  world->set_default_rule(rule(GetParam()));
+  world->add({box_tree("wall", {1, 6, 4}), at(2.5, 0, 0), true});
+  const ObjectHandle box = world->add({box_tree("box", {0.6, 0.5, 0.4}), at(1.6, 0, 0)});
+  world->prepare();
+  for (int frame = 0; frame < 20; ++frame) {
+    const std::array commands{world->move_by(box, {0.03, 0.01, 0}, {0, 0, 0.01})};
+    const std::size_t before = allocation_count();
+    world->frame(commands);
+    EXPECT_EQ(allocation_count(), before) << "frame " << frame;
+  }
+}
+
 // One that presses and slides in a corner, where every frame takes sub-steps.
 TEST(SlideAllocations, NoneWhileSliding) {
   const auto world = make_world();
