@@ -22,8 +22,9 @@ GapNarrowphase::GapNarrowphase(std::unique_ptr<Narrowphase> inner, double gap,
     : inner_(std::move(inner)), gap_(gap), seen_(std::move(seen)) {
   if (!inner_) throw InputError("gap: no narrowphase given");
   const Capabilities& can = inner_->capabilities();
-  if (!can.manifold)
-    throw InputError("narrowphase '" + std::string(inner_->name()) + "' has no contact points");
+  if (!can.manifold || !can.distance || !can.penetration)
+    throw InputError("narrowphase '" + std::string(inner_->name()) +
+                     "' has no contact points, or no distances or depths");
   if (!(gap_ >= 0.0) || !std::isfinite(gap_)) throw InputError("gap: it must be finite and >= 0");
 }
 

@@ -89,6 +89,8 @@ std::span<const Contact> GuardedSimulation::cut_contacts() {
     contact.a = simulation_.mover_of(a), contact.b = simulation_.mover_of(b);
     contact.n_AB_W = event.geometry_at_end.n_AB_W;
     contact.p_A_W = event.geometry_at_end.p_A_W, contact.p_B_W = event.geometry_at_end.p_B_W;
+    contact.restitution =
+        std::max(scene_->bodies[a].surface.restitution, scene_->bodies[b].surface.restitution);
     cut_contacts_.push_back(contact);
   }
   return cut_contacts_;

@@ -26,6 +26,7 @@ struct SceneHand {
   std::vector<GuardedRates> rates;  ///< by time; before the first all are 0
 };
 
+/// A scene with dynamics, how it is guarded, and who leads it.
 struct GuardedScene {
   physics::DynamicScene scene;
   physics::GuardSettings settings;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/allocations.hpp"

@@ -24,6 +24,7 @@ enum class EngineFeature : std::uint8_t {
   brakes,            ///< joints held with at most a limit
   latches,           ///< objects that move as one, at the start or from an action on
 };
+/// How many there are.
 inline constexpr int kEngineFeatures = 11;
 /// In words: "rate drives".
 std::string_view to_string(EngineFeature feature);

@@ -23,6 +23,7 @@ struct EngineChoice {
 
   std::string text() const { return check == kOwnCheck ? engine : engine + ":" + check; }
 };
+/// Of "bullet" or "bullet:native"; any names, known or not.
 EngineChoice parse_engine_choice(std::string_view text);
 
 /// Dynamics engines by name. Registration is explicit, as BackendRegistry's. Not synchronised.

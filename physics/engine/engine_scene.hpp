@@ -14,6 +14,7 @@ class EngineScene {
  public:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
+  /// What moves as one.
   struct Body {
     std::string name;  ///< "object 'x'", for messages
     ContactSide kind = ContactSide::ground;
@@ -33,6 +34,7 @@ class EngineScene {
     std::size_t parent;  ///< body; kNone: the ground
     std::size_t child;
   };
+  /// A hexahedron of a body.
   struct Solid {
     const Hexahedron* solid;
     std::size_t object, body;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/native/native.hpp"

@@ -37,6 +37,7 @@ class SceneEngine : public DynamicsEngine {
     Pose X_WB;
     Vector3 v_W = Vector3::Zero(), w_W = Vector3::Zero();
   };
+  /// [rad, rad/s, N m] or [m, m/s, N].
   struct JointState {
     double value = 0.0, rate = 0.0, torque = 0.0;
   };
