@@ -4,6 +4,8 @@
 #include <new>
 #include <optional>
 
+#include "touchstone/adapters/bullet_plugin/shape_content.hpp"
+
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
 
@@ -202,11 +204,28 @@ class Supported {
   bool has_middle_;
 };
 
-/// Which of `found` comes into which slot: a middle first; the others where the solids lean, in the order
-/// found, begun one place further on at each update, and after each round the other way about. The engine's
-/// solver takes the points in this order, and what its iterations leave over falls on the places: where
-/// leaning solids' points keep theirs, stacks bend and creep to one side. What does not lean slides
-/// straighter if they do.
+/// Which of `found` comes into which slot. The engine's solver takes the points in this order, and what its
+/// iterations leave over falls on the places: where a leaning pair's points keep theirs, stacks bend and
+/// creep to one side. Shallowest first, those of one depth as they were: what is left over rights a pair that
+/// leans.
+Slots deepest_last(std::span<const FoundPoint> found, const Matching& matching, int old_count) {
+  Slots order;
+  int count = 0;
+  const auto insert = [&](int i) {
+    int k = count++;
+    for (; k > 0 && found[order[k - 1]].distance < found[i].distance; --k) order[k] = order[k - 1];
+    order[k] = i;
+  };
+  for (int k = 0; k < old_count; ++k)
+    if (matching.new_of(k) != kNone) insert(matching.new_of(k));
+  for (int i = 0; i < static_cast<int>(found.size()); ++i)
+    if (matching.old_of(i) == kNone) insert(i);
+  return order;
+}
+
+/// The same for points that hold less than the solid's breadth, a margin's within its edges or three and a
+/// middle: there the deepest last rights too much. A middle first; the others where the solids lean in the
+/// order found, begun one place further on at each update, and after each round the other way about.
 Slots turned_order(const Supported& supported, ManifoldFeatures& features) {
   const std::span<const FoundPoint> found = supported.points();
   const auto is_level = [&](const FoundPoint& point) { return point.distance == found[0].distance; };
@@ -218,6 +237,10 @@ Slots turned_order(const Supported& supported, ManifoldFeatures& features) {
   for (std::size_t i = 0; i < count; ++i)
     order[first + (backwards ? count - 1 - i : i)] = static_cast<int>(first + (i + features.turns) % count);
   return order;
+}
+
+bool has_margin(const btCollisionObjectWrapper& object) {
+  return outer_margin(*object.getCollisionShape()) > 0.0;
 }
 
 /// Tells of the points that are gone, and makes the manifold's count `count`.
@@ -255,7 +278,8 @@ void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> poin
   }
   const Materials materials(*objects.a.getCollisionObject(), *objects.b.getCollisionObject());
   const Matching matching(objects, found, manifold, features);
-  const Slots order = turned_order(supported, features);
+  const bool turns = supported.has_middle() || has_margin(objects.a) || has_margin(objects.b);
+  const Slots order = turns ? turned_order(supported, features) : deepest_last(found, matching, old_count);
   const OldPoints old(manifold, (materials.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0);
   drop_the_rest(matching, count, manifold);
   for (int slot = 0; slot < count; ++slot) {

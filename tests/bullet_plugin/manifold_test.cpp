@@ -48,6 +48,48 @@ TEST(TOUCHSTONE_SUITE, PointsKeepTheirMemoryAsLongAsTheirFeaturesMeet) {
   }
 }
 
+TEST(TOUCHSTONE_SUITE, TheDeepestPointComesLastAndBringsItsMemory) {
+  CollisionScene scene(true);
+  scene.add(make_box(2, 2, 1), at(0, 0, 0));
+  btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 0.98));
+  // Leaning to each side in turn, so that every corner is the deepest once.
+  std::vector<std::pair<btVector3, btScalar>> impulses;  // of each corner of B
+  for (const double about_x : {0.01, -0.01}) {
+    for (const double about_y : {0.004, -0.004}) {
+      btTransform X = to_engine(at(0, 0, 0.98));
+      X.setRotation(btQuaternion(to_engine(about_y), to_engine(about_x), 0));
+      b.setWorldTransform(X);
+      btPersistentManifold& manifold = scene.detect();
+      ASSERT_EQ(manifold.getNumContacts(), 4);
+      for (int k = 1; k < 4; ++k)
+        EXPECT_GT(manifold.getContactPoint(k - 1).getDistance(), manifold.getContactPoint(k).getDistance());
+      for (int k = 0; k < 4; ++k) {
+        btManifoldPoint& point = manifold.getContactPoint(k);
+        for (const auto& [corner, impulse] : impulses) {
+          if ((corner - point.m_localPointB).length() < 0.1) {
+            EXPECT_EQ(point.m_appliedImpulse, impulse);
+          }
+        }
+      }
+      if (!impulses.empty()) continue;
+      for (int k = 0; k < 4; ++k) {
+        manifold.getContactPoint(k).m_appliedImpulse = to_engine(k + 1);
+        impulses.emplace_back(manifold.getContactPoint(k).m_localPointB, to_engine(k + 1));
+      }
+    }
+  }
+}
+
+/// A box of these sides, its hull drawn in by the margin.
+std::unique_ptr<btConvexHullShape> make_box_with_margin(double x, double y, double z) {
+  constexpr double kMargin = 0.04;
+  std::array<Vector3, 8> corners;
+  for (int i = 0; i < 8; ++i)
+    corners[i] = {((i & 1) != 0 ? 1 : -1) * (x / 2 - kMargin), ((i & 2) != 0 ? 1 : -1) * (y / 2 - kMargin),
+                  ((i & 4) != 0 ? 1 : -1) * (z / 2 - kMargin)};
+  return make_hull(corners, kMargin);
+}
+
 /// Where the points were at first, by the impulse that each was given then.
 class FirstPlaces {
  public:
@@ -70,12 +112,12 @@ class FirstPlaces {
   std::array<btVector3, 4> corner_B_;
 };
 
-TEST(TOUCHSTONE_SUITE, WhereSolidsLeanEachPointTakesEachPlaceInTurnWithItsMemory) {
+TEST(TOUCHSTONE_SUITE, OfHullsWithAMarginThatLeanEachPointTakesEachPlaceInTurn) {
   CollisionScene scene(true);
-  scene.add(make_box(2, 2, 1), at(0, 0, 0));
+  scene.add(make_box_with_margin(2, 2, 1), at(0, 0, 0));
   btTransform X = to_engine(at(0, 0, 0.98));
   X.setRotation(btQuaternion(to_engine(0.004), to_engine(0.01), 0));
-  scene.add(make_box(1, 1, 1), at(0, 0, 0.98)).setWorldTransform(X);
+  scene.add(make_box_with_margin(1, 1, 1), at(0, 0, 0.98)).setWorldTransform(X);
   btPersistentManifold& manifold = scene.detect();
   ASSERT_EQ(manifold.getNumContacts(), 4);
   const FirstPlaces first(manifold);
@@ -93,10 +135,10 @@ TEST(TOUCHSTONE_SUITE, WhereSolidsLeanEachPointTakesEachPlaceInTurnWithItsMemory
     for (const int times : place) EXPECT_EQ(times, 2);
 }
 
-TEST(TOUCHSTONE_SUITE, PointsOfOneDepthKeepTheirPlaces) {
+TEST(TOUCHSTONE_SUITE, OfHullsWithAMarginPointsOfOneDepthKeepTheirPlaces) {
   CollisionScene scene(true);
-  scene.add(make_box(2, 2, 1), at(0, 0, 0));
-  scene.add(make_box(1, 1, 1), at(0, 0, 0.75));
+  scene.add(make_box_with_margin(2, 2, 1), at(0, 0, 0));
+  scene.add(make_box_with_margin(1, 1, 1), at(0, 0, 0.75));
   btPersistentManifold& manifold = scene.detect();
   ASSERT_EQ(manifold.getNumContacts(), 4);
   const FirstPlaces first(manifold);
