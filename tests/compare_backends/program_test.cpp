@@ -11,6 +11,7 @@
 #include <numbers>
 #include <sstream>
 #include <thread>
+#include <vector>
 
 #include "touchstone/examples/program/text_table.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -228,7 +229,11 @@ TEST_F(Program, AnInterruptBeforeAnythingIsMeasuredLeavesNoReport) {
 TEST_F(Program, AnInterruptAtAnyTimeIsAnsweredWithinASecondByAPartialReport) {
   const std::string run_of_minutes = "--count 400 --repetitions 1 --threads 1" + report();
   std::size_t partial = 0;
-  for (const int delay : {100, 350, 800, 1700, 3100, 4900, 7300}) {
+  std::vector<int> delays = {100, 350, 800, 1700, 3100, 4900, 7300};  // [ms]
+  for (std::size_t i = 0; i < delays.size(); ++i) {
+    const int delay = delays[i];
+    // Where others keep the machine busy the first part takes longer.
+    if (i + 1 == delays.size() && partial == 0 && delay < 60000) delays.push_back(2 * delay);
     const int signal = delay % 200 == 100 ? SIGINT : SIGTERM;
     const auto [outcome, seconds] = run_until(run_of_minutes, std::chrono::milliseconds(delay), signal);
     EXPECT_EQ(outcome.code, 128 + signal) << outcome.err;
