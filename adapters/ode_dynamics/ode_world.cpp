@@ -176,7 +176,7 @@ class OdeEngine final : public SceneEngine {
       const Vector3 sides = 2.0 * solid.solid->half_extents();
       geom = dCreateBox(ode_.space, sides.x(), sides.y(), sides.z());
     }
-    dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::uintptr_t>(index)));
+    dGeomSetData(geom, const_cast<EngineScene::Solid*>(&solid));  // only read, by solid_of()
     const dBodyID body = bodies_[solid.body];
     const Pose& X_BS = solid.X_BS;
     if (body == nullptr) {
@@ -204,8 +204,9 @@ class OdeEngine final : public SceneEngine {
   }
 
   static void meet(void* self, dGeomID a, dGeomID b) { static_cast<OdeEngine*>(self)->meet(a, b); }
-  static SolidIndex solid_of(dGeomID geom) {
-    return static_cast<SolidIndex>(reinterpret_cast<std::uintptr_t>(dGeomGetData(geom)));
+  SolidIndex solid_of(dGeomID geom) const {
+    const auto* const solid = static_cast<const EngineScene::Solid*>(dGeomGetData(geom));
+    return static_cast<SolidIndex>(solid - bodies().solids().data());
   }
 
   void meet(dGeomID a, dGeomID b) {
