@@ -6,6 +6,7 @@
 #include "arm_fixture.hpp"
 #include "touchstone/tests/mechanism/random_chain.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/world/near_spheres.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "touchstone/adapters/exact/exact.hpp"
 #endif
@@ -96,10 +97,7 @@ struct ArmScene {
                               X_OS[i]));
     for (SolidIndex a = 0; a < solids.size(); ++a)
       for (SolidIndex b = a + 1; b < solids.size(); ++b) {
-        const double apart = norm(transform(poses[a], solids[a].bounding_sphere().centre) -
-                                  transform(poses[b], solids[b].bounding_sphere().centre));
-        if (apart > 1.001 * (solids[a].bounding_sphere().radius + solids[b].bounding_sphere().radius))
-          continue;
+        if (!may_be_within(solids[a], poses[a], solids[b], poses[b])) continue;
         if (is_free(a, b) || (is_static(a) && is_static(b)) || carried_by(a, b)) continue;
         const SolidPair pair{a, b};
         PairStatus status{};

@@ -11,6 +11,7 @@
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/tests/support/random_solid.hpp"
+#include "touchstone/tests/world/near_spheres.hpp"
 #include "world_fixture.hpp"
 
 namespace touchstone {
@@ -87,10 +88,7 @@ class Judge {
   /// The signed distance where they overlap or touch; +inf where they do not.
   double depth(SolidPair pair, const Poses& poses) {
     constexpr double kApart = std::numeric_limits<double>::infinity();
-    const Sphere &of_a = solids_[pair.a].bounding_sphere(), &of_b = solids_[pair.b].bounding_sphere();
-    const double between =
-        norm(transform(poses[pair.a], of_a.centre) - transform(poses[pair.b], of_b.centre));
-    if (between > (of_a.radius + of_b.radius) * (1 + 1e-9)) return kApart;
+    if (!may_be_within(solids_[pair.a], poses[pair.a], solids_[pair.b], poses[pair.b])) return kApart;
     if (ask(pair, poses, QueryKind::overlap).first == PairStatus::separated) return kApart;
     return ask(pair, poses, QueryKind::distance).second;
   }

@@ -8,6 +8,7 @@
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/registry.hpp"
+#include "touchstone/tests/world/near_spheres.hpp"
 
 namespace touchstone {
 namespace {
@@ -49,9 +50,7 @@ bool all_near_pairs(const MoverModel& model, const std::vector<Pose>& X_WS, doub
   for (SolidIndex a = 0; a < model.own_count(); ++a)
     for (SolidIndex b = a + 1; b < solids.size(); ++b) {
       if (!model.is_checked(a, b)) continue;
-      const Sphere &of_a = solids[a].bounding_sphere(), &of_b = solids[b].bounding_sphere();
-      const double between = norm(transform(X_WS[a], of_a.centre) - transform(X_WS[b], of_b.centre));
-      if (between > (of_a.radius + of_b.radius) * (1 + 1e-9) + within) continue;
+      if (!may_be_within(solids[a], X_WS[a], solids[b], X_WS[b], within)) continue;
       if (!visit(SolidPair{a, b})) return false;
     }
   return true;

@@ -9,6 +9,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random_solid.hpp"
+#include "touchstone/tests/world/near_spheres.hpp"
 #include "world_fixture.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "touchstone/adapters/exact/exact.hpp"
@@ -170,10 +171,7 @@ double least_executed(const Heap& heap, const Narrowphase& exact, Narrowphase::W
       for (int i = 0; i < kAll; ++i) poses[i] = heap.world->executed_pose(heap.objects[i], part, s);
       for (SolidIndex a = 0; a < kMovers; ++a)
         for (SolidIndex b = a + 1; b < kAll; ++b) {
-          const Sphere &of_a = heap.solids[a].bounding_sphere(), &of_b = heap.solids[b].bounding_sphere();
-          if (norm(transform(poses[a], of_a.centre) - transform(poses[b], of_b.centre)) >
-              of_a.radius + of_b.radius)
-            continue;
+          if (!may_be_within(heap.solids[a], poses[a], heap.solids[b], poses[b])) continue;
           const SolidPair pair{a, b};
           PairStatus status{};
           PairGeometry geometry{};

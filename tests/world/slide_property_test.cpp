@@ -8,6 +8,7 @@
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/tests/support/random_solid.hpp"
+#include "touchstone/tests/world/near_spheres.hpp"
 #include "world_fixture.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "touchstone/adapters/exact/exact.hpp"
@@ -57,10 +58,7 @@ struct Crowd {
     double least = 1.0;
     for (SolidIndex a = 0; a < kMovers; ++a) {
       for (SolidIndex b = a + 1; b < kSolids; ++b) {
-        const Sphere &of_a = solids[a].bounding_sphere(), &of_b = solids[b].bounding_sphere();
-        if (norm(transform(poses[a], of_a.centre) - transform(poses[b], of_b.centre)) >
-            of_a.radius + of_b.radius)
-          continue;
+        if (!may_be_within(solids[a], poses[a], solids[b], poses[b])) continue;
         const SolidPair pair{a, b};
         PairStatus status{};
         PairGeometry geometry{};
