@@ -126,7 +126,7 @@ CornerOrder upright(const Corners& points, CornerOrder order) {
   return order;
 }
 
-// What find_order() looks at. Bends and tolerances are in the units of `unit`.
+// The input of find_order(). Bends and tolerances are in the units of `unit`.
 struct OrderSearch {
   Corners points;     // upright
   UnitCorners unit;   // the same

@@ -53,7 +53,7 @@ enum class WarpPolicy : std::uint8_t {
 /// labelling is relabelled on construction, so the loops of kFaceVertices are always counter-clockwise seen
 /// from outside.
 ///
-/// What the solid *is*: the convex hull of its eight vertices; placed in the world, the convex hull of the
+/// The solid *is* the convex hull of its eight vertices; placed in the world, the convex hull of the
 /// eight world vertices as doubles (see world_vertices()).
 class Hexahedron {
  public:

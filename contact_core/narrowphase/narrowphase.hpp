@@ -17,11 +17,11 @@
 ///  * p_B_W = p_A_W + separation * n_AB_W; moving B by -separation * n_AB_W brings the pair to touch.
 ///  * Results come in the order of the pairs; result i depends on pair i alone.
 ///
-/// What a manifold is. Of each solid take the face whose normal is most along n (A) or against it (B), as the
-/// user gave it: facets that a file's rounding bent are one face within a tolerance that the backend states.
-/// Seen along n, the two faces clip each other. Each corner of that clip is a place on both surfaces, with
-/// the separation of the true surfaces there. The manifold has the clip's corners that are no further apart
-/// than the point limit, point_limit(): the larger of Query::max_point_separation and the pair's own
+/// Definition of a manifold. Of each solid take the face whose normal is most along n (A) or against it (B),
+/// as the user gave it: facets that a file's rounding bent are one face within a tolerance that the backend
+/// states. Seen along n, the two faces clip each other. Each corner of that clip is a place on both surfaces,
+/// with the separation of the true surfaces there. The manifold has the clip's corners that are no further
+/// apart than the point limit, point_limit(): the larger of Query::max_point_separation and the pair's own
 /// separation.
 ///  * No point of any backend lies beyond that limit by more than its resolution: corners as near as the pair
 ///    to rounding count as within, so that faces that touch or stand apart flat keep all corners whichever
@@ -75,7 +75,7 @@ std::string_view to_string(QueryKind kind);
 /// Most contact points of one pair, whatever the backend.
 inline constexpr int kMaxManifoldPoints = 8;
 
-/// What is asked. Less asked is less paid.
+/// The question. The less is asked, the less it costs.
 struct Query {
   QueryKind kind = QueryKind::overlap;
   /// Pairs further apart than this [m] are `separated` with separation +inf (never a bound) and NaN
@@ -123,8 +123,8 @@ struct Resolution {
   double at(double scale) const { return absolute + relative * scale; }
 };
 
-/// What a backend can answer, and how well. Declared by it; where the resolution depends on the solids, as of
-/// its last build().
+/// The queries that a backend answers, and how well. Declared by it; where the resolution depends on the
+/// solids, as of its last build().
 struct Capabilities {
   bool distance = false;     ///< separation, normal and witness points of pairs that are apart
   bool penetration = false;  ///< the same for pairs that overlap

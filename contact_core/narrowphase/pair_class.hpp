@@ -5,7 +5,7 @@
 
 namespace touchstone {
 
-/// What is true of a pair, known without error: what ground truths, cases and oracles carry. A backend's
+/// The class of a pair, known without error; ground truths, cases and oracles carry it. A backend's
 /// answer is a PairStatus, which does not tell touching from penetrating and may be no answer at all.
 enum class PairClass : std::uint8_t {
   separated,

@@ -9,7 +9,7 @@
 
 namespace touchstone {
 
-/// What an engine was asked, and what it was answered, in this project's terms (narrowphase.hpp). Borrowed
+/// An engine's question and the answer to it, in this project's terms (narrowphase.hpp). Borrowed
 /// for the time of the call.
 struct ObservedPair {
   std::array<const Hexahedron*, 2> solids;

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "touchstone/contact_core/native/hull_pair.hpp"
+#include "touchstone/contact_core/native/common/hull_pair.hpp"
 #include "touchstone/contact_core/numerics/difference_determinant.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 

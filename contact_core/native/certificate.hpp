@@ -12,7 +12,7 @@ namespace touchstone {
 /// world vertices (world_vertices(): the solids are their hulls) and exact arithmetic, nothing else. Vertices
 /// are numbered 0 to 7 for A's, 8 to 15 for B's.
 struct OverlapCertificate {
-  /// What kind of proof it is. It uses the members that its line names; the others mean nothing.
+  /// The kind of proof. It uses the members that its line names; the others mean nothing.
   enum class Kind : std::uint8_t {
     /// Every n . b is greater than every n . a, taken exactly: n = axis_W.
     separating_axis,

@@ -3,8 +3,8 @@
 #include <cassert>
 
 #include "touchstone/contact_core/narrowphase/validate.hpp"
-#include "touchstone/contact_core/native/measure.hpp"
-#include "touchstone/contact_core/native/overlap.hpp"
+#include "touchstone/contact_core/native/engine/measure.hpp"
+#include "touchstone/contact_core/native/overlap/overlap.hpp"
 
 namespace touchstone {
 namespace {

@@ -22,7 +22,7 @@ constexpr int kFirstOfB = 8;
 // The sides of u x v on which B may be sought.
 enum Sides : unsigned { kAlong = 1, kAgainst = 2, kBoth = 3 };
 
-/// What every step needs of one pair.
+/// The data of one pair that every step needs.
 struct Pair {
   std::array<Vector3, 16> points;
   DifferenceDeterminant determinant{points};

@@ -11,8 +11,8 @@ namespace touchstone::native::TOUCHSTONE_ISA {
 
 constexpr double kCoarse = 0x1p-15;
 constexpr double kPositionRoundoffs = 4.0;
-/// Sizes and positions beyond are left to the scalar road, which scales them (ordinary.hpp; records of solids
-/// too small have an infinite size).
+/// Sizes and positions beyond are left to scalar code, which scales them (is_ordinary() in placed_pair.hpp;
+/// records of solids too small have an infinite size).
 constexpr double kOrdinaryHigh = 0x1p120;
 
 // ---- One pair: lanes are A's axes.

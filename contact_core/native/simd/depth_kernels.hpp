@@ -64,7 +64,7 @@ struct DepthLanes {
   Pack code;
 };
 
-/// What both of an overlapping pair's supporting vertices tell.
+/// The supporting vertices of both solids of an overlapping pair.
 template <class Pack>
 struct Supports {
   Pack sign_a[3], sign_b[3];
@@ -119,7 +119,7 @@ TOUCHSTONE_INLINE MaskOf<Pack> edge_witness(const DepthSolid<Pack>& A, const Dep
   return (magnitude(x - on_a) <= tolerance) & (magnitude(y - clamped<Pack>(y, twice_b)) <= tolerance);
 }
 
-/// What bounds the roundings of a pair.
+/// Magnitudes that bound a pair's roundings.
 template <class Pack>
 struct DepthScale {
   Vector3Of<Pack> T;
@@ -195,6 +195,10 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
   return measure_along<Solid, Pack>(A, normal_a, B, normal_b, scale, search);
 }
 
+TOUCHSTONE_INLINE DepthKnown depth_known(bool has_axis, bool has_witness) {
+  return !has_axis ? DepthKnown::nothing : has_witness ? DepthKnown::witness : DepthKnown::axis;
+}
+
 template <class Pack>
 TOUCHSTONE_INLINE void write(const DepthLanes<Pack>& lanes, std::size_t count, DepthRecord* out) {
   constexpr int kLanes = Traits<Pack>::lanes;
@@ -210,8 +214,7 @@ TOUCHSTONE_INLINE void write(const DepthLanes<Pack>& lanes, std::size_t count, D
     record.separation = value[0][l];
     for (int k = 0; k < 3; ++k) record.n[k] = value[1 + k][l], record.p_A[k] = value[4 + k][l];
     record.certified = verdict(separated >> l & 1u, overlapping >> l & 1u);
-    record.has_axis = has_axis >> l & 1u;
-    record.has_witness = has_axis & has_witness & 1u << l;
+    record.known = depth_known(has_axis >> l & 1u, has_witness >> l & 1u);
   }
 }
 

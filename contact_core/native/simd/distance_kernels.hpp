@@ -191,7 +191,7 @@ template <class Pack>
 struct LaneDistances {
   MaskOf<Pack> fits;     // the bounds agree
   MaskOf<Pack> certain;  // the hulls are apart
-  MaskOf<Pack> tried;    // see ApartRecord
+  MaskOf<Pack> tried;    // no kernel can do better
   Pack separation;
   Vector3Of<Pack> n;
   Vector3Of<Pack> from_A;  // A's witness, from A's origin, in world axes
@@ -211,78 +211,110 @@ TOUCHSTONE_INLINE void nearest_on_parallelogram(const Vector3Of<Pack>& c, const 
   s = select(magnitude(t_free) <= all<Pack>(1.0), s, s_rim);
 }
 
+/// The facet that faces the origin: c + [-1, 1] g1 + [-1, 1] g2, and the parts of the other generators in c.
+template <class Pack>
+struct Facet {
+  Vector3Of<Pack> g1, g2, c;
+  Vector3Of<Pack> n;  ///< g1 x g2 up to sign, away from the origin
+  Pack n_square, orientation;
+  Pack s[6];  ///< of each generator but these two, in [-1, 1]
+};
+
+template <bool accurate, class Pack>
+TOUCHSTONE_INLINE Facet<Pack> facet_of(const Zonotope<Pack>& W, const FacetChoice<Pack>& choice,
+                                       MaskOf<Pack> lanes) {
+  using Mask = MaskOf<Pack>;
+  const Vector3Of<Pack>(&g)[6] = W.generator;
+  Facet<Pack> facet{};
+  Mask free[6];
+  for (int m = 0; m < 6; ++m) {
+    const Mask is_first = choice.first == all<Pack>(m), is_second = choice.second == all<Pack>(m);
+    add_where(is_first, g[m], facet.g1);
+    add_where(is_second, g[m], facet.g2);
+    free[m] = is_first | is_second;
+  }
+  facet.n = normal_of<accurate>(facet.g1, facet.g2);
+  facet.n_square = dot(facet.n, facet.n);
+  const Pack ahead = dot(facet.n, W.T);
+  facet.orientation = with_sign_of(all<Pack>(1.0), ahead);
+  facet.n = facet.orientation * facet.n;
+
+  // The facet's centre, least along n; generators that lie in the plane wait.
+  Mask in_plane[6], any_in_plane = Mask{};
+  facet.c = W.T;
+  for (int m = 0; m < 6; ++m) {
+    const Pack height = dot(facet.n, g[m]);
+    in_plane[m] =
+        (height * height <= all<Pack>(kInPlaneSquare) * (facet.n_square * dot(g[m], g[m]))) & ~free[m];
+    any_in_plane |= in_plane[m];
+    facet.s[m] = where(~(free[m] | in_plane[m]), -with_sign_of(all<Pack>(1.0), height));
+    facet.c = facet.c + facet.s[m] * g[m];
+  }
+  // Faces flat on one another: W's facet has more than two generators. One after another brings the point as
+  // near as it can.
+  if (bits(any_in_plane & lanes) != 0) {
+    for (int m = 0; m < 6; ++m) {
+      const Pack part = where(in_plane[m], within_one(-dot(g[m], facet.c) / dot(g[m], g[m])));
+      facet.s[m] = facet.s[m] + part;
+      facet.c = facet.c + part * g[m];
+    }
+  }
+  return facet;
+}
+
+/// The nearest point on the facet's rim again, with about 100 bits: one of both generators is at its end, or
+/// both are. @return the lanes in which that is so.
+template <class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> accurate_rim_point(const Zonotope<Pack>& W, const Facet<Pack>& facet, Pack s1,
+                                                  Pack s2, Vector3Of<Pack>& v) {
+  Wide<Pack> wide[3] = {{W.T.x, W.T_low.x}, {W.T.y, W.T_low.y}, {W.T.z, W.T_low.z}};
+  for (int m = 0; m < 6; ++m) add_wide(facet.s[m], W.generator[m], wide);
+  const Pack one = all<Pack>(1.0);
+  const MaskOf<Pack> end1 = magnitude(s1) == one, end2 = magnitude(s2) == one;
+  add_wide(where(end1, s1), facet.g1, wide);
+  add_wide(where(end2, s2), facet.g2, wide);
+  move_across(facet.g1, ~end1, wide);
+  move_across(facet.g2, end1 & ~end2, wide);
+  v = {wide[0].high, wide[1].high, wide[2].high};
+  return end1 | end2;
+}
+
+/// Largest |coordinate| of W [m].
+template <class Pack>
+TOUCHSTONE_INLINE Pack extent_of(const Zonotope<Pack>& W) {
+  const Vector3Of<Pack>(&g)[6] = W.generator;
+  Vector3Of<Pack> reach = {magnitude(W.T.x), magnitude(W.T.y), magnitude(W.T.z)};
+  for (int m = 0; m < 6; ++m)
+    reach = reach + Vector3Of<Pack>{magnitude(g[m].x), magnitude(g[m].y), magnitude(g[m].z)};
+  return largest(reach);
+}
+
 template <bool accurate, class Pack>
 TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& W) {
   using Mask = MaskOf<Pack>;
   const Vector3Of<Pack>(&g)[6] = W.generator;
   LaneDistances<Pack> out{};
-  const FacetChoice<Pack> facet = choose_facet<accurate>(W);
+  const FacetChoice<Pack> choice = choose_facet<accurate>(W);
   if (accurate) out.tried = W.ordinary;
   out.fits = W.ordinary & W.near;
-  if (!accurate) out.fits &= facet.outside;
+  if (!accurate) out.fits &= choice.outside;
   if (bits(out.fits) == 0) return out;
 
-  Mask free[6];
-  Vector3Of<Pack> g1{}, g2{};
-  for (int m = 0; m < 6; ++m) {
-    const Mask is_first = facet.first == all<Pack>(m), is_second = facet.second == all<Pack>(m);
-    add_where(is_first, g[m], g1);
-    add_where(is_second, g[m], g2);
-    free[m] = is_first | is_second;
-  }
-  Vector3Of<Pack> n = normal_of<accurate>(g1, g2);
-  const Pack n_square = dot(n, n);
-  const Pack ahead = dot(n, W.T);
-  const Pack orientation = with_sign_of(all<Pack>(1.0), ahead);
-  n = orientation * n;
-
-  // The facet's centre, least along n; generators that lie in the plane wait.
-  Pack s[6];
-  Mask in_plane[6], any_in_plane = Mask{};
-  Vector3Of<Pack> c = W.T;
-  for (int m = 0; m < 6; ++m) {
-    const Pack height = dot(n, g[m]);
-    in_plane[m] = (height * height <= all<Pack>(kInPlaneSquare) * (n_square * dot(g[m], g[m]))) & ~free[m];
-    any_in_plane |= in_plane[m];
-    s[m] = where(~(free[m] | in_plane[m]), -with_sign_of(all<Pack>(1.0), height));
-    c = c + s[m] * g[m];
-  }
-  // Faces flat on one another: W's facet has more than two generators. One after another brings the point as
-  // near as it can.
-  if (bits(any_in_plane & out.fits) != 0) {
-    for (int m = 0; m < 6; ++m) {
-      const Pack part = where(in_plane[m], within_one(-dot(g[m], c) / dot(g[m], g[m])));
-      s[m] = s[m] + part;
-      c = c + part * g[m];
-    }
-  }
+  // The point v of that facet nearest the origin.
+  const Facet<Pack> facet = facet_of<accurate>(W, choice, out.fits);
   Pack s1, s2;
-  nearest_on_parallelogram<accurate>(c, g1, g2, n, n_square, orientation, s1, s2);
-  Vector3Of<Pack> v = (c + s1 * g1) + s2 * g2;
-
-  Vector3Of<Pack> reach = {magnitude(W.T.x), magnitude(W.T.y), magnitude(W.T.z)};
-  for (int m = 0; m < 6; ++m)
-    reach = reach + Vector3Of<Pack>{magnitude(g[m].x), magnitude(g[m].y), magnitude(g[m].z)};
-  const Pack extent = largest(reach);
+  nearest_on_parallelogram<accurate>(facet.c, facet.g1, facet.g2, facet.n, facet.n_square, facet.orientation,
+                                     s1, s2);
+  Vector3Of<Pack> v = (facet.c + s1 * facet.g1) + s2 * facet.g2;
+  const Pack extent = extent_of(W);
   const Pack tolerance = all<Pack>(kDistanceGap) * extent;
-
-  const Vector3Of<Pack> n_facet = (all<Pack>(1.0) / square_root(n_square)) * n;
-  const Pack height = dot(n_facet, c);
+  const Vector3Of<Pack> n_facet = (all<Pack>(1.0) / square_root(facet.n_square)) * facet.n;
+  const Pack height = dot(n_facet, facet.c);
   const Mask on_facet = sum(v - height * n_facet) <= tolerance;
-  MaskOf<Pack> exact_enough = Mask{};
-  if constexpr (accurate) {
-    // On the rim again, with about 100 bits: one of both generators is at its end, or both are.
-    Wide<Pack> wide[3] = {{W.T.x, W.T_low.x}, {W.T.y, W.T_low.y}, {W.T.z, W.T_low.z}};
-    for (int m = 0; m < 6; ++m) add_wide(s[m], g[m], wide);
-    const Pack one = all<Pack>(1.0);
-    const Mask end1 = magnitude(s1) == one, end2 = magnitude(s2) == one;
-    add_wide(where(end1, s1), g1, wide);
-    add_wide(where(end2, s2), g2, wide);
-    move_across(g1, ~end1, wide);
-    move_across(g2, end1 & ~end2, wide);
-    v = {wide[0].high, wide[1].high, wide[2].high};
-    exact_enough = end1 | end2;
-  }
+  Mask exact_enough = Mask{};
+  if constexpr (accurate) exact_enough = accurate_rim_point(W, facet, s1, s2, v);
+
+  // |v| is an upper bound of the distance, the projections' gap along it a lower one: they must agree.
   const Pack v_length = square_root(dot(v, v));
   out.n = select(on_facet, n_facet, (all<Pack>(1.0) / v_length) * v);
   const Pack upper = select(on_facet, height, v_length);
@@ -295,10 +327,12 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
   out.certain = lower > W.error;
   out.separation = upper;
 
+  // A's witness point, by the same parts of A's generators.
   out.from_A = W.centre_A;
   const Pack none = Pack{};
   for (int m = 0; m < 3; ++m) {
-    const Pack x = select(facet.first == all<Pack>(m), s1, select(facet.second == all<Pack>(m), s2, s[m]));
+    const Pack x =
+        select(choice.first == all<Pack>(m), s1, select(choice.second == all<Pack>(m), s2, facet.s[m]));
     out.from_A = out.from_A + (none - x) * g[m];
   }
   return out;
@@ -363,6 +397,12 @@ struct FormsApart {
   }
 };
 
+TOUCHSTONE_INLINE ApartState apart_state(bool fits, bool certain, bool tried) {
+  if (fits && certain) return ApartState::found;
+  if (!tried) return ApartState::open;
+  return fits ? ApartState::if_apart : ApartState::lost;
+}
+
 /// The first `count` lanes.
 template <class Pack>
 TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std::size_t count,
@@ -376,9 +416,7 @@ TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std
   const unsigned tried = bits(distances.tried);
   for (std::size_t l = 0; l < count; ++l) {
     ApartRecord& record = out[l];
-    record.fits = fits >> l & 1u;
-    record.found = fits & certain & 1u << l;
-    record.tried = tried >> l & 1u;
+    record.state = apart_state(fits >> l & 1u, certain >> l & 1u, tried >> l & 1u);
     record.separation = rows[0][l];
     for (int k = 0; k < 3; ++k) record.n[k] = rows[1 + k][l];
     for (int k = 0; k < 3; ++k) record.from_A[k] = rows[4 + k][l];

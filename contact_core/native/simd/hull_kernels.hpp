@@ -327,7 +327,7 @@ template <class Pack>
 TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullView& b, double extent,
                                                  double position, DepthRecord& out) {
   out.certified = Certified::unknown;
-  out.has_axis = out.has_witness = false;
+  out.known = DepthKnown::nothing;
   PosedHull A, B;
   pose_hull<Pack>(a, A), pose_hull<Pack>(b, B);
   double separation_a[16], separation_b[16], below_a[16], below_b[16];
@@ -358,9 +358,8 @@ TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullVi
   }
   if (best.separation < -margin) out.certified = Certified::overlapping;
   best.separation = best.separation < 0.0 ? best.separation : 0.0;
-  out.has_axis = true;
   Point p_A{};
-  out.has_witness = find_witness<Pack>(A, B, best, size, p_A);
+  out.known = find_witness<Pack>(A, B, best, size, p_A) ? DepthKnown::witness : DepthKnown::axis;
   out.separation = best.separation;
   out.n[0] = best.n.x, out.n[1] = best.n.y, out.n[2] = best.n.z;
   out.p_A[0] = p_A.x, out.p_A[1] = p_A.y, out.p_A[2] = p_A.z;

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "touchstone/contact_core/native/certified.hpp"
+#include "touchstone/contact_core/native/common/certified.hpp"
 
 // The checks that run on many pairs, or on one pair's axes, in the lanes of a vector register. Each is
 // compiled once per instruction set (kernels_<isa>.cpp) and chosen when the program starts. Everything here
@@ -71,14 +71,28 @@ struct HullView {
   const double* R;         ///< R_WS by columns
 };
 
+/// How much of a DepthRecord holds.
+enum class DepthKnown : std::uint8_t {
+  nothing,
+  axis,     ///< separation and n
+  witness,  ///< p_A too
+};
+
 /// Of a pair that overlaps, be it `certified` here or proven by something else; see depth_kernels.hpp.
 struct alignas(64) DepthRecord {
   double separation;
   double n[3];
   double p_A[3];  ///< in the world
   Certified certified;
-  bool has_axis;     ///< separation and n hold
-  bool has_witness;  ///< p_A holds too
+  DepthKnown known;
+};
+
+/// How much of an ApartRecord holds.
+enum class ApartState : std::uint8_t {
+  open,      ///< nothing; a more accurate kernel, or one on a scaled copy, may find more
+  lost,      ///< nothing, and no kernel can do better: magnitudes did not hinder the most accurate one
+  if_apart,  ///< all of it if the pair is apart, which no kernel certifies
+  found,     ///< all of it: the pair is certainly apart
 };
 
 /// Of a pair that is apart; see distance_kernels.hpp.
@@ -86,16 +100,14 @@ struct ApartRecord {
   double separation;
   double n[3];       ///< unit, A to B
   double from_A[3];  ///< from A's origin to its witness point, in world axes
-  bool fits;         ///< the rest holds, if the pair is apart at all
-  bool found;        ///< and it certainly is
-  bool tried;        ///< no kernel can do better: magnitudes did not hinder the most accurate one
+  ApartState state;
 };
 
 /// Edges of two faces that run the same way to this angle, and lie this part of the shorter one apart, are
 /// one edge; see manifold.hpp.
 inline constexpr double kFlushEdges = 0x1p-26;
 
-/// What ContactPoint is in memory.
+/// ContactPoint's layout in memory.
 struct PointRecord {
   double p_A[3], p_B[3], separation;
   std::uint32_t feature_id, padding;

@@ -135,7 +135,7 @@ TOUCHSTONE_INLINE LoneParts clip_lone_edges(const LoneEdges& c) {
   return out;
 }
 
-/// What a pair's corners share; see ContactLanes.
+/// Data that a pair's corners share; see ContactLanes.
 struct LoneContact {
   Vector3Of<Double4> n, p_WA;
   double separation, limit, deep;

@@ -52,7 +52,7 @@ struct LoneBoxes {
   }
 };
 
-/// What search_axes() finds: by code, and over all.
+/// The result of search_axes(): by code, and over all.
 struct LoneSearch {
   double length2[16], overlap[16];
   Double4 turn = {};  // by B's edge
@@ -247,15 +247,14 @@ TOUCHSTONE_INLINE void measure_lone_box_depth(const PoseRecord& X_WA, const BoxR
   const double turn = (lone.turn[0] + lone.turn[1]) + lone.turn[2];
   const bool separated = lone.least_slack < -margin && ordinary;
   out->certified = verdict(separated, lone.least_slack > margin + turn * size && ordinary);
-  out->has_axis = ordinary && !separated;
-  out->has_witness = false;
-  if (!out->has_axis) return;
+  out->known = DepthKnown::nothing;
+  if (!ordinary || separated) return;
   if (lone.code >= 6) return measure_along_lone_axis(X, box, lone, out);
   const LoneFaceDepth depth = measure_along_lone_face(X, boxes, lone.code, kLevelRoundoffs * unit_size,
                                                       kWitnessRoundoffs * (unit_size + unit_position));
   out->separation = depth.separation;
   for (int k = 0; k < 3; ++k) out->n[k] = depth.n[k], out->p_A[k] = depth.p_A[k];
-  out->has_witness = depth.has_witness;
+  out->known = depth_known(true, depth.has_witness);
 }
 
 }  // namespace touchstone::native::TOUCHSTONE_ISA

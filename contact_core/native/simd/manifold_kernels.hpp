@@ -16,9 +16,9 @@
 //
 // and B's edge between A's lines likewise.
 //
-// What fits. Faces at a cosine c >= 1/2 to n whose corners, seen along n, have sines of at least 1/2. That
-// holds for every pair of boxes: of three orthogonal normals one is at c >= 3^-1/2 to a unit n, and a right
-// angle seen along n keeps a sine of at least c.
+// Pairs that fit. Faces at a cosine c >= 1/2 to n whose corners, seen along n, have sines of at least 1/2.
+// That holds for every pair of boxes: of three orthogonal normals one is at c >= 3^-1/2 to a unit n, and a
+// right angle seen along n keeps a sine of at least c.
 //
 // Error. size = the sum of all half edges, centres and |T|_1, P = |p_A|_inf + |p_B|_inf. A projected
 // coordinate is off by 8 u |v|, of d by 12 u size; cross(d, b_j) by 24 u size |b_j|, C_ij by 20 u |a_i|
@@ -133,7 +133,7 @@ struct PlaneAcross {
   TOUCHSTONE_INLINE Vector2Of<Pack> of(const Vector3Of<Pack>& p) const { return {dot(p, x), dot(p, y)}; }
 };
 
-/// What is left of four edges: [from, to], nothing when from >= to.
+/// The parts of four edges that are left: [from, to], nothing when from >= to.
 template <class Pack>
 struct FourParts {
   Pack from[4], to[4];
@@ -272,7 +272,7 @@ TOUCHSTONE_INLINE void scatter(const Double8 (&in)[4], double* const (&out)[8]) 
   scatter(high, high_out);
 }
 
-/// What all corners of the lanes' pairs share.
+/// Data that all corners of the lanes' pairs share.
 template <class Pack>
 struct ContactLanes {
   Vector3Of<Pack> n, p_WA;
@@ -321,27 +321,12 @@ TOUCHSTONE_INLINE void write_corners(const ContactLanes<Pack>& contact, const Co
   }
 }
 
-template <class Solid, bool kIsBox, class Pack>
-TOUCHSTONE_INLINE void clip_lanes(const Solid& A, const Solid& B, ContactLanes<Pack>& contact,
-                                  CornerLanes<Pack>& out) {
-  const Vector3Of<Pack> T = B.p - A.p;
-  PlaneFaces<Pack> plane;
-  plane.size = ((A.reach + B.reach) + (A.centre_sum + B.centre_sum)) + sum(T);
-  const Pack position = largest(A.p) + largest(B.p), deviation = A.deviation + B.deviation;
-  const Pack unit_size = all<Pack>(kU) * plane.size, unit_position = all<Pack>(kU) * position;
-  contact.p_WA = A.p;
-  contact.deep =
-      contact.separation +
-      ((all<Pack>(kAsDeepSize) * unit_size + all<Pack>(kAsDeepPosition) * unit_position) + deviation);
-  contact.limit = greatest(contact.limit, contact.deep);
-  const ContactFace<Pack> a = contact_face<kIsBox, Pack>(A, A.centre, contact.n, all<Pack>(1.0));
-  const ContactFace<Pack> b = contact_face<kIsBox, Pack>(B, T + B.centre, contact.n, all<Pack>(-1.0));
-  out.face_a = a.index, out.face_b = b.index;
-
-  const PlaneAcross<Pack> across(contact.n);
-  const Vector3Of<Pack> d = b.centre - a.centre;
-  plane.d = across.of(d);
-  Crossings<Pack> of_a, of_b;
+/// The edges' directions in the plane and where each crosses the other face's. @return the largest 1 / |cross
+/// product| of two edges.
+template <class Pack>
+TOUCHSTONE_INLINE Pack cross_edges(const ContactFace<Pack>& a, const ContactFace<Pack>& b,
+                                   const PlaneAcross<Pack>& across, PlaneFaces<Pack>& plane,
+                                   Crossings<Pack>& of_a, Crossings<Pack>& of_b, CornerLanes<Pack>& out) {
   for (int k = 0; k < 2; ++k) {
     plane.a[k] = across.of(a.half[k]), plane.b[k] = across.of(b.half[k]);
     plane.a2[k] = dot(plane.a[k], plane.a[k]), plane.b2[k] = dot(plane.b[k], plane.b[k]);
@@ -362,21 +347,14 @@ TOUCHSTONE_INLINE void clip_lanes(const Solid& A, const Solid& B, ContactLanes<P
       out.flags.add(C >= Pack{}, CornerFlags::kTurns + i + 2 * j);
     }
   }
-  // Takes in all that settle_parallel() would change: as |a_i| + |b_j| <= size, flush edges have 1 / |C_ij|
-  // >= 4 / (kFlush size^2), which 8 u size^2 makes 2^-22.
-  const Pack bound = all<Pack>(kParallelPart / 16);
-  if (__builtin_expect(bits((all<Pack>(kCoincideRoundoffs) * unit_size * plane.size) * steepest > bound) != 0,
-                       0))
-    settle_parallel<Pack>(plane, of_a, of_b, out.flush);
+  return steepest;
+}
 
-  const Pack shortest = all<Pack>(kShortestPart) * plane.size, shortest2 = shortest * shortest;
-  const Pack shortest_a[2] = {shortest2 / plane.a2[0], shortest2 / plane.a2[1]};
-  const Pack shortest_b[2] = {shortest2 / plane.b2[0], shortest2 / plane.b2[1]};
-  const Pack height_a[3] = {dot(b.normal, d), -dot(b.normal, a.half[0]), -dot(b.normal, a.half[1])};
-  const Pack height_b[3] = {dot(a.normal, d), dot(a.normal, b.half[0]), dot(a.normal, b.half[1])};
-  write_corners<Pack>(contact, a, height_a, clip_edges<Pack>(of_a), shortest_a, false, out);
-  write_corners<Pack>(contact, b, height_b, clip_edges<Pack>(of_b), shortest_b, true, out);
-
+/// Whether both faces are wide enough, and near enough to a parallelogram, for corners found in the plane.
+template <bool kIsBox, class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> faces_fit(const ContactFace<Pack>& a, const ContactFace<Pack>& b,
+                                         const PlaneFaces<Pack>& plane, Pack position, Pack deviation) {
+  const Pack unit_size = all<Pack>(kU) * plane.size, unit_position = all<Pack>(kU) * position;
   const Pack thin = all<Pack>(kThinRoundoffs) * (unit_size + unit_position);
   MaskOf<Pack> fits = (least(a.least_height, b.least_height) > thin) &
                       (plane.size + position < all<Pack>(kOrdinaryHigh)) &
@@ -387,7 +365,50 @@ TOUCHSTONE_INLINE void clip_lanes(const Solid& A, const Solid& B, ContactLanes<P
             (plane.area_b * plane.area_b > sharp2 * (plane.b2[0] * plane.b2[1])) &
             (least(a.lean, b.lean) >= all<Pack>(kSteepFace));
   }
-  out.flags.add(fits, CornerFlags::kFits);
+  return fits;
+}
+
+template <class Solid, bool kIsBox, class Pack>
+TOUCHSTONE_INLINE void clip_lanes(const Solid& A, const Solid& B, ContactLanes<Pack>& contact,
+                                  CornerLanes<Pack>& out) {
+  // Magnitudes, and how near to the deepest a point counts as deep.
+  const Vector3Of<Pack> T = B.p - A.p;
+  PlaneFaces<Pack> plane;
+  plane.size = ((A.reach + B.reach) + (A.centre_sum + B.centre_sum)) + sum(T);
+  const Pack position = largest(A.p) + largest(B.p), deviation = A.deviation + B.deviation;
+  const Pack unit_size = all<Pack>(kU) * plane.size, unit_position = all<Pack>(kU) * position;
+  contact.p_WA = A.p;
+  contact.deep =
+      contact.separation +
+      ((all<Pack>(kAsDeepSize) * unit_size + all<Pack>(kAsDeepPosition) * unit_position) + deviation);
+  contact.limit = greatest(contact.limit, contact.deep);
+  // The two faces that look at each other, and their edges in the plane across n.
+  const ContactFace<Pack> a = contact_face<kIsBox, Pack>(A, A.centre, contact.n, all<Pack>(1.0));
+  const ContactFace<Pack> b = contact_face<kIsBox, Pack>(B, T + B.centre, contact.n, all<Pack>(-1.0));
+  out.face_a = a.index, out.face_b = b.index;
+
+  const PlaneAcross<Pack> across(contact.n);
+  const Vector3Of<Pack> d = b.centre - a.centre;
+  plane.d = across.of(d);
+  Crossings<Pack> of_a, of_b;
+  const Pack steepest = cross_edges<Pack>(a, b, across, plane, of_a, of_b, out);
+  // Takes in all that settle_parallel() would change: as |a_i| + |b_j| <= size, flush edges have 1 / |C_ij|
+  // >= 4 / (kFlush size^2), which 8 u size^2 makes 2^-22.
+  const Pack bound = all<Pack>(kParallelPart / 16);
+  if (__builtin_expect(bits((all<Pack>(kCoincideRoundoffs) * unit_size * plane.size) * steepest > bound) != 0,
+                       0))
+    settle_parallel<Pack>(plane, of_a, of_b, out.flush);
+
+  // The corners: each face's edges, clipped by the other face.
+  const Pack shortest = all<Pack>(kShortestPart) * plane.size, shortest2 = shortest * shortest;
+  const Pack shortest_a[2] = {shortest2 / plane.a2[0], shortest2 / plane.a2[1]};
+  const Pack shortest_b[2] = {shortest2 / plane.b2[0], shortest2 / plane.b2[1]};
+  const Pack height_a[3] = {dot(b.normal, d), -dot(b.normal, a.half[0]), -dot(b.normal, a.half[1])};
+  const Pack height_b[3] = {dot(a.normal, d), dot(a.normal, b.half[0]), dot(a.normal, b.half[1])};
+  write_corners<Pack>(contact, a, height_a, clip_edges<Pack>(of_a), shortest_a, false, out);
+  write_corners<Pack>(contact, b, height_b, clip_edges<Pack>(of_b), shortest_b, true, out);
+
+  out.flags.add(faces_fit<kIsBox>(a, b, plane, position, deviation), CornerFlags::kFits);
 }
 
 // ---- One pair's corners in order

@@ -136,6 +136,29 @@ TOUCHSTONE_INLINE MaskOf<Pack> certainly_holds_origin(const Portal<Pack>& p, con
          (greatest(greatest(d0, d1), greatest(d2, d3)) < -error);
 }
 
+/// The vertex v takes its place in the portal. @param refining the lanes in which the portal is found: v1,
+/// v2, v3.
+template <class Pack>
+TOUCHSTONE_INLINE void take_in(const Vector3Of<Pack>& v, MaskOf<Pack>& refining, Portal<Pack>& p) {
+  using Mask = MaskOf<Pack>;
+  const Pack zero{};
+  const Vector3Of<Pack> v_v0 = cross(v, p.v0);
+  const Pack side_1 = dot(p.v1, v_v0), side_2 = dot(p.v2, v_v0), side_3 = dot(p.v3, v_v0);
+  // Searching: v takes the place of v2 or v1 while the ray passes outside, else it is v3.
+  const Mask out_1 = ~refining & (side_1 < zero);
+  const Mask out_2 = ~refining & ~out_1 & (side_2 > zero);
+  const Mask closes = ~refining & ~out_1 & ~out_2;
+  // Refining: v splits the portal; the part the ray passes through stays.
+  const Mask left = refining & (side_1 >= zero), right = refining & ~left;
+  const Mask new_1 = out_2 | (left & (side_2 >= zero)) | (right & ~(side_3 >= zero));
+  const Mask new_2 = out_1 | (right & (side_3 >= zero));
+  const Mask new_3 = closes | (left & ~(side_2 >= zero));
+  p.v1 = select(new_1, v, p.v1);
+  p.v2 = select(new_2, v, p.v2);
+  p.v3 = select(new_3, v, p.v3);
+  refining |= closes;
+}
+
 /// @param separating set in the lanes found separated, if kKeepAxes: W ends before the origin along it.
 template <class Pack, bool kKeepAxes>
 TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack>& pair, int max_steps,
@@ -150,6 +173,7 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack
     open &= ~separated;
   };
 
+  // The first three vertices: against v0, and across it twice.
   Portal<Pack> p;
   p.v0 = difference_of_means(pair);
   Vector3Of<Pack> axis = {-p.v0.x, -p.v0.y, -p.v0.z};
@@ -170,27 +194,12 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack
   axis = select(turned, Vector3Of<Pack>{-axis.x, -axis.y, -axis.z}, axis);
   p.v3 = p.v0;
 
-  Mask refining{};  // the portal is found: v1, v2, v3
+  Mask refining{};
   for (int step = 0; step < max_steps; ++step) {
     found = extreme_along(pair, axis);
     end_lanes(found.short_of_origin, axis);
     if (!bits(open)) break;
-    const Vector3Of<Pack>& v = found.w;
-    const Vector3Of<Pack> v_v0 = cross(v, p.v0);
-    const Pack side_1 = dot(p.v1, v_v0), side_2 = dot(p.v2, v_v0), side_3 = dot(p.v3, v_v0);
-    // Searching: v takes the place of v2 or v1 while the ray passes outside, else it is v3.
-    const Mask out_1 = ~refining & (side_1 < zero);
-    const Mask out_2 = ~refining & ~out_1 & (side_2 > zero);
-    const Mask closes = ~refining & ~out_1 & ~out_2;
-    // Refining: v splits the portal; the part the ray passes through stays.
-    const Mask left = refining & (side_1 >= zero), right = refining & ~left;
-    const Mask new_1 = out_2 | (left & (side_2 >= zero)) | (right & ~(side_3 >= zero));
-    const Mask new_2 = out_1 | (right & (side_3 >= zero));
-    const Mask new_3 = closes | (left & ~(side_2 >= zero));
-    p.v1 = select(new_1, v, p.v1);
-    p.v2 = select(new_2, v, p.v2);
-    p.v3 = select(new_3, v, p.v3);
-    refining |= closes;
+    take_in(found.w, refining, p);
     const Vector3Of<Pack> from = select(refining, p.v1, p.v0);
     axis = cross(select(refining, p.v2, p.v1) - from, select(refining, p.v3, p.v2) - from);
     const Mask inside = refining & open & (dot(axis, p.v1) >= zero);

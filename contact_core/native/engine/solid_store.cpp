@@ -1,0 +1,143 @@
+#include "touchstone/contact_core/native/engine/solid_store.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <tuple>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/engine/measure.hpp"
+
+namespace touchstone::native {
+namespace {
+
+/// Eight vertices that are a box about its own middle, to the bit: as such it is checked faster. Zero sides:
+/// they are not.
+std::array<double, 3> sides_of_box(const SolidContent& content) {
+  const auto& p = content.points;
+  unsigned corners = 0;
+  for (const auto& vertex : p) {
+    unsigned corner = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (std::abs(vertex[k]) != std::abs(p[0][k])) return {};
+      corner |= (vertex[k] > 0.0 ? 1u : 0u) << k;
+    }
+    corners |= 1u << corner;
+  }
+  if (corners != 0xff || !(norm({p[0][0], p[0][1], p[0][2]}) < 0x1p500)) return {};
+  return {2.0 * std::abs(p[0][0]), 2.0 * std::abs(p[0][1]), 2.0 * std::abs(p[0][2])};
+}
+
+std::optional<Hexahedron> make_solid(const SolidContent& content) {
+  try {
+    const auto& p = content.points;
+    if (!content.is_box) {
+      const std::array<double, 3> sides = sides_of_box(content);
+      if (sides[0] > 0.0) return Hexahedron::from_size({sides[0], sides[1], sides[2]});
+    }
+    if (content.is_box) return Hexahedron::from_size({p[0][0], p[0][1], p[0][2]});
+    std::array<Vector3, Hexahedron::kVertices> vertices;
+    for (int i = 0; i < Hexahedron::kVertices; ++i) vertices[i] = {p[i][0], p[i][1], p[i][2]};
+    return Hexahedron::from_vertices(vertices, WarpPolicy::accept);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+auto columns(SolidSet& set) {
+  return std::tie(set.kinds, set.ordinary, set.boxes, set.forms, set.vertices, set.edge_forms,
+                  set.parallelepipeds, set.solids);
+}
+
+/// Calls `visit` on every member of `to` and of `from`.
+template <class Visit>
+void visit_columns(SolidSet& to, SolidSet& from, Visit visit) {
+  const auto targets = columns(to), sources = columns(from);
+  const auto each = [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (visit(std::get<I>(targets), std::get<I>(sources)), ...);
+  };
+  each(std::make_index_sequence<std::tuple_size_v<decltype(columns(to))>>{});
+}
+
+/// The pose as the check may take it.
+bool make_valid(Pose& X) {
+  if (is_valid_pose(X)) return true;
+  const Vector3 x = X.R.col(0), y = X.R.col(1);
+  const Vector3 z = cross(x, y);
+  const double length_x = norm(x), length_z = norm(z);
+  if (!(length_x > 0.0) || !(length_z > 0.0)) return false;
+  X.R.col(0) = x / length_x;
+  X.R.col(2) = z / length_z;
+  const Vector3 unit_x = X.R.col(0), unit_z = X.R.col(2);
+  X.R.col(1) = cross(unit_z, unit_x);
+  return is_valid_pose(X);
+}
+
+}  // namespace
+
+SolidStore::SolidStore() : kernels_(kernels()) {}
+
+std::optional<SolidHandle> SolidStore::acquire(const SolidContent& content) {
+  const auto use = [](Entries::value_type& entry) {
+    ++entry.second.users;
+    return SolidHandle{entry.second.key, &entry.first};
+  };
+  {
+    const std::unique_lock lock(mutex_);
+    if (const auto found = entries_.find(content); found != entries_.end()) return use(*found);
+  }
+  const std::optional<Hexahedron> solid = make_solid(content);
+  if (!solid) return std::nullopt;
+  SolidSet one = make_solid_set(std::array{*solid});
+
+  const std::unique_lock lock(mutex_);
+  const auto [place, is_new] = entries_.try_emplace(content, Entry{0, 0});
+  if (!is_new) return use(*place);
+  if (unused_.empty()) {
+    place->second.key = static_cast<Key>(set_.kinds.size() / 2);
+    visit_columns(set_, one, [](auto& to, const auto& from) { to.insert(to.end(), 2, from.front()); });
+  } else {
+    const Key key = place->second.key = unused_.back();
+    unused_.pop_back();
+    visit_columns(set_, one, [key](auto& to, const auto& from) {
+      std::fill_n(to.begin() + 2 * static_cast<std::ptrdiff_t>(key), 2, from.front());
+    });
+  }
+  return use(*place);
+}
+
+void SolidStore::release(const SolidHandle& solid) {
+  const std::unique_lock lock(mutex_);
+  const auto entry = entries_.find(*solid.content);
+  if (--entry->second.users > 0) return;
+  unused_.push_back(entry->second.key);
+  entries_.erase(entry);
+}
+
+std::size_t SolidStore::size() const {
+  const std::shared_lock lock(mutex_);
+  return entries_.size();
+}
+
+Hexahedron SolidStore::solid(const SolidHandle& solid) const {
+  const std::shared_lock lock(mutex_);
+  return set_.solids[2 * solid.key].shape;
+}
+
+void SolidStore::measure(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
+                         const Query& query, PairAnswer& answer) const noexcept {
+  thread_local std::vector<Pose> poses;  // only the two of the pair are ever read
+  answer.geometry.point_count = 0;
+  answer.status = PairStatus::failed;
+  const std::shared_lock lock(mutex_);
+  const SolidPair pair{2 * a.key, 2 * b.key + 1};
+  if (poses.size() < set_.kinds.size()) poses.resize(set_.kinds.capacity());
+  poses[pair.a] = X_WA;
+  poses[pair.b] = X_WB;
+  if (!make_valid(poses[pair.a]) || !make_valid(poses[pair.b])) return;
+  NarrowphaseInput input{{&pair, 1}, poses, query};
+  input.query.max_separation = std::max(query.max_separation, 0.0);
+  native::measure(set_, kernels_, input, {&answer.status, 1}, {&answer.geometry, 1}, answer.points);
+}
+
+}  // namespace touchstone::native

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <shared_mutex>
+#include <vector>
+
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/native/solids/solid_set.hpp"
+
+// The native check for engines: solids come and go while the engine runs, and pairs are asked one at a time.
+
+namespace touchstone::native {
+
+/// An engine's shape, by the engine's own numbers.
+struct SolidContent {
+  bool is_box = false;
+  /// A box: {its full side lengths [m]}, the rest zero. Else its eight vertices, in any order that
+  /// Hexahedron::from_vertices takes.
+  std::array<std::array<double, 3>, 8> points{};
+
+  friend bool operator==(const SolidContent&, const SolidContent&) = default;
+  friend auto operator<=>(const SolidContent&, const SolidContent&) = default;
+};
+
+/// A user's hold on a content: `content` stays where it is until the release.
+struct SolidHandle {
+  std::uint32_t key;
+  const SolidContent* content;
+};
+
+struct PairAnswer {
+  PairStatus status;
+  PairGeometry geometry;
+  std::array<ContactPoint, kMaxManifoldPoints> points;
+};
+
+/// Solids by content: a thousand equal boxes are one entry. Entries are counted, and used again when their
+/// last user has gone. Members may be called from any threads at once; those that measure() do not wait for
+/// each other. Allocates only where a content is new, and on a thread's first measure() after that.
+class SolidStore {
+ public:
+  SolidStore();
+
+  /// Adds a user of this content. Empty where it is no convex hexahedron (warped ones are accepted).
+  std::optional<SolidHandle> acquire(const SolidContent& content);
+  /// @pre acquired once more often than released.
+  void release(const SolidHandle& solid);
+  std::size_t size() const;  ///< contents in use
+
+  /// A manifold query for a pair, as make_native() answers it, whatever query.kind. A rotation that is off by
+  /// more than kRotationTolerance is made orthonormal first (Gram-Schmidt from its first column); a pose that
+  /// is not finite, or no rotation at all, comes out as `failed`, without points.
+  /// @pre the handles are not released; query.max_points is 1 to kMaxManifoldPoints.
+  void measure(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
+               const Query& query, PairAnswer& answer) const noexcept;
+
+  /// A copy: for those who write the solid down.
+  Hexahedron solid(const SolidHandle& solid) const;
+
+ private:
+  using Key = std::uint32_t;
+  struct Entry {
+    Key key;
+    std::uint32_t users;
+  };
+  using Entries = std::map<SolidContent, Entry>;
+
+  // A query names a solid and its pose by one index. Each content is there twice, as A at 2 key and as B at
+  // 2 key + 1, so that a pair of equal solids is a pair.
+  SolidSet set_;
+  Entries entries_;
+  std::vector<Key> unused_;
+  mutable std::shared_mutex mutex_;
+  const Kernels& kernels_;
+};
+
+}  // namespace touchstone::native

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+
+#include "touchstone/contact_core/native/distance/distance.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/native/solids/placed_pair.hpp"
+#include "touchstone/contact_core/native/solids/solid_set.hpp"
+
+namespace touchstone::native {
+
+/// A pair in the order of its content, so that (a, b) and (b, a) take the same road.
+struct OrderedPair {
+  SolidPair pair;
+  bool swapped;
+};
+
+/// Writes the manifold of a placed pair for the caller. @param geometry the pair's, its point_count is set.
+void write_manifold(const PlacedPair& placed, const SignedDistance& distance, bool swapped,
+                    const Query& query, PairGeometry& geometry, ContactPoint* points);
+
+/// Boxes and parallelepipeds whose geometry is written and whose manifold is not: gathered for the kernel, a
+/// few at a time; all are written when it goes out of scope.
+class ClipBatch {
+ public:
+  ClipBatch(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input);
+  ~ClipBatch() { run(); }
+  ClipBatch(const ClipBatch&) = delete;
+  ClipBatch& operator=(const ClipBatch&) = delete;
+
+  /// @param kind of both, not general. @param geometry of the caller's pair, within the query's reach; kept
+  /// until written, as is `points`.
+  void add(const OrderedPair& pair, SolidKind kind, PairGeometry& geometry, ContactPoint* points);
+
+ private:
+  void run();
+  void finish(std::size_t i, const ClipRecord& clipped, ContactPoint* corners);
+
+  static constexpr std::size_t kMost = 32;
+
+  const SolidSet& set_;
+  const Kernels& kernels_;
+  const NarrowphaseInput& input_;
+  const int max_points_;
+  SolidKind kind_ = SolidKind::box;
+  std::size_t count_ = 0;
+  std::array<ClipTask, kMost> tasks_;
+  std::array<PairGeometry*, kMost> geometry_;
+  std::array<ContactPoint*, kMost> points_;
+};
+
+}  // namespace touchstone::native

@@ -1,0 +1,157 @@
+#include "touchstone/contact_core/native/manifold/manifold.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "touchstone/contact_core/native/common/tangent_frame.hpp"
+#include "touchstone/contact_core/native/manifold/largest_choice.hpp"
+#include "touchstone/contact_core/native/manifold/outline_clip.hpp"
+
+namespace touchstone::native {
+namespace {
+
+/// Points this close to the deepest are as deep: so many u * extent.
+constexpr double kAsDeep = 64;
+constexpr std::uint32_t kWitnessId = 0x10000;
+
+/// Contact points in the clip's order.
+struct Points {
+  ContactPoint* points;
+  int count = 0;
+  int deepest = 0;  ///< the first of those as deep as the deepest
+};
+
+/// Writes the clip's corners as contact points, those further apart than `limit` left out.
+template <int N>
+Points write_corners(const Clip<N>& clip, const SignedDistance& distance, double limit, double tie,
+                     std::uint32_t faces, bool swapped, ContactPoint* points) {
+  const Vector3 n = distance.n;
+  const std::uint32_t first = swapped ? 16 : 1, second = swapped ? 1 : 16;
+  Points out{points};
+  std::array<double, 2 * N> separations;
+  separations.fill(std::numeric_limits<double>::infinity());
+  double least = limit;
+  std::uint32_t before = clip.label[last_corner(clip)];
+  visit_corners(clip, [&](int edge) {
+    // No pair of points lies deeper than the pair; what rounding puts below is as deep.
+    const double s = clip.separation[edge], separation = s > distance.separation ? s : distance.separation;
+    const double on_b = edge < N ? 0.0 : 1.0;
+    const double to_a = -on_b * separation, to_b = (1.0 - on_b) * separation;
+    const double x = clip.p_x[edge], y = clip.p_y[edge], z = clip.p_z[edge];
+    const std::uint32_t label = clip.label[edge];
+    ContactPoint& point = points[out.count];
+    point.p_A_W = {x + to_a * n.x(), y + to_a * n.y(), z + to_a * n.z()};
+    point.p_B_W = {x + to_b * n.x(), y + to_b * n.y(), z + to_b * n.z()};
+    point.separation = separations[out.count] = separation;
+    point.feature_id = (1 + first * before + second * label) + faces;
+    const bool keep = (separation <= limit) & (label != before);
+    least = keep && separation < least ? separation : least;
+    out.count += keep ? 1 : 0;
+    before = label;
+  });
+  unsigned deep = 0;
+  for (int k = 0; k < out.count; ++k) deep |= (separations[k] <= least + tie ? 1u : 0u) << k;
+  out.deepest = out.count > 0 ? std::countr_zero(deep) : 0;
+  return out;
+}
+
+/// A hexahedron's own number of the face where all six are plane, else the hull's.
+int face_name(const SolidFeatures& solid, int face) {
+  if (solid.face_count != 6) return face;
+  const auto& quads = Hexahedron::kFaceVertices;
+  const auto& loop = solid.faces[face].vertices;
+  const auto same = [&loop](const auto& quad) { return quad[0] == loop[0] && quad[1] == loop[1]; };
+  const auto* const found = std::find_if(quads.begin(), quads.end(), same);
+  return found == quads.end() ? face : static_cast<int>(found - quads.begin());
+}
+
+/// A point's side on A: the second where points are those of (b, a).
+const Vector3& on_a(const ContactPoint& point, bool swapped) { return swapped ? point.p_B_W : point.p_A_W; }
+
+/// Keeps `room` of the points, `must` among them unless it is negative.
+void reduce(const Vector3& n, bool swapped, int room, int must, Points& points) {
+  const TangentFrame frame = tangent_frame(n);
+  FlatPolygon polygon;
+  polygon.count = points.count;
+  for (int i = 0; i < points.count; ++i) {
+    const Vector3& p = on_a(points.points[i], swapped);
+    polygon.x[i] = dot(p, frame.x), polygon.y[i] = dot(p, frame.y);
+  }
+  Choice chosen;
+  if (room > 0) choose_largest(polygon, room, must, chosen);
+  for (int i = 0; i < room; ++i) points.points[i] = points.points[chosen[i]];
+  points.count = room;
+}
+
+/// Sees to it that the deepest point is there with the pair's own separation, and to the number of points.
+/// @param has_deepest whether points.deepest is as deep as the pair.
+int finish(const SignedDistance& distance, bool swapped, bool has_deepest, int max_points, Points& points) {
+  const auto set = [&distance, swapped](const Vector3& p_A, ContactPoint& point) {
+    const Vector3 p_B = p_A + distance.separation * distance.n, p = p_A;
+    point.p_A_W = swapped ? p_B : p;
+    point.p_B_W = swapped ? p : p_B;
+    point.separation = distance.separation;
+  };
+  if (has_deepest) {
+    ContactPoint& deepest = points.points[points.deepest];
+    set(on_a(deepest, swapped), deepest);
+    if (points.count > max_points) reduce(distance.n, swapped, max_points, points.deepest, points);
+    return points.count;
+  }
+  if (points.count >= max_points) reduce(distance.n, swapped, max_points - 1, -1, points);
+  ContactPoint& witness = points.points[points.count++];
+  set(distance.p_A, witness);
+  witness.feature_id = kWitnessId;
+  return points.count;
+}
+
+int finish(const SignedDistance& distance, double tie, int max_points, Points& points) {
+  const bool has_deepest =
+      points.count > 0 && points.points[points.deepest].separation - distance.separation <= tie;
+  return finish(distance, false, has_deepest, max_points, points);
+}
+
+}  // namespace
+
+int finish_clip(const SignedDistance& distance_W, bool swapped, const ClipRecord& clipped, int max_points,
+                ContactPoint* points) {
+  Points of_clip{points, clipped.count, clipped.deepest};
+  return finish(distance_W, swapped, clipped.deepest >= 0, max_points, of_clip);
+}
+
+void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_point_separation,
+                   int max_points, bool swapped, Manifold& manifold) {
+  const TangentFrame frame = tangent_frame(distance.n);
+  const double extent = pair.hulls.extent, tie = kAsDeep * kRoundoff * extent;
+  const double limit = std::max(distance.separation + tie, max_point_separation);  // of NaN: the first
+  Facing a, b;
+  find_facings(pair, frame.n, a, b);
+  a.swapped = b.swapped = swapped;
+  const int name_a = face_name(*pair.a, a.face), name_b = face_name(*pair.b, b.face);
+  const auto faces =
+      static_cast<std::uint32_t>(256 * (swapped ? name_b : name_a) + 4096 * (swapped ? name_a : name_b));
+
+  Outline<4> plain_a, plain_b;
+  if (plain_outlines(pair, frame, a, b, plain_a, plain_b)) {
+    Clip<4> common;
+    clip(plain_a, plain_b, a, b, extent, common);
+    Points points = write_corners(common, distance, limit, tie, faces, swapped, manifold.points.data());
+    manifold.count = finish(distance, tie, max_points, points);
+    return;
+  }
+  Outline<kMostCorners> outline_a, outline_b;
+  Clip<kMostCorners> common;
+  if (careful_outline(*pair.a, pair.hulls.a, extent, frame, 1.0, a, outline_a) &&
+      careful_outline(*pair.b, pair.hulls.b, extent, frame, -1.0, b, outline_b))
+    clip(outline_a, outline_b, a, b, extent, common);
+  else
+    common = {};
+  std::array<ContactPoint, FlatPolygon::kMost + 1> corners;
+  Points points = write_corners(common, distance, limit, tie, faces, swapped, corners.data());
+  manifold.count = finish(distance, tie, max_points, points);
+  std::copy(corners.begin(), corners.begin() + manifold.count, manifold.points.begin());
+}
+
+}  // namespace touchstone::native

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "touchstone/contact_core/native/common/certified.hpp"
+#include "touchstone/contact_core/native/common/hull_pair.hpp"
+
+// The Minkowski difference W = B - A of two hulls, searched from its support mapping (Gilbert, Johnson,
+// Keerthi 1988; the closest point of a simplex by Voronoi regions, Ericson 2005, section 5.1).
+
+namespace touchstone::native {
+
+/// Up to four vertices w = b - a of W and the convex combination of them that is nearest the origin.
+struct Simplex {
+  int count = 0;
+  std::array<std::uint8_t, 4> a{};  ///< vertex indices
+  std::array<std::uint8_t, 4> b{};
+  std::array<Vector3, 4> w;
+  std::array<double, 4> weight{};
+  Vector3 v = Vector3::Zero();  ///< sum of weight * w
+};
+
+/// Whether the hulls of the *world* vertices meet, where floating point can tell. Separated: some axis on
+/// which the projections lie apart by more than projection_error(). Overlapping: a tetrahedron of vertices of
+/// W holds the origin, each of the four determinants beyond its error bound. @param start any vector, best
+/// from A to B.
+Certified certify_hulls(const HullPair& pair, const Vector3& start);
+
+enum class Search : std::uint8_t {
+  found,
+  lost,    ///< rounding hid it: the origin came to lie inside a simplex, or the iterations ran out
+  beyond,  ///< W is certainly further from the origin than the limit
+};
+
+/// The point of W nearest the origin, for hulls that are apart.
+/// @param limit give up beyond this distance; may be infinite.
+Search closest_point(const HullPair& pair, const Vector3& start, double limit, Simplex& simplex);
+
+/// Points of A and B (about the pair's origin) that the weights name.
+Vector3 point_on_a(const HullPair& pair, const Simplex& simplex);
+Vector3 point_on_b(const HullPair& pair, const Simplex& simplex);
+
+}  // namespace touchstone::native

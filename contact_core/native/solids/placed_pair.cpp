@@ -1,0 +1,89 @@
+#include "touchstone/contact_core/native/solids/placed_pair.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace touchstone::native {
+namespace {
+
+double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
+
+/// Below zero, zero or above.
+int compare(const Vector3& p, const Vector3& q) {
+  for (int i = 0; i < 3; ++i)
+    if (p(i) != q(i)) return p(i) < q(i) ? -1 : 1;
+  return 0;
+}
+
+void scale(WorldVertices& v, int exponent) {
+  for (int i = 0; i < 8; ++i) {
+    v.x[i] = std::scalbn(v.x[i], exponent);
+    v.y[i] = std::scalbn(v.y[i], exponent);
+    v.z[i] = std::scalbn(v.z[i], exponent);
+  }
+}
+
+double scaled(double length, int exponent) { return exponent == 0 ? length : std::scalbn(length, exponent); }
+
+Vector3 scaled(const Vector3& p, int exponent) {
+  if (exponent == 0) return p;
+  return {std::scalbn(p.x(), exponent), std::scalbn(p.y(), exponent), std::scalbn(p.z(), exponent)};
+}
+
+/// A power of two that brings `magnitude` to [1, 2).
+int exponent_for(double magnitude) { return magnitude > 0.0 ? -std::ilogb(magnitude) : 0; }
+
+}  // namespace
+
+bool is_ordinary(const SolidSet& set, SolidIndex a, const Pose& X_WA, SolidIndex b, const Pose& X_WB) {
+  return set.ordinary[a] && set.ordinary[b] && largest(X_WA.p) <= kOrdinaryHigh &&
+         largest(X_WB.p) <= kOrdinaryHigh;
+}
+
+bool comes_first(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB) {
+  if (const int order = compare(X_WA.p, X_WB.p)) return order < 0;
+  for (int i = 0; i < 3; ++i)
+    if (const int order = compare(X_WA.R.col(i), X_WB.R.col(i))) return order < 0;
+  for (int i = 0; i < Hexahedron::kVertices; ++i)
+    if (const int order = compare(a.shape.vertices()[i], b.shape.vertices()[i])) return order < 0;
+  return true;
+}
+
+Vector3 PlacedPair::scaled_to_world(const Vector3& p) const { return origin_W + scaled(p, -exponent); }
+
+double PlacedPair::to_world(double length) const { return scaled(length, -exponent); }
+
+/// Scaled first: the difference could overflow.
+Vector3 PlacedPair::from_world(const Vector3& p_W) const {
+  return scaled(p_W, exponent) - scaled(origin_W, exponent);
+}
+
+double PlacedPair::from_world(double length) const { return scaled(length, exponent); }
+
+void place(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB, bool ordinary,
+           PlacedPair& out) {
+  native::world_vertices(a.vertices_S, X_WA, out.a_W);
+  native::world_vertices(b.vertices_S, X_WB, out.b_W);
+  out.origin_W = out.a_W.vertex(0);
+  out.exponent = 0;
+  PosedPair& pair = out.pair;
+  if (ordinary) {
+    shift_to_common_origin(out.a_W, out.b_W, pair.hulls);
+  } else {
+    // First the coordinates, so that differences cannot overflow; then, about the common origin, the extent.
+    WorldVertices a_scaled = out.a_W, b_scaled = out.b_W;
+    out.exponent = exponent_for(std::max(largest_coordinate(out.a_W), largest_coordinate(out.b_W)));
+    scale(a_scaled, out.exponent), scale(b_scaled, out.exponent);
+    shift_to_common_origin(a_scaled, b_scaled, pair.hulls);
+    const int second = exponent_for(pair.hulls.extent);
+    scale(pair.hulls.a, second), scale(pair.hulls.b, second);
+    pair.hulls.extent = std::scalbn(pair.hulls.extent, second);
+    out.exponent += second;
+  }
+  pair.a = &a.features, pair.b = &b.features;
+  pair.R_WA = X_WA.R, pair.R_WB = X_WB.R;
+  pair.start =
+      (pair.hulls.b.vertex(0) - pair.hulls.a.vertex(0)) + (pair.hulls.b.vertex(7) - pair.hulls.a.vertex(7));
+}
+
+}  // namespace touchstone::native

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/native/solids/parallelepiped.hpp"
+#include "touchstone/contact_core/native/solids/solid_features.hpp"
+
+namespace touchstone::native {
+
+enum class SolidKind : std::uint8_t {
+  box,
+  parallelepiped,
+  general,
+};
+
+struct SolidData {
+  WorldVertices vertices_S;
+  HullRecord hull;
+  Hexahedron shape;
+  SolidFeatures features;
+};
+
+/// The solids as build() keeps them, laid out by who reads them: the quick checks' records stand densely,
+/// apart from the rest.
+struct SolidSet {
+  std::vector<SolidKind> kinds;
+  std::vector<std::uint8_t> ordinary;           ///< by size and place within its frame, see below
+  std::vector<BoxRecord> boxes;                 ///< of boxes; infinite where not ordinary
+  std::vector<ParallelepipedRecord> forms;      ///< of boxes and parallelepipeds; likewise
+  std::vector<VertexRecord> vertices;           ///< not a number where not ordinary
+  std::vector<FormRecord> edge_forms;           ///< of parallelepipeds; likewise
+  std::vector<Parallelepiped> parallelepipeds;  ///< the same for the scalar road
+  std::vector<SolidData> solids;
+};
+
+/// Within these magnitudes sixth powers of lengths, all that is ever formed, neither overflow nor underflow
+/// harmfully. Sizes and positions outside are scaled.
+inline constexpr double kOrdinaryLow = 0x1p-120;
+inline constexpr double kOrdinaryHigh = 0x1p120;
+
+SolidSet make_solid_set(std::span<const Hexahedron> solids);
+
+/// These take the places from `first` on, the last of them perhaps behind all others.
+void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids);
+
+}  // namespace touchstone::native
