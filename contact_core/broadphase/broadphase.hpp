@@ -6,17 +6,17 @@
 #include <string_view>
 #include <vector>
 
-#include "touchstone/contact_core/broadphase/task_runner.hpp"
 #include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/threads/task_runner.hpp"
 
 /// @file
 /// The coarse check: which pairs of solids may be within `margin` of each other.
 
 namespace touchstone {
 
-/// What a broadphase is built over: objects, each one rigid body with a tree of hexahedra. Solid indices
-/// count through the trees in order. Solids of one object are never paired.
+/// The scene that a broadphase is built over: objects, each one rigid body with a tree of hexahedra. Solid
+/// indices count through the trees in order. Solids of one object are never paired.
 struct BroadphaseInput {
   std::span<const HexahedronTree* const> trees;
   /// Pairs come up when their bounding volumes are within this [m]. Finite, >= 0.

@@ -6,7 +6,7 @@
 
 namespace touchstone {
 
-/// What find_first_contact() found: `undecided`, `failed` and `unsupported` count as contact, too.
+/// The result of find_first_contact(): `undecided`, `failed` and `unsupported` count as contact, too.
 struct FirstContact {
   SolidPair pair;
   PairStatus status;  ///< never `separated`

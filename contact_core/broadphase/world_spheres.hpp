@@ -9,7 +9,7 @@
 
 namespace touchstone {
 
-/// What every broadphase here copies out of its input.
+/// The spheres that every broadphase here copies out of its input.
 struct SolidTable {
   std::vector<Sphere> sphere_S;            ///< one a solid, in the solid's frame
   std::vector<std::uint32_t> first_solid;  ///< one an object, and the number of solids at the end

@@ -58,7 +58,7 @@ class JointFrame {
   std::vector<double> reaches_;     // by link and value: from the joint to the link's origin, at most [m]
 };
 
-/// What a contact asks: g . dq >= -slack. See SlideRow.
+/// A contact's constraint: g . dq >= -slack. See SlideRow.
 struct JointRow {
   JointVector g{};
   double slack = 0.0, room = 0.0;

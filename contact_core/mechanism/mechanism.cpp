@@ -290,7 +290,7 @@ bool Mechanism::is_within_limits(std::span<const double> q) const noexcept {
 }
 
 Pose Mechanism::across(const Joint& joint, const Pose& X_WP, double q) noexcept {
-  // What is the identity is left out: no bit of a product with it would change.
+  // Identities are left out: no bit of a product with it would change.
   Pose X = joint.only_shifts ? Pose{X_WP.R, transform(X_WP, joint.X_PJ.p)} : compose(X_WP, joint.X_PJ);
   if (joint.kind == JointKind::revolute) {
     X.R = product(X.R, rotation_about(joint.axis_J, q));

@@ -17,7 +17,7 @@
 
 namespace touchstone {
 
-/// What a joint lets its child do: nothing, turn about its axis [rad], shift along it [m].
+/// The motion that a joint lets its child have: none, turn about its axis [rad], shift along it [m].
 enum class JointKind : std::uint8_t { fixed, revolute, prismatic };
 /// The enumerator's name.
 std::string_view to_string(JointKind kind);

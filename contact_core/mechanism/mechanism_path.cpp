@@ -289,7 +289,7 @@ double MechanismPath::rate_across(const Section& section, const Vector3& n_W) co
                   norm(cross(n_W, section.turn_W)) + 0.5 * section.change + section.slack * section.turn);
 }
 
-/// What the vectors and shifts between the base and a section's entry add, term by term inwards.
+/// Adds the vectors and shifts between the base and a section's entry, term by term inwards.
 double MechanismPath::curvature_inwards(const Section& own, const Vector3& n_W) const noexcept {
   double sum = 0.0;
   for (const Section* outer = &own; outer != sections_.data(); outer = &sections_[outer->inner]) {

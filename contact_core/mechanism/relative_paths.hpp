@@ -16,7 +16,7 @@ class RelativePaths {
  public:
   explicit RelativePaths(const Mechanism& mechanism);
 
-  /// What at() returned before is of another path.
+  /// Starts on another path; paths that seen_from() returned before are void.
   void forget() noexcept;
   /// @param whole the path that is seen; the same between two calls of forget().
   const MechanismPath& seen_from(std::uint32_t link, const MechanismPath& whole) noexcept;

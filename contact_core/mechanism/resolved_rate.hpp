@@ -31,12 +31,12 @@ class ResolvedRate {
   /// @throws InputError: a setting out of range, a link that no joint moves.
   ResolvedRate(const Mechanism& mechanism, std::uint32_t link, const ResolvedRateSettings& settings = {});
 
-  /// What solve() had to give up.
+  /// How far solve() missed its command.
   struct Outcome {
     /// All joint rates were scaled down to this share, so that each is within its joint's limit; 1: none was.
     double scale = 1.0;
     double lambda = 0.0;  ///< [m]
-    /// What the rates give, less what was asked: undamped and unscaled it is 0 to rounding.
+    /// The velocity that the rates give, less the commanded one: undamped and unscaled it is 0 to rounding.
     Twist error;
   };
 

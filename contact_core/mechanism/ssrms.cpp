@@ -3,6 +3,7 @@
 #include <array>
 #include <numbers>
 
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 namespace touchstone {
@@ -149,6 +150,11 @@ MechanismDescription make_ssrms() {
   mouth.X_PJ.p = {kLee, 0, 0};
   arm.joints.push_back(mouth);
   return arm;
+}
+
+MechanismDescription make_bundled_arm(std::string_view name) {
+  if (name == "ssrms") return make_ssrms();
+  throw InputError("arm '" + std::string(name) + "' is not known; known: ssrms");
 }
 
 }  // namespace touchstone

@@ -353,6 +353,7 @@ struct SeenPair {
     const MotionPath& path = views->seen_from(from.moving->body);
     own = *from.moving, other = *at.moving;
     own.path = other.path = &path;
+    own.vertices_at_start = other.vertices_at_start = nullptr;
     own.travel = 0.0, other.travel = std::numeric_limits<double>::infinity();
     if (!is_own) {
       other.body = views->standing_body();
@@ -478,10 +479,26 @@ bool stays_apart_along(const MovingSolid& a, const MovingSolid& b, const Vector3
 PlacedSolid place(const MovingSolid& moving, double s) {
   PlacedSolid out{
       &moving, is_at_rest(moving, s), s, moving.path->at(moving.body, std::min(s, moving.stop)), {}, {}};
-  out.X_WS = compose(out.state.X_WO, moving.X_OS);
-  world_vertices(*moving.solid, out.X_WS, out.vertices);
+  if (moving.vertices_at_start != nullptr && std::min(s, moving.stop) == 0.0) {
+    out.X_WS = *moving.X_WS_at_start, out.vertices = *moving.vertices_at_start;
+  } else {
+    out.X_WS = compose(out.state.X_WO, moving.X_OS);
+    world_vertices(*moving.solid, out.X_WS, out.vertices);
+  }
   if (out.at_rest) out.state.velocity_W = out.state.angular_velocity_W = Vector3::Zero();
   return out;
+}
+
+PathStep next_step(const PlacedSolid& on_a, const PlacedSolid& on_b, const PairGeometry& geometry,
+                   const GapRule& rule, double threshold, double interest, int queries) {
+  const double s = on_a.s, end = next_break(*on_a.moving, *on_b.moving, s);
+  const Stretch stretch = find_clear_stretch(on_a, on_b, geometry, rule, threshold, end - s, queries);
+  PathStep step{stretch.at_end ? end : s + stretch.length};
+  step.at_end = stretch.at_end && end == 1.0;
+  step.is_far = step.at_end && geometry.separation > interest && stretch.least_at_end > interest;
+  const bool is_short = !stretch.at_end && stretch.length < kStalled * (end - s);
+  step.is_stalled = is_short && geometry.separation <= rule.gap;
+  return step;
 }
 
 double next_break(const MovingSolid& a, const MovingSolid& b, double s) {

@@ -40,6 +40,17 @@ PlacedSolid place(const MovingSolid& moving, double s);
 Stretch find_clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
                            const GapRule& rule, double threshold, double longest, int queries);
 
+/// Where a pair on its way is looked at next.
+struct PathStep {
+  double next;              ///< clear up to there; where a solid comes to rest, or the end, at the latest
+  bool at_end = false;      ///< that is s = 1
+  bool is_far = false;      ///< and on all of it the two stay further apart than `interest`
+  bool is_stalled = false;  ///< in contact, and it clears so little that the path could not be finished
+};
+/// @pre as find_clear_stretch(), at on_a.s.
+PathStep next_step(const PlacedSolid& on_a, const PlacedSolid& on_b, const PairGeometry& geometry,
+                   const GapRule& rule, double threshold, double interest, int queries);
+
 /// True where the two are sure to stay further apart than `threshold` along n on the whole of their paths.
 /// @param n_AB_W unit. @pre both paths are smooth: neither rests before its end.
 bool stays_apart_along(const MovingSolid& a, const MovingSolid& b, const Vector3& n_AB_W, double threshold);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/motion/advancement.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/motion/sampled_impact.hpp"
 
@@ -28,70 +29,97 @@ double GapRule::threshold(double start, double scale) const {
   return std::min(0.5 * gap, start - room * kSeparationRounding * scale);
 }
 
+namespace {
+
+/// One look after the other at a pair on its way.
+class Advancing {
+ public:
+  Advancing(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
+            double interest, double until, bool ask_at_end)
+      : a_(a),
+        b_(b),
+        rule_(rule),
+        query_(query),
+        interest_(interest),
+        until_(until),
+        ask_at_end_(ask_at_end) {}
+
+  Impact find() {
+    double s = 0.0;
+    const auto look_at = [&](double at) { return look(at); };
+    if (advance(s, kImpactIterations, look_at) == AdvanceEnd::looks_spent)
+      impact_.status = ImpactStatus::iteration_limit;
+    return impact_;
+  }
+
+ private:
+  std::optional<double> look(double s) {
+    const PlacedSolid on_a = place(a_, s), on_b = place(b_, s);
+    const PairStatus status = query_.separation(on_a.X_WS, on_b.X_WS, impact_.geometry);
+    impact_.lo = s;
+    if (!has_geometry(status)) {
+      impact_.status = ImpactStatus::failed;
+      return {};
+    }
+    take(on_a, on_b);
+    if (s >= 1.0 || (on_a.at_rest && on_b.at_rest)) return clear_to_the_end(false);
+    const double separation = impact_.geometry.separation;
+    const double way = std::min(until_, 1.0) * (a_.travel + b_.travel);
+    if (impact_.queries == 1 && separation - way > std::max(interest_, rule_.gap))
+      return clear_to_the_end(true);
+    const PathStep step =
+        next_step(on_a, on_b, impact_.geometry, rule_, threshold_, interest_, impact_.queries);
+    if (step.is_far) return clear_to_the_end(true);
+    if (step.at_end && !ask_at_end_) return clear_to_the_end(false);
+    if (step.is_stalled) {
+      impact_.status = ImpactStatus::blocked;
+      impact_.hi = step.next;
+      return {};
+    }
+    if (step.next > until_) {
+      impact_.lo = step.next;
+      return {};
+    }
+    return step.next;
+  }
+
+  void take(const PlacedSolid& on_a, const PlacedSolid& on_b) {
+    const double separation = impact_.geometry.separation;
+    // Once apart, a pair that started in contact is like any other.
+    if (impact_.queries == 0 || (!from_afar_ && separation > rule_.gap)) {
+      threshold_ = rule_.threshold(separation, scale_of(on_a, on_b));
+      from_afar_ = separation > rule_.gap;
+    }
+    if (impact_.queries++ == 0) {
+      impact_.start_separation = separation;
+      impact_.starts_overlapping = separation < 0.0;
+    }
+    impact_.least_separation = std::min(impact_.least_separation, separation);
+  }
+
+  std::optional<double> clear_to_the_end(bool is_far) {
+    impact_.is_far = is_far;
+    impact_.lo = 1.0;
+    return {};
+  }
+
+  const MovingSolid& a_;
+  const MovingSolid& b_;
+  const GapRule& rule_;
+  SeparationQuery& query_;
+  double interest_, until_;
+  bool ask_at_end_;
+  double threshold_ = 0.0;
+  bool from_afar_ = false;
+  Impact impact_;
+};
+
+}  // namespace
+
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
                    double interest, double until, bool ask_at_end) noexcept {
   if (query.judges_poses()) return find_sampled_impact(a, b, rule, query, interest);
-  Impact impact;
-  double threshold = 0.0;
-  bool from_afar = false;
-  for (double s = 0.0;;) {
-    const PlacedSolid on_a = place(a, s), on_b = place(b, s);
-    const PairStatus status = query.separation(on_a.X_WS, on_b.X_WS, impact.geometry);
-    impact.lo = s;
-    if (!has_geometry(status)) {
-      impact.status = ImpactStatus::failed;
-      return impact;
-    }
-    const double separation = impact.geometry.separation;
-    // Once apart, a pair that started in contact is like any other.
-    if (impact.queries == 0 || (!from_afar && separation > rule.gap)) {
-      threshold = rule.threshold(separation, scale_of(on_a, on_b));
-      from_afar = separation > rule.gap;
-    }
-    if (impact.queries++ == 0) {
-      impact.start_separation = separation;
-      impact.starts_overlapping = separation < 0.0;
-    }
-    impact.least_separation = std::min(impact.least_separation, separation);
-    if (s >= 1.0 || (on_a.at_rest && on_b.at_rest)) {
-      impact.lo = 1.0;
-      return impact;
-    }
-    const double way = std::min(until, 1.0) * (a.travel + b.travel);
-    if (impact.queries == 1 && separation - way > std::max(interest, rule.gap)) {
-      impact.is_far = true;
-      impact.lo = 1.0;
-      return impact;
-    }
-    const double end = next_break(a, b, s);
-    const Stretch stretch =
-        find_clear_stretch(on_a, on_b, impact.geometry, rule, threshold, end - s, impact.queries);
-    if (stretch.at_end && end == 1.0 && separation > interest && stretch.least_at_end > interest) {
-      impact.is_far = true;
-      impact.lo = 1.0;
-      return impact;
-    }
-    if (stretch.at_end && end == 1.0 && !ask_at_end) {
-      impact.lo = 1.0;
-      return impact;
-    }
-    const double next = stretch.at_end ? end : s + stretch.length;
-    const bool stopped = stretch.length < kStalled * (end - s);
-    if (separation <= rule.gap && !stretch.at_end && stopped) {
-      impact.status = ImpactStatus::blocked;
-      impact.hi = next;
-      return impact;
-    }
-    if (next > until) {
-      impact.lo = next;
-      return impact;
-    }
-    if (impact.queries >= kImpactIterations || !(next > s)) {
-      impact.status = ImpactStatus::iteration_limit;
-      return impact;
-    }
-    s = next;
-  }
+  return Advancing(a, b, rule, query, interest, until, ask_at_end).find();
 }
 
 }  // namespace touchstone

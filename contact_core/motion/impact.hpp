@@ -27,11 +27,14 @@ struct MovingSolid {
   /// No point of the solid goes faster than this anywhere on the path [m per unit of s].
   double travel = std::numeric_limits<double>::infinity();
   PathViews* views = nullptr;  ///< of a mechanism's path; null: none
+  /// Where it is at s = 0, bit for bit what path and pose would give there; both or none, which is null.
+  const Pose* X_WS_at_start = nullptr;
+  const WorldVertices* vertices_at_start = nullptr;
 
   Pose pose_at(double s) const noexcept;
 };
 
-/// Where motion stops (DESIGN: contact gap). All [m].
+/// The contact gap: where motion stops. All [m].
 struct GapRule {
   double gap;  ///< g: a pair stops with separation in [g/2, g]; > 0
 

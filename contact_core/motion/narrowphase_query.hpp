@@ -10,6 +10,7 @@
 
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/separation_memo.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone {
 
@@ -41,7 +42,17 @@ class NarrowphaseQuery final : public SeparationQuery {
 
   /// From now on separations are remembered (separation_memo.hpp): no narrowphase may be built anew without
   /// take_up().
-  void remember() { memo_.emplace(kRememberedSets); }
+  void remember() {
+    memo_.emplace(kRememberedSets);
+    known_ = &*memo_;
+  }
+
+  /// What `other` remembers is known here too; this remembers nothing. While both ask, `other` must not note
+  /// anything. Keeps a reference. @pre other.remember().
+  void look_up_in(const NarrowphaseQuery& other) { known_ = other.known_; }
+
+  /// Until it is taken back nothing more is remembered.
+  void pause_notes(bool pause) { is_paused_ = pause; }
 
   /// The narrowphases took up other solids: what is remembered is forgotten. @param solids as many as there
   /// are now.
@@ -51,14 +62,64 @@ class NarrowphaseQuery final : public SeparationQuery {
   }
 
   PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept override {
-    const SeparationMemo::Answer* known = memo_ ? memo_->find(pair_, X_WA, X_WB) : nullptr;
+    const SeparationMemo::Answer* known = find(X_WA, X_WB);
     if (known != nullptr) {
       out = known->geometry;
-      return known->status;
+      return last_status_ = known->status;
     }
-    const PairStatus status = ask(separations(), X_WA, X_WB, distance_query(), out, {});
-    if (memo_) memo_->put(pair_, X_WA, X_WB, status, out);
-    return status;
+    last_status_ = ask(separations(), X_WA, X_WB, distance_query(), out, {});
+    if (memo_ && !is_paused_) memo_->put(pair_, X_WA, X_WB, last_status_, out);
+    return last_status_;
+  }
+  /// Of the last separation().
+  PairStatus last_status() const { return last_status_; }
+
+  /// Known of a pair where its solids stand at these poses, until expect_nothing(). Keeps references.
+  void expect(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB,
+              const SeparationMemo::Answer& answer) {
+    expected_ = {pair, &X_WA, &X_WB, &answer};
+  }
+  void expect_nothing() { expected_ = {}; }
+
+  /// Asks about many pairs in one call and remembers nothing.
+  /// @param poses X_WS of every solid. @param out as many as pairs.
+  void separations_at(std::span<const SolidPair> pairs, std::span<const Pose> poses,
+                      std::span<SeparationMemo::Answer> out) noexcept {
+    std::array<std::size_t, kBatch> place;
+    std::array<SolidPair, kBatch> wanted;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const SolidPair& pair = pairs[i];
+      const SeparationMemo::Answer* known =
+          known_ != nullptr ? known_->find(pair, poses[pair.a], poses[pair.b]) : nullptr;
+      if (known != nullptr)
+        out[i] = *known;
+      else
+        place[count] = i, wanted[count++] = pair;
+      if (count < kBatch && (i + 1 < pairs.size() || count == 0)) continue;
+      std::array<PairStatus, kBatch> status;
+      std::array<PairGeometry, kBatch> geometry;
+      evaluate(std::span(wanted).first(count), poses, status, geometry);
+      for (std::size_t k = 0; k < count; ++k) out[place[k]] = {status[k], geometry[k]};
+      count = 0;
+    }
+  }
+
+  /// So that the next calls do not allocate.
+  void warm_up() noexcept {
+    if (poses_.size() < 2) return;
+    std::array<SolidPair, kBatch> pairs;
+    pairs.fill({0, 1});
+    std::array<PairStatus, kBatch> status;
+    std::array<PairGeometry, kBatch> geometry;
+    evaluate(pairs, poses_, status, geometry);
+    if (judges_poses_) verdict(poses_[0], poses_[1]);
+  }
+
+  /// Remembers an answer, unless it is known. @pre remember().
+  void note(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB, const SeparationMemo::Answer& answer) {
+    if (memo_->find(pair, X_WA, X_WB) == nullptr)
+      memo_->put(pair, X_WA, X_WB, answer.status, answer.geometry);
   }
 
   /// Asks about many pairs in one call, which costs less than one by one, and remembers what it is told.
@@ -97,6 +158,9 @@ class NarrowphaseQuery final : public SeparationQuery {
     return status;
   }
 
+  static constexpr std::size_t kRememberedSets = 256;  ///< of two answers each
+  static constexpr std::size_t kBatch = 32;            ///< asked about in one call at most
+
   /// Pairs that both narrowphases were asked about.
   std::uint64_t calls() const { return calls_; }
 
@@ -106,8 +170,12 @@ class NarrowphaseQuery final : public SeparationQuery {
     std::unique_ptr<Narrowphase::Workspace> workspace;
   };
 
-  static constexpr std::size_t kRememberedSets = 256;
-  static constexpr std::size_t kBatch = 32;
+  struct Expected {
+    SolidPair pair{0, 0};
+    const Pose* X_WA = nullptr;
+    const Pose* X_WB = nullptr;
+    const SeparationMemo::Answer* answer = nullptr;
+  };
 
   static Query distance_query() {
     Query query;
@@ -118,14 +186,28 @@ class NarrowphaseQuery final : public SeparationQuery {
   /// Who gives separations.
   Backend& separations() { return judges_poses_ ? planner_ : own_; }
 
+  /// @pre at most kBatch pairs.
+  void evaluate(std::span<const SolidPair> pairs, std::span<const Pose> poses, std::span<PairStatus> status,
+                std::span<PairGeometry> geometry) noexcept {
+    std::fill(geometry.begin(), geometry.end(), no_geometry());  // of pairs without an answer
+    Backend& backend = separations();
+    backend.narrowphase->evaluate({pairs, poses, distance_query()},
+                                  {status.first(pairs.size()), geometry.first(pairs.size())},
+                                  *backend.workspace);
+    calls_ += pairs.size();
+  }
+
+  const SeparationMemo::Answer* find(const Pose& X_WA, const Pose& X_WB) const noexcept {
+    if (expected_.answer != nullptr && expected_.pair == pair_ &&
+        SeparationMemo::is_same(*expected_.X_WA, X_WA) && SeparationMemo::is_same(*expected_.X_WB, X_WB))
+      return expected_.answer;
+    return known_ != nullptr ? known_->find(pair_, X_WA, X_WB) : nullptr;
+  }
+
   void look_at(std::span<const SolidPair> pairs, std::span<const Pose> poses) noexcept {
     std::array<PairStatus, kBatch> status;
     std::array<PairGeometry, kBatch> geometry;
-    Backend& backend = separations();
-    backend.narrowphase->evaluate(
-        {pairs, poses, distance_query()},
-        {std::span(status).first(pairs.size()), std::span(geometry).first(pairs.size())}, *backend.workspace);
-    calls_ += pairs.size();
+    evaluate(pairs, poses, status, geometry);
     for (std::size_t i = 0; i < pairs.size(); ++i)
       memo_->put(pairs[i], poses[pairs[i].a], poses[pairs[i].b], status[i], geometry[i]);
   }
@@ -144,6 +226,10 @@ class NarrowphaseQuery final : public SeparationQuery {
   bool judges_poses_;
   Backend own_, planner_;
   std::optional<SeparationMemo> memo_;
+  const SeparationMemo* known_ = nullptr;  // where answers are looked up
+  bool is_paused_ = false;
+  Expected expected_;
+  PairStatus last_status_ = PairStatus::failed;
   std::vector<Pose> poses_;
   SolidPair pair_{0, 1};
   std::uint64_t calls_ = 0;

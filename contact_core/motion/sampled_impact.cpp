@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/motion/advancement.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 
 namespace touchstone {
@@ -30,35 +31,11 @@ class Sampling {
   }
 
   Impact find(double interest) {
-    if (!take(0.0, now_)) return stopped_at(now_, ImpactStatus::failed, 0.0);
-    impact_.start_separation = now_.separation();
-    impact_.starts_overlapping = now_.verdict == PairStatus::overlapping;
-    is_held_ = !now_.is_clear();
-    begin_rule();
-    while (now_.s < 1.0 && !(now_.on_a.at_rest && now_.on_b.at_rest)) {
-      const double end = next_break(a_, b_, now_.s);
-      const Stretch stretch = find_clear_stretch(now_.on_a, now_.on_b, now_.geometry, rule_now_, threshold_,
-                                                 end - now_.s, impact_.queries);
-      const bool is_far =
-          stretch.at_end && end == 1.0 && now_.separation() > interest && stretch.least_at_end > interest;
-      const bool in_contact = now_.separation() <= rule_now_.gap;
-      const bool would_stop = in_contact && !stretch.at_end && stretch.length < kStalled * (end - now_.s);
-      double next = stretch.at_end ? end : now_.s + stretch.length;
-      if (would_stop && is_held_) return stopped_at(now_, ImpactStatus::blocked, next);
-      if (would_stop && probes_ == 0) unprobed_ = now_;
-      if (would_stop) next = std::min(end, now_.s + probe(end));
-      if (impact_.queries >= kImpactIterations || !(next > now_.s))
-        return stopped_at(now_, ImpactStatus::iteration_limit, 1.0);
-      Sample ahead;
-      if (!take(next, ahead)) return stopped_at(now_, ImpactStatus::failed, next);
-      if (!ahead.is_clear() && !is_held_) return bracket(ahead, would_stop);
-      if (is_far && ahead.is_clear()) {
-        impact_.is_far = true;
-        return stopped_at(now_, ImpactStatus::clear, 1.0);
-      }
-      go_to(ahead, would_stop);
-    }
-    return stopped_at(now_, ImpactStatus::clear, 1.0);
+    double s = 0.0;
+    const auto look_at = [&](double at) { return look(at, interest); };
+    if (advance(s, kImpactIterations, look_at) == AdvanceEnd::looks_spent)
+      stopped_at(now_, ImpactStatus::iteration_limit, 1.0);
+    return impact_;
   }
 
  private:
@@ -70,6 +47,57 @@ class Sampling {
     out.verdict = known ? query_.verdict(out.on_a.X_WS, out.on_b.X_WS) : PairStatus::failed;
     ++impact_.queries;
     return known;
+  }
+
+  std::optional<double> look(double s, double interest) {
+    if (!(impact_.queries == 0 ? begin() : go_on(s))) return {};
+    if (!(now_.s < 1.0) || (now_.on_a.at_rest && now_.on_b.at_rest)) {
+      stopped_at(now_, ImpactStatus::clear, 1.0);
+      return {};
+    }
+    const PathStep step =
+        next_step(now_.on_a, now_.on_b, now_.geometry, rule_now_, threshold_, interest, impact_.queries);
+    is_far_ = step.is_far, is_probe_ = step.is_stalled;
+    if (is_probe_ && is_held_) {
+      stopped_at(now_, ImpactStatus::blocked, step.next);
+      return {};
+    }
+    if (is_probe_ && probes_ == 0) unprobed_ = now_;
+    if (!is_probe_) return step.next;
+    const double end = next_break(a_, b_, now_.s);
+    return std::min(end, now_.s + probe(end));
+  }
+
+  /// False, as with the next: it ends there.
+  bool begin() {
+    if (!take(0.0, now_)) {
+      stopped_at(now_, ImpactStatus::failed, 0.0);
+      return false;
+    }
+    impact_.start_separation = now_.separation();
+    impact_.starts_overlapping = now_.verdict == PairStatus::overlapping;
+    is_held_ = !now_.is_clear();
+    begin_rule();
+    return true;
+  }
+
+  bool go_on(double s) {
+    Sample ahead;
+    if (!take(s, ahead)) {
+      stopped_at(now_, ImpactStatus::failed, s);
+      return false;
+    }
+    if (!ahead.is_clear() && !is_held_) {
+      bracket(ahead, is_probe_);
+      return false;
+    }
+    if (is_far_ && ahead.is_clear()) {
+      impact_.is_far = true;
+      stopped_at(now_, ImpactStatus::clear, 1.0);
+      return false;
+    }
+    go_to(ahead, is_probe_);
+    return true;
   }
 
   /// A pair that is not called separated comes no nearer than it is: as one in contact would, whose gap that
@@ -97,7 +125,7 @@ class Sampling {
     return std::max(measured, std::min(grown, kLongestProbe));
   }
 
-  Impact bracket(Sample hi, bool was_probe) {
+  void bracket(Sample hi, bool was_probe) {
     Sample lo = now_;
     const double speed = relative_speed(lo.on_a, lo.on_b);
     while ((hi.s - lo.s) * speed > rule_.gap && impact_.queries < kImpactIterations) {
@@ -108,16 +136,15 @@ class Sampling {
     // The gap rule: of the backend's clear poses none that is apart by less than where probing began is used.
     if (was_probe && lo.separation() >= 0.0 && lo.separation() < unprobed_.separation()) lo = unprobed_;
     const bool decided = hi.verdict == PairStatus::overlapping || hi.verdict == PairStatus::undecided;
-    return stopped_at(lo, decided ? ImpactStatus::blocked : ImpactStatus::failed, hi.s);
+    stopped_at(lo, decided ? ImpactStatus::blocked : ImpactStatus::failed, hi.s);
   }
 
-  Impact stopped_at(const Sample& sample, ImpactStatus status, double hi) {
+  void stopped_at(const Sample& sample, ImpactStatus status, double hi) {
     impact_.status = status;
     impact_.lo = status == ImpactStatus::clear ? 1.0 : sample.s;
     impact_.hi = hi;
     impact_.geometry = sample.geometry;
     impact_.least_separation = std::min(impact_.least_separation, sample.separation());
-    return impact_;
   }
 
   const MovingSolid& a_;
@@ -128,8 +155,10 @@ class Sampling {
   GapRule rule_now_{0.0};
   double threshold_ = 0.0;
   bool from_afar_ = false;
-  bool is_held_ = false;  // not called separated since the start
-  int probes_ = 0;        // in a row, past where the separations would stop
+  bool is_held_ = false;   // not called separated since the start
+  bool is_far_ = false;    // the step at hand stays further apart than what is of interest
+  bool is_probe_ = false;  // it goes past where the separations would stop
+  int probes_ = 0;         // in a row, past where the separations would stop
   Sample now_;
   Sample unprobed_;  // where the row of probes began
 };

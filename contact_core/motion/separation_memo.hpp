@@ -48,6 +48,9 @@ class SeparationMemo {
     entries_[newer] = {pair, X_WA, X_WB, {status, geometry}}, keys_[newer] = key;
   }
 
+  /// To the bit: 0 and -0 differ.
+  static bool is_same(const Pose& a, const Pose& b) noexcept { return words_of(a) == words_of(b); }
+
  private:
   struct Entry {
     SolidPair pair{0, 0};
@@ -70,8 +73,6 @@ class SeparationMemo {
     std::memcpy(words.data() + 9, X.p.data(), 3 * sizeof(double));
     return words;
   }
-
-  static bool is_same(const Pose& a, const Pose& b) noexcept { return words_of(a) == words_of(b); }
 
   /// Never 0, which stands for nothing. Four chains of three words each, so that products overlap.
   static std::uint64_t key_of(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB) noexcept {

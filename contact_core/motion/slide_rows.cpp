@@ -212,4 +212,11 @@ void order_rows(std::vector<SlideRow>& rows) {
   if (rows.size() > kMostSlideRows) rows.resize(kMostSlideRows);
 }
 
+void collect_rows(std::span<const NearPair> near, bool all, std::vector<SlideRow>& rows) {
+  rows.clear();
+  for (const NearPair& pair : near)
+    if (pair.is_sure || all) add_rows(pair, pair.reach, rows);
+  order_rows(rows);
+}
+
 }  // namespace touchstone

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "touchstone/contact_core/motion/impact.hpp"
@@ -46,5 +47,9 @@ void add_rows(const NearPair& pair, double reach, std::vector<SlideRow>& rows);
 /// Sorts, and keeps the kMostSlideRows with the least slack: those left out stop a motion when it comes
 /// there.
 void order_rows(std::vector<SlideRow>& rows);
+
+/// The rows of all these pairs, in their order, instead of what was in `rows`. @param all else only of those
+/// that are sure.
+void collect_rows(std::span<const NearPair> near, bool all, std::vector<SlideRow>& rows);
 
 }  // namespace touchstone

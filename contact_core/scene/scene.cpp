@@ -1,5 +1,7 @@
 #include "touchstone/contact_core/scene/scene.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -41,6 +43,15 @@ std::size_t carrier_among(const Scene& scene, std::size_t count, std::size_t obj
   return kNoObject;
 }
 
+bool has_motion(const SceneObject& object) {
+  return !object.motion.segments.empty() || !object.motion.keys.empty();
+}
+
+bool is_named(const SceneObject& object, std::string_view name) {
+  return object.tree.name() == name ||
+         std::find(object.groups.begin(), object.groups.end(), name) != object.groups.end();
+}
+
 }  // namespace
 
 std::size_t find_object(const Scene& scene, std::string_view name) {
@@ -51,6 +62,36 @@ std::size_t find_object(const Scene& scene, std::string_view name) {
 
 std::size_t carrier_of(const Scene& scene, std::size_t object) {
   return carrier_among(scene, scene.latches.size(), object);
+}
+
+std::vector<std::size_t> find_objects(const Scene& scene, std::string_view name) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (is_named(scene.objects[i], name)) found.push_back(i);
+  return found;
+}
+
+bool may_be_taken_along(const Scene& scene, std::size_t object) {
+  const SceneObject& it = scene.objects[object];
+  if (it.is_static || has_motion(it) || carrier_of(scene, object) != kNoObject) return false;
+  if (scene.passive != Passive::stays) return true;
+  return std::any_of(scene.rules.begin(), scene.rules.end(), [&](const SceneRule& rule) {
+    return rule.passive.value_or(Passive::stays) != Passive::stays &&
+           (is_named(it, rule.first) || is_named(it, rule.second));
+  });
+}
+
+void validate_rule(const Scene& scene, const SceneRule& rule) {
+  const auto fail = [&](const std::string& reason) {
+    throw InputError("rule between '" + rule.first + "' and '" + rule.second + "': " + reason);
+  };
+  for (const std::string* name : {&rule.first, &rule.second})
+    if (find_objects(scene, *name).empty()) fail("'" + *name + "' names no object or group of the scene");
+  if (rule.first == rule.second && find_object(scene, rule.first) != kNoObject)
+    fail("names one object twice");
+  if (rule.warn_distance && !(*rule.warn_distance >= 0.0 && std::isfinite(*rule.warn_distance)))
+    fail("the warn distance must be finite and >= 0");
+  if (!rule.policy && !rule.warn_distance && !rule.translation_only && !rule.passive) fail("sets nothing");
 }
 
 void validate_latch(const Scene& scene, std::size_t index) {
@@ -64,9 +105,8 @@ void validate_latch(const Scene& scene, std::size_t index) {
   const std::size_t other = carrier_among(scene, index, carried);
   if (other != kNoObject)
     fail("'" + latch.carried + "' is already carried by '" + scene.objects[other].tree.name() + "'");
-  const Motion& motion = scene.objects[carried].motion;
-  if (!motion.segments.empty() || !motion.keys.empty())
-    fail("'" + latch.carried + "' has a motion of its own");
+  if (has_motion(scene.objects[carried])) fail("'" + latch.carried + "' has a motion of its own");
+  if (scene.objects[carried].is_static) fail("'" + latch.carried + "' is static");
   for (std::size_t i = find_object(scene, latch.carrier); i != kNoObject; i = carrier_among(scene, index, i))
     if (i == carried) fail("closes a cycle");
   for (const ExemptPair& pair : latch.allowed) {
@@ -87,6 +127,11 @@ std::string_view to_string(ContactPolicy policy) {
       return "slide";
   }
   return "invalid ContactPolicy";
+}
+
+std::string_view to_string(Passive passive) {
+  constexpr std::array<std::string_view, 3> kNames{"stays", "shoved", "carried"};
+  return kNames[static_cast<std::size_t>(passive)];
 }
 
 std::uint64_t Scene::frame_count() const {
@@ -112,12 +157,14 @@ void validate(const Scene& scene) {
     const std::string name = "object '" + object.tree.name() + "'";
     validate_pose(object.X_WO, name + ": pose");
     validate_motion(object.motion, name);
+    if (object.is_static && has_motion(object)) throw InputError(name + ": is static and has a motion");
   }
   for (const ExemptPair& pair : scene.exempt_pairs) {
     find_solids(scene, pair.first);
     find_solids(scene, pair.second);
   }
   for (std::size_t i = 0; i < scene.latches.size(); ++i) validate_latch(scene, i);
+  for (const SceneRule& rule : scene.rules) validate_rule(scene, rule);
 }
 
 }  // namespace touchstone

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,7 +17,7 @@
 
 namespace touchstone {
 
-/// What is done when a commanded step would bring a pair into contact. Recorded here; carried out by motion
+/// The response when a commanded step would bring a pair into contact. Recorded here; carried out by motion
 /// modification.
 enum class ContactPolicy : std::uint8_t {
   cue,      ///< report entry and exit, let it move
@@ -27,12 +28,35 @@ enum class ContactPolicy : std::uint8_t {
 /// The enumerator's name, as scene files have it.
 std::string_view to_string(ContactPolicy policy);
 
+/// What an object without a command of its own does about a rigid mover that comes against it: quasi-static,
+/// without dynamics. It is passive while it is not commanded, not static, no link, and carried by nobody.
+enum class Passive : std::uint8_t {
+  stays,    ///< it stands, and the mover stops or goes along it as the policy says
+  shoved,   ///< where it stopped a mover it goes along for the rest of the frame, as one with the mover
+  carried,  ///< it goes along from the frame's start if the two were in contact then; else as `shoved`
+};
+/// The enumerator's name, as scene files have it.
+std::string_view to_string(Passive passive);
+
 /// One rigid object: its hexahedra, where it starts and how it is told to move.
 struct SceneObject {
   HexahedronTree tree;  ///< tree.name() is the object's name
   Pose X_WO;            ///< initial pose
   Motion motion;
   std::vector<std::string> groups;  ///< names under which exemptions may refer to several objects at once
+  /// Stands for ever: nothing commands, carries, shoves or carries it off. What has no motion, and no rule
+  /// that lets it be taken along, does so anyway.
+  bool is_static = false;
+};
+
+/// A rule of the pairs between two objects, or between the objects of two groups (the same one: within it).
+/// What is not set is inherited as by PairRule (world/contact_world.hpp).
+struct SceneRule {
+  std::string first, second;  ///< an object or a group each
+  std::optional<ContactPolicy> policy = {};
+  std::optional<double> warn_distance = {};   ///< [m]
+  std::optional<bool> translation_only = {};  ///< of `slide`
+  std::optional<Passive> passive = {};
 };
 
 /// Two sets of solids that are not checked against each other. Each is named by an object,
@@ -70,7 +94,9 @@ struct Scene {
   double contact_gap = 0.0;  ///< g [m]
   double duration = 0.0;     ///< [s]
   ContactPolicy policy = ContactPolicy::hold;
+  Passive passive = Passive::stays;
   std::vector<SceneObject> objects;  ///< solids of one object are never paired
+  std::vector<SceneRule> rules;      ///< one that names an object comes first; else the one given last
   std::vector<ExemptPair> exempt_pairs;
   std::vector<SceneLatch> latches;
   std::vector<FacetFigure> facet_figures;
@@ -89,14 +115,23 @@ inline constexpr std::size_t kNoObject = static_cast<std::size_t>(-1);
 std::size_t find_object(const Scene& scene, std::string_view name);
 /// The index of what carries the object, or kNoObject.
 std::size_t carrier_of(const Scene& scene, std::size_t object);
+/// Objects of that name or in that group, ascending; none: it means nothing in the scene.
+std::vector<std::size_t> find_objects(const Scene& scene, std::string_view name);
+/// True for what may be shoved or carried off, by a rule or the scene's own `passive`: not static, without a
+/// motion, and carried by nobody.
+bool may_be_taken_along(const Scene& scene, std::size_t object);
 
 /// @throws InputError naming the object and the figure: no name, no object, duplicate or ambiguous names, a
 /// rate, gap or duration that is not positive and finite, a bad pose or motion, an exemption that names
-/// nothing, a bad latch.
+/// nothing, a bad latch, a static object that moves or is carried, a bad rule.
 void validate(const Scene& scene);
 
 /// Latch `index` with those before it. @throws InputError: unknown objects, what is already carried or has a
 /// motion of its own, a cycle, an allowed pair that names nothing.
 void validate_latch(const Scene& scene, std::size_t index);
+
+/// @throws InputError: a name that is neither an object's nor a group's, one object twice, a warn distance
+/// that is no length, nothing set.
+void validate_rule(const Scene& scene, const SceneRule& rule);
 
 }  // namespace touchstone

@@ -100,6 +100,20 @@ void ContactWorld::set_slide_budget(const SlideBudget& budget) {
 
 const SlideBudget& ContactWorld::slide_budget() const { return state_->slides.budget; }
 
+void ContactWorld::set_threads(std::size_t count) {
+  if (count == 0 || count > FrameLanes::kMost)
+    throw InputError("contact world: " + std::to_string(count) + " threads are not 1 to " +
+                     std::to_string(FrameLanes::kMost));
+  std::unique_ptr<ThreadTeam> team = count > 1 ? std::make_unique<ThreadTeam>(count) : nullptr;
+  set_task_runner(team.get());
+  state_->team = std::move(team);
+}
+
+void ContactWorld::set_task_runner(TaskRunner* runner) {
+  state_->lanes.set_runner(runner);
+  state_->needs_layout = true;
+}
+
 WorldCapabilities ContactWorld::capabilities() const {
   return {state_->narrowphase->name(), state_->broadphase->name(),
           state_->is_sampled() ? MotionCheck::sampled : MotionCheck::proven};
@@ -152,7 +166,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   report.frame = s.frame;
   report.check = capabilities().check;
   s.events.clear(), s.moments.clear();
-  const std::uint64_t calls = s.query->calls();
+  const std::uint64_t calls = s.lanes.calls();
   s.take_selection();
   s.forget_motion();
   s.accept(commands);
@@ -169,7 +183,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.note_moments(s.pairs, 0);
   s.slide(report);
   s.report_pairs();
-  report.queries = s.query->calls() - calls;
+  report.queries = s.lanes.calls() - calls;
   report.events = s.events;
   report.selections = s.changes;
   report.refused_selections = s.refused_changes;
@@ -195,24 +209,13 @@ std::span<const Pose> ContactWorld::solid_poses(ObjectHandle object) const {
 
 double ContactWorld::gap() const { return state_->gap; }
 
-std::size_t ContactWorld::executed_parts() const { return state_->slides.part_count; }
-
-ContactWorld::State::Executed ContactWorld::State::executed_part(std::uint32_t root, std::size_t part,
-                                                                 double s) const {
-  const ExecutedPart* last = nullptr;
-  for (const ExecutedPart& entry : slides.parts) {
-    if (entry.root != root || entry.object != objects.handle(root)) continue;
-    if (entry.part > part) break;
-    last = &entry;
-  }
-  if (last == nullptr) return {nullptr, s};
-  return {last, last->part == part ? std::min(s, last->stop) : last->stop};
-}
+std::size_t ContactWorld::executed_parts() const { return state_->parts.count(); }
 
 Pose ContactWorld::executed_pose(ObjectHandle object, std::size_t part, double s) const {
   const std::uint32_t slot = state_->objects.slot_of(object);
   if (state_->mechanism_of(slot) != nullptr) return state_->executed_link_pose(slot, part, s);
-  const State::Executed executed = state_->executed_part(state_->objects[slot].root, part, s);
+  const ObjectHandle root = state_->objects.handle(state_->objects[slot].root);
+  const ExecutedParts::At executed = state_->parts.find(root, part, s);
   if (executed.part == nullptr || !executed.part->path.knows(slot)) return state_->objects[slot].X_WO;
   return executed.part->path.at(slot, executed.s).X_WO;
 }

@@ -37,16 +37,6 @@ struct ObjectDescription {
   std::vector<std::string> groups = {};
 };
 
-/// What an object without a command of its own does about a rigid mover that comes against it: quasi-static,
-/// without dynamics. It is passive while it is not commanded, not static, no link, and carried by nobody.
-enum class Passive : std::uint8_t {
-  stays,    ///< it stands, and the mover stops or goes along it as the policy says
-  shoved,   ///< where it stopped a mover it goes along for the rest of the frame, as one with the mover
-  carried,  ///< it goes along from the frame's start if the two were in contact then; else as `shoved`
-};
-/// The enumerator's name.
-std::string_view to_string(Passive passive);
-
 /// A pair's rule. Policies are ContactPolicy's. A mover that a `slide` pair stopped goes on along it towards
 /// its commanded pose, in sub-steps of at most kMostSlideSteps, never further from that pose in its mass
 /// metric (motion/mass_metric.hpp) than it was; where more than half a turn is left of its path it stays, as
@@ -314,6 +304,17 @@ class ContactWorld {
   /// For all frames from now on; unlimited before. @throws InputError: seconds < 0 or NaN.
   void set_slide_budget(const SlideBudget& budget);
   const SlideBudget& slide_budget() const;
+
+  /// Frames run on `count` threads from the next one on, the caller's among them; the others are this world's
+  /// and sleep in between. Reports, events and poses are the same with any number, bit by bit; a frame that
+  /// has little to do wakes none. One, unless this is called: most worlds are small, their frames take less
+  /// than waking a thread, and who steps several worlds has better use for the processors.
+  /// @throws InputError: 0, or more than 64; std::system_error: the system has no more. Nothing changed then.
+  void set_threads(std::size_t count);
+  /// The same, on the caller's threads, TaskRunner::threads() at once (64 at most); not while the caller's
+  /// runner is in use otherwise. Borrowed until the world ends, or the next call of this or set_threads(). A
+  /// narrowphase that is not thread safe (Capabilities) is asked on one thread all the same. Null: none.
+  void set_task_runner(TaskRunner* runner);
 
   WorldCapabilities capabilities() const;
 

@@ -1,5 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/contact_core/world/pair_watch.hpp"
@@ -15,12 +20,16 @@ struct Moment {
 inline constexpr std::uint32_t kNoMoment = 0xffffffff;
 inline constexpr double kNotStopped = -1.0;
 
+/// What distances matter of a pair [m].
+struct PairDistances {
+  double gap;
+  double interest;  ///< further apart than this nothing is reported
+};
+
 /// A pair that matters in this frame.
-struct FramePair {
+struct FramePair : PairDistances {
   SolidPair solids;
   EffectiveRule rule;
-  double gap;
-  double interest;  ///< further apart than this nothing is reported [m]
   Impact impact;
   std::uint32_t own = kNotOwn;      ///< of two links of a mechanism: see Travels
   double clear_until = kNotKnown;   ///< it stays further apart than `interest` while Travels has no more
@@ -41,10 +50,77 @@ struct FramePair {
   bool has_moment() const { return stop != kNoMoment || touch != kNoMoment; }
 };
 
+/// How far a pair came that is examined.
+enum class PairStage : std::uint8_t {
+  unchecked,  ///< it does not matter
+  apart,      ///< by an axis, wherever its movers are stopped
+  open,       ///< it has to be asked about
+};
+inline constexpr std::uint32_t kNotAsked = 0xffffffff;
+
+/// What is known of a pair while it is examined.
+struct ExaminedPair {
+  PairStage stage;
+  std::uint32_t start;  ///< index into State::answers, or kNotAsked
+};
+
+/// One of the watched pairs, to be put in the order of their solids wherever it was found.
+struct GatheredPair {
+  SolidPair solids;
+  std::uint32_t watch;
+
+  friend bool operator<(const GatheredPair& a, const GatheredPair& b) { return a.solids < b.solids; }
+};
+
+/// A pair that has to be asked about: by mover, the nearest first.
+struct OpenedPair {
+  std::uint32_t mover;  ///< see State::mover_of()
+  std::uint32_t index;  ///< into State::pairs, which are in the order of their solids
+  double start_separation = 0.0;
+
+  friend bool operator<(const OpenedPair& a, const OpenedPair& b) {
+    if (a.mover != b.mover) return a.mover < b.mover;
+    return a.start_separation != b.start_separation ? a.start_separation < b.start_separation
+                                                    : a.index < b.index;
+  }
+};
+
 /// A pair in contact at the end of a frame.
 struct ContactState {
   SolidPair solids;
   PairGeometry geometry;
 };
+
+/// Whether the pair is one of these, which are sorted by solids.
+template <class Entry>
+bool is_among(std::span<const Entry> entries, const SolidPair& pair) {
+  const auto place = std::lower_bound(entries.begin(), entries.end(), pair,
+                                      [](const Entry& x, const SolidPair& y) { return x.solids < y; });
+  return place != entries.end() && place->solids == pair;
+}
+inline bool is_among(const std::vector<ContactState>& contacts, const SolidPair& pair) {
+  return is_among(std::span<const ContactState>(contacts), pair);
+}
+
+/// Brings pairs into the order of their solids of which the first `known` are in it, and the others come in
+/// any. Allocates where there is no room for those once more.
+inline void merge_by_solids(std::vector<FramePair>& pairs, std::size_t known) {
+  const auto before = [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; };
+  const std::size_t count = pairs.size(), fresh = count - known;
+  const auto middle = pairs.begin() + static_cast<std::ptrdiff_t>(known);
+  if (fresh == 0) return;
+  if (!std::is_sorted(middle, pairs.end(), before)) std::sort(middle, pairs.end(), before);
+  if (known == 0 || !before(*middle, *(middle - 1))) return;
+  // The fresh ones make room behind all others, and the largest of both go to the back.
+  pairs.resize(count + fresh);
+  std::copy_n(pairs.begin() + static_cast<std::ptrdiff_t>(known), fresh,
+              pairs.begin() + static_cast<std::ptrdiff_t>(count));
+  std::size_t known_end = known, fresh_end = count + fresh;
+  for (std::size_t out = count; fresh_end > count;) {
+    const bool is_known = known_end > 0 && before(pairs[fresh_end - 1], pairs[known_end - 1]);
+    pairs[--out] = is_known ? pairs[--known_end] : pairs[--fresh_end];
+  }
+  pairs.resize(count);
+}
 
 }  // namespace touchstone

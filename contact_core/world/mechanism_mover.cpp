@@ -52,6 +52,7 @@ void MechanismMover::go(std::span<const double> to) noexcept {
       !std::equal(to.begin(), to.end(), path.to().begin())) {
     path.lay(path.X_WB(), actual, to, X_WL);
     relative.forget();
+    ++paths;
   }
   is_resting = false;
   double largest = 0.0;
@@ -66,6 +67,7 @@ void MechanismMover::rest() noexcept {
   if (is_resting) return;
   path.rest(path.X_WB(), actual, X_WL);
   relative.forget();
+  ++paths;
   is_resting = true;
 }
 
@@ -73,6 +75,7 @@ void MechanismMover::reset() noexcept {
   actual = commanded = initial;
   path.set(path.X_WB(), actual, actual);
   relative.forget();
+  ++paths;
   is_resting = true;
   stand_at(0.0);
 }

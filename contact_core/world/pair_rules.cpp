@@ -36,6 +36,7 @@ void PairRules::check(const PairRule& rule) {
 
 void PairRules::note(const PairRule& rule) {
   moves_passive_ = moves_passive_ || rule.passive.value_or(Passive::stays) != Passive::stays;
+  largest_warn_ = std::max(largest_warn_, rule.warn_distance.value_or(0.0));
 }
 
 void PairRules::set_default(const PairRule& rule) {

@@ -38,6 +38,8 @@ class PairRules {
   /// Which of the two.
   std::uint32_t bearer_of(std::uint32_t first, std::uint32_t second) const;
 
+  /// At least that of every rule there was [m].
+  double largest_warn_distance() const { return largest_warn_; }
   PairRule default_rule() const { return default_; }
   /// The rule of two groups as it was set, or an empty one.
   PairRule rule_of_groups(std::uint32_t first, std::uint32_t second) const;
@@ -69,6 +71,7 @@ class PairRules {
   void make_room(const ObjectTable& objects);
 
   bool moves_passive_ = false;
+  double largest_warn_ = EffectiveRule{}.warn_distance;
   PairRule default_;
   std::vector<GroupEntry> for_groups_;  // in the order in which they were given; at most one for two groups
   std::vector<PairEntry> for_pairs_;    // a power of two, or none; never more than half full

@@ -19,18 +19,35 @@ const MotionSegment* segment_over(const Motion& motion, double from_time, double
 
 }  // namespace
 
+void set_rules(const Scene& scene, std::span<const ObjectHandle> objects, ContactWorld& world) {
+  world.set_default_rule({scene.policy, {}, {}, scene.passive});
+  for (const SceneRule& given : scene.rules) {
+    const PairRule rule{given.policy, given.warn_distance, given.translation_only, given.passive};
+    const bool has_object =
+        find_object(scene, given.first) != kNoObject || find_object(scene, given.second) != kNoObject;
+    if (!has_object) {
+      world.set_group_rule(given.first, given.second, rule);
+      continue;
+    }
+    for (const std::size_t a : find_objects(scene, given.first))
+      for (const std::size_t b : find_objects(scene, given.second))
+        if (a != b) world.set_pair_rule(objects[a], objects[b], rule);
+  }
+}
+
 SceneWorld::SceneWorld(const Scene& scene, std::unique_ptr<Narrowphase> narrowphase,
                        std::unique_ptr<Broadphase> broadphase)
     : scene_(&scene), world_(std::move(narrowphase), std::move(broadphase), scene.contact_gap) {
   const SceneInstance instance(scene);  // validates
-  world_.set_default_rule({scene.policy});
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const SceneObject& object = scene.objects[i];
-    const bool is_static = !moves(object.motion) && carrier_of(scene, i) == kNoObject;
+    const bool is_static =
+        !moves(object.motion) && carrier_of(scene, i) == kNoObject && !may_be_taken_along(scene, i);
     // The scene outlives this, so the world's share of the tree owns nothing.
     const std::shared_ptr<const HexahedronTree> tree(std::shared_ptr<void>(), &object.tree);
     objects_.push_back(world_.add({tree, object.X_WO, is_static, object.groups}));
   }
+  set_rules(scene, objects_, world_);
   for (const SceneLatch& latch : scene.latches)
     world_.latch(objects_[find_object(scene, latch.carrier)], objects_[find_object(scene, latch.carried)],
                  exemptions(instance, latch.allowed));

@@ -11,13 +11,17 @@ namespace touchstone {
 
 class SceneInstance;
 
-/// A scene flown through a contact world: its objects, exemptions, latches with what they allow, policy and
+/// Sets the scene's policy, `passive` and rules. @param objects of the world, by index in the scene.
+/// @throws InputError as ContactWorld::set_default_rule(), set_group_rule() and set_pair_rule().
+void set_rules(const Scene& scene, std::span<const ObjectHandle> objects, ContactWorld& world);
+
+/// A scene flown through a contact world: its objects, exemptions, latches with what they allow, rules and
 /// gap, commanded frame by frame along their prescribed motions. Frame k goes from frame_time(k) to
 /// frame_time(k + 1). An object that was stopped is told to go from where it is to where it should be.
 class SceneWorld {
  public:
   /// Keeps a pointer to `scene`, which must outlive it. Objects without motion that nothing
-  /// carries are static.
+  /// carries, and that may not be taken along, are static.
   /// @throws InputError as validate(scene), and as ContactWorld.
   SceneWorld(const Scene& scene, std::unique_ptr<Narrowphase> narrowphase,
              std::unique_ptr<Broadphase> broadphase);

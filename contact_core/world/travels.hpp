@@ -19,9 +19,11 @@ struct Travels {
                                                    ///< all of the watched ones that may come near
   std::vector<double> last_solid, last_own;        ///< of the path that was laid last [m]; 0: at rest
   std::vector<double> planned_solid, planned_own;  ///< of a path that a slide may take [m]
-  std::vector<double> needed;              ///< how far on slides of rigid bodies ask what is watched [m]
-  std::vector<WorldVertices> vertices;     ///< as it stands, once asked for
+  std::uint64_t clearings = 0;          ///< of the two: what movers know of their plans there ends with each
+  std::vector<double> needed;           ///< how far on slides of rigid bodies ask what is watched [m]
+  std::vector<WorldVertices> vertices;  ///< as it stands, once asked for
   std::vector<std::uint8_t> has_vertices;  ///< by solid
+  std::vector<SolidIndex> unplaced;        ///< within place_vertices()
 
   /// Sums above say nothing: the squares of lengths may have overflowed.
   static constexpr double kMost = 0x1p500;

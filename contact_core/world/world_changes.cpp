@@ -29,13 +29,14 @@ void ContactWorld::State::build_all() {
   planner->build(next.solids);
   BroadphaseInput input;
   input.trees = next.trees;
-  input.margin = std::max(2.0 * gap, rules.default_rule().warn_distance.value_or(0.0));
+  input.margin = margin = std::max(2.0 * gap, rules.default_rule().warn_distance.value_or(0.0));
   input.is_static = next.is_static;
+  input.threads = lanes.runner();
   broadphase->build(input);
   for (std::uint32_t slot = 0; slot < next.slots(); ++slot)
     if (!next.is_alive(slot)) broadphase->set_object(slot, nullptr, false);
-  query = std::make_unique<NarrowphaseQuery>(*narrowphase, *planner, next.solids.size());
-  query->remember();
+  lanes.build(*narrowphase, *planner, next.solids.size());
+  query = &lanes.first();
   keep_contacts(next);
   layout = std::move(next);
   take_room(true);
@@ -45,6 +46,7 @@ void ContactWorld::State::build_all() {
   moved.clear(), movers.clear(), told.clear(), told_before.clear(), due.clear();
   poses_in_body = objects.poses_in_body().data();
   place_solids_in_bodies();
+  furthest = largest_extent = 0.0;
   for (std::uint32_t slot = 0; slot < layout.slots(); ++slot) place_solids(slot);
   if (!broadphase->update_paths({from, to, bulges}, {}))
     throw InputError("contact world: broadphase '" + std::string(broadphase->name()) +
@@ -67,11 +69,15 @@ void ContactWorld::State::take_room(bool anew) {
   for (std::vector<std::uint8_t>* flags : {&in_motion, &is_restopped, &is_held, &is_short, &is_noted_due})
     size(*flags, slots, std::uint8_t{0});
   size(reaches, slots, 0.0);
-  size(member_root, slots, SlideState::kNone);
-  from.resize(solids), to.resize(solids), X_BS.resize(solids);
+  looked_at.reserve(slots), size(is_looked_at, slots, std::uint8_t{0});
+  size(member_root, slots, PairWatch::kNone);
+  from.resize(solids), to.resize(solids), X_BS.resize(solids), root_of_solid.resize(solids);
   size(bulges, solids, 0.0);
   moved.reserve(slots);
   reserve_more(pairs, 64 + 16 * solids);
+  reserve_more(examined, 64 + 16 * solids), reserve_more(answers, 64 + 16 * solids);
+  reserve_more(opened, 64 + 16 * solids), reserve_more(opened_groups, 64 + 16 * solids);
+  travels.unplaced.reserve(solids);
   reserve_more(contacts, 64 + 16 * solids), reserve_more(contacts_before, 64 + 16 * solids);
   reserve_more(moments, 128 + 32 * solids), reserve_more(events, 256 + 16 * solids);
   stop_queue.reserve(64 + 16 * solids), restopped.reserve(slots);
@@ -80,13 +86,17 @@ void ContactWorld::State::take_room(bool anew) {
   take_room_for_travels(anew);
 }
 
-/// Where the slot's object stands, at rest.
+/// Where the slot's object stands, at rest. @pre place_in_body().
 void ContactWorld::State::place_solids(std::uint32_t slot) {
   for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) {
+    const Sphere& sphere = layout.solids[i].bounding_sphere();
+    largest_extent =
+        std::max(largest_extent, norm(layout.X_OS[i].p) + norm(sphere.centre) + 2.0 * sphere.radius);
     from[i] = to[i] = compose(objects[slot].X_WO, layout.X_OS[i]);
-    bulges[i] = reaches[slot];
+    bulges[i] = reaches[slot] + contact_reach(i, 0.0);
     travels.has_vertices[i] = 0;
   }
+  note_place(slot);
 }
 
 /// @returns whether it did; else all is to be built anew.
@@ -100,7 +110,7 @@ bool ContactWorld::State::take_up_changes() {
   for (const std::uint32_t slot : slots)
     if (!replace_object(slot)) return false;
   if (!slots.empty()) {
-    query->take_up(layout.solids.size());
+    lanes.take_up(layout.solids.size());
     take_room(false);
     for (const std::uint32_t slot : slots) begin_object(slot);
     for (const auto& [object, warn] : early_reaches)
@@ -148,15 +158,15 @@ void ContactWorld::State::begin_object(std::uint32_t slot) {
       (*values)[i] = 0.0;
     slides.moments[i] = transform(layout.X_OS[i], mass_moments(layout.solids[i]));
   }
-  place_solids(slot);
   change_body(slot);
+  place_solids(slot);
 }
 
 void ContactWorld::State::change_body(std::uint32_t slot) {
   const auto leave = std::pair{member_root[slot], slot};
   const auto place = std::lower_bound(members.begin(), members.end(), leave);
   if (place != members.end() && *place == leave) members.erase(place);
-  member_root[slot] = SlideState::kNone;
+  member_root[slot] = PairWatch::kNone;
   if (!layout.is_alive(slot)) return;
   const auto join = std::pair{member_root[slot] = objects[slot].root, slot};
   members.insert(std::lower_bound(members.begin(), members.end(), join), join);

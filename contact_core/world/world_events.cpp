@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <limits>
 
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/world/world_state.hpp"
 
 // What a frame reports: of each pair that matters, how it stands at the frame's end, and the moments that its
@@ -19,12 +21,6 @@ namespace {
 
 /// Rounds sums of travels down.
 constexpr double kDown = 1.0 - 0x1p-50;
-
-PairGeometry no_geometry() {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  const Vector3 nowhere = Vector3::Constant(kNaN);
-  return {kNaN, nowhere, nowhere, nowhere, 0};
-}
 
 }  // namespace
 
@@ -81,19 +77,22 @@ bool ContactWorld::State::is_in_contact(const FramePair& pair, double separation
   const bool is_close = has_been ? !(separation > 2.0 * own_gap) : separation <= own_gap;
   if (!query->judges_poses()) return is_close;
   // The backend says what is contact, the gap only how long one lasts: what it does not see is none.
+  query->set_pair(pair.solids);
   if (query->verdict(from[pair.solids.a], from[pair.solids.b]) != PairStatus::separated) return true;
   return is_close && separation >= 0.0 && (has_been || pair.stop != kNoMoment);
 }
 
-PairGeometry ContactWorld::State::geometry_now(const SolidPair& pair) {
-  PairGeometry geometry = no_geometry();
+SeparationMemo::Answer ContactWorld::State::answer_now(const SolidPair& pair) {
+  SeparationMemo::Answer answer{PairStatus::failed, no_geometry()};
   query->set_pair(pair);
-  query->separation(from[pair.a], from[pair.b], geometry);
-  return geometry;
+  answer.status = query->separation(from[pair.a], from[pair.b], answer.geometry);
+  return answer;
 }
 
-void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact) {
-  const Moment end{slides.part_count - 1, 1.0, geometry_now(pair.solids)};
+/// @param at_end where the frame left the two.
+void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact,
+                                      const PairGeometry& at_end) {
+  const Moment end{parts.count() - 1, 1.0, at_end};
   const double separation = end.geometry.separation;
   const bool touched = !was_in_contact && pair.touch != kNoMoment;
   const Moment& first = touched ? moments[pair.touch] : end;
@@ -112,45 +111,75 @@ void ContactWorld::State::report_pair(const FramePair& pair, bool was_in_contact
     add(EventKind::near, end);
 }
 
-bool ContactWorld::State::is_among(const SolidPair& pair, std::size_t known) const {
-  const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
-  const auto place = std::lower_bound(pairs.begin(), end, pair,
-                                      [](const FramePair& x, const SolidPair& y) { return x.solids < y; });
-  return place != end && place->solids == pair;
-}
-
 /// Takes up what was left out as its path leads far away, where that path was not gone to its end, and what
 /// was in contact before: it may be near yet.
 void ContactWorld::State::add_left_out_pairs() {
   const std::size_t known = pairs.size();
+  add_left_out();
   for (const ContactState& contact : contacts)
-    if (is_checked(contact.solids) && !is_among(contact.solids, known))
+    if (is_checked(contact.solids) &&
+        !is_among(std::span<const FramePair>(pairs).first(known), contact.solids))
       pairs.push_back(frame_pair(contact.solids));
-  for (const std::uint32_t root : movers)
-    if (is_short[root])
-      for_each_member(root, [&](std::uint32_t slot) {
-        for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
-          watched.for_each_of(solid, [&](std::uint32_t index) { add_left_out(index, solid, known); });
-      });
-  if (pairs.size() == known) return;
-  std::sort(pairs.begin(), pairs.end(),
-            [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; });
+  merge_by_solids(pairs, known);
 }
 
-/// @param solid of a mover that was stopped; of two such it is taken up with the lower one.
-void ContactWorld::State::add_left_out(std::uint32_t index, SolidIndex solid, std::size_t known) {
-  WatchedPair& watch = watched[index];
-  const SolidPair pair{watch.a, watch.b};
-  if (solid != pair.a && is_short[root_of(pair.a)]) return;
-  if (is_clear(watch) || !is_checked(pair) || is_among(pair, known) || was_in_contact(pair)) return;
-  const FramePair entry = frame_pair(pair);
-  if (!is_apart_by_axis(watch, entry, travelled(pair, watch.own) * kDown, 0.0)) pairs.push_back(entry);
+/// The watched pairs of movers that were stopped, if not known to be apart. Of two such it is the lower
+/// one's.
+void ContactWorld::State::add_left_out() {
+  constexpr std::size_t kRootsAtOnce = 16, kPairsAtOnce = 64;
+  const std::size_t known = pairs.size();
+  std::atomic<std::size_t> count{0};
+  const auto take = [&](std::uint32_t index, SolidIndex solid) {
+    const WatchedPair& watch = watched[index];
+    const SolidPair pair{watch.a, watch.b};
+    if (is_clear(watch) || (solid != pair.a && is_short[root_of(pair.a)])) return;
+    if (is_among(std::span<const FramePair>(pairs).first(known), pair) || !is_checked(pair) ||
+        is_among(contacts, pair))
+      return;
+    gathered[count.fetch_add(1, std::memory_order_relaxed)] = {pair, index};
+  };
+  gathered.resize(std::max(gathered.size(), 4 * std::size_t{watched.size()}));
+  lanes.for_each(movers.size(), kRootsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    if (!is_short[movers[i]] || mechanism_of(movers[i]) != nullptr) return;
+    for_each_solid(movers[i], [&](SolidIndex solid) {
+      watched.for_each_of(solid, [&](std::uint32_t index) { take(index, solid); });
+    });
+  });
+  // Of an arm's many pairs those that are not lively are clear.
+  for (const std::uint32_t root : movers) {
+    if (!is_short[root] || mechanism_of(root) == nullptr) continue;
+    if (needs_lively) choose_lively();
+    for (const std::uint32_t index : lively) {
+      const auto [a, b] = watched.solids(index);
+      if (root_of(a) == root || root_of(b) == root) take(index, root_of(a) == root ? a : b);
+    }
+  }
+  sort_gathered(count);
+  close.clear();
+  for (std::size_t k = 0; k < count; ++k) close.push_back(gathered[k].watch);
+  place_vertices(*this, lanes, watched, close);
+  pairs.resize(known + count);
+  examined.resize(std::max(examined.size(), pairs.size()));
+  lanes.for_each(count, kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    WatchedPair& watch = watched[close[i]];
+    FramePair& entry = pairs[known + i] = frame_pair({watch.a, watch.b});
+    const bool is_apart =
+        is_apart_by_axis(*this, watch, entry, travelled(entry.solids, watch.own) * kDown, 0.0);
+    examined[known + i].stage = is_apart ? PairStage::apart : PairStage::open;
+  });
+  std::size_t kept = known;
+  for (std::size_t k = known; k < pairs.size(); ++k) {
+    if (examined[k].stage == PairStage::apart) continue;
+    if (kept != k) pairs[kept] = pairs[k];
+    ++kept;
+  }
+  pairs.resize(kept);
 }
 
 /// Removed, switched off, exempt, latched to one another.
 void ContactWorld::State::end_unchecked(const ContactState& contact) {
-  events.push_back(
-      pair_event(EventKind::ended, contact.solids, {0, 0.0, contact.geometry}, geometry_now(contact.solids)));
+  events.push_back(pair_event(EventKind::ended, contact.solids, {0, 0.0, contact.geometry},
+                              answer_now(contact.solids).geometry));
 }
 
 void ContactWorld::State::report_pairs() {
@@ -162,7 +191,9 @@ void ContactWorld::State::report_pairs() {
   ahead.clear();
   for (const FramePair& pair : pairs)
     if (!pair.impact.is_far || pair.has_moment()) ahead.push_back(pair.solids);
-  query->look_ahead(ahead, from);
+  answers.resize(std::max(answers.size(), ahead.size()));
+  lanes.ask(ahead, from, answers);
+  std::size_t answered = 0;
   auto before = contacts_before.begin();
   const auto end_those_before = [&](const SolidPair& limit) {
     for (; before != contacts_before.end() && before->solids < limit; ++before) end_unchecked(*before);
@@ -171,7 +202,10 @@ void ContactWorld::State::report_pairs() {
     end_those_before(pair.solids);
     const bool was = before != contacts_before.end() && before->solids == pair.solids;
     if (was) ++before;
-    if (!pair.impact.is_far || was || pair.has_moment()) report_pair(pair, was);
+    if (!pair.impact.is_far || pair.has_moment())
+      report_pair(pair, was, answers[answered++].geometry);
+    else if (was)
+      report_pair(pair, was, answer_now(pair.solids).geometry);
   }
   end_those_before({std::numeric_limits<SolidIndex>::max(), 0});
 }

@@ -42,14 +42,13 @@ void ContactWorld::set_hand(ObjectHandle object, const std::optional<HandStiffne
   const std::string label = "object '" + std::string(name_of(object)) + "', hand";
   if (s.objects[slot].is_link()) throw InputError(label + ": it is a mechanism's link, which joints move");
   if (hand) check_hand(*hand, s.longest_lever(), label);
-  if (s.slides.hands.size() <= slot) s.slides.hands.resize(slot + 1);
-  s.slides.hands[slot] = {object, hand};
+  s.slides.hands.set(object, hand);
 }
 
 void ContactWorld::set_default_hand(const std::optional<HandStiffness>& hand) {
   if (hand && hand->X_OT) throw InputError("contact world, default hand: a tool frame is of one object");
   if (hand) check_hand(*hand, state_->longest_lever(), "contact world, default hand");
-  state_->slides.default_hand = hand;
+  state_->slides.hands.set_default(hand);
 }
 
 }  // namespace touchstone

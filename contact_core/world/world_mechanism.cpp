@@ -154,6 +154,7 @@ void ContactWorld::State::place_in_body(std::uint32_t slot) {
   for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid) {
     const Pose& X_OS = layout.X_OS[solid];
     X_BS[solid] = body == slot ? X_OS : compose(objects.poses_in_body()[slot], X_OS);
+    root_of_solid[solid] = objects[slot].root;
     if (mover == nullptr) continue;
     const Sphere& sphere = layout.solids[solid].bounding_sphere();
     double& radius = mover->radius_of_link[objects[body].link];
@@ -165,9 +166,9 @@ void ContactWorld::State::place_in_body(std::uint32_t slot) {
 }
 
 void ContactWorld::State::place_solids_in_bodies() {
-  X_BS.resize(layout.solids.size());
+  X_BS.resize(layout.solids.size()), root_of_solid.resize(layout.solids.size());
   members.clear();
-  member_root.assign(layout.slots(), SlideState::kNone);
+  member_root.assign(layout.slots(), kNone);
   for (std::uint32_t slot = 0; slot < layout.slots(); ++slot) {
     if (!layout.is_alive(slot)) continue;
     members.emplace_back(member_root[slot] = objects[slot].root, slot);
@@ -197,10 +198,10 @@ void ContactWorld::State::take_room_for_travels(bool anew) {
   if (watched.capacity() < 256 + 64 * solids) {
     const std::size_t room = std::max(256 + 64 * solids, anew ? 0 : 2 * watched.capacity());
     watched.reserve(room), watched_before.reserve(room);
-    for (std::vector<std::uint32_t>* watches : {&lively, &close, &deferred, &unclear, &seen_at})
-      watches->reserve(room);
+    for (std::vector<std::uint32_t>* watches : {&lively, &close, &deferred, &unclear}) watches->reserve(room);
     ahead.reserve(room);
-    reserve_slide_pairs();
+    gathered.reserve(4 * room);
+    slides.pairs.reserve_watched(watched.capacity());
   }
   watched.set_solids(solids), watched_before.set_solids(solids);
   reserve_more(partners, solids), reserve_more(known_partners, solids);
@@ -225,21 +226,17 @@ void ContactWorld::State::number_own_pairs() {
 Pose ContactWorld::State::executed_link_pose(std::uint32_t slot, std::size_t part, double s) const {
   const ObjectRecord& body = objects[objects[slot].body];
   const Mechanism& mechanism = *mechanisms.at(body.mechanism)->mechanism;
-  const Executed executed = executed_part(objects[slot].root, part, s);
+  const std::uint32_t root = objects[slot].root;
+  const ExecutedParts::At executed = parts.find(objects.handle(root), part, s);
+  const std::size_t values = mechanism_of(root)->actual.size();
   if (executed.part == nullptr) return objects[slot].X_WO;
   Pose X = mechanisms.at(body.mechanism)->path.X_WB();
   for (const std::uint32_t j : mechanism.chain(body.link)) {
     const Mechanism::Joint& joint = mechanism.joints()[j];
-    X = Mechanism::across(joint, X, joint.value == kNone ? 0.0 : executed_value(executed, joint.value));
+    X = Mechanism::across(joint, X,
+                          joint.value == kNone ? 0.0 : parts.joint_value(executed, joint.value, values));
   }
   return objects[slot].body == slot ? X : compose(X, objects.poses_in_body()[slot]);
-}
-
-double ContactWorld::State::executed_value(const Executed& executed, std::uint32_t value) const {
-  const std::size_t count = mechanism_of(executed.part->root)->actual.size();
-  const double* q = &slides.joints[executed.part->joints + value];
-  const double from_q = q[0], to_q = q[count], s = executed.s;
-  return s <= 0.0 ? from_q : s >= 1.0 ? to_q : from_q + s * (to_q - from_q);
 }
 
 void ContactWorld::executed_joints(MechanismHandle mechanism, std::size_t part, double s,
@@ -248,14 +245,10 @@ void ContactWorld::executed_joints(MechanismHandle mechanism, std::size_t part, 
   if (out.size() != mover.actual.size())
     throw InputError("mechanism '" + mover.mechanism->name() + "': room for " + std::to_string(out.size()) +
                      " joint values, not " + std::to_string(mover.actual.size()));
-  const auto executed = state_->executed_part(mover.lead, part, s);
+  const ExecutedParts& parts = state_->parts;
+  const ExecutedParts::At executed = parts.find(state_->objects.handle(mover.lead), part, s);
   for (std::uint32_t k = 0; k < out.size(); ++k)
-    out[k] = executed.part == nullptr ? mover.actual[k] : state_->executed_value(executed, k);
-}
-
-bool ContactWorld::State::moves(std::uint32_t slot) const {
-  const MechanismMover* mover = mechanism_of(slot);
-  return mover == nullptr || mover->path.moves(objects[objects[slot].body].link);
+    out[k] = executed.part == nullptr ? mover.actual[k] : parts.joint_value(executed, k, out.size());
 }
 
 }  // namespace touchstone

@@ -1,83 +1,26 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
-#include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/world/slide/arm_plan.hpp"
+#include "touchstone/contact_core/world/slide/leading_paths.hpp"
+#include "touchstone/contact_core/world/slide/rigid_plan.hpp"
 #include "touchstone/contact_core/world/world_state.hpp"
 
 // The slide policy: movers that slide pairs stopped go on towards their commanded poses in sub-steps. All of
 // a sub-step are planned from the same poses, each for itself (a pair of two sliders shares its slack), then
-// move together as in any frame: who is registered first does not matter.
+// move together as in any frame: who is registered first does not matter. What is here leads from part to
+// part: SlidePairs finds what is near, plan_rigid_slide() and plan_arm_slide() plan, and stops and execution
+// are those of any path.
 
 namespace touchstone {
 namespace {
 
-/// What is planned is executed where it gains this share.
-constexpr double kWorthwhile = 0x1p-30;
-/// Of the room between two sliders neither gets less than this share, whatever they are told to do.
-constexpr double kLeastShare = 0.125;
-/// The square of the distance along a twist is a parabola but for terms of third order in its turn: it falls
-/// throughout where it still falls from here to the end.
-constexpr double kNearEnd = 0.875;
-constexpr int kShortenings = 16;
 constexpr double kUnitRoundoff = 0x1p-53;
-constexpr double kShorter = 0.75;
 /// A sub-step that is stopped before this share of it was planned for too far: bends grow with the square of
 /// its length.
 constexpr double kFarEnough = 0.25;
 constexpr double kLeastTrust = 0x1p-12;
-
-Twist twist_to(const Pose& X_WR, const Slider& slider) {
-  const BodyState way = RigidPath::between(X_WR, slider.goal).at(0, 0.0);
-  return {transform(slider.goal, slider.metric.centre) - transform(X_WR, slider.metric.centre),
-          way.angular_velocity_W};
-}
-
-/// J goes with the body: a turn about the axis of what is left changes nothing of w . J w. K stands as
-/// commanded.
-TwistMetric metric_at(const Pose& X_WR, const Slider& slider) {
-  const Matrix3 J_W = turned(X_WR.R, slider.metric.J);
-  return slider.is_even ? TwistMetric(J_W) : TwistMetric(J_W, slider.K_W);
-}
-
-double distance_to_goal(const Pose& X_WR, const Slider& slider) {
-  const Twist left = twist_to(X_WR, slider);
-  return std::sqrt(inner_product(metric_at(X_WR, slider), left, left));
-}
-
-/// How fast a slider would come along n if it went straight to its goal.
-double rate_along(const Vector3& n, const Vector3& p_W, const Pose& X_WR, const Slider& slider) {
-  const Twist way = twist_to(X_WR, slider);
-  return dot(n, way.v + cross(way.w, p_W - transform(X_WR, slider.metric.centre)));
-}
-
-/// What a slider gets of the room between it and another one: by how fast each would come.
-double share_of(double own_rate, double other_rate) {
-  const double own = std::max(own_rate, 0.0), other = std::max(other_rate, 0.0);
-  if (own == other) return 0.5;
-  return std::clamp(own / (own + other), kLeastShare, 1.0 - kLeastShare);
-}
-
-JointVector joints_left(const MechanismMover& arm) {
-  JointVector left{};
-  for (std::size_t k = 0; k < arm.actual.size(); ++k) left[k] = arm.commanded[k] - arm.actual[k];
-  return left;
-}
-
-}  // namespace
-
-bool leaves_little(const Slider& slider, double left_over) {
-  return left_over <= 2.0 * kLeastGain * slider.start_distance * slider.distance;
-}
-
-/// Of the room between two sliders either plans for a share only.
-bool ContactWorld::State::shares_room() const {
-  return std::any_of(slides.near.begin(), slides.near.end(),
-                     [](const NearPair& near) { return near.share < 1.0; });
-}
-
-namespace {
 
 bool turns_too_far(const CarriedPath& path, double stop) {
   return (1.0 - stop) * norm(path.carrier().at(0, 0.0).angular_velocity_W) > std::numbers::pi;
@@ -85,8 +28,37 @@ bool turns_too_far(const CarriedPath& path, double stop) {
 
 }  // namespace
 
+/// What an arm's plan asks for, from the slides' pairs; further than the lively pairs reach they are chosen
+/// anew.
+class ContactWorld::State::ObstaclesOfArm final : public ArmObstacles {
+ public:
+  ObstaclesOfArm(State& world, const Slider& slider) : world_(world), slider_(slider) {}
+
+  std::span<NearPair> near() override { return pairs().near(); }
+  Links links_of(std::uint32_t source) const override {
+    const auto [link, other] = touchstone::links_of(world_, slider_, world_.slides.pairs[source].solids);
+    return {link, other};
+  }
+  void take_up_standing() override { pairs().find_near(world_.slide_scope(), slider_); }
+  bool take_up_held() override { return pairs().add_held(world_.slide_scope(), slider_); }
+  bool take_up_on_path() override {
+    if (plan_goes_beyond(world_, slider_) && world_.slides.sliders.list.size() == 1) {
+      world_.choose_lively();
+      world_.gather_slide_pairs();
+    }
+    return pairs().add_on_path(world_.slide_scope(), slider_);
+  }
+  bool is_over() const override { return world_.slides.meter.is_over(); }
+
+ private:
+  SlidePairs& pairs() { return world_.slides.pairs; }
+
+  State& world_;
+  const Slider& slider_;
+};
+
 void ContactWorld::State::prepare_slides() {
-  slides.sliders.clear();
+  slides.sliders.list.clear();
   for (SolidIndex i = 0; i < layout.solids.size(); ++i)
     slides.moments[i] = transform(layout.X_OS[i], mass_moments(layout.solids[i]));
 }
@@ -94,38 +66,52 @@ void ContactWorld::State::prepare_slides() {
 /// See take_room().
 void ContactWorld::State::take_room_for_slides(bool anew) {
   const std::size_t slots = layout.slots(), solids = layout.solids.size();
-  for (std::vector<std::uint8_t>* flags :
-       {&slides.may_slide, &slides.may_pivot, &slides.translation_only, &slides.translation_only_before}) {
-    if (anew) flags->clear();
-    flags->resize(slots, 0);
-  }
-  if (anew) slides.slider_of.clear();
-  slides.slider_of.resize(slots, SlideState::kNone);
-  slides.moments.resize(solids);
   const auto reserve_more = [](auto& list, std::size_t count) {
     if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
   };
-  if (anew) shoves = {};
-  shoves.leader_of.resize(slots, SlideState::kNone), shoves.claim_of.resize(slots, SlideState::kNone);
-  shoves.is_told.resize(slots, 0), shoves.is_disputed.resize(slots, 0), shoves.is_blocked.resize(slots, 0);
-  reserve_more(shoves.followers, slots), reserve_more(shoves.claimed, slots);
-  reserve_more(slides.sliders, slots), reserve_more(slides.carried, slots);
+  slides.permits.take_room(slots, anew);
+  if (anew) slides.sliders.index_of.clear();
+  slides.sliders.index_of.resize(slots, Sliders::kNone);
+  slides.moments.resize(solids);
+  followers.take_room(slots, anew);
+  reserve_more(slides.sliders.list, slots), reserve_more(slides.carried, slots);
   reserve_more(slides.cut_off, slots), reserve_more(slides.felt, slots);
-  reserve_more(slides.pairs, 64 + 16 * solids), reserve_more(slides.near, 64 + 16 * solids);
-  slides.held.reserve(mechanisms.size() * kMostSlideJoints);
+  slides.pairs.reserve(slots, solids, mechanisms.size());
   reserve_more(slides.rows, 1024 + 8 * solids);
+  reserve_more(slides.touching, 64 + 16 * solids), reserve_more(slides.touching_of, 64 + 16 * solids);
   slides.joint_rows.reserve(mechanisms.size() > 0 ? kMostSlideRows : 0);
-  reserve_more(slides.parts, (kMostSlideSteps + 1) * slots);
   std::size_t values = 0;
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
     if (const MechanismMover* mover = mechanisms.at(i)) values += mover->actual.size();
-  slides.joints.reserve((kMostSlideSteps + 1) * 2 * values);
+  parts.reserve((kMostSlideSteps + 1) * slots, (kMostSlideSteps + 1) * 2 * values);
 }
 
-/// As many as the watched pairs.
-void ContactWorld::State::reserve_slide_pairs() {
-  slides.met.reserve(2 * watched.capacity()), slides.by_root.reserve(2 * watched.capacity());
-  slides.pair_of.reserve(watched.capacity()), slides.is_near.reserve(watched.capacity());
+SlidePairs::Scope ContactWorld::State::slide_scope() {
+  return {*this, watched, *query, slides.sliders, slides.meter, lanes};
+}
+
+void ContactWorld::State::gather_slide_pairs() {
+  if (slides.sliders.is_one_arm() && needs_lively) choose_lively();
+  slides.pairs.gather(*this, watched, slides.sliders, lively, lanes);
+}
+
+/// From now on slides look at pairs, as many as watch_pairs() finds.
+void ContactWorld::State::find_slide_pairs() {
+  for (const std::uint32_t slot : slides.pairs.begin(*this, slides.sliders)) note_due(slot);
+  if (is_watch_due()) watch_pairs();
+  slides.pairs.renumber(watched);
+  gather_slide_pairs();
+}
+
+/// Once paths are laid: those that go further than was looked ahead for have more to meet.
+void ContactWorld::State::take_up_slide_pairs() {
+  if (is_watch_due()) {
+    watch_pairs();
+    slides.pairs.renumber(watched);
+    gather_slide_pairs();
+  } else if (needs_lively && slides.sliders.is_one_arm()) {
+    gather_slide_pairs();
+  }
 }
 
 void ContactWorld::State::rest(std::uint32_t root) {
@@ -137,32 +123,30 @@ void ContactWorld::State::rest(std::uint32_t root) {
 void ContactWorld::State::record_parts(std::uint32_t part) {
   for (const std::uint32_t slot : movers) {
     if (!in_motion[slot]) continue;
-    slides.parts.push_back({slot, part, paths[slot], stops[slot],
-                            static_cast<std::uint32_t>(slides.joints.size()), objects.handle(slot)});
     const MechanismMover* mover = mechanism_of(slot);
-    if (mover == nullptr) continue;
-    const MechanismPath& path = mover->path;
-    slides.joints.insert(slides.joints.end(), path.from().begin(), path.from().end());
-    slides.joints.insert(slides.joints.end(), path.to().begin(), path.to().end());
+    if (mover == nullptr)
+      parts.add(objects.handle(slot), part, paths[slot], stops[slot]);
+    else
+      parts.add(objects.handle(slot), part, paths[slot], stops[slot], mover->path.from(), mover->path.to());
   }
-  slides.part_count = part + 1;
+  parts.set_count(part + 1);
 }
 
 void ContactWorld::State::slide(FrameReport& report) {
-  slides.parts.clear();
-  slides.joints.clear();
+  parts.clear();
   slides.cut_off.clear(), slides.felt.clear();
   record_parts(0);
   shove(pairs);
   if (!begin_slides()) return;
   slides.meter.begin(slides.budget);
+  find_touching();
   find_slide_pairs();
   for (std::uint32_t step = 1; step <= kMostSlideSteps; ++step) {
     if (!slides.meter.has_left()) {
       cut_off_all();
       break;
     }
-    for (FramePair& pair : slides.pairs) pair.is_active = false;
+    slides.pairs.nothing_is_active();
     const bool moves_on = plan_slides(report);
     note_active(step - 1);
     if (!moves_on) break;
@@ -170,64 +154,86 @@ void ContactWorld::State::slide(FrameReport& report) {
       drop_step();
       break;
     }
-    resolve_stops(slides.pairs, step);
+    resolve_stops(slides.pairs.pairs(), step);
     execute();
     record_parts(step);
-    note_moments(slides.pairs, step);
+    note_moments(slides.pairs.pairs(), step);
     note_active(step);
     report.slide_steps = step;
     if (!finish_step()) break;
   }
-  merge_slide_pairs();
-  report.slide_pairs = slides.meter.seen();
-  for (const Slider& slider : slides.sliders)
-    if (slider.is_cut_off) slides.cut_off.push_back(objects.handle(slider.root));
-  report.cut_off = slides.cut_off;
-  report_feel(report);
+  merge_slide_pairs(*this, watched, contacts, slides.pairs.pairs(), pairs);
+  report_slides(report);
 }
 
 void ContactWorld::State::cut_off_all() {
-  for (Slider& slider : slides.sliders) slider.is_cut_off = slider.is_cut_off || !slider.done;
+  for (Slider& slider : slides.sliders.list) slider.is_cut_off = slider.is_cut_off || !slider.done;
 }
 
 /// The budget ended before all paths of a sub-step were checked: none is gone.
 void ContactWorld::State::drop_step() {
   slides.meter.clip();
-  for (const Slider& slider : slides.sliders)
+  for (const Slider& slider : slides.sliders.list)
     if (in_motion[slider.root]) stops[slider.root] = 0.0;
   execute();
-  for (const Slider& slider : slides.sliders)
+  for (const Slider& slider : slides.sliders.list)
     if (in_motion[slider.root]) rest(slider.root);
   cut_off_all();
 }
 
 bool ContactWorld::State::begin_slides() {
-  for (const Slider& slider : slides.sliders) slides.slider_of[slider.root] = SlideState::kNone;
-  slides.sliders.clear(), slides.held.clear();
+  Sliders& sliders = slides.sliders;
+  for (const Slider& slider : sliders.list) sliders.index_of[slider.root] = Sliders::kNone;
+  sliders.list.clear();
   for (const std::uint32_t slot : movers) {
     const double stop = stops[slot];
     MechanismMover* arm = mechanism_of(slot);
-    const bool may_slide =
+    const bool may_go_on =
         arm != nullptr ? arm->actual.size() <= kMostSlideJoints : !turns_too_far(paths[slot], stop);
-    if (leader_of(slot) != slot) continue;
-    const bool has_taken_along = is_followed(slot) && stop < 1.0 && !shoves.is_blocked[slot];
-    const bool pivots = may_pivot(slot) && !turns_too_far(paths[slot], stop) && !has_taken_along;
-    if ((stop < 1.0 && slides.may_slide[slot] && may_slide) || pivots || has_taken_along) {
-      slides.slider_of[slot] = static_cast<std::uint32_t>(slides.sliders.size());
-      Slider slider{};
-      slider.root = slot, slider.stop = stop, slider.arm = arm;
-      slider.goal = paths[slot].carrier().to();
-      slider.pivots = pivots;
-      slides.sliders.push_back(slider);
-      if (has_taken_along) begin_shove(slides.sliders.back(), stop);
-      if (arm != nullptr) begin_joint_slide(slides.sliders.back());
-    }
+    if (followers.leader_of(slot) != slot) continue;
+    const bool has_taken_along = followers.is_followed(slot) && stop < 1.0 && !followers.is_blocked(slot);
+    const bool pivots = may_pivot(slot) && may_go_on && !has_taken_along;
+    const bool may_slide = stop < 1.0 && slides.permits.may_slide[slot] && may_go_on;
+    if (!may_slide && !pivots && !has_taken_along) continue;
+    sliders.index_of[slot] = static_cast<std::uint32_t>(sliders.list.size());
+    Slider slider{};
+    slider.root = slider.leader = slot, slider.stop = stop, slider.arm = arm;
+    slider.goal = paths[slot].carrier().to();
+    slider.pivots = pivots;
+    if (has_taken_along) begin_shove(slider, paths[slot].carrier(), stop);
+    if (arm != nullptr) begin_arm_slide(slider);
+    sliders.list.push_back(slider);
   }
-  if (slides.sliders.empty()) return false;
-  if (!shoves.followers.empty()) add_follower_sliders();
+  if (sliders.list.empty()) return false;
+  if (!followers.all().empty()) add_follower_sliders();
   for (const std::uint32_t slot : movers) rest(slot);
   weigh_sliders();
   return true;
+}
+
+/// A rigid body that turns, stopped by pairs that advance or slide, of which not all slide.
+bool ContactWorld::State::may_pivot(std::uint32_t root) const {
+  return stops[root] < 1.0 && slides.permits.may_pivot[root] && !slides.permits.may_slide[root] &&
+         mechanism_of(root) == nullptr &&
+         paths[root].carrier().at(0, 0.0).angular_velocity_W != Vector3::Zero();
+}
+
+/// Entries for those that go along with a slider, by root as all; more than once does no harm.
+void ContactWorld::State::add_follower_sliders() {
+  Sliders& sliders = slides.sliders;
+  for (const std::uint32_t root : followers.all()) {
+    const std::uint32_t leader = followers.leader_of(root);
+    if (sliders.find(root) != nullptr || sliders.find(leader) == nullptr) continue;
+    sliders.index_of[root] = static_cast<std::uint32_t>(sliders.list.size());
+    Slider follower{};
+    follower.root = root, follower.leader = leader;
+    follower.goal = objects[root].X_WO;
+    follower.done = follower.follows = true;
+    sliders.list.push_back(follower);
+  }
+  std::sort(sliders.list.begin(), sliders.list.end(),
+            [](const Slider& a, const Slider& b) { return a.root < b.root; });
+  for (std::uint32_t i = 0; i < sliders.list.size(); ++i) sliders.index_of[sliders.list[i].root] = i;
 }
 
 /// Parts that are further out than this from a mover's origin do not count in its metric: a pose that turns
@@ -235,11 +241,12 @@ bool ContactWorld::State::begin_slides() {
 double ContactWorld::State::longest_lever() const { return gap / (16.0 * 8.0 * kUnitRoundoff); }
 
 void ContactWorld::State::weigh_sliders() {
-  const bool all_arms = std::all_of(slides.sliders.begin(), slides.sliders.end(),
+  Sliders& sliders = slides.sliders;
+  const bool all_arms = std::all_of(sliders.list.begin(), sliders.list.end(),
                                     [](const Slider& slider) { return slider.arm != nullptr; });
   slides.carried.clear();
   for (std::uint32_t i = 0; i < layout.slots() && !all_arms; ++i) {
-    const Slider* slider = layout.is_alive(i) ? slides.find(objects[i].root) : nullptr;
+    const Slider* slider = layout.is_alive(i) ? sliders.find(objects[i].root) : nullptr;
     if (slider == nullptr || slider->arm != nullptr) continue;
     MassMoments own;
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
@@ -249,202 +256,143 @@ void ContactWorld::State::weigh_sliders() {
     if (norm(centre) <= longest_lever()) slides.carried.push_back({slider->root, own});
   }
   std::sort(slides.carried.begin(), slides.carried.end());
-  for (const CarriedMoments& carried : slides.carried) slides.find(carried.root)->moments += carried.moments;
-  for (Slider& slider : slides.sliders) {
+  for (const CarriedMoments& carried : slides.carried) sliders.find(carried.root)->moments += carried.moments;
+  for (Slider& slider : sliders.list) {
     if (slider.follows) continue;
     // All of it is too far out: it stays where it was stopped.
     slider.done = slider.arm == nullptr && !(slider.moments.volume > 0.0);
     if (slider.done) continue;
-    if (slider.arm == nullptr) weigh_by_hand(slider);
-    slider.start_distance = slider.distance = distance_of(slider);
+    if (slider.arm == nullptr) weigh_by_hand(slider, slides.hands.of(objects.handle(slider.root)));
+    slider.start_distance = slider.distance = distance_left(slider, objects[slider.root].X_WO);
   }
 }
 
-/// The slider's metric, in its root's frame: by its hand, or by its mass.
-void ContactWorld::State::weigh_by_hand(Slider& slider) const {
-  slider.metric = mass_metric(slider.moments);
-  const std::uint32_t slot = slider.root;
-  const bool has_own = slot < slides.hands.size() && slides.hands[slot].object == objects.handle(slot);
-  const std::optional<HandStiffness>& hand = has_own ? slides.hands[slot].hand : slides.default_hand;
-  if (!hand) return;
-  const Pose X_RT = hand->X_OT.value_or(Pose{});
-  if (hand->X_OT) slider.metric.centre = X_RT.p;
-  const Vector3 &k = hand->translation, &c = hand->turning;
-  slider.stiffness = k.minCoeff();
-  const auto diagonal = [&](const Vector3& values) {
-    Matrix3 out = Matrix3::Zero();
-    for (int i = 0; i < 3; ++i) out(i, i) = values[i] / slider.stiffness;
-    return turned(X_RT.R, out);
-  };
-  slider.metric.J = diagonal(c);
-  slider.is_even = k.x() == k.y() && k.y() == k.z();
-  if (!slider.is_even) slider.K_W = turned(slider.goal.R, diagonal(k));
-}
-
-double ContactWorld::State::distance_of(const Slider& slider) const {
-  if (slider.arm == nullptr) return distance_to_goal(objects[slider.root].X_WO, slider);
-  const JointVector left = joints_left(*slider.arm);
-  return std::sqrt(joint_product(left, left, slider.arm->weights));
-}
-
-double ContactWorld::State::share_of_pair(const Slider& slider, const Slider& other,
-                                          const NearPair& near) const {
-  if (slider.arm != nullptr || other.arm != nullptr) return 0.5;
-  return share_of(-rate_along(near.n, near.points[0].p_B_W, objects[slider.root].X_WO, slider),
-                  rate_along(near.n, near.points[0].p_A_W, objects[other.root].X_WO, other));
-}
-
-/// @param all the rows of pairs that are not sure too.
-void ContactWorld::State::order_near_rows(bool all) {
-  slides.rows.clear();
-  for (const NearPair& near : slides.near)
-    if (near.is_sure || all) add_rows(near, near.reach, slides.rows);
-  order_rows(slides.rows);
-}
-
-/// By the rows that hold the plan alone: what they take from the whole of what is left.
-void ContactWorld::State::feel(Slider& slider, const Twist& left, const TwistMetric& metric_W,
-                               const ActiveRows& active) const {
-  std::array<SlideRow, kTwistSize> rows;
-  for (int i = 0; i < active.count; ++i) {
-    rows[i] = slides.rows[active.row[i]];
-    rows[i].slack = std::max(rows[i].slack, 0.0);
-  }
-  slider.force_W = slider.moment_W = Vector3::Zero();
-  Twist kept;
-  ActiveRows holding;
-  constexpr std::array<double, kTwistSize> kNoLift{};
-  const auto count = static_cast<std::size_t>(active.count);
-  const bool translation_only = slides.translation_only[slider.root];
-  if (!project(left, metric_W, std::span(rows).first(count), std::span(kNoLift).first(count),
-               translation_only, kept, holding))
-    return;
-  for (int i = 0; i < holding.count; ++i) {
-    const SlideRow& row = rows[holding.row[i]];
-    const Vector3 force_W = (slider.stiffness * holding.force[i]) * row.n;
-    slider.force_W += force_W;
-    slider.moment_W += cross(row.r, force_W);
-  }
-}
-
-void ContactWorld::State::report_feel(FrameReport& report) {
-  for (const Slider& slider : slides.sliders) {
+void ContactWorld::State::report_slides(FrameReport& report) {
+  report.slide_pairs = slides.meter.seen();
+  for (const Slider& slider : slides.sliders.list) {
+    if (slider.is_cut_off) slides.cut_off.push_back(objects.handle(slider.root));
     if (slider.arm != nullptr || slider.pivots || slider.start_distance == 0.0) continue;
     const Pose& X_WR = objects[slider.root].X_WO;
-    const Twist left = twist_to(X_WR, slider);
+    const Twist left = twist_to_goal(slider, X_WR);
     slides.felt.push_back({objects.handle(slider.root), transform(X_WR, slider.metric.centre), left.v, left.w,
                            slider.force_W, slider.moment_W});
   }
+  report.cut_off = slides.cut_off;
   report.felt = slides.felt;
 }
 
-void ContactWorld::State::mark_active(std::uint32_t row) {
-  slides.pairs[slides.rows[row].source].is_active = true;
+/// What pivots turn about, by root.
+void ContactWorld::State::find_touching() {
+  slides.touching.clear(), slides.touching_of.clear();
+  for (std::uint32_t i = 0; i < pairs.size(); ++i) {
+    if (pairs[i].stop == kNoMoment) continue;
+    for (const SolidIndex solid : {pairs[i].solids.a, pairs[i].solids.b}) {
+      const Slider* slider = slides.sliders.find(root_of(solid));
+      if (slider != nullptr && slider->pivots) slides.touching_of.emplace_back(slider->root, i);
+    }
+  }
+  std::sort(slides.touching_of.begin(), slides.touching_of.end());
+  for (const auto& [root, i] : slides.touching_of) slides.touching.push_back(pairs[i]);
 }
 
 RigidPath ContactWorld::State::plan_of(Slider& slider) {
   const Pose& X_WR = objects[slider.root].X_WO;
-  const TwistMetric metric_W = metric_at(X_WR, slider);
-  Twist goal = twist_to(X_WR, slider);
-  const bool translation_only = slides.translation_only[slider.root];
-  if (translation_only) goal.w = Vector3::Zero();
-  find_near_pairs(slider);
+  slides.pairs.find_near(slide_scope(), slider);
   if (slides.meter.is_over()) return RigidPath(X_WR);
-  const auto plan_with = [&](bool all) {
-    order_near_rows(all);
-    return plan_slide(slider.trust * goal, metric_W, slides.rows, translation_only);
-  };
-  // Faces in contact first; then, along the motion that they leave, the planes of all that is near.
-  SlidePlan plan = plan_with(false);
-  for (int round = 0; round < kSlidePlaneRounds; ++round) {
-    bool changed = round == 0;
-    for (NearPair& near : slides.near)
-      if (!near.is_sure && choose_plane(near, plan.twist)) changed = true;
-    if (!changed) break;
-    plan = plan_with(true);
-  }
-  for (int i = 0; i < plan.active.count; ++i) mark_active(plan.active.row[i]);
-  feel(slider, goal, metric_W, plan.active);
-  slider.is_near_end =
-      slider.trust == 1.0 && plan.is_whole && !shares_room() && leaves_little(slider, plan.left_over);
-  Twist step = plan.twist;
-  for (int i = 0; i < kShortenings; ++i, step = kShorter * step) {
-    const RigidPath path = RigidPath::by(X_WR, step.v, step.w, slider.metric.centre);
-    if (i == 1) slider.is_near_end = false;
-    const double end = distance_to_goal(path.to(), slider), gain = slider.distance - end;
-    if (!(gain >= kWorthwhile * slider.start_distance && gain > 0.0)) continue;
-    if (end <= distance_to_goal(path.pose_at(kNearEnd), slider)) return path;
-  }
-  return RigidPath(X_WR);
+  const RigidPlan plan = plan_rigid_slide(slider, X_WR, slides.permits.translation_only[slider.root] != 0,
+                                          slides.pairs.near(), slides.rows);
+  for (int i = 0; i < plan.held_by; ++i) slides.pairs[plan.sources[i]].is_active = true;
+  slider.force_W = plan.force_W, slider.moment_W = plan.moment_W;
+  slider.is_near_end = plan.is_near_end;
+  return plan.path;
 }
 
 RigidPath ContactWorld::State::rigid_path(Slider& slider) {
-  if (slider.pivots) return pivot_path(slider);
-  return slider.shoves ? shoving_path(slider) : plan_of(slider);
+  const Pose& X_WR = objects[slider.root].X_WO;
+  if (slider.shoves) return shoving_path(slider, X_WR);
+  if (!slider.pivots) return plan_of(slider);
+  Vector3 p_W = Vector3::Zero();
+  const auto [first, last] =
+      std::equal_range(slides.touching_of.begin(), slides.touching_of.end(), std::pair{slider.root, 0u},
+                       [](const auto& x, const auto& y) { return x.first < y.first; });
+  const auto of_root = std::span<const FramePair>(slides.touching)
+                           .subspan(static_cast<std::size_t>(first - slides.touching_of.begin()),
+                                    static_cast<std::size_t>(last - first));
+  const bool touches = find_pivot(*this, of_root, moments, slider.root, slider.stop, p_W);
+  return touches ? pivot_path(X_WR, slider.goal, p_W) : RigidPath(X_WR);
 }
 
+bool ContactWorld::State::plan_arm(Slider& slider) {
+  ObstaclesOfArm obstacles(*this, slider);
+  const ArmPlan plan = plan_arm_slide(slider, obstacles, slides.rows, slides.joint_rows);
+  const auto sources = std::span(plan.sources).first(static_cast<std::size_t>(plan.held_by));
+  for (const std::uint32_t source : sources) slides.pairs[source].is_active = true;
+  slides.pairs.note_held(slider, sources);
+  slider.is_near_end = plan.is_near_end;
+  return plan.moves;
+}
+
+/// @returns whether any moves: their paths are laid, and where they stop is known.
 bool ContactWorld::State::plan_slides(FrameReport& report) {
+  std::vector<Slider>& sliders = slides.sliders.list;
   std::size_t sharers = 0;
-  for (const Slider& slider : slides.sliders) sharers += !slider.done;
+  for (const Slider& slider : sliders) sharers += !slider.done;
   if (sharers == 0) return false;
   slides.meter.begin_step(sharers);
-  for (Slider& slider : slides.sliders) {
+  for (Slider& slider : sliders) {
     if (slider.done) continue;
     stops[slider.root] = 1.0;
     slides.meter.begin_plan();
     if (slider.arm != nullptr)
-      in_motion[slider.root] = plan_joints(slider);
+      in_motion[slider.root] = plan_arm(slider);
     else
       paths[slider.root] = CarriedPath(rigid_path(slider), objects.poses_in_body());
     slider.is_cut_off = slides.meter.is_over();
     slides.meter.clip();
   }
   // Only now, so that all plan alike.
-  for (Slider& slider : slides.sliders) slider.done = slider.done || slider.is_cut_off;
+  for (Slider& slider : sliders) slider.done = slider.done || slider.is_cut_off;
   bool any = false;
-  for (const Slider& slider : slides.sliders) {
+  for (const Slider& slider : sliders) {
     if (slider.arm == nullptr || slider.done)
       in_motion[slider.root] = !slider.done && !paths[slider.root].carrier().at_rest();
     any = any || in_motion[slider.root];
   }
-  for (const Slider& slider : slides.sliders) {
+  for (const Slider& slider : sliders) {
     if (!slider.follows) continue;
-    const std::uint32_t leader = leader_of(slider.root);
-    in_motion[slider.root] = in_motion[leader];
-    if (in_motion[leader]) paths[slider.root] = path_along(leader, slider.root), stops[slider.root] = 1.0;
+    in_motion[slider.root] = in_motion[slider.leader];
+    if (in_motion[slider.leader]) go_along(slider.leader, slider.root);
   }
   if (!any) return false;
   lay_paths();
   take_up_slide_pairs();
   slides.meter.begin_checks();
-  find_slide_impacts(report);
+  report.iteration_limits += slides.pairs.find_impacts(slide_scope());
   return true;
 }
 
 bool ContactWorld::State::finish_step() {
   bool goes_on = false;
-  const bool shoves_more = shove(slides.pairs);
-  for (Slider& slider : slides.sliders) {
+  const bool shoves_more = shove(slides.pairs.pairs());
+  for (Slider& slider : slides.sliders.list) {
     if (!in_motion[slider.root]) continue;
     const double before = slider.distance, stop = stops[slider.root];
-    if (slider.follows) {
-      rest(slider.root);
-      continue;
-    }
-    slider.distance = distance_of(slider);
+    rest(slider.root);
+    if (slider.follows) continue;
+    slider.distance = distance_left(slider, objects[slider.root].X_WO);
+    const bool may_slide = slides.permits.may_slide[slider.root] != 0;
     if (slider.shoves) {
-      goes_on = go_on_shoving(slider, stop) || !slider.done || goes_on;
-      rest(slider.root);
+      const bool shoves = go_on_shoving(slider, stop, followers.is_blocked(slider.root), may_slide);
+      goes_on = shoves || !slider.done || goes_on;
       continue;
     }
-    slider.done = !slides.may_slide[slider.root] || slider.pivots;
+    slider.done = !may_slide || slider.pivots;
     const double trust = slider.trust;
     slider.trust = stop < kFarEnough ? 0.25 * trust : std::min(1.0, 4.0 * trust);
     const bool gained = before - slider.distance >= kLeastGain * slider.start_distance &&
                         !(slider.is_near_end && stop == 1.0);
     const bool shorter = stop < kFarEnough && slider.trust >= kLeastTrust;
     goes_on = goes_on || (!slider.done && (gained || shorter));
-    rest(slider.root);
   }
   if (shoves_more) {
     add_follower_sliders();

@@ -22,7 +22,8 @@ bool ContactWorld::State::stop_movers(const FramePair& pair) {
     if (!in_motion[root] || stops[root] < target) continue;
     const bool is_newly_held = pair.holds() && !is_held[root];
     is_held[root] = is_held[root] || pair.holds();
-    slides.note_stop(leader_of(root), pair.rule, stops[root] == target && stops[root] < 1.0);
+    slides.permits.note_stop(followers.leader_of(root), pair.rule,
+                             stops[root] == target && stops[root] < 1.0);
     if (stops[root] == target) {
       if (is_newly_held) stop_together(root, target);  // who goes along is held as well
       continue;
@@ -43,11 +44,11 @@ void ContactWorld::State::stop_together(std::uint32_t root, double target) {
     is_restopped[one] = 1;
   };
   stop(root);
-  if (shoves.followers.empty()) return;
-  const std::uint32_t leader = leader_of(root);
+  if (followers.all().empty()) return;
+  const std::uint32_t leader = followers.leader_of(root);
   stop(leader);
-  for (const std::uint32_t follower : shoves.followers)
-    if (shoves.leader_of[follower] == leader) stop(follower);
+  for (const std::uint32_t follower : followers.all())
+    if (followers.leader_of(follower) == leader) stop(follower);
 }
 
 /// All that are due at `least` take effect; but where a pair holds, only those that do, as they may undo the
@@ -79,7 +80,7 @@ void ContactWorld::State::recheck(std::uint32_t root, std::span<FramePair> among
     const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
     const std::uint32_t other = a == root ? b : a;
     if (other != root && in_motion[other]) {
-      pair.impact = impact_of(pair);
+      pair.impact = impact_of(*this, *query, pair);
       pair.is_settled = false;
       if (pair.is_open()) stop_queue.put(pair.impact.lo, i);
     } else if (pair.impact.lo >= stops[root]) {
@@ -91,19 +92,20 @@ void ContactWorld::State::recheck(std::uint32_t root, std::span<FramePair> among
 /// As before the first round, but for movers that are held at their start.
 void ContactWorld::State::begin_again(std::span<FramePair> among) {
   took_back = false;
+  StopPermits& permits = slides.permits;
   for (const std::uint32_t root : movers) {
-    slides.translation_only[root] = slides.translation_only_before[root];
+    permits.translation_only[root] = permits.translation_only_before[root];
     if (!in_motion[root]) continue;
     const double stop = is_held[root] ? 0.0 : 1.0;
     if (stops[root] != stop) is_restopped[root] = 1;
     stops[root] = stop;
-    if (!is_held[root]) slides.may_slide[root] = slides.may_pivot[root] = 1;  // until the next stop says
+    if (!is_held[root]) permits.may_slide[root] = permits.may_pivot[root] = 1;  // until the next stop says
   }
   for (FramePair& pair : among) {
     pair.stopped_at = kNotStopped;
     const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
     if (!is_restopped[a] && !is_restopped[b]) continue;
-    pair.impact = impact_of(pair);
+    pair.impact = impact_of(*this, *query, pair);
     pair.is_settled = false;
   }
   for (const std::uint32_t root : movers) is_restopped[root] = 0;
@@ -118,8 +120,9 @@ void ContactWorld::State::queue_open(std::span<const FramePair> among) {
 }
 
 void ContactWorld::State::resolve_stops(std::span<FramePair> among, std::uint32_t part) {
+  StopPermits& permits = slides.permits;
   for (const std::uint32_t root : movers)
-    is_held[root] = 0, slides.translation_only_before[root] = slides.translation_only[root];
+    is_held[root] = 0, permits.translation_only_before[root] = permits.translation_only[root];
   took_back = false;
   restopped.clear(), stop_queue.clear();
   for (std::uint32_t i = 0; i < among.size(); ++i) {
@@ -157,8 +160,16 @@ void ContactWorld::State::resolve_stops(std::span<FramePair> among, std::uint32_
 /// With the pair at s of the paths that are laid, up to their stops so far.
 std::uint32_t ContactWorld::State::add_moment(const FramePair& pair, std::uint32_t part, double s) {
   PairGeometry geometry{};
-  query->set_pair(pair.solids);
-  query->separation(moving_solid(pair.solids.a).pose_at(s), moving_solid(pair.solids.b).pose_at(s), geometry);
+  const bool is_known =
+      pair.own == kNotOwn && pair.impact.lo == s &&
+      (pair.impact.status == ImpactStatus::blocked || pair.impact.status == ImpactStatus::iteration_limit);
+  if (is_known) {
+    geometry = pair.impact.geometry;
+  } else {
+    query->set_pair(pair.solids);
+    query->separation(moving_solid(pair.solids.a).pose_at(s), moving_solid(pair.solids.b).pose_at(s),
+                      geometry);
+  }
   moments.push_back({part, s, geometry});
   return static_cast<std::uint32_t>(moments.size() - 1);
 }
@@ -178,7 +189,7 @@ void ContactWorld::State::note_moments(std::span<FramePair> among, std::uint32_t
 
 void ContactWorld::State::note_touch(FramePair& pair, std::uint32_t part) {
   const Impact& impact = pair.impact;
-  if (impact.queries == 0 || was_in_contact(pair.solids)) return;
+  if (impact.queries == 0 || is_among(contacts, pair.solids)) return;
   const bool starts_close = impact.start_separation <= pair.gap && !query->judges_poses();
   const bool starts = starts_close || impact.starts_overlapping;
   const bool meets = pair.stopped_at != kNotStopped || impact.status != ImpactStatus::clear;
@@ -195,7 +206,7 @@ void ContactWorld::State::note_touch(FramePair& pair, std::uint32_t part) {
 
 /// Of pairs that hold back a sub-step's plan: as all stand now, at the end of `part`.
 void ContactWorld::State::note_active(std::uint32_t part) {
-  for (FramePair& pair : slides.pairs) {
+  for (FramePair& pair : slides.pairs.pairs()) {
     if (!pair.is_active || pair.stop != kNoMoment) continue;
     PairGeometry geometry{};
     query->set_pair(pair.solids);
@@ -204,7 +215,7 @@ void ContactWorld::State::note_active(std::uint32_t part) {
     pair.stop = static_cast<std::uint32_t>(moments.size());
     moments.push_back({part, 1.0, geometry});
     const bool touches = pair.touch == kNoMoment && geometry.separation <= pair.gap;
-    if (touches && !was_in_contact(pair.solids)) pair.touch = pair.stop;
+    if (touches && !is_among(contacts, pair.solids)) pair.touch = pair.stop;
   }
 }
 

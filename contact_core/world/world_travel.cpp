@@ -43,7 +43,7 @@ void ContactWorld::State::lay_travels(std::uint32_t root) {
 void ContactWorld::State::lay_travel(SolidIndex solid, const BodyState& start) {
   const Sphere& sphere = layout.solids[solid].bounding_sphere();
   if (const MechanismMover* mover = mechanism_of(layout.slot_of[solid])) {
-    travels.last_solid[solid] = travel_on(*mover, solid);
+    travels.last_solid[solid] = has_planned(*mover) ? travels.planned_solid[solid] : travel_on(*mover, solid);
   } else {
     const double arm = norm(transform(from[solid], sphere.centre) - start.centre_W) + sphere.radius;
     travels.last_solid[solid] = (norm(start.velocity_W) + norm(start.angular_velocity_W) * arm) * kUp;
@@ -64,36 +64,15 @@ void ContactWorld::State::restart_travels() {
   needs_watch = true;
 }
 
-double ContactWorld::State::travel_on(const MechanismMover& mover, SolidIndex solid) const {
-  const Sphere& sphere = layout.solids[solid].bounding_sphere();
-  const std::uint32_t link = objects[body_of(solid)].link;
-  return (mover.path.speed_bound(link, transform(X_BS[solid], sphere.centre)) +
-          mover.path.turn_bound(link) * sphere.radius) *
-         kUp;
-}
-
-/// Of two links each joint between them moves the outer one's points about it: by its change times how far
-/// the joint is from the furthest of them, at most.
-void ContactWorld::State::measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const {
-  const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
-  for (std::uint32_t a = 0; a < links; ++a)
-    for (std::uint32_t b = a + 1; b < links; ++b) {
-      double travel = 0.0;
-      for (std::uint32_t k = 0; k < mover.actual.size(); ++k) {
-        const int way = mover.frame.sign(k, b, a);
-        if (way == 0) continue;
-        const std::uint32_t outer = way > 0 ? b : a;
-        travel += std::abs(mover.path.to()[k] - mover.path.from()[k]) *
-                  mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
-      }
-      out[mover.first_own + a * links + b] = travel * kUp;
-    }
-}
-
 void ContactWorld::State::lay_own_travels(std::uint32_t root) {
   const MechanismMover& mover = *mechanism_of(root);
-  measure_own_travels(mover, travels.last_own);
   const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
+  if (has_planned(mover)) {
+    const auto planned = travels.planned_own.begin() + mover.first_own;
+    std::copy(planned, planned + links * links, travels.last_own.begin() + mover.first_own);
+  } else {
+    measure_own_travels(mover, travels.last_own);
+  }
   for (std::uint32_t own = mover.first_own; own < mover.first_own + links * links; ++own)
     travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]),
     needs_lively = needs_lively || !(travels.of_own[own] <= travels.lively_own[own]),
@@ -138,64 +117,6 @@ bool ContactWorld::State::is_clear_to_bounds(const WatchedPair& watch) const {
   return (travelled(pair, watch.own) - last_travel(pair, watch.own)) + gone <= watch.clear_until;
 }
 
-const WorldVertices& ContactWorld::State::vertices_of(SolidIndex solid) {
-  if (!travels.has_vertices[solid])
-    world_vertices(layout.solids[solid], from[solid], travels.vertices[solid]);
-  travels.has_vertices[solid] = 1;
-  return travels.vertices[solid];
-}
-
-/// A lower bound of the separation of two solids as they stand: how far apart they are along the axis that
-/// parted them last, or the line of their centres. A tenth of what a narrowphase call costs.
-double ContactWorld::State::apart_at_least(const WatchedPair& watch) {
-  const WorldVertices &a = vertices_of(watch.a), &b = vertices_of(watch.b);
-  Vector3 n = watch.axis_W;
-  if (n == Vector3::Zero()) {
-    const Vector3 way = transform(from[watch.b], layout.solids[watch.b].bounding_sphere().centre) -
-                        transform(from[watch.a], layout.solids[watch.a].bounding_sphere().centre);
-    const double length = norm(way);
-    if (!(length > 0.0)) return -1.0;
-    n = way / length;
-  }
-  double highest = dot(n, a.vertex(0)), lowest = dot(n, b.vertex(0));
-  for (int i = 1; i < Hexahedron::kVertices; ++i) {
-    highest = std::max(highest, dot(n, a.vertex(i)));
-    lowest = std::min(lowest, dot(n, b.vertex(i)));
-  }
-  return lowest - highest;
-}
-
-/// Whether a pair is further apart than `way` and what is of interest by that bound: then this is noted.
-/// @param standing travels of the two where they stand. @param axis kept for the next time.
-bool ContactWorld::State::is_apart_by_axis(WatchedPair& watch, const FramePair& pair, double standing,
-                                           double way) {
-  if (query->judges_poses() || !(standing <= Travels::kMost)) return false;
-  // The gap is far more than separations and sums round.
-  const double room = apart_at_least(watch) - pair.interest - pair.gap;
-  if (!(room > way)) return false;
-  watch.clear_until = std::max(watch.clear_until, standing + room);
-  return true;
-}
-
-/// What one mover meets by itself ends its path there, whatever else happens.
-void ContactWorld::State::bound_stops(std::span<const FramePair> among) {
-  for (const FramePair& pair : among) {
-    const std::uint32_t a = root_of(pair.solids.a), b = root_of(pair.solids.b);
-    if (!pair.stops_movers() || (a != b && in_motion[a] && in_motion[b])) continue;
-    for (const std::uint32_t root : {a, b})
-      if (in_motion[root]) stop_bounds[root] = std::min(stop_bounds[root], pair.impact.lo);
-  }
-}
-
-std::uint32_t ContactWorld::State::own_index(const SolidPair& pair) const {
-  const std::uint32_t a = body_of(pair.a), b = body_of(pair.b);
-  if (objects[a].root != objects[b].root || !objects[a].is_link()) return kNotOwn;
-  const MechanismMover& mover = *mechanisms.at(objects[a].mechanism);
-  const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
-  const auto [low, high] = std::minmax(objects[a].link, objects[b].link);
-  return mover.first_own + low * links + high;
-}
-
 void ContactWorld::State::note_due(std::uint32_t slot) {
   if (is_noted_due[slot] != 0) return;
   is_noted_due[slot] = 1;
@@ -224,7 +145,7 @@ void ContactWorld::State::set_region(std::uint32_t slot) {
     const double usual = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
     const double reserve = is_static ? 0.0 : std::max(usual, kReserveNeeds * travels.needed[solid]);
     to[solid] = from[solid];
-    bulges[solid] = (reserve + reaches[slot]) * kUp;
+    bulges[solid] = (reserve + reaches[slot] + contact_reach(solid, reserve)) * kUp;
     // The path at hand is counted already, but not gone yet.
     travels.solid_limit[solid] = travels.of_solid[solid] - travels.last_solid[solid] * kUp + reserve;
   }

@@ -4,7 +4,7 @@
 namespace touchstone {
 namespace {
 
-// What build() makes: bounds of the objects, trees over them, pairs of objects out of the trees, pairs of
+// build() makes: bounds of the objects, trees over them, pairs of objects out of the trees, pairs of
 // solids out of those.
 class Scene {
  public:

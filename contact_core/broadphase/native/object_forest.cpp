@@ -44,7 +44,7 @@ void ObjectForest::sort(int i) noexcept {
   tree.moves_since_sort = 0;
   tree.is_void = false;
   const FloatFrame frame = tree.tree.sort(bounds_.object_spheres_W(), slot_of_);
-  // What moves decides; static objects share its frame and would have to be refitted.
+  // Moving objects decide; static objects share its frame and would have to be refitted.
   const bool decides = i == kMoving || trees_[kMoving].tree.size() == 0;
   if (!decides || !(trees_[kStatic].tree.size() == 0 || has_outgrown(frame))) return;
   frame_ = frame;

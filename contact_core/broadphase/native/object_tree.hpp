@@ -8,8 +8,8 @@
 #include <emmintrin.h>
 #endif
 
-#include "touchstone/contact_core/broadphase/task_runner.hpp"
 #include "touchstone/contact_core/broadphase/world_spheres.hpp"
+#include "touchstone/contact_core/threads/task_runner.hpp"
 
 namespace touchstone {
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/contact_core/broadphase/task_runner.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/threads/task_runner.hpp"
 
 namespace touchstone {
 

@@ -4,10 +4,10 @@
 
 namespace touchstone {
 
-/// Lends a broadphase the caller's threads: wrap a thread pool in it.
+/// Lends broadphases and worlds the caller's threads: wrap a thread pool in it. Or take a ThreadTeam.
 class TaskRunner {
  public:
-  /// What run() is given: a function of the task's number that neither throws nor outlives the call.
+  /// The argument of run(): a function of the task's number that neither throws nor outlives the call.
   struct Task {
     void (*function)(void* context, std::size_t index) noexcept;
     void* context;
@@ -17,12 +17,11 @@ class TaskRunner {
 
   virtual ~TaskRunner() = default;
 
-  /// How many tasks run at once; >= 1.
+  /// How many tasks run at once; >= 1, the same for as long as somebody holds the runner.
   virtual std::size_t threads() const noexcept = 0;
 
   /// Calls task(0) ... task(count - 1), once each, on any threads and in any order; returns when all have
-  /// returned, and what they wrote is then visible to the caller. Must not allocate, should the broadphase
-  /// not.
+  /// returned, and what they wrote is then visible to the caller. Must not allocate, should who asks not.
   virtual void run(std::size_t count, Task task) noexcept = 0;
 };
 

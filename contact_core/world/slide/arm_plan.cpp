@@ -1,0 +1,157 @@
+#include "touchstone/contact_core/world/slide/arm_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "touchstone/contact_core/geometry/matrix3.hpp"
+
+namespace touchstone {
+namespace {
+
+/// A plan changes what may come near, and what is near the plan.
+constexpr int kRounds = 6;
+
+/// By the bounds of the path that a change of joint values makes.
+class ArmBends final : public JointBends {
+ public:
+  ArmBends(MechanismMover& arm, std::span<const SlideRow> rows, std::span<const JointRow> joint_rows)
+      : arm_(arm), rows_(rows), joint_rows_(joint_rows) {}
+
+  void lay(const JointVector& dq) noexcept override { lay_path(arm_, dq); }
+  double most(std::size_t row) noexcept override { return most_of(rows_[row], joint_rows_[row]); }
+  double bend(std::size_t row) noexcept override { return bend_of(rows_[row], joint_rows_[row]); }
+
+  static void lay_path(MechanismMover& arm, const JointVector& dq) noexcept {
+    JointVector to{};
+    const std::size_t count = arm.actual.size();
+    for (std::size_t k = 0; k < count; ++k) to[k] = arm.actual[k] + dq[k];
+    arm.go(std::span(to).first(count));
+  }
+
+ private:
+  const MechanismPath& path_of(const JointRow& at) { return arm_.relative.seen_from(at.other, arm_.path); }
+
+  double most_of(const SlideRow& row, const JointRow& at) noexcept {
+    const MechanismPath& path = path_of(at);
+    const Vector3 p_L = rotate_back(arm_.X_WL[at.link].R, row.r);
+    const double straight = path.acceleration_bound(at.link, p_L);
+    return straight + steepness_of(row) * bend_of_plane(path, at.link, p_L);
+  }
+
+  double bend_of(const SlideRow& row, const JointRow& at) noexcept {
+    const MechanismPath& path = path_of(at);
+    const BodyState state = path.at(at.link, 0.0);
+    const Vector3 p_W = row.r + arm_.X_WL[at.link].p;
+    const double straight = path.curvature_bound(at.link, state, p_W, row.n);
+    const double steepness = steepness_of(row);
+    if (steepness == 0.0) return straight;
+    return straight + steepness * bend_of_plane(path, at.link, transform(inverse(state.X_WO), p_W));
+  }
+
+  /// How much faster than the mover a row's plane may turn: two edges' does the more, the less they cross.
+  static double steepness_of(const SlideRow& row) noexcept {
+    if (row.turns) return 1.0;
+    return row.e == Vector3::Zero() ? 0.0 : norm(row.e) * norm(row.f);
+  }
+
+  /// A plane of the mover's own turns with it. With o the mover's point that is in the obstacle's at p at
+  /// first, T and T' bounds on its turning and V on o's speed:
+  ///   |(n . (p - o))''| <= |n''| |p - o| + 2 |n'| |o'| + |n . o''| <= (T^2 + T') V + 2 T V + |n . o''|.
+  static double bend_of_plane(const MechanismPath& path, std::uint32_t link, const Vector3& p_L) noexcept {
+    const double V = path.speed_bound(link, p_L), T = path.turn_bound(link);
+    return ((T * T + path.turn_change_bound(link)) + 2.0 * T) * V;
+  }
+
+  MechanismMover& arm_;
+  std::span<const SlideRow> rows_;
+  std::span<const JointRow> joint_rows_;
+};
+
+void find_joint_rows(const MechanismMover& arm, const ArmObstacles& obstacles, std::span<const SlideRow> rows,
+                     std::vector<JointRow>& joint_rows) {
+  joint_rows.clear();
+  for (const SlideRow& row : rows) {
+    const auto [link, other] = obstacles.links_of(row.source);
+    JointRow out;
+    out.slack = row.slack, out.room = row.room;
+    out.link = link, out.other = other;
+    for (std::uint32_t k = 0; k < arm.actual.size(); ++k) {
+      const int way = arm.frame.sign(k, link, other);
+      if (way == 0) continue;
+      const Twist twist = arm.frame.twist(k, arm.X_WL[link].p);
+      out.g[k] = way * dot(row.n, twist.v + cross(twist.w, row.r));
+    }
+    joint_rows.push_back(out);
+  }
+}
+
+/// Along a change of joint values. @returns whether any plane is another one than before.
+bool choose_planes(const MechanismMover& arm, ArmObstacles& obstacles, const JointVector& dq) {
+  bool changed = false;
+  for (NearPair& near : obstacles.near()) {
+    if (near.is_sure) continue;
+    const auto [link, other] = obstacles.links_of(near.source);
+    if (choose_plane(near, arm.frame.twist(dq, link, other, near.centre_W))) changed = true;
+  }
+  return changed;
+}
+
+}  // namespace
+
+void begin_arm_slide(const Slider& slider) {
+  MechanismMover& arm = *slider.arm;
+  // No value is ever further from its goal than now in the metric.
+  const double distance = distance_left(slider, {});
+  double shift_limit = 0.0;
+  for (std::size_t k = 0; k < arm.actual.size(); ++k)
+    shift_limit = std::max(shift_limit, std::abs(arm.commanded[k]) + distance / std::sqrt(arm.weights[k]));
+  if (shift_limit > arm.shift_limit) arm.frame.set_reaches(arm.shift_limit = 2.0 * shift_limit);
+}
+
+ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vector<SlideRow>& rows,
+                       std::vector<JointRow>& joint_rows) {
+  MechanismMover& arm = *slider.arm;
+  arm.frame.set(arm.X_WL);
+  JointVector goal = joints_left(arm), wanted{};
+  for (std::size_t k = 0; k < arm.actual.size(); ++k) wanted[k] = slider.trust * goal[k];
+  obstacles.take_up_standing();
+  const auto plan_with = [&](bool all) {
+    collect_rows(obstacles.near(), all, rows);
+    find_joint_rows(arm, obstacles, rows, joint_rows);
+    ArmBends bends(arm, rows, joint_rows);
+    return plan_joint_slide(wanted, arm.weights, joint_rows, bends);
+  };
+  JointSlidePlan plan = plan_with(false);
+  const std::span<const NearPair> standing = obstacles.near();
+  bool has_all =
+      std::all_of(standing.begin(), standing.end(), [](const NearPair& near) { return near.is_sure; });
+  // What held the last sub-step is likely to hold this one: without it the plan goes far off, and all that
+  // lies there is looked at.
+  if (obstacles.take_up_held()) {
+    choose_planes(arm, obstacles, plan.dq);
+    plan = plan_with(true);
+    has_all = true;
+  }
+  for (int round = 0; round < kRounds; ++round) {
+    ArmBends::lay_path(arm, plan.dq);
+    bool changed = obstacles.take_up_on_path() || !has_all;
+    if (obstacles.is_over()) break;
+    if (choose_planes(arm, obstacles, plan.dq)) changed = true;
+    if (!changed) break;
+    plan = plan_with(true);
+    has_all = true;
+  }
+  ArmPlan out;
+  out.is_near_end = slider.trust == 1.0 && plan.is_whole && !shares_room(obstacles.near()) &&
+                    leaves_little(slider, plan.left_over);
+  out.held_by = plan.active_count;
+  for (int i = 0; i < out.held_by; ++i) out.sources[i] = rows[plan.active[i]].source;
+  for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
+  const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.weights));
+  out.moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0 && !obstacles.is_over();
+  ArmBends::lay_path(arm, out.moves ? plan.dq : JointVector{});
+  if (out.moves) arm.path.finish();
+  return out;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "touchstone/contact_core/world/slide/slider.hpp"
+
+namespace touchstone {
+
+/// What an arm may meet, asked for as its plan goes: a plan changes what comes near, and what is near the
+/// plan.
+class ArmObstacles {
+ public:
+  virtual ~ArmObstacles() = default;
+
+  struct Links {
+    std::uint32_t link;   ///< the arm's
+    std::uint32_t other;  ///< what that is seen from: the other link, or the base
+  };
+
+  /// All that were taken up in this plan; the planner chooses their planes.
+  virtual std::span<NearPair> near() = 0;
+  virtual Links links_of(std::uint32_t source) const = 0;
+  /// Takes up what is not known to be apart where the arm stands, and forgets what was before.
+  virtual void take_up_standing() = 0;
+  /// Takes up what held the last sub-step. @returns whether there is any that was not near already.
+  virtual bool take_up_held() = 0;
+  /// Takes up what the path that the arm has laid could bring near. @returns as before.
+  virtual bool take_up_on_path() = 0;
+  /// The plan may look at no more.
+  virtual bool is_over() const = 0;
+};
+
+/// What an arm does in one sub-step of a slide: the path that it has laid.
+struct ArmPlan {
+  bool moves = false;
+  bool is_near_end = false;                               ///< see Slider
+  int held_by = 0;                                        ///< rows that hold it back
+  std::array<std::uint32_t, kMostSlideJoints> sources{};  ///< of those rows: NearPair::source
+};
+
+/// As plan_rigid_slide(), in joint values. Rows of what the plan could meet only: with the others it would be
+/// the same.
+/// @param rows, joint_rows room, as there.
+ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vector<SlideRow>& rows,
+                       std::vector<JointRow>& joint_rows);
+
+/// Before the first sub-step: bounds on how far links come from their joints.
+void begin_arm_slide(const Slider& slider);
+
+}  // namespace touchstone

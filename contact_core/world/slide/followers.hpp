@@ -1,0 +1,88 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace touchstone {
+
+/// Who goes along with whom in a frame, by roots' slots.
+class Followers {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  /// @param anew nobody goes along with anybody.
+  void take_room(std::size_t slots, bool anew) {
+    if (anew) *this = {};
+    leader_of_.resize(slots, kNone), claim_of_.resize(slots, kNone);
+    is_told_.resize(slots, 0), is_disputed_.resize(slots, 0), is_blocked_.resize(slots, 0);
+    for (std::vector<std::uint32_t>* roots : {&followers_, &claimed_})
+      if (slots > roots->capacity()) roots->reserve(std::max(slots, 2 * roots->capacity()));
+  }
+  /// A frame begins. @param told_before of the last one. @param told roots with a command of their own.
+  void begin(std::span<const std::uint32_t> told_before, std::span<const std::uint32_t> told) {
+    for (const std::uint32_t root : followers_) leader_of_[root] = kNone;
+    followers_.clear();
+    for (const std::uint32_t root : told_before) is_told_[root] = 0;
+    for (const std::uint32_t root : told) is_told_[root] = 1;
+  }
+  void nothing_is_disputed() { std::fill(is_disputed_.begin(), is_disputed_.end(), std::uint8_t{0}); }
+
+  /// In the order in which they were taken along.
+  std::span<const std::uint32_t> all() const { return followers_; }
+  /// The root by whose motion this one goes: its own, unless it goes along.
+  std::uint32_t leader_of(std::uint32_t root) const {
+    return leader_of_[root] == kNone ? root : leader_of_[root];
+  }
+  bool is_followed(std::uint32_t root) const {
+    return std::any_of(followers_.begin(), followers_.end(),
+                       [&](std::uint32_t follower) { return leader_of_[follower] == root; });
+  }
+  /// Commanded in this frame, or goes along.
+  bool is_told(std::uint32_t root) const { return is_told_[root] != 0; }
+  /// Two leaders wanted it: it stays.
+  bool is_disputed(std::uint32_t root) const { return is_disputed_[root] != 0; }
+
+  /// A leader that was stopped by what does not go along.
+  bool is_blocked(std::uint32_t root) const { return is_blocked_[root] != 0; }
+  void set_blocked(std::uint32_t root, bool is_blocked) { is_blocked_[root] = is_blocked; }
+
+  /// A leader wants a root along; in no order, each as often as it likes.
+  void claim(std::uint32_t leader, std::uint32_t root) {
+    std::uint32_t& wanted = claim_of_[root];
+    if (wanted == kNone) claimed_.push_back(root);
+    const bool is_disputed = wanted != kNone && wanted != leader;
+    wanted = is_disputed || is_disputed_[root] ? root : leader;
+    is_disputed_[root] = is_disputed_[root] || is_disputed;
+  }
+  /// Whoever one leader alone wants goes along with it. Calls take(leader, root), ascending roots.
+  /// @returns whether there is any.
+  template <class Take>
+  bool settle(Take take) {
+    std::sort(claimed_.begin(), claimed_.end());
+    bool any = false;
+    for (const std::uint32_t root : claimed_) {
+      const std::uint32_t leader = claim_of_[root];
+      claim_of_[root] = kNone;
+      if (is_disputed_[root]) continue;
+      leader_of_[root] = leader;
+      followers_.push_back(root);
+      is_told_[root] = 1;
+      take(leader, root);
+      any = true;
+    }
+    claimed_.clear();
+    return any;
+  }
+
+ private:
+  std::vector<std::uint32_t> leader_of_;  // by slot; kNone: it goes by itself, or not at all
+  std::vector<std::uint32_t> followers_;
+  std::vector<std::uint32_t> claim_of_;                           // by slot: whom it is to go along with
+  std::vector<std::uint32_t> claimed_;                            // slots
+  std::vector<std::uint8_t> is_told_, is_disputed_, is_blocked_;  // by slot
+};
+
+}  // namespace touchstone

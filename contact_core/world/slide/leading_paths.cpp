@@ -1,0 +1,61 @@
+#include "touchstone/contact_core/world/slide/leading_paths.hpp"
+
+#include <numbers>
+#include <tuple>
+
+namespace touchstone {
+
+RigidPath pivot_path(const Pose& X_WO, const Pose& goal, const Vector3& touching_W) {
+  const Vector3 p_O = transform(inverse(X_WO), touching_W);
+  const Vector3 turn = RigidPath::between(X_WO, goal).at(0, 0.0).angular_velocity_W;
+  return RigidPath::by(X_WO, transform(goal, p_O) - touching_W, turn, p_O).ending_at(goal);
+}
+
+bool find_pivot(const WorldModel& model, std::span<const FramePair> pairs, std::span<const Moment> moments,
+                std::uint32_t root, double stop, Vector3& touching_W) {
+  const Moment* found = nullptr;
+  for (const FramePair& pair : pairs) {
+    if (pair.stop == kNoMoment) continue;
+    const Moment& moment = moments[pair.stop];
+    const bool of_a = model.root_of(pair.solids.a) == root, of_b = model.root_of(pair.solids.b) == root;
+    if (!(of_a || of_b) || moment.part != 0 || moment.s != stop) continue;
+    const Vector3& p = of_a ? moment.geometry.p_A_W : moment.geometry.p_B_W;
+    // Places alone decide between equals, so that no order of pairs shows.
+    const auto key = [](double separation, const Vector3& at) {
+      return std::tuple(separation, at.x(), at.y(), at.z());
+    };
+    if (found != nullptr &&
+        !(key(moment.geometry.separation, p) < key(found->geometry.separation, touching_W)))
+      continue;
+    found = &moment;
+    touching_W = p;
+  }
+  return found != nullptr;
+}
+
+void begin_shove(Slider& slider, const RigidPath& path, double stop) {
+  const BodyState start = path.at(0, 0.0);
+  slider.shoves = true;
+  slider.way = (1.0 - stop) * Twist{start.velocity_W, start.angular_velocity_W};
+  slider.way_centre_O = transform(inverse(path.from()), start.centre_W);
+}
+
+bool go_on_shoving(Slider& slider, double stop, bool is_blocked, bool may_slide) {
+  slider.way = (1.0 - stop) * slider.way;
+  slider.shoves = stop < 1.0 && !is_blocked;
+  const bool slides_on = may_slide && norm(slider.way.w) <= std::numbers::pi;
+  slider.done = stop >= 1.0 || (!slider.shoves && !slides_on);
+  return slider.shoves;
+}
+
+RigidPath shoving_path(const Slider& slider, const Pose& X_WO) {
+  return RigidPath::by(X_WO, slider.way.v, slider.way.w, slider.way_centre_O).ending_at(slider.goal);
+}
+
+RigidPath path_along(const RigidPath& leader, const Pose& X_WO) {
+  if (leader.at_rest()) return RigidPath(X_WO);
+  const BodyState way = leader.at(0, 0.0);
+  return RigidPath::by(X_WO, way.velocity_W, way.angular_velocity_W, transform(inverse(X_WO), way.centre_W));
+}
+
+}  // namespace touchstone

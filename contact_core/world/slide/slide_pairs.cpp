@@ -1,0 +1,517 @@
+#include "touchstone/contact_core/world/slide/slide_pairs.hpp"
+
+#include <algorithm>
+#include <atomic>
+
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
+
+namespace touchstone {
+namespace {
+
+/// Rounding of distances and of poses.
+constexpr double kUp = 1.0 + 0x1p-20;
+/// Rounds sums of travels down.
+constexpr double kDown = 1.0 - 0x1p-50;
+/// So many a lane takes at once.
+constexpr std::size_t kSlidersAtOnce = 16;
+
+template <class T>
+void reserve_more(std::vector<T>& list, std::size_t count) {
+  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
+}
+
+std::uint32_t other_link(const WorldModel& model, const Slider& slider, SolidIndex other) {
+  return model.root_of(other) == slider.root ? model.objects[model.body_of(other)].link
+                                             : slider.arm->mechanism->base();
+}
+
+Vector3 slide_centre(const WorldModel& model, const Slider& slider, SolidIndex solid) {
+  if (slider.arm != nullptr) return slider.arm->X_WL[model.objects[model.body_of(solid)].link].p;
+  return transform(model.objects[slider.root].X_WO, slider.metric.centre);
+}
+
+/// Who slides beside the slider and is in the pair, or null.
+const Slider* other_slider(const SlidePairs::Scope& scope, const Slider& slider, SolidIndex obstacle) {
+  const Slider* other = scope.sliders.find(scope.model.root_of(obstacle));
+  return other == nullptr || other == &slider || other->done ? nullptr : other;
+}
+
+/// How far the solid that is not the slider's can still come; 0: it does not slide, or with the slider.
+double other_reach(const SlidePairs::Scope& scope, const Slider& slider, const SolidPair& pair) {
+  const auto [mover, obstacle] = scope.model.mover_first(pair, slider.root);
+  const Slider* other = other_slider(scope, slider, obstacle);
+  return other == nullptr ? 0.0 : slide_reach(scope.model, *other, obstacle, mover);
+}
+
+/// How far the slider's side of a pair can still go.
+double reach_of_pair(const WorldModel& model, const Slider& slider, const SolidPair& pair) {
+  const auto [mover, obstacle] = model.mover_first(pair, slider.root);
+  double reach = slide_reach(model, slider, mover, obstacle);
+  if (model.root_of(obstacle) == slider.root) reach += slide_reach(model, slider, obstacle, mover);
+  return reach;
+}
+
+/// Whether a pair stays apart on an arm's plan, the path that is laid, along the axis that parted it last: a
+/// link that goes by close to a face would be near by how far it goes.
+bool is_passed_by(const SlidePairs::Scope& scope, const Slider& slider, const FramePair& pair) {
+  const WorldModel& model = scope.model;
+  const WatchedPair& watch = scope.watched[pair.watch];
+  if (scope.query.judges_poses() || scope.sliders.list.size() > 1 || watch.axis_W == Vector3::Zero())
+    return false;
+  const auto [a, b] = pair.solids;
+  MovingSolid first = model.moving_solid(a), second = model.moving_solid(b);
+  if (pair.own != kNotOwn) {
+    const std::uint32_t link = model.objects[model.body_of(a)].link;
+    first = model.seen_from(link, a), second = model.seen_from(link, b);
+    first.travel = 0.0, second.travel = model.travels.planned_own[pair.own];
+  } else {
+    first.travel = model.travels.planned_solid[a], second.travel = model.travels.planned_solid[b];
+  }
+  first.stop = model.root_of(a) == slider.root ? 1.0 : 0.0;
+  second.stop = model.root_of(b) == slider.root ? 1.0 : 0.0;
+  return stays_apart_along(first, second, watch.axis_W, pair.interest);
+}
+
+}  // namespace
+
+double slide_reach(const WorldModel& model, const Slider& slider, SolidIndex solid, SolidIndex other) {
+  const Vector3 centre_W = slide_centre(model, slider, solid);
+  const Sphere& sphere = model.layout.solids[solid].bounding_sphere();
+  const double furthest = norm(transform(model.from[solid], sphere.centre) - centre_W) + sphere.radius;
+  if (slider.arm == nullptr) return kUp * slider.distance * (1.0 + slider.turn_rate() * furthest);
+  return kUp * slider.distance *
+         slider.arm->frame.reach(model.objects[model.body_of(solid)].link, other_link(model, slider, other),
+                                 furthest, slider.arm->weights);
+}
+
+std::pair<std::uint32_t, std::uint32_t> links_of(const WorldModel& model, const Slider& slider,
+                                                 const SolidPair& pair) {
+  const auto [mover, obstacle] = model.mover_first(pair, slider.root);
+  return {model.objects[model.body_of(mover)].link, other_link(model, slider, obstacle)};
+}
+
+bool plan_goes_beyond(WorldModel& model, const Slider& slider) {
+  Travels& travels = model.travels;
+  bool is_beyond = false;
+  model.for_each_member(slider.root, [&](std::uint32_t slot) {
+    const bool is_carried_on = model.moves(slot);
+    for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i) {
+      const double planned = is_carried_on ? model.travel_on(*slider.arm, i) : 0.0;
+      travels.planned_solid[i] = planned;
+      is_beyond = is_beyond || !(travels.of_solid[i] + planned <= travels.lively_solid[i]);
+    }
+  });
+  model.measure_own_travels(*slider.arm, travels.planned_own);
+  slider.arm->planned_path = slider.arm->paths, slider.arm->planned_after = travels.clearings;
+  const std::size_t links = slider.arm->X_WL.size(), first_own = slider.arm->first_own;
+  for (std::size_t own = first_own; own < first_own + links * links; ++own)
+    is_beyond = is_beyond || !(travels.of_own[own] + travels.planned_own[own] <= travels.lively_own[own]);
+  return is_beyond;
+}
+
+void SlidePairs::reserve(std::size_t slots, std::size_t solids, std::size_t mechanisms) {
+  reserve_more(pairs_, 64 + 16 * solids), reserve_more(near_, 64 + 16 * solids);
+  held_.reserve(mechanisms * kMostSlideJoints);
+  reserve_more(wanting_, slots), reserve_more(ranges_, slots), reserve_more(answers_, 64 + 16 * solids);
+}
+
+void SlidePairs::reserve_watched(std::size_t watched) {
+  met_.reserve(2 * watched), taken_in_.reserve(watched);
+  pair_of_.reserve(watched), is_near_.reserve(watched);
+  close_.reserve(watched), ahead_.reserve(watched);
+  unclear_.reserve(2 * watched), watches_.reserve(watched);
+}
+
+std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Sliders& sliders) {
+  pairs_.clear(), held_.clear(), wanting_.clear();
+  Travels& travels = model.travels;
+  std::fill(travels.needed.begin(), travels.needed.end(), 0.0);
+  for (const Slider& slider : sliders.list) {
+    if (slider.arm != nullptr || slider.done) continue;
+    model.for_each_member(slider.root, [&](std::uint32_t slot) {
+      bool is_wanting = false;
+      for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i) {
+        // The watch takes the last path, gone by now, from its reserve.
+        const double needed = 2.0 * (slide_reach(model, slider, i, i) + travels.last_solid[i]);
+        travels.needed[i] = needed;
+        is_wanting = is_wanting || travels.of_solid[i] + needed > travels.solid_limit[i];
+      }
+      if (is_wanting) wanting_.push_back(slot);
+    });
+  }
+  return wanting_;
+}
+
+void SlidePairs::renumber(const PairWatch& watched) {
+  pair_of_.assign(watched.size(), kNone);
+  is_near_.assign(watched.size(), 0);
+  for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
+    pairs_[i].watch = kNone;
+    const std::uint32_t watch = watched.find(pairs_[i].solids);
+    if (watch == PairWatch::kNone) continue;
+    pairs_[i].watch = watch;
+    pair_of_[watch] = i;
+  }
+}
+
+void SlidePairs::gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders,
+                        std::span<const std::uint32_t> lively, FrameLanes& lanes) {
+  ranges_.clear();
+  if (sliders.is_one_arm()) {
+    const std::uint32_t root = sliders.list[0].root;
+    met_.clear();
+    for (const std::uint32_t i : lively)
+      if (model.root_of(watched[i].a) == root || model.root_of(watched[i].b) == root) met_.push_back(i);
+    ranges_.push_back({root, 0, static_cast<std::uint32_t>(met_.size())});
+    return;
+  }
+  for (const Slider& slider : sliders.list) ranges_.push_back({slider.root, 0, 0});  // by root
+  lanes.for_each(ranges_.size(), kSlidersAtOnce, [&](NarrowphaseQuery&, std::size_t k) {
+    model.for_each_solid(ranges_[k].root, [&](SolidIndex i) {
+      watched.for_each_of(i, [&](std::uint32_t) { ++ranges_[k].end; });
+    });
+  });
+  std::uint32_t room = 0;
+  for (Range& range : ranges_) {
+    range.begin = room;
+    room += range.end;
+  }
+  met_.resize(room);
+  lanes.for_each(ranges_.size(), kSlidersAtOnce, [&](NarrowphaseQuery&, std::size_t k) {
+    Range& range = ranges_[k];
+    range.end = range.begin;
+    model.for_each_solid(range.root, [&](SolidIndex i) {
+      watched.for_each_of(i, [&](std::uint32_t index) {
+        // Of two solids of the slider's, the one that is a.
+        const bool is_inner = model.root_of(watched[index].a) == model.root_of(watched[index].b);
+        if (!is_inner || watched[index].a == i) met_[range.end++] = index;
+      });
+    });
+    if (sliders.list[k].pivots) return;  // it plans with none of them
+    std::sort(met_.begin() + range.begin, met_.begin() + range.end,
+              [&](std::uint32_t x, std::uint32_t y) { return watched.solids(x) < watched.solids(y); });
+  });
+}
+
+template <class Visit>
+void SlidePairs::for_each_of(const Slider& slider, Visit visit) const {
+  const auto range = std::lower_bound(ranges_.begin(), ranges_.end(), slider.root,
+                                      [](const Range& x, std::uint32_t root) { return x.root < root; });
+  if (range == ranges_.end() || range->root != slider.root) return;
+  for (std::uint32_t i = range->begin; i < range->end; ++i) visit(met_[i]);
+}
+
+/// Its index in pairs_, or kNone where it is not checked.
+std::uint32_t SlidePairs::take_in(const WorldModel& model, const PairWatch& watched, std::uint32_t watch) {
+  std::uint32_t& index = pair_of_[watch];
+  const SolidPair pair = watched.solids(watch);
+  if (index == kNone && model.is_checked(pair)) {
+    index = static_cast<std::uint32_t>(pairs_.size());
+    pairs_.push_back(model.frame_pair(pair));
+    pairs_.back().watch = watch;
+  }
+  return index;
+}
+
+void SlidePairs::nothing_is_active() {
+  for (FramePair& pair : pairs_) pair.is_active = false;
+}
+
+/// Those that may not be clear on the paths that are laid, by solids.
+void SlidePairs::find_close(const Scope& scope) {
+  WorldModel& model = scope.model;
+  PairWatch& watched = scope.watched;
+  FrameLanes& lanes = scope.lanes;
+  unclear_.resize(std::max(unclear_.size(), met_.size()));
+  std::atomic<std::size_t> count{0};
+  lanes.for_each(ranges_.size(), kSlidersAtOnce, [&](NarrowphaseQuery&, std::size_t k) {
+    for (std::uint32_t i = ranges_[k].begin; i < ranges_[k].end; ++i) {
+      const WatchedPair& watch = watched[met_[i]];
+      if (model.is_clear(watch)) continue;
+      if (model.in_motion[model.root_of(watch.a)] || model.in_motion[model.root_of(watch.b)])
+        unclear_[count.fetch_add(1, std::memory_order_relaxed)] = {{watch.a, watch.b}, met_[i]};
+    }
+  });
+  const auto end = unclear_.begin() + static_cast<std::ptrdiff_t>(count);
+  std::sort(unclear_.begin(), end);
+  const auto unique_end = std::unique(
+      unclear_.begin(), end, [](const GatheredPair& a, const GatheredPair& b) { return a.watch == b.watch; });
+  const std::span<const GatheredPair> found(unclear_.begin(), unique_end);
+  take_in_all(scope, found);
+  ahead_.clear(), close_.clear();
+  for (const GatheredPair& each : found) {
+    const std::uint32_t index = pair_of_[each.watch];
+    if (index == kNone) continue;
+    close_.push_back(index);
+    if (watched[each.watch].own == kNotOwn) ahead_.push_back(each.solids);
+  }
+}
+
+/// As take_in(), of many.
+void SlidePairs::take_in_all(const Scope& scope, std::span<const GatheredPair> found) {
+  constexpr std::size_t kPairsAtOnce = 64;
+  WorldModel& model = scope.model;
+  FrameLanes& lanes = scope.lanes;
+  taken_in_.assign(found.size(), 0);
+  lanes.for_each(found.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    taken_in_[i] = pair_of_[found[i].watch] == kNone && model.is_checked(found[i].solids);
+  });
+  const std::size_t before = pairs_.size();
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (!taken_in_[i]) continue;
+    pair_of_[found[i].watch] = static_cast<std::uint32_t>(pairs_.size());
+    pairs_.emplace_back();
+    pairs_.back().solids = found[i].solids, pairs_.back().watch = found[i].watch;
+  }
+  lanes.for_each(pairs_.size() - before, kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    FramePair& pair = pairs_[before + i];
+    const std::uint32_t watch = pair.watch;
+    pair = model.frame_pair(pair.solids);
+    pair.watch = watch;
+  });
+}
+
+std::uint32_t SlidePairs::find_impacts(const Scope& scope) {
+  constexpr std::size_t kFew = 128;
+  WorldModel& model = scope.model;
+  PairWatch& watched = scope.watched;
+  NarrowphaseQuery& query = scope.query;
+  SlideMeter& meter = scope.meter;
+  for (FramePair& pair : pairs_) {
+    pair.is_settled = false;
+    pair.impact.status = ImpactStatus::clear;
+    pair.impact.queries = 0;  // of the sub-step before
+  }
+  find_close(scope);
+  const bool in_lanes = close_.size() >= kFew && !meter.is_limited();
+  if (in_lanes)
+    find_impacts_in_lanes(scope);
+  else
+    query.look_ahead(ahead_, model.from);
+  std::uint32_t limits = 0;
+  for (const std::uint32_t index : close_) {
+    if (!meter.may_go_on()) return limits;  // nothing of this sub-step is executed
+    FramePair& pair = pairs_[index];
+    if (!in_lanes) find_impact_of(model, query, watched[pair.watch], pair, nullptr);
+    if (pair.impact.queries > 0 &&
+        !(pair.impact.start_separation - model.last_travel(pair.solids, pair.own) > pair.interest))
+      meter.add_pair();
+    if (pair.impact.status == ImpactStatus::iteration_limit) ++limits;
+  }
+  return limits;
+}
+
+/// Of all in close_: by axes, by how they stand, then on their paths. Where there is no budget that each of
+/// them could end.
+void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
+  constexpr std::size_t kPairsAtOnce = 32;
+  constexpr std::uint32_t kSeenFromLink = kNone - 1;
+  WorldModel& model = scope.model;
+  PairWatch& watched = scope.watched;
+  NarrowphaseQuery& query = scope.query;
+  FrameLanes& lanes = scope.lanes;
+  watches_.clear(), ahead_.clear();
+  for (const std::uint32_t index : close_) watches_.push_back(pairs_[index].watch);
+  place_vertices(model, lanes, watched, watches_);
+  lanes.for_each(close_.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    FramePair& pair = pairs_[close_[i]];
+    WatchedPair& watch = watched[pair.watch];
+    const double last = model.last_travel(pair.solids, pair.own);
+    const double standing = model.travelled(pair.solids, pair.own) * kDown - last * (1.0 + 0x1p-19);
+    if (is_apart_by_axis(model, watch, pair, standing, last)) watches_[i] = kNone;
+  });
+  // From here on: where each of them finds its answer.
+  std::vector<std::uint32_t>& answer_of = watches_;
+  for (std::size_t i = 0; i < close_.size(); ++i) {
+    if (answer_of[i] == kNone) continue;
+    const FramePair& pair = pairs_[close_[i]];
+    answer_of[i] = pair.own == kNotOwn ? static_cast<std::uint32_t>(ahead_.size()) : kSeenFromLink;
+    if (pair.own == kNotOwn) ahead_.push_back(pair.solids);
+  }
+  answers_.resize(std::max(answers_.size(), ahead_.size()));
+  lanes.ask(ahead_, model.from, answers_);
+  const auto find = [&](NarrowphaseQuery& asking, std::size_t i) {
+    FramePair& pair = pairs_[close_[i]];
+    const bool is_known = answer_of[i] != kSeenFromLink;
+    find_impact_of(model, asking, watched[pair.watch], pair, is_known ? &answers_[answer_of[i]] : nullptr);
+  };
+  const auto is_of_arm = [&](std::size_t i) {
+    const std::uint32_t mover = mover_of(model, pairs_[close_[i]].solids);
+    return mover == kInTurn || (mover != kAlone && model.mechanism_of(mover) != nullptr);
+  };
+  lanes.for_each(close_.size(), kPairsAtOnce, [&](NarrowphaseQuery& asking, std::size_t i) {
+    if (answer_of[i] != kNone && !is_of_arm(i)) find(asking, i);
+  });
+  for (std::size_t i = 0; i < close_.size(); ++i)
+    if (answer_of[i] != kNone && is_of_arm(i)) find(query, i);
+}
+
+void SlidePairs::add_near(const Scope& scope, const Slider& slider, std::uint32_t source) {
+  const WorldModel& model = scope.model;
+  const FramePair& pair = pairs_[source];
+  const auto [mover, obstacle] = model.mover_first(pair.solids, slider.root);
+  const bool is_b = mover == pair.solids.b;
+  const Pose &X_WA = model.from[pair.solids.a], &X_WB = model.from[pair.solids.b];
+  NearPair near;
+  near.centre_W = slide_centre(model, slider, mover);
+  near.reach = reach_of_pair(model, slider, pair.solids);
+  const double furthest = near.reach + other_reach(scope, slider, pair.solids) + 2.0 * pair.gap;
+  scope.query.set_pair(pair.solids);
+  PairGeometry geometry{};
+  if (!has_geometry(scope.query.manifold(X_WA, X_WB, furthest, geometry, near.points))) return;
+  if (!(geometry.separation < furthest)) return;
+  near.mover = &model.layout.solids[mover], near.obstacle = &model.layout.solids[obstacle];
+  near.X_WM = model.from[mover], near.X_WB = model.from[obstacle];
+  near.gap = pair.gap;
+  near.source = source;
+  near.separation = geometry.separation;
+  near.n = is_b ? geometry.n_AB_W : Vector3(-geometry.n_AB_W);
+  near.point_count = geometry.point_count;
+  if (!is_b)
+    for (int i = 0; i < near.point_count; ++i) std::swap(near.points[i].p_A_W, near.points[i].p_B_W);
+  if (const Slider* other = other_slider(scope, slider, obstacle))
+    near.share =
+        share_between(slider, model.objects[slider.root].X_WO, *other, model.objects[other->root].X_WO, near);
+  classify(near);
+  near_.push_back(near);
+  scope.meter.add_pair();
+}
+
+void SlidePairs::find_near(const Scope& scope, const Slider& slider) {
+  WorldModel& model = scope.model;
+  near_.clear();
+  if (slider.arm != nullptr) {
+    std::fill(is_near_.begin(), is_near_.end(), std::uint8_t{0});
+    std::fill(model.travels.planned_solid.begin(), model.travels.planned_solid.end(), 0.0);
+    std::fill(model.travels.planned_own.begin(), model.travels.planned_own.end(), 0.0);
+    ++model.travels.clearings;
+    add_on_path(scope, slider);
+    return;
+  }
+  bool may_go_on = true;
+  for_each_of(slider, [&](std::uint32_t index) {
+    if (!may_go_on) return;
+    const WatchedPair& watch = scope.watched[index];
+    const SolidPair pair{watch.a, watch.b};
+    if (scope.sliders.leader_of(model.root_of(pair.a)) == scope.sliders.leader_of(model.root_of(pair.b)))
+      return;  // they go as one
+    // At rest it has at least so much left.
+    const double left = watch.clear_until - model.travelled(pair, watch.own);
+    if (left > reach_of_pair(model, slider, pair) + other_reach(scope, slider, pair)) return;
+    const std::uint32_t source = take_in(model, scope.watched, index);
+    if (source == kNone || pairs_[source].rule.policy != ContactPolicy::slide) return;
+    may_go_on = scope.meter.may_go_on();
+    if (may_go_on) add_near(scope, slider, source);
+  });
+}
+
+/// Whether a pair that is taken in is further apart than `way` and what is of interest: then this is noted.
+bool SlidePairs::stays_apart(const Scope& scope, std::uint32_t watch, double way) {
+  const WorldModel& model = scope.model;
+  NarrowphaseQuery& query = scope.query;
+  if (query.judges_poses()) return false;  // what separations say is not what such a backend sees
+  const FramePair& pair = pairs_[pair_of_[watch]];
+  PairGeometry geometry{};
+  query.set_pair(pair.solids);
+  if (query.separation(model.from[pair.solids.a], model.from[pair.solids.b], geometry) !=
+      PairStatus::separated)
+    return false;
+  // The gap is far more than separations and sums round.
+  const double room = geometry.separation - pair.interest - pair.gap;
+  scope.watched[watch].axis_W = geometry.n_AB_W;
+  if (!(room > 0.0)) return false;
+  double& clear_until = scope.watched[watch].clear_until;
+  clear_until = std::max(clear_until, model.travelled(pair.solids, pair.own) * kDown + room);
+  return room > way;
+}
+
+/// What an arm's plan could bring together, as far as travels and axes tell: into close_.
+void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
+  WorldModel& model = scope.model;
+  ahead_.clear(), close_.clear();
+  const PairDistances most = model.most_distances();
+  for_each_of(slider, [&](std::uint32_t index) {
+    WatchedPair& watch = scope.watched[index];
+    const SolidPair pair{watch.a, watch.b};
+    const Travels& travels = model.travels;
+    const double planned = watch.own != kNotOwn
+                               ? travels.planned_own[watch.own]
+                               : travels.planned_solid[watch.a] + travels.planned_solid[watch.b];
+    const bool meets_slider = scope.sliders.list.size() > 1 && other_reach(scope, slider, pair) > 0.0;
+    const double way = meets_slider ? planned + other_reach(scope, slider, pair) : planned;
+    if (model.travelled(pair, watch.own) + way <= watch.clear_until || is_near_[index]) return;
+    // Mostly it is, and its rule need not be looked up for that.
+    const double standing = model.travelled(pair, watch.own) * kDown;
+    if (is_apart_by_axis(model, watch, most, standing, way)) return;
+    const std::uint32_t source = take_in(model, scope.watched, index);
+    if (source == kNone) return;
+    FramePair& met = pairs_[source];
+    const bool is_told = met.gap == most.gap && met.interest == most.interest;
+    if (!is_told && is_apart_by_axis(model, watch, met, standing, way)) return;
+    met.way = way;
+    close_.push_back(source), ahead_.push_back(pair);
+  });
+}
+
+bool SlidePairs::add_on_path(const Scope& scope, const Slider& slider) {
+  const std::size_t before = near_.size();
+  gather_on_path(scope, slider);
+  scope.query.look_ahead(ahead_, scope.model.from);
+  for (const std::uint32_t source : close_) {
+    const FramePair& pair = pairs_[source];
+    if (stays_apart(scope, pair.watch, pair.way) || is_passed_by(scope, slider, pair)) continue;
+    is_near_[pair.watch] = 1;
+    if (pair.rule.policy != ContactPolicy::slide) continue;
+    if (!scope.meter.may_go_on()) return false;
+    add_near(scope, slider, source);
+  }
+  return near_.size() > before;
+}
+
+bool SlidePairs::add_held(const Scope& scope, const Slider& slider) {
+  const std::size_t before = near_.size();
+  for (const HeldPair& held : held_) {
+    const std::uint32_t watch = pairs_[held.source].watch;
+    if (held.root != slider.root || watch == kNone || is_near_[watch]) continue;
+    is_near_[watch] = 1;
+    add_near(scope, slider, held.source);
+  }
+  return near_.size() > before;
+}
+
+void SlidePairs::note_held(const Slider& slider, std::span<const std::uint32_t> sources) {
+  std::erase_if(held_, [&](const HeldPair& held) { return held.root == slider.root; });
+  for (const std::uint32_t source : sources) {
+    const bool is_noted = std::any_of(held_.begin(), held_.end(), [&](const HeldPair& held) {
+      return held.root == slider.root && held.source == source;
+    });
+    if (!is_noted) held_.push_back({slider.root, source});
+  }
+}
+
+void merge_slide_pairs(const WorldModel& model, const PairWatch& watched,
+                       std::span<const ContactState> contacts, std::span<FramePair> met_pairs,
+                       std::vector<FramePair>& pairs) {
+  const auto by_solids = [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; };
+  const std::size_t known = pairs.size();
+  for (FramePair& met : met_pairs) {
+    if (met.watch != SlidePairs::kNone) met.clear_until = watched[met.watch].clear_until;
+    const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
+    const auto place = std::lower_bound(pairs.begin(), end, met, by_solids);
+    if (place != end && place->solids == met.solids) {
+      place->impact.is_far = false;
+      if (place->stop == kNoMoment) place->stop = met.stop;
+      if (place->touch == kNoMoment) place->touch = met.touch;
+      continue;
+    }
+    // What is known to be further apart than anything of interest has nothing to report.
+    const bool is_apart = model.travelled(met.solids, met.own) <= met.clear_until;
+    if (is_apart && !met.has_moment() && !is_among(contacts, met.solids)) continue;
+    met.impact.is_far = false;
+    met.impact.starts_overlapping = false;  // a sub-step's start is not the frame's
+    pairs.push_back(met);
+  }
+  merge_by_solids(pairs, known);
+}
+
+}  // namespace touchstone

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "touchstone/contact_core/motion/slide_rows.hpp"
+#include "touchstone/contact_core/world/frame_lanes.hpp"
+#include "touchstone/contact_core/world/pair_watch.hpp"
+#include "touchstone/contact_core/world/slide/slide_meter.hpp"
+#include "touchstone/contact_core/world/slide/slider.hpp"
+#include "touchstone/contact_core/world/world_model.hpp"
+
+namespace touchstone {
+
+/// The pairs that the slides of one frame have to look at: those of the watched pairs that are not known to
+/// stay apart. What a plan leaves out stops no motion later than it may: every sub-step's path is checked
+/// against all of them.
+///
+/// Each call is given what it reads. `model` and `watched` are written where distances were learnt: how long
+/// a pair stays clear, and along which axis. Does not allocate beyond reserve().
+class SlidePairs {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  /// What the calls below read.
+  struct Scope {
+    WorldModel& model;
+    PairWatch& watched;
+    NarrowphaseQuery& query;
+    const Sliders& sliders;
+    SlideMeter& meter;
+    FrameLanes& lanes;  ///< whose first query is `query`
+  };
+
+  void reserve(std::size_t slots, std::size_t solids, std::size_t mechanisms);
+  /// For so many watched pairs.
+  void reserve_watched(std::size_t watched);
+
+  /// A frame's slides begin. Notes how far on rigid bodies ask what is watched: as the distance to its goal
+  /// never grows, a body goes no further than there and beyond by the same.
+  /// @returns slots of objects of whose pairs too few are watched.
+  std::span<const std::uint32_t> begin(WorldModel& model, const Sliders& sliders);
+  /// Which of the watched pairs have a slider as part. An arm alone meets only those that are lively (see
+  /// plan_goes_beyond()); rigid bodies plan with all that they could reach. @param lively ascending solids.
+  void gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders,
+              std::span<const std::uint32_t> lively, FrameLanes& lanes);
+  /// What is known by the indices of watched pairs is found again: they may have changed. Before gather().
+  void renumber(const PairWatch& watched);
+
+  /// When each of them stops its movers on the paths that are laid. @returns how many were stopped for want
+  /// of iterations.
+  std::uint32_t find_impacts(const Scope& scope);
+
+  /// What a slider plans with, in near(). Of a rigid body: all that it could reach. Of an arm: all that is
+  /// not known to be apart as it stands.
+  void find_near(const Scope& scope, const Slider& slider);
+  /// Of an arm alone, once its plan is measured: takes up what that could bring together.
+  /// @returns whether there is any that was not near already.
+  bool add_on_path(const Scope& scope, const Slider& slider);
+  /// The same of what held the arm's last sub-step.
+  bool add_held(const Scope& scope, const Slider& slider);
+  /// @param sources of near pairs, in the order in which their rows held.
+  void note_held(const Slider& slider, std::span<const std::uint32_t> sources);
+
+  std::span<NearPair> near() { return near_; }
+  std::span<FramePair> pairs() { return pairs_; }
+  FramePair& operator[](std::uint32_t source) { return pairs_[source]; }
+  const FramePair& operator[](std::uint32_t source) const { return pairs_[source]; }
+  void nothing_is_active();
+
+ private:
+  /// What held an arm back in its last sub-step.
+  struct HeldPair {
+    std::uint32_t root;
+    std::uint32_t source;  ///< index into pairs_
+  };
+  /// A slider's pairs in met_; by solids, where it plans with them.
+  struct Range {
+    std::uint32_t root, begin, end;
+  };
+
+  std::uint32_t take_in(const WorldModel& model, const PairWatch& watched, std::uint32_t watch);
+  void find_close(const Scope& scope);
+  void take_in_all(const Scope& scope, std::span<const GatheredPair> found);
+  void find_impacts_in_lanes(const Scope& scope);
+  void add_near(const Scope& scope, const Slider& slider, std::uint32_t source);
+  bool stays_apart(const Scope& scope, std::uint32_t watch, double way);
+  void gather_on_path(const Scope& scope, const Slider& slider);
+  /// Calls visit(watch) for each of a slider's pairs, by solids.
+  template <class Visit>
+  void for_each_of(const Slider& slider, Visit visit) const;
+
+  std::vector<FramePair> pairs_;        // those of the watched pairs that had to be looked at
+  std::vector<std::uint32_t> met_;      // watched pairs of which a slider is part, by index; of two, twice
+  std::vector<std::uint32_t> pair_of_;  // by watched pair: index into pairs_, or kNone
+  std::vector<std::uint8_t> is_near_;   // by watched pair: in near_, within one plan
+  std::vector<Range> ranges_;           // by root: each slider's in met_
+  std::vector<std::uint8_t> taken_in_;  // within take_in_all()
+  std::vector<HeldPair> held_;          // in the order in which rows held
+  std::vector<NearPair> near_;
+  std::vector<std::uint32_t> close_;             // indices into pairs_ of those that are asked about next
+  std::vector<SolidPair> ahead_;                 // the same pairs
+  std::vector<GatheredPair> unclear_;            // of met_, within find_close()
+  std::vector<std::uint32_t> watches_;           // within find_impacts_in_lanes(): of close_
+  std::vector<SeparationMemo::Answer> answers_;  // the same: to ahead_
+  std::vector<std::uint32_t> wanting_;           // slots, of begin()
+};
+
+/// How far a slider's solid can still go, as seen from the other one [m].
+double slide_reach(const WorldModel& model, const Slider& slider, SolidIndex solid, SolidIndex other);
+/// Links of an arm's pair: its own, and what that is seen from.
+std::pair<std::uint32_t, std::uint32_t> links_of(const WorldModel& model, const Slider& slider,
+                                                 const SolidPair& pair);
+
+/// How far the path that an arm has laid takes each solid, into the travels' plan. @returns whether that is
+/// further than the lively pairs were chosen for: then there is more to meet.
+bool plan_goes_beyond(WorldModel& model, const Slider& slider);
+
+/// Takes up in a frame's pairs, which are sorted by solids, what slides looked at and is not known to be
+/// apart at their end. @param contacts as the frame began, sorted.
+void merge_slide_pairs(const WorldModel& model, const PairWatch& watched,
+                       std::span<const ContactState> contacts, std::span<FramePair> met_pairs,
+                       std::vector<FramePair>& pairs);
+
+}  // namespace touchstone

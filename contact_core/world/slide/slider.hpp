@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "touchstone/contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/motion/slide_rows.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/mechanism_mover.hpp"
+
+namespace touchstone {
+
+/// A sub-step that brings no slider closer to its goal by this share of its distance at first is the last.
+inline constexpr double kLeastGain = 0x1p-10;
+/// What is planned is executed where it gains this share of the distance at first.
+inline constexpr double kWorthwhile = 0x1p-30;
+
+/// One mover that goes on along what stopped it. Poses X_WR are its root's, as it stands.
+struct Slider {
+  std::uint32_t root;    ///< slot
+  std::uint32_t leader;  ///< the slider that it goes along with, by root; its own root: none
+  double stop;           ///< s at which its commanded path ended
+  MechanismMover* arm;   ///< null: one rigid body
+  Pose goal;             ///< of the root: the commanded pose; an arm's is its commanded joint values
+  MassMoments moments;   ///< of all that moves with it, but for what is too far out, in the root's frame
+  MassMetric metric;     ///< its centre is the tool's, and J is divided by the hand's least stiffness [m2]
+  Matrix3 K_W = Matrix3::Identity();  ///< the hand's stiffness against translation, the least being 1
+  bool is_even = true;                ///< K_W is the identity
+  double stiffness = 1.0;             ///< the least [N/m]
+  Vector3 force_W = Vector3::Zero(), moment_W = Vector3::Zero();  ///< HandFeel's
+  double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
+  double distance;        ///< now [m]
+  double trust = 1.0;     ///< share of what is left that the next sub-step plans for
+  bool pivots = false;    ///< it only advances: see pivot.hpp
+  bool done = false;
+  bool shoves = false;       ///< it goes on along its commanded path, with what it met: see world_shove.cpp
+  bool follows = false;      ///< goes along with its leader
+  bool is_near_end = false;  ///< where the sub-step is gone to its end, another one would not gain kLeastGain
+  Twist way;                 ///< what is left of the commanded path while it shoves
+  Vector3 way_centre_O = Vector3::Zero();  ///< about which that turns
+  bool is_cut_off = false;                 ///< the budget ended it
+
+  /// No turn of a rigid body is longer than this for each metre of distance in the metric [rad/m].
+  double turn_rate() const;
+};
+
+/// The sliders of a frame, by root.
+struct Sliders {
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  std::vector<Slider> list;             ///< ascending roots
+  std::vector<std::uint32_t> index_of;  ///< by slot: into list, or kNone
+
+  /// Null: the root does not slide.
+  Slider* find(std::uint32_t root) { return index_of[root] == kNone ? nullptr : &list[index_of[root]]; }
+  const Slider* find(std::uint32_t root) const {
+    return index_of[root] == kNone ? nullptr : &list[index_of[root]];
+  }
+  /// Whom the root goes with: its leader among the sliders, or itself.
+  std::uint32_t leader_of(std::uint32_t root) const {
+    return index_of[root] == kNone ? root : list[index_of[root]].leader;
+  }
+  bool is_one_arm() const { return list.size() == 1 && list[0].arm != nullptr; }
+};
+
+/// Of a rigid slider: what leads from where it stands to its goal.
+Twist twist_to_goal(const Slider& slider, const Pose& X_WR);
+/// The metric of its twists there. J goes with the body: a turn about the axis of what is left changes
+/// nothing of w . J w. K stands as commanded.
+TwistMetric metric_at(const Slider& slider, const Pose& X_WR);
+double distance_to_goal(const Slider& slider, const Pose& X_WR);
+/// The same of a rigid slider, or of an arm's joint values.
+double distance_left(const Slider& slider, const Pose& X_WR);
+JointVector joints_left(const MechanismMover& arm);
+
+/// Gives a rigid slider its metric, in its root's frame: its hand's, or, with none, its moments'.
+/// @pre goal and moments are set, moments.volume > 0.
+void weigh_by_hand(Slider& slider, const std::optional<HandStiffness>& hand);
+
+/// What a slider gets of the room between it and another one, 0 to 1: by how fast each would come if it went
+/// straight to its goal. @param n_W from the other one to the slider. Arms share evenly.
+double share_between(const Slider& slider, const Pose& X_WR, const Slider& other, const Pose& X_WR_other,
+                     const NearPair& near);
+/// Of the room between two sliders either plans for a share only.
+bool shares_room(std::span<const NearPair> near);
+
+/// Whether a plan that left so much of the square of the distance for its bends leaves no more to gain than
+/// kLeastGain: with the rows raised by less in the next sub-step, that is what it would come down by.
+bool leaves_little(const Slider& slider, double left_over);
+
+}  // namespace touchstone

@@ -1,0 +1,231 @@
+#include "touchstone/contact_core/world/world_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "touchstone/contact_core/world/frame_lanes.hpp"
+
+namespace touchstone {
+namespace {
+
+/// Rounding of bounds.
+constexpr double kUp = 1.0 + 0x1p-20;
+
+}  // namespace
+
+BodyState WorldModel::state_at(std::uint32_t slot, double s) const {
+  const MechanismMover* mover = mechanism_of(slot);
+  if (mover == nullptr) return paths[objects[slot].root].at(slot, s);
+  BodyState state = mover->path.at(objects[objects[slot].body].link, s);
+  if (objects[slot].body != slot) state.X_WO = compose(state.X_WO, objects.poses_in_body()[slot]);
+  return state;
+}
+
+bool WorldModel::moves(std::uint32_t slot) const {
+  const MechanismMover* mover = mechanism_of(slot);
+  return mover == nullptr || mover->path.moves(objects[objects[slot].body].link);
+}
+
+double WorldModel::gap_at(double distance) const {
+  return std::max(gap, 4.0 * separations().capabilities().resolution.at(distance));
+}
+
+double WorldModel::gap_of(const SolidPair& pair) const {
+  // What is carried rounds as its body does, which may be further out.
+  const auto reach = [&](SolidIndex i) {
+    const Sphere& sphere = layout.solids[i].bounding_sphere();
+    const double body = objects[body_of(i)].X_WO.p.cwiseAbs().maxCoeff();
+    return std::max(body, from[i].p.cwiseAbs().maxCoeff()) + norm(sphere.centre) + 2.0 * sphere.radius;
+  };
+  return gap_at(std::max(reach(pair.a), reach(pair.b)));
+}
+
+double WorldModel::contact_reach(SolidIndex solid, double way) const {
+  const Sphere& sphere = layout.solids[solid].bounding_sphere();
+  const double size = norm(X_BS[solid].p) + norm(sphere.centre) + 2.0 * sphere.radius;
+  return std::max(2.0 * gap_at(from[solid].p.cwiseAbs().maxCoeff() + size + way) - margin, 0.0);
+}
+
+PairDistances WorldModel::most_distances() const {
+  const double most_gap = gap_at((furthest + largest_extent) * kUp);
+  return {most_gap, std::max(2.0 * most_gap, rules.largest_warn_distance())};
+}
+
+bool WorldModel::is_checked(const SolidPair& pair) const {
+  const std::uint32_t a = layout.slot_of[pair.a], b = layout.slot_of[pair.b];
+  if (objects[a].body == objects[b].body || (objects[a].is_static() && objects[b].is_static())) return false;
+  return selection.is_on(objects, a, b) && !layout.is_exempt(pair);
+}
+
+std::uint32_t WorldModel::own_index(const SolidPair& pair) const {
+  const std::uint32_t a = body_of(pair.a), b = body_of(pair.b);
+  if (objects[a].root != objects[b].root || !objects[a].is_link()) return kNotOwn;
+  const MechanismMover& mover = *mechanisms.at(objects[a].mechanism);
+  const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
+  const auto [low, high] = std::minmax(objects[a].link, objects[b].link);
+  return mover.first_own + low * links + high;
+}
+
+FramePair WorldModel::frame_pair(const SolidPair& pair) const {
+  FramePair entry;
+  entry.solids = pair;
+  entry.rule = rules.find(objects, layout.slot_of[pair.a], layout.slot_of[pair.b]);
+  entry.gap = gap_of(pair);
+  entry.interest = std::max(2.0 * entry.gap, entry.rule.warn_distance);
+  entry.own = own_index(pair);
+  return entry;
+}
+
+MovingSolid WorldModel::moving_solid(SolidIndex solid) const {
+  const std::uint32_t slot = layout.slot_of[solid], root = objects[slot].root, body = objects[slot].body;
+  MovingSolid out{&layout.solids[solid], layout.X_OS[solid], &paths[root], slot};
+  out.stop = in_motion[root] ? stops[root] : 0.0;
+  out.travel = travels.last_solid[solid];
+  if (MechanismMover* mover = mechanism_of(slot)) {
+    out.X_OS = X_BS[solid];
+    out.path = &mover->path, out.body = objects[body].link, out.views = mover;
+  }
+  // What is carried stands where it was carried to, which its path gives to rounding only.
+  if (body == slot && travels.has_vertices[solid])
+    out.X_WS_at_start = &from[solid], out.vertices_at_start = &travels.vertices[solid];
+  return out;
+}
+
+MovingSolid WorldModel::seen_from(std::uint32_t link, SolidIndex solid) const {
+  MechanismMover& mover = *mechanism_of(layout.slot_of[solid]);
+  MovingSolid seen = moving_solid(solid);
+  seen.path = &mover.relative.seen_from(link, mover.path);
+  seen.vertices_at_start = nullptr;
+  return seen;
+}
+
+double WorldModel::travel_on(const MechanismMover& mover, SolidIndex solid) const {
+  const Sphere& sphere = layout.solids[solid].bounding_sphere();
+  const std::uint32_t link = objects[body_of(solid)].link;
+  return (mover.path.speed_bound(link, transform(X_BS[solid], sphere.centre)) +
+          mover.path.turn_bound(link) * sphere.radius) *
+         kUp;
+}
+
+/// Of two links each joint between them moves the outer one's points about it: by its change times how far
+/// the joint is from the furthest of them, at most.
+void WorldModel::measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const {
+  const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
+  for (std::uint32_t a = 0; a < links; ++a)
+    for (std::uint32_t b = a + 1; b < links; ++b) {
+      double travel = 0.0;
+      for (std::uint32_t k = 0; k < mover.actual.size(); ++k) {
+        const int way = mover.frame.sign(k, b, a);
+        if (way == 0) continue;
+        const std::uint32_t outer = way > 0 ? b : a;
+        travel += std::abs(mover.path.to()[k] - mover.path.from()[k]) *
+                  mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
+      }
+      out[mover.first_own + a * links + b] = travel * kUp;
+    }
+}
+
+Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pair, double until) {
+  const double now = model.travelled(pair.solids, pair.own);
+  if (now <= pair.clear_until) {
+    Impact clear;
+    clear.geometry.n_AB_W = clear.geometry.p_A_W = clear.geometry.p_B_W = Vector3::Zero();
+    clear.is_far = true;
+    return clear;
+  }
+  query.set_pair(pair.solids);
+  const auto [a, b] = pair.solids;
+  MovingSolid first = model.moving_solid(a), second = model.moving_solid(b);
+  if (pair.own != kNotOwn) {  // two links: the first stands still
+    const std::uint32_t link = model.objects[model.body_of(a)].link;
+    first = model.seen_from(link, a), second = model.seen_from(link, b);
+    first.travel = 0.0, second.travel = model.travels.last_own[pair.own];
+  }
+  const Impact impact = find_impact(first, second, {pair.gap}, query, pair.interest, until, false);
+  if (query.judges_poses()) return impact;  // separations say nothing about what such a backend sees
+  // The gap is far more than separations and sums round.
+  const double room = impact.start_separation - pair.interest - pair.gap;
+  if (impact.queries > 0 && room > 0.0 && now <= Travels::kMost)
+    pair.clear_until =
+        now * (1.0 - 0x1p-50) - model.last_travel(pair.solids, pair.own) * (1.0 + 0x1p-19) + room;
+  return impact;
+}
+
+std::uint32_t mover_of(const WorldModel& model, const SolidPair& pair) {
+  const std::uint32_t a = model.root_of(pair.a), b = model.root_of(pair.b);
+  const std::vector<std::uint8_t>& in_motion = model.in_motion;
+  if (a == b) return a;
+  if (!in_motion[a]) return in_motion[b] ? b : kAlone;
+  if (!in_motion[b]) return a;
+  const bool is_arm_a = model.mechanism_of(a) != nullptr, is_arm_b = model.mechanism_of(b) != nullptr;
+  if (is_arm_a && is_arm_b) return kInTurn;
+  return is_arm_a ? a : is_arm_b ? b : kAlone;
+}
+
+void find_impact_of(const WorldModel& model, NarrowphaseQuery& query, WatchedPair& watch, FramePair& pair,
+                    const SeparationMemo::Answer* start, double until) {
+  pair.clear_until = watch.clear_until;
+  if (start != nullptr)
+    query.expect(pair.solids, model.from[pair.solids.a], model.from[pair.solids.b], *start);
+  pair.impact = impact_of(model, query, pair, until);
+  query.expect_nothing();
+  watch.clear_until = pair.clear_until;
+  if (pair.impact.queries > 0) watch.axis_W = pair.impact.geometry.n_AB_W;
+}
+
+void place_vertices(WorldModel& model, FrameLanes& lanes, const PairWatch& watched,
+                    std::span<const std::uint32_t> watches) {
+  constexpr std::size_t kSolidsAtOnce = 64;
+  Travels& travels = model.travels;
+  travels.unplaced.clear();
+  for (const std::uint32_t i : watches)
+    for (const SolidIndex solid : {watched[i].a, watched[i].b}) {
+      if (travels.has_vertices[solid]) continue;
+      travels.has_vertices[solid] = 1;
+      travels.unplaced.push_back(solid);
+    }
+  lanes.for_each(travels.unplaced.size(), kSolidsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    const SolidIndex solid = travels.unplaced[i];
+    world_vertices(model.layout.solids[solid], model.from[solid], travels.vertices[solid]);
+  });
+}
+
+const WorldVertices& vertices_of(WorldModel& model, SolidIndex solid) {
+  Travels& travels = model.travels;
+  if (travels.has_vertices[solid]) return travels.vertices[solid];
+  world_vertices(model.layout.solids[solid], model.from[solid], travels.vertices[solid]);
+  travels.has_vertices[solid] = 1;
+  return travels.vertices[solid];
+}
+
+double apart_at_least(WorldModel& model, const WatchedPair& watch) {
+  const WorldVertices &a = vertices_of(model, watch.a), &b = vertices_of(model, watch.b);
+  Vector3 n = watch.axis_W;
+  if (n == Vector3::Zero()) {
+    const auto centre_of = [&](SolidIndex solid) {
+      return transform(model.from[solid], model.layout.solids[solid].bounding_sphere().centre);
+    };
+    const Vector3 way = centre_of(watch.b) - centre_of(watch.a);
+    const double length = norm(way);
+    if (!(length > 0.0)) return -1.0;
+    n = way / length;
+  }
+  double highest = dot(n, a.vertex(0)), lowest = dot(n, b.vertex(0));
+  for (int i = 1; i < Hexahedron::kVertices; ++i) {
+    highest = std::max(highest, dot(n, a.vertex(i)));
+    lowest = std::min(lowest, dot(n, b.vertex(i)));
+  }
+  return lowest - highest;
+}
+
+bool is_apart_by_axis(WorldModel& model, WatchedPair& watch, const PairDistances& pair, double standing,
+                      double way) {
+  if (model.is_sampled() || !(standing <= Travels::kMost)) return false;
+  // The gap is far more than separations and sums round.
+  const double room = apart_at_least(model, watch) - pair.interest - pair.gap;
+  if (!(room > way)) return false;
+  watch.clear_until = std::max(watch.clear_until, standing + room);
+  return true;
+}
+
+}  // namespace touchstone

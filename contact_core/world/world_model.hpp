@@ -1,0 +1,155 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/frame_pairs.hpp"
+#include "touchstone/contact_core/world/mechanism_mover.hpp"
+#include "touchstone/contact_core/world/object_table.hpp"
+#include "touchstone/contact_core/world/pair_rules.hpp"
+#include "touchstone/contact_core/world/selection_state.hpp"
+#include "touchstone/contact_core/world/travels.hpp"
+
+namespace touchstone {
+
+class FrameLanes;
+
+/// What the parts of a world read: who there is, by which rules, where all stand, and which paths are laid.
+/// Its functions only look. Indices are slots of objects and solids of the layout; what moves as one is known
+/// by its root's slot.
+struct WorldModel {
+  std::unique_ptr<Narrowphase> narrowphase;
+  std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges
+  double gap;
+  double margin = 0.0;  // the broadphase's [m]
+
+  ObjectTable objects;
+  MechanismTable mechanisms;
+  PairRules rules;
+  Selection selection;
+  Layout layout;
+
+  double furthest = 0.0;  // no object's origin has been further out since all was laid out [m]
+  double largest_extent =
+      0.0;  // no solid's sphere reached further from its object's origin, and a radius [m]
+  std::vector<CarriedPath> paths;            // by slot; a root's
+  std::vector<double> stops;                 // by slot; a root's
+  std::vector<std::uint8_t> in_motion;       // by slot; a root's
+  std::vector<Pose> from;                    // by solid
+  std::vector<Pose> X_BS;                    // by solid, in its body; of mechanisms' solids
+  std::vector<std::uint32_t> root_of_solid;  // objects' own, which lie further apart in memory
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by slot), sorted
+  Travels travels;
+
+  bool is_sampled() const { return !gives_signed_distance(*narrowphase); }
+  /// Whose separations the motion goes by.
+  const Narrowphase& separations() const { return is_sampled() ? *planner : *narrowphase; }
+
+  std::uint32_t root_of(SolidIndex solid) const { return root_of_solid[solid]; }
+  std::uint32_t body_of(SolidIndex solid) const { return objects[layout.slot_of[solid]].body; }
+  /// The mechanism that the object is a link of or is carried by, or null.
+  MechanismMover* mechanism_of(std::uint32_t slot) const {
+    const ObjectRecord& body = objects[objects[slot].body];
+    return body.is_link() ? mechanisms.at(body.mechanism) : nullptr;
+  }
+  /// Of a mover that has a path: whether that moves the object.
+  bool moves(std::uint32_t slot) const;
+  /// Calls visit(slot) for each object that moves with the root.
+  template <class Visit>
+  void for_each_member(std::uint32_t root, Visit visit) const {
+    const std::pair<std::uint32_t, std::uint32_t> first{root, 0};
+    for (auto member = std::lower_bound(members.begin(), members.end(), first);
+         member != members.end() && member->first == root; ++member)
+      visit(member->second);
+  }
+  /// Calls visit(solid) for each solid of those.
+  template <class Visit>
+  void for_each_solid(std::uint32_t root, Visit visit) const {
+    for_each_member(root, [&](std::uint32_t slot) {
+      for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) visit(i);
+    });
+  }
+  /// A mover's solid, then the other one's; of an arm's own pair b counts as the mover's.
+  std::pair<SolidIndex, SolidIndex> mover_first(const SolidPair& pair, std::uint32_t root) const {
+    return root_of(pair.b) == root ? std::pair{pair.b, pair.a} : std::pair{pair.a, pair.b};
+  }
+
+  /// On its path.
+  BodyState state_at(std::uint32_t slot, double s) const;
+  MovingSolid moving_solid(SolidIndex solid) const;
+  /// As a link of the same mechanism sees it.
+  MovingSolid seen_from(std::uint32_t link, SolidIndex solid) const;
+
+  /// At least what any pair keeps that is no further from the origin [m].
+  double gap_at(double distance) const;
+  double gap_of(const SolidPair& pair) const;
+  /// Once an object stands elsewhere: for `furthest`.
+  void note_place(std::uint32_t slot) {
+    furthest = std::max(furthest, objects[slot].X_WO.p.cwiseAbs().maxCoeff());
+  }
+  /// No pair has more.
+  PairDistances most_distances() const;
+  /// By so much more than the broadphase's margin the solid is in contact with others: far out, or with a
+  /// coarse backend, twice the gap is more. @param way it goes no further from where it is. [m]
+  double contact_reach(SolidIndex solid, double way) const;
+  /// Switched on, not exempt, and not of one body.
+  bool is_checked(const SolidPair& pair) const;
+  /// Its rule and distances; nothing is known of it yet.
+  FramePair frame_pair(const SolidPair& pair) const;
+  /// Index of two links of one mechanism into Travels::of_own, or kNotOwn.
+  std::uint32_t own_index(const SolidPair& pair) const;
+
+  /// Travels' plan is of the mechanism's path.
+  bool has_planned(const MechanismMover& mover) const {
+    return mover.planned_path == mover.paths && mover.planned_after == travels.clearings;
+  }
+  /// How far no point of the solid goes on the mechanism's path [m].
+  double travel_on(const MechanismMover& mover, SolidIndex solid) const;
+  /// The same of each two links relative to each other: `out` by Travels::of_own.
+  void measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const;
+  double travelled(const SolidPair& pair, std::uint32_t own) const {
+    return own != kNotOwn ? travels.of_own[own] : travels.of_solid[pair.a] + travels.of_solid[pair.b];
+  }
+  double last_travel(const SolidPair& pair, std::uint32_t own) const {
+    return own != kNotOwn ? travels.last_own[own] : travels.last_solid[pair.a] + travels.last_solid[pair.b];
+  }
+  bool is_clear(const WatchedPair& watch) const {
+    return travelled({watch.a, watch.b}, watch.own) <= watch.clear_until;
+  }
+};
+
+/// When the two meet on the paths that are laid; notes how long the pair stays clear.
+/// @param until what comes after this s is of no use.
+Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pair, double until = 1.0);
+
+/// In place of a root: of a pair that depends on no other; of one that two mechanisms in motion share, which
+/// are seen from one another.
+inline constexpr std::uint32_t kAlone = 0xffffffff;
+inline constexpr std::uint32_t kInTurn = 0xfffffffe;
+/// The root whose pairs have to be taken in turn with this one: of a mechanism, as it is seen from its links;
+/// else of the only one of the two in motion, which may be stopped by what comes first. Or kAlone, kInTurn.
+std::uint32_t mover_of(const WorldModel& model, const SolidPair& pair);
+/// The same as impact_of() of a watched pair, whose knowledge it takes up and renews.
+/// @param start of the two as they stand; null: not known.
+void find_impact_of(const WorldModel& model, NarrowphaseQuery& query, WatchedPair& watch, FramePair& pair,
+                    const SeparationMemo::Answer* start, double until = 1.0);
+
+/// As these watched pairs' solids stand: so that lanes only read vertices_of().
+void place_vertices(WorldModel& model, FrameLanes& lanes, const PairWatch& watched,
+                    std::span<const std::uint32_t> watches);
+/// As a solid stands; kept until it moves.
+const WorldVertices& vertices_of(WorldModel& model, SolidIndex solid);
+/// A lower bound of the separation of two solids as they stand [m]: how far apart they are along the axis
+/// that parted them last, or the line of their centres. A tenth of what a narrowphase call costs.
+double apart_at_least(WorldModel& model, const WatchedPair& watch);
+/// Whether a pair is further apart than `way` and what is of interest by that bound: then this is noted.
+/// @param standing travels of the two where they stand. @pre the narrowphase gives separations.
+bool is_apart_by_axis(WorldModel& model, WatchedPair& watch, const PairDistances& pair, double standing,
+                      double way);
+
+}  // namespace touchstone
