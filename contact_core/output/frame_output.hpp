@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/world/contact_world.hpp"
 
 /// @file
-/// What leaves the contact world, once a frame: actual poses only. A commanded or rejected pose has no place
+/// The contact world's output, once a frame: actual poses only. A commanded or rejected pose has no place
 /// in these types, so no output can show one.
 
 namespace touchstone {

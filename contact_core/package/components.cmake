@@ -56,7 +56,20 @@ function(touchstone_install_header file)
   endif()
 endfunction()
 
-# What find_package reads of a component, and its pkg-config file.
+# touchstone_public_headers(FILES ...): the headers below this folder that users include. They are installed and stand on the
+# reference pages (TOUCHSTONE_PUBLIC_HEADERS); every other header is private.
+function(touchstone_public_headers)
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  foreach(header IN LISTS ARGN)
+    if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${header})
+      message(FATAL_ERROR "touchstone: public header is not there: ${folder}/${header}")
+    endif()
+    set_property(GLOBAL APPEND PROPERTY TOUCHSTONE_PUBLIC_HEADERS ${folder}/${header})
+    touchstone_install_header(${folder}/${header})
+  endforeach()
+endfunction()
+
+# Writes the files of a component that find_package and pkg-config read.
 function(touchstone_write_component name)
   foreach(field COMPONENTS ENGINE DEBIAN PACKAGE LIBRARIES)
     get_property(TOUCHSTONE_${field} GLOBAL PROPERTY TOUCHSTONE_${name}_${field})
