@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/physics/dynamic_scene.hpp"
+#include "touchstone/physics/scene/dynamic_scene.hpp"
 
 /// @file
-/// What steps a dynamic scene: our own dynamics, or an engine's (adapters/bullet_dynamics, ode_dynamics,
+/// Steps a dynamic scene: our own dynamics, or an engine's (adapters/bullet_dynamics, ode_dynamics,
 /// mujoco_dynamics), each with its own check of contacts or with one of ours. EngineRegistry
 /// (engine_registry.hpp) makes them by name.
 ///
@@ -69,7 +69,7 @@ class DynamicsEngine {
   virtual bool locates_events() const { return false; }
   double time() const { return static_cast<double>(steps()) * scene().step; }
 
-  /// What is told for this step: actions that are due, drives, kinematic bodies.
+  /// Takes the commands for this step: actions that are due, drives, kinematic bodies.
   virtual void begin_step() = 0;
   /// Finds contacts and moves everything by the scene's step. Timed inside, without what is only looked at.
   virtual EngineStep step() = 0;

@@ -19,6 +19,7 @@ class Needs {
     using Mode = JointDrive::Mode;
     if (drive.drive.mode == Mode::rate) add(EngineFeature::rate_drives, who);
     if (drive.drive.mode == Mode::brake) add(EngineFeature::brakes, who);
+    if (drive.drive.mode == Mode::position) add(EngineFeature::position_drives, who);
     const bool has_torque = drive.drive.torque != 0.0 || drive.ramp != 0.0;
     if (drive.drive.mode == Mode::torque && has_torque) add(EngineFeature::torque_drives, who);
   }
@@ -33,8 +34,7 @@ std::string object_name(const DynamicScene& scene, std::size_t object) {
 }
 
 std::string joint_name(const DynamicScene& scene, const JointAddress& joint) {
-  const SceneMechanism& mechanism = scene.mechanisms[joint.mechanism];
-  return "joint '" + mechanism.name + "." + mechanism.joints[joint.joint].name + "'";
+  return "joint '" + name_of(scene, joint) + "'";
 }
 
 void add_bodies(const DynamicScene& scene, Needs& needs) {
@@ -49,6 +49,21 @@ void add_bodies(const DynamicScene& scene, Needs& needs) {
   }
 }
 
+std::string pair_name(const DynamicScene& scene, const ScenePair& pair) {
+  return object_name(scene, pair.a) + " and " + object_name(scene, pair.b);
+}
+
+/// Whose surfaces meet by other rules than the usual ones.
+void add_pairs(const DynamicScene& scene, Needs& needs) {
+  for (const ScenePair& pair : scene.pairs) {
+    if (pair.friction) needs.add(EngineFeature::mixed_friction, pair_name(scene, pair));
+    if (pair.restitution.value_or(0.0) != 0.0) needs.add(EngineFeature::restitution, pair_name(scene, pair));
+  }
+  // Of equal figures all other rules make the same.
+  if (scene.friction_rule == Combination::product && !scene.bodies.empty())
+    needs.add(EngineFeature::mixed_friction, "the rule 'product'");
+}
+
 void add_mechanisms(const DynamicScene& scene, Needs& needs) {
   for (std::size_t m = 0; m < scene.mechanisms.size(); ++m) {
     const SceneMechanism& mechanism = scene.mechanisms[m];
@@ -59,6 +74,9 @@ void add_mechanisms(const DynamicScene& scene, Needs& needs) {
       if (std::isfinite(joint.lower) || std::isfinite(joint.upper))
         needs.add(EngineFeature::joint_stops, who);
       needs.add_drive(joint.drive, who);
+      if (joint.losses.friction > 0.0 || joint.losses.damping > 0.0)
+        needs.add(EngineFeature::joint_losses, who);
+      if (joint.rotor > 0.0) needs.add(EngineFeature::rotors, who);
     }
   }
 }
@@ -76,18 +94,29 @@ std::string_view to_string(EngineFeature feature) {
                                                                  "torque drives",
                                                                  "rate drives",
                                                                  "brakes",
-                                                                 "latches"};
+                                                                 "latches",
+                                                                 "joints put at values mid-run",
+                                                                 "friction and damping of joints",
+                                                                 "inertia of rotors",
+                                                                 "drives of a stiffness",
+                                                                 "joints between bodies"};
   return kNames[static_cast<std::size_t>(feature)];
 }
 
 std::vector<EngineNeed> needs_of(const DynamicScene& scene) {
   Needs needs;
   add_bodies(scene, needs);
+  add_pairs(scene, needs);
   add_mechanisms(scene, needs);
+  if (!scene.joints.empty()) needs.add(EngineFeature::body_joints, "joint '" + scene.joints[0].name + "'");
   if (!scene.scene.latches.empty())
     needs.add(EngineFeature::latches, "object '" + scene.scene.latches[0].carried + "'");
   for (const SceneAction& action : scene.actions) {
-    if (action.kind == SceneAction::Kind::drive)
+    if (action.kind == SceneAction::Kind::set_joint)
+      needs.add(EngineFeature::set_joints, joint_name(scene, action.joint));
+    else if (action.kind == SceneAction::Kind::join || action.kind == SceneAction::Kind::part)
+      continue;  // of joints between bodies, which were named
+    else if (action.kind == SceneAction::Kind::drive)
       needs.add_drive(action.drive, joint_name(scene, action.joint));
     else
       needs.add(EngineFeature::latches, object_name(scene, action.carried));

@@ -6,26 +6,32 @@
 #include <string_view>
 #include <vector>
 
-#include "touchstone/physics/dynamic_scene.hpp"
+#include "touchstone/physics/scene/dynamic_scene.hpp"
 
 namespace touchstone::physics {
 
-/// What a scene may ask of an engine beyond free bodies that are boxes of one friction, on the ground.
+/// Features that a scene may ask of an engine beyond free bodies that are boxes of one friction, on the
+/// ground.
 enum class EngineFeature : std::uint8_t {
   hulls,             ///< hexahedra that are no boxes
   kinematic_bodies,  ///< bodies that follow their motion whatever they meet
-  mixed_friction,    ///< friction that differs: the geometric mean of the two objects'
-  restitution,       ///< the larger of the two objects', for approaches faster than the scene's bounce speed
-  exempt_parts,      ///< pairs that are not checked though others of the same two bodies are
-  arms,              ///< mechanisms: revolute, prismatic and fixed joints
-  joint_stops,       ///< limits of joints' values
-  torque_drives,     ///< torques and forces of joints, cut to their limits
-  rate_drives,       ///< rates that a joint follows with at most its limit
-  brakes,            ///< joints held with at most a limit
-  latches,           ///< objects that move as one, at the start or from an action on
+  mixed_friction,    ///< friction that differs by pair (EngineScene::friction())
+  restitution,  ///< by pair (EngineScene::restitution()), for approaches faster than the scene's bounce speed
+  exempt_parts,     ///< pairs that are not checked though others of the same two bodies are
+  arms,             ///< mechanisms: revolute, prismatic and fixed joints
+  joint_stops,      ///< limits of joints' values
+  torque_drives,    ///< torques and forces of joints, cut to their limits
+  rate_drives,      ///< rates that a joint follows with at most its limit
+  brakes,           ///< joints held with at most a limit
+  latches,          ///< objects that move as one, at the start or from an action on
+  set_joints,       ///< joints put at a value and rate by an action
+  joint_losses,     ///< friction and damping of joints, whatever drives them
+  rotors,           ///< inertia that turns with a joint alone
+  position_drives,  ///< drives of a stiffness and damping
+  body_joints,      ///< joints between bodies, links and the ground, loops closed, let go by actions
 };
 /// How many there are.
-inline constexpr int kEngineFeatures = 11;
+inline constexpr int kEngineFeatures = 16;
 /// In words: "rate drives".
 std::string_view to_string(EngineFeature feature);
 
@@ -35,6 +41,13 @@ class EngineFeatures {
   EngineFeatures() = default;
   EngineFeatures(std::initializer_list<EngineFeature> features) {
     for (const EngineFeature feature : features) bits_ |= bit(feature);
+  }
+  /// Up to latches: what an engine with arms is expected to do. What comes after them is asked of the engine
+  /// that says so.
+  static EngineFeatures usual() {
+    EngineFeatures out;
+    out.bits_ = 2U * bit(EngineFeature::latches) - 1U;
+    return out;
   }
   static EngineFeatures all() {
     EngineFeatures out;
@@ -62,7 +75,8 @@ struct EngineNeed {
 /// Each feature once. @pre the scene is valid.
 std::vector<EngineNeed> needs_of(const DynamicScene& scene);
 
-/// What of it an engine with these features lacks, in words: "brakes (joint 'arm.shoulder')". Empty: nothing.
+/// The parts of it that an engine with these features lacks, in words: "brakes (joint 'arm.shoulder')".
+/// Empty: nothing.
 std::vector<std::string> unsupported(const EngineFeatures& features, const DynamicScene& scene);
 
 }  // namespace touchstone::physics

@@ -33,9 +33,9 @@ class EngineRegistry {
   struct Entry {
     std::string name;
     std::string description;  ///< one line, with library and version
-    /// What may stand inside: kOwnCheck first, where it has one of its own; narrowphases by name.
+    /// Checks that may stand inside: kOwnCheck first, where it has one of its own; narrowphases by name.
     std::vector<std::string> checks;
-    /// What it can do with that check.
+    /// Its features with that check.
     std::function<EngineFeatures(std::string_view check)> features;
     /// @pre the scene is valid and supported, the check is one of `checks`; the scene outlives the engine.
     std::function<std::unique_ptr<DynamicsEngine>(const DynamicScene&, const std::string& check)> make;

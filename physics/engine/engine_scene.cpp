@@ -54,7 +54,10 @@ std::pair<std::size_t, std::size_t> ordered(std::size_t a, std::size_t b) { retu
 }  // namespace
 
 EngineScene::EngineScene(const DynamicScene& scene)
-    : scene_(&scene), body_of_(scene.bodies.size(), kNone), X_BO_(scene.bodies.size()) {
+    : scene_(&scene),
+      surfaces_(surface_pairs(scene)),
+      body_of_(scene.bodies.size(), kNone),
+      X_BO_(scene.bodies.size()) {
   cluster_links();
   for (std::size_t i = 0; i < body_of_.size(); ++i) {
     if (body_of_[i] == kNone) {
@@ -192,12 +195,9 @@ void EngineScene::start_links() {
   }
 }
 
-double EngineScene::friction(SolidIndex a, SolidIndex b) const {
-  return std::sqrt(surface(a).friction * surface(b).friction);
-}
-
-double EngineScene::restitution(SolidIndex a, SolidIndex b) const {
-  return std::max(surface(a).restitution, surface(b).restitution);
+Surface EngineScene::pair_surface(SolidIndex a, SolidIndex b) const {
+  return surfaces_.between(static_cast<std::uint32_t>(solids_[a].object), surface(a),
+                           static_cast<std::uint32_t>(solids_[b].object), surface(b));
 }
 
 void EngineScene::list_exempt() {
@@ -227,7 +227,7 @@ bool EngineScene::is_checked(SolidIndex a, SolidIndex b) const {
                              ordered(solid_a.object, solid_b.object));
 }
 
-/// What of the bodies that the lists name is left to check.
+/// Checks the rest of the bodies that the lists name.
 void EngineScene::compare_exempt() {
   std::vector<std::pair<std::size_t, std::size_t>> named;
   for (const SolidPair& pair : exempt_solids_)

@@ -14,7 +14,7 @@ class EngineScene {
  public:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-  /// What moves as one.
+  /// Solids that move as one.
   struct Body {
     std::string name;  ///< "object 'x'", for messages
     ContactSide kind = ContactSide::ground;
@@ -52,8 +52,11 @@ class EngineScene {
   const Pose& X_BO(std::size_t object) const { return X_BO_[object]; }
   const Surface& surface(SolidIndex solid) const { return scene_->bodies[solids_[solid].object].surface; }
   /// As the contacts of the own engine have them (NarrowphaseContacts).
-  double friction(SolidIndex a, SolidIndex b) const;
-  double restitution(SolidIndex a, SolidIndex b) const;
+  double friction(SolidIndex a, SolidIndex b) const { return pair_surface(a, b).friction; }
+  double restitution(SolidIndex a, SolidIndex b) const { return pair_surface(a, b).restitution; }
+  /// Whether all pairs follow the usual rules: friction the geometric mean of the two objects', restitution
+  /// the larger.
+  bool has_usual_surfaces() const { return surfaces_.is_usual(); }
 
   /// Whether the scene's own rules have the pair checked, latches apart: it is of two bodies, one of them
   /// free or a link, not listed, not of two links that a joint joins.
@@ -65,6 +68,7 @@ class EngineScene {
   bool has_exemptions() const { return !exempt_solids_.empty() || !exempt_objects_.empty(); }
 
  private:
+  Surface pair_surface(SolidIndex a, SolidIndex b) const;
   void cluster_links();
   void place(std::size_t body);
   void add_joints();
@@ -73,6 +77,7 @@ class EngineScene {
   void compare_exempt();
 
   const DynamicScene* scene_;
+  SurfacePairs surfaces_;  // numbers are objects
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;
   std::vector<Solid> solids_;

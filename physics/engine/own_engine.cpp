@@ -3,7 +3,7 @@
 
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/physics/engine/engine_registry.hpp"
-#include "touchstone/physics/scene_simulation.hpp"
+#include "touchstone/physics/scene/scene_simulation.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -119,6 +119,11 @@ void SceneEngine::carry_out(const SceneAction& action) {
     case SceneAction::Kind::release:
       let_go(bodies_.body_of(action.carried));
       break;
+    // No engine has EngineFeature::set_joints and body_joints.
+    case SceneAction::Kind::set_joint:
+    case SceneAction::Kind::join:
+    case SceneAction::Kind::part:
+      break;
   }
 }
 

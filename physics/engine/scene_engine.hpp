@@ -8,7 +8,7 @@
 
 namespace touchstone::physics {
 
-/// What the adapters of engines have in common: the scene in an engine's terms, its actions in time, what
+/// Shared by the adapters of engines: the scene in an engine's terms, its actions in time, what
 /// moves with what, sums over the bodies, and the depth as `native` sees it. An adapter sets the engine up in
 /// its constructor, then calls start().
 class SceneEngine : public DynamicsEngine {

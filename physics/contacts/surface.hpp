@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+/// @file
+/// How two surfaces rub and bounce, each with its own figures or with a pair's.
+
+namespace touchstone::physics {
+
+/// How much two movers' surfaces rub and bounce.
+struct Surface {
+  double friction = 0.5;     ///< Coulomb's coefficient, >= 0
+  double restitution = 0.0;  ///< Newton's, 0 to 1
+};
+
+/// How the figures of two surfaces become one of their pair. Symmetric, and of equal figures that figure
+/// itself, but for the product.
+enum class Combination : std::uint8_t {
+  geometric_mean,   ///< sqrt(a b)
+  arithmetic_mean,  ///< (a + b) / 2
+  minimum,          ///< the smaller
+  maximum,          ///< the larger
+  product,          ///< a b
+};
+/// How many there are.
+inline constexpr std::size_t kCombinations = 5;
+/// The enumerator's name.
+std::string_view to_string(Combination combination);
+/// @pre a, b >= 0
+double combine(Combination combination, double a, double b);
+
+/// Friction and restitution of pairs of surfaces: a rule for all, and figures of their own for some. Set-up
+/// may allocate; between() does not. Const use from several threads is safe.
+class SurfacePairs {
+ public:
+  /// Of all pairs without figures of their own.
+  Combination friction_rule = Combination::geometric_mean, restitution_rule = Combination::maximum;
+
+  /// A pair's own figures; those left out follow the rule.
+  struct Own {
+    std::optional<double> friction, restitution;
+  };
+  /// Of a pair of whatever the numbers count, in either order; what was set last counts.
+  void set(std::uint32_t a, std::uint32_t b, const Own& own);
+  /// Of surfaces number a and b.
+  Surface between(std::uint32_t a, const Surface& of_a, std::uint32_t b, const Surface& of_b) const;
+  /// Whether figures of their own or another rule than the usual ones are in force.
+  bool is_usual() const;
+
+ private:
+  struct Entry {
+    std::uint32_t a, b;  // a <= b
+    Own own;
+  };
+  std::vector<Entry> own_;  // ascending
+};
+
+}  // namespace touchstone::physics

@@ -1,0 +1,193 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/mechanism/resolved_rate.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/physics/contacts/gap_narrowphase.hpp"
+#include "touchstone/physics/guarded/cut_impulses.hpp"
+#include "touchstone/physics/scene/scene_simulation.hpp"
+
+namespace touchstone::physics {
+
+/// The rule for two objects that meet in a simulation with forces. `push` is the one that a world without
+/// dynamics has no answer to; the others are ContactPolicy's. In each step, what is left out of dynamics'
+/// motion:
+enum class GuardPolicy : std::uint8_t {
+  cue,      ///< nothing: they move through each other, and it is reported
+  hold,     ///< who would meet the other does not take the step, and stands
+  advance,  ///< who meets the other stops there, and stands
+  slide,    ///< what leads closer: they go along each other without friction, no force is known
+  push,  ///< dynamics' forces keep them apart, with friction and restitution; what they miss as with `slide`
+};
+/// The enumerator's name, as scene files have it.
+std::string_view to_string(GuardPolicy policy);
+
+/// Of the pairs of one object (or of a group's) with another; the rule given last counts.
+struct GuardRule {
+  std::string first, second;  ///< objects or groups of the scene
+  GuardPolicy policy = GuardPolicy::push;
+};
+
+/// How a scene is guarded.
+struct GuardSettings {
+  GuardPolicy policy = GuardPolicy::push;  ///< of pairs that no rule names
+  std::vector<GuardRule> rules = {};
+  /// Shown objects are never nearer than half of this g [m], and rest g apart. At least 10 times the scene's
+  /// contact_gap, within which dynamics takes a contact to touch.
+  double gap = 1e-7;
+};
+
+/// A hand's command to a link: the motion of a point fixed in it, until the next command.
+struct GuardedHand {
+  std::size_t link = 0;           ///< object
+  Vector3 p_O = Vector3::Zero();  ///< the point, in the object's frame [m]
+  ResolvedRateSettings rates = {};
+};
+
+/// How a step went.
+struct GuardedStep {
+  StepReport dynamics;               ///< on failure nothing has moved
+  std::uint32_t cut = 0;             ///< bodies and mechanisms that do not go where dynamics led
+  std::uint32_t standing = 0;        ///< of them, brought to a stand: by pairs that hold or advance
+  CutReport impulses = {};           ///< along the normals, of pairs that slide or push
+  Vector3 held_W = Vector3::Zero();  ///< momentum that standing took from free bodies [N s]
+  /// Of free bodies: momentum after the cut less that before [N s], about the world's origin [N m s]. The
+  /// linear one is the impulses' less `held_W` to rounding; 0 where nothing was cut.
+  Vector3 linear_W = Vector3::Zero(), angular_W = Vector3::Zero();
+  /// Of bodies and mechanisms: after the cut less that before [J].
+  double energy = 0.0;
+  double way = 0.0;  ///< the farthest that a body's origin or a link's was held back [m]
+};
+
+/// The paper's second build with dynamics in it, in one loop: hands to joint rates, drives of limited torque
+/// and contact forces to where everything would go (SceneSimulation), proof and motion modification to where
+/// it goes (ContactWorld), and back: what is shown is the state that the next step starts from.
+///
+///     GuardedSimulation run(scene, settings, make_native, make_native_broadphase);
+///     const std::size_t hand = run.add_hand({.link = 4});
+///     while (!run.is_over()) { run.command(hand, wanted_W); run.step(); show(run.shown_pose(object)); }
+///
+/// A step that the world cuts leaves: the poses that it executed, as state; velocities less what impulses
+/// along the normals take (CutImpulses), equal and opposite between what is free, with Newton's restitution;
+/// friction follows in the next step's forces. Who stands (hold, advance) loses its momentum to what holds
+/// it.
+///
+/// Shown poses are proven to be apart by g/2 at least, path and all, with the world's narrowphase, whatever
+/// dynamics' contacts come from; objects that overlap at the start may part. Set-up throws InputError, and so
+/// do steps in which something is latched where SceneSimulation refuses; other steps neither throw nor, once
+/// warm, allocate. One thread.
+class GuardedSimulation {
+ public:
+  using MakeNarrowphase = std::function<std::unique_ptr<Narrowphase>()>;
+  using MakeBroadphase = std::function<std::unique_ptr<Broadphase>()>;
+
+  /// Keeps a reference to `scene`. Pairs that the scene exempts, links that a joint joins and what is latched
+  /// are checked by neither; kinematic objects are checked against fixed ones by the world, as any other.
+  /// @param contacts of dynamics; null: `proof`. Needs manifolds. @param proof of the world: signed
+  /// distances.
+  /// @throws InputError: as SceneSimulation and ContactWorld; unknown names in rules; a gap that is too
+  /// small.
+  GuardedSimulation(const DynamicScene& scene, const GuardSettings& settings, MakeNarrowphase proof,
+                    MakeBroadphase broadphase, MakeNarrowphase contacts = nullptr);
+  GuardedSimulation(DynamicScene&&, const GuardSettings&, MakeNarrowphase, MakeBroadphase,
+                    MakeNarrowphase) = delete;
+
+  /// @return its number. @throws InputError: a link that no joint moves, settings out of range.
+  std::size_t add_hand(const GuardedHand& hand);
+  /// The motion of the hand's point from now on; joints then follow rates with at most their own torques.
+  void command(std::size_t hand, const Twist& wanted_W) { hands_[hand].wanted_W = wanted_W; }
+  /// The hand's point now [m].
+  Vector3 hand_point(std::size_t hand) const;
+
+  bool is_over() const { return simulation_.is_over(); }
+  GuardedStep step();
+
+  /// X_WO, what an image generator gets. (Of links, to rounding: the world's objects are in the links'
+  /// frames.)
+  Pose shown_pose(std::size_t object) const {
+    return scene_->bodies[object].kind == BodyKind::link
+               ? compose(world_.actual_pose(objects_[object]), simulation_.pose_within(object))
+               : world_.actual_pose(objects_[object]);
+  }
+  GuardPolicy policy(std::size_t a, std::size_t b) const { return policies_[a * objects_.size() + b]; }
+  /// Of the last step, events and all.
+  const FrameReport& proof() const { return frame_; }
+  const ContactWorld& world() const { return world_; }
+  const SceneSimulation& simulation() const { return simulation_; }
+  /// Between steps: forces and drives from outside.
+  DynamicsWorld& dynamics() { return simulation_.world_to_set(); }
+  double gap() const { return settings_.gap; }
+  std::size_t object_of(ObjectHandle handle) const { return object_of_slot_[handle.slot]; }
+
+ private:
+  struct Hand {
+    GuardedHand told;
+    std::uint32_t mechanism, link;
+    ResolvedRate control;
+    std::vector<Pose> X_WL;
+    std::vector<double> rates;
+    Twist wanted_W;
+  };
+
+  // guarded_simulation_setup.cpp
+  void set_policies();
+  void set_policy(std::size_t a, std::size_t b, GuardPolicy policy);
+  bool names(const std::string& name, std::size_t object) const;
+  void fill_world();
+  void exempt_in_world();
+  std::vector<Exemption> exemptions(std::span<const ExemptPair> pairs) const;
+  void take_up_latches();
+  void fill_touching();
+
+  void drive_hands();
+  void propose();
+  bool find_cuts(GuardedStep& report);
+  bool cut_body(std::size_t object, GuardedStep& report);
+  bool cut_mechanism(std::uint32_t mechanism, GuardedStep& report);
+  void mark_standing();
+  void mark(ObjectHandle object);
+  /// Linear and angular, of free bodies.
+  std::pair<Vector3, Vector3> momentum() const;
+  bool stands(std::uint32_t unit) const { return standing_[unit] != 0; }
+  void take_back(GuardedStep& report);
+  void stand(GuardedStep& report);
+  std::span<const Contact> cut_contacts();
+  std::uint32_t unit_of(std::size_t object) const;
+
+  const DynamicScene* scene_;
+  SurfacePairs surfaces_;  // numbers are objects
+  GuardSettings settings_;
+  MakeNarrowphase make_proof_;
+  MakeBroadphase make_broadphase_;
+  std::vector<GuardPolicy> policies_;  // by object and object
+  std::vector<std::uint32_t> object_of_solid_;
+  std::shared_ptr<SeenPairs> pushed_, sliding_;  // push; push and slide
+  SceneSimulation simulation_;
+  ContactWorld world_;
+  std::vector<ObjectHandle> objects_;
+  std::vector<MechanismHandle> mechanisms_;
+  std::vector<std::size_t> object_of_slot_;
+  std::vector<std::size_t> carrier_;  // by object, as the world has it
+  std::uint64_t latched_ = 0;         // simulation_.worlds() that the world knows
+  std::vector<Hand> hands_;
+  CutImpulses impulses_;
+  std::unique_ptr<NarrowphaseContacts> touching_;  // what a cut's impulses act at
+  // Of the step.
+  std::vector<Contact> cut_contacts_;
+  std::vector<MotionCommand> commands_;
+  std::vector<std::size_t> movers_;  // objects, one a command
+  std::vector<JointCommand> joint_commands_;
+  std::vector<std::uint8_t> is_cut_, standing_;  // by body, then mechanism
+  std::vector<double> still_;                    // zeros, as many as the largest mechanism has rates
+  FrameReport frame_;
+};
+
+}  // namespace touchstone::physics

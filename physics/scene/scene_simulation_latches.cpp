@@ -1,0 +1,168 @@
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/scene/scene_simulation.hpp"
+
+// Latches and releases, in place.
+
+namespace touchstone::physics {
+namespace {
+
+/// Any of them may have no mass.
+void add_inertia(BodyInertia& sum, const BodyInertia& part) {
+  if (part.mass == 0.0) return;
+  sum = sum.mass == 0.0 ? part : combined(sum, part);
+}
+
+}  // namespace
+
+Pose SceneSimulation::root_pose(std::size_t root) const {
+  const Piece& piece = pieces_[root];
+  if (piece.own.kind == Mover::Kind::body) return world_->pose(piece.own.index);
+  if (piece.own.kind == Mover::Kind::link) return world_->link_pose(piece.own.index, piece.own.link);
+  return piece.X_WF;
+}
+
+bool SceneSimulation::is_carried_by(std::size_t object, std::size_t carrier) const {
+  for (std::size_t i = object; i != kNoObject; i = pieces_[i].carrier)
+    if (i == carrier) return true;
+  return false;
+}
+
+/// Of a carried object with all that it carries, in its own frame.
+BodyInertia SceneSimulation::inertia_of_part(std::size_t carried) const {
+  const Pose X_GF = inverse(pieces_[carried].X_FO);
+  BodyInertia sum;
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    if (!is_carried_by(i, carried)) continue;
+    const Pose X_GO = i == carried ? Pose{} : compose(X_GF, pieces_[i].X_FO);
+    add_inertia(sum, transform(X_GO, scene_->bodies[i].inertia));
+  }
+  return sum;
+}
+
+/// Of all that moves with the root but that part, in the root's frame.
+BodyInertia SceneSimulation::inertia_without(std::size_t root, std::size_t carried) const {
+  BodyInertia sum;
+  for (std::size_t i = 0; i < pieces_.size(); ++i)
+    if (pieces_[i].root == root && !is_carried_by(i, carried))
+      add_inertia(sum, transform(pieces_[i].X_FO, scene_->bodies[i].inertia));
+  return sum;
+}
+
+/// The object in its mover's frame; the ground's is the world's.
+Pose SceneSimulation::pose_in_mover(const Piece& piece) const {
+  const bool is_ground = piece.mover.kind == Mover::Kind::ground;
+  return is_ground ? compose(pieces_[piece.root].X_WF, piece.X_FO) : piece.X_FO;
+}
+
+/// Neither forces nor joints move it.
+bool SceneSimulation::is_told(std::size_t object) const {
+  return pieces_[object].mover.kind != Mover::Kind::link && !dynamic_body(object);
+}
+
+void SceneSimulation::change_contacts() {
+  for (std::size_t i = 0; i < pieces_.size(); ++i)
+    contacts_->move_to(index_of(i), pieces_[i].mover, pose_in_mover(pieces_[i]));
+  contacts_->exempt_anew([this](NarrowphaseContacts& contacts) { exempt_pairs(contacts); });
+  found_ = {};
+  ++worlds_;
+}
+
+/// Both refuse before they change anything. @return false where they do.
+bool SceneSimulation::carry_out(const SceneAction& action) {
+  try {
+    if (action.kind == SceneAction::Kind::latch)
+      latch(action.carrier, action.carried, scene_->scene.latches.size() + next_action_);
+    if (action.kind == SceneAction::Kind::release) release(action.carried);
+    if (action.kind == SceneAction::Kind::join)
+      world_->join_as_they_stand(static_cast<std::uint32_t>(action.joint.joint));
+    if (action.kind == SceneAction::Kind::part)
+      world_->switch_joint(static_cast<std::uint32_t>(action.joint.joint), false);
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
+void SceneSimulation::latch(std::size_t carrier, std::size_t carried, std::size_t latch) {
+  const std::size_t root = pieces_[carrier].root;
+  Piece &to = pieces_[root], &from = pieces_[carried];
+  const Pose X_FG = compose(inverse(root_pose(root)), root_pose(carried));
+  const RigidBodyState& state = world_->state(from.own.index);
+  if (to.body) {
+    const LatchedBodies both =
+        physics::latch(*to.body, world_->state(to.own.index), *from.body, state, to.name);
+    world_->set_body(to.own.index, both.body, both.state);
+    to.body = both.body;
+  } else if (to.own.kind == Mover::Kind::link) {
+    capture_by_link(to.own, *from.body, state);
+  }
+  world_->hold_out(from.own.index);
+  from.carrier = carrier;
+  from.latch = latch;
+  from.body.reset();
+  for (Piece& piece : pieces_) {
+    if (piece.root != carried) continue;
+    piece.root = root;
+    piece.mover = to.mover;
+    piece.X_FO = compose(X_FG, piece.X_FO);
+  }
+}
+
+void SceneSimulation::capture_by_link(const Mover& link, const RigidBody& body, const RigidBodyState& state) {
+  Arm& arm = *arms_[link.index];
+  const std::span<const double> q = world_->joint_values(link.index), qd = world_->joint_rates(link.index);
+  arm.qd.assign(qd.begin(), qd.end());
+  gather_capture(*arm.dynamics, {}, link.link, state, q, arm.qd, *arm.scratch);
+  BodyInertia& inertia = arm.links[link.link];
+  inertia = latched_link(inertia, world_->link_pose(link.index, link.link), body, state);
+  arm.dynamics->set_links(arm.links);
+  finish_capture(*arm.dynamics, {}, q, arm.qd, *arm.scratch);
+  world_->set_rates(link.index, arm.qd);
+}
+
+/// Of a part that its root lets go: it goes on as it moved.
+RigidBodyState SceneSimulation::released_state(std::size_t root, const RigidBody& part,
+                                               const Pose& X_FG) const {
+  const Piece& from = pieces_[root];
+  if (from.body) return physics::release(*from.body, world_->state(from.own.index), part, X_FG);
+  const Pose X_WG = compose(root_pose(root), X_FG);
+  const Vector3 centre_W = touchstone::transform(X_WG, part.inertia().centre_B);
+  const Vector3 v = world_->velocity_at(from.own, centre_W);
+  Vector3 w = Vector3::Zero();
+  if (from.own.kind == Mover::Kind::body) w = world_->angular_velocity(from.own.index);
+  if (from.own.kind == Mover::Kind::link) w = world_->link_angular_velocity(from.own.index, from.own.link);
+  return part.state(X_WG, v, w);
+}
+
+void SceneSimulation::release(std::size_t carried) {
+  const std::size_t root = pieces_[carried].root;
+  const Pose X_FG = pieces_[carried].X_FO;
+  Piece &from = pieces_[root], &to = pieces_[carried];
+  const RigidBody part(inertia_of_part(carried), to.name);
+  const BodyInertia rest = inertia_without(root, carried);
+  std::optional<RigidBody> rest_body;
+  if (from.body) rest_body.emplace(rest, from.name);
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    if (!is_carried_by(i, carried)) continue;
+    pieces_[i].root = carried;
+    pieces_[i].mover = to.own;
+    pieces_[i].X_FO = i == carried ? Pose{} : compose(inverse(X_FG), pieces_[i].X_FO);
+  }
+  const RigidBodyState state = released_state(root, part, X_FG);
+  to.carrier = kNoObject;
+  to.latch = kNoLatch;
+  if (from.body) {
+    world_->set_body(from.own.index, *rest_body,
+                     physics::release(*from.body, world_->state(from.own.index), *rest_body, {}));
+    from.body = rest_body;
+  } else if (from.own.kind == Mover::Kind::link) {
+    Arm& arm = *arms_[from.own.index];
+    arm.links[from.own.link] = rest;
+    arm.dynamics->set_links(arm.links);
+    world_->set_rates(from.own.index, world_->joint_rates(from.own.index));
+  }
+  to.body = part;
+  world_->set_body(to.own.index, part, state);
+}
+
+}  // namespace touchstone::physics

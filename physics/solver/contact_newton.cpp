@@ -1,0 +1,185 @@
+#include "touchstone/physics/solver/contact_newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "touchstone/physics/solver/contact_laws.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+// Rows that stop say u = 0, which redundant contacts say several times over: the proximal term makes them
+// independent and, vanishing with the step, moves no solution. 2^-40 of the diagonal is far above rounding
+// and far below 1.
+constexpr double kProximal = 0x1p-40;
+
+}  // namespace
+
+void ContactNewton::reserve(std::size_t rows) {
+  law_.reserve(rows);
+  for (auto* vector : {&active_, &end_, &block_end_}) vector->reserve(rows);
+  before_.reserve(rows + 1);
+  for (auto* vector : {&met_u_, &right_}) vector->reserve(rows);
+  A_.reserve(rows * rows);
+}
+
+void ContactNewton::decide_contact(std::size_t contact, std::span<double> step) {
+  const std::size_t i = 3 * contact;
+  if (problem_->scale(i) == 0.0 || y_[i] - rho_ * u_[i] <= 0.0) {
+    for (std::size_t k = i; k < i + 3; ++k) law_[k] = Law::held, step[k] = -y_[k];
+    return;
+  }
+  const double z1 = y_[i + 1] - rho_ * u_[i + 1], z2 = y_[i + 2] - rho_ * u_[i + 2];
+  const double length = std::sqrt(z1 * z1 + z2 * z2);
+  const double radius = problem_->view().friction[contact] * std::max(y_[i], 0.0);
+  law_[i] = Law::stopped;
+  law_[i + 1] = law_[i + 2] = length <= radius || length == 0.0 ? Law::stopped : Law::slipping;
+}
+
+/// Decides which rows are held, and by how much they move there.
+void ContactNewton::decide(std::span<double> step) {
+  const ScaledContacts& view = problem_->view();
+  law_.resize(n_);
+  for (std::size_t c = 0; c < view.contacts; ++c) decide_contact(c, step);
+  for (std::size_t i = 3 * view.contacts; i < n_; ++i) {
+    const auto& bounds = view.bounds[i - 3 * view.contacts];
+    const double z = y_[i] - rho_ * u_[i];
+    law_[i] = Law::held;
+    if (problem_->scale(i) == 0.0) {
+      step[i] = -y_[i];
+    } else if (z <= bounds.lower) {
+      step[i] = bounds.lower - y_[i];
+    } else if (z >= bounds.upper) {
+      step[i] = bounds.upper - y_[i];
+    } else {
+      law_[i] = Law::stopped;
+    }
+  }
+  active_.clear();
+  before_.resize(n_ + 1);
+  met_u_.assign(u_.begin(), u_.end());
+  for (std::size_t i = 0; i < n_; ++i) {
+    before_[i] = active_.size();
+    if (law_[i] != Law::held) {
+      active_.push_back(i);
+    } else if (step[i] != 0.0) {
+      const auto [first, end] = problem_->columns(i);
+      subtract_multiple(&met_u_[first], &view.W[i * n_ + first], -step[i], end - first);
+    }
+  }
+  before_[n_] = m_ = active_.size();
+}
+
+/// Adds a row of W to an equation.
+void ContactNewton::gather(std::size_t equation, std::size_t row, double factor) {
+  const auto [first, end] = problem_->columns(row);
+  const double* const W = &problem_->view().W[row * n_];
+  double* const a = &A_[equation * m_];
+  for (std::size_t k = before_[first]; k < before_[end]; ++k) a[k] += factor * W[active_[k]];
+}
+
+/// u = 0.
+void ContactNewton::fill_stop(std::size_t row) {
+  const std::size_t i = before_[row];
+  gather(i, row, 1.0);
+  A_[i * m_ + i] += kProximal;
+  right_[i] = -met_u_[row];
+}
+
+/// y_t = f y_n z / |z|: its derivative turns with z across z, and grows with y_n along it.
+void ContactNewton::fill_slip(std::size_t contact) {
+  const std::size_t row = 3 * contact, i = before_[row];
+  const double friction = problem_->view().friction[contact];
+  const double radius = friction * std::max(y_[row], 0.0);
+  const double z1 = y_[row + 1] - rho_ * u_[row + 1], z2 = y_[row + 2] - rho_ * u_[row + 2];
+  const double length = std::sqrt(z1 * z1 + z2 * z2), e[2] = {z1 / length, z2 / length};
+  const double ratio = std::min(radius / length, 1.0);
+  for (std::size_t r = 0; r < 2; ++r) {
+    double* const a = &A_[(i + 1 + r) * m_];
+    double right = radius * e[r] - y_[row + 1 + r];
+    for (std::size_t s = 0; s < 2; ++s) {
+      const double one = r == s ? 1.0 : 0.0, across = ratio * (one - e[r] * e[s]);
+      gather(i + 1 + r, row + 1 + s, rho_ * across);
+      a[i + 1 + s] += one - across;
+      right -= (rho_ * across) * (met_u_[row + 1 + s] - u_[row + 1 + s]);
+    }
+    if (y_[row] > 0.0) a[i] -= friction * e[r];
+    right_[i + 1 + r] = right;
+  }
+}
+
+void ContactNewton::fill() {
+  A_.assign(m_ * m_, 0.0);
+  right_.resize(m_);
+  const std::size_t contact_rows = 3 * problem_->view().contacts;
+  for (const std::size_t row : active_) {
+    if (law_[row] == Law::stopped) fill_stop(row);
+    if (law_[row] == Law::slipping && row % 3 == 1 && row < contact_rows) fill_slip(row / 3);
+  }
+}
+
+/// W is symmetric: what a row may hold something of may hold something of it.
+void ContactNewton::find_profile() {
+  end_.resize(m_);
+  block_end_.resize(m_);
+  const std::size_t contact_rows = 3 * problem_->view().contacts;
+  for (std::size_t i = 0; i < m_; ++i) {
+    const std::size_t row = active_[i], block = row < contact_rows ? row - row % 3 : row;
+    const std::size_t last = row < contact_rows ? block + 3 : row + 1;
+    std::size_t end = last;
+    for (std::size_t k = block; k < last; ++k) end = std::max(end, problem_->columns(k).end);
+    end_[i] = before_[end];
+    // Rows of a contact take each other's columns, so whole contacts are reached.
+    if (end < contact_rows) end += (3 - end % 3) % 3;
+    block_end_[i] = before_[end];
+  }
+}
+
+/// right_ = A_^-1 right_ with row pivots; A_ is spoilt.
+bool ContactNewton::eliminate_rows() {
+  const std::size_t m = m_;
+  std::size_t reach = 0;  // rows up to here may hold something in the columns so far
+  for (std::size_t k = 0; k < m; ++k) {
+    reach = std::max(reach, block_end_[k]);
+    std::size_t pivot = k;
+    for (std::size_t i = k + 1; i < reach; ++i)
+      if (std::abs(A_[i * m + k]) > std::abs(A_[pivot * m + k])) pivot = i;
+    if (!(std::abs(A_[pivot * m + k]) > 0.0)) return false;
+    if (pivot != k) {
+      const std::size_t most = std::max(end_[k], end_[pivot]);
+      std::swap_ranges(&A_[k * m + k], &A_[k * m] + most, &A_[pivot * m + k]);
+      std::swap(end_[k], end_[pivot]);
+      std::swap(right_[k], right_[pivot]);
+    }
+    const double inverse = 1.0 / A_[k * m + k];
+    for (std::size_t i = k + 1; i < reach; ++i) {
+      double& entry = A_[i * m + k];
+      if (entry == 0.0) continue;
+      entry *= inverse;
+      end_[i] = std::max(end_[i], end_[k]);
+      right_[i] -= entry * right_[k];
+    }
+    eliminate(A_.data(), m, k, reach, end_[k]);
+  }
+  for (std::size_t i = m; i-- > 0;) {
+    const double sum = sum_of_products(&A_[i * m] + i + 1, right_.data() + i + 1, end_[i] - i - 1);
+    right_[i] = (right_[i] - sum) / A_[i * m + i];
+    if (!std::isfinite(right_[i])) return false;
+  }
+  return true;
+}
+
+bool ContactNewton::step(const ScaledProblem& problem, std::span<const double> y, std::span<const double> u,
+                         double rho, std::span<double> step) {
+  problem_ = &problem;
+  y_ = y, u_ = u, rho_ = rho;
+  n_ = y.size();
+  decide(step);
+  fill();
+  find_profile();
+  if (!eliminate_rows()) return false;
+  for (std::size_t i = 0; i < m_; ++i) step[active_[i]] = right_[i];
+  return true;
+}
+
+}  // namespace touchstone::physics

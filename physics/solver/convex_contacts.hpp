@@ -1,0 +1,130 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "touchstone/physics/solver/block_cholesky.hpp"
+#include "touchstone/physics/solver/contact_problem.hpp"
+#include "touchstone/physics/solver/work_budget.hpp"
+
+/// @file
+/// Contact problems of any size in the velocities of what they move.
+
+namespace touchstone::physics {
+
+/// A ContactProblem written out: W = J M^-1 J^T in its parts.
+struct SparseContacts {
+  /// Of what it moves: one unit or two different ones.
+  struct Row {
+    std::uint32_t units[2];
+    std::size_t first[2];  ///< of its part in J and Y
+    int count;
+  };
+
+  std::span<const std::uint32_t> sizes;  ///< rates of each unit
+  std::span<const double> masses;        ///< of each unit, size x size, one after the other
+  std::size_t contacts = 0;
+  std::span<const double> friction;
+  std::span<const ContactProblem::Bounds> bounds;
+  std::span<const Row> rows;  ///< 3 a contact, 1 a joint row
+  std::span<const double> J;
+  std::span<const double> Y;  ///< M^-1 J^T, by row
+  std::span<const double> b;
+  /// One a joint row, >= 0: u = W x + b + compliance x, as of drives with a stiffness. Empty: all 0.
+  std::span<const double> compliance = {};
+
+  double compliance_of(std::size_t joint) const { return compliance.empty() ? 0.0 : compliance[joint]; }
+};
+
+/// How a solve went.
+struct ConvexReport {
+  double residual = 0.0;  ///< natural_residual() of what is returned, or a little more [m/s]
+  int newton_steps = 0;
+  bool converged = false;
+  bool is_contradictory =
+      false;  ///< no impulses do: what is returned yields as little as the softness lets it
+};
+
+/// Solves contact problems by convex ones that always have one solution. Around impulses x_k and for slips s
+/// it minimises, in the rates V of what moves,
+///
+///     1/2 V^T M V + sum over contacts of R/2 |P(x_k - (J V + b + s n) / R)|^2,  P the projection on the
+///     cone,
+///
+/// by Newton's method with exact line search on the sparse M + J^T G J (Castro, Permenter, Han, An
+/// Unconstrained Convex Formulation of Compliant Contact, 2022, equations 18 to 26; R a share of each
+/// contact's W). The projections are the next x_k (proximal point method, Rockafellar 1976), which takes the
+/// softness R out, and s = friction |u_t| the next s, which takes the convex formulation's gliding apart out
+/// (Acary, Cadoux, Lemarechal, Malick, A Formulation of the Linear Discrete Coulomb Friction Problem via
+/// Convex Optimization, 2011). Each of these problems takes energy, whatever x_k and s are, unless x_k itself
+/// gives some. Contacts that contradict each other have no x_k to come to: what is returned is then the soft
+/// answer around 0. Owns its memory; no allocation while no problem is larger than reserved for or seen.
+class ConvexContacts {
+ public:
+  void reserve(std::size_t units, std::size_t rows, std::size_t widest);
+  /// @param x in: to start from; out: the best found. @param tolerance of the residual [m/s].
+  /// @param was_contradictory in the last step: then the soft answer comes first, and is taken as long as its
+  /// impulses say that the contacts contradict each other still.
+  ConvexReport solve(const SparseContacts& problem, std::span<double> x, double tolerance, WorkBudget& budget,
+                     bool was_contradictory = false);
+  /// The soft answer around 0 alone, as far as the budget and so many Newton steps go: it gives way to what
+  /// contradicts by no more than kSoftAnswer of each contact's W.
+  /// @param x out. @param tolerance of the velocities [m/s].
+  ConvexReport solve_softly(const SparseContacts& problem, std::span<double> x, double tolerance,
+                            WorkBudget& budget, int most_steps);
+
+  /// The softness R of contacts that contradict each other, beside their own W.
+  static constexpr double kSoftAnswer = 1e-3;
+
+ private:
+  enum class Outcome : std::uint8_t { solved, spent, stuck };
+
+  void load(const SparseContacts& problem, std::span<const double> x);
+  void find_scales();
+  void find_pairs();
+  Outcome minimise(double tolerance, WorkBudget& budget, int most_steps);
+  void add(const SparseContacts::Row& row, std::span<const double> of, double factor,
+           std::vector<double>& to) const;
+  double product(const SparseContacts::Row& row, std::span<const double> of, const std::vector<double>& with,
+                 double start) const;
+  void spread(std::span<const double> impulses, std::vector<double>& V) const;
+  void find_velocities(const std::vector<double>& V, std::vector<double>& u, bool with_b) const;
+  void ask(std::size_t contact, const double* u, double* y) const;
+  void set_softness(double softness);
+  void project(const std::vector<double>& u);
+  void find_gradient();
+  void assemble();
+  bool find_stiffness();
+  void add_rows(std::size_t first, std::size_t count, const double* G);
+  double slope_at(double along, double& curvature);
+  double line_search();
+  void go_along(double along);
+  void find_slips();
+  double missed() const;
+  double residual_of(std::span<const double> x);
+  bool is_beyond(double factor, std::span<const double> impulses) const;
+  bool take_energy(std::span<double> x, double most_given);
+  double judge(std::span<double> x);
+  void start();
+  bool soften(double tolerance, WorkBudget& budget);
+
+  SparseContacts problem_;
+  BlockCholesky cholesky_;
+  std::vector<BlockCholesky::Pair> pairs_;
+  std::vector<std::size_t> first_, first_mass_;  // by unit
+  std::vector<double> scale_, hardness_;         // of each block: w, 1 / R where R = softness w
+  std::vector<double> anchor_share_;    // by joint row: of the anchor that its projection starts from
+  std::vector<double> slip_;            // s, by contact
+  std::vector<double> anchor_, gamma_;  // x_k and the projections, by row
+  std::vector<double> impulses_;        // that give V_, by row: gamma_ in the end
+  std::vector<double> V_, u_, step_, du_, gradient_, trial_V_, best_;
+  std::vector<double> blocks_;                      // G J of the rows being added
+  std::vector<double> stiffness_, last_stiffness_;  // G, by block
+  bool is_factored_ = false;                        // with the last stiffness
+  double softness_ = 0.0;
+  ConvexReport report_;
+};
+
+}  // namespace touchstone::physics

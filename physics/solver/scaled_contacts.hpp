@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "touchstone/physics/solver/contact_problem.hpp"
+
+/// @file
+/// Contact problems in units of their own: what the solver's methods share.
+
+namespace touchstone::physics {
+
+/// A problem scaled so that the largest diagonal entry of W of each block (a contact, a joint row) is 1, or
+/// the block is 0. Spans are kept.
+struct ScaledContacts {
+  std::size_t contacts = 0;
+  std::span<const double> friction;
+  std::span<const ContactProblem::Bounds> bounds;
+  std::span<const double> W, b;
+
+  std::size_t rows() const { return b.size(); }
+  std::size_t blocks() const { return contacts + bounds.size(); }
+  std::size_t row(std::size_t block) const { return block < contacts ? 3 * block : 2 * contacts + block; }
+};
+
+/// Owns a scaled problem: impulses x = scale y, W' = scale W scale.
+class ScaledProblem {
+ public:
+  /// Columns of a row of W: all else is 0.
+  struct Columns {
+    std::size_t first, end;
+  };
+
+  void reserve(std::size_t rows);
+  /// @param y out: x, scaled.
+  void load(const ContactProblem& problem, std::span<const double> x, std::span<double> y);
+
+  const ScaledContacts& view() const { return view_; }
+  const ContactProblem& unscaled() const { return problem_; }
+  Columns columns(std::size_t row) const { return columns_[row]; }
+  /// 0: of a block that no impulse moves.
+  double scale(std::size_t row) const { return scale_[row]; }
+
+  double velocity(std::size_t row, std::span<const double> y) const;
+  /// The natural map's residual in the problem's own units; u out: velocities, scaled.
+  double residual(std::span<const double> y, std::span<double> u) const;
+  /// One block after the other, the others held: the normal to its solution, the tangents by one projected
+  /// step as long as their own block's largest eigenvalue allows.
+  void sweep(std::span<double> y) const;
+  /// Below this a residual at y is rounding, in the problem's own units.
+  double rounding(std::span<const double> y) const;
+
+ private:
+  ContactProblem problem_;
+  ScaledContacts view_;
+  std::vector<double> scale_, W_, b_;
+  std::vector<ContactProblem::Bounds> bounds_;
+  std::vector<Columns> columns_;
+};
+
+}  // namespace touchstone::physics
