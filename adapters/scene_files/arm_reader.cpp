@@ -1,8 +1,8 @@
 #include "touchstone/adapters/scene_files/arm_reader.hpp"
 
+#include "touchstone/adapters/scene_files/scene_head.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
-#include "touchstone/physics/scene_arm.hpp"
+#include "touchstone/physics/scene/scene_arm.hpp"
 
 namespace touchstone::scene_files {
 namespace {
@@ -22,8 +22,7 @@ void read_arm(const YamlReader& item, physics::DynamicScene& scene) {
   item.require_keys({"name", "model", "link", "joints", "pose", "friction", "restitution"});
   const std::string name = item.at("name").text();
   const YamlReader reader = item.within("arm '" + name + "'");
-  if (reader.at("model").text() != "ssrms") reader.at("model").fail("is not known; known: ssrms");
-  const Mechanism arm(make_ssrms());
+  const Mechanism arm = read_arm_model(reader.at("model"));
   std::vector<double> q;
   for (const YamlReader& joint : reader.at("joints").list()) q.push_back(joint.angle());
   const YamlReader pose = reader.at("pose");

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "touchstone/adapters/scene_files/yaml_reader.hpp"
-#include "touchstone/physics/dynamic_scene.hpp"
+#include "touchstone/physics/scene/dynamic_scene.hpp"
 
 // Private to this folder: it shows yaml-cpp.
 

@@ -189,12 +189,62 @@ void read_bodies(const YamlReader& dynamics, DynamicScene& out) {
                     " is a link: 'bodies' does not tell its mass");
 }
 
+void read_rule(const YamlReader& reader, physics::Combination& rule) {
+  std::string known;
+  for (std::size_t i = 0; i < physics::kCombinations; ++i) {
+    const auto each = static_cast<physics::Combination>(i);
+    known += (known.empty() ? "" : ", ") + std::string(to_string(each));
+    if (reader.text() != to_string(each)) continue;
+    rule = each;
+    return;
+  }
+  reader.fail("unknown rule " + in_quotes(reader.text()) + "; known: " + known);
+}
+
+/// Surfaces that meet by other rules than their own figures'.
+void read_pairs(const YamlReader& dynamics, DynamicScene& out) {
+  if (dynamics.has("combine")) {
+    const YamlReader rules = dynamics.at("combine");
+    rules.require_keys({"friction", "restitution"});
+    if (rules.has("friction")) read_rule(rules.at("friction"), out.friction_rule);
+    if (rules.has("restitution")) read_rule(rules.at("restitution"), out.restitution_rule);
+  }
+  if (!dynamics.has("pairs")) return;
+  for (const YamlReader& item : dynamics.at("pairs").list()) {
+    item.require_keys({"between", "friction", "restitution"});
+    if (!item.has("friction") && !item.has("restitution"))
+      item.fail("expected friction, restitution or both");
+    const std::vector<YamlReader> names = item.at("between").list();
+    if (names.size() != 2) item.at("between").fail("expected two objects or groups");
+    physics::Surface surface;
+    read_surface(item, surface);
+    physics::ScenePair pair;
+    pair.where = where(item);
+    if (item.has("friction")) pair.friction = surface.friction;
+    if (item.has("restitution")) pair.restitution = surface.restitution;
+    const std::size_t before = out.pairs.size();
+    const std::vector<std::size_t> second = read_objects(names[1], out.scene);
+    for (const std::size_t a : read_objects(names[0], out.scene))
+      for (const std::size_t b : second) {
+        if (a == b) continue;
+        pair.a = a, pair.b = b;
+        out.pairs.push_back(pair);
+      }
+    if (out.pairs.size() == before) item.at("between").fail("an object is no pair with itself");
+  }
+}
+
 // ---- mechanisms
 
 SceneDrive read_drive(const YamlReader& reader, JointKind kind) {
   SceneDrive out;
-  if (int{reader.has("torque")} + int{reader.has("rate")} + int{reader.has("brake")} != 1)
-    reader.fail("expected one of torque, rate, brake");
+  const bool is_position = reader.has("position");
+  if (int{reader.has("torque")} + int{reader.has("rate") && !is_position} + int{reader.has("brake")} +
+          int{is_position} !=
+      1)
+    reader.fail("expected one of torque, rate, brake, position");
+  for (const char* key : {"stiffness", "damping"})
+    if (reader.has(key) && !is_position) reader.at(key).fail("goes with a position");
   if (reader.has("ramp") && !reader.has("torque")) reader.at("ramp").fail("only a torque has one");
   if (reader.has("limit")) {
     if (reader.has("brake")) reader.at("limit").fail("a brake's limit is its figure");
@@ -205,6 +255,17 @@ SceneDrive read_drive(const YamlReader& reader, JointKind kind) {
   if (reader.has("rate")) {
     out.drive.mode = JointDrive::Mode::rate;
     out.drive.rate = read_way(reader.at("rate"), kind);
+  }
+  if (is_position) {
+    const auto figure = [&](const char* key) {
+      return reader.has(key) ? read_at_least_0(reader.at(key), reader.at(key).number()) : 0.0;
+    };
+    out.drive.mode = JointDrive::Mode::position;
+    out.drive.position = read_way(reader.at("position"), kind);
+    out.drive.stiffness = figure("stiffness");
+    out.drive.damping = figure("damping");
+    if (out.drive.stiffness == 0.0 && out.drive.damping == 0.0)
+      reader.fail("a position needs a stiffness or a damping");
   }
   if (reader.has("brake")) {
     out.drive.mode = JointDrive::Mode::brake;
@@ -233,9 +294,21 @@ void read_limits(const YamlReader& reader, SceneJoint& joint) {
   if (reader.has("torque")) joint.effort = read_at_least_0(reader.at("torque"), reader.at("torque").number());
 }
 
+void read_losses(const YamlReader& reader, physics::JointLosses& losses) {
+  if (reader.has("friction"))
+    losses.friction = read_at_least_0(reader.at("friction"), reader.at("friction").number());
+  if (reader.has("damping"))
+    losses.damping = read_at_least_0(reader.at("damping"), reader.at("damping").number());
+}
+
+SceneDrive read_joint_drive(const YamlReader& reader, JointKind kind) {
+  reader.require_keys({"torque", "ramp", "rate", "brake", "limit", "position", "stiffness", "damping"});
+  return read_drive(reader, kind);
+}
+
 SceneJoint read_joint(const YamlReader& item, const std::string& mechanism, const Scene& scene) {
-  item.require_keys(
-      {"name", "kind", "parent", "child", "position", "axis", "value", "rate", "limits", "drive"});
+  item.require_keys({"name", "kind", "parent", "child", "position", "axis", "value", "rate", "limits",
+                     "drive", "friction", "damping", "rotor"});
   SceneJoint joint;
   joint.where = where(item);
   joint.name = called(item, "mechanism " + in_quotes(mechanism)).at("name").text();
@@ -246,7 +319,8 @@ SceneJoint read_joint(const YamlReader& item, const std::string& mechanism, cons
   if (reader.has("parent")) joint.parent = read_object(reader.at("parent"), scene);
   joint.child = read_object(reader.at("child"), scene);
   if (joint.kind == JointKind::fixed) {
-    for (const char* key : {"position", "axis", "value", "rate", "limits", "drive"})
+    for (const char* key :
+         {"position", "axis", "value", "rate", "limits", "drive", "friction", "damping", "rotor"})
       if (reader.has(key)) reader.at(key).fail("a fixed joint has none");
     return joint;
   }
@@ -260,10 +334,64 @@ SceneJoint read_joint(const YamlReader& item, const std::string& mechanism, cons
   if (reader.has("value")) joint.value = read_way(reader.at("value"), joint.kind);
   if (reader.has("rate")) joint.rate = read_way(reader.at("rate"), joint.kind);
   if (reader.has("limits")) read_limits(reader.at("limits"), joint);
-  if (!reader.has("drive")) return joint;
-  reader.at("drive").require_keys({"torque", "ramp", "rate", "brake", "limit"});
-  joint.drive = read_drive(reader.at("drive"), joint.kind);
+  read_losses(reader, joint.losses);
+  if (reader.has("rotor")) joint.rotor = read_at_least_0(reader.at("rotor"), reader.at("rotor").number());
+  if (reader.has("drive")) joint.drive = read_joint_drive(reader.at("drive"), joint.kind);
   return joint;
+}
+
+// ---- joints between bodies
+
+physics::BodyJointKind read_body_joint_kind(const YamlReader& reader) {
+  using physics::BodyJointKind;
+  const std::pair<std::string_view, BodyJointKind> kinds[] = {{"fixed", BodyJointKind::fixed},
+                                                              {"revolute", BodyJointKind::hinge},
+                                                              {"prismatic", BodyJointKind::slider},
+                                                              {"ball", BodyJointKind::ball}};
+  for (const auto& [name, kind] : kinds)
+    if (reader.text() == name) return kind;
+  reader.fail("unknown kind " + in_quotes(reader.text()) + "; known: fixed, revolute, prismatic, ball");
+}
+
+bool read_yes(const YamlReader& reader) {
+  if (reader.text() == "true") return true;
+  if (reader.text() == "false") return false;
+  reader.fail("expected true or false");
+}
+
+void read_body_joint(const YamlReader& item, DynamicScene& out) {
+  item.require_keys({"name", "kind", "parent", "child", "position", "axis", "limits", "friction", "damping",
+                     "drive", "holds"});
+  physics::SceneBodyJoint joint;
+  joint.where = where(item);
+  joint.name = called(item, "dynamics: joints").at("name").text();
+  const YamlReader reader = called(item, "joint " + in_quotes(joint.name));
+  joint.kind = read_body_joint_kind(reader.at("kind"));
+  if (reader.has("parent")) joint.parent = read_object(reader.at("parent"), out.scene);
+  joint.child = read_object(reader.at("child"), out.scene);
+  joint.p_W =
+      reader.has("position") ? reader.at("position").length3() : out.scene.objects[joint.child].X_WO.p;
+  if (reader.has("holds")) joint.is_on = read_yes(reader.at("holds"));
+  const bool turns = joint.kind == physics::BodyJointKind::hinge;
+  if (!turns && joint.kind != physics::BodyJointKind::slider) {
+    for (const char* key : {"axis", "limits", "drive", "friction", "damping"})
+      if (reader.has(key)) reader.at(key).fail("only joints with an axis have any");
+    out.joints.push_back(joint);
+    return;
+  }
+  const Vector3 axis = reader.at("axis").vector3();
+  if (norm(axis) == 0.0) reader.at("axis").fail("the axis is zero");
+  joint.axis_W = axis / norm(axis);
+  SceneJoint figures;  // the same keys
+  figures.kind = turns ? JointKind::revolute : JointKind::prismatic;
+  if (reader.has("limits")) {
+    if (reader.at("limits").has("rate")) reader.at("limits").at("rate").fail("is of joints of mechanisms");
+    read_limits(reader.at("limits"), figures);
+  }
+  joint.lower = figures.lower, joint.upper = figures.upper, joint.effort = figures.effort;
+  read_losses(reader, joint.losses);
+  if (reader.has("drive")) joint.drive = read_joint_drive(reader.at("drive"), figures.kind);
+  out.joints.push_back(joint);
 }
 
 void read_mechanisms(const YamlReader& dynamics, DynamicScene& out) {
@@ -290,28 +418,50 @@ JointAddress read_joint_name(const YamlReader& reader, const DynamicScene& scene
   for (std::size_t m = 0; m < scene.mechanisms.size(); ++m)
     for (std::size_t j = 0; j < scene.mechanisms[m].joints.size(); ++j)
       if (text == scene.mechanisms[m].name + "." + scene.mechanisms[m].joints[j].name) return {m, j};
+  for (std::size_t j = 0; j < scene.joints.size(); ++j)
+    if (text == scene.joints[j].name) return {JointAddress::kBodyJoint, j};
   reader.fail("the scene has no joint " + in_quotes(text) + " (mechanism.joint)");
-}
-
-const SceneJoint& joint_at(const DynamicScene& scene, const JointAddress& joint) {
-  return scene.mechanisms[joint.mechanism].joints[joint.joint];
 }
 
 // ---- actions
 
 SceneAction read_action(const YamlReader& item, const DynamicScene& scene) {
-  item.require_keys({"time", "drive", "latch", "release"});
-  if (int{item.has("drive")} + int{item.has("latch")} + int{item.has("release")} != 1)
-    item.fail("expected one of drive, latch, release");
+  const std::array<const char*, 6> kinds{"drive", "latch", "release", "set", "join", "part"};
+  item.require_keys({"time", "drive", "latch", "release", "set", "join", "part"});
+  if (std::count_if(kinds.begin(), kinds.end(), [&](const char* kind) { return item.has(kind); }) != 1)
+    item.fail("expected one of drive, latch, release, set, join, part");
   SceneAction action;
   action.where = where(item);
   action.time = read_at_least_0(item.at("time"), item.at("time").number());
   if (item.has("drive")) {
     const YamlReader drive = item.at("drive");
-    drive.require_keys({"joint", "torque", "ramp", "rate", "brake", "limit"});
+    drive.require_keys(
+        {"joint", "torque", "ramp", "rate", "brake", "limit", "position", "stiffness", "damping"});
     action.joint = read_joint_name(drive.at("joint"), scene);
-    if (joint_at(scene, action.joint).kind == JointKind::fixed) drive.at("joint").fail("is fixed");
-    action.drive = read_drive(drive, joint_at(scene, action.joint).kind);
+    if (kind_of(scene, action.joint) == JointKind::fixed) drive.at("joint").fail("is fixed");
+    action.drive = read_drive(drive, kind_of(scene, action.joint));
+    return action;
+  }
+  if (item.has("set")) {
+    const YamlReader set = item.at("set");
+    set.require_keys({"joint", "value", "rate"});
+    action.kind = SceneAction::Kind::set_joint;
+    action.joint = read_joint_name(set.at("joint"), scene);
+    if (action.joint.is_of_bodies()) set.at("joint").fail("is no joint of a mechanism");
+    const SceneJoint& joint = scene.mechanisms[action.joint.mechanism].joints[action.joint.joint];
+    if (joint.kind == JointKind::fixed) set.at("joint").fail("is fixed");
+    action.value = read_way(set.at("value"), joint.kind);
+    if (!(action.value >= joint.lower && action.value <= joint.upper))
+      set.at("value").fail("is out of the joint's limits");
+    if (set.has("rate")) action.rate = read_way(set.at("rate"), joint.kind);
+    return action;
+  }
+  for (const auto& [key, kind] :
+       {std::pair("join", SceneAction::Kind::join), std::pair("part", SceneAction::Kind::part)}) {
+    if (!item.has(key)) continue;
+    action.kind = kind;
+    action.joint = read_joint_name(item.at(key), scene);
+    if (!action.joint.is_of_bodies()) item.at(key).fail("is no joint between bodies");
     return action;
   }
   action.kind = item.has("latch") ? SceneAction::Kind::latch : SceneAction::Kind::release;
@@ -346,7 +496,7 @@ double unit_of_figure(const SceneAnswer& answer, const DynamicScene& scene, cons
   if (answer.figure == Figure::position || answer.figure == Figure::velocity) return length;
   if (answer.figure == Figure::angular_velocity) return angle;
   if (answer.figure == Figure::value || answer.figure == Figure::rate)
-    return joint_at(scene, answer.joint).kind == JointKind::revolute ? angle : length;
+    return kind_of(scene, answer.joint) == JointKind::revolute ? angle : length;
   return 1.0;
 }
 
@@ -440,9 +590,10 @@ void read_settings(const YamlReader& dynamics, DynamicScene& out) {
 }
 
 DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
-  dynamics.require_keys({"gravity", "step", "contact_margin", "friction", "restitution", "bounce_speed",
-                         "push_out", "part_speed", "sleep_speed", "sleep_time", "bodies", "mechanisms",
-                         "arms", "actions", "answers", "conserved", "accept", "guard"});
+  dynamics.require_keys(
+      {"gravity",      "step",     "contact_margin", "friction",    "restitution", "combine", "pairs",
+       "bounce_speed", "push_out", "part_speed",     "sleep_speed", "sleep_time",  "bodies",  "mechanisms",
+       "joints",       "arms",     "actions",        "answers",     "conserved",   "accept",  "guard"});
   DynamicScene out;
   out.scene = std::move(scene);
   read_settings(dynamics, out);
@@ -457,6 +608,9 @@ DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
   if (dynamics.has("mechanisms")) read_mechanisms(dynamics, out);
   read_bodies(dynamics, out);
   if (dynamics.has("arms")) scene_files::read_arms(dynamics.at("arms"), out);
+  if (dynamics.has("joints"))
+    for (const YamlReader& item : dynamics.at("joints").list()) read_body_joint(item, out);
+  read_pairs(dynamics, out);
   if (dynamics.has("actions"))
     for (const YamlReader& item : dynamics.at("actions").list())
       out.actions.push_back(read_action(item, out));

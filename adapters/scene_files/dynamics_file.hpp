@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
-#include "touchstone/physics/dynamic_scene.hpp"
+#include "touchstone/physics/scene/dynamic_scene.hpp"
 
 /// @file
 /// Component dynamics_files: what a scene file asks of dynamics. Programs without dynamics read the same file

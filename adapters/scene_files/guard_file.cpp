@@ -10,7 +10,7 @@ using physics::GuardPolicy;
 using scene_files::YamlReader;
 using scene_files::YamlSource;
 
-GuardPolicy read_policy(const YamlReader& reader) {
+GuardPolicy read_guard_policy(const YamlReader& reader) {
   for (const GuardPolicy policy :
        {GuardPolicy::cue, GuardPolicy::hold, GuardPolicy::advance, GuardPolicy::slide, GuardPolicy::push})
     if (reader.text() == physics::to_string(policy)) return policy;
@@ -21,7 +21,7 @@ physics::GuardRule read_rule(const YamlReader& item) {
   item.require_keys({"between", "policy"});
   const std::vector<YamlReader> names = item.at("between").list();
   if (names.size() != 2) item.at("between").fail("expected two objects or groups");
-  return {names[0].text(), names[1].text(), read_policy(item.at("policy"))};
+  return {names[0].text(), names[1].text(), read_guard_policy(item.at("policy"))};
 }
 
 SceneHand read_hand(const YamlReader& item, const Scene& scene) {
@@ -58,7 +58,7 @@ GuardedScene load_guarded_scene(const std::filesystem::path& path, const ScenePa
   if (!dynamics.has("guard")) dynamics.fail("there is no guard");
   const YamlReader guard = dynamics.at("guard");
   guard.require_keys({"policy", "gap", "rules", "hands"});
-  if (guard.has("policy")) out.settings.policy = read_policy(guard.at("policy"));
+  if (guard.has("policy")) out.settings.policy = read_guard_policy(guard.at("policy"));
   if (guard.has("gap")) out.settings.gap = guard.at("gap").length();
   if (guard.has("rules"))
     for (const YamlReader& item : guard.at("rules").list()) out.settings.rules.push_back(read_rule(item));

@@ -6,14 +6,14 @@
 
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
-#include "touchstone/physics/guarded_simulation.hpp"
+#include "touchstone/physics/guarded/guarded_simulation.hpp"
 
 /// @file
-/// What a scene file's dynamics say of hands and of the guard: GuardedSimulation runs it.
+/// The hands and the guard of a scene file's dynamics: GuardedSimulation runs them.
 
 namespace touchstone {
 
-/// What a hand asks for from a time on, until its next row.
+/// A hand's command from a time on, until its next row.
 struct GuardedRates {
   double time = 0.0;    ///< [s]
   Twist wanted_W = {};  ///< of the hand's point [m/s, rad/s]

@@ -234,7 +234,7 @@ PairCase read_case(const Json& item, double lengths_per_metre, std::size_t index
   return result;
 }
 
-// What every case must have in order, valid or not.
+// Checks the keys that every case must have, valid or not.
 void check_case_fields(const Json& item, double lengths_per_metre) {
   require_fields(item, {"id", "shapes", "poses", "exact", "captured", "why_hard", "expected_error"}, "");
   for (const char* key : {"exact", "captured"}) {

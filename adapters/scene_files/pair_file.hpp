@@ -31,7 +31,7 @@ struct ExactAnswer {
   std::optional<Vector3> normal;  ///< n_AB_W where it is unique
 };
 
-/// What an engine answered when the pair was captured in it.
+/// An engine's answer when the pair was captured in it.
 struct CapturedAnswer {
   std::string by;  ///< engine and check
   bool contact;

@@ -121,7 +121,7 @@ scene_files::WallsSize read_walls(const YamlReader& reader) {
   return size;
 }
 
-// What one object's `hexahedra` list is read into.
+// The parts that one object's `hexahedra` list is read into.
 struct ObjectParts {
   std::string object;
   std::vector<PlacedHexahedron> solids;
@@ -224,7 +224,7 @@ SceneObject read_object(const YamlReader& item, double scene_duration, std::set<
                         Scene& scene) {
   const std::string name = item.has("name") ? item.at("name").text() : "";
   const YamlReader reader = name.empty() ? item : item.within("object " + quoted(name));
-  reader.require_keys({"name", "pose", "groups", "hexahedra", "motion", "copies"});
+  reader.require_keys({"name", "pose", "groups", "hexahedra", "motion", "copies", "static"});
   if (name.empty()) reader.fail("object without a name");
   if (!names.insert(name).second) reader.fail("the name occurs twice");
   ObjectParts parts{name, {}, {}};
@@ -237,6 +237,7 @@ SceneObject read_object(const YamlReader& item, double scene_duration, std::set<
   if (reader.has("motion")) object.motion = read_motion(reader.at("motion"), scene_duration, name);
   if (reader.has("groups"))
     for (const YamlReader& group : reader.at("groups").list()) object.groups.push_back(group.text());
+  if (reader.has("static")) object.is_static = scene_files::read_choice(reader.at("static"));
   for (FacetFigure& figure : parts.facet_figures) scene.facet_figures.push_back(std::move(figure));
   return object;
 }
@@ -293,7 +294,7 @@ void add_copies(const YamlReader& reader, const SceneObject& object, std::set<st
         const std::string name = object.tree.name() + " " + std::to_string(number++);
         if (!names.insert(name).second) reader.fail("the name " + quoted(name) + " occurs twice");
         SceneObject copy{HexahedronTree(object.tree.solids(), name), object.X_WO, object.motion,
-                         object.groups};
+                         object.groups, object.is_static};
         copy.groups.push_back(object.tree.name());
         const Vector3 cell(x, y, z);
         copy.X_WO.p += copies.spacing.cwiseProduct(cell) + z * copies.layer_shift;
@@ -303,13 +304,6 @@ void add_copies(const YamlReader& reader, const SceneObject& object, std::set<st
         }
         scene.objects.push_back(std::move(copy));
       }
-}
-
-ContactPolicy read_policy(const YamlReader& reader) {
-  for (ContactPolicy policy :
-       {ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide})
-    if (reader.text() == to_string(policy)) return policy;
-  reader.fail("unknown policy " + quoted(reader.text()) + "; known: cue, hold, advance, slide");
 }
 
 double read_positive(const YamlReader& reader, double value) {
@@ -332,9 +326,9 @@ void read_latches(const YamlReader& reader, Scene& scene) {
 }
 
 Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParameters& parameters) {
-  // What dynamics asks for is read by programs that have any (dynamics_file.hpp).
+  // Keys of dynamics are read by programs that have any (dynamics_file.hpp).
   root.require_keys({"name", "description", "units", "parameters", "frame_rate", "contact_gap", "policy",
-                     "duration", "objects", "exempt", "latches", "dynamics"});
+                     "passive", "duration", "objects", "rules", "exempt", "latches", "dynamics"});
   Scene scene;
   scene.units = scene_files::read_units(root, source);
   scene_files::read_parameters(root, parameters, source);
@@ -344,7 +338,8 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
   scene.frame_rate = read_positive(root.at("frame_rate"), root.at("frame_rate").number());
   scene.contact_gap = read_positive(root.at("contact_gap"), root.at("contact_gap").length());
   scene.duration = read_positive(root.at("duration"), root.at("duration").number());
-  scene.policy = read_policy(root.at("policy"));
+  scene.policy = scene_files::read_policy(root.at("policy"));
+  if (root.has("passive")) scene.passive = scene_files::read_passive(root.at("passive"));
   std::set<std::string> names;
   const YamlReader objects(root.at("objects").node(), source);
   for (const YamlReader& item : objects.list()) {
@@ -354,6 +349,7 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
     else
       scene.objects.push_back(std::move(object));
   }
+  if (root.has("rules")) scene.rules = scene_files::read_rules(root.at("rules"), scene);
   if (root.has("exempt")) scene.exempt_pairs = scene_files::read_exempt_pairs(root.at("exempt"), scene);
   if (root.has("latches")) read_latches(root.at("latches"), scene);
   return scene;

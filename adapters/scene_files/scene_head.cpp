@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone::scene_files {
@@ -58,6 +59,53 @@ void read_parameters(const YamlReader& root, const SceneParameters& given, YamlS
     found->second = value;
   }
   source.parameters = std::move(parameters);
+}
+
+Mechanism read_arm_model(const YamlReader& reader) {
+  try {
+    return Mechanism(make_bundled_arm(reader.text()));
+  } catch (const InputError& error) {
+    reader.fail(error.what());
+  }
+}
+
+ContactPolicy read_policy(const YamlReader& reader) {
+  for (const ContactPolicy policy :
+       {ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide})
+    if (reader.text() == to_string(policy)) return policy;
+  reader.fail("unknown policy " + quoted(reader.text()) + "; known: cue, hold, advance, slide");
+}
+
+Passive read_passive(const YamlReader& reader) {
+  for (const Passive passive : {Passive::stays, Passive::shoved, Passive::carried})
+    if (reader.text() == to_string(passive)) return passive;
+  reader.fail("unknown choice " + quoted(reader.text()) + "; known: stays, shoved, carried");
+}
+
+bool read_choice(const YamlReader& reader) {
+  if (reader.text() != "true" && reader.text() != "false") reader.fail("expected true or false");
+  return reader.text() == "true";
+}
+
+std::vector<SceneRule> read_rules(const YamlReader& reader, const Scene& scene) {
+  std::vector<SceneRule> rules;
+  for (const YamlReader& item : reader.list()) {
+    item.require_keys({"between", "policy", "warn_distance", "translation_only", "passive"});
+    const std::vector<YamlReader> names = item.at("between").list();
+    if (names.size() != 2) item.at("between").fail("expected two objects or groups");
+    SceneRule rule{names[0].text(), names[1].text()};
+    if (item.has("policy")) rule.policy = read_policy(item.at("policy"));
+    if (item.has("warn_distance")) rule.warn_distance = item.at("warn_distance").length();
+    if (item.has("translation_only")) rule.translation_only = read_choice(item.at("translation_only"));
+    if (item.has("passive")) rule.passive = read_passive(item.at("passive"));
+    try {
+      validate_rule(scene, rule);
+    } catch (const InputError& error) {
+      item.fail_bare(error.what());
+    }
+    rules.push_back(std::move(rule));
+  }
+  return rules;
 }
 
 std::vector<ExemptPair> read_exempt_pairs(const YamlReader& reader, const Scene& scene) {

@@ -5,6 +5,7 @@
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/adapters/scene_files/yaml_reader.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 // Private to this folder: what the readers of a scene file share.
 
@@ -16,6 +17,13 @@ std::string read_units(const YamlReader& root, YamlSource& source);
 /// Sets the source's parameters: the file's own, replaced by those given.
 /// @throws InputError: one given that the file has not, or that is not finite.
 void read_parameters(const YamlReader& root, const SceneParameters& given, YamlSource& source);
+
+Mechanism read_arm_model(const YamlReader& reader);  ///< the name of a bundled arm
+ContactPolicy read_policy(const YamlReader& reader);
+Passive read_passive(const YamlReader& reader);
+bool read_choice(const YamlReader& reader);  ///< true or false
+/// A list of rules, as Scene::rules.
+std::vector<SceneRule> read_rules(const YamlReader& reader, const Scene& scene);
 
 /// A list of pairs of names, each of an object, `object/hexahedron` or a group of the scene.
 std::vector<ExemptPair> read_exempt_pairs(const YamlReader& reader, const Scene& scene);

@@ -53,13 +53,6 @@ Scene read_scene(const YamlReader& reader, const std::filesystem::path& script) 
   }
 }
 
-ContactPolicy read_policy(const YamlReader& reader) {
-  for (const ContactPolicy policy :
-       {ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide})
-    if (reader.text() == to_string(policy)) return policy;
-  reader.fail("unknown policy '" + reader.text() + "'; known: cue, hold, advance, slide");
-}
-
 void read_frames(const YamlReader& root, Scene& scene) {
   if (root.has("frame_rate")) scene.frame_rate = root.at("frame_rate").number();
   if (scene.frame_rate < kLowestFrameRate || scene.frame_rate > kHighestFrameRate) {
@@ -88,7 +81,7 @@ HandRates read_rates(const YamlReader& item) {
 }
 
 ArmScript read_arm(const YamlReader& reader) {
-  reader.require_keys({"model", "link", "joints", "pose"});
+  reader.require_keys({"model", "link", "joints", "pose", "hold"});
   ArmScript arm;
   arm.model = reader.at("model").text();
   arm.link = reader.at("link").text();
@@ -99,6 +92,7 @@ ArmScript read_arm(const YamlReader& reader) {
   if (pose.has("position")) position.head<3>() = pose.at("position").length3();
   if (pose.has("rpy")) position.tail<3>() = pose.at("rpy").vector3() * reader.source().radians_per_angle;
   arm.X_WL = pose_from_position_vector(position);
+  if (reader.has("hold")) arm.holds = scene_files::read_choice(reader.at("hold"));
   return arm;
 }
 
@@ -125,7 +119,20 @@ HandScript read_hand(const YamlReader& item, const Script& script) {
   return hand;
 }
 
-OperatorAction read_action(const YamlReader& item, const Scene& scene) {
+/// The scene with the links of all arms that are flown, as the actions see it: by name alone.
+Scene with_links(const Script& script, const YamlReader& hands) {
+  Scene scene = script.scene;
+  const std::vector<YamlReader> items = hands.list();
+  for (std::size_t i = 0; i < script.hands.size(); ++i) {
+    if (!script.hands[i].arm) continue;
+    const Mechanism arm = scene_files::read_arm_model(items[i].at("arm").at("model"));
+    for (const Mechanism::Link& link : arm.links())
+      if (link.tree) scene.objects.push_back({*link.tree, {}, {}, {}});
+  }
+  return scene;
+}
+
+OperatorAction read_action(const YamlReader& item, const Scene& scene, std::size_t first_link) {
   item.require_keys({"time", "latch", "release", "switch_on", "switch_off"});
   using Kind = OperatorAction::Kind;
   OperatorAction action;
@@ -138,6 +145,8 @@ OperatorAction read_action(const YamlReader& item, const Scene& scene) {
     latch.require_keys({"carrier", "carried", "allowed"});
     action.carrier = read_object(latch.at("carrier"), scene);
     action.object = read_object(latch.at("carried"), scene);
+    if (find_object(scene, action.object) >= first_link)
+      latch.at("carried").fail("a link of an arm is carried by nothing");
     if (latch.has("allowed")) action.allowed = scene_files::read_exempt_pairs(latch.at("allowed"), scene);
     return action;
   }
@@ -149,9 +158,9 @@ OperatorAction read_action(const YamlReader& item, const Scene& scene) {
   return action;
 }
 
-void read_actions(const YamlReader& reader, Script& script) {
+void read_actions(const YamlReader& reader, const Scene& with_links, Script& script) {
   for (const YamlReader& item : reader.list()) {
-    script.actions.push_back(read_action(item, script.scene));
+    script.actions.push_back(read_action(item, with_links, script.scene.objects.size()));
     const std::size_t count = script.actions.size();
     if (count > 1 && script.actions[count - 1].time < script.actions[count - 2].time)
       item.at("time").fail("is before the action above");
@@ -168,15 +177,15 @@ Script read_script(const YamlReader& root, YamlSource& source, const std::filesy
   script.scene = read_scene(root.at("scene"), path);
   for (SceneObject& object : script.scene.objects) object.motion = {};
   read_frames(root, script.scene);
-  if (root.has("policy")) script.scene.policy = read_policy(root.at("policy"));
-  if (root.has("translation_only")) {
-    const YamlReader choice = root.at("translation_only");
-    if (choice.text() != "true" && choice.text() != "false") choice.fail("expected true or false");
-    script.translation_only = choice.text() == "true";
-  }
+  if (root.has("policy")) script.scene.policy = scene_files::read_policy(root.at("policy"));
+  if (root.has("translation_only"))
+    script.translation_only = scene_files::read_choice(root.at("translation_only"));
   for (const YamlReader& item : root.at("hands").list()) script.hands.push_back(read_hand(item, script));
   if (script.hands.empty()) root.at("hands").fail("expected at least one hand");
-  if (root.has("actions")) read_actions(root.at("actions"), script);
+  if (root.has("actions")) {
+    const Scene scene = with_links(script, root.at("hands"));
+    read_actions(root.at("actions"), scene, script);
+  }
   return script;
 }
 

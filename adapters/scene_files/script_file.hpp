@@ -9,7 +9,7 @@
 
 namespace touchstone {
 
-/// What a pair of hand controllers asks for from a time on, until the next row.
+/// The command of a pair of hand controllers from a time on, until the next row.
 struct HandRates {
   double time = 0.0;                   ///< [s]
   Vector3 velocity = Vector3::Zero();  ///< of the object's origin [m/s]
@@ -23,10 +23,14 @@ struct HandRates {
 
 /// An arm in the scene, one of whose links is flown by resolved rates.
 struct ArmScript {
-  std::string model;           ///< the name of an arm that the program has
+  std::string model;           ///< a bundled arm (mechanism/ssrms.hpp)
   std::string link;            ///< that is flown
   std::vector<double> joints;  ///< values at the start [rad or m]
   Pose X_WL;                   ///< of the link at the start; the arm's base stands where that puts it
+  /// After a stop, or a slide that took the link aside, the hand goes back to where it asked the link to be
+  /// along the axes on which it asks for no rate, and to the attitude where it asks for no turn. Otherwise
+  /// rates go on from where the link is.
+  bool holds = false;
 };
 
 /// One hand on one object or arm.
@@ -36,13 +40,13 @@ struct HandScript {
   std::optional<ArmScript> arm;  ///< exactly where there is no object
 };
 
-/// What the operator does besides flying; in force from the first frame on that starts at `time` or later.
+/// An action of the operator besides flying; in force from the first frame on that starts at `time` or later.
 struct OperatorAction {
-  /// What is done; `switch_on` and `switch_off` are of the object's selection.
+  /// The kind of action; `switch_on` and `switch_off` are of the object's selection.
   enum class Kind : std::uint8_t { latch, release, switch_on, switch_off } kind = Kind::latch;
-  double time = 0.0;                     ///< [s]
-  std::string object;                    ///< carried, released or switched
-  std::string carrier;                   ///< latch only
+  double time = 0.0;    ///< [s]
+  std::string object;   ///< carried, released or switched
+  std::string carrier;  ///< latch only: an object, or a link of a flown arm (`ssrms.tip_lee`)
   std::vector<ExemptPair> allowed = {};  ///< latch only: not checked as well, while it holds
 };
 

@@ -15,7 +15,7 @@ std::string read_text_file(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(status)) refuse("cannot be read: not a regular file");
   std::ifstream stream(path, std::ios::binary);
   if (!stream) refuse("cannot be read");
-  // What is read counts, not the size that the file system tells: a file may grow.
+  // The bytes read count, not the size that the file system gives: a file may grow.
   std::string text;
   for (std::string block(1 << 16, '\0'); stream;) {
     stream.read(block.data(), static_cast<std::streamsize>(block.size()));

@@ -16,7 +16,7 @@
 
 namespace touchstone::scene_files {
 
-/// What every node of one file shares.
+/// Data that all nodes of one file share.
 struct YamlSource {
   std::string file;
   std::map<std::string, double> parameters;  ///< in the file's units
