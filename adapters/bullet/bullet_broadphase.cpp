@@ -146,7 +146,7 @@ class BulletBroadphase final : public Broadphase {
 
   enum class State { built, posed, swept };
 
-  /// What update() and update_paths() have in common: the first of its kind places every solid.
+  /// Shared by update() and update_paths(): the first of its kind places every solid.
   template <class Place>
   void take(State kind, std::span<const std::uint32_t> moved, Place place_solid) noexcept {
     row_owner_ = kNoRow;

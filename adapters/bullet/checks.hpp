@@ -60,7 +60,7 @@ EngineAnswer check_boxes(const Shape& a, const Shape& b, const btTransform& X_WA
 EngineAnswer check_convex(const Shape& a, const Shape& b, const btTransform& X_WA, const btTransform& X_WB,
                           double max_distance, Solvers& solvers);
 
-/// What grows with the size of the pair and what with its place in the world.
+/// Resolution: a part that grows with the pair's size, and one with its place in the world.
 struct CheckResolution {
   double absolute;  ///< [m]
   double of_size;   ///< per metre of the larger solid

@@ -24,6 +24,14 @@ inline btVector3 to_engine(const Vector3& v) {
 }
 inline Vector3 from_engine(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
+inline Pose from_engine(const btTransform& X) {
+  Pose out;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) out.R(i, k) = X.getBasis()[i][k];
+  out.p = from_engine(X.getOrigin());
+  return out;
+}
+
 inline btTransform to_engine(const Pose& X) {
   const Matrix3& R = X.R;
   return btTransform(btMatrix3x3(to_engine(R(0, 0)), to_engine(R(0, 1)), to_engine(R(0, 2)),  //

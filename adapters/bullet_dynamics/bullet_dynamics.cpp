@@ -7,19 +7,15 @@
 namespace touchstone {
 
 void register_bullet_dynamics(physics::EngineRegistry& registry) {
-  using physics::EngineFeature;
   const int version = btGetVersion();
   physics::EngineRegistry::Entry entry;
   entry.name = "bullet";
   entry.description =
       "Bullet " + std::to_string(version / 100) + "." + std::to_string(version % 100) + ", double precision";
   entry.checks = {std::string(physics::kOwnCheck), "native"};
-  entry.features = [](std::string_view) {
-    return physics::EngineFeatures{EngineFeature::hulls, EngineFeature::kinematic_bodies,
-                                   EngineFeature::mixed_friction, EngineFeature::restitution};
-  };
+  entry.features = [](std::string_view) { return physics::EngineFeatures::usual(); };
   entry.make = [](const physics::DynamicScene& scene, const std::string& check) {
-    return bullet_dynamics::make_world(scene, check == "native");
+    return physics::bullet_dynamics::make_world(scene, check == "native");
   };
   registry.add(std::move(entry));
 }

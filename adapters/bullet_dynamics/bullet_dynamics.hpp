@@ -6,18 +6,29 @@
 /// Dynamic scenes in Bullet (double precision), as engine `bullet`: with its own check (`own`), or with ours
 /// inside through adapters/bullet_plugin (`native`). Bullet's headers are not needed here.
 ///
-/// What a scene becomes. Bodies at their centre of mass, along principal axes; boxes are btBoxShapes, other
-/// hexahedra btConvexHullShapes without margin, several solids a btCompoundShape. Friction and restitution
-/// are the scene's for every pair (geometric mean, the larger), bounce speed too. Solver, iterations (10),
-/// error reduction and split impulses are Bullet's defaults; nothing is put to sleep. With ten iterations our
-/// check has the middle of a patch first (BulletPlugin::Options::middle_first).
+/// How a scene is modelled. Bodies at their centre of mass, along principal axes; boxes are btBoxShapes,
+/// other hexahedra btConvexHullShapes without margin, several solids a btCompoundShape. Friction and
+/// restitution are the scene's for every pair (geometric mean, the larger), bounce speed too. Solver,
+/// iterations (10), error reduction and split impulses are Bullet's defaults; nothing is put to sleep. With
+/// ten iterations our check has the middle of a patch first (BulletPlugin::Options::middle_first).
 ///
-/// What Bullet's method does to figures. Steps are semi-implicit Euler: after t a body in free fall is
+/// Arms are btMultiBodies (Featherstone's articulated bodies: no joint gives way, whatever the masses).
+/// Torques are applied to the joint, brakes and rates are btMultiBodyJointMotors with an impulse of at most
+/// limit times step, stops btMultiBodyJointLimitConstraints; damping, which Bullet has on by default, is off.
+/// A latched body becomes a fixed link of its carrier's btMultiBody, which is made anew when a latch closes
+/// or opens (that step allocates); momentum stays. A scene with an arm or a latch is a
+/// btMultiBodyDynamicsWorld, others a btDiscreteDynamicsWorld. Motors, brakes and stops get ten sweeps in
+/// each iteration.
+///
+/// Errors of Bullet's method. Steps are semi-implicit Euler: after t a body in free fall is
 /// g h t / 2 lower than the parabola. Where a kinematic body is told to be at a step's end it stands when the
-/// step's contacts are found. Impacts are not told from forces, stops within a step are not located.
+/// step's contacts are found. A stop acts once it is passed, by up to rate times step. Joints' drives and
+/// contacts are swept, not solved: of an arm of seven joints with 100 t at its end a braked joint crept at
+/// 3e-5 rad/s. A link's principal moment below 1e-6 of its largest is raised to that. Impacts are not told
+/// from forces, stops within a step are not located.
 ///
-/// Friction beyond 10 is refused (Bullet cuts it there). Features: hulls, kinematic bodies, friction,
-/// restitution.
+/// Features: all. Refused by name: friction beyond 10 (Bullet cuts it there), latches on kinematic bodies,
+/// and latches whose carried body is a link (they would close a loop).
 
 namespace touchstone {
 

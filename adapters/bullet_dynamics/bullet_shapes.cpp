@@ -2,10 +2,9 @@
 
 #include <btBulletCollisionCommon.h>
 
-namespace touchstone::bullet_dynamics {
+namespace touchstone::physics::bullet_dynamics {
 
 using namespace TOUCHSTONE_BULLET_NAMESPACE;
-using physics::EngineScene;
 
 namespace {
 
@@ -54,4 +53,4 @@ btCollisionShape* Shapes::make(const EngineScene& scene, std::size_t index) {
   return keep(std::move(compound));
 }
 
-}  // namespace touchstone::bullet_dynamics
+}  // namespace touchstone::physics::bullet_dynamics

@@ -8,13 +8,13 @@
 #include "touchstone/adapters/bullet/engine.hpp"
 #include "touchstone/physics/engine/engine_scene.hpp"
 
-namespace touchstone::bullet_dynamics {
+namespace touchstone::physics::bullet_dynamics {
 
 /// Shapes of a world. Equal boxes share one.
 class Shapes {
  public:
   /// Of all solids of a body, in its frame. A compound's children are in the order of Body::solids.
-  btCollisionShape* make(const physics::EngineScene& scene, std::size_t body);
+  btCollisionShape* make(const EngineScene& scene, std::size_t body);
 
  private:
   btCollisionShape* box(const Vector3& half);
@@ -29,4 +29,4 @@ class Shapes {
   std::vector<Box> boxes_;
 };
 
-}  // namespace touchstone::bullet_dynamics
+}  // namespace touchstone::physics::bullet_dynamics

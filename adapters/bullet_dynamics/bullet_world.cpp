@@ -1,38 +1,31 @@
 #include "touchstone/adapters/bullet_dynamics/bullet_world.hpp"
 
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "touchstone/adapters/bullet_dynamics/bullet_shapes.hpp"
+#include "touchstone/adapters/bullet_dynamics/bullet_tree.hpp"
 #include "touchstone/adapters/bullet_plugin/bullet_plugin.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/scene/scene_instance.hpp"
 #include "touchstone/physics/engine/scene_engine.hpp"
 
-namespace touchstone::bullet_dynamics {
+namespace touchstone::physics::bullet_dynamics {
 namespace {
 
 using namespace TOUCHSTONE_BULLET_NAMESPACE;
-using physics::ContactSide;
-using physics::DynamicScene;
-using physics::EngineContact;
-using physics::EngineScene;
-using physics::EngineStep;
-using physics::SceneEngine;
 using Clock = std::chrono::steady_clock;
 
 /// Beyond it btManifoldResult cuts a pair's friction.
 constexpr double kMostFriction = 10.0;
-
-Pose from_engine_pose(const btTransform& X) {
-  Pose out;
-  for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) out.R(i, k) = X.getBasis()[i][k];
-  out.p = from_engine(X.getOrigin());
-  return out;
-}
+/// Over motors and stops of joints, in each of the solver's iterations.
+constexpr int kJointSweeps = 10;
 
 /// Which solid of its body a point of a manifold is on: a compound's child.
 SolidIndex solid_at(const EngineScene& scene, const btCollisionObject& object, int index) {
@@ -40,58 +33,94 @@ SolidIndex solid_at(const EngineScene& scene, const btCollisionObject& object, i
   return body.solids[object.getCollisionShape()->isCompound() ? static_cast<std::size_t>(index) : 0];
 }
 
-/// Gives every point the scene's friction and restitution, where bodies' own figures do not say it, and times
-/// the check.
-class World final : public btDiscreteDynamicsWorld {
- public:
-  World(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, btConstraintSolver* solver,
-        btCollisionConfiguration* configuration, const EngineScene& scene)
-      : btDiscreteDynamicsWorld(dispatcher, broadphase, solver, configuration), scene_(scene) {}
+/// Rules for a world's contacts beyond Bullet's own. Of solids, numbered as the scene's.
+struct ContactRules {
+  const EngineScene& scene;
+  std::function<bool(std::size_t, std::size_t)> meets;     ///< bodies; empty: all do
+  std::function<bool(SolidIndex, SolidIndex)> is_checked;  ///< empty: all are
+  bool sets_materials = false;  ///< where bodies' own figures do not say friction and restitution
+  double check_us = 0.0;        ///< of the last step
 
-  void performDiscreteCollisionDetection() override {
-    const Clock::time_point start = Clock::now();
-    btDiscreteDynamicsWorld::performDiscreteCollisionDetection();
-    if (sets_materials) set_materials();
-    check_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
-  }
-
-  bool sets_materials = false;
-  double check_us = 0.0;
-
- private:
-  void set_materials() {
-    for (int m = 0; m < getDispatcher()->getNumManifolds(); ++m) {
-      btPersistentManifold& manifold = *getDispatcher()->getManifoldByIndexInternal(m);
-      for (int k = 0; k < manifold.getNumContacts(); ++k) {
+  /// Gives every point the scene's figures, and takes out those of solids that are not checked.
+  void apply(btDispatcher& dispatcher) const {
+    if (!sets_materials && !is_checked) return;
+    for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
+      btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
+      for (int k = manifold.getNumContacts() - 1; k >= 0; --k) {
         btManifoldPoint& point = manifold.getContactPoint(k);
-        const SolidIndex a = solid_at(scene_, *manifold.getBody0(), point.m_index0),
-                         b = solid_at(scene_, *manifold.getBody1(), point.m_index1);
-        point.m_combinedFriction = scene_.friction(a, b);
-        point.m_combinedRestitution = scene_.restitution(a, b);
+        const SolidIndex a = solid_at(scene, *manifold.getBody0(), point.m_index0),
+                         b = solid_at(scene, *manifold.getBody1(), point.m_index1);
+        if (sets_materials) {
+          point.m_combinedFriction = scene.friction(a, b);
+          point.m_combinedRestitution = scene.restitution(a, b);
+        }
+        if (is_checked && !is_checked(a, b)) manifold.removeContactPoint(k);
       }
     }
   }
-
-  const EngineScene& scene_;
 };
+
+/// Asks the rules which bodies meet. (Links of an articulated body do not ask the lists that
+/// setIgnoreCollisionCheck() makes.)
+class Dispatcher final : public btCollisionDispatcher {
+ public:
+  Dispatcher(btCollisionConfiguration* configuration, const ContactRules& rules)
+      : btCollisionDispatcher(configuration), rules_(rules) {}
+  bool needsCollision(const btCollisionObject* a, const btCollisionObject* b) override {
+    if (rules_.meets && !rules_.meets(static_cast<std::size_t>(a->getUserIndex()),
+                                      static_cast<std::size_t>(b->getUserIndex())))
+      return false;
+    return btCollisionDispatcher::needsCollision(a, b);
+  }
+
+ private:
+  const ContactRules& rules_;
+};
+
+/// A world of Bullet's that keeps the rules and times its check.
+template <class Base, class Solver>
+class World final : public Base {
+ public:
+  World(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, Solver* solver,
+        btCollisionConfiguration* configuration, ContactRules& rules)
+      : Base(dispatcher, broadphase, solver, configuration), rules_(rules) {}
+
+  void performDiscreteCollisionDetection() override {
+    const Clock::time_point start = Clock::now();
+    Base::performDiscreteCollisionDetection();
+    rules_.apply(*Base::getDispatcher());
+    rules_.check_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+  }
+
+ private:
+  ContactRules& rules_;
+};
+
+bool has_joints_or_latches(const DynamicScene& scene) {
+  if (!scene.mechanisms.empty() || !scene.scene.latches.empty()) return true;
+  return std::any_of(scene.actions.begin(), scene.actions.end(),
+                     [](const SceneAction& each) { return each.kind == SceneAction::Kind::latch; });
+}
 
 class BulletEngine final : public SceneEngine {
  public:
   BulletEngine(const DynamicScene& scene, bool by_native) : SceneEngine(scene) {
     if (by_native) plugin_.emplace(dispatcher_, BulletPlugin::Options{EngineCheck::native, nullptr, true});
-    world_.setGravity(to_engine(scene.gravity_W));
-    world_.getSolverInfo().m_restitutionVelocityThreshold = scene.bounce_speed;
+    make_world();
+    world_->setGravity(to_engine(scene.gravity_W));
+    world_->getSolverInfo().m_restitutionVelocityThreshold = scene.bounce_speed;
     for (std::size_t b = 0; b < bodies().bodies().size(); ++b) add(b);
-    for (const auto& [a, b] : bodies().exempt_bodies()) {
-      bodies_[a]->setIgnoreCollisionCheck(bodies_[b].get(), true);
-      bodies_[b]->setIgnoreCollisionCheck(bodies_[a].get(), true);
-    }
-    world_.sets_materials = needs_materials();
+    set_rules();
+    refuse_told_carriers();
     start();
+    if (articulated_ != nullptr) regroup();
+    is_started_ = true;
   }
 
   ~BulletEngine() override {
-    for (const auto& body : bodies_) world_.removeRigidBody(body.get());
+    trees_.clear();
+    for (const auto& body : bodies_)
+      if (body) world_->removeRigidBody(body.get());
   }
 
   void list_contacts(std::vector<EngineContact>& contacts) const override {
@@ -108,8 +137,10 @@ class BulletEngine final : public SceneEngine {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (bodies().bodies()[b].kind == ContactSide::told)
         bodies_[b]->setWorldTransform(to_engine(target(b).X_WB));
-    world_.stepSimulation(to_engine(step_size()), 0, to_engine(step_size()));
-    step.detection_us = world_.check_us;
+    for (const auto& tree : trees_) tree->apply_torques();
+    world_->stepSimulation(to_engine(step_size()), 0, to_engine(step_size()));
+    for (const auto& tree : trees_) tree->read();
+    step.detection_us = rules_.check_us;
     for (int m = 0; m < dispatcher_.getNumManifolds(); ++m)
       step.contacts += static_cast<std::size_t>(dispatcher_.getManifoldByIndexInternal(m)->getNumContacts());
     if (plugin_) step.failed = static_cast<std::uint32_t>(plugin_->statistics().refused - refused_);
@@ -117,38 +148,114 @@ class BulletEngine final : public SceneEngine {
   }
 
   State read_state(std::size_t body) const override {
-    const btRigidBody& from = *bodies_[body];
-    return {from_engine_pose(from.getWorldTransform()), from_engine(from.getLinearVelocity()),
-            from_engine(from.getAngularVelocity())};
+    const BodyMotion now = motion(body);
+    return {now.X_WB, now.v_W, now.w_W};
+  }
+
+  JointState read_joint(std::size_t joint) const override {
+    const Tree& tree = *tree_of_joint_[joint];
+    const JointMotion now = tree.joint(joint);
+    return {now.value, now.rate, tree.torque(joint, step_size())};
+  }
+
+  void set_drive(std::size_t joint, const JointDrive& drive) override {
+    drives_[joint] = drive;
+    if (tree_of_joint_[joint] != nullptr) tree_of_joint_[joint]->set_drive(joint, drive);
+  }
+
+  void latch(std::size_t carrier, std::size_t carried) override {
+    const Pose X_WC = motion(carrier).X_WB;
+    latches_.push_back({carrier, carried, compose(inverse(X_WC), motion(carried).X_WB)});
+    if (is_started_) regroup();
+  }
+
+  void release(std::size_t carried) override {
+    std::erase_if(latches_, [&](const Latch& each) { return each.carried == carried; });
+    regroup();
   }
 
  private:
+  struct Latch {
+    std::size_t carrier, carried;  // bodies
+    Pose X_CB;                     // of the carried one in the carrier
+  };
+
   /// Bullet's accessor is not const.
-  btCollisionDispatcher& dispatcher() const { return const_cast<btCollisionDispatcher&>(dispatcher_); }
+  btCollisionDispatcher& dispatcher() const { return const_cast<Dispatcher&>(dispatcher_); }
+
+  void make_world() {
+    if (!has_joints_or_latches(scene())) {
+      solver_ = std::make_unique<btSequentialImpulseConstraintSolver>();
+      world_ = std::make_unique<World<btDiscreteDynamicsWorld, btConstraintSolver>>(
+          &dispatcher_, &broadphase_, solver_.get(), &configuration_, rules_);
+      return;
+    }
+    auto solver = std::make_unique<btMultiBodyConstraintSolver>();
+    auto world = std::make_unique<World<btMultiBodyDynamicsWorld, btMultiBodyConstraintSolver>>(
+        &dispatcher_, &broadphase_, solver.get(), &configuration_, rules_);
+    articulated_ = world.get();
+    world_ = std::move(world), solver_ = std::move(solver);
+    world_->getSolverInfo().m_numNonContactInnerIterations = kJointSweeps;
+    drives_.resize(bodies().joints().size());
+    tree_of_joint_.resize(bodies().joints().size(), nullptr);
+  }
+
+  void set_rules() {
+    rules_.sets_materials = needs_materials();
+    if (!bodies().exempt_bodies().empty() || articulated_ != nullptr)
+      rules_.meets = [this](std::size_t a, std::size_t b) {
+        return !std::binary_search(bodies().exempt_bodies().begin(), bodies().exempt_bodies().end(),
+                                   std::pair<std::size_t, std::size_t>(std::minmax(a, b)));
+      };
+    if (!bodies().partly_exempt().empty() || articulated_ != nullptr)
+      rules_.is_checked = [this](SolidIndex a, SolidIndex b) { return is_checked(a, b); };
+  }
 
   /// Bodies' own figures give a pair its friction: the product of two roots. They give no larger restitution.
   bool needs_materials() const {
+    if (!bodies().has_usual_surfaces()) return true;
     for (const EngineScene::Body& body : bodies().bodies())
       for (const std::size_t object : body.objects) {
-        const physics::Surface& surface = scene().bodies[object].surface;
+        const Surface& surface = scene().bodies[object].surface;
         if (surface.restitution != 0.0) return true;
         if (surface.friction != scene().bodies[body.objects[0]].surface.friction) return true;
       }
     return false;
   }
 
+  /// A body that a kinematic one carries would have to be kinematic, and dynamic again once let go.
+  void refuse_told_carriers() const {
+    const auto refuse = [&](std::size_t carrier, std::size_t carried) {
+      if (bodies().bodies()[carrier].kind == ContactSide::told)
+        throw InputError("engine 'bullet': unsupported: a latch on a kinematic body (" +
+                         bodies().bodies()[carrier].name + ")");
+      if (bodies().bodies()[carried].kind != ContactSide::body)
+        throw InputError("engine 'bullet': unsupported: a latch that closes a loop (" +
+                         bodies().bodies()[carried].name + ")");
+    };
+    for (const SceneLatch& each : scene().scene.latches)
+      refuse(bodies().body_of(find_object(scene().scene, each.carrier)),
+             bodies().body_of(find_object(scene().scene, each.carried)));
+    for (const SceneAction& each : scene().actions)
+      if (each.kind == SceneAction::Kind::latch)
+        refuse(bodies().body_of(each.carrier), bodies().body_of(each.carried));
+  }
+
   void add(std::size_t index) {
     const EngineScene::Body& body = bodies().bodies()[index];
-    const physics::Surface& surface = scene().bodies[body.objects[0]].surface;
+    const Surface& surface = scene().bodies[body.objects[0]].surface;
     if (surface.friction > kMostFriction)
       throw InputError("engine 'bullet': unsupported: friction above 10 (" + body.name + ")");
+    made_shapes_.push_back(shapes_.make(bodies(), index));
+    bodies_.push_back(nullptr);
+    tree_of_.push_back(nullptr);
+    if (body.kind == ContactSide::link) return;
     const bool is_free = body.kind == ContactSide::body;
-    btRigidBody::btRigidBodyConstructionInfo info(is_free ? body.mass : 0.0, nullptr,
-                                                  shapes_.make(bodies(), index),
+    btRigidBody::btRigidBodyConstructionInfo info(is_free ? body.mass : 0.0, nullptr, made_shapes_.back(),
                                                   is_free ? to_engine(body.moments) : btVector3(0, 0, 0));
     info.m_startWorldTransform = to_engine(body.X_WB);
     info.m_friction = std::sqrt(surface.friction);  // Bullet multiplies the two
-    bodies_.push_back(std::make_unique<btRigidBody>(info));
+    bodies_.back() = std::make_unique<btRigidBody>(info);
     btRigidBody& added = *bodies_.back();
     added.setUserIndex(static_cast<int>(index));
     if (is_free) {
@@ -158,7 +265,111 @@ class BulletEngine final : public SceneEngine {
     if (body.kind == ContactSide::told)
       added.setCollisionFlags(added.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
     if (body.kind != ContactSide::ground) added.setActivationState(DISABLE_DEACTIVATION);
-    world_.addRigidBody(&added);
+    world_->addRigidBody(&added);
+  }
+
+  // ---- what joints and latches hold together
+
+  BodyMotion motion(std::size_t body) const {
+    if (tree_of_[body] != nullptr) return tree_of_[body]->motion(body);
+    if (!bodies_[body]) {  // a link before the first tree
+      const EngineScene::Body& from = bodies().bodies()[body];
+      return {from.X_WB, from.v_W, from.w_W};
+    }
+    const btRigidBody& from = *bodies_[body];
+    return {from_engine(from.getWorldTransform()), from_engine(from.getLinearVelocity()),
+            from_engine(from.getAngularVelocity())};
+  }
+
+  JointMotion joint_motion(std::size_t joint) const {
+    if (tree_of_joint_[joint] != nullptr) return tree_of_joint_[joint]->joint(joint);
+    const SceneJoint& source = *bodies().joints()[joint].source;
+    return {source.value, source.rate};
+  }
+
+  /// Makes the trees anew, by what holds now. Bodies that nothing holds any more are rigid bodies again.
+  void regroup() {
+    std::vector<BodyMotion> now;
+    std::vector<JointMotion> joints;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) now.push_back(motion(b));
+    for (std::size_t j = 0; j < tree_of_joint_.size(); ++j) joints.push_back(joint_motion(j));
+    const std::vector<Tree*> before = tree_of_;
+    trees_.clear();
+    std::fill(tree_of_.begin(), tree_of_.end(), nullptr);
+    for (auto& [root, links] : groups()) {
+      for (const TreeLink& link : links) take_out(link.body, before);
+      if (root != EngineScene::kNone) take_out(root, before);
+      trees_.push_back(std::make_unique<Tree>(bodies(), *articulated_, root, std::move(links), made_shapes_));
+      Tree& tree = *trees_.back();
+      tree.set_motion(now, joints);
+      if (root != EngineScene::kNone) tree_of_[root] = &tree;
+      for (const TreeLink& link : tree.links()) {
+        tree_of_[link.body] = &tree;
+        if (link.joint == nullptr) continue;
+        tree_of_joint_[link.joint_index] = &tree;
+        tree.set_drive(link.joint_index, drives_[link.joint_index]);
+      }
+    }
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (before[b] != nullptr && tree_of_[b] == nullptr) put_back(b, now[b]);
+  }
+
+  void take_out(std::size_t body, const std::vector<Tree*>& before) {
+    if (bodies_[body] && before[body] == nullptr) world_->removeRigidBody(bodies_[body].get());
+  }
+
+  void put_back(std::size_t index, const BodyMotion& motion) {
+    btRigidBody& body = *bodies_[index];
+    body.setWorldTransform(to_engine(motion.X_WB));
+    body.setInterpolationWorldTransform(to_engine(motion.X_WB));
+    body.setLinearVelocity(to_engine(motion.v_W));
+    body.setAngularVelocity(to_engine(motion.w_W));
+    body.updateInertiaTensor();
+    world_->addRigidBody(&body);
+  }
+
+  struct Group {
+    std::size_t root;
+    std::vector<TreeLink> links;
+  };
+  /// One a free body that carries others, and one a link or carried body that the ground holds. Parents
+  /// first.
+  std::vector<Group> groups() const {
+    std::vector<TreeLink> open;
+    for (std::size_t j = 0; j < bodies().joints().size(); ++j) {
+      const EngineScene::Joint& joint = bodies().joints()[j];
+      open.push_back({joint.child, joint.parent, &joint, j, {}});
+    }
+    for (const Latch& latch : latches_) {
+      const bool on_ground = bodies().bodies()[latch.carrier].kind == ContactSide::ground;
+      const Pose X = on_ground ? compose(bodies().bodies()[latch.carrier].X_WB, latch.X_CB) : latch.X_CB;
+      open.push_back({latch.carried, on_ground ? EngineScene::kNone : latch.carrier, nullptr, 0, X});
+    }
+    std::vector<Group> out;
+    std::vector<std::size_t> group_of(bodies_.size(), EngineScene::kNone);
+    const auto is_held = [&](std::size_t body) {
+      return std::any_of(open.begin(), open.end(), [&](const TreeLink& each) { return each.body == body; });
+    };
+    std::vector<std::uint8_t> is_placed(open.size(), 0);
+    for (std::size_t pass = 0; pass < open.size(); ++pass)
+      for (std::size_t i = 0; i < open.size(); ++i) {
+        const TreeLink& link = open[i];
+        if (is_placed[i] != 0) continue;
+        std::size_t group = EngineScene::kNone;
+        if (link.parent == EngineScene::kNone) {
+          group = out.size(), out.push_back({EngineScene::kNone, {}});
+        } else if (group_of[link.parent] != EngineScene::kNone) {
+          group = group_of[link.parent];
+        } else if (!is_held(link.parent)) {
+          group = group_of[link.parent] = out.size(), out.push_back({link.parent, {}});
+        } else {
+          continue;  // its parent comes first
+        }
+        out[group].links.push_back(link);
+        group_of[link.body] = group;
+        is_placed[i] = 1;
+      }
+    return out;
   }
 
   EngineContact contact(const btPersistentManifold& manifold, const btManifoldPoint& point) const {
@@ -179,20 +390,28 @@ class BulletEngine final : public SceneEngine {
   }
 
   btDefaultCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_{&configuration_};
+  ContactRules rules_{bodies(), {}, {}};
+  Dispatcher dispatcher_{&configuration_, rules_};
   std::optional<BulletPlugin> plugin_;
   std::uint64_t refused_ = 0;
   btDbvtBroadphase broadphase_;
-  btSequentialImpulseConstraintSolver solver_;
-  World world_{&dispatcher_, &broadphase_, &solver_, &configuration_, bodies()};
+  std::unique_ptr<btConstraintSolver> solver_;
+  std::unique_ptr<btDiscreteDynamicsWorld> world_;
+  btMultiBodyDynamicsWorld* articulated_ = nullptr;  // world_, where there are joints or latches
   Shapes shapes_;
-  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::vector<btCollisionShape*> made_shapes_;        // by body
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;  // null: a link
+  std::vector<std::unique_ptr<Tree>> trees_;
+  std::vector<Tree*> tree_of_, tree_of_joint_;  // by body, by joint; null: in none
+  std::vector<JointDrive> drives_;              // by joint
+  std::vector<Latch> latches_;
+  bool is_started_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<physics::DynamicsEngine> make_world(const DynamicScene& scene, bool by_native) {
+std::unique_ptr<DynamicsEngine> make_world(const DynamicScene& scene, bool by_native) {
   return std::make_unique<BulletEngine>(scene, by_native);
 }
 
-}  // namespace touchstone::bullet_dynamics
+}  // namespace touchstone::physics::bullet_dynamics

@@ -14,11 +14,11 @@
 ///     btCollisionDispatcher dispatcher(&configuration);
 ///     touchstone::BulletPlugin native(dispatcher);        // that is all
 ///
-/// What is checked by us: btBoxShape, and btConvexHullShape of 8 points that are a convex hexahedron (in any
-/// order; collapsed and warped ones in the order of Hexahedron), each against each. Other pairs, hulls of
-/// other points among them, go to what the dispatcher had before.
+/// Shapes that our check handles: btBoxShape, and btConvexHullShape of 8 points that are a convex hexahedron
+/// (in any order; collapsed and warped ones in the order of Hexahedron), each against each. Other pairs,
+/// hulls of other points among them, go to what the dispatcher had before.
 ///
-/// What the shapes are. A box is a sharp box of the half-extents that it was made with: Bullet's margin is
+/// How shapes are read. A box is a sharp box of the half-extents that it was made with: Bullet's margin is
 /// inside of these. A hull with a margin m is the hull grown by a ball of m, as Bullet has it: our check sees
 /// the hull of the points, sharp and exact, and m is taken off the distance along the normal. Set the margin
 /// to 0 for what you see.

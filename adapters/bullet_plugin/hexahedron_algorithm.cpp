@@ -84,6 +84,21 @@ bool HexahedronAlgorithm::hold_shapes(const btCollisionShape& a, const btCollisi
   return true;
 }
 
+bool HexahedronAlgorithm::stays_apart(const ObjectPair& objects, const btManifoldResult& result) {
+  const btCollisionShape &a = *objects.a.getCollisionShape(), &b = *objects.b.getCollisionShape();
+  if (a.getShapeType() != BOX_SHAPE_PROXYTYPE || b.getShapeType() != BOX_SHAPE_PROXYTYPE) return false;
+  if (manifold_->getNumContacts() != 0 || result.m_closestPointDistanceThreshold > 0 ||
+      !keeps_manifold(objects.a, result) || state_->observer.load(std::memory_order_relaxed) != nullptr)
+    return false;
+  if (!parting_face_.parts(
+          objects.a.getWorldTransform(), static_cast<const btBoxShape&>(a).getHalfExtentsWithMargin(),
+          objects.b.getWorldTransform(), static_cast<const btBoxShape&>(b).getHalfExtentsWithMargin()))
+    return false;
+  state_->checks.fetch_add(1, std::memory_order_relaxed);
+  features_.count = 0;
+  return true;
+}
+
 bool HexahedronAlgorithm::keeps_manifold(const btCollisionObjectWrapper& a,
                                          const btManifoldResult& result) const {
   // A result of another class (contactTest's, a user's) wants the points for itself.
@@ -135,6 +150,7 @@ void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
   if (manifold_ == nullptr) return;
   result->setPersistentManifold(manifold_);
   const ObjectPair objects{*a, *b};
+  if (stays_apart(objects, *result)) return;
   std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points;
   const std::size_t count = find_points(objects, *result, points);
   if (keeps_manifold(*a, *result))

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "touchstone/adapters/bullet_plugin/manifold_update.hpp"
+#include "touchstone/adapters/bullet_plugin/parting_face.hpp"
 #include "touchstone/adapters/bullet_plugin/shape_content.hpp"
 #include "touchstone/contact_core/narrowphase/pair_observer.hpp"
 
@@ -14,7 +15,7 @@
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 
-/// What the algorithms of a plugin share. They hold it too: a pair may outlive the plugin.
+/// State that the algorithms of a plugin share. They hold it too: a pair may outlive the plugin.
 struct PluginState {
   native::SolidStore store;
   EngineCheck check = EngineCheck::native;
@@ -39,6 +40,8 @@ class HexahedronAlgorithm final : public btCollisionAlgorithm {
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
  private:
+  /// Whether two boxes without contacts are still apart, so that nothing is to be done.
+  bool stays_apart(const ObjectPair& objects, const btManifoldResult& result);
   bool hold_shapes(const btCollisionShape& a, const btCollisionShape& b);
   /// Whether the points are for our own manifold alone.
   bool keeps_manifold(const btCollisionObjectWrapper& a, const btManifoldResult& result) const;
@@ -51,6 +54,7 @@ class HexahedronAlgorithm final : public btCollisionAlgorithm {
   native::SolidHandle solids_[2];
   btPersistentManifold* manifold_;
   bool owns_manifold_ = false;
+  PartingFace parting_face_;
   ManifoldFeatures features_;
 };
 
@@ -62,7 +66,7 @@ class HexahedronCreateFunc final : public btCollisionAlgorithmCreateFunc,
   /// @param before what the dispatcher's table held
   HexahedronCreateFunc(std::shared_ptr<PluginState> state, btCollisionAlgorithmCreateFunc* before);
 
-  /// What was there, past the plugins that have gone.
+  /// The table's former entry, past the plugins that have gone.
   btCollisionAlgorithmCreateFunc* before() const;
   /// Its plugin has gone: it does what `before` does from now on.
   void retire() { is_retired_ = true; }

@@ -16,7 +16,7 @@ bool has_flag(const btCollisionObject& a, const btCollisionObject& b, int flag) 
   return ((a.getCollisionFlags() | b.getCollisionFlags()) & flag) != 0;
 }
 
-/// What the points of a pair have in common.
+/// Data that the points of a pair share.
 struct Materials {
   btScalar friction, restitution, rolling_friction, spinning_friction;
   btScalar damping = 0, stiffness = 0;
@@ -41,7 +41,7 @@ btVector3 local_point_on_A(const ObjectPair& objects, const FoundPoint& found) {
   return objects.a.getCollisionObject()->getWorldTransform().invXform(point_on_A);
 }
 
-/// What btManifoldResult::addContactPoint makes of a point, made in `slot`.
+/// Writes a point into `slot` as btManifoldResult::addContactPoint would.
 void make_point(const ObjectPair& objects, const Materials& materials, const FoundPoint& found,
                 btManifoldPoint& slot) {
   const btTransform& X_WB = objects.b.getCollisionObject()->getWorldTransform();
@@ -107,7 +107,7 @@ class Matching {
   Slots old_of_, new_of_;
 };
 
-/// What a point keeps from the step before.
+/// The part of a point that is kept from the step before.
 struct Memory {
   void* user_data;
   int life_time;
@@ -161,7 +161,7 @@ class OldPoints {
 /// No feature of the check's has all bits set.
 constexpr std::uint32_t kMiddle = 0xffffffff;
 
-/// What was found; where asked for, of four points their middle in place of the one that counts least.
+/// The points found; where asked for, of four points their middle in place of the one that counts least.
 /// Separation is linear over plane faces, so the middle's is the mean. The solver takes it first, and one row
 /// through the middle of a face carries what rests on it without turning it; four corners, taken one after
 /// the other, turn it to and fro, and few iterations leave some of that in every step. (The engine's hull

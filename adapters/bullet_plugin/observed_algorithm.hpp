@@ -2,7 +2,7 @@
 
 #include "touchstone/adapters/bullet_plugin/hexahedron_algorithm.hpp"
 
-// What an observer is told.
+// Calls of a pair observer.
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "touchstone/adapters/bullet/engine.hpp"
-#include "touchstone/contact_core/native/solid_store.hpp"
+#include "touchstone/contact_core/native/engine/solid_store.hpp"
 
 // Bullet's shapes in our terms.
 
@@ -17,16 +17,8 @@ std::optional<native::SolidContent> content_of(const btCollisionShape& shape);
 /// Whether the shape still is what `content` was made from.
 bool is_content_of(const native::SolidContent& content, const btCollisionShape& shape);
 
-/// What grows the solid on all sides [m]: 0 for boxes, whose half-extents hold it.
+/// Margin that grows the solid on all sides [m]: 0 for boxes, whose half-extents hold it.
 /// @pre a shape with a content
 double outer_margin(const btCollisionShape& shape);
-
-inline Pose from_engine(const btTransform& X) {
-  Pose out;
-  for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) out.R(i, k) = X.getBasis()[i][k];
-  out.p = from_engine(X.getOrigin());
-  return out;
-}
 
 }  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE

@@ -59,7 +59,7 @@ class CigiOutput final : public FrameOutput {
   void write(const OutputFrame& frame) noexcept override;
   OutputStatus status() const noexcept override;
 
-  /// What the image generator reported last. Not to be called while a frame is written.
+  /// Returns the image generator's last report. Not to be called while a frame is written.
   std::optional<cigi::StartOfFrame> last_start_of_frame() const;
   std::uint16_t local_port() const noexcept;
   /// Datagrams longer than CigiOptions::datagram_bytes.

@@ -27,7 +27,7 @@ struct ContactPatch {
 /// @pre both lists are in Hexahedron's order (world_vertices()); n_AB_W is a unit vector.
 ContactPatch find_contact_patch(const WorldVertices& a, const WorldVertices& b, const Vector3& n_AB_W);
 
-/// What the heights of a clip's vertices are off by, at most [m].
+/// Largest error of the heights of a clip's vertices [m].
 double patch_rounding(const WorldVertices& a, const WorldVertices& b);
 
 /// The patch of narrowphase.hpp: the clip's vertices that are no further apart than `limit` [m], and the area

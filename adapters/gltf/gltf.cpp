@@ -39,7 +39,7 @@ Quaternion quaternion_from(const Matrix3& R) {
   return q;
 }
 
-/// What a node does over the frames that are kept.
+/// A node's motion over the frames that are kept.
 struct Track {
   std::vector<float> translations, rotations, scales;
   bool moves = false;  ///< more than one pose

@@ -19,7 +19,7 @@ static_assert(sizeof(ccd_real_t) == sizeof(double));
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// What libccd asks for.
+/// A solid as libccd's support function sees it.
 struct Body {
   WorldVertices vertices;
   mutable unsigned long supports = 0;  ///< asked for in this query

@@ -7,7 +7,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 
-// What the backend and the plugin must agree on.
+// Shared by the backend and the plugin.
 
 namespace touchstone::mujoco {
 
@@ -29,8 +29,8 @@ inline CollisionFunctions collision_functions() {
           mjCOLLISIONFUNC[mjGEOM_MESH][mjGEOM_MESH]};
 }
 
-/// What the process's table held when this was first called. Both sides call it before either changes the
-/// table: what the plugin puts there is never among them.
+/// Returns the process's collision table as it was when this was first called. Both sides call it before
+/// either changes the table: what the plugin puts there is never among them.
 inline const CollisionFunctions& own_collision_functions() {
   static const CollisionFunctions first_seen = collision_functions();
   return first_seen;

@@ -16,7 +16,7 @@ void register_mujoco_dynamics(physics::EngineRegistry& registry) {
     return physics::EngineFeatures{hulls, arms, joint_stops, torque_drives, brakes};
   };
   entry.make = [](const physics::DynamicScene& scene, const std::string& check) {
-    return mujoco_dynamics::make_world(scene, check == "native");
+    return physics::mujoco_dynamics::make_world(scene, check == "native");
   };
   registry.add(std::move(entry));
 }

@@ -7,20 +7,21 @@
 /// adapters/mujoco_plugin (`native`), which stands in the process's table of collision functions during a
 /// step and no longer: engines of two threads do not step at one time. MuJoCo's headers are not needed here.
 ///
-/// What a scene becomes. Bodies at their centre of mass along principal axes, boxes as box geoms, other
+/// How a scene is modelled. Bodies at their centre of mass along principal axes, boxes as box geoms, other
 /// hexahedra as meshes (whose vertices MuJoCo keeps as floats: off by 1e-7 of the mesh's size). Elliptic
 /// cones, Newton's method, MuJoCo's default softness (solref 0.02 s, impratio 1). Brakes are
 /// `dof_frictionloss`, torques are applied to the joint, stops are its range.
 ///
-/// What MuJoCo's method does to figures. Contacts, stops and brakes are soft: what rests sinks in, what
+/// Errors of MuJoCo's method. Contacts, stops and brakes are soft: what rests sinks in, what
 /// leans on friction creeps. Steps are semi-implicit Euler: after t a body in free fall is g h t / 2 lower
 /// than the parabola. A link's principal moment below 1e-6 of its largest is raised to that. Impacts are not
 /// told from forces, stops within a step are not located.
 ///
 /// Features: hulls, arms with stops, torques and brakes. No restitution (MuJoCo has no coefficient), no
 /// kinematic bodies (its mocap bodies have no velocity in contacts), no rate drives with limits, no latches,
-/// one friction. A scene whose constraint tables (njmax times nv) take more than 16 GB is refused, at some
-/// 2 000 bodies.
+/// one friction. MuJoCo 2.2 counts the bytes of its tables in an int: scenes beyond 2 GB, with room for five
+/// contacts a body at some 700 free bodies, are refused. Beyond 600 degrees of freedom the solver is MuJoCo's
+/// conjugate gradients: Newton's method there factors a dense matrix of them.
 
 namespace touchstone {
 

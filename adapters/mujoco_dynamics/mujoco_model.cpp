@@ -8,26 +8,57 @@
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
-namespace touchstone::mujoco_dynamics {
+namespace touchstone::physics::mujoco_dynamics {
 namespace {
-
-using physics::ContactSide;
-using physics::EngineScene;
 
 /// MuJoCo takes no body without inertia about an axis.
 constexpr double kThinnest = 1e-6;
-/// Contacts that there is room for: so many a body. A box of a pile has some 12, half of each are its own.
-constexpr std::size_t kContactsABody = 12, kContactsBesides = 200;
-constexpr double kMostBytes = 16e9;
+/// Contacts that there is room for: so many a body, fewer where the tables would not fit. (A thousand boxes
+/// in a pile had 3 to 4 a body with any engine's check.)
+constexpr std::size_t kContactsABody = 12, kLeastABody = 5, kContactsBesides = 200;
+constexpr double kMostBytes = 1.9e9;  // MuJoCo 2.2 counts them in an int
+/// Newton's method factors a dense matrix of all degrees of freedom, which takes a minute for 6 000 of them,
+/// and its default stack would be 13 GB there: beyond so many, conjugate gradients.
+constexpr std::size_t kMostForNewton = 600;
+
+/// The tables of a model: MuJoCo allocates them whole, rows times columns and rows times rows.
+struct Tables {
+  std::size_t contacts, rows, columns;
+
+  Tables(const EngineScene& scene, std::size_t a_body) {
+    std::size_t moving = 0;
+    for (const EngineScene::Body& body : scene.bodies()) moving += body.kind == ContactSide::body ? 1 : 0;
+    contacts = a_body * moving + kContactsBesides;
+    rows = 3 * contacts + 2 * scene.joints().size();
+    columns = 6 * moving + scene.joints().size();
+  }
+  /// Jacobian and its transpose, A + R, each with column indices.
+  double bytes() const {
+    const auto r = static_cast<double>(rows), c = static_cast<double>(columns);
+    return 24.0 * r * c + 12.0 * r * r;
+  }
+};
+
+/// @throws InputError: more bodies than fit.
+Tables tables_for(const EngineScene& scene) {
+  for (std::size_t a_body = kContactsABody; a_body >= kLeastABody; --a_body)
+    if (const Tables tables(scene, a_body); tables.bytes() <= kMostBytes) return tables;
+  const Tables least(scene, kLeastABody);
+  throw InputError("engine 'mujoco': unsupported: " + std::to_string(least.columns / 6) +
+                   " free bodies (its constraint tables take no more than 2 GB)");
+}
 
 class Writer {
  public:
-  explicit Writer(const EngineScene& scene) : scene_(scene) { out_.precision(17); }
+  explicit Writer(const EngineScene& scene) : scene_(scene), tables_(tables_for(scene)) {
+    out_.precision(17);
+  }
 
   std::string text() {
-    const physics::DynamicScene& from = scene_.scene();
+    const DynamicScene& from = scene_.scene();
     out_ << "<mujoco><compiler angle='radian' boundmass='0' boundinertia='0'/><option timestep='" << from.step
-         << "' cone='elliptic' gravity='" << Triple{from.gravity_W} << "'/>";
+         << "' cone='elliptic' gravity='" << Triple{from.gravity_W} << "'"
+         << (is_large() ? " solver='CG'" : "") << "/>";
     write_size();
     write_meshes();
     out_ << "<worldbody>";
@@ -53,16 +84,12 @@ class Writer {
     out_ << " pos='" << Triple{X.p} << "' quat='" << q.w << ' ' << Triple{q.v} << "'";
   }
 
+  bool is_large() const { return tables_.columns > kMostForNewton; }
+
   void write_size() {
-    std::size_t moving = 0;
-    for (const EngineScene::Body& body : scene_.bodies()) moving += body.kind == ContactSide::body ? 1 : 0;
-    const std::size_t contacts = kContactsABody * moving + kContactsBesides,
-                      rows = 3 * contacts + 2 * scene_.joints().size();
-    const std::size_t columns = 6 * moving + scene_.joints().size();
-    if (8.0 * static_cast<double>(rows) * static_cast<double>(columns) > kMostBytes)
-      throw InputError("engine 'mujoco': unsupported: " + std::to_string(moving) +
-                       " free bodies (its constraint tables would take more than 16 GB)");
-    out_ << "<size njmax='" << rows << "' nconmax='" << contacts << "'/>";
+    out_ << "<size njmax='" << tables_.rows << "' nconmax='" << tables_.contacts << "'";
+    if (is_large()) out_ << " nstack='" << 1000000 + 200 * (tables_.rows + tables_.columns) << "'";
+    out_ << "/>";
   }
 
   void write_meshes() {
@@ -109,7 +136,7 @@ class Writer {
   }
 
   void write_joint(const EngineScene::Joint& joint, const EngineScene::Body& child, std::size_t number) {
-    const physics::SceneJoint& source = *joint.source;
+    const SceneJoint& source = *joint.source;
     const Pose X_BW = inverse(child.X_WB);
     out_ << "<joint name='j" << number << "' type='"
          << (source.kind == JointKind::revolute ? "hinge" : "slide") << "' pos='"
@@ -139,6 +166,7 @@ class Writer {
   }
 
   const EngineScene& scene_;
+  Tables tables_;
   std::ostringstream out_;
 };
 
@@ -146,4 +174,4 @@ class Writer {
 
 std::string model_text(const EngineScene& scene) { return Writer(scene).text(); }
 
-}  // namespace touchstone::mujoco_dynamics
+}  // namespace touchstone::physics::mujoco_dynamics

@@ -4,11 +4,11 @@
 
 #include "touchstone/physics/engine/engine_scene.hpp"
 
-namespace touchstone::mujoco_dynamics {
+namespace touchstone::physics::mujoco_dynamics {
 
 /// A scene as MJCF: body b of the scene is "b<b>", solid s is geom "s<s>", joint j is "j<j>", free joints are
 /// "f<b>".
 /// @throws InputError: more bodies than MuJoCo's tables hold.
-std::string model_text(const physics::EngineScene& scene);
+std::string model_text(const EngineScene& scene);
 
-}  // namespace touchstone::mujoco_dynamics
+}  // namespace touchstone::physics::mujoco_dynamics

@@ -13,16 +13,8 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/physics/engine/scene_engine.hpp"
 
-namespace touchstone::mujoco_dynamics {
+namespace touchstone::physics::mujoco_dynamics {
 namespace {
-
-using physics::ContactSide;
-using physics::DynamicScene;
-using physics::EngineContact;
-using physics::EngineScene;
-using physics::EngineStep;
-using physics::JointDrive;
-using physics::SceneEngine;
 
 Vector3 vector_of(const mjtNum* v) { return {v[0], v[1], v[2]}; }
 
@@ -147,9 +139,9 @@ class MujocoEngine final : public SceneEngine {
         throw InputError("engine 'mujoco': unsupported: a brake without a limit (" + source.name + ")");
     };
     require_limit(source.source->drive.drive);
-    for (const physics::SceneAction& action : scene().actions)
-      if (action.kind == physics::SceneAction::Kind::drive &&
-          action.joint.mechanism == source.address.mechanism && action.joint.joint == source.address.joint)
+    for (const SceneAction& action : scene().actions)
+      if (action.kind == SceneAction::Kind::drive && action.joint.mechanism == source.address.mechanism &&
+          action.joint.joint == source.address.joint)
         require_limit(action.drive.drive);
   }
 
@@ -188,8 +180,8 @@ class MujocoEngine final : public SceneEngine {
 
 }  // namespace
 
-std::unique_ptr<physics::DynamicsEngine> make_world(const DynamicScene& scene, bool by_native) {
+std::unique_ptr<DynamicsEngine> make_world(const DynamicScene& scene, bool by_native) {
   return std::make_unique<MujocoEngine>(scene, by_native);
 }
 
-}  // namespace touchstone::mujoco_dynamics
+}  // namespace touchstone::physics::mujoco_dynamics

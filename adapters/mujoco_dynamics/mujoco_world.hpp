@@ -4,10 +4,10 @@
 
 #include "touchstone/physics/engine/dynamics_engine.hpp"
 
-namespace touchstone::mujoco_dynamics {
+namespace touchstone::physics::mujoco_dynamics {
 
 /// @param by_native our check inside, else MuJoCo's own. @throws InputError: what MuJoCo's compiler refuses,
 /// brakes without a limit.
-std::unique_ptr<physics::DynamicsEngine> make_world(const physics::DynamicScene& scene, bool by_native);
+std::unique_ptr<DynamicsEngine> make_world(const DynamicScene& scene, bool by_native);
 
-}  // namespace touchstone::mujoco_dynamics
+}  // namespace touchstone::physics::mujoco_dynamics

@@ -4,7 +4,7 @@
 #include <array>
 #include <numeric>
 
-#include "touchstone/contact_core/native/solid_memory.hpp"
+#include "touchstone/contact_core/native/engine/solid_memory.hpp"
 
 namespace touchstone::mujoco_plugin {
 namespace {

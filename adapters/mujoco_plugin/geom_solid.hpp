@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "touchstone/contact_core/native/solid_store.hpp"
+#include "touchstone/contact_core/native/engine/solid_store.hpp"
 
 // MuJoCo's geoms in our terms.
 

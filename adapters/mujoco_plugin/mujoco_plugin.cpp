@@ -22,7 +22,7 @@ static_assert(kMaxManifoldPoints <= mjMAXCONPAIR);
 constexpr int kTypes[3][2] = {
     {mjGEOM_BOX, mjGEOM_BOX}, {mjGEOM_BOX, mjGEOM_MESH}, {mjGEOM_MESH, mjGEOM_MESH}};
 
-/// What the overrides that live have in common.
+/// State that all live overrides share.
 struct Overrides {
   std::mutex mutex;
   int count = 0;
@@ -87,7 +87,7 @@ int collide(const mjModel* model, Data* data, mjContact* contacts, int geom1, in
   return count;
 }
 
-/// What was there, observed.
+/// The collider that was there before, observed.
 template <class Data>
 int collide_observed(const mjModel* model, Data* data, mjContact* contacts, int geom1, int geom2,
                      mjtNum margin) {

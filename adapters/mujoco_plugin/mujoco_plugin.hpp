@@ -11,10 +11,10 @@
 ///
 ///     const touchstone::MujocoOverride native;  // every model and mj_step of the process, until it goes
 ///
-/// What is checked by us: box geoms, and mesh geoms whose hull has 8 vertices that are a convex hexahedron,
-/// in any order. MuJoCo stores vertices as floats, about the mesh's inertial frame: the solid is the hull of
-/// what it stores, faces bent by that rounding included. Geoms of any other kind, other meshes, and boxes of
-/// zero volume go to what MuJoCo's table held before.
+/// Geoms that our check handles: box geoms, and mesh geoms whose hull has 8 vertices that are a convex
+/// hexahedron, in any order. MuJoCo stores vertices as floats, about the mesh's inertial frame: the solid is
+/// the hull of what it stores, faces bent by that rounding included. Geoms of any other kind, other meshes,
+/// and boxes of zero volume go to what MuJoCo's table held before.
 ///
 /// Conventions. MuJoCo's: the normal is the first axis of the contact's frame and points from geom 1 to
 /// geom 2, `dist` is below 0 where they penetrate, `pos` is half-way between the two surfaces; the other axes

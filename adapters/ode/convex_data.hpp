@@ -17,8 +17,8 @@ inline constexpr std::array<unsigned int, 30> kConvexPolygons = [] {
   return polygons;
 }();
 
-/// What a dConvex points into: it copies nothing, so this has to outlive the geom. Needs no header of ODE;
-/// double is the dReal of the ODE that the adapter accepts.
+/// The arrays that a dConvex points into: it copies nothing, so this has to outlive the geom. Needs no header
+/// of ODE; double is the dReal of the ODE that the adapter accepts.
 struct ConvexData {
   Vector3 centre;                 ///< origin of the geom in the solid's frame [m]
   std::array<double, 24> points;  ///< vertices about `centre`

@@ -141,7 +141,7 @@ class OdeBroadphase final : public Broadphase {
     }
   }
 
-  /// What update() and update_paths() have in common: the first of its kind places every solid.
+  /// Shared by update() and update_paths(): the first of its kind places every solid.
   template <class BoxOf>
   void take(World::State kind, std::span<const std::uint32_t> moved, BoxOf box_of) noexcept {
     if (!world_) return;

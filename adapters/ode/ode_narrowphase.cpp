@@ -21,7 +21,7 @@ using GeomHandle = std::unique_ptr<dxGeom, GeomDeleter>;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// What a geom is made from.
+/// The data that a geom is made from.
 struct Shape {
   bool is_box;
   dVector3 side;      ///< boxes: full side lengths [m]

@@ -14,17 +14,17 @@ void add(physics::EngineRegistry& registry, const std::string& name, const std::
   entry.description = "ODE, double precision, " + description;
   entry.checks = {std::string(physics::kOwnCheck), "native"};
   entry.features = [is_direct](std::string_view check) {
-    physics::EngineFeatures features = physics::EngineFeatures::all();
+    physics::EngineFeatures features = physics::EngineFeatures::usual();
     if (check != "native") features = features.without(physics::EngineFeature::hulls);
+    using enum physics::EngineFeature;
     if (is_direct) return features;
     // Sweeps do not converge on joints between unequal masses: an arm with 116 t makes 1e9 J in 10 s.
-    using enum physics::EngineFeature;
     for (const physics::EngineFeature each : {arms, joint_stops, torque_drives, rate_drives, brakes, latches})
       features = features.without(each);
     return features;
   };
   entry.make = [is_direct](const physics::DynamicScene& scene, const std::string& check) {
-    return ode_dynamics::make_world(scene, {check == "native", is_direct});
+    return physics::ode_dynamics::make_world(scene, {check == "native", is_direct});
   };
   registry.add(std::move(entry));
 }

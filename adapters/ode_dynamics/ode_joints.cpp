@@ -5,16 +5,14 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 
-namespace touchstone::ode_dynamics {
+namespace touchstone::physics::ode_dynamics {
 namespace {
-
-using physics::JointDrive;
 
 Vector3 vector_of(const dReal* v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
-OdeJoint::OdeJoint(dWorldID world, const physics::EngineScene::Joint& joint, dBodyID child, dBodyID parent)
+OdeJoint::OdeJoint(dWorldID world, const EngineScene::Joint& joint, dBodyID child, dBodyID parent)
     : source_(joint.source), child_(child), value_(joint.source->value) {
   const Vector3 &p = source_->p_W, &axis = source_->axis_W;
   joint_ = is_hinge() ? dJointCreateHinge(world, nullptr) : dJointCreateSlider(world, nullptr);
@@ -87,4 +85,4 @@ double OdeJoint::torque() const {
   return dot(vector_of(axis), vector_of(feedback_.t1) - cross(lever, force));
 }
 
-}  // namespace touchstone::ode_dynamics
+}  // namespace touchstone::physics::ode_dynamics

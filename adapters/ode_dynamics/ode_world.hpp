@@ -4,7 +4,7 @@
 
 #include "touchstone/physics/engine/dynamics_engine.hpp"
 
-namespace touchstone::ode_dynamics {
+namespace touchstone::physics::ode_dynamics {
 
 struct WorldOptions {
   bool by_native = false;  ///< our check, else ODE's own
@@ -12,7 +12,6 @@ struct WorldOptions {
 };
 
 /// @throws InputError: stops that ODE cannot hold.
-std::unique_ptr<physics::DynamicsEngine> make_world(const physics::DynamicScene& scene,
-                                                    const WorldOptions& options);
+std::unique_ptr<DynamicsEngine> make_world(const DynamicScene& scene, const WorldOptions& options);
 
-}  // namespace touchstone::ode_dynamics
+}  // namespace touchstone::physics::ode_dynamics

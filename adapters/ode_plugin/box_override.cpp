@@ -32,7 +32,7 @@ int collide_boxes(dGeomID box1, dGeomID box2, int flags, dContactGeom* contacts,
   return collide_solids(box1, *solid1, box2, *solid2, *store, flags, contacts, skip);
 }
 
-/// What the overrides that live have in common.
+/// State that all live overrides share.
 struct Overrides {
   std::mutex mutex;
   int count = 0;

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <new>
 #include <string>
 
 #include "touchstone/adapters/ode/ode_library.hpp"
+#include "touchstone/adapters/ode_plugin/engine_twin.hpp"
 #include "touchstone/adapters/ode_plugin/native_collider.hpp"
 #include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -18,6 +20,7 @@ struct GeomSolid {
   std::shared_ptr<native::SolidStore> store;  ///< null without a solid
   native::SolidHandle solid{};
   std::array<Vector3, Hexahedron::kVertices> vertices;
+  std::unique_ptr<EngineTwin> twin;
 };
 
 GeomSolid& solid_of(dGeomID geom) { return *static_cast<GeomSolid*>(dGeomGetClassData(geom)); }
@@ -94,11 +97,27 @@ int collide_with_plane(dGeomID geom, dGeomID plane, int flags, dContactGeom* con
   return count;
 }
 
+/// Classes that only ODE's own check knows.
+int collide_as_engine(dGeomID geom, dGeomID other, int flags, dContactGeom* contacts, int skip) {
+  GeomSolid& data = solid_of(geom);
+  const bool is_placed = is_finite(pose_of(geom)) && is_finite(pose_of(other));
+  if (!data.twin || !is_placed) return refuse();
+  const int other_class = dGeomGetClass(other);
+  if (!data.twin->is_box() && (other_class == dTriMeshClass || other_class == dHeightfieldClass))
+    return refuse();
+  return data.twin->collide(geom, other, flags, contacts, skip);
+}
+
+constexpr std::array kEngineClasses = {dSphereClass, dCapsuleClass, dCylinderClass,   dConvexClass,
+                                       dRayClass,    dTriMeshClass, dHeightfieldClass};
+
 dColliderFn* collider_for(int other_class) {
   if (other_class == ode_hexahedron_class()) return &collide_hexahedra;
   if (other_class == dBoxClass) return &collide_with_box;
   if (other_class == dPlaneClass) return &collide_with_plane;
-  return nullptr;
+  const bool is_engines =
+      std::find(kEngineClasses.begin(), kEngineClasses.end(), other_class) != kEngineClasses.end();
+  return is_engines ? &collide_as_engine : nullptr;
 }
 
 /// ODE counts user classes anew when it is closed: it stays open.
@@ -136,7 +155,8 @@ dxGeom* create_ode_hexahedron(dxSpace* space, const Hexahedron& solid) {
   if (!handle) throw InputError("ODE hexahedron: zero volume");
   dAllocateODEDataForThread(dAllocateMaskAll);
   const dGeomID geom = dCreateGeom(ode_hexahedron_class());
-  new (dGeomGetClassData(geom)) GeomSolid{store, *handle, solid.vertices()};
+  new (dGeomGetClassData(geom))
+      GeomSolid{store, *handle, solid.vertices(), std::make_unique<EngineTwin>(solid)};
   if (space != nullptr) dSpaceAdd(space, geom);
   return geom;
 }

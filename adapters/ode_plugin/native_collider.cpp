@@ -6,7 +6,7 @@
 
 #include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
-#include "touchstone/contact_core/native/solid_memory.hpp"
+#include "touchstone/contact_core/native/engine/solid_memory.hpp"
 
 namespace touchstone {
 namespace ode_plugin {

@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "touchstone/contact_core/narrowphase/pair_observer.hpp"
-#include "touchstone/contact_core/native/solid_store.hpp"
+#include "touchstone/contact_core/native/engine/solid_store.hpp"
 
-// What the box override and the hexahedron geom share.
+// Shared by the box override and the hexahedron geom.
 
 namespace touchstone::ode_plugin {
 

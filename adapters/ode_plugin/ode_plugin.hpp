@@ -22,8 +22,9 @@
 /// answer round; the answer is the same either way.
 ///
 /// Two boxes of which one has a side of 0 go to ODE's dBoxBox. Nothing answers for such a box against a
-/// hexahedron geom, for a geom of its class that was made without a solid (dCreateGeom), or for a pose that
-/// is not finite: these pairs have no contacts, and ode_native_refusals() counts them.
+/// hexahedron geom, for a geom of its class that was made without a solid (dCreateGeom), for a hexahedron
+/// that is no box against a mesh or a height field, or for a pose that is not finite: these pairs have no
+/// contacts, and ode_native_refusals() counts them.
 ///
 /// Memory: nothing is allocated for boxes whose sizes a thread has seen (it remembers the last 1024),
 /// nor for hexahedra. Threads: as ODE itself.
@@ -63,8 +64,18 @@ std::uint64_t ode_native_checks();
 /// Pairs that they had no answer to, so that there were no contacts, in this process so far.
 std::uint64_t ode_native_refusals();
 
-/// A geom for a hexahedron: placeable, as any other, to be destroyed by dGeomDestroy (or its space). It meets
-/// boxes, planes and others of its kind; with the rest of ODE's geoms it has no contacts.
+/// A geom for a hexahedron: placeable, as any other, to be destroyed by dGeomDestroy (or its space).
+///
+/// It meets boxes, planes and others of its kind by our check. With the rest of ODE's classes a box is as a
+/// dBox is, by ODE's own checks. Of other hexahedra:
+/// - spheres, capsules and rays: closed forms of ours, right to rounding (bent faces as the planes through
+///   them). A capsule that lies on a face has a contact at each end; a ray's depth is the way along it, the
+///   first hit, from within the way out.
+/// - cylinders and convexes (dConvex): ODE's check of a dConvex, by libccd. Its depths are ODE's: 0.044 m for
+///   a cylinder that is 0.03 m in a face.
+/// - trimeshes and height fields: refused, no contacts, counted by ode_native_refusals(). (ODE's check of
+///   convexes ends the process where a mesh has no face angles.)
+/// Geoms of other user classes meet it only if they say how.
 /// @param space may be null
 /// @throws InputError for a solid of zero volume
 dxGeom* create_ode_hexahedron(dxSpace* space, const Hexahedron& solid);

@@ -9,7 +9,7 @@
 
 namespace touchstone {
 
-/// What Recorder::write() does while the rows are full.
+/// How Recorder::write() acts while the rows are full.
 enum class WhenFull : std::uint8_t {
   drop,  ///< the frame is dropped whole and counted; the record says how many are missing, and where
   wait,  ///< write() waits for room: nothing is lost, but a slow disk delays frames

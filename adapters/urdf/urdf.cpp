@@ -54,7 +54,7 @@ struct Reader {
   void read() {
     out.name = model.getName();
     take_link(*model.getRoot());
-    // What the root does not lead to comes last, for Mechanism to name.
+    // Links that the root does not lead to come last, for Mechanism to name.
     for (const auto& entry : model.links_)
       if (!links_taken.contains(entry.first)) take_link(*entry.second);
     for (const auto& entry : model.joints_)

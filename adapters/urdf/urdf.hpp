@@ -19,7 +19,7 @@ struct LoadOptions {
   bool cylinder_inscribed = false;  ///< otherwise the facets touch the cylinder, and the solid holds it
 };
 
-/// What stands in a URDF file's `<collision>` elements; `<visual>` is not read. Boxes become hexahedra,
+/// Reads a URDF file's `<collision>` elements; `<visual>` is not read. Boxes become hexahedra,
 /// cylinders prisms, their facets' error in facet_figures. Solids without a name, or whose name the link has
 /// already, are named `collision.0`, `collision.1`, ... by their place in the link. Links and joints come
 /// from the root outwards, depth first, a link's joints by name: that is the order of the joint values. Axes
