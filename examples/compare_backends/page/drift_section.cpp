@@ -2,8 +2,9 @@
 
 #include <cmath>
 
+#include "touchstone/examples/compare_backends/figures/drift_plot.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {

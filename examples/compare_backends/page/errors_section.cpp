@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "touchstone/examples/compare_backends/error_plots.hpp"
+#include "touchstone/examples/compare_backends/figures/error_plots.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
+#include "touchstone/examples/compare_backends/figures/wireframe_plot.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
-#include "touchstone/examples/compare_backends/wireframe_plot.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {

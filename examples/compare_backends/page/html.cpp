@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/compare_backends/report.hpp"
+#include "touchstone/examples/compare_backends/run/report.hpp"
 
 namespace touchstone::comparison {
 
-/// What every section of the page is written from.
+/// The input of every section of the page.
 struct Page {
   const Report& report;
   std::vector<std::string> names;  ///< the backends, in the order of their marks

@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include "touchstone/examples/compare_backends/method_text.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/compare_backends/schema_text.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/results/method_text.hpp"
+#include "touchstone/examples/compare_backends/results/schema_text.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {

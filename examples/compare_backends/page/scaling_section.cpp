@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "touchstone/examples/compare_backends/growth_plot.hpp"
+#include "touchstone/examples/compare_backends/figures/growth_plot.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {

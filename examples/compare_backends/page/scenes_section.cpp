@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
+#include "touchstone/examples/compare_backends/figures/timeline_plot.hpp"
+#include "touchstone/examples/compare_backends/judge/upper_bound.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
-#include "touchstone/examples/compare_backends/timeline_plot.hpp"
-#include "touchstone/examples/compare_backends/upper_bound.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {

@@ -1,15 +1,15 @@
 #include <fmt/format.h>
 
+#include "touchstone/examples/compare_backends/figures/speed_error_plot.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/compare_backends/speed_error_plot.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 
 namespace {
 
-// What is not supported stands beside what is wrong: it is no error.
+// Unsupported queries stand beside wrong answers: they are no error.
 std::string wrong_and_unsupported(const Wrongness& wrong) {
   const std::size_t unsupported = wrong.unsupported;
   std::string text = wrong_lines(wrong, ", ");

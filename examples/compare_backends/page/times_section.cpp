@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
+#include "touchstone/examples/compare_backends/figures/time_plot.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/compare_backends/time_plot.hpp"
 
 namespace touchstone::comparison {
 

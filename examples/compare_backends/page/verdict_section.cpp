@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "touchstone/examples/compare_backends/json_writer.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/results/json_writer.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
@@ -44,7 +44,7 @@ std::string limits(const char* id, const char* label, double chosen, std::span<c
   return html + "</select></label>";
 }
 
-// What most questions need.
+// Presets for the most common questions.
 std::string first_controls(const Choice& choice) {
   std::string html = "<label>query <select id='query'>";
   for (const QueryKind query : kQueryKinds)

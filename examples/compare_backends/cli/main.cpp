@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/cli/backends.hpp"
+#include "touchstone/examples/compare_backends/cli/command_line.hpp"
+#include "touchstone/examples/compare_backends/cli/decide_again.hpp"
+#include "touchstone/examples/compare_backends/cli/terminal.hpp"
+#include "touchstone/examples/compare_backends/diff/diff.hpp"
+#include "touchstone/examples/compare_backends/figures/figure_files.hpp"
+#include "touchstone/examples/compare_backends/page/html_report.hpp"
+#include "touchstone/examples/compare_backends/results/answers_writer.hpp"
+#include "touchstone/examples/compare_backends/results/json_writer.hpp"
+#include "touchstone/examples/compare_backends/results/least_that_serves_page.hpp"
+#include "touchstone/examples/compare_backends/results/tables_page.hpp"
+#include "touchstone/examples/compare_backends/run/comparison.hpp"
+#include "touchstone/examples/compare_backends/run/replay.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/report_run.hpp"
+#include "touchstone/examples/program/text_table.hpp"
+
+namespace {
+
+using namespace touchstone;
+using namespace touchstone::comparison;
+
+void print_list(const Options& options, const Backends& backends) {
+  std::string list = "backends\n";
+  const auto add = [&](std::string_view name, std::string_view text) {
+    list += fmt::format("  {:18}  {}\n", name, text);
+  };
+  for (const auto& [name, description] : chosen_backends(options, backends)) add(name, description);
+  for (const Gap& gap : backends.gaps) add(gap.what, gap.why);
+  list += "broadphases\n";
+  for (const auto& entry : backends.registry.broadphases()) add(entry.name, entry.description);
+  list += "families\n";
+  for (const PairFamily& family : pair_families()) add(family.name, family.description);
+  print_now(wrapped(list));
+}
+
+std::vector<ReportFile> report_files(const Report& report) {
+  std::vector<ReportFile> files = {{"results.json", results_json(report)},
+                                   {"results.csv", results_csv(report)}};
+  files.emplace_back("report.html", html_report(report));
+  if (std::string page = least_that_serves_page(report); !page.empty())
+    files.emplace_back("least_that_serves.md", std::move(page));
+  for (ReportFile& figure : figure_files(report)) files.push_back(std::move(figure));
+  if (report.pair_file) {
+    files.emplace_back("answers.json", answers_json(*report.pair_file));
+    files.emplace_back("answers.csv", answers_csv(*report.pair_file));
+  }
+  return files;
+}
+
+// Every file that a run may write.
+std::vector<std::string> report_names(const Options& options, const Backends& backends) {
+  std::vector<std::string> sets, names = {"results.json", "results.csv", "report.html"}, backend_names;
+  if (!options.no_families)
+    for (const PairFamily& family : pair_families()) sets.emplace_back(family.name);
+  if (!options.pairs_file.empty()) {
+    sets.emplace_back("pairs");
+    names.insert(names.end(), {"answers.json", "answers.csv"});
+  }
+  if (!options.scenes.empty()) names.emplace_back("least_that_serves.md");
+  for (const auto& [name, description] : chosen_backends(options, backends)) backend_names.push_back(name);
+  const std::vector<std::filesystem::path> scenes(options.scenes.begin(), options.scenes.end());
+  for (std::string& figure : figure_names(sets, backend_names, stems(scenes)))
+    names.push_back(std::move(figure));
+  return names;
+}
+
+int run(int argc, char** argv) {
+  if (argc > 1 && argv[1] == std::string_view("diff")) return run_diff(argc, argv);
+  if (argc > 1 && argv[1] == std::string_view("decide")) return run_decide(argc, argv);
+  if (argc > 1 && argv[1] == std::string_view("tables")) return run_tables(argc, argv);
+  const std::optional<Options> options = parse_options(argc, argv);
+  if (!options) return 0;
+  const Backends backends = build_backends(std::filesystem::canonical("/proc/self/exe"));
+  if (options->list) {
+    print_list(*options, backends);
+    return 0;
+  }
+  const auto oracle = make_exact_oracle();
+  if (!options->case_id.empty()) {
+    fmt::print("{}", replay_case(*options, backends, oracle.get()));
+    return 0;
+  }
+  ReportRun files(options->output, report_names(*options, backends));
+  ProgressLine progress;
+  Shown shown;
+  const auto on_part = [&](const Report& so_far) {
+    files.put(report_files(so_far));
+    progress.finish();
+    print_now(wrapped(new_tables(so_far, shown)));
+  };
+  const Report report = run_comparison(*options, backends, oracle.get(), progress, on_part);
+  files.finish(report_files(report));
+  print_now(fmt::format("{}\nreport: {}\n", wrapped(terminal_report(report, shown)), options->output));
+  if (!report.verdicts.empty() && report.verdicts.front().is_empty())
+    throw InputError(sentence(report.verdicts.front()));
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return touchstone::comparison::run_program("compare_backends", [&] { return run(argc, argv); });
+}

@@ -1,0 +1,84 @@
+#include "touchstone/examples/compare_backends/page/html_report.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <string_view>
+
+#include "touchstone/examples/compare_backends/page/embedded_text.hpp"
+#include "touchstone/examples/compare_backends/page/sections.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+// A part of the page, with its entry among the contents.
+struct Part {
+  const char* id;
+  const char* entry;
+  std::string (*markup)(const Page&);
+};
+
+// In the order in which a reader needs them: the choice, what it rests on, what an error costs, the figures.
+constexpr Part kParts[] = {
+    {"choose", "Choose", choose_section},          {"verdict", "Verdict", verdict_section},
+    {"pairs", "Your pairs", pair_file_section},    {"backends", "Backends", backends_section},
+    {"short", "In short", ranking_section},        {"speed", "Speed against error", speed_section},
+    {"wrong", "Wrong answers", wrongness_section}, {"task", "What it costs the task", scenes_section},
+    {"dynamics", "In dynamics", drift_section},    {"worst", "Worst cases", gallery_section},
+    {"errors", "Errors", errors_section},          {"times", "Times", times_section},
+    {"scaling", "Scaling", scaling_section},       {"consistency", "Consistency", consistency_section},
+    {"figures", "Every figure", families_section}, {"method", "Method", method_section}};
+
+std::string notices(const Report& report) {
+  std::string html;
+  if (!report.not_measured.empty()) {
+    std::string missing;
+    for (const std::string& name : report.not_measured)
+      missing += (missing.empty() ? "" : ", ") + xml_text(name);
+    html += "<p class='gap'><strong>This report is partial: the run ended early.</strong> Not measured: " +
+            missing + ".</p>\n";
+  }
+  for (const Gap& gap : report.gaps)
+    html += fmt::format("<p class='gap'>Missing: {}. {}.</p>\n", xml_text(gap.what), xml_text(gap.why));
+  if (!report.has_truth) {
+    html +=
+        "<p class='gap'>Without <code>exact</code> no error is measured: this report holds times only.</p>\n";
+  }
+  return html;
+}
+
+// The template with each {{name}} replaced; what is put in is not looked through again.
+std::string filled(std::string_view text, const std::map<std::string_view, std::string>& values) {
+  std::string page;
+  for (std::size_t open; (open = text.find("{{")) != std::string_view::npos;) {
+    const std::size_t close = text.find("}}", open);
+    page += text.substr(0, open);
+    page += values.at(text.substr(open + 2, close - open - 2));
+    text.remove_prefix(close + 2);
+  }
+  return page.append(text);
+}
+
+}  // namespace
+
+std::string html_report(const Report& report) {
+  const Page page(report);
+  std::string contents, sections;
+  for (const Part& part : kParts) {
+    const std::string markup = part.markup(page);
+    if (markup.empty()) continue;
+    contents += fmt::format("<li><a href='#{}'>{}</a></li>\n", part.id, part.entry);
+    sections += fmt::format("<section id='{}'>\n{}</section>\n", part.id, markup);
+  }
+  const auto file = [](std::string_view name) { return std::string(embedded_text(name)); };
+  return filled(file("page.html"), {{"report.css", file("report.css")},
+                                    {"plot.css", plot_style()},
+                                    {"contents", contents},
+                                    {"notices", notices(report)},
+                                    {"sections", sections},
+                                    {"decide.js", file("decide.js")},
+                                    {"choice.js", file("choice.js")}});
+}
+
+}  // namespace touchstone::comparison

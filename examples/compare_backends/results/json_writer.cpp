@@ -1,0 +1,86 @@
+#include "touchstone/examples/compare_backends/results/json_writer.hpp"
+
+#include <fmt/format.h>
+
+#include "touchstone/examples/compare_backends/figures/growth_plot.hpp"
+#include "touchstone/examples/compare_backends/results/json_parts.hpp"
+#include "touchstone/examples/compare_backends/results/method_text.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+template <typename Range>
+Json json_list(const Range& items) {
+  Json list = Json::array();
+  for (const auto& item : items) list.push_back(json(item));
+  return list;
+}
+
+}  // namespace
+
+std::string choices_json(const Report& report) {
+  std::string text = json(report.choices).dump();
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
+  return text;
+}
+
+std::string results_json(const Report& report) {
+  Json root;
+  root["schema"] = fmt::format("touchstone.compare_backends/{}", kResultsSchema);
+  root["command"] = report.options.command_line;
+  root["seed"] = report.options.seed;
+  root["version"] = report.machine.version;
+  root["partial"] = !report.not_measured.empty();
+  root["not_measured"] = report.not_measured;
+  root["engine_messages"] = report.engine_messages;
+  root["machine"] = {{"cpu", report.machine.cpu},
+                     {"instruction_set", report.machine.instruction_set},
+                     {"hardware_threads", report.machine.hardware_threads},
+                     {"system", report.machine.system},
+                     {"compiler", report.machine.compiler},
+                     {"build_type", report.machine.build_type},
+                     {"flags", report.machine.flags}};
+  for (const auto& [name, version] : report.machine.libraries) root["libraries"][name] = version;
+  const MeasureOptions measure;
+  root["timing"] = {{"pairs_a_family", report.options.pair_count()},
+                    {"pairs_a_block", measure.block},
+                    {"pairs_a_batch", measure.batch},
+                    {"repetitions", report.options.repetitions},
+                    {"seconds_a_row_and_repetition_at_most", measure.slow_seconds}};
+  for (const auto& [name, text] : kTimingMethod) root["timing"]["definitions"][std::string(name)] = text;
+  root["backends"] = Json::array();
+  for (const auto& [name, description] : report.backends) {
+    root["backends"].push_back({{"name", name}, {"description", description}});
+  }
+  root["gaps"] = Json::array();
+  for (const Gap& gap : report.gaps) root["gaps"].push_back({{"what", gap.what}, {"why", gap.why}});
+  root["measured_against_exact"] = report.has_truth;
+  for (std::size_t m = 0; m < kMeasures; ++m) {
+    root["definitions"][to_string(static_cast<Measure>(m))] = definition(static_cast<Measure>(m));
+  }
+  root["curve_shares"] = kCurveShares;
+  root["pair_sets"] = json_list(report.sets);
+  for (const auto& [name, description] : report.backends) {
+    const Consistency total = total_consistency(report.sets, name);
+    if (total.swapped.cases > 0) root["consistency"][name] = json(std::optional(total));
+  }
+  root["broadphases"] = json_list(report.broadphases);
+  root["scenes"] = json_list(report.scenes);
+  root["selection"] = json_list(report.selection);
+  root["dynamics"] = json_list(report.drift.runs);
+  root["fitted_slopes"] = Json::array();
+  for (const FittedSlope& each : fitted_slopes(report.broadphases, report.thread_runs))
+    root["fitted_slopes"].push_back(
+        {{"along", each.along}, {"backend", each.name}, {"slope", number(each.slope)}});
+  root["thread_runs"] = json_list(report.thread_runs);
+  root["thread_gaps"] = Json::array();
+  for (const Gap& gap : report.thread_gaps)
+    root["thread_gaps"].push_back({{"what", gap.what}, {"why", gap.why}});
+  root["gallery"] = json_list(report.gallery);
+  root["rankings"] = json_list(report.rankings);
+  root["choices"] = json(report.choices);
+  root["verdicts"] = json_list(report.verdicts);
+  return root.dump(1) + "\n";
+}
+
+}  // namespace touchstone::comparison

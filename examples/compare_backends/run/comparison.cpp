@@ -1,0 +1,378 @@
+#include "touchstone/examples/compare_backends/run/comparison.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/run/drift_file.hpp"
+#include "touchstone/examples/compare_backends/run/replay_command.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/program/engine_log.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+BackendResult sum_up_backend(const BackendAnswers& answers) {
+  BackendResult result;
+  result.name = answers.name;
+  result.description = answers.description;
+  result.capabilities = answers.capabilities;
+  result.frame = answers.frame_by_query;
+  result.failure = answers.failure;
+  result.consistency = answers.consistency;
+  for (const QueryKind kind : kQueryKinds) {
+    const QueryAnswers& query = answers.queries[index_of(kind)];
+    result.rows[index_of(kind)] = {query.single, query.batch, query.raw, query.cached, query.allocations};
+  }
+  return result;
+}
+
+MeasureOptions measure_options(const Options& options) {
+  MeasureOptions measure;
+  measure.seed = options.seed;
+  measure.threads = options.threads;
+  measure.repetitions = options.repetitions;
+  return measure;
+}
+
+// Of a scene; 0: all.
+std::size_t most_frames(const Options& options) { return options.quick ? 100 : 0; }
+
+std::vector<std::string> scene_names(const std::vector<std::string>& files) {
+  std::vector<std::string> names;
+  for (const std::string& file : files) names.push_back(std::filesystem::path(file).stem().string());
+  return names;
+}
+
+class Session {
+ public:
+  Session(const Options& options, const Backends& backends, const Oracle* oracle, ProgressLine& progress,
+          const OnPart& on_part)
+      : options_(options), backends_(backends), oracle_(oracle), progress_(progress), on_part_(on_part) {
+    share_ = [this](double done) { progress_.share(done); };
+  }
+
+  void run_families(Report& report) {
+    for (const std::string& name : chosen_families()) {
+      report.sets.push_back(run_set(make_pair_family(name, options_.seed, options_.pair_count()), nullptr));
+      finish_part(report, name);
+    }
+  }
+
+  /// The parts to be measured, in this order.
+  std::vector<std::string> parts(bool has_pairs) const {
+    std::vector<std::string> names = chosen_families();
+    if (has_pairs) names.push_back("pairs");
+    for (const std::string& file : options_.scenes) names.push_back("scene " + file);
+    if (!options_.no_broadphase) names.insert(names.end(), {"broadphases", "selection"});
+    if (!chosen_families().empty()) names.push_back("threads");
+    return names;
+  }
+
+  /// Those that a choice can name.
+  std::vector<std::string> set_names() const {
+    std::vector<std::string> names = chosen_families();
+    if (!options_.pairs_file.empty()) names.push_back("pairs");
+    for (std::string& name : scene_names(options_.scenes)) names.push_back(std::move(name));
+    return names;
+  }
+
+  void run_pair_file(Report& report, PairFileCases cases) {
+    PairFileResult& result = report.pair_file.emplace();
+    result.cases = std::move(cases);
+    if (!result.cases.set.pairs.empty()) report.sets.push_back(run_set(result.cases.set, &result));
+    finish_part(report, "pairs");
+  }
+
+  /// The distance query of the first family's pairs on one thread and more.
+  void run_thread_counts(Report& report) {
+    const std::vector<std::string> families = chosen_families();
+    if (families.empty()) return;
+    progress_.step(families.front() + ": threads");
+    std::vector<const BackendRegistry::NarrowphaseEntry*> here;
+    for (const auto& [name, description] : report.backends) {
+      if (is_here(name)) here.push_back(&backends_.registry.narrowphase(name));
+    }
+    ThreadOptions threads;
+    threads.threads = thread_counts();
+    const std::size_t pairs = std::min<std::size_t>(options_.pair_count(), 1024);
+    for (const auto& [name, description] : report.backends) {
+      if (!is_here(name))
+        report.thread_gaps.push_back({name, "runs in a process of its own, which is timed on one thread"});
+    }
+    report.thread_runs = run_threads(here, make_pair_family(families.front(), options_.seed, pairs), threads);
+    for (ThreadResult& run : report.thread_runs) {
+      for (const BackendResult& backend : report.sets.front().backends) {
+        if (backend.name == run.backend) run.wrong = backend.judgement.wrongness[index_of(run.query)].total();
+      }
+    }
+    finish_part(report, "threads");
+  }
+
+  /// Results over all sets and scenes together.
+  void conclude(Report& report) const {
+    report.engine_messages = engine_log_lines();
+    report.gallery = worst_of(gallery_);
+    for (GalleryCase& shown : report.gallery) shown.replay = replay_command(report, shown.set, shown.id);
+    report.rankings.clear();
+    report.choices.clear();
+    report.verdicts.clear();
+    if (!report.has_truth) return;
+    std::vector<SetResult> judged = report.sets;
+    for (const SceneResult& scene : report.scenes) judged.push_back(scene.set);
+    report.choices = choice_sets(judged);
+    for (const QueryKind kind : kQueryKinds) {
+      if (!report.sets.empty()) report.rankings.push_back(rank(report.sets, kind));
+      if (!options_.max_error || report.choices.empty()) continue;
+      Choice choice = options_.choice;
+      choice.query = kind;
+      if (kind != QueryKind::manifold) choice.min_coverage = 0;
+      const bool asked = kind == options_.choice.query;
+      report.verdicts.insert(asked ? report.verdicts.begin() : report.verdicts.end(),
+                             decide(report.choices, choice));
+    }
+  }
+
+  void run_broadphase_sizes(Report& report) {
+    BroadphaseOptions broadphase;
+    broadphase.seed = options_.seed;
+    broadphase.threads = options_.threads;
+    if (options_.quick) broadphase.swarms = {{1000, 1}, {250, 4}};
+    progress_.step("broadphases");
+    report.broadphases = run_broadphases(backends_.registry, broadphase, oracle_, share_);
+    finish_part(report, "broadphases");
+  }
+
+  void run_selection_gain(Report& report) {
+    progress_.step("selection");
+    SelectionOptions selection;
+    selection.seed = options_.seed;
+    if (options_.quick) selection.repetitions = 1;
+    report.selection = run_selection(selection);
+    finish_part(report, "selection");
+  }
+
+  void run_scenes(Report& report) {
+    SceneOptions scene;
+    scene.measure = measure_options(options_);
+    scene.max_error = options_.max_error;
+    if (options_.quick) scene.trade_frames = 10;
+    scene.most_frames = most_frames(options_);
+    for (const std::string& file : options_.scenes) {
+      progress_.step("scene " + file);
+      scene.parameters = parameters_for(file, options_.scene_settings);
+      const AnswerSet answer = [&](const PairSet& set, const MeasureOptions& measure) {
+        return answer_set(options_, backends_, set, measure, share_);
+      };
+      report.scenes.push_back(run_scene(file, scene, oracle_, answer, share_));
+      auto& worst = report.scenes.back().worst_cases;
+      std::move(worst.begin(), worst.end(), std::back_inserter(gallery_));
+      worst.clear();
+      finish_part(report, "scene " + file);
+    }
+  }
+
+  std::vector<std::string> chosen_families() const {
+    if (!options_.families.empty() || options_.no_families) return options_.families;
+    std::vector<std::string> names;
+    for (const PairFamily& family : pair_families()) names.emplace_back(family.name);
+    return names;
+  }
+
+ private:
+  /// Not timed.
+  void finish_part(Report& report, const std::string& name) const {
+    std::erase(report.not_measured, name);
+    progress_.part_done();
+    if (!on_part_ || report.not_measured.empty()) return;
+    conclude(report);
+    on_part_(report);
+  }
+
+  bool is_here(const std::string& name) const {
+    return std::none_of(backends_.workers.begin(), backends_.workers.end(),
+                        [&](const Worker& worker) { return worker.offers(name); });
+  }
+
+  SetResult run_set(PairSet set, PairFileResult* keep) {
+    std::vector<PairTruth> truth;
+    if (oracle_ != nullptr) {
+      progress_.step(set.name + ": exact answers");
+      truth = compute_truth(set, *oracle_, options_.threads, share_);
+      for (const PairTruth& each : truth) set.exact_separations.push_back(each.separation);
+    }
+    progress_.step(set.name + ": backends");
+    MeasureOptions measure = measure_options(options_);
+    measure.check_consistency = true;
+    auto answers = answer_set(options_, backends_, set, measure, share_);
+    if (keep != nullptr && keep->cases.captured) answers.push_back(*keep->cases.captured);
+    progress_.step(set.name + ": errors");
+    SetResult result = sum_up(set, truth, oracle_, answers, options_.threads, share_);
+    if (oracle_ != nullptr) {
+      collect_cases(set, truth, answers, result, gallery_);
+    }
+    if (keep != nullptr) {
+      keep->truth = std::move(truth);
+      keep->answers = std::move(answers);
+    }
+    return result;
+  }
+
+  const Options& options_;
+  const Backends& backends_;
+  const Oracle* oracle_;
+  ProgressLine& progress_;
+  const OnPart& on_part_;
+  Progress share_;
+  std::vector<GalleryCase> gallery_;
+};
+
+std::vector<std::string> known_names(const Backends& backends) {
+  std::vector<std::string> names;
+  for (const auto& entry : backends.registry.narrowphases()) names.push_back(entry.name);
+  for (const Worker& worker : backends.workers) {
+    for (const auto& backend : worker.backends) names.push_back(backend.first);
+  }
+  return names;
+}
+
+std::string describe(const Backends& backends, const std::string& name) {
+  for (const Worker& worker : backends.workers) {
+    for (const auto& backend : worker.backends) {
+      if (backend.first == name) return backend.second;
+    }
+  }
+  return backends.registry.narrowphase(name).description;
+}
+
+// Ids, figures and settings go by these names.
+void check_once(const std::string& option, std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  const auto again = std::adjacent_find(names.begin(), names.end());
+  if (again != names.end()) throw InputError(option + ": '" + *again + "' is given twice");
+}
+
+// Families, and what is no set of cases (threads, broadphases), count as one family's cases.
+std::vector<PlannedPart> planned(const std::vector<std::string>& parts,
+                                 const std::map<std::string, double>& cases_of, double family_cases) {
+  std::vector<PlannedPart> plan;
+  for (const std::string& part : parts) {
+    const auto cases = cases_of.find(part);
+    if (cases != cases_of.end())
+      plan.push_back({part == "pairs" ? "family" : "scene", cases->second});
+    else
+      plan.push_back({part == "threads" || part == "broadphases" || part == "selection" ? part : "family",
+                      family_cases});
+  }
+  return plan;
+}
+
+void check_known(const Backends& backends, const std::string& name) {
+  const std::vector<std::string> known = known_names(backends);
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  std::string list;
+  for (const std::string& each : known) list += (list.empty() ? "" : ", ") + each;
+  throw InputError("unknown backend '" + name + "', this build knows: " + list);
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> chosen_backends(const Options& options,
+                                                                 const Backends& backends) {
+  check_once("--backend", options.backends);
+  std::vector<std::pair<std::string, std::string>> chosen;
+  for (const std::string& name : options.backends.empty() ? known_names(backends) : options.backends) {
+    check_known(backends, name);
+    chosen.emplace_back(name, describe(backends, name));
+  }
+  return chosen;
+}
+
+std::vector<BackendAnswers> answer_set(const Options& options, const Backends& backends, const PairSet& set,
+                                       const MeasureOptions& measure, const Progress& progress) {
+  std::vector<const BackendRegistry::NarrowphaseEntry*> here;
+  std::vector<std::vector<std::string>> there(backends.workers.size());
+  for (const auto& [name, description] : chosen_backends(options, backends)) {
+    const auto worker = std::find_if(backends.workers.begin(), backends.workers.end(),
+                                     [&, &wanted = name](const Worker& each) { return each.offers(wanted); });
+    if (worker == backends.workers.end())
+      here.push_back(&backends.registry.narrowphase(name));
+    else
+      there[static_cast<std::size_t>(worker - backends.workers.begin())].push_back(name);
+  }
+  std::vector<BackendAnswers> answers = run_backends(here, set, measure, progress);
+  for (std::size_t w = 0; w < backends.workers.size(); ++w) {
+    if (there[w].empty()) continue;
+    auto more = run_in_worker(backends.workers[w], there[w], set, measure, progress);
+    std::move(more.begin(), more.end(), std::back_inserter(answers));
+  }
+  return answers;
+}
+
+SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Oracle* oracle,
+                 std::span<const BackendAnswers> answers, int threads, const Progress& progress) {
+  SetResult result;
+  result.name = set.name;
+  result.description = set.description;
+  result.cases = set.cases();
+  result.pairs = set.pairs.size();
+  result.ids = set.ids;
+  for (const PairTruth& each : truth) {
+    result.contacts += each.contact();
+    result.touching += each.pair_class == PairClass::touching;
+  }
+  for (std::size_t b = 0; b < answers.size(); ++b) {
+    result.backends.push_back(sum_up_backend(answers[b]));
+    if (oracle == nullptr) continue;
+    const auto part = [&](double done) {
+      if (progress) progress((static_cast<double>(b) + done) / static_cast<double>(answers.size()));
+    };
+    result.backends.back().judgement = judge(set, truth, *oracle, answers[b], threads, part);
+    result.backends.back().judged = true;
+  }
+  return result;
+}
+
+Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
+                      ProgressLine& progress, const OnPart& on_part) {
+  Report report;
+  report.machine = describe_machine();
+  report.options = options;
+  report.gaps = backends.gaps;
+  report.has_truth = oracle != nullptr;
+  report.backends = chosen_backends(options, backends);
+  Session session(options, backends, oracle, progress, on_part);
+  check_once("--families", options.families);
+  check_once("--scene", scene_names(options.scenes));
+  for (const std::string& name : session.chosen_families()) make_pair_family(name, options.seed, 0);
+  std::map<std::string, double> cases_of;
+  for (const std::string& file : options.scenes)
+    cases_of["scene " + file] =
+        check_scene_length(file, parameters_for(file, options.scene_settings), most_frames(options));
+  check_settings(options.scenes, options.scene_settings);
+  check_sets(options.choice, session.set_names());
+  std::optional<PairFileCases> cases;
+  if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
+  if (options.is_capture && !cases->captured)
+    throw InputError(options.pairs_file +
+                     ": no case has an engine's answer; cases without one are compared with --pairs");
+
+  if (!options.dynamics_file.empty()) report.drift = load_drift(options.dynamics_file);
+
+  report.not_measured = session.parts(cases.has_value());
+  if (cases) cases_of["pairs"] = static_cast<double>(cases->set.pairs.size());
+  progress.plan(planned(report.not_measured, cases_of, static_cast<double>(options.pair_count())));
+  session.run_families(report);
+  if (cases) session.run_pair_file(report, std::move(*cases));
+  session.run_scenes(report);
+  if (!options.no_broadphase) session.run_broadphase_sizes(report);
+  if (!options.no_broadphase) session.run_selection_gain(report);
+  session.run_thread_counts(report);
+  session.conclude(report);
+  progress.finish();
+  return report;
+}
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <functional>
+
+#include "touchstone/examples/compare_backends/run/report.hpp"
+#include "touchstone/examples/compare_backends/run/worker.hpp"
+#include "touchstone/examples/program/progress.hpp"
+
+namespace touchstone::comparison {
+
+/// Where answers can come from.
+struct Backends {
+  BackendRegistry registry;
+  std::vector<Worker> workers;
+  std::vector<Gap> gaps;
+};
+
+/// Name and description of the backends named by options.backends, or of all.
+/// @throws InputError naming the known ones when one is unknown.
+std::vector<std::pair<std::string, std::string>> chosen_backends(const Options& options,
+                                                                 const Backends& backends);
+
+/// The chosen backends' answers to a set, in this process or in a worker.
+std::vector<BackendAnswers> answer_set(const Options& options, const Backends& backends, const PairSet& set,
+                                       const MeasureOptions& measure, const Progress& progress = {});
+
+/// Told of the report after each set, scene and part; not_measured names what is still to come.
+using OnPart = std::function<void(const Report&)>;
+
+/// Measures everything the options ask for. `oracle` may be null: errors are then not measured.
+/// @throws InputError for unknown names and unreadable files, before anything is measured.
+Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
+                      ProgressLine& progress, const OnPart& on_part = {});
+
+/// The answers judged and summed up; truth empty: not judged.
+SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Oracle* oracle,
+                 std::span<const BackendAnswers> answers, int threads, const Progress& progress = {});
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+#include "touchstone/examples/compare_backends/judge/dynamics_drift.hpp"
+
+namespace touchstone::comparison {
+
+/// From dynamics_run's results.json. @throws InputError for a file that is none, or where a figure is
+/// negative that cannot be.
+Drift load_drift(const std::string& path);
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,155 @@
+#include "touchstone/examples/compare_backends/run/replay.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/program/text_table.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+PairSet single_case(const PairSet& set, std::size_t index) {
+  const SolidPair pair = set.pairs[index % set.pairs.size()];
+  const auto poses = set.frame_poses(index / set.pairs.size());
+  PairSet one;
+  one.name = set.name;
+  one.description = set.description;
+  one.solids = {set.solids[pair.a], set.solids[pair.b]};
+  one.poses = {poses[pair.a], poses[pair.b]};
+  one.pairs = {{0, 1}};
+  one.ids = {case_id(set, index)};
+  return one;
+}
+
+std::optional<std::size_t> whole_number(const std::string& text) {
+  std::size_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+bool is_family(const std::string& name) {
+  return std::any_of(pair_families().begin(), pair_families().end(),
+                     [&](const PairFamily& family) { return family.name == name; });
+}
+
+std::string text(const Vector3& v) { return fmt::format("({}, {}, {})", v.x(), v.y(), v.z()); }
+
+std::string describe_solid(const char* name, const Hexahedron& solid, const Pose& X_WS) {
+  std::string out = fmt::format("{}: ", name);
+  if (solid.is_box()) {
+    out += "box, half sides " + text(solid.half_extents()) + "\n";
+  } else {
+    out += solid.is_warped() ? fmt::format("warped hexahedron, vertices up to {:.3g} m out of plane\n",
+                                           solid.out_of_plane())
+                             : "hexahedron\n";
+    for (const Vector3& vertex : solid.vertices()) out += "     " + text(vertex) + "\n";
+  }
+  out += "   position " + text(X_WS.p) + "\n";
+  for (int row = 0; row < 3; ++row) {
+    out += fmt::format("   {} [{}, {}, {}]\n", row == 0 ? "rotation" : "        ", X_WS.R(row, 0),
+                       X_WS.R(row, 1), X_WS.R(row, 2));
+  }
+  return out;
+}
+
+std::string describe_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
+                            const BackendAnswers& answers) {
+  const CaseErrors errors = case_errors(posed, truth, oracle, answers, 0);
+  std::string out;
+  for (const QueryKind kind : kQueryKinds) {
+    const CaseCost& cost = errors.cost(kind);
+    if (errors.unsupported[index_of(kind)])
+      out += fmt::format("    {} is unsupported\n", to_string(kind));
+    else
+      out += fmt::format("    {} costs {} m{}{}\n", to_string(kind), format_error(cost.cost),
+                         *cost.reason ? ": " : "", cost.reason);
+  }
+  for (std::size_t m = 0; m < kMeasures; ++m) {
+    if (errors.values[m] == errors.values[m]) {
+      out += fmt::format("    error of {}: {}{}\n", to_string(static_cast<Measure>(m)), errors.values[m],
+                         is_length(static_cast<Measure>(m)) ? " m" : "");
+    }
+  }
+  return out;
+}
+
+std::string describe_answer(const BackendAnswers& answers) {
+  std::string out = answers.name + "\n";
+  if (!answers.failure.empty()) out += "    " + answers.failure + "\n";
+  for (const QueryKind kind : kQueryKinds) {
+    const QueryAnswers& of_kind = answers.queries[index_of(kind)];
+    out += fmt::format("    {}: {}", to_string(kind), to_string(of_kind.status[0]));
+    if (!of_kind.geometry.empty()) {
+      const PairGeometry& geometry = of_kind.geometry[0];
+      out += fmt::format(", separation {}, normal {}, p_A {}, p_B {}", geometry.separation,
+                         text(geometry.n_AB_W), text(geometry.p_A_W), text(geometry.p_B_W));
+      if (!of_kind.points.empty()) {
+        for (int i = 0; i < std::clamp(geometry.point_count, 0, kMaxManifoldPoints); ++i) {
+          out += fmt::format("\n      point {} separation {}", text(of_kind.points[i].p_A_W),
+                             of_kind.points[i].separation);
+        }
+      }
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace
+
+PairSet find_case(const Options& options, const std::string& id) {
+  if (!options.pairs_file.empty()) {
+    const PairFileCases file = load_pair_file(options.pairs_file);
+    for (const PairFileCases::Case& each : file.cases) {
+      if (each.id != id) continue;
+      if (!each.invalid.empty())
+        throw InputError(options.pairs_file + ": case '" + id + "' is invalid: " + each.invalid);
+      return single_case(file.set, each.index);
+    }
+  }
+  for (const std::string& scene : options.scenes) {
+    const PairSet set = load_scene_frames(scene, parameters_for(scene, options.scene_settings)).set;
+    const auto found = std::find(set.ids.begin(), set.ids.end(), id);
+    if (found != set.ids.end()) return single_case(set, static_cast<std::size_t>(found - set.ids.begin()));
+  }
+  const std::size_t colon = id.find(':');
+  if (colon != std::string::npos && is_family(id.substr(0, colon))) {
+    if (const auto index = whole_number(id.substr(colon + 1))) {
+      return make_family_pair(id.substr(0, colon), options.seed, *index);
+    }
+  }
+  throw InputError("--case " + id +
+                   ": no such case; give family:index, or --pairs or --scene with an id of that file");
+}
+
+std::string replay_case(const Options& options, const Backends& backends, const Oracle* oracle) {
+  const PairSet set = find_case(options, options.case_id);
+  const PosedPair posed = posed_pair(set, 0);
+  std::string out = fmt::format("{} (seed {})\n", case_id(set, 0), options.seed);
+  out += describe_solid("A", set.solids[0], set.poses[0]) + describe_solid("B", set.solids[1], set.poses[1]);
+  out += fmt::format("size {} m, S {} m\n", posed.size, posed.scale);
+  PairTruth truth;
+  if (oracle != nullptr) {
+    truth = oracle->truth(posed.a, posed.b);
+    out +=
+        fmt::format("exact: {}, separation {}, normal {}{}\n", to_string(truth.pair_class), truth.separation,
+                    text(truth.n_AB_W), truth.normal_unique ? "" : " (not the only one)");
+  } else {
+    out += "exact: not in this build\n";
+  }
+  MeasureOptions measure;
+  measure.seed = options.seed;
+  measure.time_pairs = false;
+  for (const BackendAnswers& answers : answer_set(options, backends, set, measure)) {
+    out += describe_answer(answers);
+    if (oracle != nullptr) out += describe_errors(posed, truth, *oracle, answers);
+  }
+  return out;
+}
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "touchstone/examples/compare_backends/judge/dynamics_drift.hpp"
+#include "touchstone/examples/compare_backends/judge/gallery.hpp"
+#include "touchstone/examples/compare_backends/judge/ranking.hpp"
+#include "touchstone/examples/compare_backends/judge/set_result.hpp"
+#include "touchstone/examples/compare_backends/judge/verdict.hpp"
+#include "touchstone/examples/compare_backends/run/options.hpp"
+#include "touchstone/examples/compare_backends/run/pair_file_run.hpp"
+#include "touchstone/examples/compare_backends/run/scene_run.hpp"
+#include "touchstone/examples/compare_backends/run/selection_gain.hpp"
+#include "touchstone/examples/measures/broadphase_run.hpp"
+#include "touchstone/examples/measures/thread_run.hpp"
+#include "touchstone/examples/program/machine.hpp"
+
+namespace touchstone::comparison {
+
+/// A backend or part that is not in this build, or that died, and why.
+struct Gap {
+  std::string what;
+  std::string why;
+};
+
+/// Everything one run found out; every output file is written from this alone.
+struct Report {
+  Machine machine;
+  Options options;
+  std::vector<std::pair<std::string, std::string>> backends;  ///< name and description with version
+  std::vector<Gap> gaps;
+  /// Sets, scenes and parts that a run which ended early did not come to; empty: a complete one.
+  std::vector<std::string> not_measured;
+  std::size_t engine_messages = 0;  ///< lines that engines wrote by themselves, to engines.log
+  bool has_truth = false;
+  std::vector<SetResult> sets;              ///< families, then the pair file
+  std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`
+  std::vector<BroadphaseResult> broadphases;
+  std::vector<SceneResult> scenes;
+  std::vector<SelectionRow> selection;    ///< with the broadphases
+  Drift drift;                            ///< of --dynamics
+  std::vector<ThreadResult> thread_runs;  ///< of the backends in this process
+  std::vector<Gap> thread_gaps;           ///< the other backends, and why
+  std::vector<GalleryCase> gallery;       ///< the worst first
+  std::vector<Ranking> rankings;          ///< one a query, over `sets`; empty without truth
+  std::vector<ChoiceSet> choices;         ///< of `sets` and the scenes' cases; empty without truth
+  std::vector<Verdict> verdicts;          ///< with --max-error: one a query, that of --query first
+};
+
+}  // namespace touchstone::comparison

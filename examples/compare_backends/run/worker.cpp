@@ -1,0 +1,183 @@
+#include "touchstone/examples/compare_backends/run/worker.hpp"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <thread>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/run/job_io.hpp"
+#include "touchstone/examples/program/interruption.hpp"
+
+extern char** environ;
+
+namespace touchstone::comparison {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder of its own that goes away with it, and when a signal ends the program.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() : path_(make()), on_interrupt_([this] { return remove(); }) {}
+  ~TemporaryFolder() { remove(); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  static fs::path make() {
+    std::string name = (fs::temp_directory_path() / "compare_backends.XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder can be made: " + name);
+    return name;
+  }
+  std::string remove() const {
+    std::error_code error;
+    fs::remove_all(path_, error);
+    return "";
+  }
+
+  fs::path path_;
+  OnInterrupt on_interrupt_;
+};
+
+std::string read_file(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write_file(const fs::path& path, const std::string& bytes) {
+  std::ofstream stream(path, std::ios::binary);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) throw std::runtime_error(path.string() + " cannot be written: is the disk full?");
+}
+
+// Runs the program to its end. Returns "" or how it failed.
+std::string run_program(const fs::path& program, std::vector<std::string> arguments,
+                        const Progress& progress) {
+  arguments.insert(arguments.begin(), program.string());
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  pid_t process = 0;
+  if (const int error = posix_spawn(&process, program.c_str(), nullptr, nullptr, argv.data(), environ)) {
+    return fmt::format("{} cannot be started: {}", program.filename().string(), std::strerror(error));
+  }
+  const OnInterrupt end_it([process] {
+    kill(process, SIGKILL);
+    return std::string();
+  });
+  int status = 0;
+  try {
+    while (waitpid(process, &status, WNOHANG) == 0) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      if (progress) progress(0.0);
+    }
+  } catch (...) {
+    kill(process, SIGKILL);
+    waitpid(process, &status, 0);
+    throw;
+  }
+  stop_if_interrupted();  // a terminal sends its signal to the worker, too, which is no result
+  if (WIFSIGNALED(status)) {
+    return fmt::format("{} died: {}", program.filename().string(), strsignal(WTERMSIG(status)));
+  }
+  if (WEXITSTATUS(status) != 0) {
+    return fmt::format("{} ended with exit code {}", program.filename().string(), WEXITSTATUS(status));
+  }
+  return "";
+}
+
+std::vector<BackendAnswers> all_failed(const Worker& worker, std::span<const std::string> backends,
+                                       const PairSet& set, const std::string& failure) {
+  std::vector<BackendAnswers> answers(backends.size());
+  for (std::size_t b = 0; b < backends.size(); ++b) {
+    answers[b].name = backends[b];
+    for (const auto& [name, description] : worker.backends) {
+      if (name == backends[b]) answers[b].description = description;
+    }
+    answers[b].failure = failure;
+    for (QueryAnswers& query : answers[b].queries) {
+      query.status.assign(set.cases(), PairStatus::failed);
+      query.geometry.resize(set.cases());
+      query.points.resize(set.cases() * kMaxManifoldPoints);
+    }
+  }
+  return answers;
+}
+
+}  // namespace
+
+bool Worker::offers(std::string_view name) const {
+  return std::any_of(backends.begin(), backends.end(),
+                     [&](const auto& backend) { return backend.first == name; });
+}
+
+Worker describe_worker(const fs::path& program) {
+  Worker worker;
+  worker.program = program;
+  const TemporaryFolder folder;
+  const fs::path answer = folder.path() / "backends";
+  worker.failure = run_program(program, {"--describe", answer.string()}, {});
+  if (!worker.failure.empty()) return worker;
+  std::ifstream stream(answer);
+  for (std::string name, description; std::getline(stream, name) && std::getline(stream, description);) {
+    worker.backends.emplace_back(name, description);
+  }
+  return worker;
+}
+
+std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const std::string> backends,
+                                          const PairSet& set, const MeasureOptions& options,
+                                          const Progress& progress) {
+  const TemporaryFolder folder;
+  const fs::path job = folder.path() / "job", answers = folder.path() / "answers";
+  write_file(job, encode_job({{backends.begin(), backends.end()}, options, set}));
+  const std::string failure =
+      run_program(worker.program, {"--run", job.string(), answers.string()}, progress);
+  if (!failure.empty()) return all_failed(worker, backends, set, failure);
+  try {
+    return decode_answers(read_file(answers));
+  } catch (const std::exception&) {
+    return all_failed(worker, backends, set,
+                      worker.program.filename().string() + " wrote no readable answers");
+  }
+}
+
+int worker_main(int argc, char** argv, const std::function<void(BackendRegistry&)>& add_backends) {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for it then
+  try {
+    BackendRegistry registry;
+    add_backends(registry);
+    if (arguments.size() == 2 && arguments[0] == "--describe") {
+      std::ofstream stream(arguments[1]);
+      for (const auto& entry : registry.narrowphases())
+        stream << entry.name << "\n" << entry.description << "\n";
+      return stream ? 0 : 1;
+    }
+    if (arguments.size() == 3 && arguments[0] == "--run") {
+      const Job job = decode_job(read_file(arguments[1]));
+      std::vector<const BackendRegistry::NarrowphaseEntry*> entries;
+      for (const std::string& name : job.backends) entries.push_back(&registry.narrowphase(name));
+      write_file(arguments[2], encode_answers(run_backends(entries, job.set, job.options)));
+      return 0;
+    }
+  } catch (const std::exception& error) {
+    std::cerr << arguments[0] << ": " << error.what() << "\n";
+    return 1;
+  }
+  std::cerr << "a worker of compare_backends: it is started by that program\n";
+  return 2;
+}
+
+}  // namespace touchstone::comparison
