@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "touchstone/examples/measures/quantiles.hpp"
-#include "touchstone/physics/dynamic_scene.hpp"
+#include "touchstone/physics/scene/dynamic_scene.hpp"
 
 namespace touchstone::dynamics {
 
@@ -24,14 +24,14 @@ struct ContactRow {
   Vector3 impact_W;     ///< on B, of impacts alone [N s]
 };
 
-/// What there is at a step's end. The first sample is the start.
+/// The state at a step's end. The first sample is the start.
 struct Sample {
   double time;
   Vector3 linear_W, angular_W;  ///< momenta of all, about the world's origin
   double energy;
 };
 
-/// What was recorded; of every n-th step.
+/// The recorded samples; of every n-th step.
 struct Series {
   std::vector<Sample> samples;
   // By sample and object or joint; joints through the mechanisms in order.
@@ -84,7 +84,7 @@ struct SceneResult {
   std::string reason;
 };
 
-/// What all scenes together come to.
+/// The verdict over all scenes.
 struct OverallVerdict {
   std::string recommended;  ///< empty: none
   std::string reason;
@@ -120,7 +120,7 @@ std::string results_csv(const std::vector<SceneResult>& results,
 std::string series_csv(const SceneResult& result, const BackendRun& run);
 /// One row a contact and step.
 std::string contacts_csv(const SceneResult& result, const BackendRun& run);
-/// What the columns are.
+/// Explains the columns.
 std::string legend_text(const std::string& reference);
 /// Tables for a terminal of 120 columns.
 std::string terminal_text(const SceneResult& result);

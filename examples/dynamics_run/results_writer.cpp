@@ -22,9 +22,8 @@ Json json(const physics::DynamicScene& scene, const physics::SceneAnswer& answer
   JointKind kind = JointKind::fixed;
   if (answer.is_vector()) out["of"] = scene.scene.objects[answer.object].tree.name();
   if (answer.is_of_joint()) {
-    const physics::SceneMechanism& mechanism = scene.mechanisms[answer.joint.mechanism];
-    out["of"] = mechanism.name + "." + mechanism.joints[answer.joint.joint].name;
-    kind = mechanism.joints[answer.joint.joint].kind;
+    out["of"] = name_of(scene, answer.joint);
+    kind = kind_of(scene, answer.joint);
   }
   out["unit"] = unit_of(answer, kind);
   out["time_s"] = answer.time;

@@ -224,7 +224,8 @@ class Run {
 }  // namespace
 
 std::string run_name(const EngineChoice& choice) {
-  if (choice.engine != "own") return choice.text();
+  // With its own check an engine is "bullet:own": "bullet" is ours over the contacts of the backend.
+  if (choice.engine != "own") return choice.engine + ":" + choice.check;
   return choice.check == physics::kOwnCheck ? "native" : choice.check;
 }
 
@@ -272,14 +273,16 @@ std::vector<physics::JointAddress> moving_joints(const physics::DynamicScene& sc
   for (std::size_t m = 0; m < scene.mechanisms.size(); ++m)
     for (std::size_t j = 0; j < scene.mechanisms[m].joints.size(); ++j)
       if (scene.mechanisms[m].joints[j].kind != JointKind::fixed) joints.push_back({m, j});
+  for (std::size_t j = 0; j < scene.joints.size(); ++j) {
+    const physics::JointAddress joint{physics::JointAddress::kBodyJoint, j};
+    if (kind_of(scene, joint) != JointKind::fixed) joints.push_back(joint);
+  }
   return joints;
 }
 
 std::vector<std::string> joint_names(const physics::DynamicScene& scene) {
   std::vector<std::string> names;
-  for (const physics::JointAddress& joint : moving_joints(scene))
-    names.push_back(scene.mechanisms[joint.mechanism].name + "." +
-                    scene.mechanisms[joint.mechanism].joints[joint.joint].name);
+  for (const physics::JointAddress& joint : moving_joints(scene)) names.push_back(name_of(scene, joint));
   return names;
 }
 

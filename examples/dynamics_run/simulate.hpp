@@ -6,7 +6,7 @@
 
 namespace touchstone::dynamics {
 
-/// What a run is called: of the own engine by its narrowphase, else `engine` (with its own check) or
+/// Returns a run's name: of the own engine by its narrowphase, else `engine` (with its own check) or
 /// `engine:narrowphase`.
 std::string run_name(const physics::EngineChoice& choice);
 

@@ -39,8 +39,7 @@ void add_row(const SceneResult& result, const BackendRun& run, TextTable& table)
 std::string subject(const physics::DynamicScene& scene, const SceneAnswer& answer) {
   if (answer.is_vector()) return scene.scene.objects[answer.object].tree.name() + " ";
   if (!answer.is_of_joint()) return "";
-  const physics::SceneMechanism& mechanism = scene.mechanisms[answer.joint.mechanism];
-  return mechanism.name + "." + mechanism.joints[answer.joint.joint].name + " ";
+  return name_of(scene, answer.joint) + " ";
 }
 
 std::string value_text(const SceneAnswer& answer, const Vector3& value) {
@@ -62,9 +61,7 @@ std::string remarks(const SceneResult& result, const BackendRun& run) {
                           to_string(answer.figure));
       continue;
     }
-    const JointKind kind = scene.mechanisms.empty()
-                               ? JointKind::fixed
-                               : scene.mechanisms[answer.joint.mechanism].joints[answer.joint.joint].kind;
+    const JointKind kind = answer.is_of_joint() ? kind_of(scene, answer.joint) : JointKind::fixed;
     text += fmt::format("  {}: {}{}: {}, off by {:.2g} {}; closed form {}, within {:.2g}\n", run.backend,
                         subject(scene, answer), to_string(answer.figure),
                         value_text(answer, run.answers[i].found), run.answers[i].error, unit_of(answer, kind),

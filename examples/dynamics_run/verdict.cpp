@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "touchstone/examples/dynamics_run/results.hpp"
-#include "touchstone/physics/contact_laws.hpp"
+#include "touchstone/physics/solver/contact_laws.hpp"
 
 namespace touchstone::dynamics {
 namespace {
@@ -42,7 +42,7 @@ void find_misses(const SceneResult& result, BackendRun& run) {
   if (result.scene->answers_hold)
     for (const AnswerResult& answer : run.answers) wrong += answer.holds || !answer.is_told ? 0 : 1;
   miss(wrong > 0, fmt::format("{} of {} answers off", wrong, told));
-  // What is no number is no match.
+  // NaN is no match.
   miss(!(run.deepest <= accept.depth), fmt::format("{:.2g} mm deep", 1e3 * run.deepest));
   const bool has_reference = std::isfinite(run.pose_error) && std::isfinite(run.angle_error);
   miss(!has_reference && compares_poses(*result.scene), "no reference");

@@ -222,7 +222,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   return options;
 }
 
-/// What engines wrote by themselves, for the file that was asked for; empty: none was.
+/// The lines that engines wrote by themselves, for the file that was asked for; empty: none was.
 void keep_lines(const std::string& file, const std::string& text) {
   if (file.empty()) return;
   std::ofstream stream(file, std::ios::binary);
@@ -230,7 +230,7 @@ void keep_lines(const std::string& file, const std::string& text) {
   if (!stream.flush()) throw std::runtime_error(file + ": cannot be written");
 }
 
-/// What engines said goes where it was asked to go, and is counted.
+/// Writes the engines' lines where they were asked to go, and counts them.
 void tell_of(const comparison::EngineLog& log, const std::string& file) {
   const std::size_t lines = comparison::engine_log_lines();
   if (lines == 0) return;

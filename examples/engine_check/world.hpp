@@ -67,7 +67,7 @@ struct StepsWith {
 /// The upper one of an even number. @pre not empty.
 double median(std::vector<double> values);
 
-/// What came of a world.
+/// The outcome of a world.
 struct Outcome {
   Vector3 end = Vector3::Zero();  ///< of the last body's centre of mass [m]
   double lean = 0.0;              ///< of the last body's z axis against the world's [rad]

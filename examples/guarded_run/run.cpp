@@ -9,7 +9,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
-#include "touchstone/physics/guarded_simulation.hpp"
+#include "touchstone/physics/guarded/guarded_simulation.hpp"
 
 namespace touchstone::guarded {
 namespace {
@@ -26,7 +26,7 @@ constexpr std::size_t kWarmFrames = 10;
 
 double microseconds(Clock::duration time) { return std::chrono::duration<double, std::micro>(time).count(); }
 
-/// What the thread has had of a processor: what else the machine does is not in it.
+/// The thread's processor time: other processes do not count.
 double thread_us() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

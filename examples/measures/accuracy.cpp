@@ -223,7 +223,7 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
 
 // ---- costs
 
-// What a wrong class costs at least: where solids touch exactly, it is wrong by nothing and still not right.
+// The least cost of a wrong class: where solids touch exactly, it is wrong by nothing and still not right.
 constexpr double kLeastWrong = std::numeric_limits<double>::denorm_min();
 
 // A figure that an answer carries or should carry.

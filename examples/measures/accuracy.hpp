@@ -42,7 +42,7 @@ struct Wrongness {
   }
 };
 
-/// What is measured; all but the last three in metres.
+/// The figures that are measured; all but the last three in metres.
 enum class Measure : std::uint8_t {
   distance,         ///< |separation - d| of pairs that are apart
   depth,            ///< |separation - d| of pairs in contact
@@ -60,9 +60,9 @@ inline constexpr std::size_t kMeasures = 9;
 inline constexpr double kFaceOnFaceAngle = 0x1p-6;
 std::string_view to_string(Measure measure);
 std::string_view definition(Measure measure);
-/// What an answer to the query costs [m], one sentence; the rules for all queries are cost_rules().
+/// Says in one sentence what an answer to the query costs [m]; the rules for all queries are cost_rules().
 std::string_view cost_definition(QueryKind query);
-/// What wrong, missing and unsupported answers cost, and what doubles can hold.
+/// Says what wrong, missing and unsupported answers cost, and what doubles can hold.
 std::array<std::string_view, 5> cost_rules();
 constexpr bool is_length(Measure measure) { return measure < Measure::patch_coverage; }
 

@@ -7,7 +7,7 @@
 
 namespace touchstone::comparison {
 
-/// What changed in the answers to a distance query (overlap, of a backend without separations) when only the
+/// Changes of the answers to a distance query (overlap, of a backend without separations) when only the
 /// way of asking did.
 struct Change {
   std::size_t cases = 0;

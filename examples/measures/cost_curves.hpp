@@ -25,7 +25,7 @@ constexpr std::size_t asked_kinds(QueryKind kind) { return kind == QueryKind::ov
 
 inline constexpr const char* kNoValue = "no value";
 
-/// What one case costs for one thing that is asked.
+/// The cost of one case for one part of an answer.
 struct CaseCost {
   double cost = 0;          ///< [m]; NaN: unsupported
   const char* reason = "";  ///< of kCostReasons

@@ -19,7 +19,7 @@ struct PairTruth {
   bool contact() const { return pair_class != PairClass::separated; }
 };
 
-/// What errors are measured against. Safe to call from several threads.
+/// The reference of errors. Safe to call from several threads.
 class Oracle {
  public:
   virtual ~Oracle() = default;

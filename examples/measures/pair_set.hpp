@@ -9,7 +9,7 @@
 
 namespace touchstone::comparison {
 
-/// What every backend is asked about: pairs of posed solids, over one or more frames. A pair family and a
+/// The input of every backend: pairs of posed solids, over one or more frames. A pair family and a
 /// pair file have one frame; a scene has one per step. Case c is pair c % pairs.size() in frame c /
 /// pairs.size().
 struct PairSet {

@@ -7,7 +7,7 @@
 
 #include "touchstone/contact_core/registry.hpp"
 
-// What several programs let their users choose.
+// Options that several programs share.
 
 namespace touchstone::comparison {
 

@@ -1,6 +1,11 @@
 #include "touchstone/examples/program/json.hpp"
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::comparison {
 
@@ -8,6 +13,12 @@ Json number(double value) {
   if (std::isnan(value)) return nullptr;
   if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
   return value;
+}
+
+double number_of(const Json& value) {
+  if (value.is_null()) return std::numeric_limits<double>::quiet_NaN();
+  if (value == "inf") return std::numeric_limits<double>::infinity();
+  return value.get<double>();
 }
 
 Json json(const Vector3& v) { return Json::array({number(v.x()), number(v.y()), number(v.z())}); }
@@ -32,6 +43,13 @@ Json json(const StepTimes& times) {
   return {{"median", number(times.median_us)},
           {"p99_9", number(times.p999_us)},
           {"worst", number(times.worst_us)}};
+}
+
+std::string read_file(const std::string& path, const std::string& who) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream || !std::filesystem::is_regular_file(path))
+    throw InputError(who + ": " + path + " cannot be read");
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 }  // namespace touchstone::comparison

@@ -6,16 +6,22 @@
 #include "touchstone/examples/measures/quantiles.hpp"
 #include "touchstone/examples/program/machine.hpp"
 
-// What every results.json says alike.
+// Parts that every results.json shares.
 
 namespace touchstone::comparison {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double value);    ///< NaN: null; infinite: "inf" or "-inf"
+Json number(double value);  ///< NaN: null; infinite: "inf" or "-inf"
+/// Reads a figure that number() wrote.
+double number_of(const Json& value);
 Json json(const Vector3& v);  ///< [x, y, z], each as number()
 Json json(const Pose& X);     ///< {"p_m", "R_rows"}
 Json json(const Machine& machine);
 Json json(const StepTimes& times);
+
+/// Returns the file's bytes. @param who names the reader in an error: "diff".
+/// @throws InputError when there is no such file.
+std::string read_file(const std::string& path, const std::string& who);
 
 }  // namespace touchstone::comparison

@@ -5,7 +5,7 @@
 
 namespace touchstone::comparison {
 
-/// What the figures were measured with.
+/// The machine and the build that the figures were measured with.
 struct Machine {
   std::string cpu;              ///< model
   std::string instruction_set;  ///< that native's kernels use: "generic", "avx2", "avx512"

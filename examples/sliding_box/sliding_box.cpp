@@ -2,7 +2,7 @@
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/physics/contacts/narrowphase_contacts.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;

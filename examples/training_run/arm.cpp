@@ -6,17 +6,13 @@
 namespace touchstone::training {
 namespace {
 
-MechanismDescription description_of(const std::string& model) {
-  if (model == "ssrms") return make_ssrms();
-  throw InputError("arm '" + model + "' is not known; known: ssrms");
-}
-
 Arm make_arm(const ArmScript& script) {
   Arm arm;
-  arm.mechanism = std::make_shared<const Mechanism>(description_of(script.model));
+  arm.mechanism = std::make_shared<const Mechanism>(make_bundled_arm(script.model));
   const Mechanism& mechanism = *arm.mechanism;
   arm.flown_link = mechanism.find_link(script.link);
   arm.joints = script.joints;
+  arm.holds = script.holds;
   if (arm.joints.size() != mechanism.value_count())
     throw InputError("arm '" + script.model + "': " + std::to_string(arm.joints.size()) +
                      " joint values for " + std::to_string(mechanism.value_count()) + " joints");

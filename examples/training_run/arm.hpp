@@ -14,6 +14,7 @@ struct Arm {
   Pose X_WB;                   ///< of the base
   std::vector<double> joints;  ///< at the start
   std::uint32_t flown_link;
+  bool holds;               ///< see ArmScript
   std::size_t hand;         ///< that flies it
   std::size_t first_value;  ///< of its joint values among those of all arms
   std::uint32_t first_object, object_count;

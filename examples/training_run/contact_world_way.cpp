@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "touchstone/contact_core/output/output_feed.hpp"
+#include "touchstone/contact_core/world/scene_world.hpp"
 #include "touchstone/examples/training_run/way.hpp"
 
 namespace touchstone::training {
@@ -14,11 +15,10 @@ class ContactWorldWay final : public Way {
         backend_(narrowphase->name()),
         world_(std::move(narrowphase), std::move(broadphase), setting.scene().contact_gap),
         formation_(setting.object_count()) {
-    PairRule rule;
-    rule.policy = setting.scene().policy;
-    rule.translation_only = setting.script().translation_only;
-    world_.set_default_rule(rule);
     add_objects();
+    set_rules(setting.scene(), objects_, world_);
+    world_.set_default_rule(
+        {setting.scene().policy, {}, setting.script().translation_only, setting.scene().passive});
     for (const Exemption& pair : exemptions(setting.instance().exempt_pairs())) world_.exempt(pair);
     commands_.reserve(setting.script().hands.size());
     joint_commands_.reserve(setting.arms().size());

@@ -45,6 +45,11 @@ struct Fleet {
     arm.mechanism->link_poses(arm.X_WB, command.values, links);
     for (std::uint32_t i = 0; i < arm.object_count; ++i)
       X_WO[arm.first_object + i] = links[arm.link_of_object[i]];
+    for (std::uint32_t i = 0; i < X_WO.size(); ++i) {
+      const std::uint32_t root = formation.root_of(i);
+      if (root != i && root - arm.first_object < arm.object_count)
+        X_WO[i] = compose(X_WO[root], formation.X_RO[i]);
+    }
   }
   void execute(const Command& command) noexcept {
     const CarriedPath path(command.path, formation.X_RO);

@@ -43,6 +43,17 @@ Pose ArmHand::pose_at(std::span<const double> q) noexcept {
   return X_WL_[arm_->flown_link];
 }
 
+void ArmHand::aim_from(std::span<const double> q, const HandRates& rates) noexcept {
+  const Pose now = pose_at(q);
+  const Pose before = target_;
+  target_ = now;
+  if (!arm_->holds) return;
+  if (rates.turn == Vector3::Zero()) target_.R = before.R;
+  const Matrix3 axes = rates.mode == HandRates::Mode::hand ? target_.R : Matrix3::Identity();
+  for (int i = 0; i < 3; ++i)
+    if (rates.velocity[i] == 0.0) target_.p += dot(axes.col(i), before.p - now.p) * axes.col(i);
+}
+
 bool ArmHand::limit(std::span<const double> q, double duration, std::span<double> next) const noexcept {
   double share = 1.0;
   for (const Mechanism::Joint& joint : arm_->mechanism->joints()) {
@@ -58,7 +69,8 @@ bool ArmHand::limit(std::span<const double> q, double duration, std::span<double
   return true;
 }
 
-void ArmHand::resolve(std::span<const double> q, double duration, std::span<double> next) noexcept {
+void ArmHand::resolve(std::span<const double> q, const HandRates& rates, double duration,
+                      std::span<double> next) noexcept {
   std::copy(q.begin(), q.end(), next.begin());
   double left = std::numeric_limits<double>::infinity();
   bool limited = false, damped = false;
@@ -78,7 +90,7 @@ void ArmHand::resolve(std::span<const double> q, double duration, std::span<doub
   figures_.limited_frames += limited;
   figures_.damped_frames += damped;
   if (limited)
-    target_ = pose_at(next);  // what cannot be done is not saved up
+    aim_from(next, rates);
   else
     figures_.largest_residual = std::max(figures_.largest_residual, left);
 }
@@ -87,9 +99,9 @@ void ArmHand::command(std::span<const double> q, const HandRates& rates, double 
                       std::span<double> next) noexcept {
   // After a stop from where the arm is; otherwise from where the hand asked it to be, so that nothing adds
   // up.
-  if (!std::equal(q.begin(), q.end(), commanded_.begin())) target_ = pose_at(q);
+  if (!std::equal(q.begin(), q.end(), commanded_.begin())) aim_from(q, rates);
   target_ = flown(target_, rates, duration).to();
-  resolve(q, duration, next);
+  resolve(q, rates, duration, next);
   std::copy(next.begin(), next.end(), commanded_.begin());
 }
 

@@ -14,7 +14,7 @@ namespace touchstone::training {
 /// Where rates that are held for a frame lead from X_WO.
 RigidPath flown(const Pose& X_WO, const HandRates& rates, double duration);
 
-/// What an arm's control did over a flight; zeros for a free object.
+/// Figures of an arm's control over a flight; zeros for a free object.
 struct HandFigures {
   bool is_arm = false;
   std::size_t limited_frames = 0;  ///< a joint's rate or position limit scaled the step
@@ -40,7 +40,10 @@ class ArmHand {
 
  private:
   Pose pose_at(std::span<const double> q) noexcept;
-  void resolve(std::span<const double> q, double duration, std::span<double> next) noexcept;
+  /// What cannot be done is not saved up, but for what the hand holds against.
+  void aim_from(std::span<const double> q, const HandRates& rates) noexcept;
+  void resolve(std::span<const double> q, const HandRates& rates, double duration,
+               std::span<double> next) noexcept;
   /// Shortens the step from q to what rates and positions of all joints allow. True: it was too long.
   bool limit(std::span<const double> q, double duration, std::span<double> next) const noexcept;
 

@@ -54,6 +54,12 @@ bool boxes_are_apart(const PosedSolid& a, const PosedSolid& b) {
 
 bool same(const Pose& X, const Pose& Y) { return X.p == Y.p && X.R == Y.R; }
 
+/// Their product; where one is the identity, the bits of the other.
+Pose on_body(const Pose& X, const Pose& Y) {
+  if (same(Y, {})) return X;
+  return same(X, {}) ? Y : compose(X, Y);
+}
+
 /// The paths of a frame: of free objects, by object, with what they carry; and of arms.
 struct FramePaths {
   std::vector<CarriedPath> free;
@@ -189,21 +195,25 @@ struct Judge::State {
     return paths;
   }
 
+  /// What an object is on: a body of a path, and where the object is in that body.
   struct BodyPath {
     const MotionPath* path;
     std::uint32_t body;
+    Pose X_BO;
   };
   BodyPath path_of(std::uint32_t object, const FramePaths& paths, const Formation& formation) const {
-    if (const Arm* arm = setting.arm_of(object))
-      return {&paths.arms[index_of(*arm)], arm->link_of_object[object - arm->first_object]};
-    return {&paths.free[formation.root_of(object)], object};
+    const std::uint32_t root = formation.root_of(object);
+    if (const Arm* arm = setting.arm_of(root))
+      return {&paths.arms[index_of(*arm)], arm->link_of_object[root - arm->first_object],
+              formation.X_RO[object]};
+    return {&paths.free[root], object, {}};
   }
 
   std::vector<Pose> poses_on(const FramePaths& paths, const Formation& formation, double s) const {
     std::vector<Pose> X_WO(paths.free.size());
     for (std::uint32_t i = 0; i < X_WO.size(); ++i) {
       const BodyPath on = path_of(i, paths, formation);
-      X_WO[i] = on.path->at(on.body, s).X_WO;
+      X_WO[i] = on_body(on.path->at(on.body, s).X_WO, on.X_BO);
     }
     return X_WO;
   }
@@ -212,9 +222,10 @@ struct Judge::State {
   double way_of(std::uint32_t object, const FramePaths& paths, const Formation& formation) const {
     const Sphere& sphere = setting.instance().trees()[object]->nodes()[0].sphere_O;
     const BodyPath on = path_of(object, paths, formation);
-    if (const Arm* arm = setting.arm_of(object)) {
+    if (const Arm* arm = setting.arm_of(formation.root_of(object))) {
       const MechanismPath& path = paths.arms[index_of(*arm)];
-      return path.speed_bound(on.body, sphere.centre) + path.turn_bound(on.body) * sphere.radius;
+      return path.speed_bound(on.body, transform(on.X_BO, sphere.centre)) +
+             path.turn_bound(on.body) * sphere.radius;
     }
     const BodyState state = on.path->at(on.body, 0.0);
     const double reach = norm(transform(state.X_WO, sphere.centre) - state.centre_W) + sphere.radius;
@@ -246,12 +257,16 @@ struct Judge::State {
   MovingSolid moving(SolidIndex solid, const FramePaths& paths, const Formation& formation,
                      double stop) const {
     const BodyPath on = path_of(object_of(solid), paths, formation);
-    return {&placed(solid).solid, placed(solid).X_OS, on.path, on.body, stop};
+    return {&placed(solid).solid, on_body(on.X_BO, placed(solid).X_OS), on.path, on.body, stop};
   }
 
   /// The object that stands for all that moves with the solid.
   std::uint32_t mover_of(SolidIndex solid, const Formation& formation) const {
     return setting.mover_of(formation.root_of(object_of(solid)));
+  }
+
+  bool is_passive(SolidIndex solid, const Formation& formation) const {
+    return setting.may_be_taken_along(formation.root_of(object_of(solid)));
   }
 
   /// Where a mover was stopped by other pairs in this frame.
@@ -320,6 +335,9 @@ struct Judge::State {
       bool is_blocked = false, rightly = false;
       for (const LoggedEvent& event : events) {
         if (event.kind != EventKind::blocked || rightly) continue;
+        // Who takes a passive object along is not told; what that one met stops both.
+        if (is_passive(event.solids.a, formation) || is_passive(event.solids.b, formation))
+          is_blocked = rightly = true;
         if (mover_of(event.solids.a, formation) != mover && mover_of(event.solids.b, formation) != mover)
           continue;
         is_blocked = true;

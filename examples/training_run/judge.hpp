@@ -26,7 +26,7 @@ struct Cue {
   SolidPair solids;
 };
 
-/// What a flight is worth, judged by `exact`.
+/// The verdict on a flight, by `exact`.
 struct Verdict {
   std::size_t frames = 0;
   std::vector<Stop> stops;

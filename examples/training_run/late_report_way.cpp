@@ -24,7 +24,7 @@ class ImageGenerator {
     reports_.assign((delay_ + 1) * setting.pairs().size(), PairStatus::separated);
   }
 
-  /// What is shown from the start of frame `frame` on.
+  /// The poses shown from the start of frame `frame` on.
   void show(std::size_t frame, const Fleet& fleet) noexcept {
     const SceneInstance& instance = setting_->instance();
     for (SolidIndex i = 0; i < X_WS_.size(); ++i) {

@@ -128,7 +128,7 @@ struct FlightOutputs::State {
     names.push_back(std::move(name));
   }
 
-  /// What could not be written; empty: nothing.
+  /// The outputs that could not be written; empty: none.
   std::string write_animation() const {
     comparison::StreamedFile animation(animation_folder, animation_name);
 #if defined(TOUCHSTONE_HAS_GLTF) && defined(TOUCHSTONE_HAS_RECORDER)

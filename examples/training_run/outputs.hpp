@@ -24,7 +24,7 @@ void prepare_outputs(const OutputOptions& options, const std::vector<std::string
 /// The options that this build has, and what the others lack; one line each.
 std::string outputs_text();
 
-/// What became of the frames that one receiver was brought.
+/// Counts of the frames that one receiver was brought.
 struct OutputFigures {
   std::string receiver;
   OutputStatus status;

@@ -44,11 +44,17 @@ Setting::Setting(Script script, double frame_rate)
     object_of_hand_.push_back(hand.arm ? (arm++)->first_object : find(hand.object));
     if (!hand.arm) may_move_[object_of_hand_.back()] = 1;
   }
+  for (std::uint32_t i = 0; i < object_count(); ++i) {
+    may_be_taken_along_.push_back(!may_move_[i] && !arm_of_[i] && touchstone::may_be_taken_along(scene(), i));
+    if (may_be_taken_along_[i]) may_move_[i] = 1;
+  }
   for (const OperatorAction& action : script_.actions) {
     const bool latches = action.kind == OperatorAction::Kind::latch;
     actions_.push_back({action.kind, action.time, find(action.object), latches ? find(action.carrier) : kNone,
                         solids_of(action.allowed)});
-    if (latches) may_move_[actions_.back().object] = may_move_[actions_.back().carrier] = 1;
+    if (!latches) continue;
+    may_move_[actions_.back().object] = 1;
+    if (!arm_of_[actions_.back().carrier]) may_move_[actions_.back().carrier] = 1;
   }
   for (const SolidPair& pair : instance_.checked_pairs())
     if (may_move(instance_.object_of(pair.a)) || may_move(instance_.object_of(pair.b)))

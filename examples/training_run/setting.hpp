@@ -37,8 +37,10 @@ class Setting {
   const SceneInstance& instance() const { return instance_; }
   std::size_t object_count() const { return scene().objects.size(); }
   const std::string& object_name(std::uint32_t object) const { return scene().objects[object].tree.name(); }
-  /// Flown by a hand, or latched to something at some time.
+  /// Flown by a hand, latched to something at some time, or taken along.
   bool may_move(std::uint32_t object) const { return may_move_[object]; }
+  /// By rules of the scene, while nothing carries it; no hand flies it.
+  bool may_be_taken_along(std::uint32_t object) const { return may_be_taken_along_[object]; }
   /// Of an arm's hand: the arm's first link.
   std::uint32_t object_of_hand(std::size_t hand) const { return object_of_hand_[hand]; }
   /// By hand.
@@ -47,7 +49,7 @@ class Setting {
   const Arm* arm_of(std::uint32_t object) const { return arm_of_[object]; }
   /// Joint values of all arms.
   std::size_t value_count() const { return value_count_; }
-  /// What moves as one with it but for latches: the arm's first link, or the object itself.
+  /// The solids that move as one with it but for latches: the arm's first link, or the object itself.
   std::uint32_t mover_of(std::uint32_t object) const {
     return arm_of_[object] ? arm_of_[object]->first_object : object;
   }
@@ -59,7 +61,7 @@ class Setting {
   /// Frame k goes from time(k) to time(k + 1).
   std::size_t frame_count() const { return static_cast<std::size_t>(scene().frame_count() - 1); }
   double time(std::size_t frame) const { return scene().frame_time(frame); }
-  /// What the hand asks for in a frame: the row in force at its start.
+  /// The hand's command in a frame: the row in force at its start.
   HandRates rates(std::size_t hand, std::size_t frame) const;
 
  private:
@@ -72,7 +74,7 @@ class Setting {
   SceneInstance instance_;
   std::vector<const Arm*> arm_of_;
   std::size_t value_count_ = 0;
-  std::vector<char> may_move_;
+  std::vector<char> may_move_, may_be_taken_along_;
   std::vector<std::uint32_t> object_of_hand_;
   std::vector<Action> actions_;
   std::vector<SolidPair> pairs_;

@@ -31,7 +31,7 @@ class Way {
   virtual ~Way() = default;
   virtual std::string_view name() const noexcept = 0;
   virtual std::string_view backend() const noexcept = 0;
-  /// What stands behind what it shows.
+  /// How the poses that it shows were checked.
   virtual MotionCheck check() const noexcept { return MotionCheck::proven; }
   /// Between frames; may allocate.
   virtual void act(const Action& action) = 0;
