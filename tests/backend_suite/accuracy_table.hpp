@@ -6,9 +6,8 @@
 
 namespace touchstone::suite {
 
-/// What a backend may get wrong on the first kPairs pairs of a family with seed kSeed. Errors are over S, see
-/// examples/measures/accuracy.hpp; kUnsupported: the backend answers `unsupported` for all such
-/// pairs.
+/// The errors that a backend may make on the first kPairs pairs of a family with seed kSeed. Errors are over
+/// S, see examples/measures/accuracy.hpp; kUnsupported: the backend answers `unsupported` for all such pairs.
 struct AccuracyRow {
   std::string_view backend;
   std::string_view family;

@@ -98,7 +98,7 @@ void evaluate_cached(const Narrowphase& narrowphase, const Batch& batch, const Q
 void expect_only_failed(const Narrowphase& narrowphase, const Batch& bad, std::size_t i, const Query& query,
                         const Answers& good, std::vector<PairCacheEntry> cache) {
   const bool deterministic = narrowphase.capabilities().deterministic;
-  // What the backend cannot answer for any pose may stay unsupported.
+  // A query that the backend answers for no pose may stay unsupported.
   const bool supported = good.status[i] != PairStatus::unsupported;
   for (const bool cached : {false, true}) {
     Answers answers;

@@ -5,7 +5,7 @@
 #include "touchstone/tests/backend_suite/suite.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
-// What holds for every broadphase: sorted, the same for every block size, and no pair within the margin
+// Properties of every broadphase: sorted, the same for every block size, and no pair within the margin
 // missed.
 
 namespace touchstone::suite {

@@ -6,7 +6,7 @@
 #include "touchstone/tests/backend_suite/accuracy_table.hpp"
 #include "touchstone/tests/backend_suite/suite.hpp"
 
-// What narrowphase.hpp says of a manifold, held against every narrowphase that has manifolds.
+// The definition of a manifold in narrowphase.hpp, held against every narrowphase that has manifolds.
 
 namespace touchstone::suite {
 namespace {

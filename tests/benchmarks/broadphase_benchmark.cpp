@@ -7,7 +7,7 @@
 
 #include "touchstone/contact_core/broadphase/first_contact.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/tests/support/thread_team.hpp"
+#include "touchstone/contact_core/threads/thread_team.hpp"
 #ifdef TOUCHSTONE_BENCHMARK_BULLET
 #include "touchstone/adapters/bullet/bullet.hpp"
 #endif
@@ -170,7 +170,7 @@ void register_run(const std::string& name, const std::string& backend, const Mix
       ->Unit(benchmark::kMillisecond);
 }
 
-// What only `native` has, and how its cost grows: rows to plot.
+// Features of `native` alone, and how their cost grows: rows to plot.
 void register_native_runs() {
   for (std::int64_t count : {1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000, 500000, 1000000})
     register_run("growth/objects", "native", {}, count);

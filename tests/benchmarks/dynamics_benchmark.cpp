@@ -25,7 +25,7 @@
 #endif
 
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/physics/contacts/narrowphase_contacts.hpp"
 #include "touchstone/tests/benchmarks/processor_time.hpp"
 #include "touchstone/tests/physics/arm_with_payload.hpp"
 #include "touchstone/tests/physics/random_contact_sets.hpp"
@@ -236,7 +236,7 @@ void run_stacks(int steps, bool topples) {
 #endif
 }
 
-/// What a run of the arm takes, step by step.
+/// Times of a run of the arm, step by step.
 struct ArmRun {
   std::vector<double> times;
   std::vector<std::uint32_t> pieces;

@@ -3,7 +3,7 @@
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/physics/contacts/narrowphase_contacts.hpp"
 #include "touchstone/tests/benchmarks/dynamics_scenes.hpp"
 
 namespace touchstone::benchmarks {

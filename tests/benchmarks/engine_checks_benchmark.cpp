@@ -1,4 +1,4 @@
-// What our check costs an engine: engine_checks_benchmark SCENE.yaml [ENGINES [SECONDS]]
+// The cost of our check inside an engine: engine_checks_benchmark SCENE.yaml [ENGINES [SECONDS]]
 //
 // Each engine steps the scene with its own check and with ours, the two worlds in turns, so that what else
 // the machine does falls on both: processor time of a step (median, 99.9 %, most), ours over its own

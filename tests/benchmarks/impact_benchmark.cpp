@@ -1,5 +1,5 @@
-// Times of impact: find_impact() over native beside Bullet's sweeps on the same motions; what each misses and
-// how far off it is, by `exact`.
+// Times of impact: find_impact() over native beside Bullet's sweeps and FCL's continuous collision on the
+// same motions; what each misses, and how early or late it is, by `exact`.
 //
 //     impact_benchmark [motions of each family, default 1000] [seed, default 1]
 //
@@ -26,7 +26,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr double kGap = 1e-7;
-constexpr double kLeastWay = 1e-3;  // [m]
+constexpr double kLeastWay = 1e-3;     // [m]
+constexpr double kSameTime = 0x1p-40;  // of the motion: rounding
 
 double radius(const Hexahedron& solid) {
   double r = 0.0;
@@ -116,8 +117,8 @@ class Judge {
 
 struct Score {
   std::vector<double> ns, off;  // off: |separation| where they are said to meet [m], of true meetings
-  int missed = 0, phantom = 0, merged = 0;
-  double deepest = 0.0;
+  int missed = 0, phantom = 0, late = 0, merged = 0;
+  double deepest = 0.0, earliest = 0.0;
 };
 
 double quantile(std::vector<double>& values, double share) {
@@ -149,6 +150,8 @@ void look(const std::optional<double>& said, double truth, Judge& judge, Score& 
   const double separation = judge.separation(std::clamp(*said, 0.0, 1.0));
   if (!meets) ++score.phantom;
   if (meets) score.off.push_back(std::abs(separation));
+  if (meets && *said > truth + kSameTime) ++score.late;
+  if (meets && *said < truth) score.earliest = std::max(score.earliest, separation);
   if (separation <= 0.0) ++score.merged, score.deepest = std::max(score.deepest, -separation);
 }
 
@@ -172,15 +175,16 @@ void run(const Family& family, int count, std::uint64_t seed, std::vector<std::u
   }
   std::printf("\n### %s: %d motions, %d meet\n\n", std::string(family.name).c_str(), count, meetings);
   std::printf(
-      "| | median [ns] | 99.9 %% | worst | missed | phantom | shown merged | deepest [m] | off, median [m] | "
-      "off, worst |\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "| | median [ns] | 99.9 %% | worst | missed | phantom | late | shown merged | deepest [m] | off, "
+      "median "
+      "[m] | off, worst | early, worst |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (std::size_t m = 0; m < methods.size(); ++m) {
     Score& score = scores[m];
     if (score.ns.empty()) continue;
-    std::printf("| %s | %.0f | %.0f | %.0f | %d | %d | %d | %.2g | %.2g | %.2g |\n",
+    std::printf("| %s | %.0f | %.0f | %.0f | %d | %d | %d | %d | %.2g | %.2g | %.2g | %.2g |\n",
                 std::string(methods[m]->name()).c_str(), quantile(score.ns, 0.5), quantile(score.ns, 0.999),
-                quantile(score.ns, 1.0), score.missed, score.phantom, score.merged, score.deepest,
-                quantile(score.off, 0.5), quantile(score.off, 1.0));
+                quantile(score.ns, 1.0), score.missed, score.phantom, score.late, score.merged, score.deepest,
+                quantile(score.off, 0.5), quantile(score.off, 1.0), score.earliest);
   }
   std::fflush(stdout);
 }
@@ -201,7 +205,9 @@ int main(int argc, char** argv) {
   }
   std::vector<std::unique_ptr<Method>> methods;
   methods.push_back(make_ours());
-  for (auto make : {make_bullet_gjk_cast, make_bullet_subsimplex_cast, make_bullet_continuous})
+  for (auto make : {make_bullet_gjk_cast, make_bullet_subsimplex_cast, make_bullet_continuous, make_fcl_indep,
+                    make_fcl_libccd, make_fcl_naive, make_fcl_naive_1000})
     if (auto method = make()) methods.push_back(std::move(method));
+  print_fcl_check();
   for (const Family& family : families()) run(family, count, seed, methods);
 }

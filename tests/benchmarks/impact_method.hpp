@@ -34,5 +34,11 @@ std::unique_ptr<Method> make_ours();
 std::unique_ptr<Method> make_bullet_gjk_cast();
 std::unique_ptr<Method> make_bullet_subsimplex_cast();
 std::unique_ptr<Method> make_bullet_continuous();
+std::unique_ptr<Method> make_fcl_indep();
+std::unique_ptr<Method> make_fcl_libccd();
+std::unique_ptr<Method> make_fcl_naive();
+std::unique_ptr<Method> make_fcl_naive_1000();
+/// Two cubes of which one goes past the other, by every setting of FCL's; nothing where there is none.
+void print_fcl_check();
 
 }  // namespace touchstone::impact

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "touchstone/contact_core/native/manifold.hpp"
+#include "touchstone/contact_core/native/manifold/manifold.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 

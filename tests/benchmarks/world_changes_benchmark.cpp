@@ -1,6 +1,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/registry.hpp"
+#include "touchstone/contact_core/threads/thread_team.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 
 // What changes of a contact world cost at run time, each with the frame after it, where nothing else happens:
@@ -18,7 +20,11 @@
 // [us] over as many changes as take a second or two, 5 000 at most.
 //
 //   world_changes_benchmark [objects ...]        100, 1 000, 10 000 and 100 000 without arguments
-//   world_changes_benchmark --movers             10 000 objects, 1 000 of them told to go 5 cm a frame
+//   world_changes_benchmark --movers [threads]   10 000 objects, 1 000 of them told to go 5 cm a frame, on
+//   one
+//                                                thread and on two (or so many): median, 99.9th percentile
+//                                                and worst by the wall's clock and of the longest thread,
+//                                                which is what the wall's shows where nothing else runs [us]
 
 namespace touchstone {
 namespace {
@@ -186,41 +192,95 @@ void measure_changes(int count) {
   measure_objects(scene);
 }
 
-void measure_movers() {
+/// A team that counts what its tasks take in all, on whichever thread: shared evenly between processors that
+/// do nothing else, that is the time they take.
+class TimedTeam final : public TaskRunner {
+ public:
+  explicit TimedTeam(std::size_t threads) : team_(threads) {}
+  std::size_t threads() const noexcept override { return team_.threads(); }
+
+  void run(std::size_t count, Task task) noexcept override {
+    const double start = now_us();
+    Round round{task, 0.0};
+    team_.run(count, {[](void* context, std::size_t i) noexcept {
+                        Round& r = *static_cast<Round*>(context);
+                        const double begin = now_us();
+                        r.task(i);
+                        r.took.fetch_add(now_us() - begin);
+                      },
+                      &round});
+    in_rounds_ += now_us() - start;
+    shares_ += round.took / static_cast<double>(threads());
+  }
+
+  /// Since the last call: to be added to the caller's own time [us].
+  double take_difference() {
+    const double out = shares_ - in_rounds_;
+    shares_ = in_rounds_ = 0.0;
+    return out;
+  }
+
+ private:
+  struct Round {
+    Task task;
+    std::atomic<double> took;
+  };
+  ThreadTeam team_;
+  double in_rounds_ = 0.0, shares_ = 0.0;
+};
+
+struct MoversResult {
+  Sample processor, wall;
+  double blocked = 0, queries = 0, steps = 0, candidates = 0;
+  int frames = 0;
+};
+
+MoversResult fly_movers(ContactPolicy policy, std::size_t threads) {
   constexpr int kObjects = 10000, kMovers = 1000;
+  Scene scene(kObjects);
+  ContactWorld& world = *scene.world;
+  TimedTeam team(threads);
+  if (threads > 1) world.set_task_runner(&team);
+  PairRule rule;
+  rule.policy = policy;
+  world.set_default_rule(rule);
+  std::vector<Vector3> ways(kMovers);
+  std::vector<MotionCommand> commands;
+  MoversResult out;
+  for (; out.frames < 60; ++out.frames) {
+    if (out.frames % 20 == 0)
+      for (Vector3& way : ways) {
+        way = {scene.uniform(-1, 1), scene.uniform(-1, 1), scene.uniform(-1, 1)};
+        way *= 0.05 / way.norm();
+      }
+    commands.clear();
+    for (int i = 0; i < kMovers; ++i)
+      commands.push_back(world.move_by(scene.objects[10 * i], ways[i], {0, 0, 0.02}));
+    team.take_difference();
+    const double start = now_us(), wall_start = wall_us();
+    const FrameReport report = world.frame(commands);
+    const double took = now_us() - start + team.take_difference();
+    if (out.frames > 0) out.processor.add(took), out.wall.add(wall_us() - wall_start);
+    out.blocked += report.blocked_movers, out.queries += static_cast<double>(report.queries);
+    out.steps += report.slide_steps, out.candidates += report.candidate_pairs;
+  }
+  return out;
+}
+
+void measure_movers(std::size_t most_threads) {
   for (const ContactPolicy policy : {ContactPolicy::advance, ContactPolicy::slide}) {
-    Scene scene(kObjects);
-    ContactWorld& world = *scene.world;
-    PairRule rule;
-    rule.policy = policy;
-    world.set_default_rule(rule);
-    Sample sample, wall;
-    std::vector<Vector3> ways(kMovers);
-    std::vector<MotionCommand> commands;
-    double blocked = 0, queries = 0, steps = 0, candidates = 0;
-    int frames = 0;
-    for (; frames < 60; ++frames) {
-      if (frames % 20 == 0)
-        for (Vector3& way : ways) {
-          way = {scene.uniform(-1, 1), scene.uniform(-1, 1), scene.uniform(-1, 1)};
-          way *= 0.05 / way.norm();
-        }
-      commands.clear();
-      for (int i = 0; i < kMovers; ++i)
-        commands.push_back(world.move_by(scene.objects[10 * i], ways[i], {0, 0, 0.02}));
-      const double start = now_us(), wall_start = wall_us();
-      const FrameReport report = world.frame(commands);
-      if (frames > 0) sample.add(now_us() - start), wall.add(wall_us() - wall_start);
-      blocked += report.blocked_movers, queries += static_cast<double>(report.queries);
-      steps += report.slide_steps, candidates += report.candidate_pairs;
+    std::printf("10000 objects, 1000 movers at 5 cm a frame, policy %s:\n",
+                policy == ContactPolicy::slide ? "slide" : "advance");
+    for (const std::size_t threads : {std::size_t{1}, most_threads}) {
+      MoversResult result = fly_movers(policy, threads);
+      if (threads == 1)
+        std::printf("  per frame %.0f blocked, %.0f pairs, %.0f queries, %.1f sub-steps\n",
+                    result.blocked / result.frames, result.candidates / result.frames,
+                    result.queries / result.frames, result.steps / result.frames);
+      const std::string on = std::to_string(threads) + (threads == 1 ? " thread" : " threads");
+      result.processor.print(on + ", shared evenly [us]");
+      result.wall.print(on + ", wall clock [us]");
     }
-    std::printf(
-        "%d objects, %d movers at 5 cm a frame, policy %s: per frame %.0f blocked, %.0f pairs, %.0f "
-        "queries, %.1f sub-steps\n",
-        kObjects, kMovers, policy == ContactPolicy::slide ? "slide" : "advance", blocked / frames,
-        candidates / frames, queries / frames, steps / frames);
-    sample.print("frame, this thread's time [us]");
-    wall.print("frame, wall clock [us]");
   }
 }
 
@@ -229,7 +289,7 @@ void measure_movers() {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "--movers") {
-    touchstone::measure_movers();
+    touchstone::measure_movers(argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 2);
     return 0;
   }
   std::vector<int> counts;

@@ -45,7 +45,7 @@ Pairs surely_close(const Scene& scene, double margin) {
 class BroadphaseTest : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Core, BroadphaseTest, testing::Values("brute_force", "native", "edge_face"));
 
-// What the paper's does not keep, and says so: edge_face_broadphase_test.cpp.
+// Properties that the paper's broadphase lacks, and says so: edge_face_broadphase_test.cpp.
 class WholeContractTest : public BroadphaseTest {};
 INSTANTIATE_TEST_SUITE_P(Core, WholeContractTest, testing::Values("brute_force", "native"));
 

@@ -2,9 +2,9 @@
 
 #include <numeric>
 
+#include "touchstone/contact_core/threads/thread_team.hpp"
 #include "touchstone/tests/broadphase/random_scene.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
-#include "touchstone/tests/support/thread_team.hpp"
 
 namespace touchstone {
 namespace {

@@ -50,7 +50,8 @@ std::unique_ptr<btCollisionShape> make_shape(const Hexahedron& solid) {
 
 enum class Verdict { right, wrong_class, wrong_depth };
 
-/// What is forgiven, of the pair's place and size: us the rounding of the engine's numbers, the engine a lot.
+/// The tolerance, of the pair's place and size: for us the rounding of the engine's numbers, the engine a
+/// lot.
 double tolerance(bool native) { return native ? 64 * kEpsilon : 1e-4; }
 
 /// The class, and the depth of a contact; distances are not judged.

@@ -6,7 +6,7 @@
 #include "touchstone/tests/bullet_plugin/collision_scene.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
-// What the solver gets: which points a manifold has, in which order, and what they remember.
+// The solver's input: which points a manifold has, in which order, and what they remember.
 
 namespace touchstone::test {
 namespace {

@@ -13,15 +13,15 @@
 #include <vector>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/compare_backends/comparison.hpp"
-#include "touchstone/examples/compare_backends/html_report.hpp"
-#include "touchstone/examples/compare_backends/json_writer.hpp"
-#include "touchstone/examples/compare_backends/pareto_front.hpp"
-#include "touchstone/examples/compare_backends/speed_error_plot.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
-#include "touchstone/examples/compare_backends/terminal.hpp"
-#include "touchstone/examples/compare_backends/time_plot.hpp"
+#include "touchstone/examples/compare_backends/cli/terminal.hpp"
+#include "touchstone/examples/compare_backends/figures/speed_error_plot.hpp"
+#include "touchstone/examples/compare_backends/figures/time_plot.hpp"
+#include "touchstone/examples/compare_backends/judge/pareto_front.hpp"
+#include "touchstone/examples/compare_backends/page/html_report.hpp"
+#include "touchstone/examples/compare_backends/results/json_writer.hpp"
+#include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 

@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/choice.hpp"
+#include "touchstone/examples/compare_backends/judge/choice.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -8,11 +8,11 @@
 #include <set>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/compare_backends/comparison.hpp"
-#include "touchstone/examples/compare_backends/json_writer.hpp"
-#include "touchstone/examples/compare_backends/results_file.hpp"
-#include "touchstone/examples/compare_backends/upper_bound.hpp"
-#include "touchstone/examples/compare_backends/verdict.hpp"
+#include "touchstone/examples/compare_backends/judge/upper_bound.hpp"
+#include "touchstone/examples/compare_backends/judge/verdict.hpp"
+#include "touchstone/examples/compare_backends/results/json_writer.hpp"
+#include "touchstone/examples/compare_backends/results/results_file.hpp"
+#include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
 #include "touchstone/tests/compare_backends/random_choices.hpp"

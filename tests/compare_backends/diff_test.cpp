@@ -1,11 +1,11 @@
-#include "touchstone/examples/compare_backends/diff.hpp"
+#include "touchstone/examples/compare_backends/diff/diff.hpp"
 
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/compare_backends/json_writer.hpp"
+#include "touchstone/examples/compare_backends/results/json_writer.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -7,20 +7,21 @@
 #include <set>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/compare_backends/comparison.hpp"
-#include "touchstone/examples/compare_backends/dynamics_drift.hpp"
-#include "touchstone/examples/compare_backends/error_plots.hpp"
-#include "touchstone/examples/compare_backends/growth_plot.hpp"
-#include "touchstone/examples/compare_backends/html_report.hpp"
-#include "touchstone/examples/compare_backends/replay_command.hpp"
-#include "touchstone/examples/compare_backends/speed_error_plot.hpp"
-#include "touchstone/examples/compare_backends/svg_plot.hpp"
-#include "touchstone/examples/compare_backends/time_plot.hpp"
+#include "touchstone/examples/compare_backends/figures/drift_plot.hpp"
+#include "touchstone/examples/compare_backends/figures/error_plots.hpp"
+#include "touchstone/examples/compare_backends/figures/growth_plot.hpp"
+#include "touchstone/examples/compare_backends/figures/speed_error_plot.hpp"
+#include "touchstone/examples/compare_backends/figures/time_plot.hpp"
+#include "touchstone/examples/compare_backends/page/html_report.hpp"
+#include "touchstone/examples/compare_backends/run/comparison.hpp"
+#include "touchstone/examples/compare_backends/run/drift_file.hpp"
+#include "touchstone/examples/compare_backends/run/replay_command.hpp"
 #include "touchstone/examples/program/shell_text.hpp"
+#include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
-// What the figures and sections of the page say of made-up results.
+// Figures and sections of the page, on made-up results.
 
 namespace touchstone::comparison {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -9,14 +10,16 @@
 namespace touchstone::comparison {
 
 /// The page in a browser. Needs Chromium, which is for such tests alone: where there is none they are
-/// skipped.
+/// skipped, and fail where TOUCHSTONE_NEEDS_BROWSER is set, as .ci/run does.
 class PageInBrowser : public ProgramTest {
  protected:
   PageInBrowser()
       : ProgramTest(CHROMIUM " --headless --no-sandbox --disable-gpu --no-first-run --hide-scrollbars") {}
   void SetUp() override {
-    if (std::string_view(CHROMIUM).empty())
-      GTEST_SKIP() << "NOT LOOKED AT: the page needs Chromium (Debian: chromium or chromium-headless-shell)";
+    if (!std::string_view(CHROMIUM).empty()) return;
+    const std::string why = "the page needs Chromium (Debian: chromium or chromium-headless-shell)";
+    if (std::getenv("TOUCHSTONE_NEEDS_BROWSER") != nullptr) FAIL() << why;
+    GTEST_SKIP() << "NOT LOOKED AT: " << why;
   }
 
   /// The page after `script` ran at its end, in a window of this size [px]; what the script left in `found`

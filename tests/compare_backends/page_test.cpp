@@ -3,11 +3,11 @@
 
 #include <limits>
 
-#include "touchstone/examples/compare_backends/html_report.hpp"
-#include "touchstone/examples/compare_backends/json_writer.hpp"
+#include "touchstone/examples/compare_backends/judge/verdict.hpp"
 #include "touchstone/examples/compare_backends/page/embedded_text.hpp"
-#include "touchstone/examples/compare_backends/results_file.hpp"
-#include "touchstone/examples/compare_backends/verdict.hpp"
+#include "touchstone/examples/compare_backends/page/html_report.hpp"
+#include "touchstone/examples/compare_backends/results/json_writer.hpp"
+#include "touchstone/examples/compare_backends/results/results_file.hpp"
 #include "touchstone/examples/measures/random.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 #include "touchstone/tests/compare_backends/page_in_browser.hpp"
@@ -20,7 +20,7 @@ class PageScript : public ProgramTest {
  protected:
   PageScript() : ProgramTest(NODE) {}
 
-  // What decide.js says of each of `asked`, given results.json's `choices`.
+  // Runs decide.js on each of `asked`, given results.json's `choices`.
   nlohmann::json in_node(const std::string& choices, const nlohmann::json& asked) {
     const std::string script = R"(
       const decider=touchstoneDecider(data);
@@ -93,7 +93,7 @@ Choice on_the_grid(Choice choice) {
   return choice;
 }
 
-// What the page says when its controls are set to each of `asked`.
+// Sets the page's controls to each of `asked` and reads its answers.
 std::string controls_script(const nlohmann::json& asked) {
   return "const asked=" + asked.dump() + R"(;const by=id=>document.getElementById(id);found=asked.map(c=>{
     by('query').value=c.query;by('budget').value=c.max_error;by('share').value=c.share;

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "touchstone/examples/compare_backends/html_report.hpp"
+#include "touchstone/examples/compare_backends/page/html_report.hpp"
 #include "touchstone/tests/compare_backends/page_in_browser.hpp"
 
 // A walk through a run's page on a desk's window and on a phone's.
@@ -13,7 +13,7 @@ using ::testing::HasSubstr;
 
 constexpr int kDesk = 1440, kPhone = 390, kPhoneHeight = 844;
 
-// What a reader meets: the first screen, the width, every entry of the contents.
+// The page as a reader meets it: the first screen, the width, every entry of the contents.
 const char* const kWalk = R"(
   const box=id=>{const e=document.getElementById(id);return e?e.getBoundingClientRect():null};
   const first=document.querySelector('#verdict strong');

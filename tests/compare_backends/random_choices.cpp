@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "touchstone/examples/compare_backends/options.hpp"
+#include "touchstone/examples/compare_backends/run/options.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// What is true of a case, the same for every backend.
+// The truth of a case, the same for every backend.
 struct Truth {
   double separation, size, scale;
 };

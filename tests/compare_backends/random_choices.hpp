@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/compare_backends/choice.hpp"
+#include "touchstone/examples/compare_backends/judge/choice.hpp"
 #include "touchstone/examples/measures/random.hpp"
 
 namespace touchstone::comparison {

@@ -9,7 +9,7 @@
 #include <set>
 #include <sstream>
 
-#include "touchstone/examples/compare_backends/schema_text.hpp"
+#include "touchstone/examples/compare_backends/results/schema_text.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 

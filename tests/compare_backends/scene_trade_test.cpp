@@ -6,10 +6,10 @@
 
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
-#include "touchstone/examples/compare_backends/least_that_serves_page.hpp"
-#include "touchstone/examples/compare_backends/pair_choice.hpp"
-#include "touchstone/examples/compare_backends/scene_covers.hpp"
-#include "touchstone/examples/compare_backends/scene_trade.hpp"
+#include "touchstone/examples/compare_backends/results/least_that_serves_page.hpp"
+#include "touchstone/examples/compare_backends/run/pair_choice.hpp"
+#include "touchstone/examples/compare_backends/run/scene_covers.hpp"
+#include "touchstone/examples/compare_backends/run/scene_trade.hpp"
 #include "touchstone/examples/measures/random.hpp"
 
 // The least that serves: its reference against closed forms, its errors and its choices against brute force.

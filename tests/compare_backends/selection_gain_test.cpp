@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/selection_gain.hpp"
+#include "touchstone/examples/compare_backends/run/selection_gain.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "touchstone/examples/compare_backends/mann_whitney.hpp"
-#include "touchstone/examples/compare_backends/upper_bound.hpp"
+#include "touchstone/examples/compare_backends/diff/mann_whitney.hpp"
+#include "touchstone/examples/compare_backends/judge/upper_bound.hpp"
 #include "touchstone/examples/measures/quantiles.hpp"
 
 namespace touchstone::comparison {

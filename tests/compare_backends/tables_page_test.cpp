@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/tables_page.hpp"
+#include "touchstone/examples/compare_backends/results/tables_page.hpp"
 
 #include <gtest/gtest.h>
 

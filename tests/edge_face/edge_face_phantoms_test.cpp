@@ -8,7 +8,7 @@
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
 
-// What edge_face.hpp says of contacts that are not there.
+// Phantom contacts, as edge_face.hpp documents them.
 
 namespace touchstone {
 namespace {

@@ -30,8 +30,9 @@ struct Engine {
   bool is_soft = false;
   /// How far from its end the slide may come; a soft engine's: not farther than with its own check.
   double slide_off = 0.0;
-  /// What a stack may creep and how fast it may be at the end, as shares of the engine's own check: medians.
-  /// In ODE both are draws of one kind: from 41 starts 8 to 37 mm (own) and 4 to 41 mm, medians 18 and 22.
+  /// How far a stack may creep and how fast it may be at the end, as shares of the engine's own check:
+  /// medians. In ODE both are draws of one kind: from 41 starts 8 to 37 mm (own) and 4 to 41 mm, medians 18
+  /// and 22.
   double creep = 1.0, speed = 1.0;
   unsigned starts = 9;
   double give() const { return is_soft ? 0.0015 : 0.0; }

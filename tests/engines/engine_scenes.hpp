@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "touchstone/physics/dynamic_scene.hpp"
+#include "touchstone/physics/scene/dynamic_scene.hpp"
 
 // Scenes of boxes for every engine, made by hand.
 

@@ -1,4 +1,4 @@
-// What every dynamics engine must come to, with each of its checks: closed forms within what its method may
+// Every dynamics engine with each of its checks: closed forms within what its method may
 // be off, stated with each. The own engine's error stands beside in the test's properties.
 
 #include <gtest/gtest.h>
@@ -7,9 +7,7 @@
 #include <cstdio>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
-#include "touchstone/examples/measures/all_engines.hpp"
-#include "touchstone/tests/engines/engine_scenes.hpp"
+#include "touchstone/tests/engines/engine_suite.hpp"
 
 namespace touchstone {
 namespace {
@@ -17,70 +15,9 @@ namespace {
 using namespace engine_tests;
 using physics::BodyKind;
 using physics::DynamicScene;
-using physics::DynamicsEngine;
 using physics::EngineChoice;
 using physics::EngineFeature;
 using physics::EngineRegistry;
-
-const BackendRegistry& backends() {
-  static const BackendRegistry registry = [] {
-    BackendRegistry out;
-    comparison::register_all_backends(out);
-    return out;
-  }();
-  return registry;
-}
-
-const EngineRegistry& engines() {
-  static const EngineRegistry registry = [] {
-    EngineRegistry out;
-    comparison::register_all_engines(out, backends());
-    return out;
-  }();
-  return registry;
-}
-
-/// Own over native, and every other engine with each of its checks.
-std::vector<EngineChoice> choices() {
-  std::vector<EngineChoice> out{{"own", "native"}};
-  for (const auto& entry : engines().engines())
-    for (const std::string& check : entry.checks)
-      if (entry.name != "own") out.push_back({entry.name, check});
-  return out;
-}
-
-std::unique_ptr<DynamicsEngine> run(const EngineChoice& choice, const DynamicScene& scene) {
-  std::unique_ptr<DynamicsEngine> engine = engines().make(choice, scene);
-  while (!engine->is_over()) {
-    engine->begin_step();
-    const physics::EngineStep step = engine->step();
-    // ODE's direct method has contacts that it cannot solve: it says so, and the run ends there.
-    const bool is_told = choice.engine == "ode_direct" && step.failure.find("LCP") != std::string::npos;
-    EXPECT_TRUE(step.failure.empty() || is_told) << step.failure;
-    if (!step.failure.empty()) break;
-  }
-  return engine;
-}
-
-class EngineSuite : public ::testing::TestWithParam<EngineChoice> {
- protected:
-  bool is_own() const { return GetParam().engine == "own"; }
-  bool can(EngineFeature feature) const {
-    return engines().engine(GetParam()).features(GetParam().check).has(feature);
-  }
-  /// Contacts give way: what rests sinks in, what slides or leans on friction creeps.
-  bool is_soft() const { return GetParam().engine == "mujoco"; }
-
-  /// @param own_limit what ours may be off by @param limit what the method of others may
-  void expect_error(const char* what, double error, double own_limit, double limit) {
-    EXPECT_LE(error, is_own() ? own_limit : limit) << GetParam().text() << ": " << what;
-    RecordProperty(what, std::to_string(error));
-    std::printf("  %-16s %-20s off by %.2e (may be %.1e)\n", GetParam().text().c_str(), what, error,
-                is_own() ? own_limit : limit);
-  }
-};
-
-constexpr double kStep = 1e-3;
 
 TEST_P(EngineSuite, FreeFall) {
   DynamicScene scene = empty_scene(1.0);
@@ -160,14 +97,12 @@ TEST_P(EngineSuite, AStackOfFiveStands) {
   for (int i = 0; i < 5; ++i)
     add_box(scene, "box " + std::to_string(i), {0.2, 0.2, 0.2}, {0, 0, 0.1 + 0.2 * i}, 8.0);
   const auto engine = run(GetParam(), scene);
-  if (!engine->is_over()) {
-    std::printf("  %-16s stopped at %g s\n", GetParam().text().c_str(), engine->time());
-    return;
-  }
+  ASSERT_TRUE(engine->is_over()) << "stopped at " << engine->time() << " s";
   double moved = 0.0;
   for (std::size_t i = 1; i < scene.bodies.size(); ++i)
     moved = std::max(moved, norm(engine->object_pose(i).p - scene.scene.objects[i].X_WO.p));
-  // What contacts let in, five times; ODE's and Bullet's error reduction leave a step's sag at each.
+  // The penetration that contacts allow, five times; ODE's and Bullet's error reduction leave a step's sag at
+  // each.
   expect_error("stack moved [m]", moved, 1e-9, 5e-3);
   std::vector<physics::EngineContact> contacts;
   engine->list_contacts(contacts);
@@ -245,8 +180,7 @@ TEST_P(EngineSuite, NamesWhatItCannotDo) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Engines, EngineSuite, ::testing::ValuesIn(choices()),
-                         [](const auto& test) { return test.param.engine + "_" + test.param.check; });
+INSTANTIATE_TEST_SUITE_P(Engines, EngineSuite, ::testing::ValuesIn(choices()), name_of);
 
 TEST(EngineRegistry, NamesWhatThereIsAndWhyNot) {
   EngineRegistry registry;

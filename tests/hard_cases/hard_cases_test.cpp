@@ -103,7 +103,7 @@ std::string test_name(const testing::TestParamInfo<std::size_t>& test) {
 
 INSTANTIATE_TEST_SUITE_P(Named, HardCase, testing::Range<std::size_t>(0, hard_cases().size()), test_name);
 
-// What the checks that are not complete get wrong, on all cases above.
+// Errors of the checks that are not complete, on all cases above.
 struct Record {
   std::string_view backend;
   int missed;   ///< `separated`, yet in contact

@@ -13,7 +13,7 @@ if(WHOLE)
 else()
   run(${CMAKE_COMMAND} --build ${WORK_DIR}/build --target CMakeFiles/stranger.dir/stranger.cpp.o
     ${ours}/contact_core/CMakeFiles/touchstone_checks.dir/geometry/pose.cpp.o
-    ${ours}/physics/CMakeFiles/touchstone_physics.dir/rigid_body.cpp.o)
+    ${ours}/physics/CMakeFiles/touchstone_physics.dir/bodies/rigid_body.cpp.o)
 endif()
 
 execute_process(COMMAND ninja -C ${WORK_DIR}/build -t deps OUTPUT_VARIABLE deps COMMAND_ERROR_IS_FATAL ANY)

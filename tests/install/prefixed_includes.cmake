@@ -1,4 +1,4 @@
-# A file that includes "physics/rigid_body.hpp" may find a user's of that name first: every include has the prefix, or names
+# A file that includes "physics/bodies/rigid_body.hpp" may find a user's of that name first: every include has the prefix, or names
 # a file in its own folder, where a compiler looks before anywhere else.
 # cmake -D PROJECT_DIR=... -P prefixed_includes.cmake
 set(bad)

@@ -142,7 +142,7 @@ TEST(MechanismImpact, SweepingParallelToAFaceTakesFewQueries) {
   EXPECT_LE(worst, 16);
 }
 
-// What is called clear is: random spatial arms, and boxes in their way.
+// Paths that are called clear are: random spatial arms, and boxes in their way.
 TEST(MechanismImpact, ExecutedPathsKeepHalfTheGap) {
   for (const double step : {0.02, 0.5, 3.0}) {
     test::Draw draw(static_cast<std::uint64_t>(100 * step) + 17);

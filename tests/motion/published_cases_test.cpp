@@ -65,7 +65,7 @@ Pose at(const Vector3& p) {
   return X;
 }
 
-/// DESIGN's gap there: 1e-9 m, or four times native's resolution.
+/// The contact gap of the case: 1e-9 m, or four times native's resolution.
 double gap_at(const Case& c) {
   const double scale = std::max(c.p_A.cwiseAbs().maxCoeff(), c.p_B.cwiseAbs().maxCoeff()) + 64;
   return std::max(1e-9, 4 * make_native()->capabilities().resolution.at(scale));

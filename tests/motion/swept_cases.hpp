@@ -25,7 +25,7 @@ struct SweptCase {
 };
 
 struct SweptAnswer {
-  double gap;                           ///< DESIGN's gap there [m]
+  double gap;                           ///< the contact gap of the case [m]
   double lo;                            ///< [s]; kNever: clear
   double start_separation, separation;  ///< at the start and at lo, by `exact` [m]
   /// Of the whole path, by `exact`; only where it never meets and goes straight, where the distance is

@@ -261,7 +261,7 @@ TEST(MujocoPlugin, AnObserverIsToldOfBothChecksInOurTerms) {
     const Observer::Told& told = observer.all[0];
     EXPECT_EQ(told.half_extents[0].x(), 1.0);
     EXPECT_EQ(told.status, PairStatus::overlapping);
-    // What the engine is given: of its own check half the depth, in MuJoCo 2.2.2.
+    // The engine's input: of its own check half the depth, in MuJoCo 2.2.2.
     const double given = contacts[0];
     EXPECT_LT(given, -0.12);
     EXPECT_NEAR(told.geometry.separation, given, kTolerance);

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "touchstone/contact_core/native/gjk.hpp"
+#include "touchstone/contact_core/native/overlap/gjk.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 #include "touchstone/examples/measures/random.hpp"
 

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/native/largest_choice.hpp"
+#include "touchstone/contact_core/native/manifold/largest_choice.hpp"
 
 #include <gmock/gmock.h>
 

@@ -287,7 +287,7 @@ double worst_point(const Laid& pair, const Answer& answer) {
   return worst / scale_of(pair.a, pair.X_WA, pair.b, pair.X_WB);
 }
 
-// What manifold.hpp states, up to the greatest bend that is one face and beyond it.
+// The statements of manifold.hpp, up to the greatest bend that is one face and beyond it.
 TEST(NativeBentFaces, EveryPointLiesOnBothTrueSurfaces) {
   for (const double bend : {1e-15, 1e-14, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3, 1e-2, 0.03, 0.06}) {
     for (const bool on_block : {false, true}) {

@@ -7,9 +7,10 @@
 
 #include "all_features_reference.hpp"
 #include "native_fixture.hpp"
-#include "touchstone/contact_core/native/overlap.hpp"
-#include "touchstone/contact_core/native/pair_depth.hpp"
-#include "touchstone/contact_core/native/witness.hpp"
+#include "touchstone/contact_core/native/distance/facet_axes.hpp"
+#include "touchstone/contact_core/native/distance/pair_depth.hpp"
+#include "touchstone/contact_core/native/distance/witness.hpp"
+#include "touchstone/contact_core/native/overlap/overlap.hpp"
 
 // Depth, normal and witness points of pairs that overlap: against the reference in long double, against the
 // scalar road (best_facet_axis), over instruction sets, and in batches.
@@ -191,9 +192,8 @@ using native::DepthRecord;
 
 void expect_same_bits(const DepthRecord& p, const DepthRecord& q) {
   ASSERT_EQ(p.certified, q.certified);
-  ASSERT_EQ(p.has_axis, q.has_axis);
-  ASSERT_EQ(p.has_witness, q.has_witness);
-  if (!p.has_axis) return;
+  ASSERT_EQ(p.known, q.known);
+  if (p.known == native::DepthKnown::nothing) return;
   ASSERT_EQ(std::bit_cast<std::uint64_t>(p.separation), std::bit_cast<std::uint64_t>(q.separation));
   for (int k = 0; k < 3; ++k) {
     ASSERT_EQ(std::bit_cast<std::uint64_t>(p.n[k]), std::bit_cast<std::uint64_t>(q.n[k]));
@@ -279,7 +279,7 @@ TEST(NativeDepthKernels, AgreeWithTheScalarRoadWhereTheyAnswer) {
       }
       if (!meet) continue;
       ++asked[road];
-      if (!record.has_axis) continue;
+      if (record.known == native::DepthKnown::nothing) continue;
       ++answered[road];
       const double S = placed.pair.hulls.extent + norm(placed.origin_W);
       ASSERT_NEAR(record.separation, std::min(axis.separation, 0.0), 16 * native::kRoundoff * S);

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "native_fixture.hpp"
-#include "touchstone/contact_core/native/aligned_hulls.hpp"
-#include "touchstone/contact_core/native/clip_batch.hpp"
-#include "touchstone/contact_core/native/facet_axes.hpp"
-#include "touchstone/contact_core/native/hull_pair.hpp"
-#include "touchstone/contact_core/native/pair_depth.hpp"
+#include "touchstone/contact_core/native/common/hull_pair.hpp"
+#include "touchstone/contact_core/native/distance/facet_axes.hpp"
+#include "touchstone/contact_core/native/distance/pair_depth.hpp"
+#include "touchstone/contact_core/native/manifold/clip_batch.hpp"
+#include "touchstone/contact_core/native/overlap/aligned_hulls.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 // Boxes laid flush on each other, as engines leave them: deep by anything from roundings to millimetres, or
@@ -149,7 +149,7 @@ TEST(NativeFlush, AloneAndTogetherGiveTheSameBitsOnEveryInstructionSet) {
     const native::PairIndices pair{swapped ? given.b : given.a, swapped ? given.a : given.b};
     native::DepthRecord depth;
     generic.measure_box_depths(poses, data.boxes.data(), &pair, 1, &depth);
-    if (!depth.has_axis) continue;
+    if (depth.known == native::DepthKnown::nothing) continue;
     native::ClipTask& task = tasks.emplace_back();
     for (int k = 0; k < 3; ++k) task.n_separation[k] = depth.n[k];
     task.n_separation[3] = depth.separation;

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "native_fixture.hpp"
-#include "touchstone/contact_core/native/overlap.hpp"
+#include "touchstone/contact_core/native/overlap/overlap.hpp"
 #include "touchstone/contact_core/native/simd/kernels.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 

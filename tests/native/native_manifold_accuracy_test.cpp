@@ -7,12 +7,12 @@
 #include <set>
 
 #include "native_fixture.hpp"
-#include "touchstone/contact_core/native/manifold.hpp"
-#include "touchstone/contact_core/native/placed_pair.hpp"
+#include "touchstone/contact_core/native/manifold/manifold.hpp"
+#include "touchstone/contact_core/native/solids/placed_pair.hpp"
 #include "touchstone/examples/measures/surface_measure.hpp"
 
-// What manifold.hpp states of every contact point: on A, on B, straight across, over families that make it
-// hard.
+// The statements of manifold.hpp on every contact point: on A, on B, straight across, over families that make
+// it hard.
 
 namespace touchstone {
 namespace {

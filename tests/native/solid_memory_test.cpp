@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/native/solid_memory.hpp"
+#include "touchstone/contact_core/native/engine/solid_memory.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 
 #include "touchstone/tests/ode/ode_scenes.hpp"
 
-// What ODE 0.16.2 as packaged by Debian 12 gets wrong, measured against a plain separating-axis reference.
+// Errors of ODE 0.16.2 as packaged by Debian 12, measured against a plain separating-axis reference.
 
 namespace touchstone::ode_test {
 namespace {

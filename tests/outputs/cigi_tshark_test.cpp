@@ -1,4 +1,4 @@
-// What is sent, read by an independent implementation: the CIGI dissector of Wireshark.
+// The packets sent, read by an independent implementation: the CIGI dissector of Wireshark.
 
 #include <gmock/gmock.h>
 

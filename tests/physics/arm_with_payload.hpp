@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "touchstone/physics/dynamics_world.hpp"
+#include "touchstone/physics/world/dynamics_world.hpp"
 #include "touchstone/tests/physics/arms.hpp"
 
 namespace touchstone::physics {

@@ -7,7 +7,7 @@
 
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
-#include "touchstone/physics/inertia.hpp"
+#include "touchstone/physics/bodies/inertia.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
 // Arms that several tests move.

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "touchstone/physics/block_cholesky.hpp"
+#include "touchstone/physics/solver/block_cholesky.hpp"
 #include "touchstone/tests/physics/cubes.hpp"
 #include "touchstone/tests/physics/random_contact_sets.hpp"
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "touchstone/physics/dynamics_world.hpp"
+#include "touchstone/physics/world/dynamics_world.hpp"
 #include "touchstone/tests/physics/arms.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 

@@ -1,4 +1,4 @@
-#include "touchstone/physics/contact_solver.hpp"
+#include "touchstone/physics/solver/contact_solver.hpp"
 
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>

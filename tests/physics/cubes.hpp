@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/physics/contacts/narrowphase_contacts.hpp"
 
 // Cubes in a dynamics world with its contacts.
 

@@ -1,4 +1,4 @@
-#include "touchstone/physics/dynamics_world.hpp"
+#include "touchstone/physics/world/dynamics_world.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Dynamics whose motion a contact world executes: what is shown never merges, what is cut comes back as
 // impulse.
 
-#include "touchstone/physics/guarded_simulation.hpp"
+#include "touchstone/physics/guarded/guarded_simulation.hpp"
 
 #include <gtest/gtest.h>
 

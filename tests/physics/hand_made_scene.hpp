@@ -6,7 +6,7 @@
 #include <string>
 
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/physics/scene_simulation.hpp"
+#include "touchstone/physics/scene/scene_simulation.hpp"
 
 // Dynamic scenes made by hand, and their steps.
 

@@ -1,4 +1,4 @@
-#include "touchstone/physics/inertia.hpp"
+#include "touchstone/physics/bodies/inertia.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

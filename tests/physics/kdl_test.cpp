@@ -6,7 +6,7 @@
 #include <kdl/chain.hpp>
 #include <kdl/chainfdsolver_recursive_newton_euler.hpp>
 
-#include "touchstone/physics/mechanism_dynamics.hpp"
+#include "touchstone/physics/bodies/mechanism_dynamics.hpp"
 #include "touchstone/tests/physics/arms.hpp"
 
 using namespace touchstone;

@@ -1,4 +1,4 @@
-#include "touchstone/physics/latch.hpp"
+#include "touchstone/physics/bodies/latch.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "touchstone/physics/mechanism_dynamics.hpp"
+#include "touchstone/physics/bodies/mechanism_dynamics.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/physics/cholesky.hpp"
+#include "touchstone/physics/solver/cholesky.hpp"
 #include "touchstone/tests/physics/arms.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 

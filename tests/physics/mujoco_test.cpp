@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "touchstone/contact_core/geometry/quaternion.hpp"
-#include "touchstone/physics/mechanism_dynamics.hpp"
+#include "touchstone/physics/bodies/mechanism_dynamics.hpp"
 #include "touchstone/tests/physics/arms.hpp"
 
 using namespace touchstone;

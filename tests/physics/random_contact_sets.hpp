@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
-#include "touchstone/physics/contact_problem.hpp"
-#include "touchstone/physics/inertia.hpp"
+#include "touchstone/physics/bodies/inertia.hpp"
+#include "touchstone/physics/solver/contact_problem.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone::physics {

@@ -1,4 +1,4 @@
-#include "touchstone/physics/rigid_body.hpp"
+#include "touchstone/physics/bodies/rigid_body.hpp"
 
 #include <gtest/gtest.h>
 

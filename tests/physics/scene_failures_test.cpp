@@ -5,7 +5,7 @@
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/physics/scene_simulation.hpp"
+#include "touchstone/physics/scene/scene_simulation.hpp"
 #include "touchstone/tests/physics/hand_made_scene.hpp"
 #include "touchstone/tests/proof/lying_narrowphase.hpp"
 

@@ -1,4 +1,4 @@
-#include "touchstone/physics/scene_simulation.hpp"
+#include "touchstone/physics/scene/scene_simulation.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -14,7 +14,7 @@
 #ifdef TOUCHSTONE_HAS_ODE
 #include "touchstone/adapters/ode/ode.hpp"
 #endif
-#include "touchstone/physics/narrowphase_contacts.hpp"
+#include "touchstone/physics/contacts/narrowphase_contacts.hpp"
 #include "touchstone/tests/physics/arms.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/physics/scene_simulation.hpp"
+#include "touchstone/physics/scene/scene_simulation.hpp"
 #include "touchstone/tests/proof/bit_sink.hpp"
 #include "touchstone/tests/proof/run_hash.hpp"
 

@@ -59,7 +59,7 @@ Answers ask(const std::vector<PosedSolids>& block, Narrowphase& narrowphase) {
   return answers;
 }
 
-/// What one thread finds.
+/// One thread's findings.
 class Findings {
  public:
   Findings() : tallies(families().size()) {}

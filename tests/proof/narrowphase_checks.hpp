@@ -21,9 +21,9 @@ struct CheckedPair {
   double witness_error = 0.0;         ///< over S: the farther witness point's distance to its solid's surface
 };
 
-/// What `native` promises about a pair, held against `exact`: status in all three queries, separation and its
-/// sign, unit normal and the separation along it, p_B = p_A + separation n, (b,a) against (a,b), one pair a
-/// call against batches and a cache, max_separation, max_points.
+/// The promises of `native` about a pair, held against `exact`: status in all three queries, separation and
+/// its sign, unit normal and the separation along it, p_B = p_A + separation n, (b,a) against (a,b), one pair
+/// a call against batches and a cache, max_separation, max_points.
 /// @param narrowphase `native`, or what is to be caught lying; its build() is called.
 CheckedPair check_against_exact(const PosedSolids& solids, Narrowphase& narrowphase);
 

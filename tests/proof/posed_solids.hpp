@@ -5,7 +5,7 @@
 
 namespace touchstone::proof {
 
-/// What is asked about: two solids in their poses.
+/// The question: two solids in their poses.
 struct PosedSolids {
   Hexahedron a, b;
   Pose X_WA, X_WB;

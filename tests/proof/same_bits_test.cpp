@@ -7,12 +7,12 @@
 
 #include "touchstone/tests/proof/run_hash.hpp"
 
-// What this program's libraries come to against those that are compiled without Eigen's vectorisation.
+// Hashes of this program's libraries against those compiled without Eigen's vectorisation.
 
 namespace touchstone::proof {
 namespace {
 
-/// What the other program prints.
+/// Returns the other program's output.
 std::string printed(const std::string& options) {
   const std::string command = std::string(TOUCHSTONE_UNVECTORISED) + " " + options;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);

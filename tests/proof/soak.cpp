@@ -35,7 +35,7 @@ std::string group_name(std::uint32_t group) { return "group " + std::to_string(g
 using HandlePair = std::pair<ObjectHandle, ObjectHandle>;
 HandlePair ordered(ObjectHandle a, ObjectHandle b) { return a < b ? HandlePair{a, b} : HandlePair{b, a}; }
 
-/// What is known of one object without asking the world.
+/// The state of one object as known without asking the world.
 struct Item {
   ObjectHandle handle;
   Hexahedron solid;
@@ -47,7 +47,7 @@ struct Item {
   Pose X_CO;                             ///< in its carrier, as latched
 };
 
-/// What is switched off, after the records.
+/// The objects that are switched off, after the records.
 struct Off {
   bool everything = false;
   std::set<std::string> groups;

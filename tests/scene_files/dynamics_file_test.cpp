@@ -262,7 +262,7 @@ TEST(DynamicsFile, BadJointsAreNamedWithFileAndLine) {
             joint + "the value is out of its limits");
   EXPECT_EQ(error_in_joint(good + ", drive: {brake: -3}"), joint + "drive: brake: must be >= 0");
   EXPECT_EQ(error_in_joint(good + ", drive: {rate: 1, torque: 2}"),
-            joint + "drive: expected one of torque, rate, brake");
+            joint + "drive: expected one of torque, rate, brake, position");
   EXPECT_EQ(error_in_joint("kind: revolute, child: z, position: [0, 0, 0], axis: [0, 0, 1]"),
             joint + "child: the scene has no object 'z'");
   EXPECT_EQ(error_in_joint("kind: revolute, child: a, parent: a, position: [0, 0, 0], axis: [0, 0, 1]"),
@@ -319,6 +319,117 @@ TEST(DynamicsFile, BadSettingsActionsAndAnswersAreNamedWithFileAndLine) {
   EXPECT_EQ(error_of(start + "  conserved: [mass]\n"),
             "18: dynamics: conserved: unknown 'mass'; known: momentum, angular_momentum, angular_momentum_x, "
             "_y, _z, energy");
+}
+
+TEST(DynamicsFile, PairsHaveFiguresOfTheirOwnAndScenesTheirRule) {
+  const physics::DynamicScene scene = loaded(
+      "dynamics:\n"
+      "  step: 0.1\n"
+      "  combine: {friction: minimum, restitution: product}\n"
+      "  pairs:\n"
+      "    - {between: [a, b], friction: 0.25}\n"
+      "    - {between: [b, c], friction: 0.5, restitution: 0.75}\n");
+  EXPECT_EQ(scene.friction_rule, physics::Combination::minimum);
+  EXPECT_EQ(scene.restitution_rule, physics::Combination::product);
+  ASSERT_EQ(scene.pairs.size(), 2u);
+  EXPECT_EQ(scene.pairs[0].a, 0u);
+  EXPECT_EQ(scene.pairs[0].b, 1u);
+  EXPECT_EQ(scene.pairs[0].friction, 0.25);
+  EXPECT_FALSE(scene.pairs[0].restitution.has_value());
+  EXPECT_EQ(scene.pairs[1].restitution, 0.75);
+  EXPECT_EQ(load_dynamic_scene(written(with_copies("count: [3, 1, 1], spacing: [2, 2, 2]") +
+                                       "  pairs: [{between: [box, box], friction: 0.1}]\n"))
+                .pairs.size(),
+            6u);
+  const std::string start = "dynamics:\n  step: 0.1\n  pairs:\n    - ";
+  EXPECT_EQ(error_of(start + "{between: [a, a], friction: 1}\n"),
+            "18: dynamics: pairs: between: an object is no pair with itself");
+  EXPECT_EQ(error_of(start + "{between: [a, z], friction: 1}\n"),
+            "18: dynamics: pairs: between: the scene has no object 'z'");
+  EXPECT_EQ(error_of(start + "{between: [a, b]}\n"),
+            "18: dynamics: pairs: expected friction, restitution or both");
+  EXPECT_EQ(error_of(start + "{between: [a, b], friction: -1}\n"),
+            "18: dynamics: pairs: friction: must be >= 0");
+  EXPECT_EQ(error_of("dynamics:\n  step: 0.1\n  combine: {friction: mean}\n"),
+            "17: dynamics: combine: friction: unknown rule 'mean'; known: geometric_mean, arithmetic_mean, "
+            "minimum, maximum, product");
+}
+
+TEST(DynamicsFile, ActionsPutJointsAtValues) {
+  const std::string start =
+      "dynamics:\n  step: 0.1\n  bodies: [{object: a, mass: 1}]\n  mechanisms:\n    - name: m\n"
+      "      joints:\n        - {name: j, kind: revolute, child: a, position: [0, 0, 0], axis: [0, 0, 1],\n"
+      "           limits: {position: [-90, 90]}}\n  actions:\n";
+  const physics::DynamicScene scene =
+      loaded(start + "    - {time: 0.5, set: {joint: m.j, value: 30, rate: 6}}\n");
+  ASSERT_EQ(scene.actions.size(), 1u);
+  EXPECT_EQ(scene.actions[0].kind, physics::SceneAction::Kind::set_joint);
+  EXPECT_NEAR(scene.actions[0].value, 30 * kDegree, 1e-15);
+  EXPECT_NEAR(scene.actions[0].rate, 6 * kDegree, 1e-15);
+  EXPECT_EQ(error_of(start + "    - {time: 0.5, set: {joint: m.j, value: 91}}\n"),
+            "24: dynamics: actions: set: value: is out of the joint's limits");
+  EXPECT_EQ(error_of(start + "    - {time: 0.5, set: {joint: m.j, value: 1}, release: a}\n"),
+            "24: dynamics: actions: expected one of drive, latch, release, set, join, part");
+}
+
+TEST(DynamicsFile, ReadsJointsBetweenBodiesLossesAndPositionDrives) {
+  const std::string start =
+      "dynamics:\n  step: 0.1\n"
+      "  bodies: [{object: a, kind: dynamic, mass: 1}, {object: b, kind: dynamic, mass: 1}, {object: c, "
+      "mass: 1}]\n"
+      "  mechanisms:\n    - name: m\n      joints:\n"
+      "        - {name: j, kind: revolute, child: c, position: [0, 0, 0], axis: [0, 0, 1], friction: 3, "
+      "damping: 0.5,\n"
+      "           rotor: 0.25, drive: {position: 90, stiffness: 10, damping: 2, limit: 7}}\n"
+      "  joints:\n";
+  const physics::DynamicScene scene = loaded(
+      start +
+      "    - {name: door, kind: revolute, parent: a, child: b, position: [100, 0, 0], axis: [0, 0, 3],\n"
+      "       limits: {position: [-90, 45], torque: 4}, friction: 1, drive: {rate: 6, limit: 2}}\n"
+      "    - {name: grip, kind: fixed, parent: c, child: a, holds: false}\n"
+      "  actions:\n"
+      "    - {time: 0.2, join: grip}\n"
+      "    - {time: 0.4, drive: {joint: door, brake: 5}}\n"
+      "    - {time: 0.6, part: grip}\n"
+      "  answers: [{of: door, figure: value, value: 30, tolerance: 1}]\n");
+  const physics::SceneJoint& joint = scene.mechanisms[0].joints[0];
+  EXPECT_EQ(joint.losses.friction, 3.0);
+  EXPECT_EQ(joint.losses.damping, 0.5);
+  EXPECT_EQ(joint.rotor, 0.25);
+  EXPECT_EQ(joint.drive.drive.mode, physics::JointDrive::Mode::position);
+  EXPECT_NEAR(joint.drive.drive.position, 90 * kDegree, 1e-15);
+  EXPECT_EQ(joint.drive.drive.stiffness, 10.0);
+  EXPECT_EQ(joint.drive.drive.limit, 7.0);
+  ASSERT_EQ(scene.joints.size(), 2u);
+  const physics::SceneBodyJoint& door = scene.joints[0];
+  EXPECT_EQ(door.kind, physics::BodyJointKind::hinge);
+  EXPECT_EQ(door.parent, 0u);
+  EXPECT_EQ(door.child, 1u);
+  EXPECT_DOUBLE_EQ(door.p_W.x(), 0.1);
+  EXPECT_EQ(door.axis_W, Vector3(0, 0, 1));
+  EXPECT_NEAR(door.upper, 45 * kDegree, 1e-15);
+  EXPECT_EQ(door.effort, 4.0);
+  EXPECT_EQ(door.losses.friction, 1.0);
+  EXPECT_NEAR(door.drive.drive.rate, 6 * kDegree, 1e-15);
+  EXPECT_TRUE(door.is_on);
+  EXPECT_FALSE(scene.joints[1].is_on);
+  ASSERT_EQ(scene.actions.size(), 3u);
+  EXPECT_EQ(scene.actions[0].kind, physics::SceneAction::Kind::join);
+  EXPECT_EQ(scene.actions[0].joint.joint, 1u);
+  EXPECT_TRUE(scene.actions[1].joint.is_of_bodies());
+  EXPECT_EQ(scene.actions[2].kind, physics::SceneAction::Kind::part);
+  EXPECT_NEAR(scene.answers[0].value.x(), 30 * kDegree, 1e-15);
+  EXPECT_EQ(error_of(start + "    - {name: x, kind: weld, child: a}\n"),
+            "24: joint 'x': kind: unknown kind 'weld'; known: fixed, revolute, prismatic, ball");
+  EXPECT_EQ(error_of(start + "    - {name: x, kind: ball, child: a, friction: 1}\n"),
+            "24: joint 'x': friction: only joints with an axis have any");
+  EXPECT_EQ(error_of(start + "    - {name: x, kind: fixed, child: d}\n"),
+            "24: joint 'x': neither of the two is dynamic or a link");
+  EXPECT_EQ(
+      error_of(start + "    - {name: x, kind: fixed, child: a}\n    - {name: x, kind: fixed, child: b}\n"),
+      "25: joint 'x' occurs twice");
+  EXPECT_EQ(error_of(start + "    - {name: x, kind: fixed, child: a}\n  actions: [{time: 0, join: m.j}]\n"),
+            "25: dynamics: actions: join: is no joint between bodies");
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
-#include "touchstone/physics/scene_simulation.hpp"
+#include "touchstone/physics/scene/scene_simulation.hpp"
 #include "touchstone/tests/support/written_file.hpp"
 
 // One scene file, flown through a contact world and run by dynamics: latches, what they allow and exemptions

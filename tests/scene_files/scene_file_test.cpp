@@ -211,7 +211,7 @@ TEST(SceneFile, ReadsLatches) {
   EXPECT_EQ(scene.latches[1].carrier, "arm");
   EXPECT_EQ(scene.latches[1].allowed[0].second, "wall/h");
   const SceneInstance instance(scene);
-  // What moves as one is not checked, nor is what the latch allows.
+  // Solids that move as one are not checked, nor are those that the latch allows.
   EXPECT_EQ(instance.checked_pairs(), (std::vector<SolidPair>{{1, 3}, {2, 3}}));
   std::vector<Pose> poses(4);
   instance.poses_at(0.5, poses);
@@ -254,7 +254,7 @@ TEST(SceneFile, RefusesBadHeads) {
   EXPECT_NE(error_of("# a comment\n, stray\nname: s\n"), "accepted");  // yaml-cpp's LoadAll never returns
   EXPECT_EQ(error_of("- a\n"),
             "1: expected a map with the keys name, description, units, parameters, frame_rate, "
-            "contact_gap, policy, duration, objects, exempt, latches, dynamics, got a list");
+            "contact_gap, policy, passive, duration, objects, rules, exempt, latches, dynamics, got a list");
   try {
     load_scene("/nonexistent/scene.yaml");
     FAIL();

@@ -25,8 +25,8 @@ class TextFile : public ::testing::Test {
       (std::string("text_file_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
-// What follows the file's name in the message of the scene reader, the same as the pair reader's; or
-// "accepted".
+// Returns the text that follows the file's name in the message of the scene reader, the same as the pair
+// reader's; or "accepted".
 std::string error_of(const std::filesystem::path& path) {
   const auto message = [&](const std::function<void()>& load) -> std::string {
     try {

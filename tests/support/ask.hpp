@@ -16,7 +16,7 @@ inline Pose at(double x, double y, double z) {
   return X;
 }
 
-/// What is written for each pair; query.max_points slots of `points` a pair.
+/// The outputs for each pair; query.max_points slots of `points` a pair.
 struct Answers {
   std::vector<PairStatus> status;
   std::vector<PairGeometry> geometry;
@@ -41,7 +41,7 @@ inline Answers ask(const Narrowphase& narrowphase, std::span<const SolidPair> pa
   return out;
 }
 
-/// What is written for one pair; point_count points.
+/// The outputs for one pair; point_count points.
 struct Answer {
   PairStatus status = PairStatus::failed;
   PairGeometry geometry{};

@@ -19,7 +19,7 @@ inline std::filesystem::path written_file(const std::string& text, const std::st
   return path;
 }
 
-/// What `load` says against a file of this text, after the file's name; "accepted" when nothing.
+/// Returns the complaint of `load` about a file of this text, after the file's name; "accepted" when nothing.
 template <class Load>
 std::string error_in_file(const std::string& text, const std::string& ending, Load load) {
   const std::filesystem::path path = written_file(text, ending);

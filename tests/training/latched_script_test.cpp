@@ -4,7 +4,7 @@
 #include "touchstone/examples/training_run/fly.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
-// What latches of scenes and scripts allow, and until when.
+// Pairs that latches of scenes and scripts allow, and until when.
 
 namespace touchstone::training {
 namespace {
@@ -58,6 +58,61 @@ TEST_F(LatchedScript, ScriptsLatchAllowsItsPairsUntilTheRelease) {
   EXPECT_NEAR(fly_jaw("", latch + "  - {time: 0.3, release: payload}\n" +
                               "  - {time: 0.4, latch: {carrier: wrist, carried: payload}}\n"),
               0.55, 1e-8);
+}
+
+/// An arm's end effector holds a payload below it, above a floor; 0.1 m/s down for 2 s.
+constexpr const char* kArmScene = R"(name: Arm
+frame_rate: 10
+contact_gap: 1.0e-9
+policy: advance
+duration: 2
+objects:
+  - {name: payload, pose: {position: [0, 0, -0.26]}, hexahedra: [{name: box, box: {size: [0.5, 0.5, 0.5]}}]}
+  - {name: floor, pose: {position: [0, 0, -1.115]}, hexahedra: [{name: box, box: {size: [4, 4, 1]}}]}
+)";
+constexpr const char* kArmScript = R"(name: x
+scene: {file: scene.yaml}
+units: {angle: deg}
+hands:
+  - arm: {model: ssrms, link: tip, joints: [10, 25, -70, 110, -35, 20, 15], pose: {rpy: [0, 90, 0]}}
+    rates: [{time: 0, velocity: [0, 0, -0.1]}]
+)";
+const std::string kHold = "actions:\n  - {time: 0, latch: {carrier: ssrms.tip_lee, carried: payload}}\n";
+
+TEST_F(LatchedScript, ALinkCarriesItsPayloadInEveryWay) {
+  write("scene.yaml", kArmScene);
+  const Setting setting(load_script(write("script.yaml", kArmScript + kHold)));
+  BackendRegistry registry;
+  register_core(registry);
+  const auto world = make_contact_world_way(setting, registry.make_narrowphase("native"),
+                                            registry.make_broadphase("native"));
+  fly(setting, *world, false);
+  // The payload's lower face stands at -0.51, the floor's upper one at -0.615.
+  EXPECT_NEAR(world->poses()[0].p.z(), -0.365, 1e-8);
+  // Within a frame the joints go evenly and stray by (0.1 / 4 / 10)^2 x 17 / 8.
+  EXPECT_NEAR(world->poses()[0].p.x(), 0.0, 1.4e-5);
+  const auto first_build = make_first_build_way(setting);
+  fly(setting, *first_build, false);
+  EXPECT_NEAR(first_build->poses()[0].p.z(), -0.36, 1e-9);  // what is left of a step before
+  const auto unchecked = make_unchecked_way(setting);
+  fly(setting, *unchecked, false);
+  EXPECT_NEAR(unchecked->poses()[0].p.z(), -0.46, 1e-9);
+}
+
+TEST_F(LatchedScript, ALinkLetsGo) {
+  write("scene.yaml", kArmScene);
+  const Setting setting(
+      load_script(write("script.yaml", kArmScript + kHold + "  - {time: 0.5, release: payload}\n")));
+  BackendRegistry registry;
+  register_core(registry);
+  const auto world = make_contact_world_way(setting, registry.make_narrowphase("native"),
+                                            registry.make_broadphase("native"));
+  fly(setting, *world, false);
+  // Let go, it stands where it is, 10 mm below the mouth, and stops the arm.
+  EXPECT_NEAR(world->poses()[0].p.z(), -0.31, 1e-9);
+  const std::uint32_t lee = setting.actions()[0].carrier;
+  EXPECT_EQ(setting.object_name(lee), "ssrms.tip_lee");
+  EXPECT_NEAR(world->poses()[lee].p.z(), 1.3589 - 0.06, 1e-8);
 }
 
 }  // namespace

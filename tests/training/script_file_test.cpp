@@ -154,6 +154,32 @@ TEST_F(ScriptFile, RefusesWhatIsNoScript) {
   EXPECT_THROW(load_script("/dev/null"), InputError);
 }
 
+const std::string kArm =
+    "hands:\n  - arm: {model: ssrms, link: tip, joints: [1], pose: {}, hold: true}\n    rates: [{time: 0}]\n"
+    "actions:\n";  // 6 lines with the head
+
+TEST_F(ScriptFile, LatchesToLinksOfTheArmsItFlies) {
+  const Script script = load(kHead + kArm +
+                             "  - {time: 1, latch: {carrier: ssrms.tip_lee, carried: cube, allowed: "
+                             "[[ssrms.wrist_yaw, cube/cube]]}}\n  - {time: 2, release: cube}\n"
+                             "  - {time: 3, switch_off: ssrms.upper_boom}\n");
+  EXPECT_TRUE(script.hands[0].arm->holds);
+  EXPECT_EQ(script.actions[0].carrier, "ssrms.tip_lee");
+  EXPECT_EQ(script.actions[0].allowed[0].first, "ssrms.wrist_yaw");
+  EXPECT_EQ(script.actions[2].object, "ssrms.upper_boom");
+  EXPECT_EQ(script.scene.objects.size(), 2u);  // the links come with the program's arms
+  const std::string latch = kHead + kArm + "  - {time: 0, latch: ";
+  expect_refused(latch + "{carrier: ssrms.hand, carried: cube}}\n", 7, "no object 'ssrms.hand'");
+  expect_refused(latch + "{carrier: ssrms.tip, carried: cube}}\n", 7, "no object 'ssrms.tip'");
+  expect_refused(latch + "{carrier: table, carried: ssrms.tip_lee}}\n", 7, "carried by nothing");
+  expect_refused(latch + "{carrier: ssrms.tip_lee, carried: cube, allowed: [[ssrms.hand, cube]]}}\n", 7,
+                 "'ssrms.hand'");
+  expect_refused(kHands +
+                     "      - {time: 0}\nactions:\n  - {time: 0, latch: {carrier: ssrms.tip_lee, carried: "
+                     "cube}}\n",
+                 8, "no object 'ssrms.tip_lee'");
+}
+
 TEST_F(ScriptFile, EveryBundledScriptLoads) {
   std::size_t count = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(TOUCHSTONE_SCRIPTS)) {

@@ -260,18 +260,6 @@ TEST(ContactWorld, SelectionTakesEffectAtTheNextFrameAndIsRecorded) {
   EXPECT_EQ(scene.world->selection_record()[0].change, off);
 }
 
-TEST(ContactWorldThread, SelectionFromAnotherThreadWhileFramesRun) {
-  CubeOverTable scene;
-  std::jthread other([&](const std::stop_token& stop) {
-    for (bool on = false; !stop.stop_requested(); on = !on) {
-      scene.world->select(SelectionChange::of_everything(on));
-      std::this_thread::yield();
-    }
-  });
-  for (int i = 0; i < 2000; ++i) scene.move({0, 0, i % 2 ? 0.001 : -0.001});
-  EXPECT_NEAR(scene.height(), 0.5, 1e-9);
-}
-
 TEST(ContactWorld, ExemptPairIsNotChecked) {
   CubeOverTable scene;
   scene.world->exempt({scene.cube, scene.table, "box"});

@@ -1,4 +1,4 @@
-// What a user of the installed package writes: two boxes, one query, every installed backend by name; and a
+// A program of a user of the installed package: two boxes, one query, every installed backend by name; and a
 // call of each further component, so that what its static library needs is linked.
 #include <array>
 #include <cstdio>
@@ -65,7 +65,7 @@
 #include "touchstone/adapters/gltf/gltf.hpp"
 #endif
 #ifdef WITH_physics
-#include "touchstone/physics/dynamics_world.hpp"
+#include "touchstone/physics/world/dynamics_world.hpp"
 #endif
 
 using namespace touchstone;

@@ -6,12 +6,12 @@
 #include "adapters/exact/exact.hpp"
 #include "contact_core/geometry/pose.hpp"
 #include "examples/measures/random.hpp"
-#include "physics/rigid_body.hpp"
+#include "physics/bodies/rigid_body.hpp"
 #include "tests/backend_suite/suite.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/physics/dynamics_world.hpp"
-#include "touchstone/physics/rigid_body.hpp"
+#include "touchstone/physics/bodies/rigid_body.hpp"
+#include "touchstone/physics/world/dynamics_world.hpp"
 
 #ifndef TOUCHSTONE_STRANGERS_POSE
 #error "ours was found for theirs"

@@ -1,0 +1,17 @@
+# A public header includes public ones alone: an installed copy has no others.
+# cmake -D PROJECT_DIR=... -D HEADERS=contact_core/a.hpp,... -P public_includes.cmake
+cmake_minimum_required(VERSION 3.25)
+string(REPLACE "," ";" headers "${HEADERS}")
+set(bad)
+foreach(header IN LISTS headers)
+  file(STRINGS ${PROJECT_DIR}/${header} includes REGEX "^ *# *include *\"touchstone/")
+  foreach(include IN LISTS includes)
+    string(REGEX REPLACE ".*\"touchstone/(.*)\".*" "\\1" file "${include}")
+    if(NOT file IN_LIST headers)
+      string(APPEND bad "\n${header}: ${file}")
+    endif()
+  endforeach()
+endforeach()
+if(bad)
+  message(FATAL_ERROR "public headers include private ones:${bad}")
+endif()
