@@ -1,0 +1,130 @@
+#include "touchstone/contact_core/fit/stl_file.hpp"
+
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr std::size_t kHeader = 84, kRecord = 50;
+
+// STL is little-endian on every machine.
+std::uint32_t word_at(const std::string& bytes, std::size_t at) {
+  std::uint32_t word = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    word |= std::uint32_t{static_cast<unsigned char>(bytes[at + i])} << (8 * i);
+  return word;
+}
+
+TriangleMesh parse_binary(const std::string& bytes, std::size_t count, double scale) {
+  TriangleMesh mesh;
+  mesh.vertices.reserve(3 * count);
+  mesh.triangles.reserve(count);
+  for (std::size_t t = 0; t < count; ++t) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      Vector3 p;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::size_t at = kHeader + t * kRecord + 12 * (corner + 1) + 4 * axis;
+        p(static_cast<Eigen::Index>(axis)) = scale * double{std::bit_cast<float>(word_at(bytes, at))};
+      }
+      mesh.vertices.push_back(p);
+    }
+    const auto first = static_cast<std::uint32_t>(3 * t);
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
+
+// Words of an ASCII file with the lines they stand in.
+struct Words {
+  std::string_view rest;
+  std::size_t line = 1;
+
+  std::string_view next() {
+    while (!rest.empty() && std::strchr(" \t\r\n", rest.front()) != nullptr) {
+      if (rest.front() == '\n') ++line;
+      rest.remove_prefix(1);
+    }
+    const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r\n"));
+    rest.remove_prefix(word.size());
+    return word;
+  }
+};
+
+double number(Words& words, const std::string& name) {
+  const std::string_view word = words.next();
+  double value = 0;
+  const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error != std::errc() || end != digits.data() + digits.size())
+    throw InputError(
+        name + ":" + std::to_string(words.line) +
+        (word.empty() ? ": the file ends in a triangle" : ": no number: '" + std::string(word) + "'"));
+  return value;
+}
+
+TriangleMesh parse_ascii(const std::string& bytes, double scale, const std::string& name) {
+  TriangleMesh mesh;
+  Words words{bytes};
+  std::size_t corners = 0;
+  for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
+    if (word == "vertex") {
+      const double x = number(words, name), y = number(words, name), z = number(words, name);
+      mesh.vertices.emplace_back(scale * x, scale * y, scale * z);
+      ++corners;
+    } else if (word == "endloop") {
+      if (corners != 3)
+        throw InputError(name + ":" + std::to_string(words.line) + ": a facet of " + std::to_string(corners) +
+                         " corners; STL has three");
+      const auto end = static_cast<std::uint32_t>(mesh.vertices.size());
+      mesh.triangles.push_back({end - 3, end - 2, end - 1});
+      corners = 0;
+    }
+  }
+  if (corners != 0)
+    throw InputError(name + ":" + std::to_string(words.line) + ": the file ends in a triangle");
+  return mesh;
+}
+
+}  // namespace
+
+TriangleMesh parse_stl(const std::string& bytes, double scale, const std::string& name) {
+  if (!(scale > 0.0) || !std::isfinite(scale))
+    reject(name, "scale " + figure(scale) + " is not positive and finite");
+  if (bytes.empty()) reject(name, "empty file");
+  const std::size_t count = bytes.size() >= kHeader ? word_at(bytes, 80) : 0;
+  const bool is_ascii = bytes.starts_with("solid") && bytes.find("facet") != std::string::npos;
+  TriangleMesh mesh;
+  if (bytes.size() >= kHeader && bytes.size() == kHeader + kRecord * count) {
+    mesh = parse_binary(bytes, count, scale);
+  } else if (is_ascii) {
+    mesh = parse_ascii(bytes, scale, name);
+  } else if (bytes.size() < kHeader) {
+    reject(name, "no STL file: " + std::to_string(bytes.size()) + " bytes");
+  } else {
+    const std::size_t whole = (bytes.size() - kHeader) / kRecord;
+    reject(name, (whole < count ? "cut off in triangle " + std::to_string(whole)
+                                : "bytes after the last triangle") +
+                     ": the header says " + std::to_string(count) + " triangles, the file has " +
+                     std::to_string(bytes.size()) + " bytes");
+  }
+  validate(mesh, name);
+  return mesh;
+}
+
+TriangleMesh read_stl(const std::string& path, double scale) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) reject(path, "cannot be read");
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (file.bad()) reject(path, "cannot be read");
+  return parse_stl(bytes, scale, path);
+}
+
+}  // namespace touchstone

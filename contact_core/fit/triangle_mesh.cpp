@@ -1,0 +1,134 @@
+#include "touchstone/contact_core/fit/triangle_mesh.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr double kLargestCoordinate = 1e100;  // squares and their products stay finite
+
+bool is_before(const Vector3& a, const Vector3& b) {
+  if (a.x() != b.x()) return a.x() < b.x();
+  return a.y() != b.y() ? a.y() < b.y() : a.z() < b.z();
+}
+
+std::uint32_t root_of(std::vector<std::uint32_t>& parents, std::uint32_t i) {
+  while (parents[i] != i) i = parents[i] = parents[parents[i]];
+  return i;
+}
+
+// The vertices' shells, by joining the corners of each triangle.
+std::vector<std::uint32_t> join_corners(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> parents(mesh.vertices.size());
+  std::iota(parents.begin(), parents.end(), 0U);
+  for (const auto& corners : mesh.triangles) {
+    for (int i = 1; i < 3; ++i) {
+      const std::uint32_t a = root_of(parents, corners[0]), b = root_of(parents, corners[i]);
+      parents[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  return parents;
+}
+
+// An edge with its lower vertex first; `turn` is +1 where the triangle runs up, else -1.
+struct DirectedEdge {
+  std::uint32_t low, high;
+  int turn;
+  std::uint32_t shell;
+};
+
+std::vector<DirectedEdge> sorted_edges(const TriangleMesh& mesh, const MeshShells& shells) {
+  std::vector<DirectedEdge> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t a = mesh.triangles[t][i], b = mesh.triangles[t][(i + 1) % 3];
+      if (a != b)
+        edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1, shells.shell_of_triangle[t]});
+    }
+  }
+  std::sort(edges.begin(), edges.end(), [](const DirectedEdge& a, const DirectedEdge& b) {
+    return std::pair(a.low, a.high) < std::pair(b.low, b.high);
+  });
+  return edges;
+}
+
+}  // namespace
+
+void validate(const TriangleMesh& mesh, std::string_view name) {
+  if (mesh.triangles.empty()) reject(name, "no triangle");
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t corner : mesh.triangles[t]) {
+      const std::string where = "triangle " + std::to_string(t) + ": ";
+      if (corner >= mesh.vertices.size())
+        reject(name, where + "vertex " + std::to_string(corner) + " of " +
+                         std::to_string(mesh.vertices.size()) + " does not exist");
+      for (int axis = 0; axis < 3; ++axis) {
+        const double value = mesh.vertices[corner](axis);
+        if (!(std::abs(value) <= kLargestCoordinate))
+          reject(name, where + "coordinate " + figure(value) + " is not finite or beyond 1e100");
+      }
+    }
+  }
+}
+
+TriangleMesh weld(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> order(mesh.vertices.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    if (is_before(mesh.vertices[a], mesh.vertices[b])) return true;
+    return !is_before(mesh.vertices[b], mesh.vertices[a]) && a < b;
+  });
+  std::vector<std::uint32_t> first(mesh.vertices.size());  // the lowest vertex at the same place
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && !is_before(mesh.vertices[order[i - 1]], mesh.vertices[order[i]]);
+    first[order[i]] = same ? first[order[i - 1]] : order[i];
+  }
+  constexpr std::uint32_t kUnused = static_cast<std::uint32_t>(-1);
+  std::vector<std::uint32_t> place(mesh.vertices.size(), kUnused);
+  TriangleMesh welded;
+  for (const auto& corners : mesh.triangles) {
+    std::array<std::uint32_t, 3> joined{};
+    for (int i = 0; i < 3; ++i) {
+      std::uint32_t& at = place[first[corners[i]]];
+      if (at == kUnused) {
+        at = static_cast<std::uint32_t>(welded.vertices.size());
+        welded.vertices.push_back(mesh.vertices[first[corners[i]]]);
+      }
+      joined[i] = at;
+    }
+    welded.triangles.push_back(joined);
+  }
+  return welded;
+}
+
+MeshShells find_shells(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> parents = join_corners(mesh);
+  std::vector<std::uint32_t> number(mesh.vertices.size(), static_cast<std::uint32_t>(-1));
+  MeshShells shells;
+  for (const auto& corners : mesh.triangles) {
+    std::uint32_t& shell = number[root_of(parents, corners[0])];
+    if (shell == static_cast<std::uint32_t>(-1)) {
+      shell = static_cast<std::uint32_t>(shells.is_closed.size());
+      shells.is_closed.push_back(1);
+    }
+    shells.shell_of_triangle.push_back(shell);
+  }
+  const std::vector<DirectedEdge> edges = sorted_edges(mesh, shells);
+  for (std::size_t i = 0; i < edges.size();) {
+    int turns = 0;
+    std::size_t end = i;
+    for (; end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high; ++end)
+      turns += edges[end].turn;
+    if (turns != 0) shells.is_closed[edges[i].shell] = 0;
+    shells.open_edges += static_cast<std::size_t>(std::abs(turns));
+    i = end;
+  }
+  return shells;
+}
+
+}  // namespace touchstone
