@@ -52,9 +52,8 @@ struct FramePair : PairDistances {
 
 /// How far a pair came that is examined.
 enum class PairStage : std::uint8_t {
-  unchecked,  ///< it does not matter
-  apart,      ///< by an axis, wherever its movers are stopped
-  open,       ///< it has to be asked about
+  apart,  ///< by an axis, wherever its movers are stopped
+  open,   ///< it has to be asked about
 };
 inline constexpr std::uint32_t kNotAsked = 0xffffffff;
 

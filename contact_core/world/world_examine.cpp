@@ -33,7 +33,7 @@ void ContactWorld::State::find_pairs(FrameReport& report) {
 /// Finds the impacts of watched pairs and appends those to `pairs` that are not known to stay apart. Of a
 /// mover the nearest come first, and each group of equally near ones bounds how far its path matters to all
 /// after it.
-/// @param watches by solids.
+/// @param watches by solids; switched on.
 void ContactWorld::State::examine(std::span<const std::uint32_t> watches, FrameReport& report) {
   if (watches.empty()) return;
   const std::size_t first = pairs.size(), last = first + watches.size();
@@ -44,8 +44,8 @@ void ContactWorld::State::examine(std::span<const std::uint32_t> watches, FrameR
     examined[first + i].stage = open_pair(watches[i], pairs[first + i]);
   });
   opened.clear();
+  report.candidate_pairs += static_cast<std::uint32_t>(watches.size());
   for (std::size_t k = first; k < last; ++k) {
-    report.candidate_pairs += examined[k].stage != PairStage::unchecked;
     if (examined[k].stage == PairStage::open)
       opened.push_back({mover_of(*this, pairs[k].solids), static_cast<std::uint32_t>(k)});
   }
@@ -73,7 +73,6 @@ double ContactWorld::State::matters_until(const SolidPair& pair) const {
 /// Fills in `entry`, unless the two are known to stay apart, wherever on their paths they are stopped.
 PairStage ContactWorld::State::open_pair(std::uint32_t watch, FramePair& entry) {
   const SolidPair pair{watched[watch].a, watched[watch].b};
-  if (!is_checked(pair)) return PairStage::unchecked;
   entry = frame_pair(pair);
   entry.watch = watch;
   const double last = last_travel(pair, entry.own);

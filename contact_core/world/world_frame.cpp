@@ -86,7 +86,8 @@ void ContactWorld::State::lay_paths() {
 }
 
 /// The watched pairs that may not be clear: of what moves, or has moved since, and those that were not clear
-/// before. Of many moving links those that are lively are fewer.
+/// before. Of many moving links those that are lively are fewer. Pairs that are off are kept, unsorted: when
+/// they are switched on they may have come near.
 void ContactWorld::State::gather_unclear() {
   constexpr std::size_t kRootsAtOnce = 16;
   looked_at.clear();
@@ -96,29 +97,44 @@ void ContactWorld::State::gather_unclear() {
       is_looked_at[root] = 1;
       looked_at.push_back(root);
     }
-  for (const std::uint32_t root : looked_at) is_looked_at[root] = 0;
   if (mechanisms.size() > 0 && needs_lively) choose_lively();
-  // One may come from both of its solids, and as unclear and lively.
   gathered.resize(std::max(gathered.size(), 4 * std::size_t{watched.size()}));
-  std::atomic<std::size_t> count{0};
+  off.resize(std::max(off.size(), gathered.size()));
+  std::atomic<std::size_t> count{0}, off_count{0};
   const auto take = [&](std::uint32_t i) {
-    if (!is_clear(watched[i]))
-      gathered[count.fetch_add(1, std::memory_order_relaxed)] = {watched.solids(i), i};
+    if (is_clear(watched[i])) return;
+    const SolidPair pair = watched.solids(i);
+    if (is_checked(pair))
+      gathered[count.fetch_add(1, std::memory_order_relaxed)] = {pair, i};
+    else
+      off[off_count.fetch_add(1, std::memory_order_relaxed)] = i;
   };
+  // A pair of two roots that are looked at comes from its a.
   lanes.for_each(looked_at.size(), kRootsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
-    for_each_member(looked_at[i], [&](std::uint32_t slot) {
-      for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
-        watched.for_each_of(solid, take);
+    for_each_solid(looked_at[i], [&](SolidIndex solid) {
+      watched.for_each_of(solid, [&](std::uint32_t index) {
+        if (watched[index].a == solid || !is_looked_at[root_of(watched[index].a)]) take(index);
+      });
     });
   });
-  for (const std::uint32_t i : unclear) take(i);
-  if (mechanisms.size() > 0)
-    for (const std::uint32_t i : lively) take(i);
+  is_taken.resize(std::max(is_taken.size(), std::size_t{watched.size()}), 0);
+  const auto take_once = [&](std::uint32_t i) {
+    if (is_taken[i] || is_looked_at[root_of(watched[i].a)] || is_looked_at[root_of(watched[i].b)]) return;
+    is_taken[i] = 1;
+    take(i);
+  };
+  const std::span<const std::uint32_t> of_links =
+      mechanisms.size() > 0 ? std::span<const std::uint32_t>(lively) : std::span<const std::uint32_t>();
+  for (const std::span<const std::uint32_t> list : {std::span<const std::uint32_t>(unclear), of_links})
+    std::for_each(list.begin(), list.end(), take_once);
+  for (const std::span<const std::uint32_t> list : {std::span<const std::uint32_t>(unclear), of_links})
+    for (const std::uint32_t i : list) is_taken[i] = 0;
+  for (const std::uint32_t root : looked_at) is_looked_at[root] = 0;
   sort_gathered(count);
-  unclear.clear(), close.clear(), deferred.clear();
+  unclear.assign(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off_count));
+  close.clear(), deferred.clear();
   for (std::size_t k = 0; k < count; ++k) {
     const std::uint32_t i = gathered[k].watch;
-    if (k > 0 && gathered[k - 1].watch == i) continue;
     unclear.push_back(i);
     (is_clear_before(watched[i]) ? deferred : close).push_back(i);
   }

@@ -200,7 +200,7 @@ void ContactWorld::State::take_room_for_travels(bool anew) {
     watched.reserve(room), watched_before.reserve(room);
     for (std::vector<std::uint32_t>* watches : {&lively, &close, &deferred, &unclear}) watches->reserve(room);
     ahead.reserve(room);
-    gathered.reserve(4 * room);
+    gathered.reserve(4 * room), off.reserve(4 * room), is_taken.reserve(room);
     slides.pairs.reserve_watched(watched.capacity());
   }
   watched.set_solids(solids), watched_before.set_solids(solids);

@@ -62,8 +62,10 @@ struct ContactWorld::State : WorldModel {
       known_partners;                      // the same: partners watched so far and their index
   std::vector<std::uint32_t> unclear;      // watched pairs by index: all that may not be clear, of what rests
   std::vector<GatheredPair> gathered;      // of the watched pairs, those that are to be looked at
+  std::vector<std::uint32_t> off;          // the same: those that are switched off
   std::vector<std::uint32_t> looked_at;    // roots, within gather_unclear
   std::vector<std::uint8_t> is_looked_at;  // by slot, the same
+  std::vector<std::uint8_t> is_taken;      // by watched pair, the same
   std::vector<std::uint32_t> close, deferred;   // watched pairs by index, within find_pairs
   std::vector<SolidPair> ahead;                 // what is asked about next
   std::vector<SeparationMemo::Answer> answers;  // to what is asked ahead

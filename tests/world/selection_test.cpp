@@ -71,6 +71,20 @@ TEST(Selection, WhatIsOffIsForgottenWithItsObject) {
   EXPECT_NEAR(scene.x(), 2.0, 2 * kGap);
 }
 
+// Two that came to overlap while they were off, and have rested since.
+TEST(Selection, PairThatIsSwitchedOnAtRestIsFound) {
+  BoxBeforeWall scene;
+  scene.world->select(SelectionChange::of(scene.box, scene.wall, false));
+  const std::array into{scene.world->move_by(scene.box, {2.5, 0, 0}, {0, 0, 0})};
+  EXPECT_THAT(scene.world->frame(into).events, IsEmpty());
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(scene.world->frame({}).candidate_pairs, 0u);
+  scene.world->select(SelectionChange::of(scene.box, scene.wall, true));
+  const FrameReport report = scene.world->frame({});
+  ASSERT_EQ(report.events.size(), 2u);
+  EXPECT_EQ(report.events[0].kind, EventKind::penetrating_at_start);
+  EXPECT_EQ(report.events[1].kind, EventKind::began);
+}
+
 TEST(Selection, GroupIsSwitchedByItsName) {
   BoxBeforeWall scene;
   scene.world->select(SelectionChange::of_group("cargo", false));
