@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/norms.hpp"
+
 namespace touchstone {
 namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr double kLeast = std::numeric_limits<double>::min();
-
-double largest_magnitude(const Vector3& v) {
-  return std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
-}
 
 // From near the closest point of segment a to near that of b (Ericson, Real-Time Collision Detection, 5.1.9),
 // its largest component scaled to 1. Any direction will do for may_touch(): this one separates best.
@@ -19,7 +17,7 @@ Vector3 between_closest_points(const SweptSphere& a, const SweptSphere& b) {
   Vector3 u = a.to_W - a.from_W;
   Vector3 v = b.to_W - b.from_W;
   Vector3 w = a.from_W - b.from_W;
-  const double scale = std::max({largest_magnitude(u), largest_magnitude(v), largest_magnitude(w)});
+  const double scale = std::max({norm_inf(u), norm_inf(v), norm_inf(w)});
   u /= scale, v /= scale, w /= scale;  // products of four would leave the range of doubles
   const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
   const double denominator = uu * vv - uv * uv;
@@ -30,7 +28,7 @@ Vector3 between_closest_points(const SweptSphere& a, const SweptSphere& b) {
     s = uu > 0.0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0.0;
   }
   const Vector3 n = (t * v - s * u) - w;
-  return n / largest_magnitude(n);
+  return n / norm_inf(n);
 }
 
 }  // namespace
@@ -43,8 +41,8 @@ Vector3 between_closest_points(const SweptSphere& a, const SweptSphere& b) {
 SweptSphere swept_sphere(const Sphere& sphere_S, const Pose& X_WS_from, const Pose& X_WS_to, double bulge) {
   const Sphere from = world_sphere(sphere_S, X_WS_from);
   const Sphere to = world_sphere(sphere_S, X_WS_to);
-  const double reach = 2.0 * largest_magnitude(sphere_S.centre) + sphere_S.radius;
-  const double farthest = std::max(largest_magnitude(X_WS_from.p), largest_magnitude(X_WS_to.p));
+  const double reach = 2.0 * norm_inf(sphere_S.centre) + sphere_S.radius;
+  const double farthest = std::max(norm_inf(X_WS_from.p), norm_inf(X_WS_to.p));
   const double slack = 24 * kEps * (reach + farthest + bulge);
   return {from.centre, to.centre, (std::max(from.radius, to.radius) + (bulge + slack)) * (1.0 + 4 * kEps)};
 }
@@ -103,7 +101,7 @@ double bulge_of_interpolation(double arm, const Pose& X_WO_from, const Pose& X_W
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) trace += X_WO_from.R(i, j) * X_WO_to.R(i, j);
   const double cos_half_turn = std::sqrt(std::max(0.0, 0.25 * (1.0 + trace) - 4 * t));
-  const double farthest = std::max(largest_magnitude(X_WO_from.p), largest_magnitude(X_WO_to.p));
+  const double farthest = std::max(norm_inf(X_WO_from.p), norm_inf(X_WO_to.p));
   return bulge_of_turn(arm, cos_half_turn) + 16 * t * arm + 16 * kEps * farthest;
 }
 

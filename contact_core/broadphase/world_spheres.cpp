@@ -4,16 +4,13 @@
 #include <cmath>
 #include <string>
 
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
-
-double largest_magnitude(const Vector3& v) {
-  return std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
-}
 
 }  // namespace
 
@@ -68,8 +65,8 @@ void set_object(SolidTable& table, std::uint32_t object, const HexahedronTree* t
 // 2 eps (|v| + |p|) < 8 eps (...), where |v| <= sqrt(3) |c| + r in largest magnitudes. DBL_MIN covers what
 // underflows.
 Sphere world_sphere(const Sphere& sphere_S, const Pose& X_WS) {
-  const double reach = 2.0 * largest_magnitude(sphere_S.centre) + sphere_S.radius;
-  const double slack = 8 * kEps * (reach + largest_magnitude(X_WS.p)) + std::numeric_limits<double>::min();
+  const double reach = 2.0 * norm_inf(sphere_S.centre) + sphere_S.radius;
+  const double slack = 8 * kEps * (reach + norm_inf(X_WS.p)) + std::numeric_limits<double>::min();
   return {transform(X_WS, sphere_S.centre), sphere_S.radius * (1.0 + 2.0 * kRotationTolerance) + slack};
 }
 

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/norms.hpp"
+
 namespace touchstone {
 namespace {
 
 // Unit normal of a vector of any magnitude; zero for zero.
 Vector3 direction_of(const Vector3& v) {
-  const double largest = std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
+  const double largest = norm_inf(v);
   if (largest == 0.0) return Vector3::Zero();
   const int exponent = -std::ilogb(largest);
   const Vector3 scaled(std::scalbn(v.x(), exponent), std::scalbn(v.y(), exponent),

@@ -7,6 +7,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -20,7 +21,7 @@ constexpr double kSphereSlack = 32 * std::numeric_limits<double>::epsilon();
 
 /// |v| for lengths of any size: Eigen's stableNorm() changes its rounding with the instruction set.
 double length_of(const Vector3& v) {
-  const double largest = std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
+  const double largest = norm_inf(v);
   if (!(largest > 0.0) || std::isinf(largest)) return largest;
   const int exponent = std::ilogb(largest);
   const Vector3 scaled(std::scalbn(v.x(), -exponent), std::scalbn(v.y(), -exponent),

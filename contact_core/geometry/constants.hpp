@@ -1,0 +1,11 @@
+#pragma once
+
+#include <limits>
+
+namespace touchstone {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Not a number: marks a quantity that was not measured or does not exist.
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace touchstone
