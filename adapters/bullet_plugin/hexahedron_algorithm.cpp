@@ -131,8 +131,8 @@ std::size_t HexahedronAlgorithm::find_points(const ObjectPair& objects, const bt
     const btScalar kept = keeps ? manifold_->getContactBreakingThreshold() : limit;
     const Query query{QueryKind::manifold, margins + (may_be_apart ? limit : 0.0), MANIFOLD_CACHE_SIZE,
                       margins + kept};
-    state_->store.measure(solids_[0], from_engine(objects.a.getWorldTransform()), solids_[1],
-                          from_engine(objects.b.getWorldTransform()), query, answer);
+    state_->store.compute_manifold(solids_[0], from_engine(objects.a.getWorldTransform()), solids_[1],
+                                   from_engine(objects.b.getWorldTransform()), query, answer);
     const btScalar separation = to_engine(answer.geometry.separation - margins);
     if (!keeps || threshold > 0 || (answer.geometry.point_count > 0 && goes_on(answer, separation)))
       count = write_points(answer, margin_a, margin_b, kept,

@@ -75,7 +75,7 @@ int collide(const mjModel* model, Data* data, mjContact* contacts, int geom1, in
   const Pose X_1 = pose_of(*data, geom1), X_2 = pose_of(*data, geom2);
   native::PairAnswer answer;
   const Query query{QueryKind::manifold, margin, shared.options.most_contacts, margin};
-  solid_store().measure(*pair.first, X_1, *pair.second, X_2, query, answer);
+  solid_store().compute_manifold(*pair.first, X_1, *pair.second, X_2, query, answer);
   if (shared.options.observer != nullptr && answer.status != PairStatus::failed)
     tell(*shared.options.observer, pair, X_1, X_2, answer.status, answer.geometry,
          {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},

@@ -87,7 +87,7 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
   const bool any_will_do = (static_cast<unsigned>(flags) & CONTACTS_UNIMPORTANT) != 0;
   native::PairAnswer answer;
   const Query query{QueryKind::manifold, 0.0, any_will_do ? kMaxManifoldPoints : most, kPointReach};
-  store.measure(solid1, pose_of(geom1), solid2, pose_of(geom2), query, answer);
+  store.compute_manifold(solid1, pose_of(geom1), solid2, pose_of(geom2), query, answer);
   if (PairObserver* const who = observer()) {
     const Hexahedron a = store.solid(solid1), b = store.solid(solid2);
     if (answer.status != PairStatus::failed)

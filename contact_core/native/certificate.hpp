@@ -8,7 +8,7 @@
 
 namespace touchstone {
 
-/// Why two posed solids meet or not, in terms that need no trust in how it was found: a checker needs the 16
+/// A proof that two posed solids meet or not, independent of how it was found: a checker needs the 16
 /// world vertices (world_vertices(): the solids are their hulls) and exact arithmetic, nothing else. Vertices
 /// are numbered 0 to 7 for A's, 8 to 15 for B's.
 struct OverlapCertificate {
@@ -29,7 +29,8 @@ struct OverlapCertificate {
     /// point (sum c_k p_k) / (sum c_k), over A's or over B's alike, is in both solids. Some c may be zero: of
     /// solids that touch the rest are the features that touch.
     common_point,
-    /// Not to be had in these terms: all 16 vertices are in one plane, or {b - a} has no volume. That takes
+    /// No certificate of these kinds exists: all 16 vertices are in one plane, or {b - a} has no volume. That
+    /// takes
     /// solids thinner than the rounding of their own coordinates, both.
     none,
   };
@@ -39,8 +40,8 @@ struct OverlapCertificate {
   std::array<std::uint8_t, 5> vertices{};
 };
 
-/// The certificate of a pair's class; what native's overlap query says agrees with it. Searches all features:
-/// for when an answer is in doubt, not for a frame loop. Does not allocate.
+/// Certifies a pair's class; native's overlap query agrees with it. Searches all features: for an answer in
+/// doubt, not for a frame loop. Does not allocate.
 /// @pre valid poses.
 OverlapCertificate certify_overlap(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b,
                                    const Pose& X_WB);

@@ -3,7 +3,7 @@
 #include <cassert>
 
 #include "touchstone/contact_core/narrowphase/validate.hpp"
-#include "touchstone/contact_core/native/engine/measure.hpp"
+#include "touchstone/contact_core/native/engine/pair_geometry.hpp"
 #include "touchstone/contact_core/native/overlap/overlap.hpp"
 
 namespace touchstone {
@@ -40,9 +40,10 @@ class NativeNarrowphase final : public Narrowphase {
     if (input.query.kind == QueryKind::overlap)
       native::overlap(set_, kernels_, input.pairs, input.poses, output.status, input.cache);
     else if (input.query.kind == QueryKind::distance)
-      native::measure(set_, kernels_, with_sound_limit(input), output.status, output.geometry, {});
+      native::compute_geometry(set_, kernels_, with_sound_limit(input), output.status, output.geometry, {});
     else
-      native::measure(set_, kernels_, with_sound_limit(input), output.status, output.geometry, output.points);
+      native::compute_geometry(set_, kernels_, with_sound_limit(input), output.status, output.geometry,
+                               output.points);
   }
 
  private:

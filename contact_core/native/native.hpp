@@ -7,7 +7,7 @@
 
 namespace touchstone {
 
-/// The project's own check: complete for every pair of convex hexahedra at poses that are finite; never
+/// The project's narrowphase: complete for every pair of convex hexahedra at finite poses; never
 /// `undecided` or `unsupported`, `failed` only where a pose is not finite.
 ///
 /// * Status: that of the hulls of the world vertices, exactly. Floating-point filters with derived bounds

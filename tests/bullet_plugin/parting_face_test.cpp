@@ -37,8 +37,8 @@ TEST(TOUCHSTONE_SUITE, WhatAFacePartsIsApart) {
     PartingFace face;
     const bool is_parted = face.parts(X_a, a.getHalfExtentsWithMargin(), X_b, b.getHalfExtentsWithMargin());
     native::PairAnswer answer;
-    store.measure(*store.acquire(*content_of(a)), from_engine(X_a), *store.acquire(*content_of(b)),
-                  from_engine(X_b), {QueryKind::manifold, 0.0, 4, 0.0}, answer);
+    store.compute_manifold(*store.acquire(*content_of(a)), from_engine(X_a), *store.acquire(*content_of(b)),
+                           from_engine(X_b), {QueryKind::manifold, 0.0, 4, 0.0}, answer);
     const bool is_apart = answer.status == PairStatus::separated;
     parted += is_parted ? 1 : 0;
     apart += is_apart ? 1 : 0;

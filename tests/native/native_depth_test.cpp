@@ -13,7 +13,7 @@
 #include "touchstone/contact_core/native/overlap/overlap.hpp"
 
 // Depth, normal and witness points of pairs that overlap: against the reference in long double, against the
-// scalar road (best_facet_axis), over instruction sets, and in batches.
+// scalar code (best_facet_axis), over instruction sets, and in batches.
 
 namespace touchstone {
 namespace {
@@ -211,13 +211,14 @@ struct DepthOf {
   std::vector<DepthRecord> boxes(const native::Kernels& kernels,
                                  std::span<const native::PairIndices> pairs) const {
     std::vector<DepthRecord> out(pairs.size());
-    kernels.measure_box_depths(poses(), data.boxes.data(), pairs.data(), pairs.size(), out.data());
+    kernels.compute_box_depths(poses(), data.boxes.data(), pairs.data(), pairs.size(), out.data());
     return out;
   }
-  std::vector<DepthRecord> forms(const native::Kernels& kernels,
-                                 std::span<const native::PairIndices> pairs) const {
+  std::vector<DepthRecord> parallelepipeds(const native::Kernels& kernels,
+                                           std::span<const native::PairIndices> pairs) const {
     std::vector<DepthRecord> out(pairs.size());
-    kernels.measure_form_depths(poses(), data.edge_forms.data(), pairs.data(), pairs.size(), out.data());
+    kernels.compute_parallelepiped_depths(poses(), data.parallelepiped_edges.data(), pairs.data(),
+                                          pairs.size(), out.data());
     return out;
   }
   native::PlacedPair placed(const native::PairIndices& pair) const {
@@ -234,29 +235,32 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
   const PosedSolids set = hard_pairs(4, 3000);
   const DepthOf depth{set};
   const auto boxes = pairs_of_kind(depth.data, set, native::SolidKind::box);
-  const auto forms = pairs_of_kind(depth.data, set, native::SolidKind::parallelepiped);
+  const auto parallelepipeds = pairs_of_kind(depth.data, set, native::SolidKind::parallelepiped);
   const auto all = pairs_of_kind(depth.data, set, native::SolidKind::general);
   ASSERT_GT(boxes.size(), 800u);
   const native::Kernels& generic = *native::available_kernels().of[0];
-  const auto box_records = depth.boxes(generic, boxes), form_records = depth.forms(generic, forms);
+  const auto box_records = depth.boxes(generic, boxes),
+             parallelepiped_records = depth.parallelepipeds(generic, parallelepipeds);
   for (int k = 0; k < native::available_kernels().count; ++k) {
     const native::Kernels& kernels = *native::available_kernels().of[k];
     SCOPED_TRACE(kernels.isa);
-    const auto other_boxes = depth.boxes(kernels, boxes), other_forms = depth.forms(kernels, forms);
+    const auto other_boxes = depth.boxes(kernels, boxes),
+               other_parallelepipeds = depth.parallelepipeds(kernels, parallelepipeds);
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       expect_same_bits(box_records[i], other_boxes[i]);
       expect_same_bits(box_records[i], depth.boxes(kernels, {&boxes[i], 1})[0]);
     }
-    for (std::size_t i = 0; i < forms.size(); ++i) {
-      expect_same_bits(form_records[i], other_forms[i]);
-      expect_same_bits(form_records[i], depth.forms(kernels, {&forms[i], 1})[0]);
+    for (std::size_t i = 0; i < parallelepipeds.size(); ++i) {
+      expect_same_bits(parallelepiped_records[i], other_parallelepipeds[i]);
+      expect_same_bits(parallelepiped_records[i],
+                       depth.parallelepipeds(kernels, {&parallelepipeds[i], 1})[0]);
     }
     for (const native::PairIndices& pair : all)
       expect_same_bits(depth.hulls(generic, pair), depth.hulls(kernels, pair));
   }
 }
 
-/// Three closed forms and the scalar road: within 16 u of the extent of one another, and certificates right.
+/// Three closed forms and the scalar code: within 16 u of the extent of one another, and certificates right.
 TEST(NativeDepthKernels, AgreeWithTheScalarRoadWhereTheyAnswer) {
   const PosedSolids set = hard_pairs(5, 4000);
   const DepthOf depth{set};
@@ -270,25 +274,25 @@ TEST(NativeDepthKernels, AgreeWithTheScalarRoadWhereTheyAnswer) {
     const native::SolidKind kind = native::kind_of(depth.data, {pair.a, pair.b});
     std::vector<std::pair<int, DepthRecord>> records{{2, depth.hulls(kernels, pair)}};
     if (kind <= native::SolidKind::parallelepiped)
-      records.push_back({1, depth.forms(kernels, {&pair, 1})[0]});
+      records.push_back({1, depth.parallelepipeds(kernels, {&pair, 1})[0]});
     if (kind == native::SolidKind::box) records.push_back({0, depth.boxes(kernels, {&pair, 1})[0]});
-    for (const auto& [road, record] : records) {
-      SCOPED_TRACE(road);
+    for (const auto& [method, record] : records) {
+      SCOPED_TRACE(method);
       if (record.certified != native::Certified::unknown) {
         ASSERT_EQ(record.certified == native::Certified::overlapping, meet);
       }
       if (!meet) continue;
-      ++asked[road];
+      ++asked[method];
       if (record.known == native::DepthKnown::nothing) continue;
-      ++answered[road];
+      ++answered[method];
       const double S = placed.pair.hulls.extent + norm(placed.origin_W);
       ASSERT_NEAR(record.separation, std::min(axis.separation, 0.0), 16 * native::kRoundoff * S);
     }
   }
-  for (int road = 0; road < 3; ++road) {
-    EXPECT_GT(answered[road], asked[road] / 2) << road;
-    RecordProperty("asked" + std::to_string(road), asked[road]);
-    RecordProperty("answered" + std::to_string(road), answered[road]);
+  for (int method = 0; method < 3; ++method) {
+    EXPECT_GT(answered[method], asked[method] / 2) << method;
+    RecordProperty("asked" + std::to_string(method), asked[method]);
+    RecordProperty("answered" + std::to_string(method), answered[method]);
   }
 }
 

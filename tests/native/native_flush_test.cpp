@@ -148,7 +148,7 @@ TEST(NativeFlush, AloneAndTogetherGiveTheSameBitsOnEveryInstructionSet) {
                                               set.poses[given.b]);
     const native::PairIndices pair{swapped ? given.b : given.a, swapped ? given.a : given.b};
     native::DepthRecord depth;
-    generic.measure_box_depths(poses, data.boxes.data(), &pair, 1, &depth);
+    generic.compute_box_depths(poses, data.boxes.data(), &pair, 1, &depth);
     if (depth.known == native::DepthKnown::nothing) continue;
     native::ClipTask& task = tasks.emplace_back();
     for (int k = 0; k < 3; ++k) task.n_separation[k] = depth.n[k];

@@ -301,7 +301,7 @@ TEST(NativeManifoldAccuracy, FlushFacesKeepTheirFourPointsAndIds) {
 
 /// The pair's manifold by make_manifold(), given the answer's own separation and normal. @pre in the check's
 /// order.
-native::Manifold by_scalar_road(const PairOfSolids& pair, const PairGeometry& geometry, Vector3& origin_W) {
+native::Manifold by_scalar_code(const PairOfSolids& pair, const PairGeometry& geometry, Vector3& origin_W) {
   const native::SolidSet set = native::make_solid_set(std::array{pair.a, pair.b});
   native::PlacedPair placed;
   native::place(set.solids[0], pair.X_WA, set.solids[1], pair.X_WB, true, placed);
@@ -313,7 +313,7 @@ native::Manifold by_scalar_road(const PairOfSolids& pair, const PairGeometry& ge
   return out;
 }
 
-// The lanes' kernel clips parallelograms by their centres and half edges; the scalar road clips any outlines.
+// The lanes' kernel clips parallelograms by their centres and half edges; scalar code clips any polygons.
 TEST(NativeManifoldAccuracy, KernelFindsThePointsAndIdsOfTheScalarRoad) {
   Random random(27);
   int pairs = 0, points = 0;
@@ -327,7 +327,7 @@ TEST(NativeManifoldAccuracy, KernelFindsThePointsAndIdsOfTheScalarRoad) {
     }
     const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB);
     Vector3 origin_W;
-    const native::Manifold expected = by_scalar_road(pair, answer.geometry, origin_W);
+    const native::Manifold expected = by_scalar_code(pair, answer.geometry, origin_W);
     ASSERT_EQ(answer.geometry.point_count, expected.count) << i;
     for (int k = 0; k < expected.count; ++k) {
       const auto same = [&](const ContactPoint& p) { return p.feature_id == expected.points[k].feature_id; };

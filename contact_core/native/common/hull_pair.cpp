@@ -8,15 +8,13 @@
 namespace touchstone::native {
 namespace {
 
-Double2 magnitude(Double2 p) { return p < 0.0 ? -p : p; }
-
 /// Subtracts the origin's coordinate; returns the lanes' largest magnitudes.
 Double2 shift(const std::array<double, 8>& from, double origin, std::array<double, 8>& to) {
-  const Double2 o = {origin, origin};
+  const Double2 o = all<Double2>(origin);
   Double2 reach = {0.0, 0.0};
   for (int i = 0; i < 8; i += 2) {
     const Double2 shifted = load(&from[i]) - o;
-    to[i] = shifted[0], to[i + 1] = shifted[1];
+    store(shifted, &to[i]);
     reach = greatest(reach, magnitude(shifted));
   }
   return reach;
@@ -24,11 +22,11 @@ Double2 shift(const std::array<double, 8>& from, double origin, std::array<doubl
 
 void transform(const WorldVertices& v, const Matrix3& R, const Vector3& p, int row,
                std::array<double, 8>& to) {
-  const Double2 x = {R(row, 0), R(row, 0)}, y = {R(row, 1), R(row, 1)}, z = {R(row, 2), R(row, 2)};
-  const Double2 o = {p(row), p(row)};
+  const Double2 x = all<Double2>(R(row, 0)), y = all<Double2>(R(row, 1)), z = all<Double2>(R(row, 2));
+  const Double2 o = all<Double2>(p(row));
   for (int i = 0; i < 8; i += 2) {
     const Double2 t = ((x * load(&v.x[i]) + y * load(&v.y[i])) + z * load(&v.z[i])) + o;
-    to[i] = t[0], to[i + 1] = t[1];
+    store(t, &to[i]);
   }
 }
 

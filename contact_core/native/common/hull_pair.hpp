@@ -1,6 +1,7 @@
 #pragma once
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 
 // Two hulls of eight vertices each, and their projections on an axis.
 
@@ -46,10 +47,10 @@ Support support_low(const WorldVertices& vertices, const Vector3& axis);
 /// roundings a term, second order included in the fourth), twice, and the difference by u * 2 * extent: at
 /// most 10 u * |axis|_1 * extent, and 2 for second order.
 inline double projection_error(const Vector3& axis, double extent) {
-  return 12 * kRoundoff * extent * ((std::abs(axis.x()) + std::abs(axis.y())) + std::abs(axis.z()));
+  return 12 * kRoundoff * extent * norm_1(axis);
 }
 
-/// How far apart B lies from A along n (unit, A to B): negative when the projections overlap.
+/// The gap between the projections of A and B on n (unit, A to B); negative when they overlap.
 inline double separation_along(const HullPair& pair, const Vector3& n) {
   return support_low(pair.b, n).value - support_high(pair.a, n).value;
 }

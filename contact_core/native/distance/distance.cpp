@@ -1,8 +1,8 @@
 #include "touchstone/contact_core/native/distance/distance.hpp"
 
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/common/double_double.hpp"
 #include "touchstone/contact_core/native/distance/facet_axes.hpp"
 #include "touchstone/contact_core/native/distance/witness.hpp"
@@ -11,12 +11,12 @@
 namespace touchstone::native {
 namespace {
 
-/// Below this share of the extent, u * extent / |v| costs the normal more than 2^6 u, and v is computed anew.
+/// Below this share of the extent, u * extent / |v| costs the normal more than 2^6 u, and v is recomputed.
 constexpr double kShort = 0x1p-6;
 /// Upper and lower bound must agree to this many u * extent.
 constexpr double kGap = 16;
 
-/// A search that stopped short is taken on by so many vertices.
+/// Vertices that extend() may add to a search that stopped short.
 constexpr int kExtensions = 3;
 
 /// A triangle whose barycentric coordinates miss the sum 1 by more is too thin even for double-double.
@@ -60,7 +60,7 @@ bool foot_on_triangle(const DoubleDouble3& w0, const DoubleDouble3& w1, const Do
   return true;
 }
 
-/// The same for two vertices of a simplex, which then is that edge.
+/// The same for an edge: a simplex of two vertices.
 bool recompute_on_edge(const HullPair& hulls, Simplex& s, SignedDistance& out) {
   DoubleDouble3 v;
   if (!foot_on_edge(minkowski_vertex(hulls, s, 0), minkowski_vertex(hulls, s, 1), s, v)) return false;
@@ -75,7 +75,7 @@ bool recompute_on_edge(const HullPair& hulls, Simplex& s, SignedDistance& out) {
 /// Where the foot lies on a triangle's rim, rounding puts it on either side: the nearest edge has it.
 bool recompute_on_rim(const HullPair& hulls, Simplex& s, SignedDistance& out) {
   Simplex best;
-  SignedDistance nearest{std::numeric_limits<double>::infinity(), {}, {}};
+  SignedDistance nearest{kInfinity, {}, {}};
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
     Simplex edge = s;
@@ -109,9 +109,8 @@ bool agrees(const HullPair& hulls, const SignedDistance& d) {
   return d.separation - separation_along(hulls, d.n) <= kGap * kRoundoff * hulls.extent;
 }
 
-/// Takes in the vertex that lies furthest against out.n, instead of one of three: where the search stopped
-/// on a face's diagonal, say, which the foot misses by a rounding. False when there is none, or it is no
-/// better.
+/// Replaces one of three vertices by the one furthest against out.n, for searches that stopped on a face's
+/// diagonal, which the foot misses by a rounding. False when there is no such vertex or it is no better.
 bool extend(const HullPair& hulls, Simplex& s, SignedDistance& out) {
   const auto a = static_cast<std::uint8_t>(support_high(hulls.a, out.n).index);
   const auto b = static_cast<std::uint8_t>(support_low(hulls.b, out.n).index);
@@ -178,7 +177,7 @@ SeparationAxis search_all_features(const PosedPair& pair) {
 
 }  // namespace
 
-bool distance_apart(const PosedPair& pair, double limit, SignedDistance& result) {
+bool separated_distance(const PosedPair& pair, double limit, SignedDistance& result) {
   Simplex s;
   const Search search = closest_point(pair.hulls, pair.start, limit, s);
   if (search == Search::beyond) return false;

@@ -2,8 +2,8 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/common/double_double.hpp"
 
 namespace touchstone::native {
@@ -65,7 +65,7 @@ Matrix3 cofactor(const Matrix3& R) {
 
 SeparationAxis best_facet_axis(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_WA,
                                const SolidFeatures& b, const Matrix3& R_WB) {
-  SeparationAxis best{-std::numeric_limits<double>::infinity(), Vector3::UnitX()};
+  SeparationAxis best{-kInfinity, Vector3::UnitX()};
   const double tie = kTie * kRoundoff * pair.extent;
   visit_axes(pair, a, R_WA, b, R_WB, [&](const SeparationAxis& axis) {
     if (axis.separation > best.separation + tie) best = axis;

@@ -7,7 +7,7 @@
 
 namespace touchstone::native {
 
-/// A unit direction from A to B and how far apart the hulls lie along it.
+/// A unit direction from A to B and the hulls' separation along it.
 struct SeparationAxis {
   double separation;  ///< negative: they overlap by that much
   Vector3 n;
@@ -28,7 +28,7 @@ struct SeparationAxis {
 SeparationAxis best_facet_axis(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_WA,
                                const SolidFeatures& b, const Matrix3& R_WB);
 
-/// The candidates within rounding of the best, for who must choose among them by more than their separation.
+/// The candidates within rounding of the best, for a choice by more than their separation.
 struct NearTies {
   int count = 0;
   std::array<SeparationAxis, 8> axes;

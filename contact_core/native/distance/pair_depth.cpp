@@ -10,19 +10,19 @@ namespace {
 /// Below, world vertices round by more than u of the solid's size: the kernels' bounds do not hold there.
 constexpr double kLeastSize = 0x1p-1010;
 
-/// Of a pair scaled to an extent of 1: finite, so that bounds compare.
+/// Largest position of a pair scaled to an extent of 1: finite, so that bounds compare.
 constexpr double kMostPosition = 0x1p1000;
 
 // The kernels read eight vertices as they lie in memory: x, y, z.
 static_assert(sizeof(WorldVertices) == 24 * sizeof(double));
 
 DepthRecord by_kernel(const Kernels& kernels, SolidKind kind, const PoseRecord* poses, const BoxRecord* boxes,
-                      const FormRecord* forms, const PairIndices& pair) {
-  DepthRecord record = kNothingKnown;
+                      const ParallelepipedEdges* edges, const PairIndices& pair) {
+  DepthRecord record = kNoDepth;
   if (kind == SolidKind::box)
-    kernels.measure_box_depths(poses, boxes, &pair, 1, &record);
+    kernels.compute_box_depths(poses, boxes, &pair, 1, &record);
   else if (kind == SolidKind::parallelepiped)
-    kernels.measure_form_depths(poses, forms, &pair, 1, &record);
+    kernels.compute_parallelepiped_depths(poses, edges, &pair, 1, &record);
   return record;
 }
 
@@ -38,8 +38,6 @@ BoxRecord scaled(const Hexahedron& box, int exponent) {
   return {{half.x(), half.y(), half.z()}, (half.x() + half.y()) + half.z()};
 }
 
-double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
-
 }  // namespace
 
 SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
@@ -49,18 +47,17 @@ SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
 DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                        std::span<const Pose> poses) {
   return by_kernel(kernels, kind_of(set, pair), reinterpret_cast<const PoseRecord*>(poses.data()),
-                   set.boxes.data(), set.edge_forms.data(), {pair.a, pair.b});
+                   set.boxes.data(), set.parallelepiped_edges.data(), {pair.a, pair.b});
 }
 
 DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                               std::span<const Pose> poses) {
   const Hexahedron& a = set.solids[pair.a].shape;
   const Hexahedron& b = set.solids[pair.b].shape;
-  if (kind_of(set, pair) != SolidKind::box || !(std::min(a.size(), b.size()) >= kLeastSize))
-    return kNothingKnown;
+  if (kind_of(set, pair) != SolidKind::box || !(std::min(a.size(), b.size()) >= kLeastSize)) return kNoDepth;
   const Pose& X_WA = poses[pair.a];
   const Pose& X_WB = poses[pair.b];
-  const int exponent = -std::ilogb(std::max({a.size(), b.size(), largest(X_WA.p), largest(X_WB.p)}));
+  const int exponent = -std::ilogb(std::max({a.size(), b.size(), norm_inf(X_WA.p), norm_inf(X_WB.p)}));
   const std::array<Pose, 2> scaled_poses{scaled(X_WA, exponent), scaled(X_WB, exponent)};
   const std::array<BoxRecord, 2> boxes{scaled(a, exponent), scaled(b, exponent)};
   DepthRecord record =
@@ -83,8 +80,8 @@ DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidP
   const HullView b{&set.solids[pair.b].hull, placed.pair.hulls.b.x.data(), placed.pair.R_WB.data()};
   DepthRecord record;
   const double position =
-      std::min(placed.from_world(largest(placed.origin_W)), kMostPosition) + placed.pair.hulls.extent;
-  kernels.measure_hull_depth(a, b, placed.pair.hulls.extent, position, &record);
+      std::min(placed.from_world(norm_inf(placed.origin_W)), kMostPosition) + placed.pair.hulls.extent;
+  kernels.compute_hull_depth(a, b, placed.pair.hulls.extent, position, &record);
   return record;
 }
 

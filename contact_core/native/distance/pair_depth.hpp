@@ -10,9 +10,9 @@
 
 namespace touchstone::native {
 
-inline constexpr DepthRecord kNothingKnown{0.0, {}, {}, Certified::unknown, DepthKnown::nothing};
+inline constexpr DepthRecord kNoDepth{0.0, {}, {}, Certified::unknown, DepthKnown::nothing};
 
-/// The kind whose kernels fit both.
+/// The kind whose kernels fit both solids.
 SolidKind kind_of(const SolidSet& set, const SolidPair& pair);
 
 /// The kernels' record of one pair; of general hexahedra `nothing`. @pre comes_first(a, b).
@@ -24,11 +24,10 @@ DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidP
 DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                               std::span<const Pose> poses);
 
-/// Fetches what hull_depth() and place() read of a solid: some 20 cache lines that would be waited for one by
-/// one.
+/// Fetches the 20 or so cache lines of a solid that hull_depth() and place() read.
 void prefetch_hull(const SolidData& solid);
 
-/// Of a placed pair of any kind; its lengths and p_A are the placed pair's own.
+/// The record of a placed pair of any kind; lengths and p_A are scaled and about its origin, as the pair is.
 DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                        const PlacedPair& placed);
 

@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/common/double_double.hpp"
 #include "touchstone/contact_core/native/common/tangent_frame.hpp"
 
 namespace touchstone::native {
 namespace {
 
-/// On the supporting plane to rounding: so many u * extent (of the moved pair).
+/// Distance within which a vertex is on the supporting plane: in u * extent (of the moved pair).
 constexpr double kSupport = 8;
 struct Point2 {
   double x, y;
@@ -61,7 +61,7 @@ void weigh_along(const Vector3& n, Simplex& s) {
 
 /// The vertices of W that are least along n to rounding, over which the origin lies: of thin solids, whose
 /// faces the rounding of world vertices tilts, the search may end on a neighbouring facet. Tries every
-/// triangle; keeps the best edge otherwise. Returns false when there is nothing to weigh.
+/// triangle; keeps the best edge otherwise. Returns false when there is no such vertex.
 bool weigh_support_facet(const HullPair& hulls, const Vector3& n, Simplex& s) {
   const double high = support_high(hulls.a, n).value, low = support_low(hulls.b, n).value;
   const double tolerance = kSupport * kRoundoff * hulls.extent;
@@ -85,7 +85,7 @@ bool weigh_support_facet(const HullPair& hulls, const Vector3& n, Simplex& s) {
     for (int m = 0; m < 3; ++m) s.w[m] = hulls.b.vertex(s.b[m]) - hulls.a.vertex(s.a[m]);
     s.weight = weight;
   };
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (int i = 0; i < count; ++i) {
     for (int j = i; j < count; ++j) {
       std::array<double, 4> weight{};
@@ -122,7 +122,7 @@ Witness witness_along(const PosedPair& pair, double separation, const Vector3& n
   }
   moved.extent = 4 * pair.hulls.extent;
   Simplex s;
-  double error = std::numeric_limits<double>::infinity();
+  double error = kInfinity;
   if (closest_point(moved, n, error, s) == Search::found) {
     weigh_along(n, s);
     error = norm(combination(s) - gap * n);

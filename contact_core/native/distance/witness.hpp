@@ -8,17 +8,17 @@ namespace touchstone::native {
 /// Witness points off by more than this many u * extent make penetration() look at near ties.
 inline constexpr double kWitness = 32;
 
-/// The point of W (B minus A) that the simplex's weights stand for.
+/// The point of W (B minus A) with the simplex's weights.
 Vector3 combination(const Simplex& simplex);
 
 /// A witness point on A.
 struct Witness {
   Vector3 p_A;
-  double error;  ///< how far the two points' difference is from lying straight along n
+  double error;  ///< length of the two points' difference across n
 };
 
-/// One point of A whose partner lies straight across along n: B is moved to a comfortable gap along n, where
-/// the closest points are well defined, also for pairs that touch or overlap.
+/// A witness point on A for a known normal: B is moved along n to a gap of half the extent, where the closest
+/// points are well defined, also for pairs that touch or overlap.
 Witness witness_along(const PosedPair& pair, double separation, const Vector3& n);
 
 }  // namespace touchstone::native

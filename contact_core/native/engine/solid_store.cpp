@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/native/engine/measure.hpp"
+#include "touchstone/contact_core/native/engine/pair_geometry.hpp"
 
 namespace touchstone::native {
 namespace {
@@ -45,8 +45,8 @@ std::optional<Hexahedron> make_solid(const SolidContent& content) {
 }
 
 auto columns(SolidSet& set) {
-  return std::tie(set.kinds, set.ordinary, set.boxes, set.forms, set.vertices, set.edge_forms,
-                  set.parallelepipeds, set.solids);
+  return std::tie(set.kinds, set.ordinary, set.boxes, set.parallelepipeds, set.vertices,
+                  set.parallelepiped_edges, set.solids);
 }
 
 /// Calls `visit` on every member of `to` and of `from`.
@@ -124,8 +124,8 @@ Hexahedron SolidStore::solid(const SolidHandle& solid) const {
   return set_.solids[2 * solid.key].shape;
 }
 
-void SolidStore::measure(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
-                         const Query& query, PairAnswer& answer) const noexcept {
+void SolidStore::compute_manifold(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b,
+                                  const Pose& X_WB, const Query& query, PairAnswer& answer) const noexcept {
   thread_local std::vector<Pose> poses;  // only the two of the pair are ever read
   answer.geometry.point_count = 0;
   answer.status = PairStatus::failed;
@@ -137,7 +137,7 @@ void SolidStore::measure(const SolidHandle& a, const Pose& X_WA, const SolidHand
   if (!make_valid(poses[pair.a]) || !make_valid(poses[pair.b])) return;
   NarrowphaseInput input{{&pair, 1}, poses, query};
   input.query.max_separation = std::max(query.max_separation, 0.0);
-  native::measure(set_, kernels_, input, {&answer.status, 1}, {&answer.geometry, 1}, answer.points);
+  native::compute_geometry(set_, kernels_, input, {&answer.status, 1}, {&answer.geometry, 1}, answer.points);
 }
 
 }  // namespace touchstone::native

@@ -54,8 +54,8 @@ class SolidStore {
   /// more than kRotationTolerance is made orthonormal first (Gram-Schmidt from its first column); a pose that
   /// is not finite, or no rotation at all, comes out as `failed`, without points.
   /// @pre the handles are not released; query.max_points is 1 to kMaxManifoldPoints.
-  void measure(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
-               const Query& query, PairAnswer& answer) const noexcept;
+  void compute_manifold(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
+                        const Query& query, PairAnswer& answer) const noexcept;
 
   /// A copy: for those who write the solid down.
   Hexahedron solid(const SolidHandle& solid) const;

@@ -35,10 +35,10 @@ void write_manifold(const PlacedPair& placed, const SignedDistance& distance, bo
     const ContactPoint& from = manifold.points[i];
     points[i].p_A_W = placed.to_world(swapped ? from.p_B_W : from.p_A_W);
     points[i].p_B_W = placed.to_world(swapped ? from.p_A_W : from.p_B_W);
-    // The deepest point carries the pair's own bits.
+    // The deepest point has the bits of the pair's separation.
     points[i].separation =
         from.separation == distance.separation ? geometry.separation : placed.to_world(from.separation);
-    // A distance lost in rounding is the least there is, for every point.
+    // A distance below rounding is the least double, for every point.
     if (geometry.separation > 0.0) points[i].separation = std::max(points[i].separation, geometry.separation);
     points[i].feature_id = from.feature_id;
   }
@@ -75,7 +75,7 @@ void ClipBatch::run() {
     kernels_.clip_boxes(X_W, set_.boxes.data(), tasks_.data(), count_, input_.query.max_point_separation,
                         clipped.data());
   else
-    kernels_.clip_parallelepipeds(X_W, set_.edge_forms.data(), tasks_.data(), count_,
+    kernels_.clip_parallelepipeds(X_W, set_.parallelepiped_edges.data(), tasks_.data(), count_,
                                   input_.query.max_point_separation, clipped.data());
   for (std::size_t i = 0; i < count_; ++i) finish(i, clipped[i], corners_of(i));
   count_ = 0;

@@ -9,7 +9,7 @@
 
 namespace touchstone::native {
 
-/// A pair in the order of its content, so that (a, b) and (b, a) take the same road.
+/// A pair in the order of its content, so that (a, b) and (b, a) take the same code path.
 struct OrderedPair {
   SolidPair pair;
   bool swapped;
@@ -19,8 +19,8 @@ struct OrderedPair {
 void write_manifold(const PlacedPair& placed, const SignedDistance& distance, bool swapped,
                     const Query& query, PairGeometry& geometry, ContactPoint* points);
 
-/// Boxes and parallelepipeds whose geometry is written and whose manifold is not: gathered for the kernel, a
-/// few at a time; all are written when it goes out of scope.
+/// Gathers boxes and parallelepipeds whose geometry is known for the clipping kernel, a few at a time. The
+/// destructor writes the rest.
 class ClipBatch {
  public:
   ClipBatch(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input);

@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/common/tangent_frame.hpp"
-#include "touchstone/contact_core/native/manifold/largest_choice.hpp"
-#include "touchstone/contact_core/native/manifold/outline_clip.hpp"
+#include "touchstone/contact_core/native/manifold/point_reduction.hpp"
+#include "touchstone/contact_core/native/manifold/polygon_clip.hpp"
 
 namespace touchstone::native {
 namespace {
 
-/// Points this close to the deepest are as deep: so many u * extent.
+/// Points this close to the deepest count as deep, in u * extent.
 constexpr double kAsDeep = 64;
 constexpr std::uint32_t kWitnessId = 0x10000;
 
@@ -31,7 +31,7 @@ Points write_corners(const Clip<N>& clip, const SignedDistance& distance, double
   const std::uint32_t first = swapped ? 16 : 1, second = swapped ? 1 : 16;
   Points out{points};
   std::array<double, 2 * N> separations;
-  separations.fill(std::numeric_limits<double>::infinity());
+  separations.fill(kInfinity);
   double least = limit;
   std::uint32_t before = clip.label[last_corner(clip)];
   visit_corners(clip, [&](int edge) {
@@ -57,7 +57,7 @@ Points write_corners(const Clip<N>& clip, const SignedDistance& distance, double
   return out;
 }
 
-/// A hexahedron's own number of the face where all six are plane, else the hull's.
+/// The face's index in Hexahedron::kFaceVertices where all six are plane, else the hull's index.
 int face_name(const SolidFeatures& solid, int face) {
   if (solid.face_count != 6) return face;
   const auto& quads = Hexahedron::kFaceVertices;
@@ -67,7 +67,7 @@ int face_name(const SolidFeatures& solid, int face) {
   return found == quads.end() ? face : static_cast<int>(found - quads.begin());
 }
 
-/// A point's side on A: the second where points are those of (b, a).
+/// The point on A: the second where points are those of (b, a).
 const Vector3& on_a(const ContactPoint& point, bool swapped) { return swapped ? point.p_B_W : point.p_A_W; }
 
 /// Keeps `room` of the points, `must` among them unless it is negative.
@@ -80,12 +80,12 @@ void reduce(const Vector3& n, bool swapped, int room, int must, Points& points) 
     polygon.x[i] = dot(p, frame.x), polygon.y[i] = dot(p, frame.y);
   }
   Choice chosen;
-  if (room > 0) choose_largest(polygon, room, must, chosen);
+  if (room > 0) choose_largest_polygon(polygon, room, must, chosen);
   for (int i = 0; i < room; ++i) points.points[i] = points.points[chosen[i]];
   points.count = room;
 }
 
-/// Sees to it that the deepest point is there with the pair's own separation, and to the number of points.
+/// Ensures that the deepest point is there with the pair's separation, and limits the number of points.
 /// @param has_deepest whether points.deepest is as deep as the pair.
 int finish(const SignedDistance& distance, bool swapped, bool has_deepest, int max_points, Points& points) {
   const auto set = [&distance, swapped](const Vector3& p_A, ContactPoint& point) {
@@ -126,26 +126,26 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
   const TangentFrame frame = tangent_frame(distance.n);
   const double extent = pair.hulls.extent, tie = kAsDeep * kRoundoff * extent;
   const double limit = std::max(distance.separation + tie, max_point_separation);  // of NaN: the first
-  Facing a, b;
-  find_facings(pair, frame.n, a, b);
+  ContactFace a, b;
+  find_contact_faces(pair, frame.n, a, b);
   a.swapped = b.swapped = swapped;
   const int name_a = face_name(*pair.a, a.face), name_b = face_name(*pair.b, b.face);
   const auto faces =
       static_cast<std::uint32_t>(256 * (swapped ? name_b : name_a) + 4096 * (swapped ? name_a : name_b));
 
-  Outline<4> plain_a, plain_b;
-  if (plain_outlines(pair, frame, a, b, plain_a, plain_b)) {
+  FacePolygon<4> plain_a, plain_b;
+  if (plain_polygons(pair, frame, a, b, plain_a, plain_b)) {
     Clip<4> common;
     clip(plain_a, plain_b, a, b, extent, common);
     Points points = write_corners(common, distance, limit, tie, faces, swapped, manifold.points.data());
     manifold.count = finish(distance, tie, max_points, points);
     return;
   }
-  Outline<kMostCorners> outline_a, outline_b;
+  FacePolygon<kMostCorners> polygon_a, polygon_b;
   Clip<kMostCorners> common;
-  if (careful_outline(*pair.a, pair.hulls.a, extent, frame, 1.0, a, outline_a) &&
-      careful_outline(*pair.b, pair.hulls.b, extent, frame, -1.0, b, outline_b))
-    clip(outline_a, outline_b, a, b, extent, common);
+  if (general_polygon(*pair.a, pair.hulls.a, extent, frame, 1.0, a, polygon_a) &&
+      general_polygon(*pair.b, pair.hulls.b, extent, frame, -1.0, b, polygon_b))
+    clip(polygon_a, polygon_b, a, b, extent, common);
   else
     common = {};
   std::array<ContactPoint, FlatPolygon::kMost + 1> corners;

@@ -15,7 +15,7 @@ struct Manifold {
 };
 
 /// The face of each hull whose normal is most along n (A) and against n (B), seen along n and clipped against
-/// each other (outline_clip.hpp). Each corner of the clip lies on an edge of one face; carried along n onto
+/// each other (polygon_clip.hpp). Each corner of the clip lies on an edge of one face; carried along n onto
 /// the other it gives p_A on A, p_B on B and p_B = p_A + separation * n. The separations of one manifold
 /// differ where the faces lean, and may be positive for a pair that overlaps; points further apart than
 /// `max_point_separation` are left out, but for those as deep as the pair to rounding (64 u extent). A face
@@ -24,7 +24,7 @@ struct Manifold {
 ///
 /// Bent faces. Corners that a file rounds bend the face that they belong to: the hull has two triangles there
 /// and a ridge between them. Where the triangles' normals agree to a cosine of kBentFaceCosine
-/// (solid_features.hpp) the outline is that of all four corners: the face is chosen by its area vector,
+/// (solid_features.hpp) the polygon has all four corners: the face is chosen by its area vector,
 /// whichever triangle's normal n is. All four sides are edges of the hull, so that a corner on one of them
 /// lies on its own solid as it does on a plane face; the other solid lies behind both triangles' planes, and
 /// the plane that comes later along n is its surface. So the points hold the whole face and do not jump when
@@ -42,17 +42,17 @@ struct Manifold {
 /// The deepest point always is there with exactly the pair's separation: the corner that reaches it, the
 /// first of several, else the pair's witness point as one more.
 ///
-/// More than `max_points`: the deepest stays, and of all choices of the others the one with the largest hull
-/// area seen along n (the first in the clip's order among those equal to 1e-9). Four points hold at least 1/2
+/// Reduction to `max_points`: the deepest stays, with the choice of the others that has the largest hull area
+/// seen along n (the first in the clip's order among those equal to 1e-9). Four points hold at least 1/2
 /// of the clip's area, three 1/4, whichever corner is deepest; beside a witness point four hold 0.41 (see
-/// largest_choice.hpp).
+/// point_reduction.hpp).
 ///
 /// Error, u = 2^-53, S = max(size, largest |world coordinate|), so that extent <= 2 S. On its own edge a
 /// point is right to 9 u extent, its interpolation's rounding. From the other face's plane it is off by 35 u
 /// extent at most: the plane's normal and height, the step along n; of two planes the later one is off by no
 /// more than the worse. A face's plane holds the world vertices to 8 u size (solid_features.hpp; a triangle's
 /// to its normal's rounding) and their own rounding, 6 u S. Seen along n a corner lies within 16 u extent of
-/// the lines that cut it (23 where edges coincide), so within 8 times that of the outline, whose sharper
+/// the lines that cut it (23 where edges coincide), so within 8 times that of the polygon, whose sharper
 /// corners (below asin(1/4)) are bevelled, and on a plane at cosine c to n it is off the face by that / c.
 /// Together 100 u S + 2 * 23 * 8 / c u S: for c = 1/8 at worst 2^12 u S = 5e-13 S, whatever the solids'
 /// thickness; for right-angled faces across n 170 u S = 2e-14 S. p_B - p_A = separation * n holds to 8 u S,
@@ -74,8 +74,8 @@ struct Manifold {
 void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_point_separation,
                    int max_points, bool swapped, Manifold& manifold);
 
-/// The same from the points of a kernel's clip, which stand in `points` (room for eight) as those of (b, a)
-/// where swapped. Returns their number. @param distance_W of (a, b), its p_A in the world.
+/// Finishes the points of a kernel's clip, which are in `points` (room for eight), as those of (b, a) where
+/// swapped. Returns their number. @param distance_W of (a, b), its p_A in the world.
 int finish_clip(const SignedDistance& distance_W, bool swapped, const ClipRecord& clipped, int max_points,
                 ContactPoint* points);
 

@@ -60,10 +60,6 @@ double column_dot(const Matrix3& R, int i, const Vector3& v) {
   return (R(0, i) * v.x() + R(1, i) * v.y()) + R(2, i) * v.z();
 }
 
-double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
-
-double sum(const Vector3& p) { return (std::abs(p.x()) + std::abs(p.y())) + std::abs(p.z()); }
-
 double face_slack_a(const Setup& s, int i) {
   return (s.a[i] + ((s.b[0] * s.absC[i][0] + s.b[1] * s.absC[i][1]) + s.b[2] * s.absC[i][2])) -
          std::abs(s.T_A[i]);
@@ -127,8 +123,8 @@ Certified certify_closely(const Setup& s, double face_slack, const std::array<do
 Certified certify_boxes(const Vector3& half_a, const Pose& X_WA, const Vector3& half_b, const Pose& X_WB) {
   Setup s;
   const Vector3 T = X_WB.p - X_WA.p;
-  s.size = (sum(half_a) + sum(half_b)) + sum(T);
-  s.position = largest(X_WA.p) + largest(X_WB.p);
+  s.size = (norm_1(half_a) + norm_1(half_b)) + norm_1(T);
+  s.position = norm_inf(X_WA.p) + norm_inf(X_WB.p);
   const double margin = kCoarse * s.size + kPositionRoundoffs * kRoundoff * s.position;
   for (int i = 0; i < 3; ++i) {
     s.a[i] = half_a(i), s.b[i] = half_b(i);

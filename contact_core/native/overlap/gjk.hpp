@@ -3,13 +3,15 @@
 #include <array>
 #include <cstdint>
 
-#include "touchstone/contact_core/native/common/certified.hpp"
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
+#include "touchstone/contact_core/numerics/certified.hpp"
 
 // The Minkowski difference W = B - A of two hulls, searched from its support mapping (Gilbert, Johnson,
 // Keerthi 1988; the closest point of a simplex by Voronoi regions, Ericson 2005, section 5.1).
 
 namespace touchstone::native {
+
+using numerics::Certified;
 
 /// Up to four vertices w = b - a of W and the convex combination of them that is nearest the origin.
 struct Simplex {
@@ -21,8 +23,8 @@ struct Simplex {
   Vector3 v = Vector3::Zero();  ///< sum of weight * w
 };
 
-/// Whether the hulls of the *world* vertices meet, where floating point can tell. Separated: some axis on
-/// which the projections lie apart by more than projection_error(). Overlapping: a tetrahedron of vertices of
+/// Whether the hulls of the *world* vertices meet, where floating point can tell. Separated: an axis on which
+/// the projections are separated by more than projection_error(). Overlapping: a tetrahedron of vertices of
 /// W holds the origin, each of the four determinants beyond its error bound. @param start any vector, best
 /// from A to B.
 Certified certify_hulls(const HullPair& pair, const Vector3& start);
@@ -33,11 +35,11 @@ enum class Search : std::uint8_t {
   beyond,  ///< W is certainly further from the origin than the limit
 };
 
-/// The point of W nearest the origin, for hulls that are apart.
+/// Finds the point of W nearest the origin, for separated hulls.
 /// @param limit give up beyond this distance; may be infinite.
 Search closest_point(const HullPair& pair, const Vector3& start, double limit, Simplex& simplex);
 
-/// Points of A and B (about the pair's origin) that the weights name.
+/// The points of A and B (about the pair's origin) with the simplex's weights.
 Vector3 point_on_a(const HullPair& pair, const Simplex& simplex);
 Vector3 point_on_b(const HullPair& pair, const Simplex& simplex);
 

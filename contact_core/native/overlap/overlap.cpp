@@ -10,10 +10,10 @@
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/native/overlap/box_box_overlap.hpp"
 #include "touchstone/contact_core/native/overlap/gjk.hpp"
+#include "touchstone/contact_core/native/overlap/mpr.hpp"
 #include "touchstone/contact_core/native/overlap/parallelepiped_overlap.hpp"
-#include "touchstone/contact_core/native/overlap/portal.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
-#include "touchstone/contact_core/numerics/portal_predicate.hpp"
+#include "touchstone/contact_core/numerics/triangle_predicate.hpp"
 
 namespace touchstone::native {
 namespace {
@@ -22,8 +22,8 @@ namespace {
 static_assert(sizeof(Pose) == sizeof(PoseRecord) && std::is_standard_layout_v<Pose>);
 static_assert(!Matrix3::IsRowMajor);
 
-/// Of 4096 random frusta two need more than 6; whoever does is near touching.
-constexpr int kPortalSteps = 8;
+/// MPR iterations before the scalar fallback; of 4096 random frusta, 2 needed more than 6.
+constexpr int kMprSteps = 8;
 
 const PoseRecord* records(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());
@@ -42,14 +42,14 @@ void place_pair(const SolidSet& set, const SolidPair& pair, std::span<const Pose
         out);
 }
 
-/// Without the kernels and the kinds' filters.
+/// The scalar test of a pair of any kind, without kernels.
 bool placed_meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   PlacedPair placed;
   place_pair(set, pair, poses, placed);
   return native::hulls_meet(placed);
 }
 
-/// Without the kernels. @pre finite poses.
+/// The scalar test, by the kind's filter first. @pre finite poses.
 bool meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   if (is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b])) {
     const Certified certified = certify_kinds(set, pair, poses);
@@ -59,7 +59,7 @@ bool meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> pose
 }
 
 struct Block {
-  Batch boxes, forms, others, hinted;
+  Batch boxes, parallelepipeds, others, hinted;
   std::array<Certified, kBlock> certified;
   std::array<PairAxis, kBlock> axes;
 };
@@ -121,9 +121,8 @@ void settle_hinted(const SolidSet& set, const Kernels& kernels, std::span<const 
 void settle_others(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                    std::span<PairStatus> status, std::span<PairCacheEntry> cache, Block& block) {
   const Batch& others = block.others;
-  kernels.certify_by_portal(records(poses), set.vertices.data(), others.pairs.data(), others.count,
-                            kPortalSteps, block.certified.data(),
-                            cache.empty() ? nullptr : block.axes.data());
+  kernels.certify_by_mpr(records(poses), set.vertices.data(), others.pairs.data(), others.count, kMprSteps,
+                         block.certified.data(), cache.empty() ? nullptr : block.axes.data());
   if (!cache.empty()) {
     for (std::size_t i = 0; i < others.count; ++i)
       cache[others.slots[i]] =
@@ -143,8 +142,8 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
         block.boxes.add(pairs[i], i);
         break;
       case SolidKind::parallelepiped:
-        prefetch_pair(set.forms, poses, pairs[i]);
-        block.forms.add(pairs[i], i);
+        prefetch_pair(set.parallelepipeds, poses, pairs[i]);
+        block.parallelepipeds.add(pairs[i], i);
         break;
       case SolidKind::general:
         prefetch_pair(set.vertices, poses, pairs[i]);
@@ -157,10 +156,11 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
                           block.certified.data());
     settle(set, block.boxes, block.certified, poses, status, meet);
   }
-  if (block.forms.count > 0) {
-    kernels.certify_parallelepipeds(records(poses), set.forms.data(), block.forms.pairs.data(),
-                                    block.forms.count, block.certified.data());
-    settle(set, block.forms, block.certified, poses, status, placed_meet);
+  if (block.parallelepipeds.count > 0) {
+    kernels.certify_parallelepipeds(records(poses), set.parallelepipeds.data(),
+                                    block.parallelepipeds.pairs.data(), block.parallelepipeds.count,
+                                    block.certified.data());
+    settle(set, block.parallelepipeds, block.certified, poses, status, placed_meet);
   }
   if (block.hinted.count > 0) settle_hinted(set, kernels, poses, status, cache, block);
   if (block.others.count > 0) settle_others(set, kernels, poses, status, cache, block);
@@ -193,11 +193,11 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
 
 bool hulls_meet(const PlacedPair& placed) {
   Portal portal;
-  Certified certified = certify_by_portal(placed.pair.hulls, portal);
+  Certified certified = certify_by_mpr(placed.pair.hulls, portal);
   if (certified != Certified::unknown) return certified == Certified::overlapping;
   if (portal.found) {
-    const numerics::Settled settled = numerics::settle_near(placed.a_W, placed.b_W, {portal.a, portal.b});
-    if (settled != numerics::Settled::open) return settled == numerics::Settled::intersecting;
+    certified = numerics::certify_near(placed.a_W, placed.b_W, {portal.a, portal.b});
+    if (certified != Certified::unknown) return certified == Certified::overlapping;
   }
   certified = certify_hulls(placed.pair.hulls, placed.pair.start);
   if (certified != Certified::unknown) return certified == Certified::overlapping;

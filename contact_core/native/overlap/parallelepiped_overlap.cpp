@@ -25,9 +25,6 @@ namespace {
 constexpr double kSizeRoundoffs = 64.0;
 constexpr double kPositionRoundoffs = 4.0;
 
-double sum(const Vector3& p) { return (std::abs(p.x()) + std::abs(p.y())) + std::abs(p.z()); }
-double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
-
 struct Edges {
   std::array<Vector3, 3> edge;
   std::array<Vector3, 3> normal;  // edge[i + 1] x edge[i + 2]
@@ -37,8 +34,8 @@ struct Edges {
 
 void rotate_edges(const Parallelepiped& p, const Matrix3& R, Edges& out) {
   for (int i = 0; i < 3; ++i) {
-    out.edge[i] = rotate(R, p.half_edges[i]);
-    out.length[i] = sum(out.edge[i]);
+    out.edge[i] = rotate(R, vector_of(p.half_edges[i]));
+    out.length[i] = norm_1(out.edge[i]);
   }
   for (int i = 0; i < 3; ++i) out.normal[i] = cross(out.edge[(i + 1) % 3], out.edge[(i + 2) % 3]);
   out.size = (out.length[0] + out.length[1]) + out.length[2];
@@ -83,10 +80,11 @@ Certified certify_parallelepipeds(const Parallelepiped& a, const Pose& X_WA, con
   Edges A, B;
   rotate_edges(a, X_WA.R, A);
   rotate_edges(b, X_WB.R, B);
-  const Vector3 T = (X_WB.p - X_WA.p) + (rotate(X_WB.R, b.centre) - rotate(X_WA.R, a.centre));
-  const double size = ((A.size + B.size) + (sum(a.centre) + sum(b.centre))) + sum(T);
+  const Vector3 centre_a = vector_of(a.centre), centre_b = vector_of(b.centre);
+  const Vector3 T = (X_WB.p - X_WA.p) + (rotate(X_WB.R, centre_b) - rotate(X_WA.R, centre_a));
+  const double size = ((A.size + B.size) + (norm_1(centre_a) + norm_1(centre_b))) + norm_1(T);
   Verdict verdict{kSizeRoundoffs * kRoundoff * size +
-                  kPositionRoundoffs * kRoundoff * (largest(X_WA.p) + largest(X_WB.p)) +
+                  kPositionRoundoffs * kRoundoff * (norm_inf(X_WA.p) + norm_inf(X_WB.p)) +
                   2 * (a.deviation + b.deviation)};
   const Triples a_b = triples(A, B);
   add_faces(A, a_b, T, verdict);

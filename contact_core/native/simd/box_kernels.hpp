@@ -11,7 +11,7 @@ namespace touchstone::native::TOUCHSTONE_ISA {
 
 constexpr double kCoarse = 0x1p-15;
 constexpr double kPositionRoundoffs = 4.0;
-/// Sizes and positions beyond are left to scalar code, which scales them (is_ordinary() in placed_pair.hpp;
+/// Larger sizes and positions are left to scalar code, which scales them (is_ordinary() in placed_pair.hpp;
 /// records of solids too small have an infinite size).
 constexpr double kOrdinaryHigh = 0x1p120;
 
@@ -85,7 +85,7 @@ TOUCHSTONE_INLINE Certified certify_box_pair_inline(const PoseRecord& X_WA, cons
         all<Double4>(b.half_extents[j1]) * abs_C[j2] + all<Double4>(b.half_extents[j2]) * abs_C[j1];
     slack = least(slack, (radius_a + radius_b) - magnitude(T2 * C1 - T1 * C2));
   }
-  // Without a branch on the answer, which no predictor can guess: the next call's loads need not wait for it.
+  // No branch on the answer, which is unpredictable: the next call's loads need not wait for it.
   return verdict(finite & ((bits(slack < -margin) & kThree) != 0),
                  finite & ((bits(slack > margin) & kThree) == kThree));
 }

@@ -58,7 +58,7 @@ struct BoxSolid : DepthSolid<Pack> {
 };
 
 template <class Pack>
-struct FormSolid : DepthSolid<Pack> {
+struct ParallelepipedSolid : DepthSolid<Pack> {
   Vector3Of<Pack> column[3];
   const double* record[Traits<Pack>::lanes];
 
@@ -83,7 +83,7 @@ struct FormSolid : DepthSolid<Pack> {
 
   /// With the bits of world_vertices().
   TOUCHSTONE_INLINE Vector3Of<Pack> vertex(const Pack (&sign)[3]) const {
-    constexpr int kVertices = 16;  // where FormRecord::x begins
+    constexpr int kVertices = 16;  // where ParallelepipedEdges::x begins
     const unsigned x = bits(sign[0] > Pack{}), y = bits(sign[1] > Pack{}), z = bits(sign[2] > Pack{});
     double local[3][Traits<Pack>::lanes];
     for (int l = 0; l < Traits<Pack>::lanes; ++l) {

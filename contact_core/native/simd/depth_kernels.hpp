@@ -25,9 +25,10 @@
 // Choice. Overlaps are compared by the squares of s / |L|, without a division; a slack below 0, of pairs that
 // touch to rounding, counts as 0. An axis has an overlap right to (E + e) / 2^-4 at most, and rarely off by
 // more than 2 u size; of axes closer than that any is right to as much. Cross axes are taken when better than
-// face axes by 4 u size, so that ties are decided for faces. A face's axis with |L| < 2^-4, of forms, is
-// never taken: when its overlap less E could be the least, the pair is left to the scalar road. The facet of
-// an axis left out is no wider than 8 u times the shorter edge, so its neighbours are as near to that.
+// face axes by 4 u size, so that ties are decided for faces. A face's axis with |L| < 2^-4, of
+// parallelepipeds, is never taken: when its overlap less E could be the least, the pair is left to scalar
+// code. The facet of an axis left out is no wider than 8 u times the shorter edge, so its neighbours are as
+// near to that.
 //
 // Depth. n = +-L / |L|; the vertices that support it are found by the signs of n . A_i and n . B_j, formed as
 // world_vertices() does, and the separation is n . (v_B - v_A): that of the hulls along n to e.
@@ -82,14 +83,14 @@ TOUCHSTONE_INLINE MaskOf<Pack> face_witness(const DepthSolid<Pack>& A, const Nor
   const Vector3Of<Pack> a = A.p + A.centre, b = B.p + B.centre;
   const Vector3Of<Pack> start = select<Pack>(is_b, v.a, v.b);
   const Vector3Of<Pack> centre = select<Pack>(is_b, b, a);
-  const Vector3Of<Pack> way = centre - start;
+  const Vector3Of<Pack> to_centre = centre - start;
   Vector3Of<Pack> p = start;
   for (int k = 0; k < 3; ++k) {
     const Vector3Of<Pack> direction = select<Pack>(is_b, A.direction[k], B.direction[k]);
     const Pack twice = all<Pack>(2.0) * (is_b ? A.half[k] : B.half[k]);
     const Pack inward = is_b ? -v.sign_a[k] : -v.sign_b[k];
     const Pack projection = is_b ? v.projection_a[k] : v.projection_b[k];
-    const Pack along = clamped<Pack>(inward * dot(way, direction), twice);
+    const Pack along = clamped<Pack>(inward * dot(to_centre, direction), twice);
     const Pack by = projection * twice <= level ? along : Pack{};
     p = p + (inward * by) * direction;
   }
@@ -136,7 +137,7 @@ struct DepthScale {
   TOUCHSTONE_INLINE Pack slack_error() const { return all<Pack>(kSlackRoundoffs) * unit_size; }
   TOUCHSTONE_INLINE Pack tie() const { return all<Pack>(kTieRoundoffs) * unit_size; }
   TOUCHSTONE_INLINE Pack margin() const {
-    return (all<Pack>(kFormRoundoffs) * unit_size + all<Pack>(kPositionRoundoffs) * unit_position) +
+    return (all<Pack>(kParallelepipedRoundoffs) * unit_size + all<Pack>(kPositionRoundoffs) * unit_position) +
            all<Pack>(2.0) * deviation;
   }
 };
@@ -144,10 +145,9 @@ struct DepthScale {
 /// Verdict, depth and witness points from the axis found. The axis holds for pairs that overlap, whether this
 /// or something else proves that they do.
 template <class Solid, class Pack>
-TOUCHSTONE_INLINE DepthLanes<Pack> measure_along(const Solid& A, const Normals<Pack>& normal_a,
-                                                 const Solid& B, const Normals<Pack>& normal_b,
-                                                 const DepthScale<Pack>& scale,
-                                                 const AxisSearch<Pack>& search) {
+TOUCHSTONE_INLINE DepthLanes<Pack> depth_along(const Solid& A, const Normals<Pack>& normal_a, const Solid& B,
+                                               const Normals<Pack>& normal_b, const DepthScale<Pack>& scale,
+                                               const AxisSearch<Pack>& search) {
   DepthLanes<Pack> out;
   const MaskOf<Pack> ordinary = scale.size + scale.position < all<Pack>(kOrdinaryHigh);
   const Pack turn = (search.turn[0] + search.turn[1]) + search.turn[2];
@@ -192,7 +192,7 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
   search.slack_error = scale.slack_error(), search.tie = scale.tie(), search.margin = scale.margin();
   const Normals<Pack> normal_a(A), normal_b(B);
   search_axes<Pack>(A, normal_a, B, normal_b, scale.T, search);
-  return measure_along<Solid, Pack>(A, normal_a, B, normal_b, scale, search);
+  return depth_along<Solid, Pack>(A, normal_a, B, normal_b, scale, search);
 }
 
 TOUCHSTONE_INLINE DepthKnown depth_known(bool has_axis, bool has_witness) {
@@ -219,7 +219,7 @@ TOUCHSTONE_INLINE void write(const DepthLanes<Pack>& lanes, std::size_t count, D
 }
 
 template <class Pack, template <class> class Solid, class Record>
-TOUCHSTONE_INLINE void measure_depths_inline(const PoseRecord* poses, const Record* shapes,
+TOUCHSTONE_INLINE void compute_depths_inline(const PoseRecord* poses, const Record* shapes,
                                              const PairIndices* pairs, std::size_t count, DepthRecord* out) {
   for_each_lanes<Pack>(poses, shapes, pairs, count,
                        [&](std::size_t first, std::size_t here, const auto& poses_a, const auto& shapes_a,

@@ -3,7 +3,7 @@
 #include "touchstone/contact_core/native/simd/exact_products.hpp"
 #include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
 
-// The distance of two boxes or parallelepipeds that are apart, in closed form, pairs in lanes.
+// The distance of two separated boxes or parallelepipeds, in closed form, pairs in lanes.
 //
 // W = B - A is a zonotope: T + sum of s_m g_m, |s_m| <= 1, T from A's centre to B's, the generators g_m the
 // six half edges. Each of its facets is a parallelogram spanned by two generators (two of A or two of B: a
@@ -11,13 +11,13 @@
 // facet whose plane has the origin furthest outside, or on that facet's rim, but for rare pairs. So: find
 // that facet (the separating-axis test on 15 axes), and on it the nearest point.
 //
-// That this is the nearest point of W is not taken on trust. Any n gives a lower bound, n . T - sum |n . g_m|
+// That this is the nearest point of W is verified. Any n gives a lower bound, n . T - sum |n . g_m|
 // for |n| = 1, and any point of W an upper one. Inside the facet n is its normal, and the point must lie at
 // height * n; on its rim n is the point's own direction, and both bounds must agree, each time to 16 u *
-// extent (the largest coordinate W can have). What fits neither is left to the road over the hulls' vertices.
+// extent (the largest coordinate W can have). Pairs that fit neither are left to hull_distance_kernels.hpp.
 //
-// Two passes. The quick one looks at no facet of two generators at a sine below 2^-10. What it leaves, the
-// accurate one tries again: it forms every facet's normal from exact products (Dekker 1971), so that edges at
+// Two passes. The quick one skips facets of two generators at a sine below 2^-10. The accurate one retries
+// the pairs that it leaves: it forms every facet's normal from exact products (Dekker 1971), so that edges at
 // any angle above 2^-50 have one, right to 2 u. Their rounding turns that facet by u / sine, but only about
 // the edges' common direction, in which it is only sine * |edge| wide: the height changes by u * |edge|.
 //
@@ -38,7 +38,7 @@ constexpr double kDistanceGap = 16 * kU;
 constexpr double kShortShare = 0x1p-6;
 /// Generators within 8 u of the facet's plane are taken to lie in it.
 constexpr double kInPlaneSquare = 0x1p-100;
-/// The facet of two generators at a sine below 2^-10 is not looked at: its normal may be anything.
+/// Facets of two generators at a sine below 2^-10 are skipped: their computed normals are meaningless.
 constexpr double kThinSquare = 0x1p-20;
 /// In the accurate pass 2^-50.
 constexpr double kThinnestSquare = 0x1p-100;
@@ -290,7 +290,7 @@ TOUCHSTONE_INLINE Pack extent_of(const Zonotope<Pack>& W) {
 }
 
 template <bool accurate, class Pack>
-TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& W) {
+TOUCHSTONE_INLINE LaneDistances<Pack> distance_lanes(const Zonotope<Pack>& W) {
   using Mask = MaskOf<Pack>;
   const Vector3Of<Pack>(&g)[6] = W.generator;
   LaneDistances<Pack> out{};
@@ -342,8 +342,9 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_apart_lanes(const Zonotope<Pack>& 
 template <class Pack>
 TOUCHSTONE_INLINE void finish_zonotope(Pack size, Pack position, Pack deviation, Zonotope<Pack>& W) {
   const Pack whole = size + sum(W.T);
-  W.error = (all<Pack>(kFormRoundoffs * kU) * whole + all<Pack>(kPositionRoundoffs * kU) * position) +
-            all<Pack>(2.0) * deviation;
+  W.error =
+      (all<Pack>(kParallelepipedRoundoffs * kU) * whole + all<Pack>(kPositionRoundoffs * kU) * position) +
+      all<Pack>(2.0) * deviation;
   W.ordinary = (whole + position < all<Pack>(kDistanceHigh)) & (size > all<Pack>(kDistanceLow));
   W.near = position < all<Pack>(kFar) * whole;
 }
@@ -354,7 +355,7 @@ TOUCHSTONE_INLINE Vector3Of<Pack> rounding_of_difference(const Vector3Of<Pack>& 
 }
 
 template <class Pack>
-struct BoxesApart {
+struct BoxZonotope {
   TOUCHSTONE_INLINE static void gather_zonotope(const double* const (&poses_a)[Traits<Pack>::lanes],
                                                 const double* const (&shapes_a)[Traits<Pack>::lanes],
                                                 const double* const (&poses_b)[Traits<Pack>::lanes],
@@ -376,15 +377,15 @@ struct BoxesApart {
 };
 
 template <class Pack>
-struct FormsApart {
+struct ParallelepipedZonotope {
   TOUCHSTONE_INLINE static void gather_zonotope(const double* const (&poses_a)[Traits<Pack>::lanes],
                                                 const double* const (&shapes_a)[Traits<Pack>::lanes],
                                                 const double* const (&poses_b)[Traits<Pack>::lanes],
                                                 const double* const (&shapes_b)[Traits<Pack>::lanes],
                                                 Zonotope<Pack>& W) {
-    FormLanes<Pack> A, B;
-    gather_forms<Pack>(poses_a, shapes_a, A);
-    gather_forms<Pack>(poses_b, shapes_b, B);
+    ParallelepipedLanes<Pack> A, B;
+    gather_parallelepipeds<Pack>(poses_a, shapes_a, A);
+    gather_parallelepipeds<Pack>(poses_b, shapes_b, B);
     for (int i = 0; i < 3; ++i) {
       W.generator[i] = A.edge[i];
       W.generator[3 + i] = B.edge[i];
@@ -397,16 +398,16 @@ struct FormsApart {
   }
 };
 
-TOUCHSTONE_INLINE ApartState apart_state(bool fits, bool certain, bool tried) {
-  if (fits && certain) return ApartState::found;
-  if (!tried) return ApartState::open;
-  return fits ? ApartState::if_apart : ApartState::lost;
+TOUCHSTONE_INLINE DistanceState distance_state(bool fits, bool certain, bool tried) {
+  if (fits && certain) return DistanceState::found;
+  if (!tried) return DistanceState::undecided;
+  return fits ? DistanceState::if_separated : DistanceState::exhausted;
 }
 
 /// The first `count` lanes.
 template <class Pack>
 TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std::size_t count,
-                                       ApartRecord* out) {
+                                       DistanceRecord* out) {
   constexpr int kLanes = Traits<Pack>::lanes;
   const Pack columns[7] = {distances.separation, distances.n.x,      distances.n.y,     distances.n.z,
                            distances.from_A.x,   distances.from_A.y, distances.from_A.z};
@@ -415,8 +416,8 @@ TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std
   const unsigned fits = bits(distances.fits), certain = bits(distances.certain);
   const unsigned tried = bits(distances.tried);
   for (std::size_t l = 0; l < count; ++l) {
-    ApartRecord& record = out[l];
-    record.state = apart_state(fits >> l & 1u, certain >> l & 1u, tried >> l & 1u);
+    DistanceRecord& record = out[l];
+    record.state = distance_state(fits >> l & 1u, certain >> l & 1u, tried >> l & 1u);
     record.separation = rows[0][l];
     for (int k = 0; k < 3; ++k) record.n[k] = rows[1 + k][l];
     for (int k = 0; k < 3; ++k) record.from_A[k] = rows[4 + k][l];
@@ -424,14 +425,15 @@ TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std
 }
 
 template <bool accurate, class Pack, template <class> class Kind, class Shape>
-TOUCHSTONE_INLINE void measure_apart_inline(const PoseRecord* poses, const Shape* shapes,
-                                            const PairIndices* pairs, std::size_t count, ApartRecord* out) {
+TOUCHSTONE_INLINE void compute_distances_inline(const PoseRecord* poses, const Shape* shapes,
+                                                const PairIndices* pairs, std::size_t count,
+                                                DistanceRecord* out) {
   for_each_lanes<Pack>(poses, shapes, pairs, count,
                        [&](std::size_t first, std::size_t here, const auto& poses_a, const auto& shapes_a,
                            const auto& poses_b, const auto& shapes_b) {
                          Zonotope<Pack> W;
                          Kind<Pack>::gather_zonotope(poses_a, shapes_a, poses_b, shapes_b, W);
-                         store_distances(measure_apart_lanes<accurate>(W), here, out + first);
+                         store_distances(distance_lanes<accurate>(W), here, out + first);
                        });
 }
 

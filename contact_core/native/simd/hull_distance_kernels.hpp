@@ -1,9 +1,9 @@
 #pragma once
 
 #include "touchstone/contact_core/native/simd/distance_kernels.hpp"
-#include "touchstone/contact_core/native/simd/portal_kernels.hpp"
+#include "touchstone/contact_core/native/simd/mpr_kernels.hpp"
 
-// The distance of any two hulls of eight vertices that are apart, pairs in lanes: Gilbert, Johnson and
+// The distance of any two separated hulls of eight vertices, pairs in lanes: Gilbert, Johnson and
 // Keerthi's search (gjk.hpp) without a branch.
 //
 // W = B - A. A triangle s of W's vertices, some of which may be the same, carries the point v of W nearest
@@ -13,12 +13,11 @@
 // |w x e_i|^2 / |e_i|^2, (w . n)^2 / |n|^2 with n = e_i x e_j. The least one whose foot lies inside it is
 // taken; of s stay the corners it has, w takes the places of the others.
 //
-// Nothing rests on the search: what it ends with is judged anew, on the vertices about the pair's common
-// origin (shift_to_common_origin) and so by the bounds of distance_apart(). With v across s the following
+// The search is not trusted: its result is verified on the vertices about the pair's common
+// origin (shift_to_common_origin) and so by the bounds of separated_distance(). With v across s the following
 // must agree to 16 u * extent: |v|, the point of W that the weights of s name, and the projections'
 // separation along n = v / |v|, the first two bounds of the distance from above and the third from below.
-// Short v, whose direction rounding turns, and slivers are left to the scalar road, as is what seems to
-// overlap.
+// Short v, whose direction rounding turns, slivers, and pairs that seem to overlap are left to scalar code.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
@@ -26,7 +25,7 @@ namespace touchstone::native::TOUCHSTONE_ISA {
 constexpr int kSearchSteps = 16;
 constexpr double kSearchRoundoffs = 2.0;
 /// projection_error() of a unit axis: |n|_1 < 2.
-constexpr double kApartRoundoffs = 24.0;
+constexpr double kDistanceRoundoffs = 24.0;
 
 template <class Pack>
 struct HullLanes {
@@ -234,7 +233,7 @@ TOUCHSTONE_INLINE Pack separation_along(const HullLanes<Pack>& pair, const Vecto
 }
 
 template <class Pack>
-TOUCHSTONE_INLINE LaneDistances<Pack> measure_hulls_apart_lanes(const HullLanes<Pack>& pair) {
+TOUCHSTONE_INLINE LaneDistances<Pack> hull_distance_lanes(const HullLanes<Pack>& pair) {
   LaneDistances<Pack> out{};
   out.tried = ~MaskOf<Pack>{};
   Search<Pack> search;
@@ -252,21 +251,21 @@ TOUCHSTONE_INLINE LaneDistances<Pack> measure_hulls_apart_lanes(const HullLanes<
   out.fits &= (foot.in_plane | (length > all<Pack>(kShortShare) * pair.extent)) &
               (magnitude(out.separation - lower) <= tolerance) &
               (sum(point - out.separation * out.n) <= tolerance) & (least_weight >= Pack{});
-  out.certain = lower > all<Pack>(kApartRoundoffs * kU) * pair.extent;
+  out.certain = lower > all<Pack>(kDistanceRoundoffs * kU) * pair.extent;
   out.from_A = pair.origin + combination(foot, s[0].a, s[1].a, s[2].a);
   return out;
 }
 
 template <class Pack>
-TOUCHSTONE_INLINE void measure_hulls_apart_inline(const PoseRecord* poses, const VertexRecord* shapes,
-                                                  const PairIndices* pairs, std::size_t count,
-                                                  ApartRecord* out) {
+TOUCHSTONE_INLINE void compute_hull_distances_inline(const PoseRecord* poses, const VertexRecord* shapes,
+                                                     const PairIndices* pairs, std::size_t count,
+                                                     DistanceRecord* out) {
   for_each_lanes<Pack>(poses, shapes, pairs, count,
                        [&](std::size_t first, std::size_t here, const auto& poses_a, const auto& shapes_a,
                            const auto& poses_b, const auto& shapes_b) {
                          HullLanes<Pack> pair;
                          gather_hulls<Pack>(poses_a, shapes_a, poses_b, shapes_b, pair);
-                         store_distances(measure_hulls_apart_lanes(pair), here, out + first);
+                         store_distances(hull_distance_lanes(pair), here, out + first);
                        });
 }
 

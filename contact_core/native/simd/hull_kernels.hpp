@@ -21,7 +21,7 @@
 // own vertices along their common normal is never less than that of the hulls, so a kept pair is out of
 // question when its own overlap, less its rounding, exceeds the best; else the hulls are projected, and what
 // counts is the projections' separation. No answer rests on the signs but through what they leave out. Edges
-// at a sine below 2^-4 that could be the best leave the pair to the scalar road; below 4 u they carry no
+// at a sine below 2^-4 that could be the best leave the pair to scalar code; below 4 u they carry no
 // direction.
 //
 // Error. Normals are cofactor(R) times the solid's own, edges R times theirs; vertices are the hulls' own,
@@ -46,11 +46,11 @@ constexpr double kOffHullRoundoffs = 256.0;
 
 using Point = Vector3Of<double>;
 
-/// See measure_hull_depth.
+/// See compute_hull_depth.
 struct Magnitudes {
   double extent, position;
 
-  /// So many u of the extent, and what the world vertices' rounding takes.
+  /// `of_extent` u of the extent, and the world vertices' rounding.
   TOUCHSTONE_INLINE double rounding(double of_extent) const {
     return of_extent * kU * extent + kHullPositionRoundoffs * kU * position;
   }
@@ -104,7 +104,7 @@ TOUCHSTONE_INLINE void pose_hull(const HullView& view, PosedHull& out) {
   }
 }
 
-/// How far `other` lies outside each face of `own` (negative: inside), and its middle below it.
+/// The separation of `other` from each face of `own` (negative: inside), and its middle's depth below it.
 template <class Pack>
 TOUCHSTONE_INLINE void face_separations(const PosedHull& own, const PosedHull& other, Point middle,
                                         double (&separation)[16], double (&below)[16]) {
@@ -324,7 +324,7 @@ TOUCHSTONE_INLINE bool find_witness(const PosedHull& A, const PosedHull& B, cons
 }
 
 template <class Pack>
-TOUCHSTONE_INLINE void measure_hull_depth_inline(const HullView& a, const HullView& b, double extent,
+TOUCHSTONE_INLINE void compute_hull_depth_inline(const HullView& a, const HullView& b, double extent,
                                                  double position, DepthRecord& out) {
   out.certified = Certified::unknown;
   out.known = DepthKnown::nothing;

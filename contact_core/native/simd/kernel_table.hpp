@@ -1,15 +1,15 @@
 #pragma once
 
 #include "touchstone/contact_core/native/simd/box_kernels.hpp"
+#include "touchstone/contact_core/native/simd/box_pair_clip.hpp"
+#include "touchstone/contact_core/native/simd/box_pair_depth.hpp"
 #include "touchstone/contact_core/native/simd/depth_kernels.hpp"
 #include "touchstone/contact_core/native/simd/distance_kernels.hpp"
 #include "touchstone/contact_core/native/simd/hull_distance_kernels.hpp"
 #include "touchstone/contact_core/native/simd/hull_kernels.hpp"
-#include "touchstone/contact_core/native/simd/lone_box_clip.hpp"
-#include "touchstone/contact_core/native/simd/lone_box_depth.hpp"
 #include "touchstone/contact_core/native/simd/manifold_kernels.hpp"
+#include "touchstone/contact_core/native/simd/mpr_kernels.hpp"
 #include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
-#include "touchstone/contact_core/native/simd/portal_kernels.hpp"
 
 // The table of one instruction set: included by kernels_<isa>.cpp only.
 
@@ -27,17 +27,17 @@ struct Table {
     certify_boxes_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
-  static void certify_parallelepipeds(const PoseRecord* poses, const ParallelepipedRecord* shapes,
+  static void certify_parallelepipeds(const PoseRecord* poses, const Parallelepiped* shapes,
                                       const PairIndices* pairs, std::size_t count, Certified* out) {
     certify_parallelepipeds_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
-  static void certify_by_portal(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
-                                std::size_t count, int max_steps, Certified* out, PairAxis* axes) {
+  static void certify_by_mpr(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                             std::size_t count, int max_steps, Certified* out, PairAxis* axes) {
     if (axes)
-      certify_by_portal_inline<Pack, true>(poses, shapes, pairs, count, max_steps, out, axes);
+      certify_by_mpr_inline<Pack, true>(poses, shapes, pairs, count, max_steps, out, axes);
     else
-      certify_by_portal_inline<Pack, false>(poses, shapes, pairs, count, max_steps, out, axes);
+      certify_by_mpr_inline<Pack, false>(poses, shapes, pairs, count, max_steps, out, axes);
   }
 
   static void certify_by_axis(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
@@ -45,42 +45,42 @@ struct Table {
     certify_by_axis_inline<Pack>(poses, shapes, pairs, count, axes, out);
   }
 
-  static void measure_box_depths(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+  static void compute_box_depths(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                                  std::size_t count, DepthRecord* out) {
     if (count == 1)
-      measure_lone_box_depth(poses[pairs->a], shapes[pairs->a], poses[pairs->b], shapes[pairs->b], out);
+      compute_box_pair_depth(poses[pairs->a], shapes[pairs->a], poses[pairs->b], shapes[pairs->b], out);
     else
-      measure_depths_inline<Pack, BoxSolid>(poses, shapes, pairs, count, out);
+      compute_depths_inline<Pack, BoxSolid>(poses, shapes, pairs, count, out);
   }
 
-  static void measure_form_depths(const PoseRecord* poses, const FormRecord* shapes, const PairIndices* pairs,
-                                  std::size_t count, DepthRecord* out) {
+  static void compute_parallelepiped_depths(const PoseRecord* poses, const ParallelepipedEdges* shapes,
+                                            const PairIndices* pairs, std::size_t count, DepthRecord* out) {
     if (count == 1)
-      measure_depths_inline<Double2, FormSolid>(poses, shapes, pairs, count, out);
+      compute_depths_inline<Double2, ParallelepipedSolid>(poses, shapes, pairs, count, out);
     else
-      measure_depths_inline<Pack, FormSolid>(poses, shapes, pairs, count, out);
+      compute_depths_inline<Pack, ParallelepipedSolid>(poses, shapes, pairs, count, out);
   }
 
-  static void measure_hull_depth(const HullView& a, const HullView& b, double extent, double position,
+  static void compute_hull_depth(const HullView& a, const HullView& b, double extent, double position,
                                  DepthRecord* out) {
-    measure_hull_depth_inline<Pack>(a, b, extent, position, *out);
+    compute_hull_depth_inline<Pack>(a, b, extent, position, *out);
   }
 
   template <bool accurate, template <class> class Kind, class Shape>
-  static void measure_apart(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
-                            std::size_t count, ApartRecord* out) {
+  static void compute_distances(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
+                                std::size_t count, DistanceRecord* out) {
     if (count == 1)
-      measure_apart_inline<accurate, Double2, Kind>(poses, shapes, pairs, count, out);
+      compute_distances_inline<accurate, Double2, Kind>(poses, shapes, pairs, count, out);
     else
-      measure_apart_inline<accurate, Pack, Kind>(poses, shapes, pairs, count, out);
+      compute_distances_inline<accurate, Pack, Kind>(poses, shapes, pairs, count, out);
   }
 
-  static void measure_hulls_apart(const PoseRecord* poses, const VertexRecord* shapes,
-                                  const PairIndices* pairs, std::size_t count, ApartRecord* out) {
+  static void compute_hull_distances(const PoseRecord* poses, const VertexRecord* shapes,
+                                     const PairIndices* pairs, std::size_t count, DistanceRecord* out) {
     if (count == 1)
-      measure_hulls_apart_inline<Double2>(poses, shapes, pairs, count, out);
+      compute_hull_distances_inline<Double2>(poses, shapes, pairs, count, out);
     else
-      measure_hulls_apart_inline<Pack>(poses, shapes, pairs, count, out);
+      compute_hull_distances_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
   static void clip_boxes(const PoseRecord* poses, const BoxRecord* shapes, const ClipTask* tasks,
@@ -88,8 +88,8 @@ struct Table {
     if (count != 1)
       return clip_inline<Pack, BoxSolid>(poses, shapes, tasks, count, max_point_separation, out);
     const PairIndices pair = tasks->pair;
-    *out = clip_lone_boxes(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b], *tasks,
-                           max_point_separation);
+    *out = clip_box_pair(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b], *tasks,
+                         max_point_separation);
   }
 
   template <template <class> class Solid, class Record>
@@ -107,18 +107,18 @@ struct Table {
             .certify_box_pair = certify_box_pair,
             .certify_boxes = certify_boxes,
             .certify_parallelepipeds = certify_parallelepipeds,
-            .certify_by_portal = certify_by_portal,
+            .certify_by_mpr = certify_by_mpr,
             .certify_by_axis = certify_by_axis,
-            .measure_box_depths = measure_box_depths,
-            .measure_form_depths = measure_form_depths,
-            .measure_hull_depth = measure_hull_depth,
-            .measure_boxes_apart = measure_apart<false, BoxesApart>,
-            .measure_parallelepipeds_apart = measure_apart<false, FormsApart>,
-            .measure_boxes_apart_accurately = measure_apart<true, BoxesApart>,
-            .measure_parallelepipeds_apart_accurately = measure_apart<true, FormsApart>,
-            .measure_hulls_apart = measure_hulls_apart,
+            .compute_box_depths = compute_box_depths,
+            .compute_parallelepiped_depths = compute_parallelepiped_depths,
+            .compute_hull_depth = compute_hull_depth,
+            .compute_box_distances = compute_distances<false, BoxZonotope>,
+            .compute_parallelepiped_distances = compute_distances<false, ParallelepipedZonotope>,
+            .compute_box_distances_accurately = compute_distances<true, BoxZonotope>,
+            .compute_parallelepiped_distances_accurately = compute_distances<true, ParallelepipedZonotope>,
+            .compute_hull_distances = compute_hull_distances,
             .clip_boxes = clip_boxes,
-            .clip_parallelepipeds = clip<FormSolid>};
+            .clip_parallelepipeds = clip<ParallelepipedSolid>};
   }
 };
 

@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "touchstone/contact_core/native/common/certified.hpp"
+#include "touchstone/contact_core/numerics/certified.hpp"
 
-// The checks that run on many pairs, or on one pair's axes, in the lanes of a vector register. Each is
+// Kernels on many pairs, or on one pair's axes, in the lanes of a vector register. Each is
 // compiled once per instruction set (kernels_<isa>.cpp) and chosen when the program starts. Everything here
 // is plain data, so that no inline function of a shared header is ever compiled for one instruction set and
 // linked into another. Lanes never mix and nothing is contracted: the bits are the same on every instruction
@@ -13,13 +13,15 @@
 
 namespace touchstone::native {
 
+using numerics::Certified;
+
 /// The pairs of a block, as indices into the arrays of poses and shapes.
 struct PairIndices {
   std::uint32_t a;
   std::uint32_t b;
 };
 
-/// X_WS as twelve doubles: R by columns, then p. What Pose is in memory.
+/// X_WS as twelve doubles, R by columns, then p: Pose's layout in memory.
 struct PoseRecord {
   double R[9];
   double p[3];
@@ -30,11 +32,11 @@ struct alignas(32) BoxRecord {
   double reach;  ///< their sum
 };
 
-/// See Parallelepiped.
-struct alignas(64) ParallelepipedRecord {
+/// centre + x half_edges[0] + y half_edges[1] + z half_edges[2], x, y, z in [-1, 1], in the solid's frame.
+struct alignas(64) Parallelepiped {
   double half_edges[3][3];
   double centre[3];
-  double deviation;
+  double deviation;  ///< bound on the distance of a vertex from this parallelepiped's, by coordinate [m]
   double padding[3];
 };
 
@@ -44,12 +46,12 @@ struct alignas(64) VertexRecord {
   double x[8], y[8], z[8];
 };
 
-/// A parallelepiped for measure_depths: its edges as unit directions and half lengths, and its vertices.
-struct alignas(64) FormRecord {
+/// The same for the depth kernels and clipping: edges as unit directions and half lengths, and the vertices.
+struct alignas(64) ParallelepipedEdges {
   double directions[3][3];
   double half_lengths[3];
   double centre[3];
-  double deviation;  ///< no coordinate of a vertex is further than this from the form's [m]
+  double deviation;  ///< as Parallelepiped's, with the rounding of lengths and directions
   double x[8], y[8], z[8];
 };
 
@@ -64,7 +66,7 @@ struct alignas(64) HullRecord {
   std::uint8_t face_count, edge_count;
 };
 
-/// A posed solid for measure_hull_depth.
+/// A posed solid for compute_hull_depth.
 struct HullView {
   const HullRecord* hull;
   const double* vertices;  ///< x of eight, y of eight, z of eight, about the pair's common origin
@@ -78,7 +80,7 @@ enum class DepthKnown : std::uint8_t {
   witness,  ///< p_A too
 };
 
-/// Of a pair that overlaps, be it `certified` here or proven by something else; see depth_kernels.hpp.
+/// The depth of an overlapping pair, certified here or elsewhere; see depth_kernels.hpp.
 struct alignas(64) DepthRecord {
   double separation;
   double n[3];
@@ -87,24 +89,24 @@ struct alignas(64) DepthRecord {
   DepthKnown known;
 };
 
-/// How much of an ApartRecord holds.
-enum class ApartState : std::uint8_t {
-  open,      ///< nothing; a more accurate kernel, or one on a scaled copy, may find more
-  lost,      ///< nothing, and no kernel can do better: magnitudes did not hinder the most accurate one
-  if_apart,  ///< all of it if the pair is apart, which no kernel certifies
-  found,     ///< all of it: the pair is certainly apart
+/// How much of a DistanceRecord holds.
+enum class DistanceState : std::uint8_t {
+  undecided,     ///< nothing; a more accurate kernel, or one on a scaled copy, may find more
+  exhausted,     ///< nothing, and no kernel can do better: magnitudes did not hinder the most accurate one
+  if_separated,  ///< all of it if the pair is separated, which no kernel certifies
+  found,         ///< all of it: the pair is certainly separated
 };
 
-/// Of a pair that is apart; see distance_kernels.hpp.
-struct ApartRecord {
+/// The distance of a separated pair; see distance_kernels.hpp.
+struct DistanceRecord {
   double separation;
   double n[3];       ///< unit, A to B
   double from_A[3];  ///< from A's origin to its witness point, in world axes
-  ApartState state;
+  DistanceState state;
 };
 
-/// Edges of two faces that run the same way to this angle, and lie this part of the shorter one apart, are
-/// one edge; see manifold.hpp.
+/// Edges of two faces count as one edge if their directions agree to this angle and their distance is at most
+/// this part of the shorter one; see manifold.hpp.
 inline constexpr double kFlushEdges = 0x1p-26;
 
 /// ContactPoint's layout in memory.
@@ -121,7 +123,7 @@ struct ClipTask {
   PointRecord* points;     ///< room for eight
 };
 
-/// Of one pair; see manifold.hpp.
+/// The clip of one pair; see manifold.hpp.
 struct ClipRecord {
   int count;    ///< points written
   int deepest;  ///< the first as deep as the pair, or -1
@@ -137,59 +139,59 @@ struct Kernels {
   const char* isa;
   int lanes;  ///< pairs at a time
 
-  /// Boxes by their half-extents: the coarse pass of certify_boxes (box_box_overlap.hpp).
+  /// Overlap of boxes by their half-extents: the coarse pass of certify_boxes (box_box_overlap.hpp).
   Certified (*certify_box_pair)(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
                                 const BoxRecord& b);
   void (*certify_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                         std::size_t count, Certified* out);
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).
-  void (*certify_parallelepipeds)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
+  void (*certify_parallelepipeds)(const PoseRecord* poses, const Parallelepiped* shapes,
                                   const PairIndices* pairs, std::size_t count, Certified* out);
-  /// As certify_by_portal (portal.hpp), of any two solids; gives up after `max_steps`.
+  /// As certify_by_mpr (mpr.hpp), of any two solids; gives up after `max_steps`.
   /// @param axes null, or one a pair: set where the pair is found separated.
-  void (*certify_by_portal)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
-                            std::size_t count, int max_steps, Certified* out, PairAxis* axes);
+  void (*certify_by_mpr)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                         std::size_t count, int max_steps, Certified* out, PairAxis* axes);
   /// Separated where B certainly lies beyond A along its axis, else unknown. Any axes, numbers or not.
   void (*certify_by_axis)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
                           std::size_t count, const PairAxis* axes, Certified* out);
 
-  /// Depth, normal and witness of pairs that overlap; what the kernel does not settle is left unset and
-  /// flagged. Pairs go in the order of comes_first(). With the same bits one pair at a time.
-  void (*measure_box_depths)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+  /// Depth, normal and witness of overlapping pairs; DepthRecord::known tells how much is set. Pairs go in
+  /// the order of comes_first(). A single pair has the same bits.
+  void (*compute_box_depths)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                              std::size_t count, DepthRecord* out);
-  void (*measure_form_depths)(const PoseRecord* poses, const FormRecord* shapes, const PairIndices* pairs,
-                              std::size_t count, DepthRecord* out);
+  void (*compute_parallelepiped_depths)(const PoseRecord* poses, const ParallelepipedEdges* shapes,
+                                        const PairIndices* pairs, std::size_t count, DepthRecord* out);
   /// The same of two solids of any kind; p_A about the common origin. @param extent see HullPair. @param
   /// position at least every |world coordinate|. Certifies separated pairs too, without measuring them.
-  void (*measure_hull_depth)(const HullView& a, const HullView& b, double extent, double position,
+  void (*compute_hull_depth)(const HullView& a, const HullView& b, double extent, double position,
                              DepthRecord* out);
 
-  /// Distance of pairs that are apart by more than rounding; others, and what the kernel does not settle, are
-  /// not `found`. The bits do not depend on which pairs come together.
-  void (*measure_boxes_apart)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
-                              std::size_t count, ApartRecord* out);
-  void (*measure_parallelepipeds_apart)(const PoseRecord* poses, const ParallelepipedRecord* shapes,
-                                        const PairIndices* pairs, std::size_t count, ApartRecord* out);
-  /// The same with exact products, for edges at small angles: slower. Of pairs at any distance.
-  void (*measure_boxes_apart_accurately)(const PoseRecord* poses, const BoxRecord* shapes,
-                                         const PairIndices* pairs, std::size_t count, ApartRecord* out);
-  void (*measure_parallelepipeds_apart_accurately)(const PoseRecord* poses,
-                                                   const ParallelepipedRecord* shapes,
-                                                   const PairIndices* pairs, std::size_t count,
-                                                   ApartRecord* out);
-  /// As the first two, of any two solids of ordinary magnitudes; see hull_distance_kernels.hpp.
-  void (*measure_hulls_apart)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
-                              std::size_t count, ApartRecord* out);
+  /// Distance of pairs separated by more than rounding; others, and pairs that the kernel does not settle,
+  /// are not `found`. The bits do not depend on the batch.
+  void (*compute_box_distances)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                                std::size_t count, DistanceRecord* out);
+  void (*compute_parallelepiped_distances)(const PoseRecord* poses, const Parallelepiped* shapes,
+                                           const PairIndices* pairs, std::size_t count, DistanceRecord* out);
+  /// The same with exact products, for edges at small angles: slower. For pairs at any distance.
+  void (*compute_box_distances_accurately)(const PoseRecord* poses, const BoxRecord* shapes,
+                                           const PairIndices* pairs, std::size_t count, DistanceRecord* out);
+  void (*compute_parallelepiped_distances_accurately)(const PoseRecord* poses, const Parallelepiped* shapes,
+                                                      const PairIndices* pairs, std::size_t count,
+                                                      DistanceRecord* out);
+  /// As the first two, for any two solids of ordinary magnitudes; see hull_distance_kernels.hpp.
+  void (*compute_hull_distances)(const PoseRecord* poses, const VertexRecord* shapes,
+                                 const PairIndices* pairs, std::size_t count, DistanceRecord* out);
 
-  /// Clips the faces that two solids turn towards each other; what the kernel does not settle does not `fit`.
-  /// The bits do not depend on which pairs come together.
+  /// Clips the contact faces of two solids; records of pairs that the kernel does not settle do not `fit`.
+  /// The bits do not depend on the batch.
   void (*clip_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const ClipTask* tasks,
                      std::size_t count, double max_point_separation, ClipRecord* out);
-  void (*clip_parallelepipeds)(const PoseRecord* poses, const FormRecord* shapes, const ClipTask* tasks,
-                               std::size_t count, double max_point_separation, ClipRecord* out);
+  void (*clip_parallelepipeds)(const PoseRecord* poses, const ParallelepipedEdges* shapes,
+                               const ClipTask* tasks, std::size_t count, double max_point_separation,
+                               ClipRecord* out);
 };
 
-/// Those this machine can run, the plainest first.
+/// The instruction sets that this machine runs, the narrowest first.
 struct KernelList {
   const Kernels* of[3];
   int count;

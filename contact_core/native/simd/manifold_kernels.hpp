@@ -2,10 +2,9 @@
 
 #include "touchstone/contact_core/native/simd/depth_kernels.hpp"
 
-// Manifolds of boxes and parallelepipeds, pairs in lanes: the faces that two solids turn towards each other,
-// clipped against each other as seen along the contact normal n. The rule is that of manifold.hpp; what
-// parallelograms save is that edges come in two parallel pairs, so that four cross products hold all
-// crossings.
+// Manifolds of boxes and parallelepipeds, pairs in lanes: the contact faces of two solids, clipped against
+// each other in projection along the contact normal n. The rules are those of manifold.hpp; a parallelogram's
+// edges come in two parallel pairs, so that four cross products determine all crossings.
 //
 // Notation. u = 2^-53, lengths in the plane across n: a_0, a_1 half edges of A's face, counter-clockwise seen
 // against n, b_0, b_1 B's; d from A's face centre to B's; C_ij = a_i x b_j, area_A = a_0 x a_1, area_B. Edge
@@ -33,8 +32,8 @@ namespace touchstone::native::TOUCHSTONE_ISA {
 
 /// Face normals closer to n than this are equally close.
 constexpr double kSameLean = 4 * kU;
-/// Parallel edges no further apart than this many u * size coincide: some times what the distance between
-/// them is off by as a rule.
+/// Parallel edges no further apart than this many u * size coincide: a few times the usual error of the
+/// distance between them.
 constexpr double kCoincideRoundoffs = 8.0;
 /// Edges are parallel to rounding when moving one across by that moves their crossing by more than this
 /// part of the other's half.
@@ -45,23 +44,23 @@ constexpr double kLeastCross = 0x1p-160;
 constexpr double kFlush = kFlushEdges;
 /// Edges left shorter than this part of the size are dropped.
 constexpr double kShortestPart = 0x1p-44;
-/// As deep as the pair: so many u * size and u * P. Of faces that lie flat on each other the corners'
-/// separations are off the pair's by a few; one that were off by more would get the witness point besides.
+/// As deep as the pair: in u * size and u * P. The corners' separations of faces flat on each other differ
+/// from the pair's by a few; beyond this the witness point is added.
 constexpr double kAsDeepSize = 20.0;
 constexpr double kAsDeepPosition = 4.0;
-/// Boxes thinner than this many u * (size + P) are left to the scalar road.
+/// Boxes thinner than this many u * (size + P) are left to scalar code.
 constexpr double kThinRoundoffs = 256.0;
-/// And forms that are off by more than this many u * size, or have a steep face or a sharp corner.
+/// And parallelepipeds that deviate by more than this many u * size, or have a steep face or a sharp corner.
 constexpr double kClipDeviationRoundoffs = 16.0;
 constexpr double kSteepFace = 0.5;
 constexpr double kSharpCorner = 0.5;
 
-/// A face turned towards the other solid.
+/// The face of a solid that is clipped.
 template <class Pack>
 struct ContactFace {
   Vector3Of<Pack> normal;   ///< normal . n = 1
   Vector3Of<Pack> centre;   ///< about A's p
-  Vector3Of<Pack> half[2];  ///< half edges, in the order of the outline
+  Vector3Of<Pack> half[2];  ///< half edges, in the order of the polygon
   Pack index;               ///< of Hexahedron::kFaceVertices
   Pack lean;                ///< cosine between its normal and n
   Pack least_height;        ///< half of the solid's heights are at least this
@@ -139,7 +138,7 @@ struct FourParts {
   Pack from[4], to[4];
 };
 
-/// How one face's edges cross the other's lines, k = 0, 1: lines along the other's half edge k.
+/// Crossings of one face's edges with the other's lines, k = 0, 1: lines along the other's half edge k.
 template <class Pack>
 struct Crossings {
   Pack offset[2];      ///< cross(from the face's centre to the other's, line)
@@ -189,7 +188,7 @@ struct PlaneFaces {
   Pack size;
 };
 
-/// Edges that are parallel to rounding, or flush, are rare: found apart.
+/// Handles the rare edges that are parallel to rounding, or flush.
 template <class Pack>
 TOUCHSTONE_INLINE void settle_parallel(const PlaneFaces<Pack>& p, Crossings<Pack>& of_a,
                                        Crossings<Pack>& of_b, LaneBits<Pack>& flush) {
@@ -209,15 +208,15 @@ TOUCHSTONE_INLINE void settle_parallel(const PlaneFaces<Pack>& p, Crossings<Pack
       of_b.reach[j][i] =
           (p.area_a + (aligned ? slack_b : (slack_b * inverse > part ? -slack_b : zero))) * inverse;
 
-      const MaskOf<Pack> same_way = dot(p.a[i], p.b[j]) > zero;
+      const MaskOf<Pack> same_direction = dot(p.a[i], p.b[j]) > zero;
       const Pack beside =
           i == 0 ? -of_a.across[1][j] : of_a.across[0][j];  // cross(offset of A's edge i, b_j)
-      const Pack half = same_way ? p.area_b : -p.area_b;
+      const Pack half = same_direction ? p.area_b : -p.area_b;
       const Pack near2 = p.b2[j] * (flush2 * least(p.a2[i], p.b2[j]) + all<Pack>(16.0) * tolerance2);
       const Pack first = (beside - of_a.offset[j]) - half, second = (-beside - of_a.offset[j]) + half;
       flush.add(aligned & (first * first <= near2), kFlushBits / 4 * (2 * i + j));
       flush.add(aligned & (second * second <= near2), kFlushBits / 4 * (2 * i + j) + 1);
-      flush.add(same_way, kFlushBits / 4 * (2 * i + j) + 2);
+      flush.add(same_direction, kFlushBits / 4 * (2 * i + j) + 2);
     }
   }
 }
@@ -289,11 +288,11 @@ TOUCHSTONE_INLINE void write_corners(const ContactLanes<Pack>& contact, const Co
   constexpr int kLanes = Traits<Pack>::lanes;
   for (int e = 0; e < 4; ++e) {
     const int w = e % 2, o = 1 - w, edge = (is_b ? 4 : 0) + e;
-    const Pack way = e < 2 ? parts.from[e] : -parts.from[e];
+    const Pack place = e < 2 ? parts.from[e] : -parts.from[e];
     const Pack side = all<Pack>(e == 0 || e == 3 ? -1.0 : 1.0);
-    const Vector3Of<Pack> p = (face.centre + side * face.half[o]) + way * face.half[w];
-    const Pack raw = (height[0] + side * height[1 + o]) + way * height[1 + w];
-    // No pair of points lies deeper than the pair; what rounding puts below is as deep.
+    const Vector3Of<Pack> p = (face.centre + side * face.half[o]) + place * face.half[w];
+    const Pack raw = (height[0] + side * height[1 + o]) + place * height[1 + w];
+    // No pair of points lies deeper than the pair; those that rounding puts below are as deep.
     const Pack separation = greatest(raw, contact.separation);
     const Vector3Of<Pack> across = separation * contact.n;
     const Vector3Of<Pack> on_this = p + contact.p_WA;
@@ -456,7 +455,7 @@ struct EdgeOrders {
 };
 constexpr EdgeOrders kEdgeOrders;
 
-/// Names of the eight edges for the caller, a byte each; see edge_label() in outline.hpp.
+/// The caller's labels of the eight edges, a byte each; see edge_label() in face_polygon.hpp.
 constexpr std::uint64_t kEdgeLabels = 0x0b0a'0908'0302'0100, kSwappedEdgeLabels = 0x0300'0102'0b08'090a;
 
 /// Flush edges go by the name of the caller's first solid.
@@ -469,9 +468,9 @@ TOUCHSTONE_INLINE std::uint64_t flush_labels(unsigned long long flush, bool swap
   for (unsigned i = 0; i < 2; ++i) {
     for (unsigned j = 0; j < 2; ++j) {
       const unsigned long long bits = flush >> (kFlushBits / 4 * (2 * i + j));
-      const bool same_way = (bits & 4) != 0;
-      if (bits & 1) join(i, same_way ? j : j + 2);
-      if (bits & 2) join(i + 2, same_way ? j + 2 : j);
+      const bool same_direction = (bits & 4) != 0;
+      if (bits & 1) join(i, same_direction ? j : j + 2);
+      if (bits & 2) join(i + 2, same_direction ? j + 2 : j);
     }
   }
   return labels;

@@ -29,8 +29,7 @@ TOUCHSTONE_INLINE void prefetch(const PoseRecord* poses, const Shape* shapes, st
     __builtin_prefetch((const char*)&shapes[i] + line);
 }
 
-/// Runs `body` on as many pairs at a time as there are lanes; the last block repeats its last pair to fill
-/// up.
+/// Runs `body` on blocks of as many pairs as there are lanes; the last block is filled with its last pair.
 template <class Pack, class Shape, class Body>
 TOUCHSTONE_INLINE void for_each_lanes(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
                                       std::size_t count, const Body& body) {

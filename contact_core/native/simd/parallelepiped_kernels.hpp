@@ -8,10 +8,10 @@
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
-constexpr double kFormRoundoffs = 64.0;
+constexpr double kParallelepipedRoundoffs = 64.0;
 
 template <class Pack>
-struct FormLanes {
+struct ParallelepipedLanes {
   Vector3Of<Pack> edge[3];
   Vector3Of<Pack> normal[3];
   Pack length[3];
@@ -30,9 +30,9 @@ TOUCHSTONE_INLINE Vector3Of<Pack> rotate(const Vector3Of<Pack> (&column)[3], con
 }
 
 template <class Pack>
-TOUCHSTONE_INLINE void gather_forms(const double* const (&poses)[Traits<Pack>::lanes],
-                                    const double* const (&shapes)[Traits<Pack>::lanes],
-                                    FormLanes<Pack>& out) {
+TOUCHSTONE_INLINE void gather_parallelepipeds(const double* const (&poses)[Traits<Pack>::lanes],
+                                              const double* const (&shapes)[Traits<Pack>::lanes],
+                                              ParallelepipedLanes<Pack>& out) {
   Pack pose[12], shape[16];
   gather(poses, pose);
   gather(shapes, shape);
@@ -64,7 +64,7 @@ struct AxisVerdicts {
 };
 
 template <class Pack>
-TOUCHSTONE_INLINE void add_faces(const FormLanes<Pack>& P, const Pack (&triples)[3][3],
+TOUCHSTONE_INLINE void add_faces(const ParallelepipedLanes<Pack>& P, const Pack (&triples)[3][3],
                                  const Vector3Of<Pack>& T, AxisVerdicts<Pack>& verdicts) {
   const Pack radius = magnitude(dot(P.normal[0], P.edge[0]));
   for (int i = 0; i < 3; ++i) {
@@ -75,14 +75,16 @@ TOUCHSTONE_INLINE void add_faces(const FormLanes<Pack>& P, const Pack (&triples)
 }
 
 template <class Pack>
-TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_form_lanes(const FormLanes<Pack>& A, const FormLanes<Pack>& B) {
+TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_parallelepiped_lanes(const ParallelepipedLanes<Pack>& A,
+                                                                  const ParallelepipedLanes<Pack>& B) {
   const Vector3Of<Pack> T = (B.p - A.p) + (B.centre_W - A.centre_W);
   const Pack size = ((A.size + B.size) + (A.centre_sum + B.centre_sum)) + sum(T);
   const Pack position = largest(A.p) + largest(B.p);
   const MaskOf<Pack> ordinary = size + position < all<Pack>(kOrdinaryHigh);
   AxisVerdicts<Pack> verdicts;
-  verdicts.error = (all<Pack>(kFormRoundoffs * kU) * size + all<Pack>(kPositionRoundoffs * kU) * position) +
-                   all<Pack>(2.0) * (A.deviation + B.deviation);
+  verdicts.error =
+      (all<Pack>(kParallelepipedRoundoffs * kU) * size + all<Pack>(kPositionRoundoffs * kU) * position) +
+      all<Pack>(2.0) * (A.deviation + B.deviation);
   verdicts.lanes.separated = MaskOf<Pack>{};
   verdicts.lanes.overlapping = ~MaskOf<Pack>{};
   Pack a_b[3][3], b_a[3][3];
@@ -107,17 +109,16 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_form_lanes(const FormLanes<Pack>& A
 }
 
 template <class Pack>
-TOUCHSTONE_INLINE void certify_parallelepipeds_inline(const PoseRecord* poses,
-                                                      const ParallelepipedRecord* shapes,
+TOUCHSTONE_INLINE void certify_parallelepipeds_inline(const PoseRecord* poses, const Parallelepiped* shapes,
                                                       const PairIndices* pairs, std::size_t count,
                                                       Certified* out) {
   for_each_block<Pack>(
       poses, shapes, pairs, count, out,
       [](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
-        FormLanes<Pack> A, B;
-        gather_forms<Pack>(poses_a, shapes_a, A);
-        gather_forms<Pack>(poses_b, shapes_b, B);
-        return certify_form_lanes(A, B);
+        ParallelepipedLanes<Pack> A, B;
+        gather_parallelepipeds<Pack>(poses_a, shapes_a, A);
+        gather_parallelepipeds<Pack>(poses_b, shapes_b, B);
+        return certify_parallelepiped_lanes(A, B);
       });
 }
 

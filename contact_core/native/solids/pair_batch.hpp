@@ -10,7 +10,7 @@
 
 namespace touchstone::native {
 
-/// A call's pairs are worked off in blocks of so many, whose records fit the stack.
+/// A call's pairs are processed in blocks of this size, whose records fit the stack.
 inline constexpr std::size_t kBlock = 256;
 
 /// The pairs of a block that go to one kernel.
@@ -32,8 +32,8 @@ void prefetch(const Object& object) {
   __builtin_prefetch(first + sizeof(Object) - 1);
 }
 
-/// Fetches the data that a kernel reads of a pair. Solids lie in no order: asked for while a block's pairs
-/// are sorted by kind, all of the block's data are on their way at once.
+/// Fetches the data that a kernel reads of a pair. Solids lie in no order; fetching while a block's pairs are
+/// sorted by kind overlaps all of the block's cache misses.
 template <class Record>
 void prefetch_pair(const std::vector<Record>& records, std::span<const Pose> poses, const SolidPair& pair) {
   for (const SolidIndex solid : {pair.a, pair.b}) {

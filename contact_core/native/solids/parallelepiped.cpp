@@ -1,37 +1,38 @@
 #include "touchstone/contact_core/native/solids/parallelepiped.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <limits>
 
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
 
 namespace touchstone::native {
-
 namespace {
 
 constexpr double kFit = 16 * std::numeric_limits<double>::epsilon();
-
-double sum(const Vector3& p) { return (std::abs(p.x()) + std::abs(p.y())) + std::abs(p.z()); }
-double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
 
 }  // namespace
 
 std::optional<Parallelepiped> as_parallelepiped(const Hexahedron& solid) {
   const auto& v = solid.vertices();
-  Parallelepiped out;
-  out.centre = 0.5 * v[0] + 0.5 * v[7];
-  for (int i = 0; i < 3; ++i) out.half_edges[i] = 0.5 * v[4 >> i] - 0.5 * v[0];
+  Parallelepiped out{};
+  const Vector3 centre = 0.5 * v[0] + 0.5 * v[7];
+  std::array<Vector3, 3> half_edges;
+  for (int i = 0; i < 3; ++i) half_edges[i] = 0.5 * v[4 >> i] - 0.5 * v[0];
   for (int i = 0; i < 8; ++i) {
-    Vector3 form = out.centre;
-    for (int k = 0; k < 3; ++k) form += (i & (4 >> k) ? 1.0 : -1.0) * out.half_edges[k];
-    out.deviation = std::max(out.deviation, largest(form - v[i]));
+    Vector3 corner = centre;
+    for (int k = 0; k < 3; ++k) corner += (i & (4 >> k) ? 1.0 : -1.0) * half_edges[k];
+    out.deviation = std::max(out.deviation, norm_inf(corner - v[i]));
   }
   // Evaluating the parallelepiped rounds too: four sums of at most |centre| + three half edges.
-  double reach = sum(out.centre);
-  for (const Vector3& edge : out.half_edges) reach += sum(edge);
+  double reach = norm_1(centre);
+  for (const Vector3& edge : half_edges) reach += norm_1(edge);
   out.deviation += 4 * kRoundoff * reach;
   if (!(out.deviation <= kFit * (solid.size() + reach))) return std::nullopt;
+  for (int k = 0; k < 3; ++k) {
+    out.centre[k] = centre(k);
+    for (int i = 0; i < 3; ++i) out.half_edges[i][k] = half_edges[i](k);
+  }
   return out;
 }
 

@@ -6,8 +6,6 @@
 namespace touchstone::native {
 namespace {
 
-double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
-
 /// Below zero, zero or above.
 int compare(const Vector3& p, const Vector3& q) {
   for (int i = 0; i < 3; ++i)
@@ -36,8 +34,8 @@ int exponent_for(double magnitude) { return magnitude > 0.0 ? -std::ilogb(magnit
 }  // namespace
 
 bool is_ordinary(const SolidSet& set, SolidIndex a, const Pose& X_WA, SolidIndex b, const Pose& X_WB) {
-  return set.ordinary[a] && set.ordinary[b] && largest(X_WA.p) <= kOrdinaryHigh &&
-         largest(X_WB.p) <= kOrdinaryHigh;
+  return set.ordinary[a] && set.ordinary[b] && norm_inf(X_WA.p) <= kOrdinaryHigh &&
+         norm_inf(X_WB.p) <= kOrdinaryHigh;
 }
 
 bool comes_first(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB) {

@@ -9,11 +9,11 @@ namespace touchstone::native {
 /// Whether neither sizes nor positions need scaling.
 bool is_ordinary(const SolidSet& set, SolidIndex a, const Pose& X_WA, SolidIndex b, const Pose& X_WB);
 
-/// A total order of posed solids by content, so that (a, b) and (b, a) take the same road.
+/// A total order of posed solids by content, so that (a, b) and (b, a) take the same code path.
 bool comes_first(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB);
 
-/// A pair in the world, and about a common origin for the checks: there on a copy scaled by 2^exponent when
-/// its magnitudes ask for it.
+/// A pair in the world, and about a common origin for the checks: there scaled by 2^exponent when its
+/// magnitudes are not ordinary.
 struct PlacedPair {
   WorldVertices a_W, b_W;
   PosedPair pair;

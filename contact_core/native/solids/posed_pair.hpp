@@ -12,7 +12,7 @@ struct PosedPair {
   const SolidFeatures* b;
   Matrix3 R_WA;
   Matrix3 R_WB;
-  Vector3 start;  ///< from A's middle to B's: where searches begin
+  Vector3 start;  ///< from A's middle to B's: the first direction of searches
 };
 
 }  // namespace touchstone::native

@@ -57,8 +57,7 @@ Vector3 scaled_by(const Vector3& v, int x, int y, int z) {
 
 Vertices scaled_to_unit(const Vertices& vertices) {
   double largest = 0.0;
-  for (const Vector3& v : vertices)
-    largest = std::max({largest, std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
+  for (const Vector3& v : vertices) largest = std::max(largest, norm_inf(v));
   const int exponent = -std::ilogb(largest);
   Vertices out;
   for (int i = 0; i < 8; ++i) out[i] = scaled_by(vertices[i], exponent, exponent, exponent);
@@ -66,7 +65,7 @@ Vertices scaled_to_unit(const Vertices& vertices) {
 }
 
 Vector3 unit(const Vector3& v) {
-  const double largest = std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
+  const double largest = norm_inf(v);
   if (largest == 0.0) return Vector3::Zero();
   const int exponent = -std::ilogb(largest);
   const Vector3 s = scaled_by(v, exponent, exponent, exponent);
@@ -104,7 +103,7 @@ Vector3 direction_of(const Hull& hull, int from, int to) {
 
 /// Sets normal (in the solid's frame) and area. The products are exact, else the normal of a facet with a
 /// narrow corner would be off by u over that corner's sine.
-void measure_facet(const Hull& hull, int i, int j, int k, bool turned, Facet& facet) {
+void set_normal_and_area(const Hull& hull, int i, int j, int k, bool turned, Facet& facet) {
   const Vector3 across = cross(difference(hull.v[j], hull.v[i]), difference(hull.v[k], hull.v[i])).rounded();
   const auto& [x, y, z] = hull.exponent;
   const int greatest = std::max({x, y, z}), least = std::min({x, y, z}), sum = (x + y) + z;
@@ -128,7 +127,7 @@ bool supporting_facet(const Hull& hull, int i, int j, int k, Facet& facet) {
     if (side == 0) facet.mask |= 1u << l;
   }
   if (above == below) return false;  // both: no support; neither: collinear, as the solid has volume
-  measure_facet(hull, i, j, k, above, facet);
+  set_normal_and_area(hull, i, j, k, above, facet);
   return true;
 }
 
@@ -182,8 +181,8 @@ Edge ends_of(const Hull& hull, unsigned shared) {
   for (int i = 0; i < 8; ++i) {
     for (int j = i + 1; j < 8; ++j) {
       if (!(shared >> i & shared >> j & 1u)) continue;
-      const Vector3 way = hull.v[j] - hull.v[i];
-      if (const double length = dot(way, way); length > longest) longest = length, out.from = i, out.to = j;
+      const Vector3 edge = hull.v[j] - hull.v[i];
+      if (const double length = dot(edge, edge); length > longest) longest = length, out.from = i, out.to = j;
     }
   }
   return out;

@@ -23,16 +23,15 @@ struct SolidData {
   SolidFeatures features;
 };
 
-/// The solids as build() keeps them, laid out by who reads them: the quick checks' records stand densely,
-/// apart from the rest.
+/// The solids as build() keeps them, one vector for each kind of reader: the overlap filters' records stand
+/// densely, apart from the rest.
 struct SolidSet {
   std::vector<SolidKind> kinds;
-  std::vector<std::uint8_t> ordinary;           ///< by size and place within its frame, see below
-  std::vector<BoxRecord> boxes;                 ///< of boxes; infinite where not ordinary
-  std::vector<ParallelepipedRecord> forms;      ///< of boxes and parallelepipeds; likewise
-  std::vector<VertexRecord> vertices;           ///< not a number where not ordinary
-  std::vector<FormRecord> edge_forms;           ///< of parallelepipeds; likewise
-  std::vector<Parallelepiped> parallelepipeds;  ///< the same for the scalar road
+  std::vector<std::uint8_t> ordinary;                     ///< by size and place within its frame, see below
+  std::vector<BoxRecord> boxes;                           ///< of boxes; infinite where not ordinary
+  std::vector<Parallelepiped> parallelepipeds;            ///< of boxes and parallelepipeds; likewise
+  std::vector<VertexRecord> vertices;                     ///< not a number where not ordinary
+  std::vector<ParallelepipedEdges> parallelepiped_edges;  ///< of parallelepipeds; infinite likewise
   std::vector<SolidData> solids;
 };
 
@@ -43,7 +42,7 @@ inline constexpr double kOrdinaryHigh = 0x1p120;
 
 SolidSet make_solid_set(std::span<const Hexahedron> solids);
 
-/// These take the places from `first` on, the last of them perhaps behind all others.
+/// Replaces the solids from `first` on; appends those beyond the end.
 void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids);
 
 }  // namespace touchstone::native

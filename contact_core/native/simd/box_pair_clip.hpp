@@ -2,9 +2,9 @@
 
 #include "touchstone/contact_core/native/simd/manifold_kernels.hpp"
 
-// manifold_kernels.hpp for one pair of boxes alone. Lanes of two are the two solids, lanes of four the edges
-// of one face or the crossings of two faces' half edges, C_ij in lane 2 i + j. Each figure comes of the same
-// operations in the same order as among others, so the bits are the same.
+// manifold_kernels.hpp for a single pair of boxes. Lanes of two are the two solids, lanes of four the edges
+// of one face or the crossings of two faces' half edges, C_ij in lane 2 i + j. Every value results from the
+// same operations in the same order as in a batch, so the bits are the same.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
@@ -18,7 +18,7 @@ TOUCHSTONE_INLINE Double4 shuffled(Double2 p, Double2 q) {
 }
 
 /// Both faces: A's in lane 0, B's in lane 1.
-struct LoneFaces {
+struct PairFaces {
   ContactFace<Double2> face;
   Vector3Of<Double2> d;        ///< from A's centre to B's
   Vector2Of<Double2> half[2];  ///< in the plane across n
@@ -27,7 +27,7 @@ struct LoneFaces {
   Double2 offset[2];  ///< cross(d, half) there
   double size;
 
-  TOUCHSTONE_INLINE LoneFaces(const BoxSolid<Double2>& solids, const Vector3Of<Double2>& T,
+  TOUCHSTONE_INLINE PairFaces(const BoxSolid<Double2>& solids, const Vector3Of<Double2>& T,
                               const Vector3Of<Double2>& n, double size_of)
       : size(size_of) {
     const Vector3Of<Double2> centre = {Double2{0.0, (T.x + solids.centre.x)[1]},
@@ -48,11 +48,11 @@ struct LoneFaces {
 };
 
 /// See Crossings: of both faces, by C_ij.
-struct LoneCrossings {
+struct PairCrossings {
   Double4 across, inverse, reach_a, reach_b;
   unsigned long long flush = 0;
 
-  TOUCHSTONE_INLINE explicit LoneCrossings(const LoneFaces& f) {
+  TOUCHSTONE_INLINE explicit PairCrossings(const PairFaces& f) {
     const Vector2Of<Double4> a = {shuffled<0, 0, 2, 2>(f.half[0].x, f.half[1].x),
                                   shuffled<0, 0, 2, 2>(f.half[0].y, f.half[1].y)};
     const Vector2Of<Double4> b = {shuffled<1, 3, 1, 3>(f.half[0].x, f.half[1].x),
@@ -68,7 +68,7 @@ struct LoneCrossings {
 
  private:
   /// As settle_parallel().
-  TOUCHSTONE_INLINE void settle(const LoneFaces& f, const Vector2Of<Double4>& a, const Vector2Of<Double4>& b,
+  TOUCHSTONE_INLINE void settle(const PairFaces& f, const Vector2Of<Double4>& a, const Vector2Of<Double4>& b,
                                 Double4 steep) {
     const Double4 tolerance = all<Double4>((kCoincideRoundoffs * kU) * f.size), zero = {};
     const Double4 flush2 = all<Double4>(kFlush * kFlush), part = all<Double4>(kParallelPart);
@@ -82,34 +82,34 @@ struct LoneCrossings {
     reach_a = (area_b + (kept ? slack_a : zero)) * steep;
     reach_b = (area_a + (aligned ? slack_b : (slack_b * steep > part ? -slack_b : zero))) * steep;
 
-    const Mask4 same_way = dot(a, b) > zero;
+    const Mask4 same_direction = dot(a, b) > zero;
     const Double4 beside = Double4{-1.0, -1.0, 1.0, 1.0} * shuffled<2, 3, 0, 1>(across);
-    const Double4 half = same_way ? area_b : -area_b;
+    const Double4 half = same_direction ? area_b : -area_b;
     const Double4 near2 = b2 * (flush2 * least(a2, b2) + all<Double4>(16.0) * (tolerance * tolerance));
     const Double4 offset = shuffled<1, 3, 1, 3>(f.offset[0], f.offset[1]);
     const Double4 first = (beside - offset) - half, second = (-beside - offset) + half;
     const unsigned on_first = bits(aligned & (first * first <= near2));
-    const unsigned on_second = bits(aligned & (second * second <= near2)), way = bits(same_way);
+    const unsigned on_second = bits(aligned & (second * second <= near2)), codirected = bits(same_direction);
     for (unsigned k = 0; k < 4; ++k) {
-      const unsigned three = (on_first >> k & 1u) | (on_second >> k & 1u) << 1 | (way >> k & 1u) << 2;
+      const unsigned three = (on_first >> k & 1u) | (on_second >> k & 1u) << 1 | (codirected >> k & 1u) << 2;
       flush |= static_cast<unsigned long long>(three) << (kFlushBits / 4 * k);
     }
   }
 };
 
-/// How a face's edges cross the lines along the other's half edges k.
-struct LoneEdges {
+/// Crossings of a face's edges with the lines along the other's half edges k.
+struct PairEdges {
   Double4 offset[2], across[2], inverse[2], reach[2];  // `across` of the half edge that an edge lies off by
 };
 
-TOUCHSTONE_INLINE LoneEdges edges_of_a(const LoneFaces& f, const LoneCrossings& c) {
+TOUCHSTONE_INLINE PairEdges edges_of_a(const PairFaces& f, const PairCrossings& c) {
   return {{all<Double4>(f.offset[0][1]), all<Double4>(f.offset[1][1])},
           {shuffled<2, 0, 2, 0>(c.across), shuffled<3, 1, 3, 1>(c.across)},
           {shuffled<0, 2, 0, 2>(c.inverse), shuffled<1, 3, 1, 3>(c.inverse)},
           {shuffled<0, 2, 0, 2>(c.reach_a), shuffled<1, 3, 1, 3>(c.reach_a)}};
 }
 
-TOUCHSTONE_INLINE LoneEdges edges_of_b(const LoneFaces& f, const LoneCrossings& c) {
+TOUCHSTONE_INLINE PairEdges edges_of_b(const PairFaces& f, const PairCrossings& c) {
   return {{all<Double4>(f.offset[0][0]), all<Double4>(f.offset[1][0])},
           {shuffled<1, 0, 1, 0>(c.across), shuffled<3, 2, 3, 2>(c.across)},
           {shuffled<0, 1, 0, 1>(c.inverse), shuffled<2, 3, 2, 3>(c.inverse)},
@@ -118,17 +118,17 @@ TOUCHSTONE_INLINE LoneEdges edges_of_b(const LoneFaces& f, const LoneCrossings& 
 
 /// Edges 0 and 3 lie at minus the other half edge, 2 and 3 run backwards.
 constexpr Double4 kEdgeSides = {-1.0, 1.0, 1.0, -1.0};
-constexpr Double4 kEdgeWays = {1.0, 1.0, -1.0, -1.0};
+constexpr Double4 kEdgeDirections = {1.0, 1.0, -1.0, -1.0};
 
-struct LoneParts {
+struct PairParts {
   Double4 from, to;
 };
 
-TOUCHSTONE_INLINE LoneParts clip_lone_edges(const LoneEdges& c) {
-  LoneParts out = {all<Double4>(-1.0), all<Double4>(1.0)};
+TOUCHSTONE_INLINE PairParts clip_pair_edges(const PairEdges& c) {
+  PairParts out = {all<Double4>(-1.0), all<Double4>(1.0)};
   for (int k = 0; k < 2; ++k) {
     const Double4 side = c.offset[k] - kEdgeSides * c.across[k];
-    const Double4 middle = kEdgeWays * (side * c.inverse[k]);
+    const Double4 middle = kEdgeDirections * (side * c.inverse[k]);
     out.from = greatest(middle - c.reach[k], out.from);
     out.to = least(middle + c.reach[k], out.to);
   }
@@ -136,7 +136,7 @@ TOUCHSTONE_INLINE LoneParts clip_lone_edges(const LoneEdges& c) {
 }
 
 /// Data that a pair's corners share; see ContactLanes.
-struct LoneContact {
+struct PairContact {
   Vector3Of<Double4> n, p_WA;
   double separation, limit, deep;
   bool swapped;
@@ -145,16 +145,16 @@ struct LoneContact {
 /// The corners on the edges of face `solid`. @param height of the other face's plane: at the centre, along
 /// both half edges. @return flags
 template <int solid>
-TOUCHSTONE_INLINE unsigned long long write_lone_corners(const LoneContact& contact,
+TOUCHSTONE_INLINE unsigned long long write_pair_corners(const PairContact& contact,
                                                         const ContactFace<Double2>& face,
-                                                        const Double2 (&height)[3], const LoneParts& parts,
+                                                        const Double2 (&height)[3], const PairParts& parts,
                                                         const Double2 (&shortest2)[2],
                                                         PointRecord (&points)[8][1]) {
   constexpr int kFirst = 2 * solid, k0 = solid, k1 = 2 + solid;
-  const Double4 sides = kEdgeSides, way = kEdgeWays * parts.from;
+  const Double4 sides = kEdgeSides, place = kEdgeDirections * parts.from;
   const auto corner = [&](Double2 centre, Double2 half_0, Double2 half_1) {
     return (all<Double4>(centre[solid]) + sides * shuffled<k1, k0, k1, k0>(half_0, half_1)) +
-           way * shuffled<k0, k1, k0, k1>(half_0, half_1);
+           place * shuffled<k0, k1, k0, k1>(half_0, half_1);
   };
   const Vector3Of<Double4> p = {corner(face.centre.x, face.half[0].x, face.half[1].x),
                                 corner(face.centre.y, face.half[0].y, face.half[1].y),
@@ -188,9 +188,9 @@ TOUCHSTONE_INLINE unsigned long long write_lone_corners(const LoneContact& conta
   return at(left, CornerFlags::kLeft) | at(near, CornerFlags::kNear) | at(deep, CornerFlags::kDeep);
 }
 
-TOUCHSTONE_INLINE ClipRecord clip_lone_boxes(const PoseRecord& X_WA, const BoxRecord& a,
-                                             const PoseRecord& X_WB, const BoxRecord& b, const ClipTask& task,
-                                             double max_point_separation) {
+TOUCHSTONE_INLINE ClipRecord clip_box_pair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
+                                           const BoxRecord& b, const ClipTask& task,
+                                           double max_point_separation) {
   BoxSolid<Double2> solids;
   solids.read({X_WA.R, X_WB.R}, {a.half_extents, b.half_extents});
   const Vector3Of<Double2> T = {all<Double2>(solids.p.x[1] - solids.p.x[0]),
@@ -200,7 +200,7 @@ TOUCHSTONE_INLINE ClipRecord clip_lone_boxes(const PoseRecord& X_WA, const BoxRe
   const Double2 coordinate = largest(solids.p);
   const double position = coordinate[0] + coordinate[1], unit_size = kU * size, unit_position = kU * position;
   const double* const n = task.n_separation;
-  LoneContact contact;
+  PairContact contact;
   contact.n = {all<Double4>(n[0]), all<Double4>(n[1]), all<Double4>(n[2])};
   contact.p_WA = {all<Double4>(X_WA.p[0]), all<Double4>(X_WA.p[1]), all<Double4>(X_WA.p[2])};
   contact.separation = n[3];
@@ -208,8 +208,8 @@ TOUCHSTONE_INLINE ClipRecord clip_lone_boxes(const PoseRecord& X_WA, const BoxRe
   contact.limit = max_point_separation > contact.deep ? max_point_separation : contact.deep;
   contact.swapped = task.swapped;
 
-  const LoneFaces f(solids, T, {all<Double2>(n[0]), all<Double2>(n[1]), all<Double2>(n[2])}, size);
-  const LoneCrossings crossings(f);
+  const PairFaces f(solids, T, {all<Double2>(n[0]), all<Double2>(n[1]), all<Double2>(n[2])}, size);
+  const PairCrossings crossings(f);
   const auto other = [](Double2 p) { return __builtin_shufflevector(p, p, 1, 0); };
   const Vector3Of<Double2> normal = {other(f.face.normal.x), other(f.face.normal.y), other(f.face.normal.z)};
   const Double2 sense = {-1.0, 1.0};
@@ -218,10 +218,10 @@ TOUCHSTONE_INLINE ClipRecord clip_lone_boxes(const PoseRecord& X_WA, const BoxRe
   const Double2 shortest = all<Double2>(kShortestPart * size), shortest2 = shortest * shortest;
   const Double2 shortest_of[2] = {shortest2 / f.half2[0], shortest2 / f.half2[1]};
   PointRecord points[8][1];
-  const LoneParts of_a = clip_lone_edges(edges_of_a(f, crossings));
-  const LoneParts of_b = clip_lone_edges(edges_of_b(f, crossings));
-  unsigned long long flags = write_lone_corners<0>(contact, f.face, height, of_a, shortest_of, points);
-  flags |= write_lone_corners<1>(contact, f.face, height, of_b, shortest_of, points);
+  const PairParts of_a = clip_pair_edges(edges_of_a(f, crossings));
+  const PairParts of_b = clip_pair_edges(edges_of_b(f, crossings));
+  unsigned long long flags = write_pair_corners<0>(contact, f.face, height, of_a, shortest_of, points);
+  flags |= write_pair_corners<1>(contact, f.face, height, of_b, shortest_of, points);
 
   const unsigned turns = bits(crossings.across >= Double4{});  // by 2 i + j, wanted by i + 2 j
   flags |= static_cast<unsigned long long>((turns & 9u) | (turns & 2u) << 1 | (turns & 4u) >> 1)

@@ -5,14 +5,14 @@
 
 #include "all_features_reference.hpp"
 #include "native_fixture.hpp"
-#include "touchstone/contact_core/native/distance/apart_pass.hpp"
+#include "touchstone/contact_core/native/distance/kernel_distances.hpp"
 
 // Pairs that are apart: the kernels in lanes against each other, against single calls and the reference.
 
 namespace touchstone {
 namespace {
 
-using native::ApartRecord;
+using native::DistanceRecord;
 using native::Kernels;
 using native::PairIndices;
 using native::SolidKind;
@@ -109,13 +109,13 @@ TEST(NativeApart, BatchesOfAnySizeHaveTheBitsOfSingleCalls) {
 }
 
 /// All passes of one kernel table over the pairs of a kind.
-std::vector<ApartRecord> run(const Kernels& kernels, const native::SolidSet& set, SolidKind kind,
-                             const std::vector<Pose>& poses, const std::vector<PairIndices>& pairs) {
-  std::vector<ApartRecord> out(3 * pairs.size());
-  native::measure_hulls_apart(set, kernels, poses, pairs, out.data());
+std::vector<DistanceRecord> run(const Kernels& kernels, const native::SolidSet& set, SolidKind kind,
+                                const std::vector<Pose>& poses, const std::vector<PairIndices>& pairs) {
+  std::vector<DistanceRecord> out(3 * pairs.size());
+  native::compute_hull_distances(set, kernels, poses, pairs, out.data());
   if (kind == SolidKind::general) return out;
-  native::measure_apart(set, kernels, kind, poses, pairs, &out[pairs.size()]);
-  native::measure_apart_accurately(set, kernels, kind, poses, pairs, &out[2 * pairs.size()]);
+  native::compute_distances(set, kernels, kind, poses, pairs, &out[pairs.size()]);
+  native::compute_distances_accurately(set, kernels, kind, poses, pairs, &out[2 * pairs.size()]);
   return out;
 }
 
@@ -134,13 +134,13 @@ TEST(NativeApart, EveryInstructionSetHasTheSameBits) {
     }
     const native::SolidSet set = native::make_solid_set(scene.solids);
     const native::KernelList& list = native::available_kernels();
-    const std::vector<ApartRecord> plain = run(*list.of[0], set, kind, scene.poses, pairs);
+    const std::vector<DistanceRecord> plain = run(*list.of[0], set, kind, scene.poses, pairs);
     int found = 0;
     for (int k = 1; k < list.count; ++k) {
-      const std::vector<ApartRecord> wide = run(*list.of[k], set, kind, scene.poses, pairs);
+      const std::vector<DistanceRecord> wide = run(*list.of[k], set, kind, scene.poses, pairs);
       for (std::size_t i = 0; i < plain.size(); ++i) {
         ASSERT_EQ(plain[i].state, wide[i].state) << list.of[k]->isa << " " << i;
-        if (plain[i].state < native::ApartState::if_apart) continue;
+        if (plain[i].state < native::DistanceState::if_separated) continue;
         ++found;
         ASSERT_TRUE(same_bits(plain[i].separation, wide[i].separation)) << list.of[k]->isa << " " << i;
         for (int c = 0; c < 3; ++c) {
@@ -245,8 +245,8 @@ bool is_settled_by_kernels(const Pair& pair) {
   Scene scene;
   scene.add(pair);
   const native::SolidSet set = native::make_solid_set(scene.solids);
-  ApartRecord record{};
-  return native::finish_apart(set, native::kernels(), {0, 1}, scene.poses, true, record);
+  DistanceRecord record{};
+  return native::finish_kernel_distance(set, native::kernels(), {0, 1}, scene.poses, true, record);
 }
 
 /// The kernels are what makes it fast: they must settle nearly all pairs by themselves.

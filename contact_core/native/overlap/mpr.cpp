@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/native/overlap/portal.hpp"
+#include "touchstone/contact_core/native/overlap/mpr.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,9 @@
 namespace touchstone::native {
 namespace {
 
-/// Random pairs take 0 to 4; whoever needs more is near touching, where closest points lead on faster.
+/// Random pairs take 0 to 4 iterations; pairs that need more are near touching, where GJK is faster.
 constexpr int kMaxSteps = 12;
-/// Covers underflow where an axis is next to nothing; of ordinary pairs nothing else comes near it.
+/// Covers underflow where an axis is tiny; negligible for ordinary pairs otherwise.
 constexpr double kUnderflow = 0x1p-1000;
 
 std::uint8_t index(int i) { return static_cast<std::uint8_t>(i); }
@@ -40,14 +40,12 @@ Extreme extreme_along(const HullPair& pair, const Vector3& axis) {
       {pair.b.x[j] - pair.a.x[i], pair.b.y[j] - pair.a.y[i], pair.b.z[j] - pair.a.z[i]}, i, j, high - low};
 }
 
-/// Some vector across v.
+/// A vector perpendicular to v.
 Vector3 perpendicular(const Vector3& v) {
   const double x = std::abs(v.x()), y = std::abs(v.y()), z = std::abs(v.z());
   if (x <= y && x <= z) return {0.0, -v.z(), v.y()};
   return y <= z ? Vector3(v.z(), 0.0, -v.x()) : Vector3(-v.y(), v.x(), 0.0);
 }
-
-double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
 
 /// The origin is strictly inside the tetrahedron of the exact points. As for GJK's tetrahedron of vertices,
 /// whose coordinates are off by at most 4 u M (M the extent) and whose determinants' evaluation adds 8 u W^3
@@ -58,7 +56,7 @@ bool certainly_holds_origin(const Vector3& v0, const Vector3& v1, const Vector3&
                             double extent) {
   const Vector3 v23 = cross(v2, v3), v01 = cross(v0, v1);
   const double d0 = dot(v1, v23), d1 = -dot(v0, v23), d2 = dot(v3, v01), d3 = -dot(v2, v01);
-  const double reach = std::max(std::max(largest(v0), largest(v1)), std::max(largest(v2), largest(v3)));
+  const double reach = std::max(std::max(norm_inf(v0), norm_inf(v1)), std::max(norm_inf(v2), norm_inf(v3)));
   const double error = 6 * kRoundoff * reach * reach * (9 * reach + 20 * extent);
   return std::min(std::min(d0, d1), std::min(d2, d3)) > error ||
          std::max(std::max(d0, d1), std::max(d2, d3)) < -error;
@@ -66,7 +64,7 @@ bool certainly_holds_origin(const Vector3& v0, const Vector3& v1, const Vector3&
 
 }  // namespace
 
-Certified certify_by_portal(const HullPair& pair, Portal& portal) {
+Certified certify_by_mpr(const HullPair& pair, Portal& portal) {
   portal.found = false;
   const auto beyond = [&pair](const Extreme& extreme, const Vector3& axis) {
     return extreme.value < -(projection_error(axis, pair.extent) + kUnderflow);

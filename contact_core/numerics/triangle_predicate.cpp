@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/numerics/portal_predicate.hpp"
+#include "touchstone/contact_core/numerics/triangle_predicate.hpp"
 
 #include <bit>
 #include <optional>
@@ -121,22 +121,22 @@ std::optional<int> injective_axis(DifferenceDeterminant& determinant, const Cand
   return std::nullopt;
 }
 
-Settled settle_on(DifferenceDeterminant& determinant, const CandidatePlane& plane) {
+Certified certify_on(DifferenceDeterminant& determinant, const CandidatePlane& plane) {
   Sides a = sides_of(determinant, plane, 0);
-  if (a.above != 0 && a.below != 0) return Settled::open;
+  if (a.above != 0 && a.below != 0) return Certified::unknown;
   Sides b = sides_of(determinant, plane, kFirstOfB);
-  if (b.above != 0 && b.below != 0) return Settled::open;
+  if (b.above != 0 && b.below != 0) return Certified::unknown;
   if (b.on == 0 || a.on == 0) {
     // All of one side: apart when the other solid is on the other, or in the plane.
     const bool same_side = (a.above != 0 && b.above != 0) || (a.below != 0 && b.below != 0);
-    return same_side ? Settled::open : Settled::separated;
+    return same_side ? Certified::unknown : Certified::separated;
   }
-  if ((a.above != 0 && b.above != 0) || (a.below != 0 && b.below != 0)) return Settled::open;
+  if ((a.above != 0 && b.above != 0) || (a.below != 0 && b.below != 0)) return Certified::unknown;
   const unsigned edges = 1u << plane.u.q | 1u << plane.v.p | 1u << plane.v.q;
-  if ((edges & ~(a.on | b.on)) != 0) return Settled::open;
+  if ((edges & ~(a.on | b.on)) != 0) return Certified::unknown;
   const std::optional<int> axis = injective_axis(determinant, plane);
-  if (!axis) return Settled::open;
-  return polygons_separate(determinant, a.on, b.on, *axis) ? Settled::separated : Settled::intersecting;
+  if (!axis) return Certified::unknown;
+  return polygons_separate(determinant, a.on, b.on, *axis) ? Certified::separated : Certified::overlapping;
 }
 
 /// The vertex of W furthest inwards from the triangle, to rounding.
@@ -167,29 +167,30 @@ bool holds_origin_with_any(const DifferenceDeterminant& determinant, const std::
 
 }  // namespace
 
-Settled settle_near(const WorldVertices& a, const WorldVertices& b, const MinkowskiTriangle& guess) noexcept {
+Certified certify_near(const WorldVertices& a, const WorldVertices& b,
+                       const MinkowskiTriangle& guess) noexcept {
   std::array<Vector3, 16> points;
   for (int i = 0; i < 8; ++i) points[i] = a.vertex(i), points[kFirstOfB + i] = b.vertex(i);
   DifferenceDeterminant determinant(points);
   std::array<Difference, 3> w;
   for (int k = 0; k < 3; ++k) {
     w[k] = {guess.a[k], kFirstOfB + guess.b[k]};
-    if (determinant.is_zero(w[k])) return Settled::intersecting;
+    if (determinant.is_zero(w[k])) return Certified::overlapping;
   }
   if (holds_origin(determinant, {w[0], w[1], w[2], furthest_inwards(determinant, w)}))
-    return Settled::intersecting;
+    return Certified::overlapping;
   for (const auto& plane : {facet_plane(guess.a, 0), facet_plane(guess.b, kFirstOfB)}) {
-    const Settled settled = plane ? settle_on(determinant, *plane) : Settled::open;
-    if (settled != Settled::open) return settled;
+    const Certified certified = plane ? certify_on(determinant, *plane) : Certified::unknown;
+    if (certified != Certified::unknown) return certified;
   }
   const Lines of_a = lines_between(guess.a, 0), of_b = lines_between(guess.b, kFirstOfB);
   for (int i = 0; i < of_a.count; ++i) {
     for (int j = 0; j < of_b.count; ++j) {
-      const Settled settled = settle_on(determinant, {of_a.of[i], of_b.of[j], of_a.of[i].p});
-      if (settled != Settled::open) return settled;
+      const Certified certified = certify_on(determinant, {of_a.of[i], of_b.of[j], of_a.of[i].p});
+      if (certified != Certified::unknown) return certified;
     }
   }
-  return holds_origin_with_any(determinant, w) ? Settled::intersecting : Settled::open;
+  return holds_origin_with_any(determinant, w) ? Certified::overlapping : Certified::unknown;
 }
 
 }  // namespace touchstone::numerics

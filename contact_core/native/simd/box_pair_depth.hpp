@@ -2,8 +2,8 @@
 
 #include "touchstone/contact_core/native/simd/depth_kernels.hpp"
 
-// depth_kernels.hpp for one pair of boxes alone: lanes are the axes of one box, so that none is idle. Each
-// figure comes of the same operations in the same order as among others, so the bits are the same.
+// depth_kernels.hpp for a single pair of boxes: lanes are the axes of one box, so that none is idle. Every
+// value results from the same operations in the same order as in a batch, so the bits are the same.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
@@ -32,14 +32,14 @@ TOUCHSTONE_INLINE void transpose_three(const Double4 (&in)[3], Double4 (&out)[3]
 }
 
 /// Both boxes. By axis in lanes: directions and normals; in all lanes: one coordinate, or one half-extent.
-struct LoneBoxes {
+struct BoxPair {
   Vector3Of<Double4> direction[2], normal[2];
   Vector3Of<Double4> each[2][3];  // a direction in all lanes
   Double4 own[2], half[2][3];
   Double4 volume[2];  // in all lanes
   Vector3Of<Double4> T;
 
-  TOUCHSTONE_INLINE LoneBoxes(const PoseRecord* const (&X)[2], const BoxRecord* const (&box)[2]) {
+  TOUCHSTONE_INLINE BoxPair(const PoseRecord* const (&X)[2], const BoxRecord* const (&box)[2]) {
     for (int s = 0; s < 2; ++s) {
       direction[s] = lanes_of(*X[s]);
       normal[s] = normals_of(direction[s]);
@@ -53,7 +53,7 @@ struct LoneBoxes {
 };
 
 /// The result of search_axes(): by code, and over all.
-struct LoneSearch {
+struct PairSearch {
   double length2[16], overlap[16];
   Double4 turn = {};  // by B's edge
   double least_slack = 0.0;
@@ -74,10 +74,10 @@ struct LoneSearch {
   }
 };
 
-/// Short axes of edges anew, as AxisSearch::add_short(): of each of A's edges no more than one of B's is that
-/// near to parallel, so one lane is enough for each. @param which the edge of B, or -1 @return slacks
-TOUCHSTONE_INLINE Double4 refine_lone_axes(const LoneBoxes& boxes, const double* R_WB, const int (&which)[3],
-                                           Double4 tie, LoneSearch& search) {
+/// Refines short axes of edges, as AxisSearch::add_short(): of each of A's edges no more than one of B's is
+/// that near to parallel, so one lane is enough for each. @param which the edge of B, or -1 @return slacks
+TOUCHSTONE_INLINE Double4 refine_pair_axes(const BoxPair& boxes, const double* R_WB, const int (&which)[3],
+                                           Double4 tie, PairSearch& search) {
   Vector3Of<Double4> b = {};
   for (int i = 0; i < 3; ++i) {
     const int j = which[i] < 0 ? 0 : which[i];
@@ -110,8 +110,8 @@ TOUCHSTONE_INLINE double least_of_three(Double4 p) {
   return least_01 < p[2] ? least_01 : p[2];
 }
 
-TOUCHSTONE_INLINE void search_lone_axes(const LoneBoxes& boxes, const double* R_WB, double tie_of,
-                                        LoneSearch& search) {
+TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB, double tie_of,
+                                        PairSearch& search) {
   const Double4 tie = all<Double4>(tie_of), infinity = all<Double4>(__builtin_inf());
   // a_b[j]: |normal i of A . direction j of B|, lanes i; b_a[i]: |normal j of B . direction i of A|, lanes j.
   Double4 a_b[3], b_a[3], by_b[3];
@@ -145,7 +145,7 @@ TOUCHSTONE_INLINE void search_lone_axes(const LoneBoxes& boxes, const double* R_
     least_slack = least(least_slack, is_short ? infinity : slack);
     search.keep(6 + 3 * i, L2, none ? infinity : greatest(slack, Double4{}) + tie);
   }
-  if (any_short != 0) least_slack = least(least_slack, refine_lone_axes(boxes, R_WB, which, tie, search));
+  if (any_short != 0) least_slack = least(least_slack, refine_pair_axes(boxes, R_WB, which, tie, search));
   search.least_slack = least_of_three(least_slack);
   search.choose();
 }
@@ -163,29 +163,28 @@ TOUCHSTONE_INLINE Vector3Of<Double4> spread(Double4 p) {
   return {all<Double4>(p[0]), all<Double4>(p[1]), all<Double4>(p[2])};
 }
 
-/// measure_along() a face's normal.
-struct LoneFaceDepth {
+/// depth_along() a face's normal.
+struct PairDepth {
   double separation;
   Double4 n, p_A;  // coordinates in lanes
   bool has_witness;
 };
 
 /// The vertex that `sign` names, with the bits of world_vertices().
-TOUCHSTONE_INLINE Double4 lone_vertex(const PoseRecord& X, Double4 sign, Double4 half) {
+TOUCHSTONE_INLINE Double4 signed_vertex(const PoseRecord& X, Double4 sign, Double4 half) {
   const Double4 part = sign * half;
   return ((all<Double4>(part[0]) * in_lanes(X.R) + all<Double4>(part[1]) * in_lanes(X.R + 3)) +
           all<Double4>(part[2]) * in_lanes(X.R + 6)) +
          in_lanes(X.p);
 }
 
-TOUCHSTONE_INLINE LoneFaceDepth measure_along_lone_face(const PoseRecord* const (&X)[2],
-                                                        const LoneBoxes& boxes, int code, double level,
-                                                        double tolerance) {
+TOUCHSTONE_INLINE PairDepth depth_along_face(const PoseRecord* const (&X)[2], const BoxPair& boxes, int code,
+                                             double level, double tolerance) {
   const int own = code < 3 ? 0 : 1, other = 1 - own;  // whose face it is
   const Double4 axis = in_lanes(boxes.normal[own], code % 3);
   const double T[3] = {boxes.T.x[0], boxes.T.y[0], boxes.T.z[0]};
   const double forward = dot_lanes(axis, in_lanes(T)) >= 0.0 ? 1.0 : -1.0;
-  LoneFaceDepth out;
+  PairDepth out;
   out.n = all<Double4>(forward / square_root(Double2{dot_lanes(axis, axis), 1.0})[0]) * axis;
   const Vector3Of<Double4> n = spread(out.n);
   Double4 sign[2], projection[2], vertex[2];
@@ -194,15 +193,15 @@ TOUCHSTONE_INLINE LoneFaceDepth measure_along_lone_face(const PoseRecord* const 
     const Double4 along = dot(boxes.direction[s], n);
     projection[s] = magnitude(along);
     sign[s] = s == 0 ? (along >= Double4{} ? one : -one) : (along >= Double4{} ? -one : one);
-    vertex[s] = lone_vertex(*X[s], sign[s], boxes.own[s]);
+    vertex[s] = signed_vertex(*X[s], sign[s], boxes.own[s]);
   }
   const double raw = dot_lanes(vertex[1] - vertex[0], out.n);
   out.separation = raw < 0.0 ? raw : 0.0;
   // As face_witness().
   const Double4 centre = in_lanes(X[own]->p) + Double4{}, inward = -sign[other];
   const Double4 twice = all<Double4>(2.0) * boxes.own[other];
-  const Double4 way = inward * dot(spread(centre - vertex[other]), boxes.direction[other]);
-  const Double4 along = least(greatest(way, Double4{}), twice);
+  const Double4 toward = inward * dot(spread(centre - vertex[other]), boxes.direction[other]);
+  const Double4 along = least(greatest(toward, Double4{}), twice);
   const Double4 by = inward * (projection[other] * twice <= all<Double4>(level) ? along : Double4{});
   Double4 p = vertex[other];
   for (int k = 0; k < 3; ++k) p = p + all<Double4>(by[k]) * in_lanes(X[other]->R + 3 * k);
@@ -215,43 +214,42 @@ TOUCHSTONE_INLINE LoneFaceDepth measure_along_lone_face(const PoseRecord* const 
   return out;
 }
 
-/// measure_along() any axis, with idle lanes.
-TOUCHSTONE_INLINE void measure_along_lone_axis(const PoseRecord* const (&X)[2],
-                                               const BoxRecord* const (&box)[2], const LoneSearch& lone,
-                                               DepthRecord* out) {
+/// depth_along() any axis, with idle lanes.
+TOUCHSTONE_INLINE void depth_along_axis(const PoseRecord* const (&X)[2], const BoxRecord* const (&box)[2],
+                                        const PairSearch& found, DepthRecord* out) {
   BoxSolid<Double2> A, B;
   A.read({X[0]->R, X[0]->R}, {box[0]->half_extents, box[0]->half_extents});
   B.read({X[1]->R, X[1]->R}, {box[1]->half_extents, box[1]->half_extents});
   const DepthScale<Double2> scale(A, B);
   AxisSearch<Double2> search;
   search.margin = scale.margin();
-  search.least_slack = all<Double2>(lone.least_slack);
-  for (int j = 0; j < 3; ++j) search.turn[j] = all<Double2>(lone.turn[j]);
-  search.code = all<Double2>(lone.code);
+  search.least_slack = all<Double2>(found.least_slack);
+  for (int j = 0; j < 3; ++j) search.turn[j] = all<Double2>(found.turn[j]);
+  search.code = all<Double2>(found.code);
   const Normals<Double2> normal_a(A), normal_b(B);
-  write<Double2>(measure_along<BoxSolid<Double2>, Double2>(A, normal_a, B, normal_b, scale, search), 1, out);
+  write<Double2>(depth_along<BoxSolid<Double2>, Double2>(A, normal_a, B, normal_b, scale, search), 1, out);
 }
 
-TOUCHSTONE_INLINE void measure_lone_box_depth(const PoseRecord& X_WA, const BoxRecord& a,
+TOUCHSTONE_INLINE void compute_box_pair_depth(const PoseRecord& X_WA, const BoxRecord& a,
                                               const PoseRecord& X_WB, const BoxRecord& b, DepthRecord* out) {
   const PoseRecord* const X[2] = {&X_WA, &X_WB};
   const BoxRecord* const box[2] = {&a, &b};
-  const LoneBoxes boxes(X, box);
+  const BoxPair boxes(X, box);
   const double size = (a.reach + b.reach) + sum(boxes.T)[0];
   const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
   const double unit_size = kU * size, unit_position = kU * position;
-  LoneSearch lone;
-  search_lone_axes(boxes, X_WB.R, kTieRoundoffs * unit_size, lone);
-  const double margin = kFormRoundoffs * unit_size + kPositionRoundoffs * unit_position;
+  PairSearch search;
+  search_pair_axes(boxes, X_WB.R, kTieRoundoffs * unit_size, search);
+  const double margin = kParallelepipedRoundoffs * unit_size + kPositionRoundoffs * unit_position;
   const bool ordinary = size + position < kOrdinaryHigh;
-  const double turn = (lone.turn[0] + lone.turn[1]) + lone.turn[2];
-  const bool separated = lone.least_slack < -margin && ordinary;
-  out->certified = verdict(separated, lone.least_slack > margin + turn * size && ordinary);
+  const double turn = (search.turn[0] + search.turn[1]) + search.turn[2];
+  const bool separated = search.least_slack < -margin && ordinary;
+  out->certified = verdict(separated, search.least_slack > margin + turn * size && ordinary);
   out->known = DepthKnown::nothing;
   if (!ordinary || separated) return;
-  if (lone.code >= 6) return measure_along_lone_axis(X, box, lone, out);
-  const LoneFaceDepth depth = measure_along_lone_face(X, boxes, lone.code, kLevelRoundoffs * unit_size,
-                                                      kWitnessRoundoffs * (unit_size + unit_position));
+  if (search.code >= 6) return depth_along_axis(X, box, search, out);
+  const PairDepth depth = depth_along_face(X, boxes, search.code, kLevelRoundoffs * unit_size,
+                                           kWitnessRoundoffs * (unit_size + unit_position));
   out->separation = depth.separation;
   for (int k = 0; k < 3; ++k) out->n[k] = depth.n[k], out->p_A[k] = depth.p_A[k];
   out->known = depth_known(true, depth.has_witness);

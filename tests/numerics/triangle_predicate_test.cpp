@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/numerics/portal_predicate.hpp"
+#include "touchstone/contact_core/numerics/triangle_predicate.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,11 +23,11 @@ int count_settled(const HullPair& pair, int guesses, Random& random) {
   int settled = 0;
   for (int i = 0; i < guesses; ++i) {
     const MinkowskiTriangle guess = random_triangle(random);
-    const Settled found = settle_near(pair.a, pair.b, guess);
-    if (found == Settled::open) continue;
+    const Certified found = certify_near(pair.a, pair.b, guess);
+    if (found == Certified::unknown) continue;
     ++settled;
-    EXPECT_EQ(found == Settled::intersecting, meet) << "a " << +guess.a[0] << +guess.a[1] << +guess.a[2]
-                                                    << " b " << +guess.b[0] << +guess.b[1] << +guess.b[2];
+    EXPECT_EQ(found == Certified::overlapping, meet) << "a " << +guess.a[0] << +guess.a[1] << +guess.a[2]
+                                                     << " b " << +guess.b[0] << +guess.b[1] << +guess.b[2];
   }
   return settled;
 }
@@ -87,13 +87,13 @@ TEST(PortalPredicate, AFacetsPlaneDecidesFaceContact) {
   const MinkowskiTriangle facet_of_a{{4, 5, 6}, {0, 0, 0}};
   for (const double offset : {0.25, 1.0, -1.0}) {
     const HullPair touching = cubes({1, offset, 0.25});
-    EXPECT_EQ(settle_near(touching.a, touching.b, facet_of_a), Settled::intersecting) << offset;
+    EXPECT_EQ(certify_near(touching.a, touching.b, facet_of_a), Certified::overlapping) << offset;
   }
   const HullPair apart = cubes({std::nextafter(1.0, 2.0), 0.25, 0.25});
-  EXPECT_EQ(settle_near(apart.a, apart.b, facet_of_a), Settled::separated);
+  EXPECT_EQ(certify_near(apart.a, apart.b, facet_of_a), Certified::separated);
   // In one plane, but beside each other.
   const HullPair beside = cubes({1, 1.5, 0});
-  EXPECT_EQ(settle_near(beside.a, beside.b, facet_of_a), Settled::separated);
+  EXPECT_EQ(certify_near(beside.a, beside.b, facet_of_a), Certified::separated);
 }
 
 TEST(PortalPredicate, AVertexOnThePlaneOfTwoEdgesAloneDecidesNothing) {
@@ -102,7 +102,7 @@ TEST(PortalPredicate, AVertexOnThePlaneOfTwoEdgesAloneDecidesNothing) {
   pair.a.z[3] -= 1.0, pair.a.z[7] -= 1.0;
   for (int i = 0; i < 8; ++i)
     if (i != 0) pair.b.z[i] += 1.0;
-  EXPECT_EQ(settle_near(pair.a, pair.b, {{1, 5, 5}, {1, 1, 3}}), Settled::open);
+  EXPECT_EQ(certify_near(pair.a, pair.b, {{1, 5, 5}, {1, 1, 3}}), Certified::unknown);
   EXPECT_FALSE(hulls_intersect(pair.a, pair.b));
 }
 

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/native/manifold/outline.hpp"
+#include "touchstone/contact_core/native/manifold/face_polygon.hpp"
 
 #include <algorithm>
 
@@ -23,15 +23,6 @@ struct Corners {
   const Corner& next(int i) const { return corners[i + 1 < count ? i + 1 : 0]; }
 };
 
-template <class Mask>
-bool all_of(Mask mask) {
-#ifdef __SSE2__
-  return __builtin_ia32_movmskpd((Double2)mask) == 3;
-#else
-  return mask[0] != 0 && mask[1] != 0;
-#endif
-}
-
 double square(double x) { return x * x; }
 
 /// Vertex k of the face in an order that is counter-clockwise seen against n.
@@ -46,7 +37,7 @@ Row<N> next(const Row<N>& p) {
   return out;
 }
 
-void gather(const HullFace& face, const WorldVertices& v, double sign, Outline<4>& out) {
+void gather(const HullFace& face, const WorldVertices& v, double sign, FacePolygon<4>& out) {
   for (int i = 0; i < 2; ++i) {
     const int k = vertex_of(face, sign, 2 * i), l = vertex_of(face, sign, 2 * i + 1);
     out.p_x.d[i] = Double2{v.x[k], v.x[l]};
@@ -56,7 +47,7 @@ void gather(const HullFace& face, const WorldVertices& v, double sign, Outline<4
 }
 
 /// False when a corner is sharp.
-bool project_plain(const TangentFrame& frame, bool is_b, bool swapped, Outline<4>& out) {
+bool project_plain(const TangentFrame& frame, bool is_b, bool swapped, FacePolygon<4>& out) {
   out.count = 4;
   for (int i = 0; i < 4; ++i) out.label[i] = edge_label(i, 4, is_b, swapped);
   for (int i = 0; i < 2; ++i) {
@@ -75,7 +66,7 @@ bool project_plain(const TangentFrame& frame, bool is_b, bool swapped, Outline<4
   for (int i = 0; i < 2; ++i) {
     const Double2 turn = out.edge_x.d[i] * fy.d[i] - out.edge_y.d[i] * fx.d[i];
     const Double2 least2 = (kSharp * kSharp) * (out.length2.d[i] * length2.d[i]);
-    all_blunt &= all_of((turn > 0.0) & (turn * turn > least2));
+    all_blunt &= bits((turn > 0.0) & (turn * turn > least2)) == 3;
   }
   return all_blunt;
 }
@@ -97,7 +88,7 @@ Corners distinct_corners(const Corners& from, double tolerance) {
   return out;
 }
 
-void append(const Corner& c, double ex, double ey, double length2, Outline<kMostCorners>& out) {
+void append(const Corner& c, double ex, double ey, double length2, FacePolygon<kMostCorners>& out) {
   const int i = out.count++;
   out.p_x.set(i, c.p.x()), out.p_y.set(i, c.p.y()), out.p_z.set(i, c.p.z());
   out.x.set(i, c.x), out.y.set(i, c.y);
@@ -106,7 +97,7 @@ void append(const Corner& c, double ex, double ey, double length2, Outline<kMost
   out.label[i] = c.label;
 }
 
-void append_bevelled(const Corners& polygon, Outline<kMostCorners>& out) {
+void append_bevelled(const Corners& polygon, FacePolygon<kMostCorners>& out) {
   out.count = 0;
   int bevels = 0;
   for (int i = 0; i < polygon.count; ++i) {
@@ -117,7 +108,7 @@ void append_bevelled(const Corners& polygon, Outline<kMostCorners>& out) {
     const double turn = ix * oy - iy * ox;
     const bool blunt = turn > 0.0 && square(turn) > square(kSharp) * (in2 * out2);
     if (!blunt && ix * ox + iy * oy <= 0.0 && bevels < 2) {
-      // Half way round from the edge before to the edge after: their unit directions' difference turned left.
+      // Half-way from the edge before to the edge after: their unit directions' difference turned left.
       const double in = std::sqrt(in2), leaving = std::sqrt(out2);
       append(c, -(iy / in - oy / leaving), ix / in - ox / leaving, 0.0, out);
       ++bevels;
@@ -130,9 +121,9 @@ void append_bevelled(const Corners& polygon, Outline<kMostCorners>& out) {
   out.count = count;
 }
 
-/// Replaces the polygon by its edge furthest along sign * n, and the facing's plane by one through that edge.
+/// Replaces the polygon by its edge furthest along sign * n, and the face's plane by one through that edge.
 /// False when the edge stands on end.
-bool keep_edge(const TangentFrame& frame, double sign, Corners& polygon, Facing& facing) {
+bool keep_edge(const TangentFrame& frame, double sign, Corners& polygon, ContactFace& face) {
   int best = 0;
   double best_height = 0.0;
   for (int i = 0; i < polygon.count; ++i) {
@@ -148,8 +139,8 @@ bool keep_edge(const TangentFrame& frame, double sign, Corners& polygon, Facing&
   const Vector3 across = sign * (frame.n - (dot(along, frame.n) / length2) * along);
   const double lean = dot(across, frame.n);
   if (!(sign * lean > kSteep)) return false;
-  facing.planes.anchor = from.p, facing.planes.count = 1;
-  facing.planes.of[0] = {across, 1.0 / lean};
+  face.planes.anchor = from.p, face.planes.count = 1;
+  face.planes.of[0] = {across, 1.0 / lean};
   return true;
 }
 
@@ -169,13 +160,13 @@ bool is_reflex(const Corners& polygon) {
 
 /// Replaces a bent face by the one of its triangles that leans less. @param polygon in the order of the
 /// face's loop where `sign` is 1, else against it.
-void keep_triangle(const Bend& bend, double sign, Corners& polygon, Facing& facing) {
-  FacePlanes& planes = facing.planes;
+void keep_triangle(const Bend& bend, double sign, Corners& polygon, ContactFace& face) {
+  FacePlanes& planes = face.planes;
   const int kept = sign * planes.of[1].inverse < sign * planes.of[0].inverse ? 1 : 0;
   const int left_out = (bend.ridge + (kept == 0 ? 3 : 1)) % 4;  // of the loop
   const int k = sign > 0.0 ? left_out : 3 - left_out;
   // The edge over the ridge has a name that no other has.
-  polygon.corners[(k + 3) % 4].label = edge_label(4, 5, sign < 0.0, facing.swapped);
+  polygon.corners[(k + 3) % 4].label = edge_label(4, 5, sign < 0.0, face.swapped);
   std::copy(polygon.corners.begin() + k + 1, polygon.corners.begin() + 4, polygon.corners.begin() + k);
   polygon.count = 3;
   planes.of[0] = planes.of[kept], planes.count = 1;
@@ -183,7 +174,7 @@ void keep_triangle(const Bend& bend, double sign, Corners& polygon, Facing& faci
 
 }  // namespace
 
-void find_facings(const PosedPair& pair, const Vector3& n, Facing& a, Facing& b) {
+void find_contact_faces(const PosedPair& pair, const Vector3& n, ContactFace& a, ContactFace& b) {
   // Lane 0 is A, lane 1 is B. n_S: n in the solid's frame, times what makes dot(n_S, local normal) equal
   // dot(n, cofactor(R) * local normal).
   const Matrix3 &R_WA = pair.R_WA, &R_WB = pair.R_WB;
@@ -213,7 +204,7 @@ void find_facings(const PosedPair& pair, const Vector3& n, Facing& a, Facing& b)
     best_lean = better ? lean : best_lean;
   }
   const Double2 inverse = sign / best_lean;
-  const std::array<Facing*, 2> out = {&a, &b};
+  const std::array<ContactFace*, 2> out = {&a, &b};
   for (int k = 0; k < 2; ++k) {
     const int index = static_cast<int>(best[k]);
     const HullFace& face = (k == 0 ? pair.a : pair.b)->faces[index];
@@ -244,36 +235,37 @@ void find_facings(const PosedPair& pair, const Vector3& n, Facing& a, Facing& b)
   }
 }
 
-bool plain_outlines(const PosedPair& pair, const TangentFrame& frame, const Facing& a, const Facing& b,
-                    Outline<4>& outline_a, Outline<4>& outline_b) {
+bool plain_polygons(const PosedPair& pair, const TangentFrame& frame, const ContactFace& a,
+                    const ContactFace& b, FacePolygon<4>& polygon_a, FacePolygon<4>& polygon_b) {
   const HullFace &face_a = pair.a->faces[a.face], &face_b = pair.b->faces[b.face];
   if (face_a.count != 4 || face_b.count != 4 || a.is_steep || b.is_steep) return false;
-  gather(face_a, pair.hulls.a, 1.0, outline_a);
-  gather(face_b, pair.hulls.b, -1.0, outline_b);
-  const bool plain_a = project_plain(frame, false, a.swapped, outline_a),
-             plain_b = project_plain(frame, true, b.swapped, outline_b);
+  gather(face_a, pair.hulls.a, 1.0, polygon_a);
+  gather(face_b, pair.hulls.b, -1.0, polygon_b);
+  const bool plain_a = project_plain(frame, false, a.swapped, polygon_a),
+             plain_b = project_plain(frame, true, b.swapped, polygon_b);
   return plain_a && plain_b;
 }
 
-bool careful_outline(const SolidFeatures& solid, const WorldVertices& vertices, double extent,
-                     const TangentFrame& frame, double sign, Facing& facing, Outline<kMostCorners>& outline) {
-  const HullFace& face = solid.faces[facing.face];
-  const Bend* const bend = face.bend == HullFace::kPlane ? nullptr : &solid.bends[face.bend];
+bool general_polygon(const SolidFeatures& solid, const WorldVertices& vertices, double extent,
+                     const TangentFrame& frame, double sign, ContactFace& face,
+                     FacePolygon<kMostCorners>& out) {
+  const HullFace& hull_face = solid.faces[face.face];
+  const Bend* const bend = hull_face.bend == HullFace::kPlane ? nullptr : &solid.bends[hull_face.bend];
   Corners polygon;
-  polygon.count = face.count;
-  for (int k = 0; k < face.count; ++k) {
-    const Vector3 p = vertices.vertex(vertex_of(face, sign, k));
+  polygon.count = hull_face.count;
+  for (int k = 0; k < hull_face.count; ++k) {
+    const Vector3 p = vertices.vertex(vertex_of(hull_face, sign, k));
     polygon.corners[k] = {p, dot(p, frame.x), dot(p, frame.y),
-                          edge_label(k, face.count, sign < 0.0, facing.swapped)};
+                          edge_label(k, hull_face.count, sign < 0.0, face.swapped)};
   }
-  if (facing.is_steep) {
-    if (!keep_edge(frame, sign, polygon, facing)) return false;
+  if (face.is_steep) {
+    if (!keep_edge(frame, sign, polygon, face)) return false;
   } else if (bend != nullptr && is_reflex(polygon)) {
-    keep_triangle(*bend, sign, polygon, facing);
+    keep_triangle(*bend, sign, polygon, face);
   }
   polygon = distinct_corners(polygon, kSameCorner * kRoundoff * extent);
   if (polygon.count < 2) return false;
-  append_bevelled(polygon, outline);
+  append_bevelled(polygon, out);
   return true;
 }
 

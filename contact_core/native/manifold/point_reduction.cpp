@@ -1,9 +1,9 @@
-#include "touchstone/contact_core/native/manifold/largest_choice.hpp"
+#include "touchstone/contact_core/native/manifold/point_reduction.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 namespace touchstone::native {
 namespace {
@@ -87,7 +87,7 @@ class Chains {
 
 }  // namespace
 
-void choose_largest(const FlatPolygon& polygon, int wanted, int must, Choice& chosen) {
+void choose_largest_polygon(const FlatPolygon& polygon, int wanted, int must, Choice& chosen) {
   if (wanted == 1) {
     chosen[0] = must >= 0 ? must : 0;
     return;
@@ -99,7 +99,7 @@ void choose_largest(const FlatPolygon& polygon, int wanted, int must, Choice& ch
     std::sort(chosen.begin(), chosen.begin() + wanted);
     return;
   }
-  double best = -std::numeric_limits<double>::infinity();
+  double best = -kInfinity;
   for (int start = 0; start + wanted <= polygon.count; ++start) {
     Choice candidate;
     const double area = Chains(polygon, start, polygon.count - 1 - start, same).solve(wanted, candidate);

@@ -2,8 +2,8 @@
 
 #include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
 
-// Pairs in lanes: Minkowski portal refinement (see portal.hpp) for any two hexahedra. Every lane takes the
-// same steps; what a lane does once it has its certificate does not count.
+// Pairs in lanes: Minkowski portal refinement (see mpr.hpp) for any two hexahedra. Every lane takes the
+// same steps; a lane's steps after its certificate have no effect.
 //
 // Notation. u = 2^-53, P = |p_A|_inf + |p_B|_inf. All coordinates are about p_A: A's vertices are rotated
 // only, a = R_A v; B's are b = R_B v + T with T = p_B - p_A. E is the largest of their magnitudes. The solids
@@ -34,7 +34,7 @@ struct VertexLanes {
 };
 
 template <class Pack>
-struct PortalLanes {
+struct MprLanes {
   VertexLanes<Pack> a, b;
   Pack extent;    // E
   Pack position;  // P
@@ -42,7 +42,7 @@ struct PortalLanes {
 };
 
 template <class Pack>
-TOUCHSTONE_INLINE MaskOf<Pack> is_ordinary(const PortalLanes<Pack>& pair) {
+TOUCHSTONE_INLINE MaskOf<Pack> is_ordinary(const MprLanes<Pack>& pair) {
   return (pair.extent + pair.position < all<Pack>(kOrdinaryHigh)) & (pair.reach < all<Pack>(__builtin_inf()));
 }
 
@@ -83,7 +83,7 @@ TOUCHSTONE_INLINE Pack sum_of(const Pack (&v)[8]) {
 }
 
 template <class Pack>
-TOUCHSTONE_INLINE Vector3Of<Pack> difference_of_means(const PortalLanes<Pack>& pair) {
+TOUCHSTONE_INLINE Vector3Of<Pack> difference_of_means(const MprLanes<Pack>& pair) {
   const Pack eighth = all<Pack>(0.125);
   return {eighth * (sum_of(pair.b.x) - sum_of(pair.a.x)), eighth * (sum_of(pair.b.y) - sum_of(pair.a.y)),
           eighth * (sum_of(pair.b.z) - sum_of(pair.a.z))};
@@ -111,8 +111,7 @@ struct ExtremeLanes {
 };
 
 template <class Pack>
-TOUCHSTONE_INLINE ExtremeLanes<Pack> extreme_along(const PortalLanes<Pack>& pair,
-                                                   const Vector3Of<Pack>& axis) {
+TOUCHSTONE_INLINE ExtremeLanes<Pack> extreme_along(const MprLanes<Pack>& pair, const Vector3Of<Pack>& axis) {
   Pack on_a, on_b;
   const Vector3Of<Pack> back = {-axis.x, -axis.y, -axis.z};
   const Vector3Of<Pack> b = highest(pair.b, axis, on_b);
@@ -127,7 +126,7 @@ struct Portal {
 };
 
 template <class Pack>
-TOUCHSTONE_INLINE MaskOf<Pack> certainly_holds_origin(const Portal<Pack>& p, const PortalLanes<Pack>& pair) {
+TOUCHSTONE_INLINE MaskOf<Pack> certainly_holds_origin(const Portal<Pack>& p, const MprLanes<Pack>& pair) {
   const Vector3Of<Pack> v23 = cross(p.v2, p.v3), v01 = cross(p.v0, p.v1);
   const Pack d0 = dot(p.v1, v23), d1 = -dot(p.v0, v23), d2 = dot(p.v3, v01), d3 = -dot(p.v2, v01);
   const Pack error =
@@ -161,8 +160,8 @@ TOUCHSTONE_INLINE void take_in(const Vector3Of<Pack>& v, MaskOf<Pack>& refining,
 
 /// @param separating set in the lanes found separated, if kKeepAxes: W ends before the origin along it.
 template <class Pack, bool kKeepAxes>
-TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack>& pair, int max_steps,
-                                                          Vector3Of<Pack>& separating) {
+TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_mpr_lanes(const MprLanes<Pack>& pair, int max_steps,
+                                                       Vector3Of<Pack>& separating) {
   using Mask = MaskOf<Pack>;
   const Pack zero{};
   LaneVerdicts<Pack> verdicts{};
@@ -214,7 +213,7 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_portal_lanes(const PortalLanes<Pack
 
 /// One axis a lane, from A to B.
 template <class Pack>
-TOUCHSTONE_INLINE MaskOf<Pack> apart_along(const PortalLanes<Pack>& pair, const Vector3Of<Pack>& axis) {
+TOUCHSTONE_INLINE MaskOf<Pack> separated_along(const MprLanes<Pack>& pair, const Vector3Of<Pack>& axis) {
   const auto along = [&axis](const VertexLanes<Pack>& v, int i) {
     return (axis.x * v.x[i] + axis.y * v.y[i]) + axis.z * v.z[i];
   };
@@ -232,7 +231,7 @@ TOUCHSTONE_INLINE void gather_pair(const double* const (&poses_a)[Traits<Pack>::
                                    const double* const (&shapes_a)[Traits<Pack>::lanes],
                                    const double* const (&poses_b)[Traits<Pack>::lanes],
                                    const double* const (&shapes_b)[Traits<Pack>::lanes],
-                                   PortalLanes<Pack>& pair) {
+                                   MprLanes<Pack>& pair) {
   const PoseLanes<Pack> X_WA = gather_poses<Pack>(poses_a), X_WB = gather_poses<Pack>(poses_b);
   const Vector3Of<Pack> T = X_WB.p - X_WA.p;
   pair.position = largest(X_WA.p) + largest(X_WB.p);
@@ -253,18 +252,17 @@ TOUCHSTONE_INLINE void store_axes(const Vector3Of<Pack>& separating, std::size_t
 }
 
 template <class Pack, bool kKeepAxes>
-TOUCHSTONE_INLINE void certify_by_portal_inline(const PoseRecord* poses, const VertexRecord* shapes,
-                                                const PairIndices* pairs, std::size_t count, int max_steps,
-                                                Certified* out, PairAxis* axes) {
+TOUCHSTONE_INLINE void certify_by_mpr_inline(const PoseRecord* poses, const VertexRecord* shapes,
+                                             const PairIndices* pairs, std::size_t count, int max_steps,
+                                             Certified* out, PairAxis* axes) {
   std::size_t done = 0;  // blocks come in order
   for_each_block<Pack>(
       poses, shapes, pairs, count, out,
       [&](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
-        PortalLanes<Pack> pair;
+        MprLanes<Pack> pair;
         gather_pair<Pack>(poses_a, shapes_a, poses_b, shapes_b, pair);
         Vector3Of<Pack> separating{};
-        const LaneVerdicts<Pack> verdicts =
-            certify_portal_lanes<Pack, kKeepAxes>(pair, max_steps, separating);
+        const LaneVerdicts<Pack> verdicts = certify_mpr_lanes<Pack, kKeepAxes>(pair, max_steps, separating);
         if constexpr (kKeepAxes) store_axes(separating, count - done, axes + done);
         done += Traits<Pack>::lanes;
         return verdicts;
@@ -280,14 +278,14 @@ TOUCHSTONE_INLINE void certify_by_axis_inline(const PoseRecord* poses, const Ver
   for_each_block<Pack>(
       poses, shapes, pairs, count, out,
       [&](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
-        PortalLanes<Pack> pair;
+        MprLanes<Pack> pair;
         gather_pair<Pack>(poses_a, shapes_a, poses_b, shapes_b, pair);
         const double* from[kLanes];
         for (std::size_t l = 0; l < kLanes; ++l) from[l] = &axes[done + l < count ? done + l : count - 1].x;
         Pack axis[4];
         gather(from, axis);
         done += kLanes;
-        return LaneVerdicts<Pack>{apart_along(pair, Vector3Of<Pack>{axis[0], axis[1], axis[2]}), {}};
+        return LaneVerdicts<Pack>{separated_along(pair, Vector3Of<Pack>{axis[0], axis[1], axis[2]}), {}};
       });
 }
 

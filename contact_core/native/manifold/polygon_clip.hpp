@@ -2,13 +2,13 @@
 
 #include <bit>
 
-#include "touchstone/contact_core/native/manifold/outline.hpp"
+#include "touchstone/contact_core/native/manifold/face_polygon.hpp"
 #include "touchstone/contact_core/native/simd/kernels.hpp"
 
 namespace touchstone::native {
 
-/// One bit an edge, in the order of directions from A's edge 0 on: A's edge i opens group i, B's edges whose
-/// directions lie between it and A's next follow.
+/// One bit for each edge, in the order of directions from A's edge 0 on: A's edge i opens group i, B's edges
+/// whose directions lie between it and A's next follow.
 template <int N>
 struct Order {
   static constexpr int kGroup = 2 * N;
@@ -26,13 +26,13 @@ struct Order {
   }
 };
 
-/// The corners of the region common to two outlines, counter-clockwise. Each lies on the edge that the
+/// The corners of the intersection of two polygons, counter-clockwise. Each lies on the edge that the
 /// boundary turns onto there: 0 to N - 1 are A's edges, N to 2 N - 1 B's.
 template <int N>
 struct Clip {
   Order<N> order;  ///< the edges that have a corner
-  /// By edge: the corner, how far the other solid's face is from there along n (negative: it lies inside),
-  /// and which of its face's edges it is.
+  /// By edge: the corner, the distance of the other solid's face along n (negative: inside), and the label of
+  /// its face's edge.
   alignas(16) std::array<double, 2 * N> p_x, p_y, p_z, separation;
   std::array<std::uint8_t, 2 * N> label;
 };
@@ -54,15 +54,15 @@ int last_corner(const Clip<N>& clip) {
   return clip.order.edge_at(63 - std::countl_zero(clip.order.words[0] | 1u));
 }
 
-/// Clips each edge of either outline against the lines of all edges of the other (Cyrus, Beck 1978), which
-/// needs no branches; what is left of the edges, in the order of their directions, is the common region's
-/// boundary. Where edges coincide to kCoincide u * extent A's count; flush edges (kFlushEdges) go by A's
+/// Clips each edge of either polygon against the lines of all edges of the other (Cyrus, Beck 1978), which
+/// needs no branches; the remaining parts of the edges, in the order of their directions, bound the
+/// intersection. Where edges coincide to kCoincide u * extent A's count; flush edges (kFlushEdges) go by A's
 /// label. Edges left no longer than kShortest * extent are dropped. A corner lies on its own edge by
 /// construction, and within rounding of the lines that cut it.
 /// @param extent at least every |coordinate|
 template <int N>
-void clip(const Outline<N>& a, const Outline<N>& b, const Facing& facing_a, const Facing& facing_b,
-          double extent, Clip<N>& out);
+void clip(const FacePolygon<N>& a, const FacePolygon<N>& b, const ContactFace& face_a,
+          const ContactFace& face_b, double extent, Clip<N>& out);
 
 // ---- implementation
 
@@ -75,26 +75,9 @@ constexpr double kCoincide = 16;
 /// Edges are parallel to rounding when moving one across by the tolerance moves their crossing by more than
 /// this part of the other.
 constexpr double kParallel = 0x1p-20;
-/// Looked at more closely from this part on: takes in all that are flush, as 16 u * 8 / kFlushEdges / 12 >
+/// The exact test runs from this part on, which includes all flush edges, as 16 u * 8 / kFlushEdges / 12 >
 /// 2^-24.
 constexpr double kNearlyParallel = 0x1p-24;
-
-inline Double2 splat(double x) { return Double2{x, x}; }
-
-/// Of the result of a comparison.
-template <class Mask>
-unsigned bits(Mask mask) {
-#ifdef __SSE2__
-  return static_cast<unsigned>(__builtin_ia32_movmskpd((Double2)mask));
-#else
-  return (mask[0] != 0 ? 1u : 0u) | (mask[1] != 0 ? 2u : 0u);
-#endif
-}
-
-template <class Mask>
-bool any_of(Mask mask) {
-  return bits(mask) != 0;
-}
 
 /// Bit i: p[i] < 0.
 template <int N>
@@ -125,7 +108,7 @@ struct Parts {
 /// Bit i: edge i has more than `shortest` left.
 template <int N>
 unsigned longer(const Parts<N>& parts, const Row<N>& length2, double shortest) {
-  const Double2 least2 = splat(shortest * shortest);
+  const Double2 least2 = all<Double2>(shortest * shortest);
   unsigned mask = 0;
   for (int i = 0; i < N / 2; ++i) {
     const Double2 part = parts.to.d[i] - parts.from.d[i];
@@ -138,28 +121,29 @@ unsigned longer(const Parts<N>& parts, const Row<N>& length2, double shortest) {
 /// lengths.
 template <int N>
 bool any_parallel(const std::array<Row<N>, N>& r, double tolerance, double reach) {
-  Double2 low = splat(0.0), high = splat(0.0);
+  Double2 low = all<Double2>(0.0), high = all<Double2>(0.0);
   for (int j = 0; j < N; ++j)
     for (int i = 0; i < N / 2; ++i) low = least(r[j].d[i], low), high = greatest(r[j].d[i], high);
-  const Double2 bound = splat(kNearlyParallel / (tolerance * reach));
-  return any_of((high > bound) | (low < -bound));
+  const Double2 bound = all<Double2>(kNearlyParallel / (tolerance * reach));
+  return bits((high > bound) | (low < -bound)) != 0;
 }
 
 /// 1 where edges lie at an angle of no more than kFlushEdges to each other. @param length4 the product of
 /// their squared lengths; 0 (bevels) has no direction.
 inline Double2 is_aligned(Double2 length4, Double2 r) {
-  return (kFlushEdges * kFlushEdges * length4) * (r * r) >= 1.0 ? splat(1.0) : splat(0.0);
+  return (kFlushEdges * kFlushEdges * length4) * (r * r) >= 1.0 ? all<Double2>(1.0) : all<Double2>(0.0);
 }
 
-/// Gives B's edges that lie flush along one of A's that one's label; A's B's where swapped.
+/// Gives each of B's edges that is flush with one of A's the label of that one; the reverse where swapped.
 template <int N>
-void join_flush_edges(const Outline<N>& a, const Outline<N>& b, const std::array<Row<N>, N>& r,
+void join_flush_edges(const FacePolygon<N>& a, const FacePolygon<N>& b, const std::array<Row<N>, N>& r,
                       double tolerance, bool swapped, Clip<N>& out) {
   for (int j = 0; j < b.count; ++j) {
     for (int i = 0; i < a.count; ++i) {
       const double ax = a.edge_x[i], ay = a.edge_y[i], bx = b.edge_x[j], by = b.edge_y[j];
       const double a2 = a.length2[i], b2 = b.length2[j];
-      if (!(is_aligned(splat(a2 * b2), splat(r[j][i]))[0] > 0.0) || !(ax * bx + ay * by > 0.0)) continue;
+      if (!(is_aligned(all<Double2>(a2 * b2), all<Double2>(r[j][i]))[0] > 0.0) || !(ax * bx + ay * by > 0.0))
+        continue;
       const double x = (a.x[i] + 0.5 * ax) - b.x[j], y = (a.y[i] + 0.5 * ay) - b.y[j];
       const double side = bx * y - by * x, shorter2 = a2 < b2 ? a2 : b2;
       const double near2 = 0.25 * kFlushEdges * kFlushEdges * shorter2 + 16.0 * (tolerance * tolerance);
@@ -172,31 +156,31 @@ void join_flush_edges(const Outline<N>& a, const Outline<N>& b, const std::array
   }
 }
 
-/// The other outline's lines cut `edges`. r[k] = 1 / cross(edge of A, edge of B) for the other's edge k. A's
-/// edges (kOfA) that are parallel to a line to rounding are kept when no more than `tolerance` outside, B's
-/// too where the two may count as one, else only when more than that inside. (Where r is infinite, t is
+/// Cuts `edges` by the other polygon's lines. r[k] = 1 / cross(edge of A, edge of B) for the other's edge k.
+/// A's edges (kOfA) that are parallel to a line to rounding are kept when no more than `tolerance` outside,
+/// B's too where the two may count as one, else only when more than that inside. (Where r is infinite, t is
 /// infinite or NaN, and from and to stay or cross.)
 template <int N, bool kOfA, bool kAnyParallel>
-Parts<N> cut(const Outline<N>& edges, const Outline<N>& lines, const std::array<Row<N>, N>& r,
+Parts<N> cut(const FacePolygon<N>& edges, const FacePolygon<N>& lines, const std::array<Row<N>, N>& r,
              double tolerance) {
   Parts<N> out;
-  for (int i = 0; i < N / 2; ++i) out.from.d[i] = splat(0.0), out.to.d[i] = splat(1.0);
+  for (int i = 0; i < N / 2; ++i) out.from.d[i] = all<Double2>(0.0), out.to.d[i] = all<Double2>(1.0);
   for (int k = 0; k < N; ++k) {
     const double ex = lines.edge_x[k], ey = lines.edge_y[k];
-    const Double2 lx = splat(kOfA ? ex : -ex), ly = splat(kOfA ? ey : -ey);
-    const Double2 x = splat(lines.x[k]), y = splat(lines.y[k]);
+    const Double2 lx = all<Double2>(kOfA ? ex : -ex), ly = all<Double2>(kOfA ? ey : -ey);
+    const Double2 x = all<Double2>(lines.x[k]), y = all<Double2>(lines.y[k]);
     for (int i = 0; i < N / 2; ++i) {
       Double2 side = lx * (edges.y.d[i] - y) - ly * (edges.x.d[i] - x);  // A: > 0 inside, B: < 0
       if constexpr (kAnyParallel) {
-        const Double2 slack = splat(tolerance * (std::abs(ex) + std::abs(ey)));
+        const Double2 slack = all<Double2>(tolerance * (std::abs(ex) + std::abs(ey)));
         const Double2 part = slack * r[k].d[i];
-        const Double2 aligned = is_aligned(edges.length2.d[i] * splat(lines.length2[k]), r[k].d[i]);
-        const Double2 of_parallel = part * part > kParallel * kParallel ? slack : splat(0.0);
+        const Double2 aligned = is_aligned(edges.length2.d[i] * all<Double2>(lines.length2[k]), r[k].d[i]);
+        const Double2 of_parallel = part * part > kParallel * kParallel ? slack : all<Double2>(0.0);
         side += aligned > 0.0 ? (kOfA ? slack : -slack) : of_parallel;
       }
       const Double2 t = side * r[k].d[i];
       const auto enters = kOfA ? r[k].d[i] < 0.0 : r[k].d[i] >= 0.0;
-      const Double2 in = enters ? t : splat(0.0), leaving = enters ? splat(1.0) : t;
+      const Double2 in = enters ? t : all<Double2>(0.0), leaving = enters ? all<Double2>(1.0) : t;
       out.from.d[i] = greatest(in, out.from.d[i]);
       out.to.d[i] = least(leaving, out.to.d[i]);
     }
@@ -204,20 +188,19 @@ Parts<N> cut(const Outline<N>& edges, const Outline<N>& lines, const std::array<
   return out;
 }
 
-inline void store(double* to, Double2 p) { __builtin_memcpy(to, &p, sizeof p); }
-
-/// How far the other solid's plane is from two corners, along n.
+/// The distance of the other solid's plane from two corners, along n.
 inline Double2 height_over(const FacePlanes::Plane& plane, const Vector3& anchor, double sign, Double2 px,
                            Double2 py, Double2 pz) {
-  const Double2 nx = splat(plane.normal.x()), ny = splat(plane.normal.y()), nz = splat(plane.normal.z());
-  const Double2 qx = splat(anchor.x()), qy = splat(anchor.y()), qz = splat(anchor.z());
-  return ((nx * (qx - px) + ny * (qy - py)) + nz * (qz - pz)) * splat(sign * plane.inverse);
+  const Double2 nx = all<Double2>(plane.normal.x()), ny = all<Double2>(plane.normal.y()),
+                nz = all<Double2>(plane.normal.z());
+  const Double2 qx = all<Double2>(anchor.x()), qy = all<Double2>(anchor.y()), qz = all<Double2>(anchor.z());
+  return ((nx * (qx - px) + ny * (qy - py)) + nz * (qz - pz)) * all<Double2>(sign * plane.inverse);
 }
 
-/// The corners on the edges, and how far the other solid's face is from them. Behind both planes of a bent
-/// face lies its solid, so that the one that comes later is its surface.
+/// Places the corners on the edges and computes the other solid's distance from them. A bent face's solid
+/// lies behind both of its planes, so that the one further along n is its surface.
 template <int N>
-void place(const Outline<N>& edges, const Row<N>& from, const FacePlanes& planes, double sign, int first,
+void place(const FacePolygon<N>& edges, const Row<N>& from, const FacePlanes& planes, double sign, int first,
            Clip<N>& out) {
   for (int i = 0; i < N / 2; ++i) {
     const int j = (i + 1) % (N / 2), to = first + 2 * i;
@@ -225,11 +208,11 @@ void place(const Outline<N>& edges, const Row<N>& from, const FacePlanes& planes
     const Double2 px = x + t * (__builtin_shufflevector(x, edges.p_x.d[j], 1, 2) - x);
     const Double2 py = y + t * (__builtin_shufflevector(y, edges.p_y.d[j], 1, 2) - y);
     const Double2 pz = z + t * (__builtin_shufflevector(z, edges.p_z.d[j], 1, 2) - z);
-    store(&out.p_x[to], px), store(&out.p_y[to], py), store(&out.p_z[to], pz);
+    store(px, &out.p_x[to]), store(py, &out.p_y[to]), store(pz, &out.p_z[to]);
     Double2 separation = height_over(planes.of[0], planes.anchor, sign, px, py, pz);
     if (planes.count == 2)
       separation = greatest(height_over(planes.of[1], planes.anchor, sign, px, py, pz), separation);
-    store(&out.separation[to], separation);
+    store(separation, &out.separation[to]);
   }
   for (int i = 0; i < N; ++i) out.label[first + i] = edges.label[i];
 }
@@ -258,13 +241,13 @@ Order<N> order(int count_b, const std::array<Row<N>, N>& r, unsigned left_a, uns
 }  // namespace clip_detail
 
 template <int N>
-void clip(const Outline<N>& a, const Outline<N>& b, const Facing& facing_a, const Facing& facing_b,
-          double extent, Clip<N>& out) {
+void clip(const FacePolygon<N>& a, const FacePolygon<N>& b, const ContactFace& face_a,
+          const ContactFace& face_b, double extent, Clip<N>& out) {
   using namespace clip_detail;
   const double tolerance = kCoincide * kRoundoff * extent, shortest = kShortest * extent;
   std::array<Row<N>, N> r, r_transposed;
   for (int j = 0; j < N; ++j) {
-    const Double2 ex = splat(b.edge_x[j]), ey = splat(b.edge_y[j]);
+    const Double2 ex = all<Double2>(b.edge_x[j]), ey = all<Double2>(b.edge_y[j]);
     for (int i = 0; i < N / 2; ++i)  // + 0 makes -0 a 0
       r[j].d[i] = 1.0 / ((a.edge_x.d[i] * ey - a.edge_y.d[i] * ex) + 0.0);
   }
@@ -278,10 +261,10 @@ void clip(const Outline<N>& a, const Outline<N>& b, const Facing& facing_a, cons
     of_a = cut<N, true, false>(a, b, r, tolerance);
     of_b = cut<N, false, false>(b, a, r_transposed, tolerance);
   }
-  place<N>(a, of_a.from, facing_b.planes, 1.0, 0, out);
-  place<N>(b, of_b.from, facing_a.planes, -1.0, N, out);
-  if (parallel) join_flush_edges<N>(a, b, r, tolerance, facing_a.swapped, out);
-  // Four where it is four by type, so that the loop over B's edges is unrolled.
+  place<N>(a, of_a.from, face_b.planes, 1.0, 0, out);
+  place<N>(b, of_b.from, face_a.planes, -1.0, N, out);
+  if (parallel) join_flush_edges<N>(a, b, r, tolerance, face_a.swapped, out);
+  // A constant four where N is 4, so that the loop over B's edges is unrolled.
   out.order =
       order<N>(N == 4 ? 4 : b.count, r, longer(of_a, a.length2, shortest), longer(of_b, b.length2, shortest));
 }

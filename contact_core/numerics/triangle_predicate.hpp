@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/numerics/certified.hpp"
 
 namespace touchstone::numerics {
 
@@ -13,12 +14,11 @@ struct MinkowskiTriangle {
   std::array<std::uint8_t, 3> b;
 };
 
-enum class Settled : std::uint8_t { separated, intersecting, open };
-
-/// hulls_intersect() where a good guess is at hand: a triangle on W's boundary near the origin. Decides by
+/// hulls_intersect() from a good guess: a triangle on W's boundary near the origin. Decides by
 /// two certificates, each exact: the origin lies in a tetrahedron on the triangle; or all of W lies beyond
 /// the plane of the facets or edges that make the triangle, or touches it there, and then the faces in that
-/// plane decide. Any guess is legal; a bad one leaves the question open.
-Settled settle_near(const WorldVertices& a, const WorldVertices& b, const MinkowskiTriangle& guess) noexcept;
+/// plane decide. Any guess is legal; a bad one leaves the verdict unknown.
+Certified certify_near(const WorldVertices& a, const WorldVertices& b,
+                       const MinkowskiTriangle& guess) noexcept;
 
 }  // namespace touchstone::numerics

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/native/engine/measure.hpp"
+#include "touchstone/contact_core/native/engine/pair_geometry.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,9 +6,10 @@
 #include <limits>
 #include <optional>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
-#include "touchstone/contact_core/native/distance/apart_pass.hpp"
 #include "touchstone/contact_core/native/distance/distance.hpp"
+#include "touchstone/contact_core/native/distance/kernel_distances.hpp"
 #include "touchstone/contact_core/native/distance/pair_depth.hpp"
 #include "touchstone/contact_core/native/manifold/clip_batch.hpp"
 #include "touchstone/contact_core/native/overlap/aligned_hulls.hpp"
@@ -17,9 +18,6 @@
 
 namespace touchstone::native {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
@@ -60,8 +58,6 @@ void write(const OrderedPair& ordered, double separation, const Vector3& n, cons
   geometry.point_count = 0;
 }
 
-Vector3 vector_of(const double (&p)[3]) { return {p[0], p[1], p[2]}; }
-
 /// Depth, normal and p_A of a pair that overlaps. @param about_origin whether the record's lengths and points
 /// are the placed pair's own, not the world's.
 void finish_depth(const DepthRecord& record, bool about_origin, const PlacedPair& placed,
@@ -76,10 +72,10 @@ void finish_depth(const DepthRecord& record, bool about_origin, const PlacedPair
     penetration_along(placed.pair, distance);
 }
 
-/// Distance, normal and p_A of a pair that is apart. False when it is further apart than `limit`.
-bool finish_distance(const ApartRecord& record, const Pose& X_WA, double limit, const PlacedPair& placed,
+/// Distance, normal and p_A of a separated pair. False when its distance is above `limit`.
+bool finish_distance(const DistanceRecord& record, const Pose& X_WA, double limit, const PlacedPair& placed,
                      SignedDistance& distance) {
-  if (!is_valid_if_apart(record)) return distance_apart(placed.pair, limit, distance);
+  if (!is_valid_if_separated(record)) return separated_distance(placed.pair, limit, distance);
   distance = {placed.from_world(record.separation), vector_of(record.n),
               placed.from_world(Vector3(X_WA.p + vector_of(record.from_A)))};
   return true;
@@ -89,75 +85,75 @@ bool is_complete(const DepthRecord& record) {
   return record.certified == Certified::overlapping && record.known == DepthKnown::witness;
 }
 
-/// Geometry of a pair that is certainly apart.
-void write_apart(const OrderedPair& pair, const ApartRecord& apart, const NarrowphaseInput& input,
-                 PairGeometry& geometry) {
-  if (apart.separation > input.query.max_separation) return write_beyond(geometry);
-  const Vector3 p_A = input.poses[pair.pair.a].p + vector_of(apart.from_A);
-  write(pair, apart.separation, vector_of(apart.n), p_A, geometry);
+/// Writes the geometry of a certainly separated pair.
+void write_separated(const OrderedPair& pair, const DistanceRecord& record, const NarrowphaseInput& input,
+                     PairGeometry& geometry) {
+  if (record.separation > input.query.max_separation) return write_beyond(geometry);
+  const Vector3 p_A = input.poses[pair.pair.a].p + vector_of(record.from_A);
+  write(pair, record.separation, vector_of(record.n), p_A, geometry);
 }
 
-/// Whether more than the status of a pair that is apart is asked for.
-bool reaches_apart(const Query& query) { return query.max_separation > 0.0; }
+/// Whether the query asks for more than the status of separated pairs.
+bool wants_distance(const Query& query) { return query.max_separation > 0.0; }
 
 bool is_out_of_reach(const DepthRecord& record, const Query& query) {
-  return record.certified == Certified::separated && !reaches_apart(query);
+  return record.certified == Certified::separated && !wants_distance(query);
 }
 
-/// One pair on its way through the stages, the cheapest first. A stage returns the pair's status where it
+/// Evaluates one pair in stages, the cheapest first. A stage returns the pair's status where it
 /// settles the pair, and leaves what it found to the next one where it does not.
 class PairEvaluation {
  public:
   PairEvaluation(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
-                 const OrderedPair& given, const DepthRecord& depth, const ApartRecord& apart)
-      : set_(set), kernels_(kernels), input_(input), given_(given), depth_(depth), apart_(apart) {}
+                 const OrderedPair& given, const DepthRecord& depth, const DistanceRecord& distance)
+      : set_(set), kernels_(kernels), input_(input), given_(given), depth_(depth), distance_(distance) {}
 
   PairStatus run(PairGeometry& geometry, ContactPoint* points, ClipBatch& clips) {
     if (const auto status = take_records(geometry, points)) return *status;
     kind_ = kind_of(set_, given_.pair);
-    if (const auto status = certify_alone(geometry)) return *status;
+    if (const auto status = certify_single(geometry)) return *status;
     if (const auto status = write_depth(geometry, points)) return *status;
     if (const auto status = find_distance(geometry, points)) return *status;
     if (const auto status = clip_in_lanes(geometry, points, clips)) return *status;
-    if (const auto status = measure_hulls(geometry, points)) return *status;
+    if (const auto status = compute_hulls(geometry, points)) return *status;
     return finish(geometry, points, clips);
   }
 
  private:
-  using Settled = std::optional<PairStatus>;
+  using Outcome = std::optional<PairStatus>;
 
   const Pose& X_WA() const { return input_.poses[given_.pair.a]; }
   const Pose& X_WB() const { return input_.poses[given_.pair.b]; }
   bool is_general() const { return kind_ == SolidKind::general; }
-  bool has_distance() const { return apart_.state == ApartState::found; }
+  bool has_distance() const { return distance_.state == DistanceState::found; }
 
   void place_pair() {
     place(set_.solids[given_.pair.a], X_WA(), set_.solids[given_.pair.b], X_WB(), is_ordinary_, placed_);
     is_placed_ = true;
   }
 
-  /// Whether the pair is certainly apart, and no more than that is asked for.
+  /// Writes the answer for a certainly separated pair of which no more is asked; false for others.
   bool is_beyond(PairGeometry& geometry) const {
     if (!is_out_of_reach(depth_, input_.query)) return false;
     write_beyond(geometry);
     return true;
   }
 
-  /// Writes a distance that is found. True where nothing else is asked for.
+  /// Writes a distance that was found. True where nothing else is asked for.
   bool write_distance(PairGeometry& geometry, const ContactPoint* points) const {
     if (!has_distance()) return false;
-    write_apart(given_, apart_, input_, geometry);
-    return points == nullptr || apart_.separation > input_.query.max_separation;
+    write_separated(given_, distance_, input_, geometry);
+    return points == nullptr || distance_.separation > input_.query.max_separation;
   }
 
-  /// The records of the batch's kernels settle a pair that is apart and has no manifold.
-  Settled take_records(PairGeometry& geometry, const ContactPoint* points) const {
+  /// The records of the batch's kernels settle a separated pair without a manifold.
+  Outcome take_records(PairGeometry& geometry, const ContactPoint* points) const {
     if (is_beyond(geometry) || write_distance(geometry, points)) return PairStatus::separated;
     return std::nullopt;
   }
 
   /// Filters of single pairs: kernels on a scaled copy, comparison of coordinates.
-  Settled certify_alone(PairGeometry& geometry) {
+  Outcome certify_single(PairGeometry& geometry) {
     has_depth_ = is_complete(depth_);
     if (has_depth_ || has_distance()) return std::nullopt;
     is_ordinary_ = is_ordinary(set_, given_.pair.a, X_WA(), given_.pair.b, X_WB());
@@ -168,7 +164,7 @@ class PairEvaluation {
       place_pair();
       certified_ = certify_aligned(placed_.a_W, placed_.b_W);
       if (certified_ == Certified::overlapping) depth_.certified = certified_;
-      if (certified_ == Certified::separated && !reaches_apart(input_.query)) {
+      if (certified_ == Certified::separated && !wants_distance(input_.query)) {
         write_beyond(geometry);
         return PairStatus::separated;
       }
@@ -177,33 +173,34 @@ class PairEvaluation {
     return std::nullopt;
   }
 
-  Settled write_depth(PairGeometry& geometry, const ContactPoint* points) const {
+  Outcome write_depth(PairGeometry& geometry, const ContactPoint* points) const {
     if (!has_depth_) return std::nullopt;
     write(given_, depth_.separation, vector_of(depth_.n), vector_of(depth_.p_A), geometry);
-    return points == nullptr ? Settled(PairStatus::overlapping) : std::nullopt;
+    return points == nullptr ? Outcome(PairStatus::overlapping) : std::nullopt;
   }
 
-  /// Distance of boxes and parallelepipeds, by the kernels that are left to try.
-  Settled find_distance(PairGeometry& geometry, const ContactPoint* points) {
+  /// Distance of boxes and parallelepipeds, by the kernels not tried yet.
+  Outcome find_distance(PairGeometry& geometry, const ContactPoint* points) {
     if (is_general()) return std::nullopt;
-    return try_distance(geometry, points) ? Settled(PairStatus::separated) : std::nullopt;
+    return try_distance(geometry, points) ? Outcome(PairStatus::separated) : std::nullopt;
   }
 
   bool try_distance(PairGeometry& geometry, const ContactPoint* points) {
     if (has_distance() || depth_.certified == Certified::overlapping) return false;
-    finish_apart(set_, kernels_, given_.pair, input_.poses, depth_.certified == Certified::separated, apart_);
+    finish_kernel_distance(set_, kernels_, given_.pair, input_.poses,
+                           depth_.certified == Certified::separated, distance_);
     return write_distance(geometry, points);
   }
 
-  /// Manifolds of boxes and parallelepipeds whose geometry is written: several at a time.
-  Settled clip_in_lanes(PairGeometry& geometry, ContactPoint* points, ClipBatch& clips) const {
+  /// Manifolds of boxes and parallelepipeds whose geometry is written: gathered for the clipping kernel.
+  Outcome clip_in_lanes(PairGeometry& geometry, ContactPoint* points, ClipBatch& clips) const {
     if (!(has_depth_ || has_distance()) || is_general() || !is_ordinary_) return std::nullopt;
     clips.add(given_, kind_, geometry, points);
     return has_distance() ? PairStatus::separated : PairStatus::overlapping;
   }
 
   /// Depth, then distance, of general hexahedra.
-  Settled measure_hulls(PairGeometry& geometry, const ContactPoint* points) {
+  Outcome compute_hulls(PairGeometry& geometry, const ContactPoint* points) {
     if (!is_placed_) place_pair();
     if (!is_general() || has_distance()) return std::nullopt;
     depth_ = hull_depth(set_, kernels_, given_.pair, placed_);
@@ -212,7 +209,7 @@ class PairEvaluation {
     return std::nullopt;
   }
 
-  /// Exact where no filter has certified the pair.
+  /// Decides exactly where no filter has certified the pair.
   bool do_meet() const {
     if (has_distance()) return false;
     const Certified certified = certified_ == Certified::unknown ? depth_.certified : certified_;
@@ -226,12 +223,12 @@ class PairEvaluation {
     SignedDistance distance;
     if (meet) {
       finish_depth(depth_, is_general(), placed_, distance);
-    } else if (!finish_distance(apart_, X_WA(), search_limit(), placed_, distance)) {
+    } else if (!finish_distance(distance_, X_WA(), search_limit(), placed_, distance)) {
       write_beyond(geometry);
       return status;
     }
 
-    // The world's figures decide whether the pair is within reach.
+    // World values decide whether the pair is within the limit.
     if (!has_depth_ && !has_distance()) {
       double separation = placed_.to_world(distance.separation);
       if (!meet) separation = std::max(separation, std::numeric_limits<double>::denorm_min());
@@ -250,7 +247,8 @@ class PairEvaluation {
     return status;
   }
 
-  /// The search's rounding must not withhold a pair that is just within: the world's figures decide later.
+  /// Leaves room for the search's rounding, so that no pair just within the limit is withheld: world values
+  /// decide later.
   double search_limit() const {
     const double coordinate = std::max(largest_coordinate(placed_.a_W), largest_coordinate(placed_.b_W));
     return placed_.from_world(input_.query.max_separation) +
@@ -262,7 +260,7 @@ class PairEvaluation {
   const NarrowphaseInput& input_;
   const OrderedPair& given_;
   DepthRecord depth_;
-  ApartRecord apart_;
+  DistanceRecord distance_;
   SolidKind kind_ = SolidKind::general;
   Certified certified_ = Certified::unknown;  ///< by comparison of coordinates
   bool has_depth_ = false;                    ///< the record of the depth is complete, and overlapping
@@ -276,7 +274,7 @@ void prefetch_general(const SolidSet& set, const SolidPair& pair) {
   prefetch_hull(set.solids[pair.a]), prefetch_hull(set.solids[pair.b]);
 }
 
-/// Fetches the poses of a pair some iterations ahead: where they lie no prefetcher can guess.
+/// Fetches the poses of a pair some iterations ahead: pairs are in no order that hardware could predict.
 void prefetch_poses(const SolidPair& pair, std::span<const Pose> poses) {
   for (const SolidIndex i : {pair.a, pair.b}) {
     __builtin_prefetch(&poses[i].R);
@@ -286,24 +284,24 @@ void prefetch_poses(const SolidPair& pair, std::span<const Pose> poses) {
 
 struct Records {
   std::array<DepthRecord, kBlock> depth;
-  std::array<ApartRecord, kBlock> apart;
+  std::array<DistanceRecord, kBlock> distance;
 };
 
-/// Depths of one kind's pairs, then the distances of those that this did not certify to overlap.
+/// Depths of one kind's pairs, then the distances of those not certified as overlapping.
 void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
                  const Query& query, const Batch& batch, Records& records) {
   const PoseRecord* X_W = records_of(poses);
   if (kind == SolidKind::box)
-    kernels.measure_box_depths(X_W, set.boxes.data(), batch.pairs.data(), batch.count, records.depth.data());
+    kernels.compute_box_depths(X_W, set.boxes.data(), batch.pairs.data(), batch.count, records.depth.data());
   else
-    kernels.measure_form_depths(X_W, set.edge_forms.data(), batch.pairs.data(), batch.count,
-                                records.depth.data());
-  measure_batch_apart(set, kernels, kind, poses, batch, records.depth.data(), reaches_apart(query),
-                      records.apart.data());
+    kernels.compute_parallelepiped_depths(X_W, set.parallelepiped_edges.data(), batch.pairs.data(),
+                                          batch.count, records.depth.data());
+  compute_batch_distances(set, kernels, kind, poses, batch, records.depth.data(), wants_distance(query),
+                          records.distance.data());
 }
 
 struct Batches {
-  Batch boxes, forms, others;
+  Batch boxes, parallelepipeds, others;
 };
 
 void sort_by_kind(const SolidSet& set, std::span<const Pose> poses, std::span<const OrderedPair> pairs,
@@ -316,8 +314,8 @@ void sort_by_kind(const SolidSet& set, std::span<const Pose> poses, std::span<co
         out.boxes.add(pair, i);
         break;
       case SolidKind::parallelepiped:
-        prefetch_pair(set.edge_forms, poses, pair);
-        out.forms.add(pair, i);
+        prefetch_pair(set.parallelepiped_edges, poses, pair);
+        out.parallelepipeds.add(pair, i);
         break;
       case SolidKind::general:
         prefetch_pair(set.vertices, poses, pair);
@@ -328,17 +326,17 @@ void sort_by_kind(const SolidSet& set, std::span<const Pose> poses, std::span<co
 }
 
 /// At most kBlock pairs.
-void measure_block(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+void compute_block(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                    std::span<PairStatus> status, std::span<PairGeometry> geometry, ContactPoint* points,
                    std::size_t slots) {
   std::array<OrderedPair, kBlock> pairs;
   ClipBatch clips(set, kernels, input);
-  const auto finish = [&](std::size_t i, const DepthRecord& depth, const ApartRecord& apart) {
+  const auto finish = [&](std::size_t i, const DepthRecord& depth, const DistanceRecord& distance) {
     if (!has_finite_poses(pairs[i].pair, input.poses)) {
       status[i] = fail(geometry[i]);
       return;
     }
-    status[i] = PairEvaluation(set, kernels, input, pairs[i], depth, apart)
+    status[i] = PairEvaluation(set, kernels, input, pairs[i], depth, distance)
                     .run(geometry[i], points ? points + i * slots : nullptr, clips);
   };
   const std::size_t count = input.pairs.size();
@@ -351,31 +349,32 @@ void measure_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
   sort_by_kind(set, input.poses, std::span(pairs).first(count), batches);
   Records records;
   for (const auto& [kind, batch] : {std::pair<SolidKind, const Batch&>{SolidKind::box, batches.boxes},
-                                    {SolidKind::parallelepiped, batches.forms}}) {
+                                    {SolidKind::parallelepiped, batches.parallelepipeds}}) {
     if (batch.count == 0) continue;
     run_kernels(set, kernels, kind, input.poses, input.query, batch, records);
-    for (std::size_t i = 0; i < batch.count; ++i) finish(batch.slots[i], records.depth[i], records.apart[i]);
+    for (std::size_t i = 0; i < batch.count; ++i)
+      finish(batch.slots[i], records.depth[i], records.distance[i]);
   }
   const Batch& others = batches.others;
   if (others.count == 0) return;
-  std::fill_n(records.apart.data(), others.count, kNoDistance);
-  if (reaches_apart(input.query))
-    measure_hulls_apart(set, kernels, input.poses, std::span(others.pairs).first(others.count),
-                        records.apart.data());
+  std::fill_n(records.distance.data(), others.count, kNoDistance);
+  if (wants_distance(input.query))
+    compute_hull_distances(set, kernels, input.poses, std::span(others.pairs).first(others.count),
+                           records.distance.data());
   for (std::size_t i = 0; i < others.count; ++i) {
-    if (i + 1 < others.count && (points || records.apart[i + 1].state != ApartState::found))
+    if (i + 1 < others.count && (points || records.distance[i + 1].state != DistanceState::found))
       prefetch_general(set, {others.pairs[i + 1].a, others.pairs[i + 1].b});
-    finish(others.slots[i], kNothingKnown, records.apart[i]);
+    finish(others.slots[i], kNoDepth, records.distance[i]);
   }
 }
 
-/// pair_depth(), but for boxes that a quicker kernel certifies to be apart no more than that; pair_depth()
-/// would certify them too, by a finer margin on the same axes.
-DepthRecord alone_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                        std::span<const Pose> poses) {
+/// pair_depth(), except that boxes which a quicker kernel certifies as separated get no more than that
+/// certificate; pair_depth() would certify them too, by a finer margin on the same axes.
+DepthRecord single_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                              std::span<const Pose> poses) {
   if (kind_of(set, pair) == SolidKind::box) {
     const PoseRecord* X_W = records_of(poses);
-    DepthRecord record = kNothingKnown;
+    DepthRecord record = kNoDepth;
     record.certified =
         kernels.certify_box_pair(X_W[pair.a], set.boxes[pair.a], X_W[pair.b], set.boxes[pair.b]);
     if (record.certified == Certified::separated) return record;
@@ -383,37 +382,38 @@ DepthRecord alone_depth(const SolidSet& set, const Kernels& kernels, const Solid
   return pair_depth(set, kernels, pair, poses);
 }
 
-PairStatus measure_alone(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
-                         PairGeometry& geometry, ContactPoint* points) {
+PairStatus compute_single(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                          PairGeometry& geometry, ContactPoint* points) {
   prefetch_general(set, input.pairs[0]);
   if (!has_finite_poses(input.pairs[0], input.poses)) return fail(geometry);
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
-  const DepthRecord record = alone_depth(set, kernels, pair.pair, input.poses);
-  ApartRecord apart = kNoDistance;
+  const DepthRecord record = single_pair_depth(set, kernels, pair.pair, input.poses);
+  DistanceRecord distance = kNoDistance;
   if (record.certified == Certified::separated && !is_out_of_reach(record, input.query)) {
     const PairIndices indices{pair.pair.a, pair.pair.b};
-    measure_apart(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &apart);
+    compute_distances(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &distance);
   }
   ClipBatch clips(set, kernels, input);
-  return PairEvaluation(set, kernels, input, pair, record, apart).run(geometry, points, clips);
+  return PairEvaluation(set, kernels, input, pair, record, distance).run(geometry, points, clips);
 }
 
 }  // namespace
 
-void measure(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
-             std::span<PairStatus> status, std::span<PairGeometry> geometry, std::span<ContactPoint> points) {
+void compute_geometry(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                      std::span<PairStatus> status, std::span<PairGeometry> geometry,
+                      std::span<ContactPoint> points) {
   const std::size_t slots =
       points.empty() ? 0
                      : static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
   ContactPoint* const first_point = points.empty() ? nullptr : points.data();
   if (input.pairs.size() == 1) {
-    status[0] = measure_alone(set, kernels, input, geometry[0], first_point);
+    status[0] = compute_single(set, kernels, input, geometry[0], first_point);
     return;
   }
   for (std::size_t first = 0; first < input.pairs.size(); first += kBlock) {
     NarrowphaseInput block = input;
     block.pairs = input.pairs.subspan(first, std::min(kBlock, input.pairs.size() - first));
-    measure_block(set, kernels, block, status.subspan(first), geometry.subspan(first),
+    compute_block(set, kernels, block, status.subspan(first), geometry.subspan(first),
                   first_point ? first_point + first * slots : nullptr, slots);
   }
 }

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/native/manifold/largest_choice.hpp"
+#include "touchstone/contact_core/native/manifold/point_reduction.hpp"
 
 #include <gmock/gmock.h>
 
@@ -53,7 +53,7 @@ TEST(LargestChoice, IsTheBestOfAllChoices) {
     for (int wanted = 1; wanted <= std::min(count, 8); ++wanted) {
       const int must = random.below(count + 1) - 1;
       Choice chosen{};
-      choose_largest(polygon, wanted, must, chosen);
+      choose_largest_polygon(polygon, wanted, must, chosen);
       ASSERT_TRUE(std::is_sorted(chosen.begin(), chosen.begin() + wanted));
       ASSERT_EQ(std::adjacent_find(chosen.begin(), chosen.begin() + wanted), chosen.begin() + wanted);
       ASSERT_LT(chosen[wanted - 1], count);
@@ -76,11 +76,11 @@ TEST(LargestChoice, HoldsTheStatedShareOfTheArea) {
     for (int k = 0; k < count; ++k) all[k] = k;
     const double whole = worth(polygon, all, count);
     const int must = random.below(count);
-    choose_largest(polygon, 4, must, chosen);
+    choose_largest_polygon(polygon, 4, must, chosen);
     least_four = std::min(least_four, worth(polygon, chosen, 4) / whole);
-    choose_largest(polygon, 3, must, chosen);
+    choose_largest_polygon(polygon, 3, must, chosen);
     least_three = std::min(least_three, worth(polygon, chosen, 3) / whole);
-    choose_largest(polygon, 3, -1, chosen);
+    choose_largest_polygon(polygon, 3, -1, chosen);
     least_free_three = std::min(least_free_three, worth(polygon, chosen, 3) / whole);
   }
   EXPECT_GE(least_four, 0.5);
@@ -95,9 +95,9 @@ TEST(LargestChoice, TiesGoToTheFirst) {
   for (int i = 0; i < 8; ++i)
     octagon.x[i] = std::cos(i * std::acos(-1.0) / 4), octagon.y[i] = std::sin(i * std::acos(-1.0) / 4);
   Choice chosen{};
-  choose_largest(octagon, 4, -1, chosen);
+  choose_largest_polygon(octagon, 4, -1, chosen);
   EXPECT_EQ(std::vector<int>(chosen.begin(), chosen.begin() + 4), (std::vector<int>{0, 2, 4, 6}));
-  choose_largest(octagon, 4, 3, chosen);
+  choose_largest_polygon(octagon, 4, 3, chosen);
   EXPECT_EQ(std::vector<int>(chosen.begin(), chosen.begin() + 4), (std::vector<int>{1, 3, 5, 7}));
 }
 

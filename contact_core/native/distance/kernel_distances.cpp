@@ -1,0 +1,161 @@
+#include "touchstone/contact_core/native/distance/kernel_distances.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "touchstone/contact_core/native/distance/pair_depth.hpp"
+
+namespace touchstone::native {
+namespace {
+
+/// Below, world vertices round by more than u of the solid's size: the kernels' bounds do not hold there.
+constexpr double kLeastSize = 0x1p-1010;
+
+const PoseRecord* records_of(std::span<const Pose> poses) {
+  return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
+}
+
+double magnitude_of(const Hexahedron& solid, const Pose& X_WS) {
+  return std::max(norm_inf(X_WS.p), solid.size() + norm_inf(solid.bounding_sphere().centre));
+}
+
+PoseRecord scaled(const PoseRecord& X, int exponent) {
+  PoseRecord out = X;
+  for (double& p : out.p) p = std::scalbn(p, exponent);
+  return out;
+}
+
+BoxRecord scaled_box(const Hexahedron& solid, int exponent) {
+  BoxRecord out{};
+  for (int i = 0; i < 3; ++i) out.half_extents[i] = std::scalbn(solid.half_extents()(i), exponent);
+  out.reach = (out.half_extents[0] + out.half_extents[1]) + out.half_extents[2];
+  return out;
+}
+
+Parallelepiped scaled_parallelepiped(const Hexahedron& solid, int exponent) {
+  // Fitted again: the set's record is infinite where magnitudes are not ordinary.
+  Parallelepiped out = as_parallelepiped(solid).value_or(Parallelepiped{});
+  for (int i = 0; i < 3; ++i) {
+    for (double& p : out.half_edges[i]) p = std::scalbn(p, exponent);
+    out.centre[i] = std::scalbn(out.centre[i], exponent);
+  }
+  out.deviation = std::scalbn(out.deviation, exponent);
+  return out;
+}
+
+/// Whether compute_hull_distances() comes next, for boxes and parallelepipeds that are certainly separated.
+bool vertices_decide(const DistanceRecord& record) { return record.state == DistanceState::exhausted; }
+
+/// Computes the distances of the pairs whose records `wanted` picks and replaces those records.
+template <class Wanted, class Measure>
+void compute_picked(const Batch& batch, const DepthRecord* depths, DistanceRecord* records,
+                    const Wanted& wanted, const Measure& measure) {
+  Batch picked;
+  for (std::size_t i = 0; i < batch.count; ++i)
+    if (wanted(depths[i].certified, records[i])) picked.add({batch.pairs[i].a, batch.pairs[i].b}, i);
+  if (picked.count == 0) return;
+  std::array<DistanceRecord, kBlock> found;
+  measure(std::span<const PairIndices>(picked.pairs).first(picked.count), found.data());
+  for (std::size_t i = 0; i < picked.count; ++i) records[picked.slots[i]] = found[i];
+}
+
+/// The two kernels of the pair's kind on a scaled copy.
+void compute_scaled_distance(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                             std::span<const Pose> poses, DistanceRecord& record) {
+  const Hexahedron& a = set.solids[pair.a].shape;
+  const Hexahedron& b = set.solids[pair.b].shape;
+  if (!(std::min(a.size(), b.size()) >= kLeastSize)) return;
+  const double high = std::max(magnitude_of(a, poses[pair.a]), magnitude_of(b, poses[pair.b]));
+  const int exponent = -std::ilogb(high);
+  const PoseRecord X[2] = {scaled(records_of(poses)[pair.a], exponent),
+                           scaled(records_of(poses)[pair.b], exponent)};
+  const PairIndices indices{0, 1};
+  if (kind_of(set, pair) == SolidKind::box) {
+    const BoxRecord boxes[2] = {scaled_box(a, exponent), scaled_box(b, exponent)};
+    kernels.compute_box_distances(X, boxes, &indices, 1, &record);
+    if (record.state != DistanceState::found)
+      kernels.compute_box_distances_accurately(X, boxes, &indices, 1, &record);
+  } else {
+    const Parallelepiped shapes[2] = {scaled_parallelepiped(a, exponent), scaled_parallelepiped(b, exponent)};
+    kernels.compute_parallelepiped_distances(X, shapes, &indices, 1, &record);
+    if (record.state != DistanceState::found)
+      kernels.compute_parallelepiped_distances_accurately(X, shapes, &indices, 1, &record);
+  }
+  record.separation = std::scalbn(record.separation, -exponent);
+  for (double& p : record.from_A) p = std::scalbn(p, -exponent);
+}
+
+}  // namespace
+
+void compute_distances(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                       std::span<const Pose> poses, std::span<const PairIndices> pairs,
+                       DistanceRecord* records) {
+  const PoseRecord* X_W = records_of(poses);
+  if (kind == SolidKind::box)
+    kernels.compute_box_distances(X_W, set.boxes.data(), pairs.data(), pairs.size(), records);
+  else
+    kernels.compute_parallelepiped_distances(X_W, set.parallelepipeds.data(), pairs.data(), pairs.size(),
+                                             records);
+}
+
+void compute_distances_accurately(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                                  std::span<const Pose> poses, std::span<const PairIndices> pairs,
+                                  DistanceRecord* records) {
+  const PoseRecord* X_W = records_of(poses);
+  if (kind == SolidKind::box)
+    kernels.compute_box_distances_accurately(X_W, set.boxes.data(), pairs.data(), pairs.size(), records);
+  else
+    kernels.compute_parallelepiped_distances_accurately(X_W, set.parallelepipeds.data(), pairs.data(),
+                                                        pairs.size(), records);
+}
+
+void compute_hull_distances(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                            std::span<const PairIndices> pairs, DistanceRecord* records) {
+  kernels.compute_hull_distances(records_of(poses), set.vertices.data(), pairs.data(), pairs.size(), records);
+}
+
+void compute_batch_distances(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                             std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
+                             bool separated_too, DistanceRecord* records) {
+  using Pairs = std::span<const PairIndices>;
+  std::fill_n(records, batch.count, kNoDistance);
+  compute_picked(
+      batch, depths, records,
+      [&](Certified certified, const DistanceRecord&) {
+        return separated_too && certified == Certified::separated;
+      },
+      [&](Pairs pairs, DistanceRecord* out) { compute_distances(set, kernels, kind, poses, pairs, out); });
+  compute_picked(
+      batch, depths, records,
+      [&](Certified certified, const DistanceRecord& record) {
+        if (certified == Certified::separated) return separated_too && record.state != DistanceState::found;
+        return certified == Certified::unknown;
+      },
+      [&](Pairs pairs, DistanceRecord* out) {
+        compute_distances_accurately(set, kernels, kind, poses, pairs, out);
+      });
+  compute_picked(
+      batch, depths, records,
+      [&](Certified certified, const DistanceRecord& record) {
+        return separated_too && certified == Certified::separated && vertices_decide(record);
+      },
+      [&](Pairs pairs, DistanceRecord* out) { compute_hull_distances(set, kernels, poses, pairs, out); });
+}
+
+bool finish_kernel_distance(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                            std::span<const Pose> poses, bool separated, DistanceRecord& record) {
+  const SolidKind kind = kind_of(set, pair);
+  const PairIndices indices{pair.a, pair.b};
+  if (record.state != DistanceState::undecided) return record.state == DistanceState::found;
+  if (kind == SolidKind::general) {
+    compute_hull_distances(set, kernels, poses, {&indices, 1}, &record);
+    return record.state == DistanceState::found;
+  }
+  compute_distances_accurately(set, kernels, kind, poses, {&indices, 1}, &record);
+  if (record.state == DistanceState::undecided) compute_scaled_distance(set, kernels, pair, poses, record);
+  if (separated && vertices_decide(record))
+    compute_hull_distances(set, kernels, poses, {&indices, 1}, &record);
+  return record.state == DistanceState::found;
+}
+
+}  // namespace touchstone::native
