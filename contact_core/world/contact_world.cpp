@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/world/frame/execution.hpp"
+#include "touchstone/contact_core/world/slide/shove.hpp"
 #include "touchstone/contact_core/world/world_state.hpp"
 
 namespace touchstone {
@@ -126,28 +128,25 @@ void ContactWorld::prepare() {
 }
 
 void ContactWorld::reset() {
-  state_->objects.reset();
-  state_->reset_mechanisms();
-  state_->queue.clear();
-  state_->contacts.clear();
-  state_->left_contacts.clear();
-  state_->selection.select_all();
-  state_->needs_layout = true;
+  State& s = *state_;
+  s.objects.reset();
+  for (std::uint32_t i = 0; i < s.mechanisms.size(); ++i)
+    if (MechanismMover* mover = s.mechanisms.at(i)) mover->reset();
+  s.selections.forget_queued();
+  s.contact_log.clear();
+  s.selection.select_all();
+  s.needs_layout = true;
 }
 
-void ContactWorld::select(const SelectionChange& change) { state_->queue.push(change); }
+void ContactWorld::select(const SelectionChange& change) { state_->selections.push(change); }
 
-std::span<const SelectionRecord> ContactWorld::selection_record() const { return state_->record; }
-
-std::uint64_t ContactWorld::selections_left_out() const { return state_->left_out; }
-
-void ContactWorld::begin_selection_record(std::size_t room) {
-  std::vector<SelectionRecord> record;
-  record.reserve(room);
-  state_->record.swap(record);
-  state_->record_room = room;
-  state_->left_out = 0;
+std::span<const SelectionRecord> ContactWorld::selection_record() const {
+  return state_->selections.record();
 }
+
+std::uint64_t ContactWorld::selections_left_out() const { return state_->selections.left_out(); }
+
+void ContactWorld::begin_selection_record(std::size_t room) { state_->selections.begin_record(room); }
 
 MotionCommand ContactWorld::go_to(ObjectHandle object, const Pose& X_WO) const {
   return {object, RigidPath::between(actual_pose(object), X_WO)};
@@ -162,31 +161,46 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
                                 std::span<const JointCommand> joint_commands) {
   prepare();
   State& s = *state_;
+  WorldModel& model = s;
   FrameReport report;
   report.frame = s.frame;
   report.check = capabilities().check;
-  s.events.clear(), s.moments.clear();
   const std::uint64_t calls = s.lanes.calls();
-  s.take_selection();
-  s.forget_motion();
-  s.accept(commands);
-  s.accept_joints(joint_commands);
-  s.take_movers();
-  s.take_loads();
-  s.restart_travels();
-  s.lay_paths();
-  s.find_pairs(report);
-  s.resolve_stops(s.pairs, 0);
-  for (const std::uint32_t slot : s.movers)
-    if (s.stops[slot] < 1.0) s.is_short[slot] = 1, ++report.blocked_movers;
-  s.execute();
-  s.note_moments(s.pairs, 0);
-  s.slide(report);
-  s.report_pairs();
+  s.events.clear(), s.moments.clear(), s.parts.clear();
+
+  // Commands become paths.
+  s.selections.take(model, s.frame);
+  begin_frame(model, s.movers);
+  s.slides.begin_frame(s.movers.told_before);
+  accept(model, commands, s.movers, s.events);
+  accept(model, joint_commands, s.movers, s.events);
+  order_movers(model, s.movers);
+  take_loads(model, s.contact_log.now(), s.movers, s.followers);
+
+  // Pairs that may meet on them, and when.
+  s.watched.begin_frame(model);
+  s.watched.lay_paths(model, s.movers.roots);
+  if (s.watched.is_due()) s.watched.update(model, *s.broadphase);
+  const PairFinder::Scope finding{model, s.lanes, s.watched, s.movers};
+  const PairFinder::Counts counts = s.finder.find(finding, s.pairs);
+  report.candidate_pairs = counts.candidates, report.iteration_limits = counts.iteration_limits;
+
+  // Stops, and the commanded paths up to them.
+  const FrameScope scope = s.scope();
+  s.stop_resolver.resolve({model, scope.query(), s.movers.roots, s.followers, s.slides.permits(), s.moments},
+                          s.pairs, 0);
+  report.blocked_movers = note_short(model, s.movers);
+  execute(model, s.watched, s.movers, s.lanes);
+  s.moments.note_executed(model, scope.query(), scope.contacts, s.pairs, 0);
+  record_part(model, s.movers, 0, s.parts);
+
+  // Slides, in further parts; then events.
+  s.slides.run(scope, s.pairs, report);
+  s.finder.add_left_out(finding, scope.contacts, s.pairs);
+  s.contact_log.report(model, s.lanes, s.pairs, s.moments, s.parts.count() - 1, s.events);
   report.queries = s.lanes.calls() - calls;
   report.events = s.events;
-  report.selections = s.changes;
-  report.refused_selections = s.refused_changes;
+  report.selections = s.selections.applied(), report.refused_selections = s.selections.refused();
   ++s.frame;
   return report;
 }
@@ -212,12 +226,7 @@ double ContactWorld::gap() const { return state_->gap; }
 std::size_t ContactWorld::executed_parts() const { return state_->parts.count(); }
 
 Pose ContactWorld::executed_pose(ObjectHandle object, std::size_t part, double s) const {
-  const std::uint32_t slot = state_->objects.slot_of(object);
-  if (state_->mechanism_of(slot) != nullptr) return state_->executed_link_pose(slot, part, s);
-  const ObjectHandle root = state_->objects.handle(state_->objects[slot].root);
-  const ExecutedParts::At executed = state_->parts.find(root, part, s);
-  if (executed.part == nullptr || !executed.part->path.knows(slot)) return state_->objects[slot].X_WO;
-  return executed.part->path.at(slot, executed.s).X_WO;
+  return touchstone::executed_pose(*state_, state_->parts, state_->objects.slot_of(object), part, s);
 }
 
 }  // namespace touchstone

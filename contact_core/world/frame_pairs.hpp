@@ -39,7 +39,7 @@ struct FramePair : PairDistances {
   bool is_settled = false;          ///< its stop is in force
   bool is_active = false;           ///< it holds back a sub-step's plan
   double stopped_at = kNotStopped;  ///< s of the part at hand at which it stopped a mover
-  std::uint32_t stop = kNoMoment;   ///< the first at which it stopped a mover: index into State::moments
+  std::uint32_t stop = kNoMoment;   ///< the first at which it stopped a mover: index into the MomentLog
   std::uint32_t touch = kNoMoment;  ///< the first at which it was found within the gap, of what was executed
 
   bool stops_movers() const {
@@ -50,38 +50,12 @@ struct FramePair : PairDistances {
   bool has_moment() const { return stop != kNoMoment || touch != kNoMoment; }
 };
 
-/// How far a pair came that is examined.
-enum class PairStage : std::uint8_t {
-  apart,  ///< by an axis, wherever its movers are stopped
-  open,   ///< it has to be asked about
-};
-inline constexpr std::uint32_t kNotAsked = 0xffffffff;
-
-/// What is known of a pair while it is examined.
-struct ExaminedPair {
-  PairStage stage;
-  std::uint32_t start;  ///< index into State::answers, or kNotAsked
-};
-
 /// One of the watched pairs, to be put in the order of their solids wherever it was found.
 struct GatheredPair {
   SolidPair solids;
   std::uint32_t watch;
 
   friend bool operator<(const GatheredPair& a, const GatheredPair& b) { return a.solids < b.solids; }
-};
-
-/// A pair that has to be asked about: by mover, the nearest first.
-struct OpenedPair {
-  std::uint32_t mover;  ///< see State::mover_of()
-  std::uint32_t index;  ///< into State::pairs, which are in the order of their solids
-  double start_separation = 0.0;
-
-  friend bool operator<(const OpenedPair& a, const OpenedPair& b) {
-    if (a.mover != b.mover) return a.mover < b.mover;
-    return a.start_separation != b.start_separation ? a.start_separation < b.start_separation
-                                                    : a.index < b.index;
-  }
 };
 
 /// A pair in contact at the end of a frame.
@@ -96,9 +70,6 @@ bool is_among(std::span<const Entry> entries, const SolidPair& pair) {
   const auto place = std::lower_bound(entries.begin(), entries.end(), pair,
                                       [](const Entry& x, const SolidPair& y) { return x.solids < y; });
   return place != entries.end() && place->solids == pair;
-}
-inline bool is_among(const std::vector<ContactState>& contacts, const SolidPair& pair) {
-  return is_among(std::span<const ContactState>(contacts), pair);
 }
 
 /// Brings pairs into the order of their solids of which the first `known` are in it, and the others come in

@@ -2,6 +2,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/world/world_layout.hpp"
 #include "touchstone/contact_core/world/world_state.hpp"
 
 // How set-up is taken up: all of it (build_all), or what changed since the last time (take_up_changes) where
@@ -23,7 +24,7 @@ void reserve_more(std::vector<T>& list, std::size_t count) {
 
 void ContactWorld::State::build_all() {
   Layout next = make_layout(objects);
-  list_exempt_pairs(next);
+  list_exempt_pairs(*this, next);
   narrowphase->build(next.solids);
   if (!planner) planner = make_native();
   planner->build(next.solids);
@@ -36,67 +37,37 @@ void ContactWorld::State::build_all() {
   for (std::uint32_t slot = 0; slot < next.slots(); ++slot)
     if (!next.is_alive(slot)) broadphase->set_object(slot, nullptr, false);
   lanes.build(*narrowphase, *planner, next.solids.size());
-  query = &lanes.first();
-  keep_contacts(next);
+  contact_log.renumber(layout, next);
   layout = std::move(next);
   take_room(true);
-  reaches.assign(layout.slots(), 0.0);
-  rules.find_reaches(objects, reaches);
-  early_reaches.clear();
-  moved.clear(), movers.clear(), told.clear(), told_before.clear(), due.clear();
   poses_in_body = objects.poses_in_body().data();
-  place_solids_in_bodies();
-  furthest = largest_extent = 0.0;
-  for (std::uint32_t slot = 0; slot < layout.slots(); ++slot) place_solids(slot);
-  if (!broadphase->update_paths({from, to, bulges}, {}))
+  place_all(*this);
+  if (!watched.begin(*this, *broadphase))
     throw InputError("contact world: broadphase '" + std::string(broadphase->name()) +
                      "' knows poses, no paths");
-  prepare_slides();
   objects.forget_changes();
   needs_layout = false;
 }
 
 /// For all objects and solids of the layout; what frames fill is made so large that they need not allocate.
-/// @param anew everything as nothing had happened yet, else what there was stays.
+/// @param anew everything as if nothing had happened yet, else what there was stays.
 void ContactWorld::State::take_room(bool anew) {
   const std::size_t slots = layout.slots(), solids = layout.solids.size();
-  const auto size = [&](auto& list, std::size_t count, const auto& value) {
-    if (anew) list.clear();
-    list.resize(count, value);
-  };
-  size(paths, slots, CarriedPath(RigidPath(), objects.poses_in_body()));
-  for (std::vector<double>* values : {&stops, &stop_bounds}) size(*values, slots, 1.0);
-  for (std::vector<std::uint8_t>* flags : {&in_motion, &is_restopped, &is_held, &is_short, &is_noted_due})
-    size(*flags, slots, std::uint8_t{0});
-  size(reaches, slots, 0.0);
-  looked_at.reserve(slots), size(is_looked_at, slots, std::uint8_t{0});
-  size(member_root, slots, PairWatch::kNone);
-  from.resize(solids), to.resize(solids), X_BS.resize(solids), root_of_solid.resize(solids);
-  size(bulges, solids, 0.0);
-  moved.reserve(slots);
-  reserve_more(pairs, 64 + 16 * solids);
-  reserve_more(examined, 64 + 16 * solids), reserve_more(answers, 64 + 16 * solids);
-  reserve_more(opened, 64 + 16 * solids), reserve_more(opened_groups, 64 + 16 * solids);
-  travels.unplaced.reserve(solids);
-  reserve_more(contacts, 64 + 16 * solids), reserve_more(contacts_before, 64 + 16 * solids);
-  reserve_more(moments, 128 + 32 * solids), reserve_more(events, 256 + 16 * solids);
-  stop_queue.reserve(64 + 16 * solids), restopped.reserve(slots);
-  queue.reserve(1024), changes.reserve(1024), refused_changes.reserve(1024);
-  selection.reserve(slots);
-  take_room_for_travels(anew);
-}
-
-/// Where the slot's object stands, at rest. @pre place_in_body().
-void ContactWorld::State::place_solids(std::uint32_t slot) {
-  for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) {
-    const Sphere& sphere = layout.solids[i].bounding_sphere();
-    largest_extent =
-        std::max(largest_extent, norm(layout.X_OS[i].p) + norm(sphere.centre) + 2.0 * sphere.radius);
-    from[i] = to[i] = compose(objects[slot].X_WO, layout.X_OS[i]);
-    bulges[i] = reaches[slot] + contact_reach(i, 0.0);
-    travels.has_vertices[i] = 0;
-  }
-  note_place(slot);
+  touchstone::take_room(*this, anew);
+  selections.take_room();
+  movers.take_room(slots, anew);
+  followers.take_room(slots, anew);
+  watched.take_room(*this, anew);
+  finder.take_room(slots, solids, watched.pairs().capacity(), anew);
+  stop_resolver.take_room(slots, solids, anew);
+  slides.take_room(*this, watched.pairs().capacity(), anew);
+  contact_log.take_room(solids);
+  std::size_t values = 0;
+  for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
+    if (const MechanismMover* mover = mechanisms.at(i)) values += mover->actual.size();
+  parts.reserve((kMostSlideSteps + 1) * slots, (kMostSlideSteps + 1) * 2 * values);
+  moments.reserve(128 + 32 * solids);
+  reserve_more(pairs, 64 + 16 * solids), reserve_more(events, 256 + 16 * solids);
 }
 
 /// @returns whether it did; else all is to be built anew.
@@ -106,25 +77,34 @@ bool ContactWorld::State::take_up_changes() {
   if (changed.all || 4 * changed.replaced.size() > layout.slots() + kBuildAnew) return false;
   std::vector<std::uint32_t> slots = changed.replaced;
   std::sort(slots.begin(), slots.end());
-  if (!slots.empty()) end_contacts_of(slots);
+  if (!slots.empty()) contact_log.end_of(layout, slots);
   for (const std::uint32_t slot : slots)
     if (!replace_object(slot)) return false;
   if (!slots.empty()) {
     lanes.take_up(layout.solids.size());
     take_room(false);
-    for (const std::uint32_t slot : slots) begin_object(slot);
-    for (const auto& [object, warn] : early_reaches)
-      if (objects.is_alive(object)) reaches[object.slot] = std::max(reaches[object.slot], warn);
-    early_reaches.clear();
+    for (const std::uint32_t slot : slots) {
+      begin_object(*this, slot);
+      movers.is_short[slot] = 0;
+      slides.begin_object(*this, slot);
+      watched.begin_object(*this, slot);
+    }
+    watched.take_up_early_reaches(objects);
   }
   for (const TableChanges::ExemptionChange& change : changed.exemptions) {
     const std::vector<SolidPair> named = exempt_pairs(layout, change.exemption);
     change.is_on ? layout.add_exempt(named) : layout.remove_exempt(named);
-    if (!change.is_on) watch_anew(change.exemption.a.slot);
+    if (!change.is_on) watched.watch_anew(*this, change.exemption.a.slot);
   }
-  for (const std::uint32_t slot : changed.rebodied)
-    if (layout.is_alive(slot)) change_body(slot);
-  if (objects.poses_in_body().data() != poses_in_body) lay_resting_paths();
+  for (const std::uint32_t slot : changed.rebodied) {
+    if (!layout.is_alive(slot)) continue;
+    change_body(*this, slot);
+    watched.watch_anew(*this, slot);
+  }
+  if (objects.poses_in_body().data() != poses_in_body) {
+    poses_in_body = objects.poses_in_body().data();
+    lay_resting_paths(*this);
+  }
   objects.forget_changes();
   return true;
 }
@@ -132,7 +112,7 @@ bool ContactWorld::State::take_up_changes() {
 /// In the layout and the backends. @returns false where one of them has to be built anew.
 bool ContactWorld::State::replace_object(std::uint32_t slot) {
   const bool is_new = slot == layout.slots();
-  if (!is_new) drop_watched(slot);
+  if (!is_new) watched.forget(*this, slot);
   needs_layout = true;  // should a backend throw
   layout.put(objects, slot);
   const bool is_alive = layout.is_alive(slot);
@@ -147,62 +127,9 @@ bool ContactWorld::State::replace_object(std::uint32_t slot) {
   return true;
 }
 
-/// All that is kept by slot or solid, as of an object that has not moved yet, or of none.
-void ContactWorld::State::begin_object(std::uint32_t slot) {
-  stops[slot] = stop_bounds[slot] = 1.0;
-  in_motion[slot] = is_restopped[slot] = is_held[slot] = is_short[slot] = 0;
-  reaches[slot] = layout.is_alive(slot) ? rules.reach_of(objects, slot) : 0.0;
-  for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) {
-    for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
-                                        &travels.last_solid, &travels.planned_solid, &travels.needed})
-      (*values)[i] = 0.0;
-    slides.moments[i] = transform(layout.X_OS[i], mass_moments(layout.solids[i]));
-  }
-  change_body(slot);
-  place_solids(slot);
-}
-
-void ContactWorld::State::change_body(std::uint32_t slot) {
-  const auto leave = std::pair{member_root[slot], slot};
-  const auto place = std::lower_bound(members.begin(), members.end(), leave);
-  if (place != members.end() && *place == leave) members.erase(place);
-  member_root[slot] = PairWatch::kNone;
-  if (!layout.is_alive(slot)) return;
-  const auto join = std::pair{member_root[slot] = objects[slot].root, slot};
-  members.insert(std::lower_bound(members.begin(), members.end(), join), join);
-  place_in_body(slot);
-  watch_anew(slot);
-}
-
-void ContactWorld::State::lay_resting_paths() {
-  poses_in_body = objects.poses_in_body().data();
-  for (std::uint32_t slot = 0; slot < layout.slots(); ++slot)
-    paths[slot] = CarriedPath(RigidPath(objects[slot].X_WO), objects.poses_in_body());
-}
-
-/// Nothing is known of the pairs of an object any more, nor which they are.
-void ContactWorld::State::watch_anew(std::uint32_t slot) {
-  drop_watched(slot);
-  note_due(slot);
-}
-
-void ContactWorld::State::drop_watched(std::uint32_t slot) {
-  for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i)
-    watched.for_each_of(i, [&](std::uint32_t index) { watched.remove(index); });
-  needs_lively = true;
-}
-
 /// @param warn within this of the object a rule may now report [m].
 void ContactWorld::State::raise_reach(std::uint32_t slot, double warn) {
-  if (needs_layout) return;
-  if (slot >= layout.slots() ||
-      layout.handles[slot] != objects.handle(slot)) {  // it comes with the next frame
-    early_reaches.push_back({objects.handle(slot), warn});
-    needs_layout = early_reaches.size() > TableChanges::kMostExemptions;
-    return;
-  }
-  reaches[slot] = std::max(reaches[slot], warn);
-  watch_anew(slot);
+  if (!needs_layout && !watched.raise_reach(*this, slot, warn)) needs_layout = true;
 }
 
 /// Of those that bear the rule of two groups.

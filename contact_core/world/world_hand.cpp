@@ -3,7 +3,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/world/world_state.hpp"
 
-// How stiffly hands hold what they fly: set-up. Slides by it are in world_slide.cpp.
+// How stiffly hands hold what they fly: set-up. Slides by it are in slide/slides.cpp.
 
 namespace touchstone {
 namespace {
@@ -41,13 +41,13 @@ void ContactWorld::set_hand(ObjectHandle object, const std::optional<HandStiffne
   const std::uint32_t slot = s.objects.slot_of(object);
   const std::string label = "object '" + std::string(name_of(object)) + "', hand";
   if (s.objects[slot].is_link()) throw InputError(label + ": it is a mechanism's link, which joints move");
-  if (hand) check_hand(*hand, s.longest_lever(), label);
+  if (hand) check_hand(*hand, longest_lever(s.gap), label);
   s.slides.hands.set(object, hand);
 }
 
 void ContactWorld::set_default_hand(const std::optional<HandStiffness>& hand) {
   if (hand && hand->X_OT) throw InputError("contact world, default hand: a tool frame is of one object");
-  if (hand) check_hand(*hand, state_->longest_lever(), "contact world, default hand");
+  if (hand) check_hand(*hand, longest_lever(state_->gap), "contact world, default hand");
   state_->slides.hands.set_default(hand);
 }
 

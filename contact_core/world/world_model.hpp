@@ -44,6 +44,7 @@ struct WorldModel {
   std::vector<Pose> X_BS;                    // by solid, in its body; of mechanisms' solids
   std::vector<std::uint32_t> root_of_solid;  // objects' own, which lie further apart in memory
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by slot), sorted
+  std::vector<std::uint32_t> member_root;                        // by slot: its root in members, or none
   Travels travels;
 
   bool is_sampled() const { return !gives_signed_distance(*narrowphase); }

@@ -33,9 +33,9 @@ struct Slider {
   double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]
   double trust = 1.0;     ///< share of what is left that the next sub-step plans for
-  bool pivots = false;    ///< it only advances: see pivot.hpp
+  bool pivots = false;    ///< it only advances: see pivot_path()
   bool done = false;
-  bool shoves = false;       ///< it goes on along its commanded path, with what it met: see world_shove.cpp
+  bool shoves = false;       ///< it goes on along its commanded path, with what it met: see shove.hpp
   bool follows = false;      ///< goes along with its leader
   bool is_near_end = false;  ///< where the sub-step is gone to its end, another one would not gain kLeastGain
   Twist way;                 ///< what is left of the commanded path while it shoves

@@ -16,7 +16,10 @@ namespace touchstone {
 class StopQueue {
  public:
   void reserve(std::size_t pairs) {
-    times_.reserve(4 * pairs), of_root_.reserve(2 * pairs), due_.reserve(4 * pairs);
+    const auto reserve_more = [](auto& list, std::size_t count) {
+      if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
+    };
+    reserve_more(times_, 4 * pairs), reserve_more(of_root_, 2 * pairs), reserve_more(due_, 4 * pairs);
   }
 
   /// No times, and nobody is concerned.

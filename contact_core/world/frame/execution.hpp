@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "touchstone/contact_core/world/executed_parts.hpp"
+#include "touchstone/contact_core/world/frame/movers.hpp"
+#include "touchstone/contact_core/world/frame/watched_pairs.hpp"
+#include "touchstone/contact_core/world/frame_lanes.hpp"
+
+namespace touchstone {
+
+/// Objects stand where their movers were stopped on the paths that are laid; travels count no further.
+void execute(WorldModel& model, WatchedPairs& watched, const Movers& movers, FrameLanes& lanes);
+
+/// Records these paths and stops as a part of the frame.
+void record_part(const WorldModel& model, const Movers& movers, std::uint32_t part, ExecutedParts& parts);
+
+/// Where the slot's object stood at s of a part: see ContactWorld::executed_pose().
+Pose executed_pose(const WorldModel& model, const ExecutedParts& parts, std::uint32_t slot, std::size_t part,
+                   double s);
+
+}  // namespace touchstone

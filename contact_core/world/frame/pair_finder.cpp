@@ -1,0 +1,264 @@
+#include "touchstone/contact_core/world/frame/pair_finder.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+
+namespace touchstone {
+namespace {
+
+/// So many pairs, or movers, a lane takes at once.
+constexpr std::size_t kPairsAtOnce = 64;
+constexpr std::size_t kMoversAtOnce = 8;
+constexpr std::size_t kRootsAtOnce = 16;
+/// Rounds sums of travels down.
+constexpr double kDown = 1.0 - 0x1p-50;
+
+template <class T>
+void reserve_more(std::vector<T>& list, std::size_t count) {
+  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
+}
+
+bool are_two_movers(const WorldModel& model, std::uint32_t a, std::uint32_t b) {
+  return a != b && model.in_motion[a] && model.in_motion[b];
+}
+
+bool is_of_interest(const WorldModel& model, const FramePair& pair) {
+  const std::uint32_t a = model.root_of(pair.solids.a), b = model.root_of(pair.solids.b);
+  const bool starts_close = pair.impact.queries > 0 && pair.impact.start_separation <= pair.gap;
+  return are_two_movers(model, a, b) || !pair.impact.is_far || starts_close || pair.impact.starts_overlapping;
+}
+
+}  // namespace
+
+void PairFinder::take_room(std::size_t slots, std::size_t solids, std::size_t watched, bool anew) {
+  if (anew) stop_bounds_.clear();
+  stop_bounds_.resize(slots, 1.0);
+  reserve_more(examined_, 64 + 16 * solids), reserve_more(answers_, 64 + 16 * solids);
+  reserve_more(opened_, 64 + 16 * solids), reserve_more(opened_groups_, 64 + 16 * solids);
+  close_.reserve(watched), deferred_.reserve(watched);
+  ahead_.reserve(watched), left_out_.reserve(watched);
+}
+
+// Those that may be near at the start come first: where they stop a mover, all others need only be clear up
+// to there.
+PairFinder::Counts PairFinder::find(const Scope& scope, std::vector<FramePair>& pairs) {
+  Counts counts;
+  pairs.clear();
+  scope.watched.gather(scope.model, scope.movers, scope.lanes, close_, deferred_);
+  examine(scope, close_, pairs, counts);
+  std::erase_if(deferred_,
+                [&](std::uint32_t i) { return is_clear_to_bounds(scope.model, scope.watched.pairs()[i]); });
+  const std::size_t known = pairs.size();
+  examine(scope, deferred_, pairs, counts);
+  merge_by_solids(pairs, known);
+  for (const std::uint32_t root : scope.movers.roots) stop_bounds_[root] = 1.0;
+  return counts;
+}
+
+/// Finds the impacts of watched pairs and appends those to `pairs` that are not known to stay apart. Of a
+/// mover the nearest come first, and each group of equally near ones bounds how far its path matters to all
+/// after it.
+/// @param watches by solids; switched on.
+void PairFinder::examine(const Scope& scope, std::span<const std::uint32_t> watches,
+                         std::vector<FramePair>& pairs, Counts& counts) {
+  if (watches.empty()) return;
+  const std::size_t first = pairs.size(), last = first + watches.size();
+  pairs.resize(last);
+  examined_.resize(std::max(examined_.size(), last));
+  place_vertices(scope.model, scope.lanes, scope.watched.pairs(), watches);
+  scope.lanes.for_each(watches.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    examined_[first + i].stage = open_pair(scope, watches[i], pairs[first + i]);
+  });
+  counts.candidates += static_cast<std::uint32_t>(watches.size());
+  opened_.clear();
+  for (std::size_t k = first; k < last; ++k)
+    if (examined_[k].stage == Stage::open)
+      opened_.push_back({mover_of(scope.model, pairs[k].solids), static_cast<std::uint32_t>(k)});
+  measure_opened(scope, pairs);
+  find_impacts_of_opened(scope, pairs);
+  std::size_t kept = first;
+  for (std::size_t k = first; k < last; ++k) {
+    if (examined_[k].stage != Stage::open) continue;
+    counts.iteration_limits += pairs[k].impact.status == ImpactStatus::iteration_limit;
+    if (!is_of_interest(scope.model, pairs[k])) continue;
+    if (kept != k) pairs[kept] = pairs[k];
+    ++kept;
+  }
+  pairs.resize(kept);
+}
+
+/// Fills in `entry`, unless the two are known to stay apart, wherever on their paths they are stopped.
+PairFinder::Stage PairFinder::open_pair(const Scope& scope, std::uint32_t index, FramePair& entry) const {
+  WorldModel& model = scope.model;
+  WatchedPair& watch = scope.watched.pairs()[index];
+  const SolidPair pair{watch.a, watch.b};
+  entry = model.frame_pair(pair);
+  entry.watch = index;
+  const double last = model.last_travel(pair, entry.own);
+  const double standing = model.travelled(pair, entry.own) * kDown - last * (1.0 + 0x1p-19);
+  if (is_apart_by_axis(model, watch, entry, standing, last * matters_until(model, pair))) return Stage::apart;
+  entry.clear_until = watch.clear_until;
+  return Stage::open;
+}
+
+/// How far a pair's path matters: up to where what is known so far stops its mover. Of two movers in motion
+/// one may be stopped before the other.
+double PairFinder::matters_until(const WorldModel& model, const SolidPair& pair) const {
+  const std::uint32_t a = model.root_of(pair.a), b = model.root_of(pair.b);
+  if (are_two_movers(model, a, b)) return 1.0;
+  return stop_bounds_[model.in_motion[a] ? a : b];
+}
+
+/// Clear as far as stop_bounds_ let its movers go.
+bool PairFinder::is_clear_to_bounds(const WorldModel& model, const WatchedPair& watch) const {
+  const Travels& travels = model.travels;
+  const double a = stop_bounds_[model.root_of(watch.a)], b = stop_bounds_[model.root_of(watch.b)];
+  const double gone = watch.own != kNotOwn
+                          ? a * travels.last_own[watch.own]
+                          : a * travels.last_solid[watch.a] + b * travels.last_solid[watch.b];
+  const SolidPair pair{watch.a, watch.b};
+  return (model.travelled(pair, watch.own) - model.last_travel(pair, watch.own)) + gone <= watch.clear_until;
+}
+
+/// Where all stand. Pairs of a mechanism's own links come last: they are seen from a link, and in other
+/// poses.
+void PairFinder::measure_opened(const Scope& scope, std::span<FramePair> pairs) {
+  ahead_.clear();
+  for (const Opened& open : opened_)
+    if (pairs[open.index].own == kNotOwn) ahead_.push_back(pairs[open.index].solids);
+  answers_.resize(std::max(answers_.size(), ahead_.size()));
+  scope.lanes.ask(ahead_, scope.model.from, answers_);
+  std::size_t answer = 0;
+  for (Opened& open : opened_) {
+    FramePair& pair = pairs[open.index];
+    pair.start_separation = std::numeric_limits<double>::infinity();
+    examined_[open.index].start = kNotAsked;
+    if (pair.own == kNotOwn) {
+      const double separation = answers_[answer].geometry.separation;
+      if (separation < pair.start_separation) pair.start_separation = separation;
+      examined_[open.index].start = static_cast<std::uint32_t>(answer++);
+    }
+    open.start_separation = pair.start_separation;
+  }
+}
+
+/// By mover, the nearest first.
+void PairFinder::find_impacts_of_opened(const Scope& scope, std::span<FramePair> pairs) {
+  std::sort(opened_.begin(), opened_.end());
+  opened_groups_.clear();
+  for (std::size_t i = 0; i < opened_.size(); ++i)
+    if (i == 0 || opened_[i].mover != opened_[i - 1].mover || opened_[i].mover == kAlone)
+      opened_groups_.push_back(static_cast<std::uint32_t>(i));
+  const auto group = [&](std::size_t i) {
+    const std::size_t end = i + 1 < opened_groups_.size() ? opened_groups_[i + 1] : opened_.size();
+    return std::span<const Opened>(opened_).subspan(opened_groups_[i], end - opened_groups_[i]);
+  };
+  scope.lanes.for_each(opened_groups_.size(), kMoversAtOnce, [&](NarrowphaseQuery& asking, std::size_t i) {
+    if (group(i).front().mover != kInTurn) find_impacts_of_mover(scope, asking, group(i), pairs);
+  });
+  for (std::size_t i = 0; i < opened_groups_.size(); ++i)
+    if (group(i).front().mover == kInTurn) find_impacts_of_mover(scope, scope.lanes.first(), group(i), pairs);
+}
+
+void PairFinder::find_impacts_of_mover(const Scope& scope, NarrowphaseQuery& asking,
+                                       std::span<const Opened> among, std::span<FramePair> pairs) {
+  const WorldModel& model = scope.model;
+  std::size_t bounded = 0;
+  for (std::size_t i = 0; i < among.size(); ++i) {
+    if (among[i].start_separation > among[bounded].start_separation) {
+      for (; bounded < i; ++bounded) bound_stops(model, pairs[among[bounded].index]);
+    }
+    FramePair& pair = pairs[among[i].index];
+    const std::uint32_t start = examined_[among[i].index].start;
+    find_impact_of(model, asking, scope.watched.pairs()[pair.watch], pair,
+                   start == kNotAsked ? nullptr : &answers_[start], matters_until(model, pair.solids));
+    if (pair.impact.status == ImpactStatus::clear) pair.impact.lo = 1.0;  // what is beyond a stop is not gone
+  }
+  for (; bounded < among.size(); ++bounded) bound_stops(model, pairs[among[bounded].index]);
+}
+
+/// What one mover meets by itself ends its path there, whatever else happens.
+void PairFinder::bound_stops(const WorldModel& model, const FramePair& pair) {
+  const std::uint32_t a = model.root_of(pair.solids.a), b = model.root_of(pair.solids.b);
+  if (!pair.stops_movers() || are_two_movers(model, a, b)) return;
+  for (const std::uint32_t root : {a, b})
+    if (model.in_motion[root]) stop_bounds_[root] = std::min(stop_bounds_[root], pair.impact.lo);
+}
+
+void PairFinder::add_left_out(const Scope& scope, std::span<const ContactState> contacts,
+                              std::vector<FramePair>& pairs) {
+  const std::size_t known = pairs.size();
+  add_unclear_left_out(scope, contacts, pairs);
+  for (const ContactState& contact : contacts)
+    if (scope.model.is_checked(contact.solids) &&
+        !is_among(std::span<const FramePair>(pairs).first(known), contact.solids))
+      pairs.push_back(scope.model.frame_pair(contact.solids));
+  merge_by_solids(pairs, known);
+}
+
+/// The watched pairs of movers that were stopped, if not known to be apart, into left_out_, by solids.
+/// @returns how many.
+std::size_t PairFinder::gather_left_out(const Scope& scope, std::span<const ContactState> contacts,
+                                        std::span<const FramePair> known) {
+  WorldModel& model = scope.model;
+  WatchedPairs& watched = scope.watched;
+  const PairWatch& watches = watched.pairs();
+  const std::vector<std::uint8_t>& is_short = scope.movers.is_short;
+  const std::vector<std::uint32_t>& roots = scope.movers.roots;
+  std::atomic<std::size_t> count{0};
+  // Of two movers that were stopped the pair comes from its a.
+  const auto take = [&](std::uint32_t index, SolidIndex solid) {
+    const WatchedPair& watch = watches[index];
+    const SolidPair pair{watch.a, watch.b};
+    if (model.is_clear(watch) || (solid != pair.a && is_short[model.root_of(pair.a)])) return;
+    if (is_among(known, pair) || !model.is_checked(pair) || is_among(contacts, pair)) return;
+    left_out_[count.fetch_add(1, std::memory_order_relaxed)] = {pair, index};
+  };
+  left_out_.resize(std::max(left_out_.size(), std::size_t{watches.size()}));
+  scope.lanes.for_each(roots.size(), kRootsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    if (!is_short[roots[i]] || model.mechanism_of(roots[i]) != nullptr) return;
+    model.for_each_solid(roots[i], [&](SolidIndex solid) {
+      watches.for_each_of(solid, [&](std::uint32_t index) { take(index, solid); });
+    });
+  });
+  // Of an arm's many pairs those that are not lively are clear.
+  for (const std::uint32_t root : roots) {
+    if (!is_short[root] || model.mechanism_of(root) == nullptr) continue;
+    if (watched.needs_lively()) watched.choose_lively(model);
+    for (const std::uint32_t index : watched.lively()) {
+      const auto [a, b] = watches.solids(index);
+      if (model.root_of(a) == root || model.root_of(b) == root) take(index, model.root_of(a) == root ? a : b);
+    }
+  }
+  std::sort(left_out_.begin(), left_out_.begin() + static_cast<std::ptrdiff_t>(count));
+  return count;
+}
+
+void PairFinder::add_unclear_left_out(const Scope& scope, std::span<const ContactState> contacts,
+                                      std::vector<FramePair>& pairs) {
+  WorldModel& model = scope.model;
+  PairWatch& watches = scope.watched.pairs();
+  const std::size_t known = pairs.size(), count = gather_left_out(scope, contacts, pairs);
+  close_.clear();
+  for (const GatheredPair& pair : std::span(left_out_).first(count)) close_.push_back(pair.watch);
+  place_vertices(model, scope.lanes, watches, close_);
+  pairs.resize(known + count);
+  examined_.resize(std::max(examined_.size(), pairs.size()));
+  scope.lanes.for_each(count, kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    WatchedPair& watch = watches[close_[i]];
+    FramePair& entry = pairs[known + i] = model.frame_pair({watch.a, watch.b});
+    const double standing = model.travelled(entry.solids, watch.own) * kDown;
+    const bool is_apart = is_apart_by_axis(model, watch, entry, standing, 0.0);
+    examined_[known + i].stage = is_apart ? Stage::apart : Stage::open;
+  });
+  std::size_t kept = known;
+  for (std::size_t k = known; k < pairs.size(); ++k) {
+    if (examined_[k].stage == Stage::apart) continue;
+    if (kept != k) pairs[kept] = pairs[k];
+    ++kept;
+  }
+  pairs.resize(kept);
+}
+
+}  // namespace touchstone

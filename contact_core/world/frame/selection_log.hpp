@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "touchstone/contact_core/world/selection_state.hpp"
+#include "touchstone/contact_core/world/world_model.hpp"
+
+namespace touchstone {
+
+/// Selection changes from when another thread queues them until they are recorded.
+class SelectionLog {
+ public:
+  /// From any thread; all else is the frame loop's.
+  void push(const SelectionChange& change) { queue_.push(change); }
+  void forget_queued() { queue_.clear(); }
+
+  void take_room() { queue_.reserve(1024), applied_.reserve(1024), refused_.reserve(1024); }
+  /// The record begins anew, with room for so many changes.
+  void begin_record(std::size_t room);
+
+  /// A frame begins: applies what is queued, in order.
+  void take(WorldModel& model, std::uint64_t frame);
+
+  std::span<const SelectionChange> applied() const { return applied_; }  ///< by the last take()
+  std::span<const SelectionChange> refused() const { return refused_; }  ///< the same
+  std::span<const SelectionRecord> record() const { return record_; }
+  std::uint64_t left_out() const { return left_out_; }  ///< of the record, for want of room
+
+ private:
+  SelectionQueue queue_;
+  std::vector<SelectionChange> applied_, refused_;
+  std::vector<SelectionRecord> record_;
+  std::size_t room_ = 0;
+  std::uint64_t left_out_ = 0;
+};
+
+}  // namespace touchstone

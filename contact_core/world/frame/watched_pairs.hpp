@@ -1,0 +1,110 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/world/frame/movers.hpp"
+#include "touchstone/contact_core/world/frame_lanes.hpp"
+#include "touchstone/contact_core/world/pair_watch.hpp"
+#include "touchstone/contact_core/world/world_model.hpp"
+
+namespace touchstone {
+
+/// The pairs that could come near, and how far everything may go until the broadphase is asked for them
+/// again: not in every frame.
+///
+/// Set-up tells it what came, went or is to look further; a frame lays its paths, brings the pairs up to date
+/// and gathers those that may not be clear on the paths. `model` is written where travels are counted.
+class WatchedPairs {
+ public:
+  // Set-up. An object's slot and its solids are laid out in the model, and place_in_body() is done.
+
+  /// @param anew as if nothing had happened yet. Pairs of solids that stay keep what is known of them.
+  void take_room(const WorldModel& model, bool anew);
+  /// All stand where the model has them, nobody has moved, and no pair is known.
+  /// @returns false: the broadphase knows no paths.
+  bool begin(const WorldModel& model, Broadphase& broadphase);
+  /// The slot's object is new, or gone.
+  void begin_object(const WorldModel& model, std::uint32_t slot);
+  /// Its pairs are forgotten; watch_anew(): and found again with the next frame.
+  void forget(const WorldModel& model, std::uint32_t slot);
+  void watch_anew(const WorldModel& model, std::uint32_t slot);
+  /// A rule may now report what is within `warn` of the object [m].
+  /// @returns false: too many wait for their objects to be laid out, so all has to be set up anew.
+  bool raise_reach(const WorldModel& model, std::uint32_t slot, double warn);
+  /// For those that are laid out by now.
+  void take_up_early_reaches(const ObjectTable& objects);
+
+  // A frame.
+
+  /// Once paths are known, before they are laid: sums of travels that overflowed are counted anew.
+  void begin_frame(WorldModel& model);
+  /// Counts how far the paths of these roots may take each solid. @param roots ascending.
+  void lay_paths(WorldModel& model, std::span<const std::uint32_t> roots);
+  /// Counts out what a mover was stopped before.
+  void take_back(WorldModel& model, std::uint32_t root) const;
+  /// Objects on their way on the paths that were laid last, slots ascending.
+  std::span<const std::uint32_t> moved() const { return moved_; }
+
+  /// The slot's object may go further than its pairs are known for.
+  void note_due(std::uint32_t slot);
+  bool is_due() const { return needs_watch_ || !due_.empty(); }
+  /// Asks the broadphase for the pairs of those that are due, or of all.
+  void update(WorldModel& model, Broadphase& broadphase);
+
+  /// Those that are switched on and may not be clear on the paths that are laid, by solids.
+  /// @param close not known to be clear at the start. @param deferred clear there.
+  void gather(WorldModel& model, const Movers& movers, FrameLanes& lanes, std::vector<std::uint32_t>& close,
+              std::vector<std::uint32_t>& deferred);
+
+  /// Of the pairs those that may come near within a few frames, by solids: enough for moving links.
+  /// @pre !needs_lively().
+  std::span<const std::uint32_t> lively() const { return lively_; }
+  bool needs_lively() const { return needs_lively_; }
+  void choose_lively(WorldModel& model);
+
+  PairWatch& pairs() { return pairs_; }
+  const PairWatch& pairs() const { return pairs_; }
+
+ private:
+  void place(const WorldModel& model, std::uint32_t slot);
+  void lay_travels(WorldModel& model, std::uint32_t root);
+  void lay_travel(WorldModel& model, SolidIndex solid, const BodyState& start);
+  void lay_own_travels(WorldModel& model, const MechanismMover& mover);
+  void set_region(WorldModel& model, std::uint32_t slot);
+  bool update_due(WorldModel& model, Broadphase& broadphase);
+  bool update_partners(const WorldModel& model, Broadphase& broadphase, SolidIndex solid);
+  void update_all(WorldModel& model, Broadphase& broadphase);
+  void find_looked_at(const WorldModel& model, const Movers& movers);
+
+  PairWatch pairs_, pairs_before_;
+  bool needs_watch_ = true, needs_lively_ = true;
+  bool is_overflown_ = false;               // Travels knows nothing any more
+  std::vector<std::uint32_t> moved_;        // slots
+  std::vector<std::uint32_t> due_;          // slots of objects whose pairs are to be found anew
+  std::vector<std::uint8_t> is_noted_due_;  // by slot
+  std::vector<double>
+      reaches_;  // by slot: so much further than the default rule's warn distance it looks [m]
+  std::vector<std::pair<ObjectHandle, double>> early_reaches_;  // of objects that are not laid out yet
+  std::vector<std::uint32_t> unclear_;  // by index: all that may not be clear, of what rests
+  std::vector<std::uint32_t> lively_;   // by index
+
+  // For the broadphase: where solids stand, and how far from there they may be.
+  std::vector<Pose> stands_;     // by solid
+  std::vector<double> regions_;  // by solid [m]
+
+  // Memory of one call.
+  std::vector<std::uint32_t> movable_;                                // slots, of update_all()
+  std::vector<SolidIndex> partners_;                                  // of update_partners()
+  std::vector<std::pair<SolidIndex, std::uint32_t>> known_partners_;  // the same: watched so far, by index
+  std::vector<GatheredPair> gathered_;                                // of gather(): those that are on
+  std::vector<std::uint32_t> off_;                                    // the same: those that are off
+  std::vector<std::uint32_t> looked_at_;                              // the same: roots
+  std::vector<std::uint8_t> is_looked_at_;                            // the same, by slot
+  std::vector<std::uint8_t> is_taken_;                                // the same, by index
+};
+
+}  // namespace touchstone

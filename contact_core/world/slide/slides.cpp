@@ -1,0 +1,402 @@
+#include "touchstone/contact_core/world/slide/slides.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "touchstone/contact_core/world/frame/execution.hpp"
+#include "touchstone/contact_core/world/slide/arm_plan.hpp"
+#include "touchstone/contact_core/world/slide/leading_paths.hpp"
+#include "touchstone/contact_core/world/slide/rigid_plan.hpp"
+#include "touchstone/contact_core/world/slide/shove.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr double kUnitRoundoff = 0x1p-53;
+/// A sub-step that is stopped before this share of it was planned for too far: bends grow with the square of
+/// its length.
+constexpr double kFarEnough = 0.25;
+constexpr double kLeastTrust = 0x1p-12;
+
+template <class T>
+void reserve_more(std::vector<T>& list, std::size_t count) {
+  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
+}
+
+bool turns_too_far(const CarriedPath& path, double stop) {
+  return (1.0 - stop) * norm(path.carrier().at(0, 0.0).angular_velocity_W) > std::numbers::pi;
+}
+
+/// A rigid body that turns, stopped by pairs that advance or slide, of which not all slide.
+bool may_pivot(const WorldModel& model, const StopPermits& permits, std::uint32_t root) {
+  return model.stops[root] < 1.0 && permits.may_pivot[root] && !permits.may_slide[root] &&
+         model.mechanism_of(root) == nullptr &&
+         model.paths[root].carrier().at(0, 0.0).angular_velocity_W != Vector3::Zero();
+}
+
+}  // namespace
+
+double longest_lever(double gap) { return gap / (16.0 * 8.0 * kUnitRoundoff); }
+
+/// Pairs for an arm's plan, from the slides' pairs; where a plan goes further than the lively pairs reach
+/// these are chosen anew.
+class Slides::ObstaclesOfArm final : public ArmObstacles {
+ public:
+  ObstaclesOfArm(Slides& slides, const FrameScope& scope, const Slider& slider)
+      : slides_(slides), scope_(scope), slider_(slider) {}
+
+  std::span<NearPair> near() override { return pairs().near(); }
+  Links links_of(std::uint32_t source) const override {
+    const auto [link, other] = touchstone::links_of(scope_.model, slider_, slides_.pairs_[source].solids);
+    return {link, other};
+  }
+  void take_up_standing() override { pairs().find_near(slides_.pair_scope(scope_), slider_); }
+  bool take_up_held() override { return pairs().add_held(slides_.pair_scope(scope_), slider_); }
+  bool take_up_on_path() override {
+    if (plan_goes_beyond(scope_.model, slider_) && slides_.sliders_.list.size() == 1) {
+      scope_.watched.choose_lively(scope_.model);
+      slides_.gather_pairs(scope_);
+    }
+    return pairs().add_on_path(slides_.pair_scope(scope_), slider_);
+  }
+  bool is_over() const override { return slides_.meter_.is_over(); }
+
+ private:
+  SlidePairs& pairs() { return slides_.pairs_; }
+
+  Slides& slides_;
+  const FrameScope& scope_;
+  const Slider& slider_;
+};
+
+void Slides::take_room(const WorldModel& model, std::size_t watched, bool anew) {
+  const std::size_t slots = model.layout.slots(), solids = model.layout.solids.size();
+  const std::size_t mechanisms = model.mechanisms.size();
+  permits_.take_room(slots, anew);
+  if (anew) sliders_.index_of.clear();
+  sliders_.index_of.resize(slots, Sliders::kNone);
+  moments_.resize(solids);
+  reserve_more(sliders_.list, slots), reserve_more(carried_, slots);
+  reserve_more(cut_off_, slots), reserve_more(felt_, slots);
+  pairs_.reserve(slots, solids, mechanisms);
+  pairs_.reserve_watched(watched);
+  reserve_more(rows_, 1024 + 8 * solids);
+  reserve_more(touching_, 64 + 16 * solids), reserve_more(touching_of_, 64 + 16 * solids);
+  joint_rows_.reserve(mechanisms > 0 ? kMostSlideRows : 0);
+  if (!anew) return;
+  sliders_.list.clear();
+  for (std::uint32_t slot = 0; slot < slots; ++slot) begin_object(model, slot);
+}
+
+void Slides::begin_object(const WorldModel& model, std::uint32_t slot) {
+  const Layout& layout = model.layout;
+  for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i)
+    moments_[i] = transform(layout.X_OS[i], mass_moments(layout.solids[i]));
+}
+
+void Slides::run(const FrameScope& scope, std::vector<FramePair>& pairs, FrameReport& report) {
+  WorldModel& model = scope.model;
+  MomentLog& moments = scope.moments;
+  cut_off_.clear(), felt_.clear();
+  take_shoved(model, pairs, scope.movers, scope.followers, scope.parts);
+  if (!begin(scope)) return;
+  meter_.begin(budget);
+  find_touching(model, pairs);
+  find_pairs(scope);
+  for (std::uint32_t step = 1; step <= kMostSlideSteps; ++step) {
+    if (!meter_.has_left()) {
+      cut_off_all();
+      break;
+    }
+    pairs_.nothing_is_active();
+    const bool moves_on = plan(scope, report);
+    moments.note_active(model, scope.query(), scope.contacts, pairs_.pairs(), step - 1);
+    if (!moves_on) break;
+    if (meter_.is_over()) {
+      drop_step(scope);
+      break;
+    }
+    go(scope, step);
+    report.slide_steps = step;
+    if (!finish_step(scope)) break;
+  }
+  merge_slide_pairs(model, scope.watched.pairs(), scope.contacts, pairs_.pairs(), pairs);
+  report_feel(model, report);
+}
+
+/// Who slides, pivots or shoves from where the commanded paths ended. @returns whether there is any.
+bool Slides::begin(const FrameScope& scope) {
+  WorldModel& model = scope.model;
+  const Followers& followers = scope.followers;
+  for (const Slider& slider : sliders_.list) sliders_.index_of[slider.root] = Sliders::kNone;
+  sliders_.list.clear();
+  for (const std::uint32_t slot : scope.movers.roots) {
+    const double stop = model.stops[slot];
+    const RigidPath& path = model.paths[slot].carrier();
+    MechanismMover* arm = model.mechanism_of(slot);
+    const bool may_go_on =
+        arm != nullptr ? arm->actual.size() <= kMostSlideJoints : !turns_too_far(model.paths[slot], stop);
+    if (followers.leader_of(slot) != slot) continue;
+    const bool has_taken_along = followers.is_followed(slot) && stop < 1.0 && !followers.is_blocked(slot);
+    const bool pivots = may_pivot(model, permits_, slot) && may_go_on && !has_taken_along;
+    const bool may_slide = stop < 1.0 && permits_.may_slide[slot] && may_go_on;
+    if (!may_slide && !pivots && !has_taken_along) continue;
+    sliders_.index_of[slot] = static_cast<std::uint32_t>(sliders_.list.size());
+    Slider slider{};
+    slider.root = slider.leader = slot, slider.stop = stop, slider.arm = arm;
+    slider.goal = path.to();
+    slider.pivots = pivots;
+    if (has_taken_along) begin_shove(slider, path, stop);
+    if (arm != nullptr) begin_arm_slide(slider);
+    sliders_.list.push_back(slider);
+  }
+  if (sliders_.list.empty()) return false;
+  if (!followers.all().empty()) add_follower_sliders(scope);
+  for (const std::uint32_t slot : scope.movers.roots) rest(model, slot);
+  weigh(model);
+  return true;
+}
+
+/// Entries for those that go along with a slider, by root as all; more than once does no harm.
+void Slides::add_follower_sliders(const FrameScope& scope) {
+  for (const std::uint32_t root : scope.followers.all()) {
+    const std::uint32_t leader = scope.followers.leader_of(root);
+    if (sliders_.find(root) != nullptr || sliders_.find(leader) == nullptr) continue;
+    sliders_.index_of[root] = static_cast<std::uint32_t>(sliders_.list.size());
+    Slider follower{};
+    follower.root = root, follower.leader = leader;
+    follower.goal = scope.model.objects[root].X_WO;
+    follower.done = follower.follows = true;
+    sliders_.list.push_back(follower);
+  }
+  std::sort(sliders_.list.begin(), sliders_.list.end(),
+            [](const Slider& a, const Slider& b) { return a.root < b.root; });
+  for (std::uint32_t i = 0; i < sliders_.list.size(); ++i) sliders_.index_of[sliders_.list[i].root] = i;
+}
+
+/// Finds the sliders' metrics and how far they are from their goals.
+void Slides::weigh(const WorldModel& model) {
+  const Layout& layout = model.layout;
+  const ObjectTable& objects = model.objects;
+  const bool all_arms = std::all_of(sliders_.list.begin(), sliders_.list.end(),
+                                    [](const Slider& slider) { return slider.arm != nullptr; });
+  carried_.clear();
+  for (std::uint32_t i = 0; i < layout.slots() && !all_arms; ++i) {
+    const Slider* slider = layout.is_alive(i) ? sliders_.find(objects[i].root) : nullptr;
+    if (slider == nullptr || slider->arm != nullptr) continue;
+    MassMoments own;
+    for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
+      own += moments_[solid];
+    if (i != slider->root) own = transform(objects.poses_in_body()[i], own);
+    const Vector3 centre = own.first / own.volume;
+    if (norm(centre) <= longest_lever(model.gap)) carried_.push_back({slider->root, own});
+  }
+  std::sort(carried_.begin(), carried_.end());
+  for (const CarriedMoments& carried : carried_) sliders_.find(carried.root)->moments += carried.moments;
+  for (Slider& slider : sliders_.list) {
+    if (slider.follows) continue;
+    // All of it is too far out: it stays where it was stopped.
+    slider.done = slider.arm == nullptr && !(slider.moments.volume > 0.0);
+    if (slider.done) continue;
+    if (slider.arm == nullptr) weigh_by_hand(slider, hands.of(objects.handle(slider.root)));
+    slider.start_distance = slider.distance = distance_left(slider, objects[slider.root].X_WO);
+  }
+}
+
+/// What pivots turn about, by root.
+void Slides::find_touching(const WorldModel& model, std::span<const FramePair> pairs) {
+  touching_.clear(), touching_of_.clear();
+  for (std::uint32_t i = 0; i < pairs.size(); ++i) {
+    if (pairs[i].stop == kNoMoment) continue;
+    for (const SolidIndex solid : {pairs[i].solids.a, pairs[i].solids.b}) {
+      const Slider* slider = sliders_.find(model.root_of(solid));
+      if (slider != nullptr && slider->pivots) touching_of_.emplace_back(slider->root, i);
+    }
+  }
+  std::sort(touching_of_.begin(), touching_of_.end());
+  for (const auto& [root, i] : touching_of_) touching_.push_back(pairs[i]);
+}
+
+SlidePairs::Scope Slides::pair_scope(const FrameScope& scope) {
+  return {scope.model, scope.watched.pairs(), scope.query(), sliders_, meter_, scope.lanes};
+}
+
+/// From now on slides look at pairs, as many as are watched.
+void Slides::find_pairs(const FrameScope& scope) {
+  WatchedPairs& watched = scope.watched;
+  for (const std::uint32_t slot : pairs_.begin(scope.model, sliders_)) watched.note_due(slot);
+  if (watched.is_due()) watched.update(scope.model, scope.broadphase);
+  pairs_.renumber(watched.pairs());
+  gather_pairs(scope);
+}
+
+void Slides::gather_pairs(const FrameScope& scope) {
+  WatchedPairs& watched = scope.watched;
+  if (sliders_.is_one_arm() && watched.needs_lively()) watched.choose_lively(scope.model);
+  pairs_.gather(scope.model, watched.pairs(), sliders_, watched.lively(), scope.lanes);
+}
+
+/// Once paths are laid: those that go further than was looked ahead for have more to meet.
+void Slides::take_up_pairs(const FrameScope& scope) {
+  WatchedPairs& watched = scope.watched;
+  if (watched.is_due()) {
+    watched.update(scope.model, scope.broadphase);
+    pairs_.renumber(watched.pairs());
+    gather_pairs(scope);
+  } else if (watched.needs_lively() && sliders_.is_one_arm()) {
+    gather_pairs(scope);
+  }
+}
+
+/// @returns whether any moves: their paths are laid, and their stops are known.
+bool Slides::plan(const FrameScope& scope, FrameReport& report) {
+  WorldModel& model = scope.model;
+  std::size_t sharers = 0;
+  for (const Slider& slider : sliders_.list) sharers += !slider.done;
+  if (sharers == 0) return false;
+  meter_.begin_step(sharers);
+  for (Slider& slider : sliders_.list) {
+    if (slider.done) continue;
+    model.stops[slider.root] = 1.0;
+    meter_.begin_plan();
+    if (slider.arm != nullptr)
+      model.in_motion[slider.root] = plan_arm(scope, slider);
+    else
+      model.paths[slider.root] = CarriedPath(rigid_path(scope, slider), model.objects.poses_in_body());
+    slider.is_cut_off = meter_.is_over();
+    meter_.clip();
+  }
+  // Only now, so that all plan alike.
+  for (Slider& slider : sliders_.list) slider.done = slider.done || slider.is_cut_off;
+  bool any = false;
+  for (const Slider& slider : sliders_.list) {
+    if (slider.arm == nullptr || slider.done)
+      model.in_motion[slider.root] = !slider.done && !model.paths[slider.root].carrier().at_rest();
+    any = any || model.in_motion[slider.root];
+  }
+  for (const Slider& slider : sliders_.list) {
+    if (!slider.follows) continue;
+    model.in_motion[slider.root] = model.in_motion[slider.leader];
+    if (model.in_motion[slider.leader]) go_along(model, slider.leader, slider.root);
+  }
+  if (!any) return false;
+  scope.watched.lay_paths(model, scope.movers.roots);
+  take_up_pairs(scope);
+  meter_.begin_checks();
+  report.iteration_limits += pairs_.find_impacts(pair_scope(scope));
+  return true;
+}
+
+RigidPath Slides::rigid_path(const FrameScope& scope, Slider& slider) {
+  const WorldModel& model = scope.model;
+  const Pose& X_WR = model.objects[slider.root].X_WO;
+  if (slider.shoves) return shoving_path(slider, X_WR);
+  if (!slider.pivots) return plan_rigid(scope, slider);
+  Vector3 p_W = Vector3::Zero();
+  const auto [first, last] =
+      std::equal_range(touching_of_.begin(), touching_of_.end(), std::pair{slider.root, 0u},
+                       [](const auto& x, const auto& y) { return x.first < y.first; });
+  const auto of_root = std::span<const FramePair>(touching_).subspan(
+      static_cast<std::size_t>(first - touching_of_.begin()), static_cast<std::size_t>(last - first));
+  const bool touches = find_pivot(model, of_root, scope.moments.all(), slider.root, slider.stop, p_W);
+  return touches ? pivot_path(X_WR, slider.goal, p_W) : RigidPath(X_WR);
+}
+
+RigidPath Slides::plan_rigid(const FrameScope& scope, Slider& slider) {
+  const Pose& X_WR = scope.model.objects[slider.root].X_WO;
+  pairs_.find_near(pair_scope(scope), slider);
+  if (meter_.is_over()) return RigidPath(X_WR);
+  const bool translation_only = permits_.translation_only[slider.root] != 0;
+  const RigidPlan plan = plan_rigid_slide(slider, X_WR, translation_only, pairs_.near(), rows_);
+  for (int i = 0; i < plan.held_by; ++i) pairs_[plan.sources[i]].is_active = true;
+  slider.force_W = plan.force_W, slider.moment_W = plan.moment_W;
+  slider.is_near_end = plan.is_near_end;
+  return plan.path;
+}
+
+bool Slides::plan_arm(const FrameScope& scope, Slider& slider) {
+  ObstaclesOfArm obstacles(*this, scope, slider);
+  const ArmPlan plan = plan_arm_slide(slider, obstacles, rows_, joint_rows_);
+  const auto sources = std::span(plan.sources).first(static_cast<std::size_t>(plan.held_by));
+  for (const std::uint32_t source : sources) pairs_[source].is_active = true;
+  pairs_.note_held(slider, sources);
+  slider.is_near_end = plan.is_near_end;
+  return plan.moves;
+}
+
+/// Stops and executes the paths that are laid, as a part of the frame.
+void Slides::go(const FrameScope& scope, std::uint32_t step) {
+  WorldModel& model = scope.model;
+  scope.stops.resolve({model, scope.query(), scope.movers.roots, scope.followers, permits_, scope.moments},
+                      pairs_.pairs(), step);
+  execute(model, scope.watched, scope.movers, scope.lanes);
+  record_part(model, scope.movers, step, scope.parts);
+  scope.moments.note_executed(model, scope.query(), scope.contacts, pairs_.pairs(), step);
+  scope.moments.note_active(model, scope.query(), scope.contacts, pairs_.pairs(), step);
+}
+
+/// @returns whether another sub-step is worth while.
+bool Slides::finish_step(const FrameScope& scope) {
+  WorldModel& model = scope.model;
+  bool goes_on = false;
+  const bool shoves_more = take_shoved(model, pairs_.pairs(), scope.movers, scope.followers, scope.parts);
+  for (Slider& slider : sliders_.list) {
+    if (!model.in_motion[slider.root]) continue;
+    const double before = slider.distance, stop = model.stops[slider.root];
+    rest(model, slider.root);
+    if (slider.follows) continue;
+    slider.distance = distance_left(slider, model.objects[slider.root].X_WO);
+    const bool may_slide = permits_.may_slide[slider.root] != 0;
+    if (slider.shoves) {
+      const bool shoves = go_on_shoving(slider, stop, scope.followers.is_blocked(slider.root), may_slide);
+      goes_on = shoves || !slider.done || goes_on;
+      continue;
+    }
+    slider.done = !may_slide || slider.pivots;
+    const double trust = slider.trust;
+    slider.trust = stop < kFarEnough ? 0.25 * trust : std::min(1.0, 4.0 * trust);
+    const bool gained = before - slider.distance >= kLeastGain * slider.start_distance &&
+                        !(slider.is_near_end && stop == 1.0);
+    const bool shorter = stop < kFarEnough && slider.trust >= kLeastTrust;
+    goes_on = goes_on || (!slider.done && (gained || shorter));
+  }
+  if (shoves_more) {
+    add_follower_sliders(scope);
+    gather_pairs(scope);
+  }
+  return goes_on;
+}
+
+/// The budget ended before all paths of a sub-step were checked: none is gone.
+void Slides::drop_step(const FrameScope& scope) {
+  WorldModel& model = scope.model;
+  meter_.clip();
+  for (const Slider& slider : sliders_.list)
+    if (model.in_motion[slider.root]) model.stops[slider.root] = 0.0;
+  execute(model, scope.watched, scope.movers, scope.lanes);
+  for (const Slider& slider : sliders_.list)
+    if (model.in_motion[slider.root]) rest(model, slider.root);
+  cut_off_all();
+}
+
+void Slides::cut_off_all() {
+  for (Slider& slider : sliders_.list) slider.is_cut_off = slider.is_cut_off || !slider.done;
+}
+
+void Slides::report_feel(const WorldModel& model, FrameReport& report) {
+  report.slide_pairs = meter_.seen();
+  for (const Slider& slider : sliders_.list) {
+    const ObjectHandle object = model.objects.handle(slider.root);
+    if (slider.is_cut_off) cut_off_.push_back(object);
+    if (slider.arm != nullptr || slider.pivots || slider.start_distance == 0.0) continue;
+    const Pose& X_WR = model.objects[slider.root].X_WO;
+    const Twist left = twist_to_goal(slider, X_WR);
+    felt_.push_back(
+        {object, transform(X_WR, slider.metric.centre), left.v, left.w, slider.force_W, slider.moment_W});
+  }
+  report.cut_off = cut_off_;
+  report.felt = felt_;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "touchstone/contact_core/world/frame/frame_scope.hpp"
+#include "touchstone/contact_core/world/slide/hands.hpp"
+#include "touchstone/contact_core/world/slide/slide_pairs.hpp"
+#include "touchstone/contact_core/world/slide/stop_permits.hpp"
+
+namespace touchstone {
+
+/// The slide policy: movers that slide pairs stopped go on towards their commanded poses in sub-steps. All of
+/// a sub-step are planned from the same poses, each for itself (a pair of two sliders shares its slack), then
+/// move together as on any path: who is registered first does not matter. What is here leads from part to
+/// part: SlidePairs finds what is near, plan_rigid_slide() and plan_arm_slide() plan, and stops and execution
+/// are those of any path.
+class Slides {
+ public:
+  Hands hands;
+  SlideBudget budget;
+
+  /// @param anew nobody slides, and solids' moments are to be found for all.
+  void take_room(const WorldModel& model, std::size_t watched, bool anew);
+  /// The slot's object is new.
+  void begin_object(const WorldModel& model, std::uint32_t slot);
+
+  /// A frame begins, in which nothing has stopped these roots yet.
+  void begin_frame(std::span<const std::uint32_t> roots) { permits_.forget(roots); }
+  /// Noted with each stop of a part.
+  StopPermits& permits() { return permits_; }
+
+  /// Once the commanded paths are executed, as part 0. @param pairs the frame's: what slides met and is not
+  /// known to be apart at their end is added. @param report gets what slides tell.
+  void run(const FrameScope& scope, std::vector<FramePair>& pairs, FrameReport& report);
+
+ private:
+  class ObstaclesOfArm;
+  /// An object's share in what moves as one.
+  struct CarriedMoments {
+    std::uint32_t root;
+    MassMoments moments;
+
+    /// Of one root by values alone: sums round alike in whichever order the objects were registered.
+    friend bool operator<(const CarriedMoments& a, const CarriedMoments& b) {
+      if (a.root != b.root) return a.root < b.root;
+      if (a.moments.volume != b.moments.volume) return a.moments.volume < b.moments.volume;
+      for (int i = 0; i < 3; ++i)
+        if (a.moments.first[i] != b.moments.first[i]) return a.moments.first[i] < b.moments.first[i];
+      for (int i = 0; i < 9; ++i)
+        if (a.moments.second(i / 3, i % 3) != b.moments.second(i / 3, i % 3))
+          return a.moments.second(i / 3, i % 3) < b.moments.second(i / 3, i % 3);
+      return false;
+    }
+  };
+
+  bool begin(const FrameScope& scope);
+  void add_follower_sliders(const FrameScope& scope);
+  void weigh(const WorldModel& model);
+  void find_touching(const WorldModel& model, std::span<const FramePair> pairs);
+  SlidePairs::Scope pair_scope(const FrameScope& scope);
+  void find_pairs(const FrameScope& scope);
+  void gather_pairs(const FrameScope& scope);
+  void take_up_pairs(const FrameScope& scope);
+  bool plan(const FrameScope& scope, FrameReport& report);
+  RigidPath plan_rigid(const FrameScope& scope, Slider& slider);
+  RigidPath rigid_path(const FrameScope& scope, Slider& slider);
+  bool plan_arm(const FrameScope& scope, Slider& slider);
+  void go(const FrameScope& scope, std::uint32_t step);
+  bool finish_step(const FrameScope& scope);
+  void drop_step(const FrameScope& scope);
+  void cut_off_all();
+  void report_feel(const WorldModel& model, FrameReport& report);
+
+  StopPermits permits_;
+  std::vector<MassMoments> moments_;     // by solid, in its object
+  std::vector<CarriedMoments> carried_;  // of the sliders' objects, sorted
+  Sliders sliders_;
+  SlidePairs pairs_;
+  SlideMeter meter_;
+  /// By root: pairs that stopped it on its commanded path, and where each root's are.
+  std::vector<FramePair> touching_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> touching_of_;  // (root, index into the frame's pairs)
+  std::vector<SlideRow> rows_;                                        // of one plan
+  std::vector<JointRow> joint_rows_;  // of an arm: rows_[i] in its joint values
+
+  std::vector<HandFeel> felt_;         // what FrameReport shows
+  std::vector<ObjectHandle> cut_off_;  // the same
+};
+
+/// Parts that are further out than this from a mover's origin do not count in its metric: a pose that turns
+/// about their centre of mass would round by 8 u of that, more than a sixteenth of the gap. [m]
+double longest_lever(double gap);
+
+}  // namespace touchstone

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "touchstone/contact_core/scene/scene.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+
+namespace touchstone {
+
+/// How the stops of a part let their movers go on, by slot.
+struct StopPermits {
+  std::vector<std::uint8_t> may_slide;                // what stopped it last lets it slide
+  std::vector<std::uint8_t> may_pivot;                // or lets it advance
+  std::vector<std::uint8_t> translation_only;         // it goes on without turning
+  std::vector<std::uint8_t> translation_only_before;  // the same, as the part at hand began
+
+  void take_room(std::size_t slots, bool anew) {
+    for (std::vector<std::uint8_t>* flags :
+         {&may_slide, &may_pivot, &translation_only, &translation_only_before}) {
+      if (anew) flags->clear();
+      flags->resize(slots, 0);
+    }
+  }
+  /// Nothing has stopped these roots yet in a frame.
+  void forget(std::span<const std::uint32_t> roots) {
+    for (const std::uint32_t root : roots) may_slide[root] = may_pivot[root] = translation_only[root] = 0;
+  }
+  /// @param as_well another pair stopped the mover at the same s.
+  void note_stop(std::uint32_t root, const EffectiveRule& rule, bool as_well) {
+    const bool slides = rule.policy == ContactPolicy::slide;
+    may_slide[root] = slides && (!as_well || may_slide[root]);
+    may_pivot[root] = rule.policy != ContactPolicy::hold && (!as_well || may_pivot[root]);
+    if (slides && rule.translation_only) translation_only[root] = 1;
+  }
+};
+
+}  // namespace touchstone

@@ -1,0 +1,149 @@
+#include "touchstone/contact_core/world/world_layout.hpp"
+
+#include <algorithm>
+
+namespace touchstone {
+namespace {
+
+constexpr std::uint32_t kNone = 0xffffffff;
+
+template <class T>
+void reserve_more(std::vector<T>& list, std::size_t count) {
+  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
+}
+
+/// Each two links of a mechanism have a place in Travels::of_own.
+void number_own_pairs(WorldModel& model) {
+  std::uint32_t own = 0;
+  for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i) {
+    MechanismMover* mover = model.mechanisms.at(i);
+    if (mover == nullptr) continue;
+    mover->first_own = own;
+    own += static_cast<std::uint32_t>(mover->X_WL.size() * mover->X_WL.size());
+  }
+  Travels& travels = model.travels;
+  for (std::vector<double>* values :
+       {&travels.of_own, &travels.lively_own, &travels.last_own, &travels.planned_own})
+    values->assign(own, 0.0);
+}
+
+/// Where the slot's solids stand in its body, whom it moves with, and that it rests.
+void place_in_body(WorldModel& model, std::uint32_t slot) {
+  const ObjectTable& objects = model.objects;
+  const Layout& layout = model.layout;
+  MechanismMover* mover = model.mechanism_of(slot);
+  const std::uint32_t body = objects[slot].body;
+  for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid) {
+    const Pose& X_OS = layout.X_OS[solid];
+    model.X_BS[solid] = body == slot ? X_OS : compose(objects.poses_in_body()[slot], X_OS);
+    model.root_of_solid[solid] = objects[slot].root;
+    if (mover == nullptr) continue;
+    const Sphere& sphere = layout.solids[solid].bounding_sphere();
+    double& radius = mover->radius_of_link[objects[body].link];
+    radius = std::max(radius, norm(transform(model.X_BS[solid], sphere.centre)) + sphere.radius);
+  }
+  model.paths[slot] = CarriedPath(RigidPath(objects[slot].X_WO), objects.poses_in_body());
+  if (const std::uint32_t root = objects[slot].root; root != slot)  // whose path is to know this slot, too
+    model.paths[root] = CarriedPath(RigidPath(objects[root].X_WO), objects.poses_in_body());
+}
+
+}  // namespace
+
+void list_exempt_pairs(const WorldModel& model, Layout& out) {
+  out.exempt.clear();
+  for (const SolidExemption& exemption : model.objects.exemptions())
+    for (const SolidPair& pair : exempt_pairs(out, exemption)) out.exempt.push_back(pair);
+  for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i) {
+    const MechanismMover* mover = model.mechanisms.at(i);
+    if (mover == nullptr) continue;
+    const Mechanism& mechanism = *mover->mechanism;
+    const auto index_of = [&](std::uint32_t solid) {
+      const std::uint32_t link = mechanism.link_of(solid);
+      return out.first_solid[mover->slot_of_link[link]] + (solid - mechanism.links()[link].first_solid);
+    };
+    for (std::uint32_t a = 0; a < mechanism.solids().size(); ++a)
+      for (std::uint32_t b = a + 1; b < mechanism.solids().size(); ++b) {
+        if (mechanism.link_of(a) == mechanism.link_of(b) || !mechanism.is_exempt(a, b)) continue;
+        const SolidIndex first = index_of(a), second = index_of(b);
+        out.exempt.push_back(first < second ? SolidPair{first, second} : SolidPair{second, first});
+      }
+  }
+  std::sort(out.exempt.begin(), out.exempt.end());
+}
+
+void take_room(WorldModel& model, bool anew) {
+  const std::size_t slots = model.layout.slots(), solids = model.layout.solids.size();
+  const auto size = [&](auto& list, std::size_t count, const auto& value) {
+    if (anew) list.clear();
+    list.resize(count, value);
+  };
+  size(model.paths, slots, CarriedPath(RigidPath(), model.objects.poses_in_body()));
+  size(model.stops, slots, 1.0), size(model.in_motion, slots, std::uint8_t{0});
+  size(model.member_root, slots, kNone);
+  reserve_more(model.members, slots);
+  model.from.resize(solids), model.X_BS.resize(solids), model.root_of_solid.resize(solids);
+  Travels& travels = model.travels;
+  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
+                                      &travels.last_solid, &travels.planned_solid, &travels.needed})
+    size(*values, solids, 0.0);
+  travels.vertices.resize(solids), travels.has_vertices.resize(solids, 0);
+  travels.unplaced.reserve(solids);
+  if (anew) number_own_pairs(model);
+  model.selection.reserve(slots);
+}
+
+void place_all(WorldModel& model) {
+  model.members.clear();
+  model.member_root.assign(model.layout.slots(), kNone);
+  model.furthest = model.largest_extent = 0.0;
+  for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot) {
+    if (!model.layout.is_alive(slot)) continue;
+    model.members.emplace_back(model.member_root[slot] = model.objects[slot].root, slot);
+    place_in_body(model, slot);
+  }
+  std::sort(model.members.begin(), model.members.end());
+  for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot) place_solids(model, slot);
+}
+
+void change_body(WorldModel& model, std::uint32_t slot) {
+  auto& members = model.members;
+  const auto leave = std::pair{model.member_root[slot], slot};
+  const auto place = std::lower_bound(members.begin(), members.end(), leave);
+  if (place != members.end() && *place == leave) members.erase(place);
+  model.member_root[slot] = kNone;
+  if (!model.layout.is_alive(slot)) return;
+  const auto join = std::pair{model.member_root[slot] = model.objects[slot].root, slot};
+  members.insert(std::lower_bound(members.begin(), members.end(), join), join);
+  place_in_body(model, slot);
+}
+
+void place_solids(WorldModel& model, std::uint32_t slot) {
+  const Layout& layout = model.layout;
+  for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) {
+    const Sphere& sphere = layout.solids[i].bounding_sphere();
+    model.largest_extent =
+        std::max(model.largest_extent, norm(layout.X_OS[i].p) + norm(sphere.centre) + 2.0 * sphere.radius);
+    model.from[i] = compose(model.objects[slot].X_WO, layout.X_OS[i]);
+    model.travels.has_vertices[i] = 0;
+  }
+  model.note_place(slot);
+}
+
+void begin_object(WorldModel& model, std::uint32_t slot) {
+  model.stops[slot] = 1.0;
+  model.in_motion[slot] = 0;
+  Travels& travels = model.travels;
+  for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i)
+    for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
+                                        &travels.last_solid, &travels.planned_solid, &travels.needed})
+      (*values)[i] = 0.0;
+  change_body(model, slot);
+  place_solids(model, slot);
+}
+
+void lay_resting_paths(WorldModel& model) {
+  for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot)
+    model.paths[slot] = CarriedPath(RigidPath(model.objects[slot].X_WO), model.objects.poses_in_body());
+}
+
+}  // namespace touchstone
