@@ -624,9 +624,11 @@ DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
 
 }  // namespace
 
-DynamicScene load_dynamic_scene(const std::filesystem::path& path, const SceneParameters& parameters) {
+DynamicScene load_dynamic_scene(const std::filesystem::path& path, const SceneParameters& parameters,
+                                const ArmModels& arm_models) {
   Scene scene = load_scene(path, parameters);
   YamlSource source;
+  source.arm_models = arm_models;
   source.file = path.string();
   const YAML::Node document = scene_files::parse_yaml(path);
   const YamlReader root(document, source);

@@ -15,7 +15,9 @@ namespace touchstone {
 /// Objects that no entry names are static, or kinematic where they have a motion.
 /// @throws InputError, one line `file:line: object 'x': reason`, as load_scene; further: no `dynamics`, what
 /// validate(DynamicScene) refuses, unknown objects and joints.
+/// @param arm_models empty: bundled arms only.
 physics::DynamicScene load_dynamic_scene(const std::filesystem::path& path,
-                                         const SceneParameters& parameters = {});
+                                         const SceneParameters& parameters = {},
+                                         const ArmModels& arm_models = {});
 
 }  // namespace touchstone

@@ -63,7 +63,9 @@ void read_parameters(const YamlReader& root, const SceneParameters& given, YamlS
 
 Mechanism read_arm_model(const YamlReader& reader) {
   try {
-    return Mechanism(make_bundled_arm(reader.text()));
+    const YamlSource& source = reader.source();
+    if (!source.arm_models) return Mechanism(make_bundled_arm(reader.text()));
+    return Mechanism(source.arm_models(reader.text(), std::filesystem::path(source.file).parent_path()));
   } catch (const InputError& error) {
     reader.fail(error.what());
   }

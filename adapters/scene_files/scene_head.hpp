@@ -18,7 +18,7 @@ std::string read_units(const YamlReader& root, YamlSource& source);
 /// @throws InputError: one given that the file has not, or that is not finite.
 void read_parameters(const YamlReader& root, const SceneParameters& given, YamlSource& source);
 
-Mechanism read_arm_model(const YamlReader& reader);  ///< the name of a bundled arm
+Mechanism read_arm_model(const YamlReader& reader);  ///< by YamlSource::arm_models
 ContactPolicy read_policy(const YamlReader& reader);
 Passive read_passive(const YamlReader& reader);
 bool read_choice(const YamlReader& reader);  ///< true or false

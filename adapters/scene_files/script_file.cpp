@@ -84,6 +84,7 @@ ArmScript read_arm(const YamlReader& reader) {
   reader.require_keys({"model", "link", "joints", "pose", "hold"});
   ArmScript arm;
   arm.model = reader.at("model").text();
+  arm.mechanism = std::make_shared<const Mechanism>(scene_files::read_arm_model(reader.at("model")));
   arm.link = reader.at("link").text();
   for (const YamlReader& joint : reader.at("joints").list()) arm.joints.push_back(joint.angle());
   const YamlReader pose = reader.at("pose");
@@ -120,13 +121,11 @@ HandScript read_hand(const YamlReader& item, const Script& script) {
 }
 
 /// The scene with the links of all arms that are flown, as the actions see it: by name alone.
-Scene with_links(const Script& script, const YamlReader& hands) {
+Scene with_links(const Script& script) {
   Scene scene = script.scene;
-  const std::vector<YamlReader> items = hands.list();
-  for (std::size_t i = 0; i < script.hands.size(); ++i) {
-    if (!script.hands[i].arm) continue;
-    const Mechanism arm = scene_files::read_arm_model(items[i].at("arm").at("model"));
-    for (const Mechanism::Link& link : arm.links())
+  for (const HandScript& hand : script.hands) {
+    if (!hand.arm) continue;
+    for (const Mechanism::Link& link : hand.arm->mechanism->links())
       if (link.tree) scene.objects.push_back({*link.tree, {}, {}, {}});
   }
   return scene;
@@ -183,7 +182,7 @@ Script read_script(const YamlReader& root, YamlSource& source, const std::filesy
   for (const YamlReader& item : root.at("hands").list()) script.hands.push_back(read_hand(item, script));
   if (script.hands.empty()) root.at("hands").fail("expected at least one hand");
   if (root.has("actions")) {
-    const Scene scene = with_links(script, root.at("hands"));
+    const Scene scene = with_links(script);
     read_actions(root.at("actions"), scene, script);
   }
   return script;
@@ -191,8 +190,9 @@ Script read_script(const YamlReader& root, YamlSource& source, const std::filesy
 
 }  // namespace
 
-Script load_script(const std::filesystem::path& path) {
+Script load_script(const std::filesystem::path& path, const ArmModels& arm_models) {
   YamlSource source;
+  source.arm_models = arm_models;
   source.file = path.string();
   const YAML::Node document = scene_files::parse_yaml(path);
   const YamlReader root(document, source);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,7 +24,8 @@ struct HandRates {
 
 /// An arm in the scene, one of whose links is flown by resolved rates.
 struct ArmScript {
-  std::string model;           ///< a bundled arm (mechanism/ssrms.hpp)
+  std::string model;  ///< a bundled arm (mechanism/ssrms.hpp) or a robot's file, as the script has it
+  std::shared_ptr<const Mechanism> mechanism = {};
   std::string link;            ///< that is flown
   std::vector<double> joints;  ///< values at the start [rad or m]
   Pose X_WL;                   ///< of the link at the start; the arm's base stands where that puts it
@@ -67,6 +69,7 @@ inline constexpr double kLowestFrameRate = 10.0, kHighestFrameRate = 1000.0;  //
 /// named relative to the script. Prescribed motion in the scene file is left out: only hands move objects.
 /// @throws InputError, one line `file:line: reason`, as load_scene; further: a frame rate out of 10 to 1000
 /// Hz, objects that the scene has not or that two hands fly, rows out of order.
-Script load_script(const std::filesystem::path& path);
+/// @param arm_models empty: bundled arms only.
+Script load_script(const std::filesystem::path& path, const ArmModels& arm_models = {});
 
 }  // namespace touchstone

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/contact_core/geometry/vector.hpp"
 
 // Private to this folder: it shows yaml-cpp.
@@ -22,6 +23,7 @@ struct YamlSource {
   std::map<std::string, double> parameters;  ///< in the file's units
   double lengths_per_metre = 1.0;
   double radians_per_angle = 1.0;
+  ArmModels arm_models = {};  ///< empty: bundled arms
 };
 
 /// A file's one YAML document.

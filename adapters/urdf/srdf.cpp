@@ -1,6 +1,6 @@
 #include <tinyxml2.h>
 
-#include "touchstone/adapters/urdf/text_file.hpp"
+#include "touchstone/adapters/robots/text_file.hpp"
 #include "touchstone/adapters/urdf/urdf.hpp"
 
 namespace touchstone::urdf {
@@ -34,7 +34,7 @@ std::vector<ExemptPair> parse_srdf(const std::string& xml, const std::string& so
 }
 
 std::vector<ExemptPair> load_srdf(const std::filesystem::path& file) {
-  return parse_srdf(read_text(file), file.string());
+  return parse_srdf(read_robot_text(file), file.string());
 }
 
 }  // namespace touchstone::urdf

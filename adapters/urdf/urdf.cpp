@@ -8,9 +8,9 @@
 #include <cmath>
 #include <set>
 
-#include "touchstone/adapters/urdf/text_file.hpp"
+#include "touchstone/adapters/robots/builder.hpp"
+#include "touchstone/adapters/robots/text_file.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
-#include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 namespace touchstone::urdf {
 namespace {
@@ -44,8 +44,10 @@ Pose pose(const ::urdf::Pose& X, const std::string& name) {
 struct Reader {
   const ::urdf::ModelInterface& model;
   const std::string& source;
-  const LoadOptions& options;
-  MechanismDescription out = {};
+  const RobotOptions& options;
+  Robot robot = {};
+  MechanismDescription& out = robot.mechanism;
+  RobotBuilder builder{robot, options, source};
   std::set<std::string> links_taken = {}, joints_taken = {};
 
   std::string link_label(const std::string& link) const { return source + ": link '" + link + "'"; }
@@ -63,8 +65,7 @@ struct Reader {
 
   void take_link(const ::urdf::Link& link) {
     if (!links_taken.insert(link.name).second) return;
-    out.links.push_back({link.name, {}, {}});
-    const std::size_t index = out.links.size() - 1;
+    const std::size_t index = builder.add_link(link.name);
     if (link.inertial) out.links[index].mass = mass_of(link);
     for (std::size_t i = 0; i < link.collision_array.size(); ++i) take_solid(link, i, index);
     for (const auto& joint : link.child_joints) {
@@ -98,27 +99,28 @@ struct Reader {
     const ::urdf::Collision& collision = *link.collision_array[i];
     const std::string name = solid_name(link, i);
     const std::string label = link_label(link.name) + ", collision '" + name + "'";
-    Pose X_LS = pose(collision.origin, label);
     if (!collision.geometry) throw InputError(label + ": no geometry");
-    if (const auto* box = dynamic_cast<const ::urdf::Box*>(collision.geometry.get())) {
-      out.links[index].solids.push_back({name, Hexahedron::from_size(vector(box->dim), label), X_LS});
-    } else if (const auto* cylinder = dynamic_cast<const ::urdf::Cylinder*>(collision.geometry.get())) {
-      X_LS.p = transform(X_LS, {0.0, 0.0, -0.5 * cylinder->length});
-      append(make_cylinder(cylinder->radius, cylinder->length, options.cylinder_facets,
-                           options.cylinder_inscribed, X_LS, name),
-             index, out);
-    } else {
-      const bool is_mesh = dynamic_cast<const ::urdf::Mesh*>(collision.geometry.get()) != nullptr;
-      throw InputError(label + ": a " + (is_mesh ? "mesh" : "sphere") +
-                       " is no hexahedron: give boxes or cylinders as collision geometry");
-    }
+    const ShapePlace place{index, name, label, pose(collision.origin, label)};
+    const ::urdf::Geometry& geometry = *collision.geometry;
+    if (const auto* box = dynamic_cast<const ::urdf::Box*>(&geometry))
+      builder.add_box(place, vector(box->dim));
+    else if (const auto* cylinder = dynamic_cast<const ::urdf::Cylinder*>(&geometry))
+      builder.add_cylinder(place, cylinder->radius, cylinder->length);
+    else if (const auto* sphere = dynamic_cast<const ::urdf::Sphere*>(&geometry))
+      builder.add_sphere(place, sphere->radius);
+    else if (const auto* mesh = dynamic_cast<const ::urdf::Mesh*>(&geometry))
+      builder.add_mesh_file(place, mesh->filename, vector(mesh->scale));
+    else
+      throw InputError(label + ": an unknown shape");
   }
 
-  JointKind kind_of(const ::urdf::Joint& joint) const {
+  JointKind kind_of(const ::urdf::Joint& joint) {
     const std::string label = joint_label(joint.name);
-    if (joint.mimic)
+    if (joint.mimic && options.mimic == MimicJoints::refuse)
       throw InputError(label + ": mimics '" + joint.mimic->joint_name +
                        "', coupled joints are not supported");
+    if (joint.mimic)
+      robot.notes.push_back(label + ": mimics '" + joint.mimic->joint_name + "'; here it moves by itself");
     switch (joint.type) {
       case ::urdf::Joint::REVOLUTE:
       case ::urdf::Joint::CONTINUOUS:
@@ -181,8 +183,7 @@ struct UnlinkOnExit {
 
 }  // namespace
 
-MechanismDescription parse_urdf(const std::string& xml, const std::string& source,
-                                const LoadOptions& options) {
+Robot parse_robot(const std::string& xml, const std::string& source, const RobotOptions& options) {
   ::urdf::ModelInterfaceSharedPtr model;
   const UnlinkOnExit unlink(model);
   {
@@ -193,11 +194,20 @@ MechanismDescription parse_urdf(const std::string& xml, const std::string& sourc
   }
   Reader reader{*model, source, options};
   reader.read();
-  return std::move(reader.out);
+  return std::move(reader.robot);
+}
+
+Robot load_robot(const std::filesystem::path& file, const RobotOptions& options) {
+  return parse_robot(read_robot_text(file), file.string(), options);
+}
+
+MechanismDescription parse_urdf(const std::string& xml, const std::string& source,
+                                const LoadOptions& options) {
+  return parse_robot(xml, source, options).mechanism;
 }
 
 MechanismDescription load_urdf(const std::filesystem::path& file, const LoadOptions& options) {
-  return parse_urdf(read_text(file), file.string(), options);
+  return load_robot(file, options).mechanism;
 }
 
 }  // namespace touchstone::urdf

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "touchstone/adapters/robots/robot.hpp"
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 /// @file
@@ -13,21 +14,26 @@
 
 namespace touchstone::urdf {
 
-/// How URDF's cylinders become hexahedra.
-struct LoadOptions {
-  int cylinder_facets = 12;         ///< even, >= 4; see make_cylinder()
-  bool cylinder_inscribed = false;  ///< otherwise the facets touch the cylinder, and the solid holds it
-};
+/// How shapes become hexahedra, where `package://` is looked for, and what becomes of mimic joints.
+using LoadOptions = RobotOptions;
 
-/// Reads a URDF file's `<collision>` elements; `<visual>` is not read. Boxes become hexahedra,
-/// cylinders prisms, their facets' error in facet_figures. Solids without a name, or whose name the link has
-/// already, are named `collision.0`, `collision.1`, ... by their place in the link. Links and joints come
-/// from the root outwards, depth first, a link's joints by name: that is the order of the joint values. Axes
-/// are normalised. `continuous` joints are revolute without limits. The reference pose is the value nearest
-/// to 0 within each joint's limits. The inertia is about the centre of mass, turned into the link's axes.
-/// @throws InputError naming the file and what urdfdom reports, or the link or joint: floating, planar and
-/// mimic joints, spheres and meshes (not hexahedra), and all that Mechanism rejects in data (see there; it
-/// checks the tree itself).
+/// Reads a URDF file's `<collision>` elements; `<visual>` is not read. Boxes become hexahedra, cylinders
+/// prisms, spheres and meshes hexahedra that hold them; Robot::replaced says by how much they are off, of
+/// round parts facet_figures too. Meshes are in metres with axes as written, as other readers of URDF have
+/// them; DAE states its own unit. Solids without a name, or whose name the link has already, are named
+/// `collision.0`, `collision.1`, ... by their place in the link. Links and joints come from the root
+/// outwards, depth first, a link's joints by name: that is the order of the joint values. Axes are
+/// normalised. `continuous` joints are revolute without limits. The reference pose is the value nearest to 0
+/// within each joint's limits. The inertia is about the centre of mass, turned into the link's axes.
+/// @throws InputError naming the file and what urdfdom reports, or the link or joint: floating and planar
+/// joints, mimic joints unless the options free them, meshes that are not there or malformed (load_mesh()),
+/// and all that Mechanism rejects in data (see there; it checks the tree itself).
+Robot load_robot(const std::filesystem::path& file, const RobotOptions& options = {});
+/// @param source stands in messages for the file's name; meshes with relative names are looked for beside it.
+Robot parse_robot(const std::string& xml, const std::string& source = "urdf",
+                  const RobotOptions& options = {});
+
+/// load_robot() without its account.
 MechanismDescription load_urdf(const std::filesystem::path& file, const LoadOptions& options = {});
 /// @param source stands in messages for the file's name.
 MechanismDescription parse_urdf(const std::string& xml, const std::string& source = "urdf",

@@ -8,7 +8,8 @@ namespace {
 
 Arm make_arm(const ArmScript& script) {
   Arm arm;
-  arm.mechanism = std::make_shared<const Mechanism>(make_bundled_arm(script.model));
+  arm.mechanism = script.mechanism;
+  if (!arm.mechanism) arm.mechanism = std::make_shared<const Mechanism>(make_bundled_arm(script.model));
   const Mechanism& mechanism = *arm.mechanism;
   arm.flown_link = mechanism.find_link(script.link);
   arm.joints = script.joints;

@@ -18,7 +18,7 @@ using comparison::ProgressLine;
 void print_list(const Options& options, const BackendRegistry& registry) {
   fmt::print("scripts\n");
   for (const std::filesystem::path& file : find_scripts(options))
-    fmt::print("  {:26}  {}\n", file.stem().string(), load_script(file).name);
+    fmt::print("  {:26}  {}\n", file.stem().string(), load_setting(file, options)->script().name);
   fmt::print("backends\n{}", comparison::backend_list(registry));
   fmt::print("outputs\n{}", outputs_text());
 }
@@ -37,7 +37,9 @@ int run(int argc, char** argv) {
   const std::vector<std::filesystem::path> scripts = find_scripts(*options);
   LiveReport report(options->output, comparison::stems(scripts));
   for (const std::filesystem::path& script : scripts)
-    load_setting(script, *options);  // before any of them is flown
+    load_setting(script, *options, [&](const std::string& account) {  // before any of them is flown
+      comparison::print_now(comparison::wrapped(account));
+    });
   std::vector<std::string> flights;
   for (const std::string& script : comparison::stems(scripts))
     for (std::string& name : flight_names(script, backends)) flights.push_back(std::move(name));

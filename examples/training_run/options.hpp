@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/robot_files/robot_files.hpp"
 #include "touchstone/examples/training_run/outputs.hpp"
 
 namespace touchstone::training {
@@ -16,6 +17,7 @@ struct Options {
   std::string output = "training";      ///< folder
   std::filesystem::path scripts;        ///< folder
   OutputOptions outputs{};
+  comparison::RobotChoices robots{};
   bool list = false;
 };
 
@@ -23,7 +25,7 @@ struct Options {
 /// @throws InputError, one line, for what is no valid command line.
 std::optional<Options> parse_options(int argc, const char* const* argv, const std::filesystem::path& scripts);
 
-/// The files of the scripts that are asked for, by name.
+/// The files of the scripts that are asked for, by name, then those of robots; all scripts where neither is.
 /// @throws InputError for a scene that no script flies.
 std::vector<std::filesystem::path> find_scripts(const Options& options);
 

@@ -8,6 +8,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/training_run/fly.hpp"
+#include "touchstone/examples/training_run/robot_script.hpp"
 
 namespace touchstone::training {
 namespace {
@@ -26,6 +27,15 @@ std::string flight_name(const std::string& script, std::string_view way, std::st
   if (way == kContactWorld) name += fmt::format("_{}", backend);
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
+}
+
+Script read_script(const std::filesystem::path& file, const Options& options,
+                   const std::function<void(const std::string&)>& told) {
+  if (!comparison::is_robot_file(file))
+    return load_script(file, comparison::arm_models(options.robots, told));
+  const Robot robot = comparison::load_robot_file(file, options.robots);
+  if (told) told(comparison::account_of(robot));
+  return robot_script(robot.mechanism);
 }
 
 class Runner {
@@ -111,8 +121,9 @@ std::vector<std::string> flight_names(const std::string& script, const std::vect
   return names;
 }
 
-std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, const Options& options) {
-  Script script = load_script(file);
+std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, const Options& options,
+                                            const std::function<void(const std::string&)>& told) {
+  Script script = read_script(file, options, told);
   const double frames =
       script.scene.duration * (options.frame_rate > 0.0 ? options.frame_rate : script.scene.frame_rate);
   const auto objects = static_cast<double>(script.scene.objects.size());

@@ -210,6 +210,36 @@ TEST_F(TrainingRun, ArmAtItsLimitsSlowsDown) {
   expect_clean(script);
 }
 
+#ifdef TOUCHSTONE_ROBOTS
+constexpr const char* kRobot = TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf";
+
+TEST_F(TrainingRun, ARobotWithMeshesFliesToABlockAndStops) {
+  const Outcome outcome = run("--robot " + std::string(kRobot) + " --out " + (folder_ / "run").string());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out,
+              HasSubstr("shoulder/hub: sphere, is 9 hexahedra, off by up to 0.0158942 m\nupper/boom: mesh"));
+  const json script = json::parse(read(folder_ / "run/results.json"))["scripts"][0];
+  EXPECT_EQ(ours(script)["merged_frames"], 0);
+  EXPECT_GT(unchecked(script)["merged_frames"], 0);
+  ASSERT_FALSE(ours(script)["stops"].empty());
+  EXPECT_TRUE(names(ours(script)["stops"][0], "block"));
+  expect_clean(script);
+}
+
+TEST_F(TrainingRun, AScriptFliesARobotsFile) {
+  const fs::path script = folder_ / "robot.yaml";
+  std::ofstream(script) << "name: Robot\nscene: {file: " TOUCHSTONE_SCENES
+                           "/grapple_approach.yaml, without: [lee]}\n"
+                        << "duration: 1\nhands:\n  - arm: {model: " << kRobot
+                        << ", link: hand, joints: [0, -1, 1, 0.3, 0.2, 0], pose: {position: [0, 0, 3]}}\n"
+                        << "    rates: [{time: 0, velocity: [0, 0, 0.05]}]\n";
+  const json result = fly(script.string());
+  EXPECT_NEAR(ours(result)["last"]["mesh_arm.hand"]["p_m"][2].get<double>(), 3.05, 1e-8);
+  EXPECT_THAT(run("--robot " + (folder_ / "none.urdf").string() + " --out " + (folder_ / "run").string()).err,
+              HasSubstr("none.urdf: cannot be read"));
+}
+#endif
+
 TEST_F(TrainingRun, JawsStopEachForItself) {
   const json centred = fly("02_jaws_centred");
   expect_time(stopped(ours(centred), "left jaw"), 2.2, 0.005);

@@ -96,6 +96,59 @@ TEST(Urdf, RotationsAreFixedAxisRollPitchYaw) {
   EXPECT_LE((X[1].R - expected.R).cwiseAbs().maxCoeff(), 1e-15);
 }
 
+/// Every kind of shape, meshes by package and by path.
+TEST(Urdf, MeshesAndRoundShapesAreReplacedAndAccountedFor) {
+  const Robot robot = urdf::load_robot(kFiles / "mesh_arm/urdf/mesh_arm.urdf");
+  const Mechanism arm(robot.mechanism);
+  EXPECT_EQ(arm.value_count(), 6u);
+  std::vector<std::string> replaced;
+  for (const ShapeReplacement& each : robot.replaced) replaced.push_back(each.link + " " + each.shape);
+  EXPECT_THAT(replaced, testing::ElementsAre("shoulder sphere", "upper mesh", "lower mesh", "lower cylinder",
+                                             "hand mesh"));
+  EXPECT_EQ(robot.replaced[0].hexahedra, 9u);
+  EXPECT_EQ(robot.replaced[1].triangles, 28u);
+  EXPECT_TRUE(robot.notes.empty());
+  // The boom's box: 0.6 m long from 0.12 m on, as wide as its octagon (corner radius 0.08).
+  const PlacedHexahedron& boom = arm.placed(arm.links()[arm.find_link("upper")].first_solid);
+  double low = 1e9, high = -1e9, widest = 0.0;
+  for (const Vector3& v : boom.solid.vertices()) {
+    const Vector3 p = transform(boom.X_OS, v);
+    low = std::min(low, p.x()), high = std::max(high, p.x());
+    widest = std::max(widest, p.tail<2>().cwiseAbs().maxCoeff());
+  }
+  EXPECT_NEAR(low, 0.12, 1e-12);
+  EXPECT_NEAR(high, 0.72, 1e-12);
+  EXPECT_NEAR(widest, 0.08 * std::cos(std::numbers::pi / 8), 1e-4);
+  // The hand's file is in millimetres: its scale says so.
+  EXPECT_NEAR(arm.links()[arm.find_link("hand")].tree->solids()[0].solid.size(), 0.187, 1e-3);
+}
+
+TEST(Urdf, TheCallersFunctionCoversMeshesOnceAFile) {
+  int calls = 0;
+  RobotOptions options;
+  options.cover_mesh = [&](const TriangleMesh& mesh, const std::string& name) {
+    ++calls;
+    EXPECT_FALSE(mesh.triangles.empty());
+    const Hexahedron part = Hexahedron::from_size({1, 1, 1}, name);
+    return MeshCover{{{name + ".0", part, {}}, {name + ".1", part, {}}}, 0.25};
+  };
+  const Robot robot = urdf::load_robot(kFiles / "mesh_arm/urdf/mesh_arm.urdf", options);
+  EXPECT_EQ(calls, 2);
+  EXPECT_EQ(robot.replaced[1].error, 0.25);
+  EXPECT_EQ(robot.mechanism.links[3].solids[1].name, "boom.1");
+}
+
+TEST(Urdf, MimicJointsMoveByThemselvesWhereAskedFor) {
+  RobotOptions options;
+  options.mimic = MimicJoints::free;
+  const Robot robot = urdf::parse_robot(
+      R"(<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="continuous"><parent link="a"/>
+      <child link="b"/><axis xyz="0 0 1"/><mimic joint="k"/></joint></robot>)",
+      "r.urdf", options);
+  EXPECT_EQ(Mechanism(robot.mechanism).value_count(), 1u);
+  EXPECT_THAT(robot.notes, testing::ElementsAre(HasSubstr("joint 'j': mimics 'k'; here it moves by itself")));
+}
+
 TEST(Srdf, DisabledCollisionsBecomeExemptPairs) {
   MechanismDescription description = urdf::load_urdf(kFiles / "arm.urdf");
   description.exempt_pairs = urdf::load_srdf(kFiles / "arm.srdf");
@@ -130,10 +183,21 @@ std::string with_geometry(const std::string& geometry) {
 }
 
 TEST(Urdf, WhatIsNoArmOfHexahedraIsRefusedByName) {
-  EXPECT_THAT(urdf_error(with_geometry("<sphere radius=\"1\"/>")),
-              HasSubstr("r.urdf: link 'a', collision 'collision.0': a sphere is no hexahedron"));
-  EXPECT_THAT(urdf_error(with_geometry("<mesh filename=\"package://a.stl\"/>")),
-              HasSubstr("a mesh is no hexahedron"));
+  EXPECT_THAT(
+      urdf_error(with_geometry("<sphere radius=\"-1\"/>")),
+      HasSubstr("r.urdf: link 'a', collision 'collision.0': round part 'collision.0': a length is -1"));
+  const auto mesh = [](const std::string& rest) {
+    return urdf_error(with_geometry("<mesh filename=" + rest + "/>"));
+  };
+  EXPECT_THAT(
+      mesh("\"package://nowhere/a.stl\""),
+      HasSubstr("r.urdf: link 'a', collision 'collision.0': mesh 'package://nowhere/a.stl': not found"));
+  EXPECT_THAT(mesh("\"package://nowhere/../../a.stl\""), HasSubstr("leaves its package"));
+  EXPECT_THAT(mesh("\"not_there.stl\""), HasSubstr("there is no file not_there.stl"));
+  const std::string srdf = "\"file://" + (kFiles / "arm.srdf").string() + "\"";
+  EXPECT_THAT(mesh(srdf), HasSubstr("a mesh is read from .stl, .obj, .ply or .dae"));
+  const std::string boom = "\"file://" + (kFiles / "mesh_arm/meshes/boom.stl").string() + "\"";
+  EXPECT_THAT(mesh(boom + " scale=\"1 0 1\""), HasSubstr("a scale of 0"));
   EXPECT_THAT(urdf_error(with_geometry("<box size=\"1 0 1\"/>")), HasSubstr("r.urdf: link 'a', collision"));
   EXPECT_THAT(urdf_error(with_geometry("<cylinder radius=\"-1\" length=\"1\"/>")), HasSubstr("radius is -1"));
   EXPECT_THAT(urdf_error(joint_element("floating", "")),

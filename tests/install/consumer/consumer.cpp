@@ -52,6 +52,12 @@
 #ifdef WITH_dynamics_files
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #endif
+#ifdef WITH_mesh_files
+#include "touchstone/adapters/mesh_files/mesh_file.hpp"
+#endif
+#ifdef WITH_robots
+#include "touchstone/adapters/robots/enclosing_box.hpp"
+#endif
 #ifdef WITH_urdf
 #include "touchstone/adapters/urdf/urdf.hpp"
 #endif
@@ -170,6 +176,13 @@ int wrong_files() {
 #endif
 #ifdef WITH_dynamics_files
   wrong += refused("dynamics_files", [] { load_dynamic_scene("not_there.yaml"); });
+#endif
+#ifdef WITH_mesh_files
+  wrong += refused("mesh_files", [] { load_mesh("not_there.dae", {}); });
+#endif
+#ifdef WITH_robots
+  const TriangleMesh triangle{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+  wrong += enclosing_box(triangle, "triangle").solids.size() != 1;
 #endif
 #ifdef WITH_urdf
   wrong += refused("urdf", [] { urdf::parse_urdf("<robot/>"); });

@@ -1,0 +1,157 @@
+#include "touchstone/adapters/mesh_files/weld.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
+
+namespace touchstone::mesh_files {
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+constexpr std::uint32_t kNone = 0xffffffff;
+
+/// Vertices by place, open addressing. What comes first gives the index, so that no order of a hash shows.
+class Places {
+ public:
+  explicit Places(std::size_t most) : slots_(std::bit_ceil(2 * most + 2), kNone) {}
+
+  std::uint32_t index_of(const Vector3& place, std::vector<Vector3>& kept) {
+    std::size_t slot = hash(place) & (slots_.size() - 1);
+    while (slots_[slot] != kNone && kept[slots_[slot]] != place) slot = (slot + 1) & (slots_.size() - 1);
+    if (slots_[slot] == kNone) {
+      slots_[slot] = static_cast<std::uint32_t>(kept.size());
+      kept.push_back(place);
+    }
+    return slots_[slot];
+  }
+
+ private:
+  static std::size_t hash(const Vector3& place) {
+    std::uint64_t h = 0;
+    for (int i = 0; i < 3; ++i) {
+      h ^= std::bit_cast<std::uint64_t>(place[i]);
+      h *= 0x9e3779b97f4a7c15ULL;  // 2^64 / golden ratio
+      h ^= h >> 32;
+    }
+    return h;
+  }
+
+  std::vector<std::uint32_t> slots_;
+};
+
+/// Decided exactly. A triangle with an area has a plane, and no plane holds all four of the points below.
+bool has_area(const Vector3& a, const Vector3& b, const Vector3& c) {
+  const Vector3 u = b - a, v = c - a;
+  constexpr double kSurely = 1e-12;  // far above the product's rounding, 2^-51 of the lengths
+  if (norm(cross(u, v)) > kSurely * norm(u) * norm(v)) return true;
+  if (a == b || b == c || c == a) return false;
+  const std::array<Vector3, 4> points = {Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY(),
+                                         Vector3::UnitZ()};
+  return std::any_of(points.begin(), points.end(),
+                     [&](const Vector3& p) { return numerics::orient3d_sign(a, b, c, p) != 0; });
+}
+
+/// @return for each triangle kept, its index in the file.
+std::vector<std::uint32_t> take_triangles(const Soup& soup, const ReadTask& task, LoadedMesh& out) {
+  std::vector<std::uint32_t> in_file;
+  std::vector<std::uint32_t> place_of(soup.vertices.size(), kNone);
+  Places places(soup.vertices.size());
+  std::vector<Vector3>& kept = out.mesh.vertices;
+  MeshReport& report = out.report;
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    Triangle corners{};
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t at = soup.triangles[i][k];
+      if (at >= soup.vertices.size())
+        task.fail_triangle(i, "vertex " + std::to_string(at) + " of " + std::to_string(soup.vertices.size()));
+      if (place_of[at] == kNone) {
+        const Vector3 place = soup.vertices[at] + Vector3::Zero();  // -0 becomes 0
+        if (!is_finite(place)) task.fail_triangle(i, "a coordinate is not finite");
+        place_of[at] = places.index_of(place, kept);
+        ++used;
+      }
+      corners[k] = place_of[at];
+    }
+    if (has_area(kept[corners[0]], kept[corners[1]], kept[corners[2]])) {
+      out.mesh.triangles.push_back(corners);
+      in_file.push_back(static_cast<std::uint32_t>(i));
+    } else if (report.zero_area++ == 0) {
+      report.first_zero_area = i;
+    }
+  }
+  report.triangles_read = soup.triangles.size();
+  report.vertices_read = soup.vertices.size();
+  report.vertices_welded = used - kept.size();
+  return in_file;
+}
+
+/// An edge of a triangle, so that the same ones stand together once sorted.
+struct Side {
+  std::uint64_t edge;  // lower vertex << 32 | higher
+  std::uint32_t triangle;
+  bool is_up;  // runs from the lower to the higher vertex
+};
+
+void count_edges(const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& in_file,
+                 MeshReport& report) {
+  std::vector<Side> sides;
+  sides.reserve(3 * triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const std::uint64_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+      sides.push_back({std::min(a, b) << 32 | std::max(a, b), in_file[t], a < b});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& l, const Side& r) {
+    return l.edge != r.edge ? l.edge < r.edge : l.triangle < r.triangle;
+  });
+  const auto count = [](std::size_t& counter, std::size_t& first, std::uint32_t triangle) {
+    if (counter++ == 0 || triangle < first) first = triangle;
+  };
+  for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
+    for (end = i; end < sides.size() && sides[end].edge == sides[i].edge;) ++end;
+    if (end - i == 1) count(report.open_edges, report.first_open, sides[i].triangle);
+    if (end - i > 2) count(report.crowded_edges, report.first_crowded, sides[i].triangle);
+    if (end - i == 2 && sides[i].is_up == sides[i + 1].is_up)
+      count(report.turned_edges, report.first_turned, sides[i].triangle);
+  }
+}
+
+std::size_t count_shells(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 1; k < 3; ++k) parent[root(t[k])] = root(t[0]);
+  std::vector<char> is_used(mesh.vertices.size(), 0);
+  for (const Triangle& t : mesh.triangles) is_used[t[0]] = is_used[t[1]] = is_used[t[2]] = 1;
+  std::size_t shells = 0;
+  for (std::uint32_t v = 0; v < parent.size(); ++v) shells += is_used[v] && parent[v] == v;
+  return shells;
+}
+
+}  // namespace
+
+LoadedMesh weld(const Soup& soup, const ReadTask& task) {
+  LoadedMesh out;
+  out.report.polygons_split = soup.polygons_split;
+  const std::vector<std::uint32_t> in_file = take_triangles(soup, task, out);
+  if (out.mesh.triangles.empty())
+    task.fail(soup.triangles.empty() ? "no triangle" : "none of its triangles has an area");
+  count_edges(out.mesh.triangles, in_file, out.report);
+  out.report.shells = count_shells(out.mesh);
+  out.report.low = out.report.high = out.mesh.vertices[0];
+  for (const Vector3& v : out.mesh.vertices) {
+    out.report.low = out.report.low.cwiseMin(v);
+    out.report.high = out.report.high.cwiseMax(v);
+  }
+  return out;
+}
+
+}  // namespace touchstone::mesh_files

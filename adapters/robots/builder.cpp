@@ -1,0 +1,137 @@
+#include "touchstone/adapters/robots/builder.hpp"
+
+#include <cmath>
+
+#include "touchstone/adapters/robots/enclosing_box.hpp"
+#include "touchstone/adapters/robots/mesh_path.hpp"
+#include "touchstone/adapters/robots/shapes.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/round_parts.hpp"
+
+namespace touchstone {
+namespace {
+
+/// Runs `action`; what it throws gets the place in front.
+template <class Action>
+auto at(const ShapePlace& place, const Action& action) {
+  try {
+    return action();
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    throw InputError(what.starts_with(place.label) ? what : place.label + ": " + what);
+  }
+}
+
+Pose with_rounded_frame(const Pose& X_LS, const Pose& X_SH) { return rigid_frame(compose(X_LS, X_SH)); }
+
+}  // namespace
+
+std::size_t RobotBuilder::add_link(const std::string& name) {
+  robot_->mechanism.links.push_back({name, {}, {}});
+  return robot_->mechanism.links.size() - 1;
+}
+
+std::string RobotBuilder::unique_name(const ShapePlace& place) {
+  std::set<std::string>& taken = names_[place.link];
+  std::string name = place.name;
+  for (int i = 2; !taken.insert(name).second; ++i) name = place.name + "." + std::to_string(i);
+  return name;
+}
+
+void RobotBuilder::add_box(const ShapePlace& place, const Vector3& size) {
+  at(place, [&] {
+    robot_->mechanism.links[place.link].solids.push_back(
+        {unique_name(place), Hexahedron::from_size(size, place.label), place.X_LS});
+  });
+}
+
+template <class Make>
+void RobotBuilder::add_round(const ShapePlace& place, const char* shape, const Make& make) {
+  at(place, [&] {
+    const std::string name = unique_name(place);
+    RoundPart part = make(name);
+    robot_->replaced.push_back({robot_->mechanism.links[place.link].name, name, shape, "", 0,
+                                part.solids.size(), part.figures[0].error});
+    append(std::move(part), place.link, robot_->mechanism);
+  });
+}
+
+void RobotBuilder::add_cylinder(const ShapePlace& place, double radius, double length) {
+  add_round(place, "cylinder", [&](const std::string& name) {
+    Pose X_LS = place.X_LS;
+    X_LS.p = transform(X_LS, {0.0, 0.0, -0.5 * length});
+    return make_cylinder(radius, length, options_->cylinder_facets, options_->cylinder_inscribed, X_LS, name);
+  });
+}
+
+void RobotBuilder::add_sphere(const ShapePlace& place, double radius) {
+  add_round(place, "sphere", [&](const std::string& name) {
+    return make_sphere(radius, options_->sphere_facets, place.X_LS, name);
+  });
+}
+
+void RobotBuilder::add_capsule(const ShapePlace& place, double radius, double length) {
+  add_round(place, "capsule", [&](const std::string& name) {
+    return make_capsule(radius, length, options_->sphere_facets, place.X_LS, name);
+  });
+}
+
+void RobotBuilder::add_ellipsoid(const ShapePlace& place, const Vector3& half_axes) {
+  add_round(place, "ellipsoid", [&](const std::string& name) {
+    return make_ellipsoid(half_axes, options_->sphere_facets, place.X_LS, name);
+  });
+}
+
+MeshCover RobotBuilder::cover(const TriangleMesh& mesh) const {
+  return options_->cover_mesh ? options_->cover_mesh(mesh, "mesh") : enclosing_box(mesh, "mesh");
+}
+
+RobotBuilder::Loaded RobotBuilder::load(const std::filesystem::path& file, const Vector3& scale) {
+  const auto key = std::make_tuple(file.string(), scale.x(), scale.y(), scale.z());
+  if (const auto found = loaded_.find(key); found != loaded_.end()) return found->second;
+  MeshFileOptions options;
+  options.metres_per_unit = 1.0;  // URDF's and SDF's unit; another one is in the scale
+  LoadedMesh loaded = load_mesh(file, options);
+  for (Vector3& v : loaded.mesh.vertices) v = v.cwiseProduct(scale);
+  if (scale.x() * scale.y() * scale.z() < 0.0)  // mirrored: what was outside is inside
+    for (auto& t : loaded.mesh.triangles) std::swap(t[1], t[2]);
+  if (!loaded.report.bounds_a_solid())
+    robot_->notes.push_back(file.string() + ": " + to_string(loaded.report));
+  return loaded_.emplace(key, Loaded{cover(loaded.mesh), loaded.mesh.triangles.size()}).first->second;
+}
+
+void RobotBuilder::add_cover(const ShapePlace& place, const Loaded& loaded, const std::string& file) {
+  const std::string name = unique_name(place);
+  LinkDescription& link = robot_->mechanism.links[place.link];
+  std::size_t index = 0;
+  for (const PlacedHexahedron& part : loaded.cover.solids) {
+    const std::string part_name =
+        loaded.cover.solids.size() == 1 ? name : name + "." + std::to_string(index++);
+    link.solids.push_back({part_name, part.solid, with_rounded_frame(place.X_LS, part.X_OS)});
+  }
+  robot_->replaced.push_back(
+      {link.name, name, "mesh", file, loaded.triangles, loaded.cover.solids.size(), loaded.cover.error});
+}
+
+void RobotBuilder::add_mesh_file(const ShapePlace& place, const std::string& uri, const Vector3& scale) {
+  at(place, [&] {
+    for (int i = 0; i < 3; ++i)
+      if (!(std::isfinite(scale[i]) && scale[i] != 0.0))
+        throw InputError("mesh '" + uri + "': a scale of " + figure(scale[i]));
+    const std::filesystem::path file = mesh_path(uri, source_, options_->package_paths);
+    add_cover(place, load(file, scale), file.string());
+  });
+}
+
+void RobotBuilder::add_mesh(const ShapePlace& place, const TriangleMesh& mesh, const std::string& file) {
+  at(place, [&] { add_cover(place, {cover(mesh), mesh.triangles.size()}, file); });
+}
+
+std::string to_string(const ShapeReplacement& r) {
+  std::string out = r.link + "/" + r.name + ": " + r.shape;
+  if (!r.file.empty()) out += " " + r.file + ", " + std::to_string(r.triangles) + " triangles";
+  return out + ", is " + std::to_string(r.hexahedra) + (r.hexahedra == 1 ? " hexahedron" : " hexahedra") +
+         ", off by up to " + figure(r.error) + " m";
+}
+
+}  // namespace touchstone

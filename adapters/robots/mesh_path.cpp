@@ -1,0 +1,87 @@
+#include "touchstone/adapters/robots/mesh_path.hpp"
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+using std::filesystem::path;
+
+bool is_package(const path& folder, const std::string& name) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder, error)) return false;
+  const path plain = folder.lexically_normal();
+  if ((plain.has_filename() ? plain : plain.parent_path()).filename() == name) return true;
+  std::ifstream manifest(folder / "package.xml");
+  const std::string text{std::istreambuf_iterator<char>(manifest), {}};
+  return text.find("<name>" + name + "</name>") != std::string::npos;
+}
+
+void add_environment(const char* variable, const char* below, std::vector<path>& folders) {
+  const char* value =
+      std::getenv(variable);  // NOLINT(concurrency-mt-unsafe): set-up, and nobody sets it here
+  if (!value) return;
+  const std::string text = value;
+  for (std::size_t first = 0; first <= text.size();) {
+    const std::size_t end = std::min(text.find(':', first), text.size());
+    if (end > first) folders.push_back(path(text.substr(first, end - first)) / below);
+    first = end + 1;
+  }
+}
+
+std::vector<path> folders_to_look_in(const path& robot, const std::vector<path>& package_paths) {
+  std::vector<path> folders = package_paths;
+  add_environment("ROS_PACKAGE_PATH", "", folders);
+  add_environment("GAZEBO_MODEL_PATH", "", folders);
+  add_environment("AMENT_PREFIX_PATH", "share", folders);
+  std::error_code error;
+  path above = std::filesystem::absolute(robot, error).lexically_normal().parent_path();
+  for (; !above.empty() && above != above.parent_path(); above = above.parent_path())
+    folders.push_back(above);
+  return folders;
+}
+
+path in_package(const std::string& uri, const std::string& rest, const path& robot,
+                const std::vector<path>& package_paths) {
+  const std::size_t slash = rest.find('/');
+  const std::string name = rest.substr(0, slash);
+  if (slash == std::string::npos || name.empty() || name == "." || name == "..")
+    throw InputError("mesh '" + uri + "': names no package and file");
+  const path inside = path(rest.substr(slash + 1)).lexically_normal();
+  if (inside.is_absolute() || inside.empty() || *inside.begin() == "..")
+    throw InputError("mesh '" + uri + "': leaves its package");
+  std::string looked_in;
+  for (const path& folder : folders_to_look_in(robot, package_paths)) {
+    for (const path& candidate : {folder / name, folder})
+      if (is_package(candidate, name) && std::filesystem::exists(candidate / inside))
+        return candidate / inside;
+    looked_in += (looked_in.empty() ? "" : ", ") + folder.string();
+  }
+  throw InputError("mesh '" + uri + "': not found; looked for package '" + name + "' with it in " +
+                   looked_in);
+}
+
+}  // namespace
+
+path mesh_path(const std::string& uri, const path& robot, const std::vector<path>& package_paths) {
+  for (const char* scheme : {"package://", "model://"})
+    if (uri.starts_with(scheme))
+      return in_package(uri, uri.substr(std::string(scheme).size()), robot, package_paths);
+  path file;
+  if (uri.starts_with("file://"))
+    file = uri.substr(7);
+  else if (uri.find("://") == std::string::npos)
+    file = robot.parent_path() / uri;
+  else
+    throw InputError("mesh '" + uri + "': known are package://, model://, file:// and paths");
+  std::error_code error;
+  if (uri.empty() || !std::filesystem::is_regular_file(file, error))
+    throw InputError("mesh '" + uri + "': there is no file " + file.string());
+  return file;
+}
+
+}  // namespace touchstone

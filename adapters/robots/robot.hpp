@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "touchstone/contact_core/fit/triangle_mesh.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
+
+/// @file
+/// What the readers of robots share (URDF, SDF, MJCF): how shapes become hexahedra, where meshes are looked
+/// for, and what a file came to.
+
+namespace touchstone {
+
+/// Hexahedra that stand for a mesh, in its frame.
+struct MeshCover {
+  std::vector<PlacedHexahedron> solids;
+  double error = 0.0;  ///< no point of them is further than this from the mesh [m]
+};
+
+/// Turns a mesh in metres into hexahedra that hold it. @param name of the part; the hexahedra's names begin
+/// with it. @throws InputError for what it cannot hold.
+using CoverMesh = std::function<MeshCover(const TriangleMesh& mesh, const std::string& name)>;
+
+/// What becomes of a joint that follows another one.
+enum class MimicJoints : std::uint8_t {
+  refuse,
+  free,  ///< it is a joint of its own, and Robot::notes says so
+};
+
+/// How a robot's file is read.
+struct RobotOptions {
+  int cylinder_facets = 12;         ///< even, >= 4; see make_cylinder()
+  bool cylinder_inscribed = false;  ///< otherwise the facets touch the cylinder, and the solid holds it
+  /// Of spheres, capsules and ellipsoids, round and along: a multiple of 4 that is >= 4, for (n/2 - 1)^2
+  /// hexahedra. They hold the round shape; 8: 16 % of the radius outside, 16: 4 %, 49 hexahedra. See
+  /// shapes.hpp.
+  int sphere_facets = 8;
+  CoverMesh cover_mesh = {};  ///< empty: enclosing_box()
+  /// Folders that hold packages (or are one), in which `package://` and `model://` are looked for first. Then
+  /// those of ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and GAZEBO_MODEL_PATH, and the file's own folders upwards.
+  std::vector<std::filesystem::path> package_paths = {};
+  MimicJoints mimic = MimicJoints::refuse;
+};
+
+/// A shape that is no hexahedron, and what stands for it.
+struct ShapeReplacement {
+  std::string link;
+  std::string name;   ///< of the collision shape in its link
+  std::string shape;  ///< mesh, cylinder, sphere, capsule, ellipsoid
+  std::string file;   ///< of a mesh; empty otherwise
+  std::size_t triangles = 0;
+  std::size_t hexahedra = 0;
+  double error = 0.0;  ///< the hexahedra's surface is nowhere further from the shape than this [m]
+};
+/// One line.
+std::string to_string(const ShapeReplacement& replacement);
+
+/// A robot as it was read.
+struct Robot {
+  MechanismDescription mechanism;
+  std::vector<ShapeReplacement> replaced;  ///< in the order of the file's links
+  std::vector<std::string> notes;          ///< what a user should know, one line each
+};
+
+}  // namespace touchstone

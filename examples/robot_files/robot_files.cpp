@@ -1,0 +1,115 @@
+#include "touchstone/examples/robot_files/robot_files.hpp"
+
+#include <memory>
+#include <set>
+
+#include "touchstone/adapters/robots/simplify.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#ifdef TOUCHSTONE_HAS_URDF
+#include "touchstone/adapters/urdf/urdf.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_SDF
+#include "touchstone/adapters/sdf/sdf.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_MJCF
+#include "touchstone/adapters/mjcf/mjcf.hpp"
+#endif
+
+namespace touchstone::comparison {
+namespace {
+
+std::string extension_of(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  return extension;
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what) {
+  throw InputError(file.string() + ": this build does not read " + what);
+}
+
+Robot read([[maybe_unused]] const std::filesystem::path& file, [[maybe_unused]] const RobotOptions& options) {
+  const std::string extension = extension_of(file);
+  if (extension == ".urdf") {
+#ifdef TOUCHSTONE_HAS_URDF
+    return urdf::load_robot(file, options);
+#else
+    refuse(file, "URDF (Debian: liburdfdom-dev)");
+#endif
+  }
+  if (extension == ".sdf") {
+#ifdef TOUCHSTONE_HAS_SDF
+    return sdf::load_robot(file, options);
+#else
+    refuse(file, "SDF (Debian: libtinyxml2-dev)");
+#endif
+  }
+  if (extension == ".xml" || extension == ".mjcf") {
+#ifdef TOUCHSTONE_HAS_MJCF
+    return mjcf::load_robot(file, options);
+#else
+    refuse(file, "MJCF (Debian: libmujoco-dev)");
+#endif
+  }
+  throw InputError(file.string() + ": a robot is read from .urdf, .sdf, .xml or .mjcf");
+}
+
+void take_srdf([[maybe_unused]] const std::string& file, [[maybe_unused]] MechanismDescription& robot) {
+#ifdef TOUCHSTONE_HAS_URDF
+  robot.exempt_pairs = urdf::load_srdf(file);
+#else
+  refuse(file, "SRDF (Debian: liburdfdom-dev)");
+#endif
+}
+
+}  // namespace
+
+void add_robot_options(CLI::App& app, RobotChoices& choices) {
+  app.add_option("--robot", choices.files,
+                 "Robots of others, flown instead of the bundled files: .urdf, .sdf, .xml or .mjcf");
+  app.add_option("--package-path", choices.package_paths,
+                 "Folders in which package:// and model:// of robots are looked for (then ROS_PACKAGE_PATH, "
+                 "GAZEBO_MODEL_PATH, AMENT_PREFIX_PATH and the robot's own folders upwards)");
+  app.add_option("--srdf", choices.srdf, "SRDF file with the pairs of links that are not checked");
+}
+
+bool is_robot_file(const std::filesystem::path& file) {
+  const std::string extension = extension_of(file);
+  return extension == ".urdf" || extension == ".sdf" || extension == ".xml" || extension == ".mjcf";
+}
+
+Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& choices) {
+  RobotOptions options;
+  options.mimic = MimicJoints::free;
+  for (const std::string& path : choices.package_paths) options.package_paths.emplace_back(path);
+  Robot robot = read(file, options);
+  if (!choices.srdf.empty()) take_srdf(choices.srdf, robot.mechanism);
+  const std::unique_ptr<Narrowphase> native = make_native();
+  for (std::string& line : exempt_reference_overlaps(robot.mechanism, *native))
+    robot.notes.push_back(file.string() + ": " + std::move(line));
+  return robot;
+}
+
+std::string account_of(const Robot& robot) {
+  std::string text;
+  for (const ShapeReplacement& replacement : robot.replaced) text += to_string(replacement) + "\n";
+  for (const std::string& note : robot.notes) text += note + "\n";
+  return text;
+}
+
+std::function<MechanismDescription(const std::string&, const std::filesystem::path&)> arm_models(
+    const RobotChoices& choices, std::function<void(const std::string& account)> told) {
+  const auto seen = std::make_shared<std::set<std::string>>();
+  return
+      [choices, told = std::move(told), seen](const std::string& model, const std::filesystem::path& folder) {
+        if (!is_robot_file(model)) return make_bundled_arm(model);
+        const std::filesystem::path file = folder / model;
+        Robot robot = load_robot_file(file, choices);
+        if (told && seen->insert(file.string()).second) told(account_of(robot));
+        return std::move(robot.mechanism);
+      };
+}
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "touchstone/adapters/robots/robot.hpp"
+
+// Robots of others in programs: which formats this build reads, and their options.
+
+namespace touchstone::comparison {
+
+/// What the command line says of robots.
+struct RobotChoices {
+  std::vector<std::string> files;          ///< --robot
+  std::vector<std::string> package_paths;  ///< --package-path
+  std::string srdf;                        ///< --srdf: of all robots; empty: none
+};
+void add_robot_options(CLI::App& app, RobotChoices& choices);
+
+/// By the extension: .urdf, and where it is built in .sdf and .xml or .mjcf. @throws nothing
+bool is_robot_file(const std::filesystem::path& file);
+
+/// Reads a robot. Links that overlap in the reference pose are exempt, and named in its notes.
+/// @throws InputError: a format that this build does not read, and as the readers.
+Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& choices);
+
+/// What was replaced by how much and what else a user should know, a line each; empty: nothing.
+std::string account_of(const Robot& robot);
+
+/// The `model` of an arm in a scene file or script: a bundled arm's name, or a robot's file beside the YAML
+/// file. @param told gets each robot's account, once a file; may be empty.
+std::function<MechanismDescription(const std::string&, const std::filesystem::path&)> arm_models(
+    const RobotChoices& choices, std::function<void(const std::string& account)> told);
+
+}  // namespace touchstone::comparison

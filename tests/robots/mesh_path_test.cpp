@@ -1,0 +1,86 @@
+#include "touchstone/adapters/robots/mesh_path.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+using std::filesystem::path;
+using testing::HasSubstr;
+
+std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+/// share/my_arm/{package.xml, urdf/arm.urdf, meshes/link.stl}, other/hand/finger.stl and secret.stl.
+class MeshPath : public testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = path(testing::TempDir()) /
+            ("mesh_path." + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    for (const char* file : {"share/checkout/package.xml", "share/checkout/urdf/arm.urdf",
+                             "share/checkout/meshes/link.stl", "other/hand/finger.stl", "other/secret.stl"}) {
+      create_directories((root_ / file).parent_path());
+      std::ofstream(root_ / file) << "<package><name>my_arm</name></package>";
+    }
+    robot_ = root_ / "share/checkout/urdf/arm.urdf";
+  }
+  void TearDown() override { remove_all(root_); }
+  std::string error(const std::string& uri) {
+    return message_of([&] { mesh_path(uri, robot_, {root_ / "other"}); });
+  }
+
+  path root_, robot_;
+};
+
+TEST_F(MeshPath, PackagesAreFoundByNameManifestAndEnvironment) {
+  EXPECT_TRUE(equivalent(mesh_path("package://my_arm/meshes/link.stl", robot_, {}),
+                         root_ / "share/checkout/meshes/link.stl"));
+  EXPECT_TRUE(equivalent(mesh_path("package://checkout/meshes/link.stl", robot_, {}),
+                         root_ / "share/checkout/meshes/link.stl"));
+  const path finger = root_ / "other/hand/finger.stl";
+  EXPECT_TRUE(equivalent(mesh_path("package://hand/finger.stl", robot_, {root_ / "other"}), finger));
+  EXPECT_TRUE(equivalent(mesh_path("model://hand/finger.stl", robot_, {root_ / "other/hand"}), finger));
+  EXPECT_THAT(message_of([&] { mesh_path("package://hand/finger.stl", robot_, {}); }),
+              HasSubstr("not found; looked for package 'hand'"));
+  ASSERT_EQ(setenv("ROS_PACKAGE_PATH", ("/nowhere:" + (root_ / "other").string()).c_str(), 1), 0);
+  EXPECT_TRUE(equivalent(mesh_path("package://hand/finger.stl", robot_, {}), finger));
+  ASSERT_EQ(unsetenv("ROS_PACKAGE_PATH"), 0);
+}
+
+TEST_F(MeshPath, RelativeAndFilePathsAreTaken) {
+  EXPECT_TRUE(
+      equivalent(mesh_path("../meshes/link.stl", robot_, {}), root_ / "share/checkout/meshes/link.stl"));
+  const path finger = root_ / "other/hand/finger.stl";
+  EXPECT_EQ(mesh_path("file://" + finger.string(), robot_, {}), finger);
+}
+
+TEST_F(MeshPath, NoPathLeavesItsPackage) {
+  EXPECT_THAT(error("package://hand/../secret.stl"), HasSubstr("leaves its package"));
+  EXPECT_THAT(error("package://hand/a/../../secret.stl"), HasSubstr("leaves its package"));
+  EXPECT_THAT(error("package://hand//etc/passwd"), HasSubstr("leaves its package"));
+  EXPECT_THAT(error("package://../secret.stl"), HasSubstr("names no package"));
+  EXPECT_THAT(error("package://hand"), HasSubstr("names no package"));
+}
+
+TEST_F(MeshPath, WhatIsNotThereIsNamed) {
+  EXPECT_THAT(error("package://hand/thumb.stl"), HasSubstr("mesh 'package://hand/thumb.stl': not found"));
+  EXPECT_THAT(error("thumb.stl"), HasSubstr("there is no file"));
+  EXPECT_THAT(error(""), HasSubstr("there is no file"));
+  EXPECT_THAT(error("https://example.org/a.stl"), HasSubstr("known are package://"));
+}
+
+}  // namespace
+}  // namespace touchstone
