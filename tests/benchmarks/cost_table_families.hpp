@@ -1,0 +1,17 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "touchstone/examples/measures/pair_set.hpp"
+
+namespace touchstone {
+
+/// Names of the table's families: those where simulations live (walls, rows and stacks of equal blocks) and
+/// those of comparison::pair_families().
+std::span<const std::string_view> cost_table_families();
+
+/// `count` pairs of a family. @throws InputError of a name that is not known.
+comparison::PairSet make_cost_table_family(std::string_view name, std::uint64_t seed, std::size_t count);
+
+}  // namespace touchstone
