@@ -113,6 +113,63 @@ TEST(NativeFlush, ComparedCoordinatesNeverContradictTheExactClass) {
   EXPECT_GT(decided, aligned_and_touching / 2);  // the rest is turned too far
 }
 
+/// The rotations that take the world's axes to themselves.
+std::vector<Matrix3> axis_rotations() {
+  std::vector<Matrix3> out;
+  for (int x = 0; x < 6; ++x) {
+    for (int y = 0; y < 6; ++y) {
+      if (x % 3 == y % 3) continue;
+      Matrix3 R = Matrix3::Zero();
+      R(x % 3, 0) = x < 3 ? 1.0 : -1.0;
+      R(y % 3, 1) = y < 3 ? 1.0 : -1.0;
+      R.col(2) = cross(R.col(0), R.col(1));
+      out.push_back(R);
+    }
+  }
+  return out;
+}
+
+TEST(NativeFlush, AlignedBoxesHaveTheExactClassAndAreAlwaysDecided) {
+  Random random(5);
+  const std::vector<Matrix3> rotations = axis_rotations();
+  ASSERT_EQ(rotations.size(), 24u);
+  int touching = 0, met = 0;
+  constexpr int kCount = 20000;
+  for (int i = 0; i < kCount; ++i) {
+    const auto size = [&] { return Vector3(random.vector(1.0).cwiseAbs() + Vector3::Constant(0.01)); };
+    const Hexahedron a = Hexahedron::from_size(size()), b = Hexahedron::from_size(size());
+    Pose X_WA{rotations[random.below(24)], random.vector(std::ldexp(1.0, random.below(20)))};
+    Pose X_WB{rotations[random.below(24)], X_WA.p + 0.5 * random.vector(1.0)};
+    WorldVertices a_W, b_W;
+    world_vertices(a, X_WA, a_W);
+    // Face on face, to an ulp of the position.
+    const int k = random.below(3);
+    const Vector3 reach_b = X_WB.R.cwiseAbs() * b.half_extents();
+    X_WB.p(k) = *std::max_element(&(k == 0   ? a_W.x
+                                    : k == 1 ? a_W.y
+                                             : a_W.z)[0],
+                                  &(k == 0   ? a_W.x
+                                    : k == 1 ? a_W.y
+                                             : a_W.z)[0] +
+                                      8) +
+                reach_b(k);
+    if (random.below(3) == 0) X_WB.p(k) = std::nextafter(X_WB.p(k), random.below(2) == 0 ? -1e9 : 1e9);
+    world_vertices(b, X_WB, b_W);
+    const native::Certified certified =
+        native::certify_aligned_boxes(a.half_extents(), X_WA, b.half_extents(), X_WB);
+    const bool meet = numerics::hulls_intersect(a_W, b_W);
+    ASSERT_EQ(certified, meet ? native::Certified::overlapping : native::Certified::separated) << i;
+    met += meet ? 1 : 0;
+    touching += certified == native::certify_aligned(a_W, b_W) ? 1 : 0;
+    X_WB.R = rotation_from_quaternion(1.0, 1e-9, 0.0, 0.0);
+    ASSERT_EQ(native::certify_aligned_boxes(a.half_extents(), X_WA, b.half_extents(), X_WB),
+              native::Certified::unknown);
+  }
+  EXPECT_EQ(touching, kCount);  // the vertices say so, too
+  EXPECT_GT(met, kCount / 4);
+  EXPECT_LT(met, kCount * 9 / 10);
+}
+
 TEST(NativeFlush, AlignedHullsOfAnyShapeNeverContradictTheExactClass) {
   // Vertices of a grid: tapered, flattened and askew solids whose coordinates tie.
   Random random(4);

@@ -86,6 +86,54 @@ TEST(NativeKernels, WhatThePortalCertifiesIsSoOnEveryInstructionSet) {
   }
 }
 
+/// Boxes within 2^-16 to 2^-50 of touching, half of them with edges at small angles.
+Crowd make_near_touching_boxes(int count) {
+  Random random(43);
+  Crowd out;
+  for (int i = 0; i < count; ++i) {
+    const Hexahedron a = random.box(), b = random.box();
+    const Pose X_WA = random.pose(0.3);
+    Pose X_WB = random.pose(1.2);
+    if (i % 2 == 0) {
+      const Vector3 turn = random.vector(std::ldexp(1.0, -5 - random.below(49)));
+      X_WB.R = X_WA.R * rotation_from_quaternion(1.0, turn.x(), turn.y(), turn.z());
+    }
+    const PairGeometry g = ask(a, X_WA, b, X_WB, QueryKind::distance).geometry;
+    const double gap = (i % 3 == 0 ? -1.0 : 1.0) * std::ldexp(1.0, -16 - random.below(35));
+    X_WB.p -= (g.separation - gap) * g.n_AB_W;
+    out.add(a, X_WA, b, X_WB);
+  }
+  return out;
+}
+
+TEST(NativeKernels, TheSecondPassOverBoxesIsRightOnEveryInstructionSet) {
+  const Crowd crowd = make_near_touching_boxes(3000);
+  const native::SolidSet set = native::make_solid_set(crowd.solids);
+  std::vector<native::PairIndices> pairs;
+  for (const SolidPair& pair : crowd.pairs) pairs.push_back({pair.a, pair.b});
+  std::vector<Certified> coarse(pairs.size()), first(pairs.size()), close(pairs.size());
+  const native::KernelList& list = native::available_kernels();
+  for (int k = 0; k < list.count; ++k) {
+    SCOPED_TRACE(list.of[k]->isa);
+    list.of[k]->certify_boxes(records(crowd), set.boxes.data(), pairs.data(), pairs.size(), coarse.data());
+    list.of[k]->certify_boxes_closely(records(crowd), set.boxes.data(), pairs.data(), pairs.size(),
+                                      close.data());
+    int left_by_coarse = 0, left = 0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      left_by_coarse += coarse[i] == Certified::unknown ? 1 : 0;
+      left += close[i] == Certified::unknown ? 1 : 0;
+      if (close[i] == Certified::unknown) continue;
+      ASSERT_EQ(close[i] == Certified::overlapping, crowd.meet[i]) << i;
+      // The scalar filter, which is the same, agrees.
+      ASSERT_EQ(close[i], native::certify_kinds(set, crowd.pairs[i], crowd.poses)) << i;
+    }
+    EXPECT_GT(left_by_coarse, 2000);
+    EXPECT_LT(left, 1000);
+    if (k == 0) first = close;
+    EXPECT_EQ(close, first);
+  }
+}
+
 TEST(NativeKernels, BatchesAndSinglePairsAreRightOnEveryInstructionSet) {
   const Crowd crowd = make_crowd(600);
   const native::SolidSet set = native::make_solid_set(crowd.solids);
@@ -102,6 +150,33 @@ TEST(NativeKernels, BatchesAndSinglePairsAreRightOnEveryInstructionSet) {
       }
       for (std::size_t i = 0; i < batch.size(); ++i)
         ASSERT_EQ(batch[i], crowd.meet[i] ? PairStatus::overlapping : PairStatus::separated) << i;
+    }
+  }
+}
+
+/// Whichever pass a pair gets to: near-touching boxes go through all of them.
+TEST(NativeKernels, PosesThatAreNotFiniteFailInBatches) {
+  Crowd crowd = make_near_touching_boxes(20);
+  Random random(44);
+  for (int i = 0; i < 20; ++i)
+    crowd.add(random.sheared(), random.pose(0.3), random.sheared(), random.pose(0.6));
+  for (int i = 0; i < 20; ++i)
+    crowd.add(random.tapered(), random.pose(0.3), random.tapered(), random.pose(0.6));
+  const native::SolidSet set = native::make_solid_set(crowd.solids);
+  std::vector<PairStatus> status(crowd.pairs.size());
+  const native::KernelList& list = native::available_kernels();
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), HUGE_VAL, -HUGE_VAL}) {
+    for (int number = 0; number < 12; ++number) {
+      std::vector<Pose> poses = crowd.poses;
+      for (std::size_t i = 0; i < poses.size(); i += 2 + i % 4)
+        (number < 9 ? poses[i].R(number % 3, number / 3) : poses[i].p(number - 9)) = bad;
+      for (int k = 0; k < list.count; ++k) {
+        native::overlap(set, *list.of[k], crowd.pairs, poses, status);
+        for (std::size_t i = 0; i < status.size(); ++i) {
+          const bool finite = is_finite(poses[2 * i]) && is_finite(poses[2 * i + 1]);
+          ASSERT_EQ(status[i] == PairStatus::failed, !finite) << i << " " << number;
+        }
+      }
     }
   }
 }

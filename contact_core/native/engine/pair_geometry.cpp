@@ -161,8 +161,13 @@ class PairEvaluation {
     if (!is_ordinary_) depth_ = scaled_pair_depth(set_, kernels_, given_.pair, input_.poses);
     // Boxes along the world's axes that lie flush: no margin decides, comparison does.
     if (is_ordinary_ && !is_general() && depth_.certified == Certified::unknown) {
-      place_pair();
-      certified_ = certify_aligned(placed_.a_W, placed_.b_W);
+      if (kind_ == SolidKind::box)
+        certified_ = certify_aligned_boxes(half_extents(set_.boxes[given_.pair.a]), X_WA(),
+                                           half_extents(set_.boxes[given_.pair.b]), X_WB());
+      if (certified_ == Certified::unknown) {
+        place_pair();
+        certified_ = certify_aligned(placed_.a_W, placed_.b_W);
+      }
       if (certified_ == Certified::overlapping) depth_.certified = certified_;
       if (certified_ == Certified::separated && !wants_distance(input_.query)) {
         write_beyond(geometry);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace touchstone::native {
 namespace {
@@ -55,7 +56,29 @@ bool holds_a_vertex(const AlignedHull& hull, const WorldVertices& v) {
   return false;
 }
 
+/// Half the box's reach along the world's axes. False where an axis of the box is none of them.
+bool world_half_extents(const Vector3& half, const Matrix3& R, Vector3& half_W) {
+  for (int row = 0; row < 3; ++row) {
+    const double x = std::abs(R(row, 0)), y = std::abs(R(row, 1)), z = std::abs(R(row, 2));
+    // One entry of magnitude 1 and zeros: of rotations, that leaves one a column.
+    if (!(std::max({x, y, z}) == 1.0 && (x + y) + z == 1.0)) return false;
+    half_W(row) = (x * half.x() + y * half.y()) + z * half.z();
+  }
+  return true;
+}
+
 }  // namespace
+
+Certified certify_aligned_boxes(const Vector3& half_a, const Pose& X_WA, const Vector3& half_b,
+                                const Pose& X_WB) {
+  Vector3 a, b;
+  if (!world_half_extents(half_a, X_WA.R, a) || !world_half_extents(half_b, X_WB.R, b))
+    return Certified::unknown;
+  bool meets = true;
+  for (int k = 0; k < 3; ++k)
+    meets &= meet({X_WA.p(k) - a(k), X_WA.p(k) + a(k)}, {X_WB.p(k) - b(k), X_WB.p(k) + b(k)});
+  return meets ? Certified::overlapping : Certified::separated;
+}
 
 Certified certify_aligned(const WorldVertices& a_W, const WorldVertices& b_W) {
   const AlignedHull a = align(a_W), b = align(b_W);

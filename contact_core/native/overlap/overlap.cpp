@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/native/overlap/aligned_hulls.hpp"
 #include "touchstone/contact_core/native/overlap/box_box_overlap.hpp"
 #include "touchstone/contact_core/native/overlap/gjk.hpp"
 #include "touchstone/contact_core/native/overlap/mpr.hpp"
@@ -25,12 +26,11 @@ static_assert(!Matrix3::IsRowMajor);
 /// MPR iterations before the scalar fallback; of 4096 random frusta, 2 needed more than 6.
 constexpr int kMprSteps = 8;
 
+/// Pairs whose depths are asked for at a time: their records fit the first cache.
+constexpr std::size_t kDepths = 32;
+
 const PoseRecord* records(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());
-}
-
-Vector3 half_extents(const BoxRecord& box) {
-  return {box.half_extents[0], box.half_extents[1], box.half_extents[2]};
 }
 
 PairStatus to_status(bool meet) { return meet ? PairStatus::overlapping : PairStatus::separated; }
@@ -42,24 +42,17 @@ void place_pair(const SolidSet& set, const SolidPair& pair, std::span<const Pose
         out);
 }
 
-/// The scalar test of a pair of any kind, without kernels.
+/// What no filter of the pair's kind has certified: by comparison of coordinates, then by the hulls.
 bool placed_meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   PlacedPair placed;
   place_pair(set, pair, poses, placed);
+  const Certified certified = certify_aligned(placed.a_W, placed.b_W);
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
   return native::hulls_meet(placed);
 }
 
-/// The scalar test, by the kind's filter first. @pre finite poses.
-bool meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
-  if (is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b])) {
-    const Certified certified = certify_kinds(set, pair, poses);
-    if (certified != Certified::unknown) return certified == Certified::overlapping;
-  }
-  return placed_meet(set, pair, poses);
-}
-
 struct Block {
-  Batch boxes, parallelepipeds, others, hinted;
+  Batch boxes, parallelepipeds, others, hinted, rest;
   std::array<Certified, kBlock> certified;
   std::array<PairAxis, kBlock> axes;
 };
@@ -68,21 +61,94 @@ SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
   return std::max(set.kinds[pair.a], set.kinds[pair.b]);
 }
 
-/// @param ask what settles the pairs that the kernel left unknown, as it does all with a pose that is not
-/// finite.
-template <class Ask>
-void settle(const SolidSet& set, const Batch& batch, const std::array<Certified, kBlock>& certified,
-            std::span<const Pose> poses, std::span<PairStatus> status, const Ask& ask) {
+/// Writes what is certified; pairs left unknown make up `rest`.
+void write_certified(const Batch& batch, const std::array<Certified, kBlock>& certified,
+                     std::span<PairStatus> status, Batch& rest) {
+  rest.count = 0;
   for (std::size_t i = 0; i < batch.count; ++i) {
-    const Certified c = certified[i];
-    const SolidPair pair{batch.pairs[i].a, batch.pairs[i].b};
-    if (c != Certified::unknown)
-      status[batch.slots[i]] = to_status(c == Certified::overlapping);
-    else if (!has_finite_poses(pair, poses))
-      status[batch.slots[i]] = PairStatus::failed;
+    if (certified[i] == Certified::unknown)
+      rest.add({batch.pairs[i].a, batch.pairs[i].b}, batch.slots[i]);
     else
-      status[batch.slots[i]] = to_status(ask(set, pair, poses));
+      status[batch.slots[i]] = to_status(certified[i] == Certified::overlapping);
   }
+}
+
+/// Takes pairs with a pose that is not finite out of a batch of which kernels have left them unknown.
+void fail_not_finite(std::span<const Pose> poses, std::span<PairStatus> status, Batch& batch) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    const PairIndices pair = batch.pairs[i];
+    const std::uint16_t slot = batch.slots[i];
+    if (has_finite_poses({pair.a, pair.b}, poses))
+      batch.pairs[kept] = pair, batch.slots[kept++] = slot;
+    else
+      status[slot] = PairStatus::failed;
+  }
+  batch.count = kept;
+}
+
+/// @pre finite poses.
+void settle_one_by_one(const SolidSet& set, const Batch& batch, std::span<const Pose> poses,
+                       std::span<PairStatus> status) {
+  for (std::size_t i = 0; i < batch.count; ++i)
+    status[batch.slots[i]] = to_status(placed_meet(set, {batch.pairs[i].a, batch.pairs[i].b}, poses));
+}
+
+/// @pre finite poses.
+Certified certify_aligned_boxes(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
+  const Pose& X_WA = poses[pair.a];
+  const Pose& X_WB = poses[pair.b];
+  if (!is_ordinary(set, pair.a, X_WA, pair.b, X_WB)) return Certified::unknown;
+  return native::certify_aligned_boxes(half_extents(set.boxes[pair.a]), X_WA, half_extents(set.boxes[pair.b]),
+                                       X_WB);
+}
+
+/// Certificates of the depth kernels, whose margins are the finest. @pre finite poses.
+void certify_by_depth(const SolidSet& set, const Kernels& kernels, SolidKind kind, const Batch& batch,
+                      std::span<const Pose> poses, std::array<Certified, kBlock>& certified) {
+  std::array<DepthRecord, kDepths> depths;
+  for (std::size_t first = 0; first < batch.count; first += kDepths) {
+    const std::size_t here = std::min(kDepths, batch.count - first);
+    const PairIndices* pairs = &batch.pairs[first];
+    if (kind == SolidKind::box)
+      kernels.compute_box_depths(records(poses), set.boxes.data(), pairs, here, depths.data());
+    else
+      kernels.compute_parallelepiped_depths(records(poses), set.parallelepiped_edges.data(), pairs, here,
+                                            depths.data());
+    for (std::size_t i = 0; i < here; ++i) certified[first + i] = depths[i].certified;
+  }
+}
+
+/// The order in which the distance query asks, too: rounded margins, coordinates, exact arithmetic last.
+void settle_boxes(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                  std::span<PairStatus> status, Block& block) {
+  const auto certify = [&](const auto& kernel, const Batch& batch) {
+    kernel(records(poses), set.boxes.data(), batch.pairs.data(), batch.count, block.certified.data());
+  };
+  certify(kernels.certify_boxes, block.boxes);
+  write_certified(block.boxes, block.certified, status, block.rest);
+  if (block.rest.count == 0) return;
+  certify(kernels.certify_boxes_closely, block.rest);
+  write_certified(block.rest, block.certified, status, block.boxes);
+  fail_not_finite(poses, status, block.boxes);
+  for (std::size_t i = 0; i < block.boxes.count; ++i)
+    block.certified[i] = certify_aligned_boxes(set, {block.boxes.pairs[i].a, block.boxes.pairs[i].b}, poses);
+  write_certified(block.boxes, block.certified, status, block.rest);
+  certify_by_depth(set, kernels, SolidKind::box, block.rest, poses, block.certified);
+  write_certified(block.rest, block.certified, status, block.boxes);
+  settle_one_by_one(set, block.boxes, poses, status);
+}
+
+void settle_parallelepipeds(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                            std::span<PairStatus> status, Block& block) {
+  kernels.certify_parallelepipeds(records(poses), set.parallelepipeds.data(),
+                                  block.parallelepipeds.pairs.data(), block.parallelepipeds.count,
+                                  block.certified.data());
+  write_certified(block.parallelepipeds, block.certified, status, block.rest);
+  fail_not_finite(poses, status, block.rest);
+  certify_by_depth(set, kernels, SolidKind::parallelepiped, block.rest, poses, block.certified);
+  write_certified(block.rest, block.certified, status, block.parallelepipeds);
+  settle_one_by_one(set, block.parallelepipeds, poses, status);
 }
 
 // The cache keeps a separating axis, from A to B, as floats: rounding it hardly narrows the gap.
@@ -128,7 +194,9 @@ void settle_others(const SolidSet& set, const Kernels& kernels, std::span<const 
       cache[others.slots[i]] =
           block.certified[i] == Certified::separated ? remember(block.axes[i]) : PairCacheEntry{};
   }
-  settle(set, others, block.certified, poses, status, placed_meet);
+  write_certified(others, block.certified, status, block.rest);
+  fail_not_finite(poses, status, block.rest);
+  settle_one_by_one(set, block.rest, poses, status);
 }
 
 void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const SolidPair> pairs,
@@ -151,32 +219,44 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
         break;
     }
   }
-  if (block.boxes.count > 0) {
-    kernels.certify_boxes(records(poses), set.boxes.data(), block.boxes.pairs.data(), block.boxes.count,
-                          block.certified.data());
-    settle(set, block.boxes, block.certified, poses, status, meet);
-  }
-  if (block.parallelepipeds.count > 0) {
-    kernels.certify_parallelepipeds(records(poses), set.parallelepipeds.data(),
-                                    block.parallelepipeds.pairs.data(), block.parallelepipeds.count,
-                                    block.certified.data());
-    settle(set, block.parallelepipeds, block.certified, poses, status, placed_meet);
-  }
+  if (block.boxes.count > 0) settle_boxes(set, kernels, poses, status, block);
+  if (block.parallelepipeds.count > 0) settle_parallelepipeds(set, kernels, poses, status, block);
   if (block.hinted.count > 0) settle_hinted(set, kernels, poses, status, cache, block);
   if (block.others.count > 0) settle_others(set, kernels, poses, status, cache, block);
 }
 
+/// One pair by its kind's filters, the quickest first; see settle_boxes().
+Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                      std::span<const Pose> poses) {
+  const SolidKind kind = kind_of(set, pair);
+  if (kind == SolidKind::general) return Certified::unknown;
+  const PoseRecord* X_W = records(poses);
+  Certified certified = Certified::unknown;
+  // In two lanes the scalar filter, which stops at the first face that separates, is faster.
+  if (kind == SolidKind::box && kernels.lanes > 2)
+    certified = kernels.certify_box_pair(X_W[pair.a], set.boxes[pair.a], X_W[pair.b], set.boxes[pair.b]);
+  if (certified != Certified::unknown) return certified;
+  if (!has_finite_poses(pair, poses)) return Certified::unknown;
+  if (kind == SolidKind::box) certified = certify_aligned_boxes(set, pair, poses);
+  if (certified != Certified::unknown) return certified;
+  if (is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
+    certified = certify_kinds(set, pair, poses);
+  if (certified != Certified::unknown) return certified;
+  DepthRecord depth;
+  const PairIndices indices{pair.a, pair.b};
+  if (kind == SolidKind::box)
+    kernels.compute_box_depths(X_W, set.boxes.data(), &indices, 1, &depth);
+  else
+    kernels.compute_parallelepiped_depths(X_W, set.parallelepiped_edges.data(), &indices, 1, &depth);
+  return depth.certified;
+}
+
 PairStatus overlap_one(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                        std::span<const Pose> poses) {
-  // In two lanes the scalar filter, which stops at the first face that separates, is faster.
-  if (kernels.lanes > 2 && kind_of(set, pair) == SolidKind::box) {
-    const PoseRecord* X_W = records(poses);
-    const Certified certified =
-        kernels.certify_box_pair(X_W[pair.a], set.boxes[pair.a], X_W[pair.b], set.boxes[pair.b]);
-    if (certified != Certified::unknown) return to_status(certified == Certified::overlapping);
-  }
+  const Certified certified = certify_one(set, kernels, pair, poses);
+  if (certified != Certified::unknown) return to_status(certified == Certified::overlapping);
   if (!has_finite_poses(pair, poses)) return PairStatus::failed;
-  return to_status(meet(set, pair, poses));
+  return to_status(placed_meet(set, pair, poses));
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include "touchstone/contact_core/native/simd/pair_blocks.hpp"
 
-// The coarse pass of certify_boxes: notation and bounds stand in box_box_overlap.cpp. Valid poses have delta
+// Both passes of certify_boxes: notation and bounds stand in box_box_overlap.cpp. Valid poses have delta
 // <= 1e-6 < 2^-19.9, and 20 * 2^-19.9 + 24 u < 2^-15. Of a pose that is not finite a comparison may hold all
 // the same, on an axis that the number does not enter: the pair is left to the caller, found by sums that all
 // twelve numbers enter.
@@ -10,7 +10,11 @@
 namespace touchstone::native::TOUCHSTONE_ISA {
 
 constexpr double kCoarse = 0x1p-15;
+constexpr double kDefectFactor = 20.0;
+constexpr double kSizeRoundoffs = 24.0;
 constexpr double kPositionRoundoffs = 4.0;
+/// At larger angles edges count as crossing ones.
+constexpr double kNearlyParallel = 0x1p-30;
 /// Larger sizes and positions are left to scalar code, which scales them (is_ordinary() in placed_pair.hpp;
 /// records of solids too small have an infinite size).
 constexpr double kOrdinaryHigh = 0x1p120;
@@ -112,22 +116,32 @@ TOUCHSTONE_INLINE void gather_boxes(const double* const (&poses)[Traits<Pack>::l
   out.reach = shape[3];
 }
 
+/// What both passes look at.
 template <class Pack>
-TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B) {
+struct BoxSlacks {
+  Pack size, position;
+  Pack abs_C[3][3];
+  Pack face;         // the least of six
+  Pack cross[3][3];  // one an axis
+  MaskOf<Pack> ordinary;
+};
+
+template <class Pack>
+TOUCHSTONE_INLINE void find_slacks(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B, BoxSlacks<Pack>& out) {
   const Vector3Of<Pack> T = B.p - A.p;
-  const Pack size = (A.reach + B.reach) + sum(T);
-  const Pack position = largest(A.p) + largest(B.p);
-  const Pack margin = all<Pack>(kCoarse) * size + all<Pack>(kPositionRoundoffs * kU) * position;
-  Pack C[3][3], abs_C[3][3], T_A[3], T_B[3];
+  out.size = (A.reach + B.reach) + sum(T);
+  out.position = largest(A.p) + largest(B.p);
+  Pack C[3][3], T_A[3], T_B[3];
   for (int i = 0; i < 3; ++i) {
     T_A[i] = dot(A.axis[i], T);
     T_B[i] = dot(B.axis[i], T);
     for (int j = 0; j < 3; ++j) {
       C[i][j] = dot(A.axis[i], B.axis[j]);
-      abs_C[i][j] = magnitude(C[i][j]);
+      out.abs_C[i][j] = magnitude(C[i][j]);
     }
   }
-  Pack slack = all<Pack>(__builtin_inf());
+  const auto& abs_C = out.abs_C;
+  out.face = all<Pack>(__builtin_inf());
   Pack reaches{};
   for (int i = 0; i < 3; ++i) {
     const Pack reach_b = (B.half[0] * abs_C[i][0] + B.half[1] * abs_C[i][1]) + B.half[2] * abs_C[i][2];
@@ -136,7 +150,7 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, 
     const Pack face_b =
         (B.half[i] + ((A.half[0] * abs_C[0][i] + A.half[1] * abs_C[1][i]) + A.half[2] * abs_C[2][i])) -
         magnitude(T_B[i]);
-    slack = least(slack, least(face_a, face_b));
+    out.face = least(out.face, least(face_a, face_b));
   }
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
@@ -144,14 +158,58 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, 
       const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
       const Pack radius_a = A.half[i1] * abs_C[i2][j] + A.half[i2] * abs_C[i1][j];
       const Pack radius_b = B.half[j1] * abs_C[i][j2] + B.half[j2] * abs_C[i][j1];
-      slack = least(slack, (radius_a + radius_b) - magnitude(T_A[i2] * C[i1][j] - T_A[i1] * C[i2][j]));
+      out.cross[i][j] = (radius_a + radius_b) - magnitude(T_A[i2] * C[i1][j] - T_A[i1] * C[i2][j]);
     }
   }
-  const MaskOf<Pack> ordinary = (size + position) + reaches < all<Pack>(kOrdinaryHigh);
-  return {(slack < -margin) & ordinary, (slack > margin) & ordinary};
+  out.ordinary = (out.size + out.position) + reaches < all<Pack>(kOrdinaryHigh);
 }
 
 template <class Pack>
+TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B) {
+  BoxSlacks<Pack> s;
+  find_slacks(A, B, s);
+  const Pack margin = all<Pack>(kCoarse) * s.size + all<Pack>(kPositionRoundoffs * kU) * s.position;
+  Pack slack = s.face;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) slack = least(slack, s.cross[i][j]);
+  return {(slack < -margin) & s.ordinary, (slack > margin) & s.ordinary};
+}
+
+/// orthonormality_defect() of the pose.
+template <class Pack>
+TOUCHSTONE_INLINE Pack defect_of(const Vector3Of<Pack> (&axis)[3]) {
+  Pack defect{};
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j)
+      defect = greatest(magnitude(dot(axis[i], axis[j]) - all<Pack>(i == j ? 1.0 : 0.0)), defect);
+  return defect;
+}
+
+/// The second pass of certify_boxes: measured delta, and parallel edges left out.
+template <class Pack>
+TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes_closely(const BoxLanes<Pack>& A,
+                                                               const BoxLanes<Pack>& B) {
+  BoxSlacks<Pack> s;
+  find_slacks(A, B, s);
+  const Pack defect = greatest(defect_of(A.axis), defect_of(B.axis)) + all<Pack>(6 * kU);
+  Pack margin = (all<Pack>(kDefectFactor) * defect + all<Pack>(kSizeRoundoffs * kU)) * s.size +
+                all<Pack>(kPositionRoundoffs * kU) * s.position;
+  Pack lowest = s.face, slack = s.face, turn{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      lowest = least(lowest, s.cross[i][j]);
+      const Pack sine = (s.abs_C[i][(j + 1) % 3] + s.abs_C[i][(j + 2) % 3]) + all<Pack>(8 * kU);
+      const MaskOf<Pack> parallel = (s.abs_C[i][j] > all<Pack>(0.5)) & (sine < all<Pack>(kNearlyParallel));
+      turn += select<Pack>(parallel, sine + defect, Pack{});
+      slack = select<Pack>(parallel, slack, least(slack, s.cross[i][j]));
+    }
+  }
+  const MaskOf<Pack> separated = lowest < -margin;
+  margin += (all<Pack>(8.0) * turn) * s.size;
+  return {separated & s.ordinary, (slack > margin) & s.ordinary};
+}
+
+template <class Pack, bool closely>
 TOUCHSTONE_INLINE void certify_boxes_inline(const PoseRecord* poses, const BoxRecord* shapes,
                                             const PairIndices* pairs, std::size_t count, Certified* out) {
   for_each_block<Pack>(
@@ -160,7 +218,10 @@ TOUCHSTONE_INLINE void certify_boxes_inline(const PoseRecord* poses, const BoxRe
         BoxLanes<Pack> A, B;
         gather_boxes<Pack>(poses_a, shapes_a, A);
         gather_boxes<Pack>(poses_b, shapes_b, B);
-        return certify_box_lanes(A, B);
+        if constexpr (closely)
+          return certify_box_lanes_closely(A, B);
+        else
+          return certify_box_lanes(A, B);
       });
 }
 

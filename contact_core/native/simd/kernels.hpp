@@ -144,6 +144,10 @@ struct Kernels {
                                 const BoxRecord& b);
   void (*certify_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                         std::size_t count, Certified* out);
+  /// Its second pass, for pairs that the coarse one leaves unknown: slower, and leaves only those that touch
+  /// to rounding, or nearly touch along edges at a small angle.
+  void (*certify_boxes_closely)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                                std::size_t count, Certified* out);
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).
   void (*certify_parallelepipeds)(const PoseRecord* poses, const Parallelepiped* shapes,
                                   const PairIndices* pairs, std::size_t count, Certified* out);

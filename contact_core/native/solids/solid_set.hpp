@@ -40,6 +40,10 @@ struct SolidSet {
 inline constexpr double kOrdinaryLow = 0x1p-120;
 inline constexpr double kOrdinaryHigh = 0x1p120;
 
+inline Vector3 half_extents(const BoxRecord& box) {
+  return {box.half_extents[0], box.half_extents[1], box.half_extents[2]};
+}
+
 SolidSet make_solid_set(std::span<const Hexahedron> solids);
 
 /// Replaces the solids from `first` on; appends those beyond the end.
