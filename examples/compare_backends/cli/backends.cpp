@@ -3,18 +3,12 @@
 #include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone::comparison {
-#ifdef TOUCHSTONE_HAS_BULLET_SINGLE
-namespace {
 
-// Beside the program in a build folder; not among users' commands where it is installed.
 std::filesystem::path worker_beside(const std::filesystem::path& program, const char* name) {
   const std::filesystem::path folder = program.parent_path();
   const std::filesystem::path installed = folder.parent_path() / "libexec/touchstone" / name;
   return std::filesystem::exists(installed) ? installed : folder / name;
 }
-
-}  // namespace
-#endif
 
 Backends build_backends(const std::filesystem::path& program) {
   Backends backends;

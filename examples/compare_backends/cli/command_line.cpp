@@ -106,6 +106,9 @@ struct RawOptions {
 void add_options(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--backend", options.backends, "Backends to compare (default: all; --list names them)");
   app.add_option(
+      "--plugin", options.plugins,
+      "Shared libraries with a backend each (touchstone_plugin.h), asked in a process of their own");
+  app.add_option(
       "--families", options.families,
       "Pair families, 'all' or 'none' (default: all; none where --pairs, --capture or --scene brings "
       "cases of your own, which then decide alone)");

@@ -6,6 +6,7 @@
 #include "touchstone/examples/compare_backends/cli/backends.hpp"
 #include "touchstone/examples/compare_backends/cli/command_line.hpp"
 #include "touchstone/examples/compare_backends/cli/decide_again.hpp"
+#include "touchstone/examples/compare_backends/cli/plugins.hpp"
 #include "touchstone/examples/compare_backends/cli/terminal.hpp"
 #include "touchstone/examples/compare_backends/diff/diff.hpp"
 #include "touchstone/examples/compare_backends/figures/figure_files.hpp"
@@ -77,7 +78,9 @@ int run(int argc, char** argv) {
   if (argc > 1 && argv[1] == std::string_view("tables")) return run_tables(argc, argv);
   const std::optional<Options> options = parse_options(argc, argv);
   if (!options) return 0;
-  const Backends backends = build_backends(std::filesystem::canonical("/proc/self/exe"));
+  const std::filesystem::path program = std::filesystem::canonical("/proc/self/exe");
+  Backends backends = build_backends(program);
+  add_plugins(backends, program, options->plugins);
   if (options->list) {
     print_list(*options, backends);
     return 0;

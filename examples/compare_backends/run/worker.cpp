@@ -62,8 +62,9 @@ void write_file(const fs::path& path, const std::string& bytes) {
 }
 
 // Runs the program to its end. Returns "" or how it failed.
-std::string run_program(const fs::path& program, std::vector<std::string> arguments,
-                        const Progress& progress) {
+std::string run_program(const Worker& worker, std::vector<std::string> arguments, const Progress& progress) {
+  const fs::path& program = worker.program;
+  arguments.insert(arguments.begin(), worker.arguments.begin(), worker.arguments.end());
   arguments.insert(arguments.begin(), program.string());
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
@@ -122,12 +123,13 @@ bool Worker::offers(std::string_view name) const {
                      [&](const auto& backend) { return backend.first == name; });
 }
 
-Worker describe_worker(const fs::path& program) {
+Worker describe_worker(const fs::path& program, const std::vector<std::string>& arguments) {
   Worker worker;
   worker.program = program;
+  worker.arguments = arguments;
   const TemporaryFolder folder;
   const fs::path answer = folder.path() / "backends";
-  worker.failure = run_program(program, {"--describe", answer.string()}, {});
+  worker.failure = run_program(worker, {"--describe", answer.string()}, {});
   if (!worker.failure.empty()) return worker;
   std::ifstream stream(answer);
   for (std::string name, description; std::getline(stream, name) && std::getline(stream, description);) {
@@ -142,8 +144,7 @@ std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const 
   const TemporaryFolder folder;
   const fs::path job = folder.path() / "job", answers = folder.path() / "answers";
   write_file(job, encode_job({{backends.begin(), backends.end()}, options, set}));
-  const std::string failure =
-      run_program(worker.program, {"--run", job.string(), answers.string()}, progress);
+  const std::string failure = run_program(worker, {"--run", job.string(), answers.string()}, progress);
   if (!failure.empty()) return all_failed(worker, backends, set, failure);
   try {
     return decode_answers(read_file(answers));

@@ -16,13 +16,14 @@ namespace touchstone::comparison {
 /// A worker program and what it offers. A program that cannot be run offers nothing and says why.
 struct Worker {
   std::filesystem::path program;
+  std::vector<std::string> arguments;                         ///< before those of describing and running
   std::vector<std::pair<std::string, std::string>> backends;  ///< name and description
   std::string failure;
 
   bool offers(std::string_view name) const;
 };
 
-Worker describe_worker(const std::filesystem::path& program);
+Worker describe_worker(const std::filesystem::path& program, const std::vector<std::string>& arguments = {});
 
 /// As run_backends, in the worker. If it dies every case of these backends is `failed` and
 /// BackendAnswers::failure says how. `progress` is called (with 0) while it runs; what it throws ends the

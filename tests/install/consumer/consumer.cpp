@@ -70,6 +70,12 @@
 #ifdef WITH_gltf
 #include "touchstone/adapters/gltf/gltf.hpp"
 #endif
+#ifdef WITH_c_interface
+#include "touchstone/adapters/c_interface/touchstone.h"
+#endif
+#ifdef WITH_plugin
+#include "touchstone/adapters/plugin/plugin.hpp"
+#endif
 #ifdef WITH_physics
 #include "touchstone/physics/world/dynamics_world.hpp"
 #endif
@@ -195,6 +201,13 @@ int wrong_files() {
   CigiOptions twice;
   twice.entities.assign(2, {.object = "box", .id = 1, .type = 0, .X_OE = {}});
   wrong += refused("cigi", [&] { CigiOutput output(twice); });
+#endif
+#ifdef WITH_c_interface
+  wrong += touchstone_abi_version() == TOUCHSTONE_ABI_VERSION ? 0 : 1;
+#endif
+#ifdef WITH_plugin
+  BackendRegistry registry;
+  wrong += refused("plugin", [&] { register_plugin(registry, "./not_there.so"); });
 #endif
 #ifdef WITH_gltf
   wrong += refused("gltf", [] { write_gltf("not_there.gltf", Recording{}, {}); });

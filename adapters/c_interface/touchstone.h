@@ -1,0 +1,189 @@
+#ifndef TOUCHSTONE_H
+#define TOUCHSTONE_H
+
+/**
+ * @file
+ * Touchstone's narrowphases for C11 and whatever calls C. Conventions are those of
+ * contact_core/narrowphase/narrowphase.hpp:
+ *  - SI units, doubles. Solids are closed sets: touching is contact (overlapping, separation 0).
+ *  - n_AB_W is a unit vector from A to B, in world axes. separation > 0 apart, < 0 overlapping.
+ *  - p_B_W = p_A_W + separation * n_AB_W.
+ *  - Results come in the order of the pairs; result i depends on pair i alone.
+ *
+ * Errors: a call that can fail returns a touchstone_code and, where that is not TOUCHSTONE_OK, has changed
+ * nothing; touchstone_error() has the text. Nothing throws, nothing ends the process.
+ *
+ * Threads: touchstone_evaluate() may be called from several at once on one narrowphase, each with a workspace
+ * of its own; the other calls on a narrowphase not while it is in use.
+ *
+ * Versions: what is declared here stays as it is within one TOUCHSTONE_ABI_VERSION.
+ */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** The version of this header's structs and functions. @see touchstone_abi_version() */
+#define TOUCHSTONE_ABI_VERSION 1u
+/** Most contact points of one pair. */
+#define TOUCHSTONE_MAX_POINTS 8
+
+/** The outcome of a call. */
+typedef int32_t touchstone_code;
+/** Values of touchstone_code. */
+enum {
+  TOUCHSTONE_OK = 0,
+  TOUCHSTONE_BAD_INPUT = 1, /**< the caller's argument; the text names it */
+  TOUCHSTONE_NO_MEMORY = 2,
+  TOUCHSTONE_FAILURE = 3 /**< anything else */
+};
+
+/** An answer about one pair, one byte. */
+typedef uint8_t touchstone_status;
+/** Values of touchstone_status. */
+enum {
+  TOUCHSTONE_SEPARATED = 0,   /**< apart by more than the declared resolution */
+  TOUCHSTONE_OVERLAPPING = 1, /**< touching or penetrating */
+  TOUCHSTONE_UNDECIDED = 2,   /**< closer to touching than the declared resolution; carries geometry */
+  TOUCHSTONE_FAILED = 3,      /**< not converged, or a pose is not finite; carries nothing */
+  TOUCHSTONE_UNSUPPORTED = 4  /**< the backend does not answer this query; carries nothing */
+};
+
+/** Values of touchstone_query::kind; each includes those before it. */
+enum {
+  TOUCHSTONE_OVERLAP = 0,  /**< status only */
+  TOUCHSTONE_DISTANCE = 1, /**< signed distance, normal, witness points */
+  TOUCHSTONE_MANIFOLD = 2  /**< the same and up to max_points contact points */
+};
+
+/** Two solids by their index in touchstone_build(), a < b. */
+typedef struct touchstone_pair {
+  uint32_t a;
+  uint32_t b;
+} touchstone_pair;
+
+/** The pose X_WS of a solid S in the world: p_W = R p_S + p. */
+typedef struct touchstone_pose {
+  double R[9]; /**< column by column: R[0..2] is S's x axis in the world */
+  double p[3]; /**< S's origin in the world [m] */
+} touchstone_pose;
+
+/** The question. */
+typedef struct touchstone_query {
+  int32_t kind;
+  int32_t max_points;          /**< manifold: slots a pair, 1 to TOUCHSTONE_MAX_POINTS */
+  double max_separation;       /**< pairs further apart [m] are separated with separation +inf, NaN elsewhere */
+  double max_point_separation; /**< points further apart [m], and than the pair, are not in a manifold */
+} touchstone_query;
+
+/** A pair's answer to a distance or manifold query; NaN where the status carries nothing. */
+typedef struct touchstone_geometry {
+  double separation; /**< signed [m] */
+  double n_AB_W[3];  /**< unit, from A to B */
+  double p_A_W[3];   /**< witness point on A [m] */
+  double p_B_W[3];   /**< witness point on B [m] */
+  int32_t point_count;
+  int32_t reserved;
+} touchstone_geometry;
+
+/** One point of a manifold, on both surfaces. */
+typedef struct touchstone_point {
+  double p_A_W[3];
+  double p_B_W[3];
+  double separation;   /**< along the pair's n_AB_W [m] */
+  uint32_t feature_id; /**< stable while the contact keeps its shape; 0: unknown */
+  uint32_t reserved;
+} touchstone_point;
+
+/** What a backend answers, and how well; flags are 0 or 1. */
+typedef struct touchstone_capabilities {
+  uint8_t distance;         /**< of pairs apart */
+  uint8_t penetration;      /**< of pairs that overlap */
+  uint8_t manifold;         /**< contact points */
+  uint8_t overlap_complete; /**< 0: missed contacts are expected */
+  uint8_t deterministic;    /**< same bits for the same pair */
+  uint8_t thread_safe;      /**< several threads at once */
+  uint8_t reserved[2];
+  int32_t scalar_bits;        /**< of its own arithmetic: 64, 32 */
+  int32_t reserved_word;      /**< 0 */
+  double absolute_resolution; /**< separations are within absolute + relative * scale [m] of the truth, */
+  double relative_resolution; /**< scale the larger of |world coordinate| and size [m] */
+  double depth_resolution;    /**< further, per metre of depth; infinite: nothing is claimed */
+} touchstone_capabilities;
+
+/** A fine check by name; see touchstone_create(). */
+typedef struct touchstone_narrowphase touchstone_narrowphase;
+/** A thread's scratch memory for one narrowphase. */
+typedef struct touchstone_workspace touchstone_workspace;
+
+/** A batch of pairs, all asked the same; the arrays are the caller's. */
+typedef struct touchstone_input {
+  const touchstone_pair* pairs;
+  size_t pair_count;
+  const touchstone_pose* poses; /**< one a solid, in the order of touchstone_build() */
+  size_t pose_count;            /**< at least as many as solids */
+  touchstone_query query;
+} touchstone_input;
+
+/** The caller's slots: pair i writes status[i], geometry[i] and points[i * max_points ...) only. */
+typedef struct touchstone_output {
+  touchstone_status* status;     /**< pair_count */
+  touchstone_geometry* geometry; /**< pair_count; may be NULL for overlap */
+  touchstone_point* points;      /**< pair_count * max_points; may be NULL unless manifold */
+} touchstone_output;
+
+/** TOUCHSTONE_ABI_VERSION of the library; another one than the header's: do not call on. */
+uint32_t touchstone_abi_version(void);
+/** The library's own version, "0.2.0". */
+const char* touchstone_version(void);
+/** Why this thread's last call failed: one line; "" before the first. Valid until the next that fails. */
+const char* touchstone_error(void);
+
+/** How many backends there are. */
+size_t touchstone_backend_count(void);
+/** The name of a backend; NULL from touchstone_backend_count() on. */
+const char* touchstone_backend_name(size_t index);
+
+/** Makes a narrowphase by its backend's name, "native" for one. It has no solids yet. */
+touchstone_code touchstone_create(const char* backend, touchstone_narrowphase** out);
+/** After its workspaces. NULL is allowed. */
+void touchstone_destroy(touchstone_narrowphase* narrowphase);
+/** As of the last touchstone_build(). */
+touchstone_code touchstone_get_capabilities(const touchstone_narrowphase* narrowphase,
+                                            touchstone_capabilities* out);
+/**
+ * Takes copies of the solids, in the place of those before.
+ * @param corners 24 doubles a solid [m], in its own frame: x, y, z of corner 0, of corner 1 ... Corner i has
+ * bits (x y z) = (i>>2 & 1, i>>1 & 1, i & 1): 0 is (-,-,-), 1 is (-,-,+), 7 is (+,+,+). Other orders of a
+ * convex hexahedron's corners are understood. Corners that are exactly (+-hx, +-hy, +-hz) are a box.
+ * @return TOUCHSTONE_BAD_INPUT for what is no convex hexahedron; the text names the solid and the face.
+ */
+touchstone_code touchstone_build(touchstone_narrowphase* narrowphase, const double* corners, size_t solids);
+/** A workspace for one thread. Stays good when its narrowphase is built again. */
+touchstone_code touchstone_create_workspace(const touchstone_narrowphase* narrowphase,
+                                            touchstone_workspace** out);
+/** NULL is allowed. */
+void touchstone_destroy_workspace(touchstone_workspace* workspace);
+/**
+ * Answers a batch. Indices, counts and the query are checked, before anything is written; of poses only that
+ * they are finite (a pair with another one is TOUCHSTONE_FAILED): that R is a rotation is the caller's care.
+ * Does not allocate after the first call with a workspace where it returns TOUCHSTONE_OK.
+ */
+touchstone_code touchstone_evaluate(const touchstone_narrowphase* narrowphase,
+                                    touchstone_workspace* workspace, const touchstone_input* input,
+                                    const touchstone_output* output);
+
+/** A pose from a 4 x 4 matrix, row by row. @return TOUCHSTONE_BAD_INPUT where it is no rigid transform. */
+touchstone_code touchstone_pose_from_matrix(const double matrix[16], touchstone_pose* out);
+/** A pose from a position [m] and a quaternion (w, x, y, z), of any length but 0. */
+touchstone_code touchstone_pose_from_quaternion(const double position[3], const double quaternion[4],
+                                                touchstone_pose* out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "touchstone/examples/compare_backends/run/comparison.hpp"
+
+namespace touchstone::comparison {
+
+/// Adds the backends of shared libraries (c_interface/touchstone_plugin.h), each asked in a worker process
+/// beside `program`: where one dies, its answers are `failed` and the report says how.
+/// @throws InputError naming the library: it cannot be loaded, or its backend's name is taken.
+void add_plugins(Backends& backends, const std::filesystem::path& program,
+                 const std::vector<std::string>& libraries);
+
+}  // namespace touchstone::comparison

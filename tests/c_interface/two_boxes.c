@@ -1,0 +1,45 @@
+/* Two unit cubes, 0.5 m apart along x, through the C interface. Ends with 0 where all is as it should be. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "touchstone/adapters/c_interface/touchstone.h"
+#include "touchstone/adapters/c_interface/touchstone_plugin.h"
+
+static void must(int holds, const char* what) {
+  if (holds) return;
+  fprintf(stderr, "%s: %s\n", what, touchstone_error());
+  exit(1);
+}
+
+int main(void) {
+  double corners[2][8][3];
+  for (int i = 0; i < 16; ++i)
+    for (int k = 0; k < 3; ++k) corners[i / 8][i % 8][k] = (i % 8 >> (2 - k) & 1) != 0 ? 0.5 : -0.5;
+  const double at_origin[3] = {0.0, 0.0, 0.0}, beside[3] = {1.5, 0.0, 0.0}, no_turn[4] = {1.0, 0.0, 0.0, 0.0};
+  const touchstone_pair pair = {0, 1};
+  touchstone_pose poses[2];
+  touchstone_status status;
+  touchstone_geometry geometry;
+  touchstone_narrowphase* narrowphase = NULL;
+  touchstone_workspace* workspace = NULL;
+
+  must(touchstone_abi_version() == TOUCHSTONE_ABI_VERSION, "version");
+  must(touchstone_create("native", &narrowphase) == TOUCHSTONE_OK, "create");
+  must(touchstone_build(narrowphase, &corners[0][0][0], 2) == TOUCHSTONE_OK, "build");
+  must(touchstone_create_workspace(narrowphase, &workspace) == TOUCHSTONE_OK, "workspace");
+  must(touchstone_pose_from_quaternion(at_origin, no_turn, &poses[0]) == TOUCHSTONE_OK, "pose");
+  must(touchstone_pose_from_quaternion(beside, no_turn, &poses[1]) == TOUCHSTONE_OK, "pose");
+  const touchstone_input input = {&pair, 1, poses, 2, {TOUCHSTONE_DISTANCE, 0, 10.0, 0.0}};
+  const touchstone_output output = {&status, &geometry, NULL};
+  must(touchstone_evaluate(narrowphase, workspace, &input, &output) == TOUCHSTONE_OK, "evaluate");
+  must(status == TOUCHSTONE_SEPARATED, "status");
+  must(geometry.separation > 0.4999 && geometry.separation < 0.5001, "separation");
+  must(geometry.n_AB_W[0] > 0.9999, "normal");
+
+  must(touchstone_create("no_such_engine", &narrowphase) == TOUCHSTONE_BAD_INPUT, "unknown name");
+  must(strstr(touchstone_error(), "native") != NULL, "the text names the known ones");
+  touchstone_destroy_workspace(workspace);
+  touchstone_destroy(narrowphase);
+  return 0;
+}

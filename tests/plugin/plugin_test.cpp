@@ -1,0 +1,106 @@
+#include "touchstone/adapters/plugin/plugin.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/ask.hpp"
+
+namespace touchstone {
+namespace {
+
+using testing::HasSubstr;
+
+std::string refusal(const std::string& library) {
+  BackendRegistry registry;
+  try {
+    register_plugin(registry, library);
+  } catch (const InputError& error) {
+    EXPECT_TRUE(registry.narrowphases().empty());
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Plugin, IsABackendByItsOwnName) {
+  BackendRegistry registry;
+  EXPECT_EQ(register_plugin(registry, SEPARATING_AXES_C), "separating_axes_c");
+  EXPECT_EQ(register_plugin(registry, NATIVE_THROUGH_C), "native_through_c");
+  const auto narrowphase = registry.make_narrowphase("native_through_c");
+  const std::vector<Hexahedron> solids(2, Hexahedron::from_size({1, 1, 1}));
+  narrowphase->build(solids);
+  const std::vector<Pose> poses = {at(0, 0, 0), at(1.5, 0, 0)};
+  EXPECT_EQ(ask(*narrowphase, poses, {.kind = QueryKind::distance}).geometry.separation, 0.5);
+}
+
+// The registry may go while a narrowphase is still in use: its library stays.
+TEST(Plugin, OutlivesTheRegistry) {
+  std::unique_ptr<Narrowphase> narrowphase;
+  {
+    BackendRegistry registry;
+    register_plugin(registry, SEPARATING_AXES_C);
+    narrowphase = registry.make_narrowphase("separating_axes_c");
+  }
+  const std::vector<Hexahedron> solids(2, Hexahedron::from_size({1, 1, 1}));
+  narrowphase->build(solids);
+  const std::vector<Pose> poses = {at(0, 0, 0), at(0.5, 0, 0)};
+  EXPECT_EQ(ask(*narrowphase, poses, {}).status, PairStatus::overlapping);
+}
+
+TEST(Plugin, WhatIsNoneIsRefusedByName) {
+  EXPECT_THAT(refusal("./no_such_file.so"), HasSubstr("no_such_file.so"));
+  EXPECT_THAT(refusal(NO_PLUGIN), HasSubstr("exports no touchstone_plugin"));
+  EXPECT_THAT(refusal(NEXT_VERSION_PLUGIN), HasSubstr("version 2 of the interface, this is 1"));
+  EXPECT_THAT(refusal(INCOMPLETE_PLUGIN), HasSubstr("lacks a function"));
+}
+
+TEST(Plugin, ANameIsTakenOnce) {
+  BackendRegistry registry;
+  register_plugin(registry, SEPARATING_AXES_C);
+  EXPECT_THROW(register_plugin(registry, SEPARATING_AXES_C), InputError);
+}
+
+class BadPlugin : public testing::Test {
+ protected:
+  void SetUp() override {
+    register_plugin(registry, BAD_PLUGIN);
+    narrowphase = registry.make_narrowphase("bad");
+    narrowphase->build(solids);
+    for (SolidIndex b = 1; b < solids.size(); ++b) pairs.push_back({0, b});
+  }
+  BackendRegistry registry;
+  std::unique_ptr<Narrowphase> narrowphase;
+  std::vector<Hexahedron> solids{7, Hexahedron::from_size({1, 1, 1})};
+  std::vector<Pose> poses{7};
+  std::vector<SolidPair> pairs;
+};
+
+TEST_F(BadPlugin, NonsenseIsFailedAndSaidOnce) {
+  testing::internal::CaptureStderr();
+  const Answers answers = ask(*narrowphase, pairs, poses, {.kind = QueryKind::manifold});
+  const Answers again = ask(*narrowphase, pairs, poses, {.kind = QueryKind::manifold});
+  EXPECT_EQ(
+      testing::internal::GetCapturedStderr(),
+      "touchstone: plug-in bad, pair 0 of 6: its status is none, or was not written; counted as failed\n");
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(answers.status[i], PairStatus::failed) << i;
+    EXPECT_TRUE(std::isnan(answers.geometry[i].separation)) << i;
+    EXPECT_EQ(answers.geometry[i].point_count, 0) << i;
+  }
+  EXPECT_EQ(answers.status[5], PairStatus::overlapping);
+  EXPECT_EQ(again.status, answers.status);
+}
+
+TEST_F(BadPlugin, ARefusedSolidIsAnInputError) {
+  const std::vector<Hexahedron> many(1000, Hexahedron::from_size({1, 1, 1}));
+  try {
+    narrowphase->build(many);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "plug-in bad: solid 999 is one too many");
+  }
+}
+
+}  // namespace
+}  // namespace touchstone
