@@ -119,6 +119,15 @@ int wide_filtered_sign(const WideVector& a, const WideVector& b, const WideVecto
   return std::abs(sum) > 0x1p-49 * permanent ? (sum > 0.0 ? 1 : -1) : kUncertain;
 }
 
+/// Divides each axis by the highest power of two that all three components share: the sign stays.
+void strip_common_zeros(IntegerVector& a, IntegerVector& b, IntegerVector& c) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto low = static_cast<std::uint64_t>(a[axis] | b[axis] | c[axis]);
+    const int zeros = low != 0 ? std::countr_zero(low) : 63;
+    a[axis] >>= zeros, b[axis] >>= zeros, c[axis] >>= zeros;
+  }
+}
+
 }  // namespace
 
 int DifferenceDeterminant::unfiltered_sign(Difference u, Difference v, Difference w,
@@ -172,7 +181,8 @@ IntegerVector DifferenceDeterminant::integer_difference(Difference u) const {
 int DifferenceDeterminant::exact_sign(Difference u, Difference v, Difference w) noexcept {
   if (!integers_ready_) prepare_integers();
   if (!integers_fit_) return exact_sign_any_span(u, v, w);
-  const IntegerVector a = integer_difference(u), b = integer_difference(v), c = integer_difference(w);
+  IntegerVector a = integer_difference(u), b = integer_difference(v), c = integer_difference(w);
+  if (!(is_narrow(a) && is_narrow(b) && is_narrow(c))) strip_common_zeros(a, b, c);
   return is_narrow(a) && is_narrow(b) && is_narrow(c) ? narrow_determinant_sign(a, b, c)
                                                       : wide_determinant_sign(a, b, c);
 }

@@ -14,27 +14,17 @@ using Difference = DifferenceDeterminant::Difference;
 // Points 0-7 are A's, 8-15 B's.
 constexpr int kFirstOfB = 8;
 
-/// Sign of det[u v w], its integers made of the six points alone: one determinant is all that is asked here.
-int sign_alone(const DifferenceDeterminant& of, Difference u, Difference v, Difference w) {
-  const auto rounded = [&of](Difference d) { return Vector3(of.point(d.q) - of.point(d.p)); };
-  const FilteredDeterminant filtered = filtered_determinant(rounded(u), rounded(v), rounded(w));
-  if (filtered.is_certain()) return filtered.sign();
-  const std::array points = {of.point(u.p), of.point(u.q), of.point(v.p),
-                             of.point(v.q), of.point(w.p), of.point(w.q)};
-  return DifferenceDeterminant(points).sign({0, 1}, {2, 3}, {4, 5});
-}
-
 /// For any four vectors d0 w0 + d1 w1 + d2 w2 + d3 w3 = 0 with d0 = det[w1 w2 w3], d1 = -det[w0 w2 w3], d2 =
 /// det[w0 w1 w3], d3 = -det[w0 w1 w2] (Cramer). Where all d have one sign or are zero, and some are not, the
 /// origin is a convex combination of the w: with w = b - a, one point is a combination of vertices of A and
 /// of B.
-bool holds_origin(const DifferenceDeterminant& determinant, const std::array<Difference, 4>& w) {
-  const int d0 = sign_alone(determinant, w[1], w[2], w[3]);
-  const int d1 = -sign_alone(determinant, w[0], w[2], w[3]);
+bool holds_origin(DifferenceDeterminant& determinant, const std::array<Difference, 4>& w) {
+  const int d0 = determinant.sign(w[1], w[2], w[3]);
+  const int d1 = -determinant.sign(w[0], w[2], w[3]);
   if (d0 * d1 < 0) return false;
-  const int d2 = sign_alone(determinant, w[0], w[1], w[3]);
+  const int d2 = determinant.sign(w[0], w[1], w[3]);
   if (d0 * d2 < 0 || d1 * d2 < 0) return false;
-  const int d3 = -sign_alone(determinant, w[0], w[1], w[2]);
+  const int d3 = -determinant.sign(w[0], w[1], w[2]);
   if (d0 * d3 < 0 || d1 * d3 < 0 || d2 * d3 < 0) return false;
   return d0 != 0 || d1 != 0 || d2 != 0 || d3 != 0;
 }
@@ -158,7 +148,7 @@ Difference furthest_inwards(const DifferenceDeterminant& determinant, const std:
 }
 
 /// The origin is at an edge of the triangle: with some vertex of W across that edge, it is held.
-bool holds_origin_with_any(const DifferenceDeterminant& determinant, const std::array<Difference, 3>& w) {
+bool holds_origin_with_any(DifferenceDeterminant& determinant, const std::array<Difference, 3>& w) {
   for (int i = 0; i < kFirstOfB; ++i)
     for (int j = kFirstOfB; j < 16; ++j)
       if (holds_origin(determinant, {w[0], w[1], w[2], {i, j}})) return true;
