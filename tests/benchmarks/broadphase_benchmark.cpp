@@ -199,6 +199,7 @@ void register_native_runs() {
 }
 
 void register_runs(const std::string& backend, std::int64_t largest) {
+  register_run(backend + "/heap", backend, {.spacing = 0.02}, 4000);  // all overlap all
   const std::pair<const char*, Mix> mixes[] = {{"even", {}},
                                                {"sparse", {.spacing = 3.4}},
                                                {"dense", {.spacing = 1.1}},

@@ -134,6 +134,39 @@ TEST_P(IncrementalTest, ObjectsThatComeAndGoOnPathsGiveThePairsOfAFreshBuild) {
   change_objects(GetParam(), true);
 }
 
+// So many pairs that rows are asked for one by one; sparse rows among crowded ones, objects that are static
+// or gone, and with `parts` solids each.
+void heap_up(std::uint32_t parts, bool on_paths) {
+  constexpr std::uint32_t kObjects = 700;
+  Scene scene;
+  std::mt19937_64 random(51);
+  for (std::uint32_t object = 0; object < kObjects; ++object) {
+    std::vector<PlacedHexahedron> placed(parts, {"", Hexahedron::from_size({1, 1, 1}), {}});
+    Pose X = random_pose(random, 0.3);
+    if (object % 50 < 12) X.p.x() += 5.0 * object;
+    scene.add(std::move(placed), X);
+  }
+  const std::vector<std::uint8_t> is_static = every(3, kObjects);
+  std::vector<Pairs> found;
+  for (const char* name : {"native", "brute_force"}) {
+    const auto broadphase = build(name, scene, 0.0, is_static);
+    for (std::uint32_t object = 5; object < kObjects; object += 40)
+      ASSERT_TRUE(broadphase->set_object(object, nullptr, false));
+    if (on_paths)
+      broadphase->update_paths({scene.poses, scene.poses, {}}, {});
+    else
+      broadphase->update(scene.poses, {});
+    found.push_back(sweep(*broadphase, 1000));
+    EXPECT_EQ(sweep(*broadphase, 77), found.back());
+  }
+  EXPECT_GT(found[0].size(), 100000u);
+  EXPECT_EQ(found[0], found[1]);
+}
+
+TEST(NativeBroadphase, FindsWhatBruteForceFindsInHeaps) { heap_up(1, false); }
+TEST(NativeBroadphase, FindsWhatBruteForceFindsInHeapsOfSeveralSolids) { heap_up(2, false); }
+TEST(NativeBroadphase, FindsWhatBruteForceFindsInHeapsOnPaths) { heap_up(1, true); }
+
 TEST_P(IncrementalTest, AnotherNumberOfSolidsIsRefused) {
   Scene scene = random_scene(4, 5, 0, 43);
   const auto broadphase = make(GetParam(), scene, 0.1);

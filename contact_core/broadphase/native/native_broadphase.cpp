@@ -124,7 +124,12 @@ class Scene {
     gathered_ = a;
     partners_.clear();
     const std::uint32_t object = bounds_.object_of(a);
-    for (std::uint32_t other : object_pairs_.row(object)) {
+    const std::span<const std::uint32_t> row = object_pairs_.row(object);
+    if (bounds_.solids() == bounds_.objects()) {  // each solid is an object
+      partners_.assign(row.begin(), row.end());
+      return;
+    }
+    for (std::uint32_t other : row) {
       if (bounds_.is_single(object) && bounds_.is_single(other))  // tested already
         partners_.push_back(bounds_.first_solid(other));
       else

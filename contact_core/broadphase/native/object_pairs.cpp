@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
+#include <utility>
 
 namespace touchstone {
 
@@ -18,6 +20,7 @@ void ObjectPairs::make_room(std::uint32_t objects) {
   changed_.reserve(objects / kFew + 1);
   fresh_.reserve(std::max<std::size_t>(objects, 64));
   row_.reserve(objects);
+  marks_.resize(objects / 64 + 1);
   forget();
 }
 
@@ -161,13 +164,47 @@ std::span<const std::uint32_t> ObjectPairs::row(std::uint32_t object) noexcept {
   if (state_ == State::complete) {
     copy_row(object);
   } else {
+    ask_for_row(object);
+  }
+  return row_;
+}
+
+// Where most objects are partners, all are tried: in order, which saves the tree's walk and sorting.
+void ObjectPairs::ask_for_row(std::uint32_t object) noexcept {
+  const std::uint32_t objects = bounds_.objects();
+  if (is_crowded_ && !bounds_.is_gone(object)) {
+    const bool is_static = bounds_.is_static(object);
+    for (std::uint32_t other = object + 1; other < objects; ++other)
+      if (!(is_static && bounds_.is_static(other)) && !bounds_.is_gone(other) &&
+          bounds_.may_pair(object, other))
+        row_.push_back(other);
+  } else {
     forest_.for_each_partner(object, object + 1, [&](std::uint32_t other) {
       row_.push_back(other);
       return true;
     });
-    std::sort(row_.begin(), row_.end());
+    sort_row();
   }
-  return row_;
+  // Of objects of several solids the trees know tighter boxes.
+  is_crowded_ = bounds_.solids() == objects && row_.size() > (objects - object) / kCrowdedShare;
+}
+
+// A row of a crowd is sorted by marking its objects: that costs a step each and one for 64 objects between.
+void ObjectPairs::sort_row() noexcept {
+  if (row_.size() < kMarkedRow || row_.size() < bounds_.objects() / 256) {
+    std::sort(row_.begin(), row_.end());
+    return;
+  }
+  std::uint32_t first = row_.front(), last = first;
+  for (const std::uint32_t other : row_) {
+    marks_[other / 64] |= std::uint64_t{1} << other % 64;
+    first = std::min(first, other), last = std::max(last, other);
+  }
+  std::size_t next = 0;
+  for (std::uint32_t word = first / 64; word <= last / 64; ++word) {
+    for (std::uint64_t left = std::exchange(marks_[word], 0); left != 0; left &= left - 1)
+      row_[next++] = 64 * word + static_cast<std::uint32_t>(std::countr_zero(left));
+  }
 }
 
 // Rows are read in order: the next one begins where the last one ended.

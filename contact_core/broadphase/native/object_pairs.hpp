@@ -36,7 +36,7 @@ class ObjectPairs {
   };
 
   void make_room(std::uint32_t objects);
-  void start_frame() noexcept { gathered_ = kNone, rows_asked_ = 0; }
+  void start_frame() noexcept { gathered_ = kNone, rows_asked_ = 0, is_crowded_ = false; }
   void note_changes(std::span<const std::uint32_t> moved) noexcept;
   void forget_changes() noexcept;
   void make_list() noexcept;
@@ -47,6 +47,8 @@ class ObjectPairs {
   template <class MayPair>
   bool list_pairs_below(const Work& work, PairList::Writer& writer, MayPair may_pair) const noexcept;
   void copy_row(std::uint32_t object) noexcept;
+  void ask_for_row(std::uint32_t object) noexcept;
+  void sort_row() noexcept;
   TreeJoin join_with(int tree) const { return {forest_.tree(ObjectForest::kMoving), forest_.tree(tree)}; }
 
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
@@ -58,6 +60,8 @@ class ObjectPairs {
   // the work.
   static constexpr std::size_t kListedPairsPerObject = 64;
   static constexpr std::size_t kMostWork = 4096;
+  static constexpr std::uint32_t kCrowdedShare = 8;
+  static constexpr std::size_t kMarkedRow = 32;  // of fewer, sorting costs less
 
   const SolidBounds& bounds_;
   const ObjectForest& forest_;
@@ -70,9 +74,11 @@ class ObjectPairs {
   std::vector<std::uint32_t> changed_;
   std::vector<SolidPair> fresh_;
   std::uint32_t rows_asked_ = 0;
+  bool is_crowded_ = false;  // in the last row that was asked for by itself, most objects were partners
   std::uint32_t gathered_ = kNone;  // the row in row_
   std::vector<std::uint32_t> row_;
-  std::size_t row_end_ = 0;  // of the row of list_ read last
+  std::vector<std::uint64_t> marks_;  // a bit an object, all 0 between rows
+  std::size_t row_end_ = 0;           // of the row of list_ read last
 };
 
 }  // namespace touchstone
