@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #include "touchstone/examples/dynamics_run/live_report.hpp"
 #include "touchstone/examples/dynamics_run/run.hpp"
 #include "touchstone/examples/dynamics_run/simulate.hpp"
@@ -28,7 +27,7 @@ void print_list(const Options& options, const BackendRegistry& registry,
                 const physics::EngineRegistry& engines) {
   fmt::print("scenes\n");
   for (const std::filesystem::path& file : find_scenes(options))
-    fmt::print("  {:26}  {}\n", file.stem().string(), load_dynamic_scene(file).scene.name);
+    fmt::print("  {:26}  {}\n", file.stem().string(), load_scene(file, options).scene.name);
   fmt::print("backends\n{}engines\n", comparison::backend_list(registry));
   for (const auto& entry : engines.engines())
     fmt::print("  {:26}  {}; checks: {}\n", entry.name, entry.description, fmt::join(entry.checks, " "));
@@ -85,7 +84,10 @@ int run(int argc, char** argv) {
   options->reference = chosen_reference(*options, registry);
   const std::vector<std::filesystem::path> scenes = find_scenes(*options);
   LiveReport report(options->output, comparison::stems(scenes), run_names(choices));
-  for (const std::filesystem::path& scene : scenes) load_scene(scene, *options);  // before any of them is run
+  for (const std::filesystem::path& scene : scenes)
+    load_scene(scene, *options, [](const std::string& account) {  // before any of them is run
+      comparison::print_now(comparison::wrapped(account));
+    });
   comparison::print_now(legend_text(options->reference));
   const auto run_one = [&](const std::filesystem::path& scene, ProgressLine& progress) {
     return run_scene(scene, *options, engines, choices, progress,

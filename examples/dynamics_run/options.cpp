@@ -44,6 +44,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
       ->check(CLI::PositiveNumber);
   std::string folder;
   app.add_option("--scenes", folder, "Folder with the scenes");
+  comparison::add_robot_options(app, options.robots);
   app.add_flag("--list", options.list, "List scenes and backends");
   if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
   for (const std::string& setting : settings)
@@ -56,7 +57,11 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
 }
 
 std::vector<std::filesystem::path> find_scenes(const Options& options) {
-  return comparison::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
+  std::vector<std::filesystem::path> files;
+  if (options.robots.files.empty() || !options.scenes.empty())
+    files = comparison::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
+  files.insert(files.end(), options.robots.files.begin(), options.robots.files.end());
+  return files;
 }
 
 }  // namespace touchstone::dynamics

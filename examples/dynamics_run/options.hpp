@@ -7,6 +7,7 @@
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/examples/program/choices.hpp"
+#include "touchstone/examples/robot_files/robot_files.hpp"
 
 namespace touchstone::dynamics {
 
@@ -22,6 +23,7 @@ struct Options {
   int repetitions = 3;              ///< of each run: a step's time is that of its fastest
   double deadline = 0.0;            ///< of a step, for its 99.9th percentile [s]; 0: the scene's step
   double error = 0.0;               ///< allowed of every figure, in its unit; 0: as the scenes say
+  comparison::RobotChoices robots{};
   bool list = false;
 };
 
@@ -29,7 +31,8 @@ struct Options {
 /// @throws InputError, one line, for what is no valid command line.
 std::optional<Options> parse_options(int argc, const char* const* argv, const std::filesystem::path& scenes);
 
-/// The files of the scenes that are asked for, by name. @throws InputError for one that is not there.
+/// The files of the scenes that are asked for, by name, then those of robots; all bundled ones where neither
+/// is. @throws InputError for one that is not there.
 std::vector<std::filesystem::path> find_scenes(const Options& options);
 
 }  // namespace touchstone::dynamics

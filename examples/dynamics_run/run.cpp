@@ -6,6 +6,7 @@
 
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/dynamics_run/robot_scene.hpp"
 #include "touchstone/examples/dynamics_run/simulate.hpp"
 
 namespace touchstone::dynamics {
@@ -28,6 +29,18 @@ void check_length(const std::filesystem::path& file, const physics::DynamicScene
                     file.string(), steps, rows, kMostRecorded));
 }
 
+physics::DynamicScene read_scene(const std::filesystem::path& file, const Options& options,
+                                 const std::function<void(const std::string&)>& told) {
+  if (comparison::is_robot_file(file)) {
+    const Robot robot = comparison::load_robot_file(file, options.robots);
+    if (told) told(comparison::account_of(robot));
+    return robot_scene(robot.mechanism);
+  }
+  SceneParameters parameters;
+  for (const comparison::SceneSetting& setting : options.settings) parameters[setting.name] = setting.value;
+  return load_dynamic_scene(file, parameters, comparison::arm_models(options.robots, told));
+}
+
 /// Of every figure that a run is judged by, in its unit.
 void allow(double error, physics::DynamicScene& scene) {
   for (physics::SceneAnswer& answer : scene.answers) answer.tolerance = std::max(answer.tolerance, error);
@@ -37,10 +50,9 @@ void allow(double error, physics::DynamicScene& scene) {
 
 }  // namespace
 
-physics::DynamicScene load_scene(const std::filesystem::path& file, const Options& options) {
-  SceneParameters parameters;
-  for (const comparison::SceneSetting& setting : options.settings) parameters[setting.name] = setting.value;
-  physics::DynamicScene scene = load_dynamic_scene(file, parameters);
+physics::DynamicScene load_scene(const std::filesystem::path& file, const Options& options,
+                                 const std::function<void(const std::string&)>& told) {
+  physics::DynamicScene scene = read_scene(file, options, told);
   check_length(file, scene, options.every);
   if (options.error > 0.0) allow(options.error, scene);
   return scene;

@@ -26,7 +26,7 @@ std::string extension_of(const std::filesystem::path& file) {
   return extension;
 }
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what) {
+[[noreturn, maybe_unused]] void refuse(const std::filesystem::path& file, const std::string& what) {
   throw InputError(file.string() + ": this build does not read " + what);
 }
 

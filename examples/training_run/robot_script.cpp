@@ -93,9 +93,12 @@ Vector3 freest_way(const Mechanism& robot, std::uint32_t end, std::span<const Po
   return best;
 }
 
-SceneObject block(double side, const Vector3& p_W) {
+/// With a face towards what comes along `way`.
+SceneObject block(double side, const Vector3& p_W, const Vector3& way, const Vector3& aside) {
   HexahedronTree tree({{"block", Hexahedron::from_size({side, side, side}, "block"), {}}}, "block");
-  return {std::move(tree), {Matrix3::Identity(), p_W}, {}, {}};
+  Matrix3 R;
+  R.col(0) = way, R.col(1) = aside, R.col(2) = cross(way, aside);
+  return {std::move(tree), rigid_frame({R, p_W}), {}, {}};
 }
 
 }  // namespace
@@ -112,9 +115,10 @@ Script robot_script(const MechanismDescription& description) {
       reach = std::max(reach, norm(around(*robot, link, X_WL).centre) + around(*robot, link, X_WL).radius);
   const Sphere at_end = around(*robot, end, X_WL);
   const double block_radius = 0.87 * kBlock * reach;  // half a cube's diagonal
-  const double away = at_end.radius + kGap * reach + block_radius;
+  const double away = at_end.radius + (kGap + 0.5 * kBlock) * reach;
   const Vector3 way = freest_way(*robot, end, X_WL, at_end, away, block_radius);
-  const Vector3 aside = cross(way, std::abs(way.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX());
+  const Vector3 across = cross(way, std::abs(way.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX());
+  const Vector3 aside = across / norm(across);
 
   Script script;
   script.name = "Robot " + description.name;
@@ -124,10 +128,10 @@ Script robot_script(const MechanismDescription& description) {
   script.scene.contact_gap = 1e-9;
   script.scene.policy = ContactPolicy::advance;
   script.scene.duration = 2.0 * (kOneWay + kSideways);
-  script.scene.objects.push_back(block(kBlock * reach, at_end.centre + away * way));
+  script.scene.objects.push_back(block(kBlock * reach, at_end.centre + away * way, way, aside));
   HandScript hand;
   hand.arm = ArmScript{description.name, robot, robot->links()[end].name, q, X_WL[end]};
-  const Vector3 fast = kSpeed * reach * way, to_side = kSpeed * reach / norm(aside) * aside;
+  const Vector3 fast = kSpeed * reach * way, to_side = kSpeed * reach * aside;
   hand.rates = {
       {0.0, fast}, {kOneWay, -fast}, {2.0 * kOneWay, to_side}, {2.0 * kOneWay + kSideways, -to_side}};
   script.hands.push_back(std::move(hand));

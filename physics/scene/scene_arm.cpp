@@ -76,7 +76,8 @@ void add_arm(DynamicScene& scene, const Mechanism& arm, const std::string& name,
   for (const std::uint32_t index : arm.outwards()) {
     const Mechanism::Joint& joint = arm.joints()[index];
     if (object_of[joint.outer] == kNoObject && joint.kind == JointKind::fixed) continue;
-    if (object_of[joint.outer] == kNoObject || object_of[joint.inner] == kNoObject)
+    const bool inner_is_ground = joint.inner == arm.base();  // held, with hexahedra or without
+    if (object_of[joint.outer] == kNoObject || (object_of[joint.inner] == kNoObject && !inner_is_ground))
       throw InputError("arm '" + name + "': joint '" + joint.name +
                        "' moves or holds a link without hexahedra");
     mechanism.joints.push_back(joint_of(joint, X_WL, object_of, q));

@@ -11,7 +11,7 @@ namespace touchstone::physics {
 /// Adds an arm to a scene: its links with hexahedra as objects `name.link`, the base fixed, their joints as
 /// the mechanism `name`, limits and efforts as the arm's; brakes on. Pairs that the arm exempts are exempt.
 /// Links' inertias are taken as about their centres of mass. A link without hexahedra is left out where a
-/// fixed joint holds it and nothing hangs on it (a frame in a gripper's mouth).
+/// fixed joint holds it and nothing hangs on it (a frame in a gripper's mouth); the base may be one.
 /// @param arm without prismatic offsets in what is left out. @param X_WB of its base. @param q one a joint
 /// value.
 /// @throws InputError: another number of values, values out of limits; a link without hexahedra that is no

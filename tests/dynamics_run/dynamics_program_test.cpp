@@ -48,6 +48,21 @@ std::size_t columns(const std::string& line) {
   return static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
 }
 
+#ifdef TOUCHSTONE_ROBOTS
+/// Half a second of free fall from the middle of its limits: the boom ends lower, and no energy is made.
+TEST_F(DynamicsRun, ARobotWithMeshesFalls) {
+  const Outcome outcome =
+      run("--robot " TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf --backend native --reference native" +
+          to_report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("upper/boom: mesh"));
+  const json scene = json::parse(read(report() / "results.json"))["scenes"][0];
+  EXPECT_EQ(scene["runs"].size(), 1u);
+  EXPECT_LT(scene["runs"][0]["energy_made_j"].get<double>(), 1e-9);
+  EXPECT_GT(scene["runs"][0]["energy_lost_j"].get<double>(), 1.0);
+}
+#endif
+
 TEST_F(DynamicsRun, WritesResultsSeriesContactsAndPlots) {
   // A deadline that is kept on a busy machine too.
   const Outcome outcome =

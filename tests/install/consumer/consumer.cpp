@@ -58,6 +58,12 @@
 #ifdef WITH_robots
 #include "touchstone/adapters/robots/enclosing_box.hpp"
 #endif
+#ifdef WITH_mjcf
+#include "touchstone/adapters/mjcf/mjcf.hpp"
+#endif
+#ifdef WITH_sdf
+#include "touchstone/adapters/sdf/sdf.hpp"
+#endif
 #ifdef WITH_urdf
 #include "touchstone/adapters/urdf/urdf.hpp"
 #endif
@@ -189,6 +195,12 @@ int wrong_files() {
 #ifdef WITH_robots
   const TriangleMesh triangle{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
   wrong += enclosing_box(triangle, "triangle").solids.size() != 1;
+#endif
+#ifdef WITH_mjcf
+  wrong += refused("mjcf", [] { mjcf::load_robot("not_there.xml"); });
+#endif
+#ifdef WITH_sdf
+  wrong += refused("sdf", [] { sdf::parse_robot("<sdf/>"); });
 #endif
 #ifdef WITH_urdf
   wrong += refused("urdf", [] { urdf::parse_urdf("<robot/>"); });

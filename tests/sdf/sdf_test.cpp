@@ -1,0 +1,169 @@
+#include "touchstone/adapters/sdf/sdf.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kMeshes = TOUCHSTONE_ROBOTS "/mesh_arm/meshes/";
+
+std::string model(const std::string& body, const std::string& version = "1.9") {
+  return "<sdf version='" + version + "'>\n<model name='arm'>\n" + body + "\n</model></sdf>";
+}
+
+std::string collision(const std::string& geometry, const std::string& more = "") {
+  return "<collision name='c'>" + more + "<geometry>" + geometry + "</geometry></collision>";
+}
+
+const std::string kBox = "<box><size>0.2 0.2 1</size></box>";
+
+/// Two links 1 m apart along x, the second turned by 90 degrees about z; a joint 0.1 m before the second.
+std::string two_links(const std::string& axis, const std::string& version = "1.9",
+                      const std::string& pose_of_b = "<pose degrees='true'>1 0 0 0 0 90</pose>") {
+  return model("<link name='a'><pose>0 0 2 0 0 0</pose>" + collision(kBox) + "</link><link name='b'>" +
+                   pose_of_b +
+                   "<inertial><mass>2</mass><pose>0 0.5 0 0 0 0</pose><inertia><ixx>1</ixx><iyy>2</iyy>"
+                   "<izz>2.5</izz></inertia></inertial>" +
+                   collision(kBox, "<pose>0 0 0.5 0 0 0</pose>") +
+                   "</link><joint name='j' type='revolute'><pose>0 0 -0.1 0 0 0</pose><parent>a</parent>"
+                   "<child>b</child><axis>" +
+                   axis +
+                   "<limit><lower>-1</lower><upper>2</upper><velocity>-1</velocity><effort>1e16</effort>"
+                   "</limit></axis></joint>",
+               version);
+}
+
+std::vector<Pose> poses(const Mechanism& arm, double q) {
+  std::vector<Pose> X(arm.links().size());
+  arm.link_poses({}, std::vector<double>{q}, X);
+  return X;
+}
+
+Vector3 middle(const Mechanism& arm, double q, std::uint32_t solid) {
+  return transform(poses(arm, q)[arm.link_of(solid)], arm.placed(solid).X_OS.p);
+}
+
+TEST(Sdf, LinksStandAsTheFileHasThemAndTurnAboutTheJoint) {
+  const Mechanism arm(sdf::parse_robot(two_links("<xyz>1 0 0</xyz>")).mechanism);
+  ASSERT_EQ(arm.value_count(), 1u);
+  // The base is a, and stands where the caller puts it: b's box is at (1, 0, 0.5 - 2) in a.
+  EXPECT_LE(norm(middle(arm, 0.0, 1) - Vector3(1, 0, -1.5)), 1e-14);
+  // The joint's x is the model's y; its origin is at (1, 0, -0.1): a quarter turn takes z + 0.6 to x + 0.6.
+  EXPECT_LE(norm(middle(arm, std::acos(-1.0) / 2, 1) - Vector3(1.6, 0, -2.1)), 1e-14);
+  const Mechanism::Joint& joint = arm.joints()[0];
+  EXPECT_EQ(joint.lower, -1.0);
+  EXPECT_EQ(joint.upper, 2.0);
+  EXPECT_EQ(joint.rate, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(joint.effort, std::numeric_limits<double>::infinity());
+  const MassProperties& mass = arm.links()[1].mass;
+  EXPECT_EQ(mass.mass, 2.0);
+  EXPECT_LE(norm(mass.centre_L - Vector3(0, 0.5, 0.1)), 1e-14);
+}
+
+TEST(Sdf, AxesAreInTheFrameThatIsSaid) {
+  const auto axis = [](const std::string& text, const std::string& version) {
+    return Mechanism(sdf::parse_robot(two_links(text, version)).mechanism).joints()[0].axis_J;
+  };
+  const Vector3 in_model(0, -1, 0);  // the model's x, seen from b
+  EXPECT_LE(norm(axis("<xyz>1 0 0</xyz>", "1.9") - Vector3(1, 0, 0)), 1e-15);
+  EXPECT_LE(norm(axis("<xyz>1 0 0</xyz>", "1.4") - in_model), 1e-15);
+  EXPECT_LE(norm(axis("<xyz expressed_in='__model__'>1 0 0</xyz>", "1.9") - in_model), 1e-15);
+  EXPECT_LE(norm(axis("<xyz expressed_in='a'>2 0 0</xyz>", "1.9") - in_model), 1e-15);
+  EXPECT_LE(
+      norm(axis("<xyz>1 0 0</xyz><use_parent_model_frame>1</use_parent_model_frame>", "1.6") - in_model),
+      1e-15);
+}
+
+TEST(Sdf, PosesAreRelativeToLinksAndFrames) {
+  const Mechanism arm(
+      sdf::parse_robot(two_links("<xyz>0 0 1</xyz>", "1.9", "<pose relative_to='a'>1 0 0 0 0 0</pose>"))
+          .mechanism);
+  EXPECT_LE(norm(middle(arm, 0.0, 1) - Vector3(1, 0, 0.5)), 1e-14);
+  const std::string by_frame =
+      "<link name='a'/><frame name='f' attached_to='a'><pose>0 3 0 0 0 0</pose></frame><link name='b'>"
+      "<pose relative_to='f' rotation_format='quat_xyzw'>0 1 0 0 0 0 1</pose>" +
+      collision(kBox) + "</link><joint name='j' type='fixed'><parent>a</parent><child>b</child></joint>";
+  EXPECT_EQ(Mechanism(sdf::parse_robot(model(by_frame)).mechanism).joints()[0].X_PJ.p, Vector3(0, 4, 0));
+}
+
+TEST(Sdf, EveryShapeIsRead) {
+  const auto count = [](const std::string& geometry) {
+    const Robot robot = sdf::parse_robot(model("<link name='a'>" + collision(geometry) + "</link>"));
+    return robot.mechanism.links[0].solids.size();
+  };
+  EXPECT_EQ(count(kBox), 1u);
+  EXPECT_EQ(count("<cylinder><radius>1</radius><length>2</length></cylinder>"), 5u);
+  EXPECT_EQ(count("<sphere><radius>1</radius></sphere>"), 9u);
+  EXPECT_EQ(count("<capsule><radius>1</radius><length>2</length></capsule>"), 9u);
+  EXPECT_EQ(count("<ellipsoid><radii>1 2 3</radii></ellipsoid>"), 9u);
+  EXPECT_EQ(count("<mesh><uri>file://" + kMeshes + "hand.obj</uri><scale>0.001 0.001 0.001</scale></mesh>"),
+            1u);
+  EXPECT_EQ(count("<empty/>"), 0u);
+}
+
+TEST(Sdf, AJointToTheWorldHoldsIt) {
+  const Mechanism arm(sdf::parse_robot(model("<link name='a'><pose>0 0 2 0 0 0</pose>" + collision(kBox) +
+                                             "</link><joint name='j' type='prismatic'><parent>world</parent>"
+                                             "<child>a</child><axis><xyz>0 0 1</xyz></axis></joint>"))
+                          .mechanism);
+  EXPECT_EQ(arm.links()[arm.base()].name, "world");
+  EXPECT_LE(norm(middle(arm, 0.5, 0) - Vector3(0, 0, 2.5)), 1e-15);
+}
+
+std::string error(const std::string& xml) {
+  try {
+    const Mechanism arm(sdf::parse_robot(xml, "r.sdf").mechanism);
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string shape_error(const std::string& geometry) {
+  return error(model("<link name='a'>" + collision(geometry) + "</link>"));
+}
+
+TEST(Sdf, BadFilesAreRefusedByLine) {
+  EXPECT_THAT(error("no xml"), HasSubstr("r.sdf:"));
+  EXPECT_THAT(error(model("<link name='a'>")), HasSubstr("r.sdf:"));
+  EXPECT_THAT(error("<robot/>"), HasSubstr("r.sdf: no <sdf>"));
+  EXPECT_THAT(error("<sdf version='1.9'/>"), HasSubstr("r.sdf: no <model>"));
+  EXPECT_THAT(error(model("")), HasSubstr("r.sdf:2: <model> 'arm': has no link"));
+  EXPECT_THAT(error(model("<include><uri>a</uri></include>")), HasSubstr("r.sdf:3: <include>: is not read"));
+  EXPECT_THAT(error(model("<link/>")), HasSubstr("r.sdf:3: <link>: has no name"));
+  EXPECT_THAT(error(model("<link name='a'><pose>0 0 nan 0 0 0</pose></link>")),
+              HasSubstr("'nan' is no finite"));
+  EXPECT_THAT(error(model("<link name='a'><pose>0 0 0</pose></link>")), HasSubstr("3 numbers where 6"));
+  EXPECT_THAT(error(model("<link name='a'><pose relative_to='x'>0 0 0 0 0 0</pose></link>")),
+              HasSubstr("there is no frame 'x'"));
+  EXPECT_THAT(
+      error(model("<link name='a'><pose relative_to='b'/></link><link name='b'><pose relative_to='a'/>"
+                  "</link>")),
+      HasSubstr("goes round in a ring"));
+  EXPECT_THAT(error(model("<link name='a'/><link name='b'/><joint name='j' type='ball'><parent>a</parent>"
+                          "<child>b</child></joint>")),
+              HasSubstr("<joint> 'j': joints of type 'ball' are not supported"));
+  EXPECT_THAT(error(model("<link name='a'/><joint name='j' type='fixed'><parent>a</parent><child>b</child>"
+                          "</joint>")),
+              HasSubstr("there is no link 'b'"));
+  EXPECT_THAT(error(two_links("<xyz>0 0 0</xyz>")), HasSubstr("the axis has no direction"));
+}
+
+TEST(Sdf, BadShapesAreRefusedByLink) {
+  EXPECT_THAT(shape_error("<plane><normal>0 0 1</normal></plane>"), HasSubstr("<plane>: is no shape"));
+  EXPECT_THAT(shape_error("<box><size>1 0 1</size></box>"), HasSubstr("r.sdf:3: link 'a', collision 'c'"));
+  EXPECT_THAT(shape_error("<sphere/>"), HasSubstr("<sphere>: has no <radius>"));
+  EXPECT_THAT(shape_error("<mesh><uri>model://x/../../a.stl</uri></mesh>"), HasSubstr("leaves its package"));
+  EXPECT_THAT(shape_error("<mesh><uri>model://nowhere/a.stl</uri></mesh>"), HasSubstr("not found"));
+}
+
+}  // namespace
+}  // namespace touchstone
