@@ -1,5 +1,6 @@
 #include "touchstone/physics/bodies/rigid_body.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -9,7 +10,6 @@
 namespace touchstone::physics {
 namespace {
 
-constexpr double kSmallestTurn = 0x1p-53;  // [rad]
 constexpr double kCutOff = 0x1p-55;
 constexpr double kLargestAngle = 0.125;              // [rad] of one series
 constexpr int kMostTerms = 19;                       // (1/8)^19 < kCutOff
@@ -34,7 +34,7 @@ RigidBody::RigidBody(const BodyInertia& inertia, std::string_view name) : inerti
   validate(inertia, Thinness::solid, name);
   inverse_B_ = symmetric_inverse(inertia.inertia_B);
   const Matrix3& I = inertia.inertia_B;
-  smallest_way_ = kSmallestTurn * std::sqrt(0.5 * ((I(0, 0) + I(1, 1)) + I(2, 2)) / inertia.mass);
+  gyration_ = std::sqrt(0.5 * ((I(0, 0) + I(1, 1)) + I(2, 2)) / inertia.mass);
 }
 
 RigidBodyState RigidBody::state(const Pose& X_WB, const Vector3& v_W, const Vector3& w_W) const {
@@ -75,7 +75,8 @@ void RigidBody::apply_impulse(RigidBodyState& state, const Vector3& impulse_W, c
   state.angular_W += cross(at_W - state.p_W, impulse_W);
 }
 
-bool RigidBody::fly(RigidBodyState& state, double h, const Vector3& gravity_W) const noexcept {
+bool RigidBody::fly(RigidBodyState& state, double h, const Vector3& gravity_W,
+                    double kept_back) const noexcept {
   Vector3 l_B = rotate_back(rotation_matrix(state.q_WB), state.angular_W);
   Vector3 w_B = rotate(inverse_B_, l_B);
   double rate = norm(w_B);
@@ -83,8 +84,9 @@ bool RigidBody::fly(RigidBodyState& state, double h, const Vector3& gravity_W) c
   RigidBodyState next = state;
   add_compensated(next.p_W, next.p_low_W, h * (state.momentum_W / inertia_.mass + (0.5 * h) * gravity_W));
   add_compensated(next.momentum_W, next.low_W, (h * inertia_.mass) * gravity_W);
-  if (rate * std::abs(h) < kSmallestTurn) {
-    turn_by(next, h * rotate(rotation_matrix(state.q_WB), w_B));
+  const double least = least_turn(kept_back);
+  if (rate * std::abs(h) < least) {
+    turn_by(next, h * rotate(rotation_matrix(state.q_WB), w_B), least);
     rate = 0.0;
   }
   // A body may turn up to I_max / I_min faster on its way; the series that follow each look for themselves.
@@ -103,16 +105,20 @@ bool RigidBody::fly(RigidBodyState& state, double h, const Vector3& gravity_W) c
   return true;
 }
 
-void RigidBody::turn_by(RigidBodyState& state, const Vector3& angles_W) {
+double RigidBody::least_turn(double kept_back) const {
+  return std::max(kSmallestTurn, kept_back / gyration_);
+}
+
+void RigidBody::turn_by(RigidBodyState& state, const Vector3& angles_W, double least) {
   const Vector3 turn = state.turn_low_W + angles_W;
-  const bool is_small = norm(turn) < kSmallestTurn;
+  const bool is_small = norm(turn) < least;
   state.turn_low_W = is_small ? turn : Vector3(Vector3::Zero());
   if (!is_small) state.q_WB = normalized(quaternion_of_turn(turn) * state.q_WB);
 }
 
-void RigidBody::keep_place(RigidBodyState& state, const RigidBodyState& from) const {
+void RigidBody::keep_place(RigidBodyState& state, const RigidBodyState& from, double kept_back) const {
   const Vector3 way = (state.p_W - from.p_W) + state.p_low_W;
-  if (!(norm(way) < smallest_way_)) return;
+  if (!(norm(way) < std::max(kSmallestTurn * gyration_, kept_back))) return;
   state.p_W = from.p_W;
   state.p_low_W = way;
 }

@@ -54,25 +54,30 @@ class RigidBody {
   /// That many terms do: in principal axes |dw_i/dt| <= |w_j w_k|, since by the triangle inequality of the
   /// moments no |I_j - I_k| exceeds I_i. So w's k-th coefficient is at most sqrt(3) u^(k+1) with u = |w|, q's
   /// at most u^k, and what is left after N terms x^(N+1) / (1 - x), x = u h. Steps with x > 1/8 are divided.
+  /// @param kept_back turns that move the body by less than this [m] are kept back, as by turn_by().
   /// @return false, the state unchanged, where the body would turn more than kMostTurn in the step or the
   /// result is not finite.
-  bool fly(RigidBodyState& state, double h, const Vector3& gravity_W) const noexcept;
+  bool fly(RigidBodyState& state, double h, const Vector3& gravity_W, double kept_back = 0.0) const noexcept;
 
   static constexpr double kMostTurn = 64.0;  ///< [rad]
 
-  /// Turns by `angles_W` [rad]. What is below 2^-53 in all, less than the rounding of a place on the body, is
-  /// kept back in turn_low_W: what rests keeps the bits of its attitude, and nothing is lost.
-  static void turn_by(RigidBodyState& state, const Vector3& angles_W);
+  /// Turns by `angles_W` [rad]. What is below `least` in all is kept back in turn_low_W: what rests keeps the
+  /// bits of its attitude, and nothing is lost. 2^-53 is less than the rounding of a place on the body.
+  static void turn_by(RigidBodyState& state, const Vector3& angles_W, double least = kSmallestTurn);
+  /// For turn_by(): the turn that moves the body by so much, at its radius of gyration [m]; at least 2^-53.
+  double least_turn(double kept_back) const;
   /// The same of its place: back to `from`, the rest in p_low_W, where the way from there is below 2^-53 of
-  /// the body's radius of gyration.
-  void keep_place(RigidBodyState& state, const RigidBodyState& from) const;
+  /// the body's radius of gyration, or below `kept_back` [m].
+  void keep_place(RigidBodyState& state, const RigidBodyState& from, double kept_back = 0.0) const;
 
  private:
+  static constexpr double kSmallestTurn = 0x1p-53;  // [rad]
+
   void turn(Quaternion& q, const Vector3& l_B, const Vector3& w_B, double h) const noexcept;
 
   BodyInertia inertia_;
   Matrix3 inverse_B_;
-  double smallest_way_;  // [m], of keep_place()
+  double gyration_;  // radius [m]
 };
 
 }  // namespace touchstone::physics

@@ -9,19 +9,25 @@
 namespace touchstone::physics::stepping {
 namespace {
 
+// Of the contact gap: what rests moves by less, and is kept where it is until that has come together. Poses
+// that keep their bits keep their contacts (NarrowphaseContacts).
+constexpr double kKeptBack = 1e-3;
+
 double cut_torque(const JointDrive& drive) {
   return std::min(std::max(drive.torque, -drive.limit), drive.limit);
 }
 
-/// Under gravity and pushes.
-bool fly_body(const Body& body, const Vector3& gravity_W, bool is_pushed, RigidBodyState& state, double t) {
-  if (!body.body.fly(state, t, gravity_W)) return false;
+/// Under gravity and pushes. @param kept_back as RigidBody::fly()
+bool fly_body(const Body& body, const Vector3& gravity_W, bool is_pushed, RigidBodyState& state, double t,
+              double kept_back = 0.0) {
+  if (!body.body.fly(state, t, gravity_W, kept_back)) return false;
   if (!is_pushed || (body.push_W == Vector3::Zero() && body.push_moment_W == Vector3::Zero())) return true;
   const Vector3 impulse = t * body.push_W, twist = t * body.push_moment_W;
   add_compensated(state.p_W, state.p_low_W, (0.5 * t / body.body.inertia().mass) * impulse);
   add_compensated(state.momentum_W, state.low_W, impulse);
   state.angular_W += twist;
-  RigidBody::turn_by(state, rotate(body.body.inverse_inertia_W(state), Vector3((0.5 * t) * twist)));
+  RigidBody::turn_by(state, rotate(body.body.inverse_inertia_W(state), Vector3((0.5 * t) * twist)),
+                     body.body.least_turn(kept_back));
   return is_finite(state);
 }
 
@@ -31,7 +37,7 @@ bool fail_flight(const Body& body, double t, std::uint32_t index, StepContext& s
   return step.fail(turn > RigidBody::kMostTurn ? StepFailure::turn : StepFailure::body, index);
 }
 
-void commit_body(double t, const RowUnit& unit, Body& body) {
+void commit_body(double t, double gap, const RowUnit& unit, Body& body) {
   RigidBodyState& state = body.flown;
   if (unit.impulse_W != Vector3::Zero() || (unit.is_jointed && unit.moment_W != Vector3::Zero())) {
     // About the mean of where the body was and is: so that the moment of momentum of all stays.
@@ -42,8 +48,9 @@ void commit_body(double t, const RowUnit& unit, Body& body) {
     const Vector3 turn = rotate(unit.inverse_inertia_W, (0.5 * t) * twist);
     add_compensated(state.momentum_W, state.low_W, unit.impulse_W);
     state.angular_W += twist;
-    RigidBody::turn_by(state, turn);
-    body.body.keep_place(state, body.state);
+    const double kept_back = unit.is_jointed ? 0.0 : kKeptBack * gap;  // joints hold to rounding
+    RigidBody::turn_by(state, turn, body.body.least_turn(kept_back));
+    body.body.keep_place(state, body.state, kept_back);
   }
   body.state = state;
 }
@@ -79,7 +86,8 @@ bool fly(const Group& group, double t, StepContext& step, Movers& movers) {
     Body& body = movers.bodies[i];
     if (body.is_jointed) continue;
     body.flown = body.state;
-    if (!fly_body(body, gravity_W, movers.is_pushed, body.flown, t)) return fail_flight(body, t, i, step);
+    if (!fly_body(body, gravity_W, movers.is_pushed, body.flown, t, kKeptBack * step.settings.contact_gap))
+      return fail_flight(body, t, i, step);
   }
   for (const std::uint32_t m : group.mechanisms) {
     Arm& arm = movers.arms[m];
@@ -122,7 +130,8 @@ void take_joint_impulse(HeldJoint& held, const ContactRows::Joint& row, double i
 void commit(double t, const StepContext& step, GroupState& group, Movers& movers, ContactRows& rows) {
   // Where all are at the end, and how fast.
   sum_impulses(rows);
-  for (const std::uint32_t i : group.members.bodies) commit_body(t, rows.units[i], movers.bodies[i]);
+  for (const std::uint32_t i : group.members.bodies)
+    commit_body(t, step.settings.contact_gap, rows.units[i], movers.bodies[i]);
   for (const std::uint32_t m : group.members.mechanisms) commit_arm(t, step.h, movers.arms[m]);
   // The forces and torques that made it so.
   for (const std::uint32_t j : group.members.joints) {
