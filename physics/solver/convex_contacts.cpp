@@ -11,7 +11,8 @@ namespace {
 
 // R beside a contact's own W: soft at first, since that takes fewest steps, then harder from round to round,
 // so that few of them take it out. Far above rounding, as impulses are differences of velocities over R.
-constexpr double kFirstSoftness = 1e-2, kHarder = 0.03, kSoftness = 1e-5;
+// What leaves less than kHolds of the speeds holds already: the less, the less soft the first round is.
+constexpr double kFirstSoftness = 1e-2, kHolds = 1e-5, kHarder = 0.03, kSoftness = 1e-5;
 // A round need not be solved better than to this share of the least that was left before it.
 constexpr double kInexact = 0.01;
 constexpr int kMostRounds = 20, kMostSteps = 40;
@@ -107,7 +108,8 @@ void ConvexContacts::reserve(std::size_t units, std::size_t rows, std::size_t wi
   cholesky_.reserve(units, rows, widest);
   pairs_.reserve(rows);
   for (auto* vector : {&first_, &first_mass_}) vector->reserve(units + 1);
-  for (auto* vector : {&scale_, &hardness_, &slip_, &anchor_, &gamma_, &impulses_, &u_, &du_, &best_})
+  for (auto* vector :
+       {&scale_, &hardness_, &slip_, &anchor_, &gamma_, &impulses_, &u_, &du_, &best_, &anchor_share_})
     vector->reserve(rows);
   for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) vector->reserve(units * widest);
   blocks_.reserve(6 * widest);
@@ -471,14 +473,20 @@ double ConvexContacts::residual_of(std::span<const double> x) {
   return worst;
 }
 
+/// Of what there is without impulses.
+double ConvexContacts::fastest() const {
+  double speed = 0.0;
+  for (const double b : problem_.b) speed = std::max(speed, std::abs(b));
+  return speed;
+}
+
 /// Whether impulses are more than so many times what stops everything.
 bool ConvexContacts::is_beyond(double factor, std::span<const double> impulses) const {
-  double speed = 0.0, most = 0.0;
-  for (const double b : problem_.b) speed = std::max(speed, std::abs(b));
+  double most = 0.0;
   for (std::size_t r = 0; r < impulses.size(); ++r)
     most = std::max(
         most, scale_[r < 3 * problem_.contacts ? r / 3 : r - 2 * problem_.contacts] * std::abs(impulses[r]));
-  return most > factor * speed;
+  return most > factor * fastest();
 }
 
 /// Of the velocities u_.
@@ -547,13 +555,15 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   load(problem, x);
   start();
   double last = report_.residual;
+  const double left = last > 0.0 ? last / std::max(fastest(), last) : 0.0;
+  const double first_softness = std::clamp(kFirstSoftness * (left / kHolds), kSoftness, kFirstSoftness);
   bool is_first = true, is_suspect = !was_contradictory;
   bool is_over = report_.residual <= tolerance;
   if (was_contradictory && !is_over) {
     find_slips();
     is_over = soften(tolerance, budget);
   }
-  set_softness(kFirstSoftness);
+  set_softness(first_softness);
   for (int round = 0; round < kMostRounds && !is_over; ++round) {
     find_slips();
     const Outcome outcome = minimise(std::max(0.1 * tolerance, kInexact * last), budget, kMostSteps);
@@ -561,9 +571,10 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
     if (outcome == Outcome::solved) impulses_ = gamma_;
     anchor_ = impulses_;
     const double residual = judge(anchor_);
-    // The first round's is better than what there was to start from, whatever its residual: that was for
-    // other velocities.
-    if (is_first || residual < report_.residual) report_.residual = residual, best_ = anchor_;
+    // The first round's is better than what there was to start from, whatever its residual, where that was
+    // for other velocities.
+    const bool is_new = is_first && first_softness == kFirstSoftness;
+    if (is_new || residual < report_.residual) report_.residual = residual, best_ = anchor_;
     if (outcome == Outcome::spent || report_.residual <= tolerance) break;
     const bool is_stuck = !is_first && !(residual <= kStuck * last);
     if (is_stuck && is_suspect && is_beyond(kSuspect, anchor_)) {

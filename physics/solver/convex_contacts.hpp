@@ -104,6 +104,7 @@ class ConvexContacts {
   void find_slips();
   double missed() const;
   double residual_of(std::span<const double> x);
+  double fastest() const;
   bool is_beyond(double factor, std::span<const double> impulses) const;
   bool take_energy(std::span<double> x, double most_given);
   double judge(std::span<double> x);

@@ -11,6 +11,8 @@ namespace {
 // Forces of what rests but is not still (IslandVelocities) are found anew, though not more often than every
 // so many steps: where rounding is larger than that, nothing is won.
 constexpr std::uint8_t kPatience = 16;
+// Of large islands that this made calm: tall stacks topple by a third more from step to step until then.
+constexpr std::uint8_t kCalmPatience = kPatience / 4;
 // A step's work beside linear systems: an entry of W, a row that is set up and tried.
 constexpr double kCouplingWork = 10.0, kRowWork = 300.0;
 // Of the distance that the contact gap allows: what is left moves nothing by more than this share of it in a
@@ -18,11 +20,22 @@ constexpr double kCouplingWork = 10.0, kRowWork = 300.0;
 constexpr double kShareOfGap = 0.1;
 // Of the fastest that anything approaches or slides: what is left of large islands that move is not more.
 constexpr double kShareOfSpeed = 1e-5;
+// Of ContactSolver's tolerance: what the forces of a large island at rest are found anew to.
+constexpr double kShareOfExact = 1e-3;
+// Rows of islands that ContactSolver is tried on at once: its linear systems grow with the third power, those
+// of ConvexContacts with the number of contacts, four times less at 48 rows.
+constexpr std::size_t kDirectRows = 32;
 // An island that contradicted itself is taken to do so still for so many solves, then tried by all means
 // again.
 constexpr std::uint8_t kSoftSolves = 64;
 // Newton's, of solve_softly(): the next step goes on with what they leave.
 constexpr int kMostSoftSteps = 6;
+
+/// Adds the work of one solve to another's.
+void count(const SolveReport& of, SolveReport& to) {
+  to.sweeps += of.sweeps;
+  to.newton_steps += of.newton_steps;
+}
 
 }  // namespace
 
@@ -84,14 +97,16 @@ void IslandSolver::solve_island(const Island& island, ContactRows& rows, StepCon
     warm = velocities_.update(islands_, island, rows);
   }
   if (!std::isfinite(warm.worst)) return fail(island, rows, step);
-  const std::size_t most_path_rows = step.settings.solver.most_path_rows;
-  const bool holds = warm.worst <= tolerance_of(island, island.rows() <= most_path_rows, rows, step);
+  const ContactSolver::Settings& limits = step.settings.solver;
+  const bool is_small = island.rows() <= limits.most_path_rows;
+  const bool holds = warm.worst <= tolerance_of(island, is_small, rows, step);
   step.budget.spend(kRowWork * static_cast<double>(island.rows()));
-  const bool is_refined = island.rows() <= most_path_rows || !step.is_bounded();
+  // Large ones for the next hundreds of steps, not to rounding.
+  const bool is_calm = is_small || !step.is_bounded() ? warm.is_still : warm.worst <= limits.tolerance;
   SolveReport solved;
   solved.residual = warm.worst;
-  if (!holds || (is_refined && !warm.is_still && may_refine(island)))
-    solved = solve_anew(island, warm.worst, rows, step);
+  if (!holds || (!is_calm && may_refine(island))) solved = solve_anew(island, warm.worst, rows, step);
+  if (!is_small && holds && solved.residual <= limits.tolerance) expect_calm(island);
   StepReport& report = step.report;
   ++report.solves;
   report.unconverged += solved.converged ? 0 : 1;
@@ -100,34 +115,60 @@ void IslandSolver::solve_island(const Island& island, ContactRows& rows, StepCon
   report.worst_residual = worse_of(report.worst_residual, solved.residual);
 }
 
-/// Small islands by ContactSolver, which is exact; larger ones, and those that its first steps leave, by
-/// ConvexContacts.
+/// Small islands by ContactSolver, which is exact; where its first steps leave one, or cost more than
+/// another start, ConvexContacts, and ContactSolver from there. Larger ones by ConvexContacts.
 SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual, ContactRows& rows,
                                      StepContext& step) {
   const ContactSolver::Settings& limits = step.settings.solver;
   problem_.load(islands_, island, rows);
   const std::size_t size = island.rows();
   const double tolerance = tolerance_of(island, size <= limits.most_path_rows, rows, step);
+  const bool is_refined = warm_residual <= tolerance;
   SolveReport solved;
   solved.converged = false;
   warm_x_ = problem_.x;
   const bool is_small = size <= (step.is_bounded() ? limits.most_path_rows : limits.most_newton_rows);
-  if (is_small && !is_contradicted(island, step)) {
-    problem_.load_couplings(rows);
-    step.budget.spend(kCouplingWork * static_cast<double>(size * size));
+  const bool is_direct = size <= kDirectRows || is_refined || !step.is_bounded();
+  if (is_small && is_direct && !is_contradicted(island, step)) {
+    load_couplings(rows, step);
     solved = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr);
-    if (warm_residual <= tolerance && solved.converged) refine(island, rows);
+    if (is_refined && solved.converged) refine(island, rows);
     velocities_.update(islands_, island, rows);
   }
   if (!solved.converged) {
     problem_.x = warm_x_;
     const SolveReport tried = solved;
-    solved = solve_convex(island, rows, step);
-    solved.sweeps += tried.sweeps;
-    solved.newton_steps += tried.newton_steps;
+    solved = solve_convex(island, is_refined, rows, step);
+    count(tried, solved);
+    if (is_small && !is_refined && solved.converged && step.is_bounded()) {
+      if (!is_direct) load_couplings(rows, step);
+      polish(island, rows, step, solved);
+    }
   }
   problem_.unload(rows);
   return solved;
+}
+
+/// From what the convex problems leave, Newton's method on the laws mostly converges at once.
+void IslandSolver::polish(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved) {
+  if (step.budget.is_spent() || is_contradicted(island, step)) return;
+  warm_x_ = problem_.x;
+  SolveReport polished = solve_dense(rows, &step.budget);
+  if (polished.converged) {
+    count(solved, polished);
+    solved = polished;
+  } else {
+    count(polished, solved);
+    problem_.x = warm_x_;
+    problem_.store_impulses(rows);
+  }
+  velocities_.update(islands_, island, rows);
+}
+
+void IslandSolver::load_couplings(const ContactRows& rows, StepContext& step) {
+  problem_.load_couplings(rows);
+  const auto size = static_cast<double>(problem_.row_count());
+  step.budget.spend(kCouplingWork * size * size);
 }
 
 SolveReport IslandSolver::solve_dense(ContactRows& rows, WorkBudget* budget) {
@@ -137,11 +178,13 @@ SolveReport IslandSolver::solve_dense(ContactRows& rows, WorkBudget* budget) {
 }
 
 /// Where the step's work ends, the best found so far.
-SolveReport IslandSolver::solve_convex(const Island& island, ContactRows& rows, StepContext& step) {
+SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, ContactRows& rows,
+                                       StepContext& step) {
   const double tolerance = tolerance_of(island, false, rows, step);
+  const double aim = is_refined ? kShareOfExact * step.settings.solver.tolerance : tolerance;
   problem_.load_masses(islands_, island, rows);
   const ConvexReport convex =
-      convex_.solve(problem_.sparse(rows), problem_.x, tolerance, step.budget, is_contradicted(island, step));
+      convex_.solve(problem_.sparse(rows), problem_.x, aim, step.budget, is_contradicted(island, step));
   problem_.store_impulses(rows);
   SolveReport solved;
   solved.newton_steps = convex.newton_steps;
@@ -178,6 +221,12 @@ bool IslandSolver::may_refine(const Island& island) {
     for (const std::uint32_t unit : units)
       patience_[unit] = patience_[unit] == kPatience - 1 ? kPatience - 1 : kPatience;
   return may;
+}
+
+/// After the second of the two steps of may_refine().
+void IslandSolver::expect_calm(const Island& island) {
+  for (const std::uint32_t unit : islands_.units_of(island))
+    if (patience_[unit] == kPatience - 1) patience_[unit] = kCalmPatience;
 }
 
 /// Then ContactSolver is not tried first.

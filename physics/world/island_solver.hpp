@@ -33,10 +33,13 @@ class IslandSolver {
  private:
   void solve_island(const Island& island, ContactRows& rows, StepContext& step);
   SolveReport solve_anew(const Island& island, double warm_residual, ContactRows& rows, StepContext& step);
+  void load_couplings(const ContactRows& rows, StepContext& step);
   SolveReport solve_dense(ContactRows& rows, WorkBudget* budget);
-  SolveReport solve_convex(const Island& island, ContactRows& rows, StepContext& step);
+  SolveReport solve_convex(const Island& island, bool is_refined, ContactRows& rows, StepContext& step);
+  void polish(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved);
   void refine(const Island& island, ContactRows& rows);
   bool may_refine(const Island& island);
+  void expect_calm(const Island& island);
   bool is_contradicted(const Island& island, const StepContext& step) const;
   double tolerance_of(const Island& island, bool is_exact, const ContactRows& rows,
                       const StepContext& step) const;

@@ -144,6 +144,30 @@ TEST(BoundedSteps, APyramidRestsWhereItStandsAtDisplayRate) {
   EXPECT_LT(scene.world.energy() - before, 1e-4);
 }
 
+TEST(BoundedSteps, WhatRestsIsHeldToTheExactToleranceAndKeepsItsPoses) {
+  // 21 cubes, 80 points: an island that ContactSolver does not take.
+  Cubes scene;
+  scene.add_ground();
+  for (int row = 0; row < 6; ++row)
+    for (int i = 0; i < 6 - row; ++i)
+      scene.add_cube({0.21 * (i - 0.5 * (5 - row)), 0, kCubeSide * (0.5 + row)});
+  scene.contacts->build();
+  for (int i = 0; i < 300; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  std::vector<Vector3> places(22);
+  std::uint32_t solved = 0, moved = 0;
+  constexpr std::uint32_t kSteps = 200;
+  for (std::uint32_t step = 0; step < kSteps; ++step) {
+    for (std::uint32_t i = 1; i <= 21; ++i) places[i] = scene.world.pose(i).p;
+    const StepReport report = scene.step(1e-3);
+    ASSERT_EQ(report.failure, StepFailure::none);
+    EXPECT_LT(report.worst_residual, 1e-8);
+    solved += report.newton_steps > 0 ? 1 : 0;
+    for (std::uint32_t i = 1; i <= 21; ++i) moved += scene.world.pose(i).p != places[i] ? 1 : 0;
+  }
+  EXPECT_LT(solved, kSteps / 10);
+  EXPECT_LT(moved, 21 * kSteps / 10);
+}
+
 TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
   Cubes scene;
   DynamicsWorld::Settings settings = scene.world.settings();
