@@ -114,6 +114,10 @@ class NarrowphaseQuery final : public SeparationQuery {
     std::array<PairGeometry, kBatch> geometry;
     evaluate(pairs, poses_, status, geometry);
     if (judges_poses_) verdict(poses_[0], poses_[1]);
+    PairGeometry unused{};
+    std::array<ContactPoint, kMaxManifoldPoints> points;
+    set_pair({0, 1});
+    manifold(poses_[0], poses_[1], std::numeric_limits<double>::infinity(), unused, points);
   }
 
   /// Remembers an answer, unless it is known. @pre remember().

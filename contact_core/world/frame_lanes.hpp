@@ -31,6 +31,12 @@ class FrameLanes {
 
   std::size_t count() const { return queries_.size(); }
   NarrowphaseQuery& first() { return *queries_.front(); }
+  /// Which lane asks by this query: for what a lane keeps besides. @pre it is one of the lanes'.
+  std::size_t lane_of(const NarrowphaseQuery& query) const {
+    std::size_t lane = 0;
+    while (queries_[lane].get() != &query) ++lane;
+    return lane;
+  }
   /// Of all lanes.
   std::uint64_t calls() const;
 

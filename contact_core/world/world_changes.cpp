@@ -60,7 +60,7 @@ void ContactWorld::State::take_room(bool anew) {
   watched.take_room(*this, anew);
   finder.take_room(slots, solids, watched.pairs().capacity(), anew);
   stop_resolver.take_room(slots, solids, anew);
-  slides.take_room(*this, watched.pairs().capacity(), anew);
+  slides.take_room(*this, watched.pairs().capacity(), lanes.count(), anew);
   contact_log.take_room(solids);
   std::size_t values = 0;
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)

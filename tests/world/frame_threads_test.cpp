@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <latch>
+#include <random>
 #include <thread>
 #include <tuple>
 
@@ -407,6 +408,44 @@ TEST(FrameThreads, FramesDoNotAllocate) {
     EXPECT_EQ(allocated, 0u) << threads << " threads";
     EXPECT_GT(slid, 10u);
   }
+}
+
+/// Boxes through each other's places: poses and forces after a few frames of slides.
+std::vector<Vector3> slide_through(std::size_t threads, const SlideBudget& budget) {
+  std::mt19937 engine(11);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const auto vector = [&](double most) {
+    return Vector3(most * uniform(engine), most * uniform(engine), most * uniform(engine));
+  };
+  const auto world = make_world();
+  world->set_default_rule(rule(ContactPolicy::slide));
+  world->set_default_hand(HandStiffness{});
+  world->set_threads(threads);
+  world->set_slide_budget(budget);
+  std::vector<ObjectHandle> boxes;
+  for (int i = 0; i < 120; ++i) {
+    const Vector3 p = vector(2.0);
+    boxes.push_back(world->add(
+        {box_tree("box " + std::to_string(i), {0.3, 0.4, 0.5}), at(p.x(), p.y(), p.z()), false, {}}));
+  }
+  std::vector<Vector3> out;
+  for (int frame = 0; frame < 4; ++frame) {
+    std::vector<MotionCommand> commands;
+    for (const ObjectHandle box : boxes) commands.push_back(world->move_by(box, vector(0.1), vector(0.1)));
+    const FrameReport report = world->frame(commands);
+    for (const HandFeel& felt : report.felt) out.push_back(felt.force_W), out.push_back(felt.moment_W);
+    for (const ObjectHandle box : boxes) out.push_back(world->actual_pose(box).p);
+    EXPECT_GT(report.felt.size(), 32u);
+  }
+  return out;
+}
+
+// A budget that nothing exceeds has them planned one after the other.
+TEST(FrameThreads, SlidesPlannedAtOnceAreThoseThatArePlannedInTurn) {
+  SlideBudget ample;
+  ample.pairs = std::uint64_t{1} << 40;
+  const std::vector<Vector3> in_turn = slide_through(1, ample);
+  for (const std::size_t threads : {1, 2, 4}) EXPECT_TRUE(slide_through(threads, {}) == in_turn) << threads;
 }
 
 TEST(FrameThreads, RegistrationOrderDoesNotShow) {

@@ -30,6 +30,7 @@ class SlideMeter {
 
   /// One that turned out to be near.
   void add_pair() { ++seen_; }
+  void add_pairs(std::uint64_t count) { seen_ += count; }
   /// Before the next pair.
   bool may_go_on() {
     is_late_ = is_late_ || (is_timed_ && elapsed() >= until_);

@@ -14,6 +14,7 @@ constexpr double kUp = 1.0 + 0x1p-20;
 constexpr double kDown = 1.0 - 0x1p-50;
 /// So many a lane takes at once.
 constexpr std::size_t kSlidersAtOnce = 16;
+constexpr std::size_t kPairsAtOnce = 64;
 
 template <class T>
 void reserve_more(std::vector<T>& list, std::size_t count) {
@@ -49,6 +50,17 @@ double reach_of_pair(const WorldModel& model, const Slider& slider, const SolidP
   double reach = slide_reach(model, slider, mover, obstacle);
   if (model.root_of(obstacle) == slider.root) reach += slide_reach(model, slider, obstacle, mover);
   return reach;
+}
+
+/// Whether a rigid slider could come to meet what it is watched with.
+bool is_reached(const SlidePairs::Scope& scope, const Slider& slider, const WatchedPair& watch) {
+  const WorldModel& model = scope.model;
+  const SolidPair pair{watch.a, watch.b};
+  if (scope.sliders.leader_of(model.root_of(pair.a)) == scope.sliders.leader_of(model.root_of(pair.b)))
+    return false;  // they go as one
+  // At rest it has at least so much left.
+  const double left = watch.clear_until - model.travelled(pair, watch.own);
+  return !(left > reach_of_pair(model, slider, pair) + other_reach(scope, slider, pair));
 }
 
 /// Whether a pair stays apart on an arm's plan, the path that is laid, along the axis that parted it last: a
@@ -116,7 +128,7 @@ void SlidePairs::reserve(std::size_t slots, std::size_t solids, std::size_t mech
 }
 
 void SlidePairs::reserve_watched(std::size_t watched) {
-  met_.reserve(2 * watched), taken_in_.reserve(watched);
+  met_.reserve(2 * watched), taken_in_.reserve(2 * watched);
   pair_of_.reserve(watched), is_near_.reserve(watched);
   close_.reserve(watched), ahead_.reserve(watched);
   unclear_.reserve(2 * watched), watches_.reserve(watched);
@@ -249,24 +261,29 @@ void SlidePairs::find_close(const Scope& scope) {
 
 /// As take_in(), of many.
 void SlidePairs::take_in_all(const Scope& scope, std::span<const GatheredPair> found) {
-  constexpr std::size_t kPairsAtOnce = 64;
   WorldModel& model = scope.model;
-  FrameLanes& lanes = scope.lanes;
   taken_in_.assign(found.size(), 0);
-  lanes.for_each(found.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+  scope.lanes.for_each(found.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     taken_in_[i] = pair_of_[found[i].watch] == kNone && model.is_checked(found[i].solids);
   });
   const std::size_t before = pairs_.size();
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!taken_in_[i]) continue;
-    pair_of_[found[i].watch] = static_cast<std::uint32_t>(pairs_.size());
-    pairs_.emplace_back();
-    pairs_.back().solids = found[i].solids, pairs_.back().watch = found[i].watch;
-  }
-  lanes.for_each(pairs_.size() - before, kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (taken_in_[i]) put_in(found[i].solids, found[i].watch);
+  fill_in(scope, before);
+}
+
+/// fill_in() does the rest, in lanes.
+void SlidePairs::put_in(SolidPair pair, std::uint32_t watch) {
+  pair_of_[watch] = static_cast<std::uint32_t>(pairs_.size());
+  pairs_.emplace_back();
+  pairs_.back().solids = pair, pairs_.back().watch = watch;
+}
+
+void SlidePairs::fill_in(const Scope& scope, std::size_t before) {
+  scope.lanes.for_each(pairs_.size() - before, kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     FramePair& pair = pairs_[before + i];
     const std::uint32_t watch = pair.watch;
-    pair = model.frame_pair(pair.solids);
+    pair = scope.model.frame_pair(pair.solids);
     pair.watch = watch;
   });
 }
@@ -304,7 +321,7 @@ std::uint32_t SlidePairs::find_impacts(const Scope& scope) {
 /// Of all in close_: by axes, by how they stand, then on their paths. Where there is no budget that each of
 /// them could end.
 void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
-  constexpr std::size_t kPairsAtOnce = 32;
+  constexpr std::size_t kClosePairsAtOnce = 32;
   constexpr std::uint32_t kSeenFromLink = kNone - 1;
   WorldModel& model = scope.model;
   PairWatch& watched = scope.watched;
@@ -313,7 +330,7 @@ void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
   watches_.clear(), ahead_.clear();
   for (const std::uint32_t index : close_) watches_.push_back(pairs_[index].watch);
   place_vertices(model, lanes, watched, watches_);
-  lanes.for_each(close_.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+  lanes.for_each(close_.size(), kClosePairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     FramePair& pair = pairs_[close_[i]];
     WatchedPair& watch = watched[pair.watch];
     const double last = model.last_travel(pair.solids, pair.own);
@@ -339,27 +356,28 @@ void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
     const std::uint32_t mover = mover_of(model, pairs_[close_[i]].solids);
     return mover == kInTurn || (mover != kAlone && model.mechanism_of(mover) != nullptr);
   };
-  lanes.for_each(close_.size(), kPairsAtOnce, [&](NarrowphaseQuery& asking, std::size_t i) {
+  lanes.for_each(close_.size(), kClosePairsAtOnce, [&](NarrowphaseQuery& asking, std::size_t i) {
     if (answer_of[i] != kNone && !is_of_arm(i)) find(asking, i);
   });
   for (std::size_t i = 0; i < close_.size(); ++i)
     if (answer_of[i] != kNone && is_of_arm(i)) find(query, i);
 }
 
-void SlidePairs::add_near(const Scope& scope, const Slider& slider, std::uint32_t source) {
+/// @returns false: the two are further apart than they could come.
+bool SlidePairs::make_near(const Scope& scope, NarrowphaseQuery& query, const Slider& slider,
+                           std::uint32_t source, NearPair& near) const {
   const WorldModel& model = scope.model;
   const FramePair& pair = pairs_[source];
   const auto [mover, obstacle] = model.mover_first(pair.solids, slider.root);
   const bool is_b = mover == pair.solids.b;
   const Pose &X_WA = model.from[pair.solids.a], &X_WB = model.from[pair.solids.b];
-  NearPair near;
   near.centre_W = slide_centre(model, slider, mover);
   near.reach = reach_of_pair(model, slider, pair.solids);
   const double furthest = near.reach + other_reach(scope, slider, pair.solids) + 2.0 * pair.gap;
-  scope.query.set_pair(pair.solids);
+  query.set_pair(pair.solids);
   PairGeometry geometry{};
-  if (!has_geometry(scope.query.manifold(X_WA, X_WB, furthest, geometry, near.points))) return;
-  if (!(geometry.separation < furthest)) return;
+  if (!has_geometry(query.manifold(X_WA, X_WB, furthest, geometry, near.points))) return false;
+  if (!(geometry.separation < furthest)) return false;
   near.mover = &model.layout.solids[mover], near.obstacle = &model.layout.solids[obstacle];
   near.X_WM = model.from[mover], near.X_WB = model.from[obstacle];
   near.gap = pair.gap;
@@ -373,8 +391,40 @@ void SlidePairs::add_near(const Scope& scope, const Slider& slider, std::uint32_
     near.share =
         share_between(slider, model.objects[slider.root].X_WO, *other, model.objects[other->root].X_WO, near);
   classify(near);
+  return true;
+}
+
+void SlidePairs::add_near(const Scope& scope, const Slider& slider, std::uint32_t source) {
+  NearPair near;
+  if (!make_near(scope, scope.query, slider, source, near)) return;
   near_.push_back(near);
   scope.meter.add_pair();
+}
+
+void SlidePairs::take_in_reached(const Scope& scope, std::span<const std::uint8_t> plans) {
+  taken_in_.assign(met_.size(), 0);
+  scope.lanes.for_each(ranges_.size(), kSlidersAtOnce, [&](NarrowphaseQuery&, std::size_t k) {
+    if (!plans[k]) return;
+    for (std::uint32_t i = ranges_[k].begin; i < ranges_[k].end; ++i)
+      taken_in_[i] = is_reached(scope, scope.sliders.list[k], scope.watched[met_[i]]) &&
+                     scope.model.is_checked(scope.watched.solids(met_[i]));
+  });
+  const std::size_t before = pairs_.size();
+  for (std::size_t i = 0; i < met_.size(); ++i)
+    if (taken_in_[i] && pair_of_[met_[i]] == kNone) put_in(scope.watched.solids(met_[i]), met_[i]);
+  fill_in(scope, before);
+}
+
+void SlidePairs::find_near_taken_in(const Scope& scope, NarrowphaseQuery& query, const Slider& slider,
+                                    std::vector<NearPair>& out) const {
+  out.clear();
+  for_each_of(slider, [&](std::uint32_t index) {
+    if (!is_reached(scope, slider, scope.watched[index])) return;
+    const std::uint32_t source = pair_of_[index];
+    if (source == kNone || pairs_[source].rule.policy != ContactPolicy::slide) return;
+    NearPair near;
+    if (make_near(scope, query, slider, source, near)) out.push_back(near);
+  });
 }
 
 void SlidePairs::find_near(const Scope& scope, const Slider& slider) {
@@ -391,13 +441,7 @@ void SlidePairs::find_near(const Scope& scope, const Slider& slider) {
   bool may_go_on = true;
   for_each_of(slider, [&](std::uint32_t index) {
     if (!may_go_on) return;
-    const WatchedPair& watch = scope.watched[index];
-    const SolidPair pair{watch.a, watch.b};
-    if (scope.sliders.leader_of(model.root_of(pair.a)) == scope.sliders.leader_of(model.root_of(pair.b)))
-      return;  // they go as one
-    // At rest it has at least so much left.
-    const double left = watch.clear_until - model.travelled(pair, watch.own);
-    if (left > reach_of_pair(model, slider, pair) + other_reach(scope, slider, pair)) return;
+    if (!is_reached(scope, slider, scope.watched[index])) return;
     const std::uint32_t source = take_in(model, scope.watched, index);
     if (source == kNone || pairs_[source].rule.policy != ContactPolicy::slide) return;
     may_go_on = scope.meter.may_go_on();

@@ -56,6 +56,13 @@ class SlidePairs {
   /// What a slider plans with, in near(). Of a rigid body: all that it could reach. Of an arm: all that is
   /// not known to be apart as it stands.
   void find_near(const Scope& scope, const Slider& slider);
+  /// The same of many sliders in lanes, in two steps. First all that rigid sliders could reach is taken in,
+  /// in the order in which find_near() would. @param plans by index into the sliders' list: it plans with
+  /// rows.
+  void take_in_reached(const Scope& scope, std::span<const std::uint8_t> plans);
+  /// Then each finds its own, whoever is beside it: nothing here is written. @param out cleared first.
+  void find_near_taken_in(const Scope& scope, NarrowphaseQuery& query, const Slider& slider,
+                          std::vector<NearPair>& out) const;
   /// Of an arm alone, once its plan is measured: takes up what that could bring together.
   /// @returns whether there is any that was not near already.
   bool add_on_path(const Scope& scope, const Slider& slider);
@@ -84,7 +91,11 @@ class SlidePairs {
   std::uint32_t take_in(const WorldModel& model, const PairWatch& watched, std::uint32_t watch);
   void find_close(const Scope& scope);
   void take_in_all(const Scope& scope, std::span<const GatheredPair> found);
+  void put_in(SolidPair pair, std::uint32_t watch);
+  void fill_in(const Scope& scope, std::size_t before);
   void find_impacts_in_lanes(const Scope& scope);
+  bool make_near(const Scope& scope, NarrowphaseQuery& query, const Slider& slider, std::uint32_t source,
+                 NearPair& near) const;
   void add_near(const Scope& scope, const Slider& slider, std::uint32_t source);
   bool stays_apart(const Scope& scope, std::uint32_t watch, double way);
   void gather_on_path(const Scope& scope, const Slider& slider);
@@ -97,7 +108,7 @@ class SlidePairs {
   std::vector<std::uint32_t> pair_of_;  // by watched pair: index into pairs_, or kNone
   std::vector<std::uint8_t> is_near_;   // by watched pair: in near_, within one plan
   std::vector<Range> ranges_;           // by root: each slider's in met_
-  std::vector<std::uint8_t> taken_in_;  // within take_in_all()
+  std::vector<std::uint8_t> taken_in_;  // within take_in_all(); by place in met_, within take_in_reached()
   std::vector<HeldPair> held_;          // in the order in which rows held
   std::vector<NearPair> near_;
   std::vector<std::uint32_t> close_;             // indices into pairs_ of those that are asked about next

@@ -19,6 +19,12 @@ constexpr double kUnitRoundoff = 0x1p-53;
 constexpr double kFarEnough = 0.25;
 constexpr double kLeastTrust = 0x1p-12;
 
+/// Fewer sliders than these plan in turn: threads would cost more.
+constexpr std::size_t kPlansInLanes = 16;
+constexpr std::size_t kPlansAtOnce = 4;
+/// One slider's near pairs in a lane, more than which allocate.
+constexpr std::size_t kNearInLane = 512;
+
 template <class T>
 void reserve_more(std::vector<T>& list, std::size_t count) {
   if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
@@ -70,7 +76,7 @@ class Slides::ObstaclesOfArm final : public ArmObstacles {
   const Slider& slider_;
 };
 
-void Slides::take_room(const WorldModel& model, std::size_t watched, bool anew) {
+void Slides::take_room(const WorldModel& model, std::size_t watched, std::size_t lanes, bool anew) {
   const std::size_t slots = model.layout.slots(), solids = model.layout.solids.size();
   const std::size_t mechanisms = model.mechanisms.size();
   permits_.take_room(slots, anew);
@@ -82,6 +88,9 @@ void Slides::take_room(const WorldModel& model, std::size_t watched, bool anew) 
   pairs_.reserve(slots, solids, mechanisms);
   pairs_.reserve_watched(watched);
   reserve_more(rows_, 1024 + 8 * solids);
+  reserve_more(results_, slots), reserve_more(plans_, slots);
+  rooms_.resize(lanes);
+  for (PlanRoom& room : rooms_) room.near.reserve(kNearInLane), reserve_more(room.rows, 1024 + 8 * solids);
   reserve_more(touching_, 64 + 16 * solids), reserve_more(touching_of_, 64 + 16 * solids);
   joint_rows_.reserve(mechanisms > 0 ? kMostSlideRows : 0);
   if (!anew) return;
@@ -256,17 +265,10 @@ bool Slides::plan(const FrameScope& scope, FrameReport& report) {
   for (const Slider& slider : sliders_.list) sharers += !slider.done;
   if (sharers == 0) return false;
   meter_.begin_step(sharers);
-  for (Slider& slider : sliders_.list) {
-    if (slider.done) continue;
-    model.stops[slider.root] = 1.0;
-    meter_.begin_plan();
-    if (slider.arm != nullptr)
-      model.in_motion[slider.root] = plan_arm(scope, slider);
-    else
-      model.paths[slider.root] = CarriedPath(rigid_path(scope, slider), model.objects.poses_in_body());
-    slider.is_cut_off = meter_.is_over();
-    meter_.clip();
-  }
+  if (may_plan_in_lanes(sharers))
+    plan_in_lanes(scope);
+  else
+    plan_in_turn(scope);
   // Only now, so that all plan alike.
   for (Slider& slider : sliders_.list) slider.done = slider.done || slider.is_cut_off;
   bool any = false;
@@ -288,11 +290,72 @@ bool Slides::plan(const FrameScope& scope, FrameReport& report) {
   return true;
 }
 
-RigidPath Slides::rigid_path(const FrameScope& scope, Slider& slider) {
+void Slides::plan_in_turn(const FrameScope& scope) {
+  WorldModel& model = scope.model;
+  for (Slider& slider : sliders_.list) {
+    if (slider.done) continue;
+    model.stops[slider.root] = 1.0;
+    meter_.begin_plan();
+    if (slider.arm != nullptr) {
+      model.in_motion[slider.root] = plan_arm(scope, slider);
+    } else {
+      const bool leads = slider.shoves || slider.pivots;
+      const RigidPath path = leads ? leading_path(scope, slider) : plan_rigid(scope, slider);
+      model.paths[slider.root] = CarriedPath(path, model.objects.poses_in_body());
+    }
+    slider.is_cut_off = meter_.is_over();
+    meter_.clip();
+  }
+}
+
+/// Arms' plans write travels and more that one plan at a time has; and a budget is shared out in turn.
+bool Slides::may_plan_in_lanes(std::size_t sharers) const {
+  if (sharers < kPlansInLanes || meter_.is_limited()) return false;
+  return std::none_of(sliders_.list.begin(), sliders_.list.end(),
+                      [](const Slider& slider) { return slider.arm != nullptr && !slider.done; });
+}
+
+/// As plan_in_turn(), with the same bits: a plan reads how all stand, and writes what is its slider's.
+void Slides::plan_in_lanes(const FrameScope& scope) {
+  WorldModel& model = scope.model;
+  const SlidePairs::Scope among = pair_scope(scope);
+  const std::size_t count = sliders_.list.size();
+  plans_.resize(count), results_.assign(count, {});
+  for (std::size_t k = 0; k < count; ++k) {
+    const Slider& slider = sliders_.list[k];
+    plans_[k] = !slider.done && !slider.shoves && !slider.pivots;
+    if (!slider.done) model.stops[slider.root] = 1.0;
+  }
+  pairs_.take_in_reached(among, plans_);
+  scope.lanes.for_each(count, kPlansAtOnce, [&](NarrowphaseQuery& asking, std::size_t k) {
+    Slider& slider = sliders_.list[k];
+    if (slider.done) return;
+    const Pose& X_WR = model.objects[slider.root].X_WO;
+    CarriedPath& path = model.paths[slider.root];
+    if (!plans_[k]) {
+      path = CarriedPath(leading_path(scope, slider), model.objects.poses_in_body());
+      return;
+    }
+    PlanRoom& room = rooms_[scope.lanes.lane_of(asking)];
+    pairs_.find_near_taken_in(among, asking, slider, room.near);
+    const bool translation_only = permits_.translation_only[slider.root] != 0;
+    const RigidPlan plan = plan_rigid_slide(slider, X_WR, translation_only, room.near, room.rows);
+    results_[k] = {static_cast<std::uint32_t>(room.near.size()), plan.held_by, plan.sources};
+    slider.force_W = plan.force_W, slider.moment_W = plan.moment_W;
+    slider.is_near_end = plan.is_near_end;
+    path = CarriedPath(plan.path, model.objects.poses_in_body());
+  });
+  for (const PlanResult& result : results_) {
+    meter_.add_pairs(result.near);
+    for (int i = 0; i < result.held_by; ++i) pairs_[result.sources[i]].is_active = true;
+  }
+}
+
+/// The path of one that shoves or pivots: no rows plan it.
+RigidPath Slides::leading_path(const FrameScope& scope, const Slider& slider) const {
   const WorldModel& model = scope.model;
   const Pose& X_WR = model.objects[slider.root].X_WO;
   if (slider.shoves) return shoving_path(slider, X_WR);
-  if (!slider.pivots) return plan_rigid(scope, slider);
   Vector3 p_W = Vector3::Zero();
   const auto [first, last] =
       std::equal_range(touching_of_.begin(), touching_of_.end(), std::pair{slider.root, 0u},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -23,7 +24,7 @@ class Slides {
   SlideBudget budget;
 
   /// @param anew nobody slides, and solids' moments are to be found for all.
-  void take_room(const WorldModel& model, std::size_t watched, bool anew);
+  void take_room(const WorldModel& model, std::size_t watched, std::size_t lanes, bool anew);
   /// The slot's object is new.
   void begin_object(const WorldModel& model, std::uint32_t slot);
 
@@ -56,6 +57,18 @@ class Slides {
     }
   };
 
+  /// What a lane plans with.
+  struct PlanRoom {
+    std::vector<NearPair> near;
+    std::vector<SlideRow> rows;
+  };
+  /// What came of a slider's plan besides its path.
+  struct PlanResult {
+    std::uint32_t near = 0;  ///< so many pairs were near
+    int held_by = 0;
+    std::array<std::uint32_t, kTwistSize> sources{};
+  };
+
   bool begin(const FrameScope& scope);
   void add_follower_sliders(const FrameScope& scope);
   void weigh(const WorldModel& model);
@@ -65,8 +78,11 @@ class Slides {
   void gather_pairs(const FrameScope& scope);
   void take_up_pairs(const FrameScope& scope);
   bool plan(const FrameScope& scope, FrameReport& report);
+  void plan_in_turn(const FrameScope& scope);
+  bool may_plan_in_lanes(std::size_t sharers) const;
+  void plan_in_lanes(const FrameScope& scope);
   RigidPath plan_rigid(const FrameScope& scope, Slider& slider);
-  RigidPath rigid_path(const FrameScope& scope, Slider& slider);
+  RigidPath leading_path(const FrameScope& scope, const Slider& slider) const;
   bool plan_arm(const FrameScope& scope, Slider& slider);
   void go(const FrameScope& scope, std::uint32_t step);
   bool finish_step(const FrameScope& scope);
@@ -85,6 +101,10 @@ class Slides {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> touching_of_;  // (root, index into the frame's pairs)
   std::vector<SlideRow> rows_;                                        // of one plan
   std::vector<JointRow> joint_rows_;  // of an arm: rows_[i] in its joint values
+
+  std::vector<PlanRoom> rooms_;      // by lane
+  std::vector<PlanResult> results_;  // by slider, of plan_in_lanes()
+  std::vector<std::uint8_t> plans_;  // the same: it plans with rows
 
   std::vector<HandFeel> felt_;         // what FrameReport shows
   std::vector<ObjectHandle> cut_off_;  // the same
