@@ -98,7 +98,7 @@ typedef struct touchstone_point {
   uint32_t reserved;
 } touchstone_point;
 
-/** What a backend answers, and how well; flags are 0 or 1. */
+/** A backend's queries and resolution; flags are 0 or 1. */
 typedef struct touchstone_capabilities {
   uint8_t distance;         /**< of pairs apart */
   uint8_t penetration;      /**< of pairs that overlap */

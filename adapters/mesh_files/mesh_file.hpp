@@ -40,7 +40,7 @@ struct MeshFileOptions {
   std::function<void(double)> progress = {};
 };
 
-/// What was found in a mesh. Triangle indices are those of the file, from 0.
+/// Findings about a mesh. Triangle indices are those of the file, from 0.
 struct MeshReport {
   std::size_t triangles_read = 0;
   std::size_t polygons_split = 0;  ///< faces of more than three corners

@@ -24,7 +24,7 @@ struct Soup {
   bool states_unit = false;        ///< vertices are in metres already
 };
 
-/// What readers are told.
+/// The input of readers.
 struct ReadTask {
   std::string file;  ///< for messages
   std::size_t most_triangles;

@@ -10,8 +10,8 @@
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 /// @file
-/// What the readers of robots share (URDF, SDF, MJCF): how shapes become hexahedra, where meshes are looked
-/// for, and what a file came to.
+/// Shared by the readers of robots (URDF, SDF, MJCF): conversion of shapes to hexahedra, the search for
+/// meshes, and the result of a file.
 
 namespace touchstone {
 
@@ -25,7 +25,7 @@ struct MeshCover {
 /// with it. @throws InputError for what it cannot hold.
 using CoverMesh = std::function<MeshCover(const TriangleMesh& mesh, const std::string& name)>;
 
-/// What becomes of a joint that follows another one.
+/// The treatment of joints that follow another one.
 enum class MimicJoints : std::uint8_t {
   refuse,
   free,  ///< it is a joint of its own, and Robot::notes says so

@@ -31,7 +31,7 @@ void validate(const TriangleMesh& mesh, std::string_view name = "mesh");
 /// @pre validate(mesh) passes.
 TriangleMesh weld(const TriangleMesh& mesh);
 
-/// What of a mesh is a solid. Triangles that share a vertex's place are one shell. A shell is closed when
+/// The solid parts of a mesh. Triangles that share a vertex's place are one shell. A shell is closed when
 /// each edge is used as often in one direction as in the other: winding numbers are then whole numbers
 /// everywhere off the surface, whether or not the shell meets itself or others. An open shell is a sheet.
 struct MeshShells {

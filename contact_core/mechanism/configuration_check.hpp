@@ -30,7 +30,7 @@ struct CarriedObject {
   Pose X_LO;
 };
 
-/// What a ConfigurationCheck is made of.
+/// The mechanism, obstacles and rules of a ConfigurationCheck.
 struct ConfigurationScene {
   std::shared_ptr<const Mechanism> mechanism;
   Pose X_WB = {};  ///< of the base; put through rigid_frame()

@@ -97,7 +97,7 @@ Meeting meeting_vertices(const PlacedSolid& a, const PlacedSolid& b, const Heigh
   };
   const double highest = *std::max_element(on_a.begin(), on_a.end()) + way(a);
   const double lowest = *std::min_element(on_b.begin(), on_b.end()) - way(b);
-  // What heights and sums round is far less.
+  // The rounding of heights and sums is far less.
   const double enough = std::max(threshold, 0.0) + kRoundingShare * (std::abs(highest) + std::abs(lowest));
   Meeting out;
   const auto leave_out = [&](double apart) {

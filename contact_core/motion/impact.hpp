@@ -45,7 +45,7 @@ struct GapRule {
   double threshold(double start, double scale) const;
 };
 
-/// What stands behind the answer "clear": see Narrowphase's Capabilities.
+/// The strength of the answer "clear": see Narrowphase's Capabilities.
 enum class MotionCheck : std::uint8_t {
   proven,   ///< the whole path, by separations
   sampled,  ///< poses on the path, judged by a backend without separations; what lies between is not proven

@@ -22,7 +22,7 @@ MassMoments mass_moments(const Hexahedron& solid);
 /// In frame A of what is known in frame B.
 MassMoments transform(const Pose& X_AB, const MassMoments& moments_B);
 
-/// What |dc|^2 + w . J w is made from.
+/// The metric |dc|^2 + w . J w.
 struct MassMetric {
   Vector3 centre = Vector3::Zero();  ///< of mass, in the frame of the moments
   Matrix3 J = Matrix3::Identity();   ///< inertia about the centre over mass, positive definite [m2]

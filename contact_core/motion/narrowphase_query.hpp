@@ -47,7 +47,7 @@ class NarrowphaseQuery final : public SeparationQuery {
     known_ = &*memo_;
   }
 
-  /// What `other` remembers is known here too; this remembers nothing. While both ask, `other` must not note
+  /// Reads the memory of `other` and remembers nothing itself. While both ask, `other` must not note
   /// anything. Keeps a reference. @pre other.remember().
   void look_up_in(const NarrowphaseQuery& other) { known_ = other.known_; }
 

@@ -159,7 +159,7 @@ int rows_of_plane(const NearPair& pair, int plane, Rows& rows) {
   return face.exists ? rows_of_face(pair, face, rows) : 0;
 }
 
-/// What share of a twist the rows let through, to first order.
+/// The share of a twist that the rows let through, to first order.
 double share_let_through(const Rows& rows, int count, const Twist& twist, double gap) {
   double share = 1.0;
   for (int i = 0; i < count; ++i) {

@@ -28,7 +28,7 @@
 
 namespace touchstone {
 
-/// What ContactWorld::add() takes: a rigid object and where it starts.
+/// The argument of ContactWorld::add(): a rigid object and its initial pose.
 struct ObjectDescription {
   std::shared_ptr<const HexahedronTree> tree;  ///< its name is the object's, unique in the world
   Pose X_WO;
@@ -47,7 +47,7 @@ struct ObjectDescription {
 /// clear: on the path to its commanded pose on which the point that touches goes straight. A tool turned
 /// about the edge that it rests on keeps to that edge so, whose origin's straight path would dip below it.
 ///
-/// What is not set is inherited, field by field: by a pair's rule from the rules of groups that fit, the one
+/// Unset fields are inherited, field by field: by a pair's rule from the rules of groups that fit, the one
 /// given last first, then from the world's own, at last from EffectiveRule's values. A rule that is set
 /// again, for the same pair, the same two groups or the world, replaces the one before as a whole; an empty
 /// one takes it back.
@@ -116,7 +116,7 @@ struct HandStiffness {
   Vector3 turning = {500.0, 500.0, 500.0};  ///< c about T's axes [N m/rad]; as k, and 1e-6 to 1e6 m2 of it
 };
 
-/// What the hand of a mover that slid feels, at a frame's end (Ortega, Redon, Coquillart 2007, section 5: the
+/// Forces on the hand of a mover that slid, at a frame's end (Ortega, Redon, Coquillart 2007, section 5: the
 /// forces that keep the god-object back, here those of the contacts that hold the last sub-step's plan).
 struct HandFeel {
   ObjectHandle object;
@@ -127,8 +127,8 @@ struct HandFeel {
   Vector3 moment_W;    ///< the same, about p_W [N m]
 };
 
-/// What happened to a pair, or to a command, in a frame. Each says which s, of which part of the frame, its
-/// event is of: ContactEvent::part, s and geometry.
+/// An event of a pair, or of a command, in a frame. ContactEvent::part, s and geometry say when in the frame
+/// it took place.
 ///
 /// Contact, as events count it, begins within the gap g and ends beyond 2 g: a pair is in contact from
 /// `began` to `ended`, each frame in between has one `persists`, and what comes within the gap in a frame has
@@ -170,15 +170,15 @@ struct ContactEvent {
   PairGeometry geometry_at_end = {};
 };
 
-/// What a frame came to. Counts are of this frame alone.
+/// The result of a frame. Counts are of this frame only.
 struct FrameReport {
   std::uint64_t frame = 0;
   std::span<const ContactEvent> events;  ///< valid until the next frame; by pair
-  /// What came into force at its start, in order; valid until the next frame. A run that keeps these with
-  /// their frames replays, however long it is.
+  /// Changes that came into force at its start, in order; valid until the next frame. A run that keeps these
+  /// with their frames replays, however long it is.
   std::span<const SelectionChange> selections;
-  /// What came due at its start and named what is gone, an object twice, or a group that nobody has named: it
-  /// changed nothing, and is not recorded. In order; valid until the next frame.
+  /// Changes that were due at its start but named a removed object, an object twice, or an unknown group:
+  /// they had no effect and are not recorded. In order; valid until the next frame.
   std::span<const SelectionChange> refused_selections;
   std::uint32_t blocked_movers = 0;    ///< stopped on their commanded paths; loads that go along, too
   std::uint32_t candidate_pairs = 0;   ///< looked at; all others are known to stay out of reach
@@ -194,7 +194,7 @@ struct FrameReport {
   MotionCheck check = MotionCheck::proven;  ///< what stands behind this frame's poses
 };
 
-/// What all slides of a frame may cost together; what commanded paths take is not counted. It is looked at
+/// The budget of all slides of a frame together; commanded paths do not count. It is looked at
 /// between pairs, and one that is begun is finished. A mover that is cut off stands where its last sub-step
 /// ended: that is as safe as any other pose, only less far on. A sub-step that cannot be checked whole is
 /// not executed, of none of its movers. Of what is left at a sub-step's begin each mover's plan may take an
@@ -207,7 +207,7 @@ struct SlideBudget {
   double seconds = std::numeric_limits<double>::infinity();
 };
 
-/// What a world's answers are worth: those of its narrowphase.
+/// The guarantees of a world's answers: those of its narrowphase.
 struct WorldCapabilities {
   std::string_view narrowphase;
   std::string_view broadphase;
@@ -373,9 +373,9 @@ class ContactWorld {
   /// X_WL of every link, those without hexahedra too, in the order of Mechanism::links().
   std::span<const Pose> link_poses(MechanismHandle mechanism) const;
 
-  /// What the last frame executed: part 0 is the commanded paths up to where they were stopped, then come the
-  /// sub-steps of slides, each with an s of its own from 0 to 1. What a pair that holds takes back stays at
-  /// its start for the whole part.
+  /// The last frame's executed motion: part 0 is the commanded paths up to where they were stopped, then come
+  /// the sub-steps of slides, each with an s of its own from 0 to 1. What a pair that holds takes back stays
+  /// at its start for the whole part.
   std::size_t executed_parts() const;
   /// X_WO at s of a part; the actual one of what did not move. @throws InputError: an unknown handle.
   Pose executed_pose(ObjectHandle object, std::size_t part, double s) const;

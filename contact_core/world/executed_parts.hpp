@@ -10,7 +10,7 @@
 
 namespace touchstone {
 
-/// What a mover did in one part of a frame: the commanded path is part 0, each sub-step of slides another.
+/// A mover's motion in one part of a frame: the commanded path is part 0, each sub-step of slides another.
 struct ExecutedPart {
   std::uint32_t root;
   std::uint32_t part;

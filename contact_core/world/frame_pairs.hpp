@@ -20,7 +20,7 @@ struct Moment {
 inline constexpr std::uint32_t kNoMoment = 0xffffffff;
 inline constexpr double kNotStopped = -1.0;
 
-/// What distances matter of a pair [m].
+/// The distances that decide about a pair [m].
 struct PairDistances {
   double gap;
   double interest;  ///< further apart than this nothing is reported

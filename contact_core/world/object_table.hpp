@@ -49,8 +49,8 @@ struct ObjectRecord {
   bool is_link() const { return mechanism != 0xffffffff; }
 };
 
-/// What became of the objects since it was taken up last, each slot named once. It outgrows nothing: beyond
-/// so many exemptions `all` is set, and the rest says nothing.
+/// Changes of the objects since they were last taken up, each slot named once. Its size is bounded: beyond
+/// that many exemptions `all` is set, and the rest has no meaning.
 struct TableChanges {
   static constexpr std::size_t kMostExemptions = 4096;
   struct ExemptionChange {

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/world/handles.hpp"
 
 /// @file
-/// What ContactWorld::select() takes and what it records. Changes are plain values that name what they mean
+/// Changes for ContactWorld::select(), and their record. Changes are plain values that refer to objects
 /// by handle or by name: they outlive their world, and replay in another one that was set up the same.
 
 namespace touchstone {
@@ -29,11 +29,11 @@ class GroupName {
   std::uint8_t size_ = 0;
 };
 
-/// What is switched on or off. A pair of objects is checked while all that it belongs to is on. A change that
-/// names what is gone when it would come into force, or a group that no object and no rule of the world has
-/// named, is refused: see FrameReport::refused_selections.
+/// A switch for objects, pairs or groups. A pair of objects is checked while all that it belongs to is on. A
+/// change that names what is gone when it would come into force, or a group that no object and no rule of the
+/// world has named, is refused: see FrameReport::refused_selections.
 struct SelectionChange {
-  /// What is named: nothing, `first`, `first` and `second`, `group`, or every link of `mechanism`.
+  /// The members in use: none, `first`, `first` and `second`, `group`, or every link of `mechanism`.
   enum class Scope : std::uint8_t { everything, object, pair, group, mechanism };
 
   Scope scope = Scope::everything;

@@ -43,7 +43,7 @@ class SelectionQueue {
   std::vector<SelectionChange> waiting_;
 };
 
-/// What is switched on.
+/// The state of all switches.
 class Selection {
  public:
   /// Returns false, nothing changed, where the change names what is gone, an object twice, or a group that

@@ -31,7 +31,7 @@ double WorldModel::gap_at(double distance) const {
 }
 
 double WorldModel::gap_of(const SolidPair& pair) const {
-  // What is carried rounds as its body does, which may be further out.
+  // A carried object rounds as its body does, which may be further out.
   const auto reach = [&](SolidIndex i) {
     const Sphere& sphere = layout.solids[i].bounding_sphere();
     const double body = objects[body_of(i)].X_WO.p.cwiseAbs().maxCoeff();
@@ -85,7 +85,7 @@ MovingSolid WorldModel::moving_solid(SolidIndex solid) const {
     out.X_OS = X_BS[solid];
     out.path = &mover->path, out.body = objects[body].link, out.views = mover;
   }
-  // What is carried stands where it was carried to, which its path gives to rounding only.
+  // A carried object's pose is where it was carried to, which its path gives to rounding only.
   if (body == slot && travels.has_vertices[solid])
     out.X_WS_at_start = &from[solid], out.vertices_at_start = &travels.vertices[solid];
   return out;

@@ -19,9 +19,9 @@ namespace touchstone {
 
 class FrameLanes;
 
-/// What the parts of a world read: who there is, by which rules, where all stand, and which paths are laid.
-/// Its functions only look. Indices are slots of objects and solids of the layout; what moves as one is known
-/// by its root's slot.
+/// The input of a world's parts: the objects, their rules, their poses, and the paths that are laid.
+/// Its functions are read-only. Indices are slots of objects and solids of the layout; what moves as one is
+/// known by its root's slot.
 struct WorldModel {
   std::unique_ptr<Narrowphase> narrowphase;
   std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges

@@ -12,7 +12,7 @@
 
 namespace touchstone::comparison {
 
-/// What the command line says of robots.
+/// The command line's options for robots.
 struct RobotChoices {
   std::vector<std::string> files;          ///< --robot
   std::vector<std::string> package_paths;  ///< --package-path
@@ -27,7 +27,7 @@ bool is_robot_file(const std::filesystem::path& file);
 /// @throws InputError: a format that this build does not read, and as the readers.
 Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& choices);
 
-/// What was replaced by how much and what else a user should know, a line each; empty: nothing.
+/// The replacements, their errors and other notes for a user, a line each; may be empty.
 std::string account_of(const Robot& robot);
 
 /// The `model` of an arm in a scene file or script: a bundled arm's name, or a robot's file beside the YAML

@@ -20,7 +20,7 @@ std::size_t joints_that_move(const Mechanism& robot, std::uint32_t link) {
   }));
 }
 
-/// What holds several moving links is a hand: it is flown, not its fingers.
+/// A link that holds several moving links is a hand: it is flown, not its fingers.
 std::uint32_t without_fingers(const Mechanism& robot, std::uint32_t end) {
   for (const std::uint32_t index : robot.chain(end)) {
     const std::uint32_t inner = robot.joints()[index].inner;

@@ -7,7 +7,7 @@
 
 namespace touchstone::physics {
 
-/// What a step's contacts of any engine tell of touches. An engine whose narrowphase reaches beyond contact
+/// Touches from a step's contacts, of any engine. An engine whose narrowphase reaches beyond contact
 /// touches by its own rule: where it presses. @param contacts of DynamicsEngine::list_contacts() @param h
 /// the step [s]
 inline void take_touches(std::span<const EngineContact> contacts, double h, TouchEvents& events) {

@@ -14,7 +14,7 @@
 
 namespace touchstone::physics {
 
-/// What B may do against A, by the z axis of the joint's frame.
+/// The freedom of B against A, by the z axis of the joint's frame.
 enum class BodyJointKind : std::uint8_t {
   fixed,   ///< nothing
   hinge,   ///< turn about z

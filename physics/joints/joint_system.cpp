@@ -13,7 +13,7 @@
 namespace touchstone::physics {
 namespace {
 
-// What is added to each row's own entry of J M^-1 J^T, so that rows that say the same have an answer; the
+// Added to each row's diagonal entry of J M^-1 J^T, so that redundant rows have a solution; the
 // square root of eps, which refinement takes out of all others: each time what is left shrinks by this over
 // the row's share that is its own.
 constexpr double kRegular = 0x1p-26;
@@ -82,7 +82,7 @@ std::uint32_t JointSystem::unit_of(const Side& side) const {
 
 // ---- where things are at a stage
 
-/// What bodies do there without joints.
+/// The motion of bodies without joints.
 void JointSystem::place_bodies(const double* y, const Vector3& gravity_W) {
   placed_.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i, y += kBodySize) {
@@ -415,7 +415,7 @@ bool JointSystem::slope_at(double t, const double* y, double* slope, const Vecto
   return true;
 }
 
-/// What was gained over a part of the flight.
+/// Takes the gain over a part of the flight.
 bool JointSystem::take(const std::vector<double>& gained, double h) {
   for (const double value : gained)
     if (!std::isfinite(value)) return false;

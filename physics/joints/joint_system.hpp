@@ -52,12 +52,12 @@ class JointSystem {
   };
   /// One side of a joint.
   struct Side {
-    /// What `index` counts; the ground has none.
+    /// The kind that `index` counts; the ground has none.
     enum class Kind : std::uint8_t { ground, body, arm, told } kind = Kind::ground;
     std::uint32_t index = 0;
     std::uint32_t link = 0;  ///< of an arm
   };
-  /// What holds two sides together.
+  /// A joint between two sides.
   struct Joint {
     const BodyJoint* joint;
     Side a, b;

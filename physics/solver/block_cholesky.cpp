@@ -70,7 +70,7 @@ void BlockCholesky::reserve(std::size_t units, std::size_t pairs, std::size_t wi
   first_row_.reserve(units + 1);
   diagonal_.reserve(units);
   transposed_.reserve(widest * widest);
-  // What is filled in is not known before: so much more than the pairs is rare.
+  // Fill-in is not known before; more than four times the pairs is rare.
   const std::size_t blocks = 4 * pairs;
   rows_.reserve(blocks);
   at_.reserve(blocks);

@@ -66,7 +66,7 @@ struct JointDrive {
   double damping = 0.0;    ///< >= 0 [N m s/rad] or [N s/m]
 };
 
-/// What a joint takes by itself, whatever drives it.
+/// The passive losses of a joint, whatever drives it.
 struct JointLosses {
   double friction = 0.0;  ///< Coulomb's: holds, or acts against the rate with, so much [N m] or [N], >= 0
   double damping = 0.0;   ///< against the rate [N m s/rad] or [N s/m], >= 0; implicit as a position drive's

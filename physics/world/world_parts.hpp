@@ -35,7 +35,7 @@ StepReport take_step(double h, std::span<const Contact> contacts, std::span<Cont
 
 namespace touchstone::physics {
 
-/// What a world is made of: private to it.
+/// The parts of a world: private to it.
 struct DynamicsWorld::Parts : stepping::WorldParts {
   using WorldParts::WorldParts;
 };

@@ -137,7 +137,7 @@ struct Creep {
   }
 };
 
-/// What the table's last line sums up: settings in which the stack stands with either check.
+/// The sums in the table's last line: settings in which the stack stands with either check.
 struct Sum {
   int stand = 0, corners_more = 0, middle_more = 0;
 };

@@ -13,7 +13,7 @@
 #include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/measures/random.hpp"
 
-// What a pair costs, by family, query and backend, in one process: the table of the contact costs.
+// The cost of a pair, by family, query and backend, in one process: the table of the contact costs.
 //
 //   cost_table_benchmark [FAMILY or QUERY or BACKEND or lone or batch]...
 //

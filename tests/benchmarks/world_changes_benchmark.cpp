@@ -15,9 +15,9 @@
 #include "touchstone/contact_core/threads/thread_team.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 
-// What changes of a contact world cost at run time, each with the frame after it, where nothing else happens:
-// boxes of 1 m on a jittered grid, 1.4 m apart. Median, 99.9th percentile and worst of this thread's time
-// [us] over as many changes as take a second or two, 5 000 at most.
+// The cost of a contact world's changes at run time, each with the frame after it, where nothing else
+// happens: boxes of 1 m on a jittered grid, 1.4 m apart. Median, 99.9th percentile and worst of this thread's
+// time [us] over as many changes as take a second or two, 5 000 at most.
 //
 //   world_changes_benchmark [objects ...]        100, 1 000, 10 000 and 100 000 without arguments
 //   world_changes_benchmark --movers [threads]   10 000 objects, 1 000 of them told to go 5 cm a frame, on

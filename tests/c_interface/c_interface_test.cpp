@@ -192,7 +192,7 @@ TEST(CInterface, PosesAreThoseOfCpp) {
   EXPECT_EQ(pose.p[2], 6.0);
 }
 
-// What each backend may answer, and what is no answer.
+// The allowed answers of each backend, and invalid ones.
 TEST(AnswerCheck, BrokenAnswersAreNamed) {
   const Query distance{.kind = QueryKind::distance}, overlap{}, manifold{.kind = QueryKind::manifold},
       near{.kind = QueryKind::distance, .max_separation = 1.0};

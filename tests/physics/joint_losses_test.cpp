@@ -1,4 +1,4 @@
-// What joints take by themselves and what drives of a stiffness give: closed forms of one joint, and arms.
+// Passive losses of joints, and drives with stiffness: closed forms of one joint, and arms.
 
 #include <gtest/gtest.h>
 
@@ -164,7 +164,7 @@ TEST(PositionDrives, AreStableForAnyStiffnessAndGainNoEnergy) {
         wheel.step(1e-2);
         EXPECT_LE(energy(), start * (1 + 1e-12)) << k << ' ' << d << ' ' << i;
       }
-      // What swings faster than steps tell, or is damped, has settled.
+      // Joints that swing faster than steps resolve, or are damped, have settled.
       if (k >= 1e6 && d <= 1.0) {
         EXPECT_LT(std::abs(wheel.qd()), 1e-6) << k << ' ' << d;
         EXPECT_NEAR(wheel.q(), 0.3, 1e-6) << k << ' ' << d;

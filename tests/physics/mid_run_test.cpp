@@ -1,4 +1,4 @@
-// What is done to a dynamics world between its steps: pushes, snapshots, bodies that come and go.
+// Changes of a dynamics world between its steps: pushes, snapshots, bodies that come and go.
 
 #include <gtest/gtest.h>
 

@@ -334,7 +334,7 @@ TEST(NarrowphaseContacts, ABoxRestsOnWhateverBackend) {
 }
 
 TEST(NarrowphaseContacts, StacksApartAreProblemsApart) {
-  // What a leaning stack does has the same bits beside others as alone.
+  // A leaning stack's motion has the same bits beside others as alone.
   const HexahedronTree ground = box_tree("ground", {50, 50, 1}, {0, 0, -0.5}),
                        cube = box_tree("cube", {0.2, 0.2, 0.2});
   const RigidBody body(inertia_of_density(cube.solids(), 1000.0, "cube"), "cube");

@@ -9,7 +9,7 @@
 #include "touchstone/contact_core/world/scene_world.hpp"
 #include "touchstone/tests/support/written_file.hpp"
 
-// What scene files say of pairs, and of objects that are carried off or shoved.
+// Rules of pairs in scene files, and of objects that are carried off or shoved.
 
 namespace touchstone {
 namespace {

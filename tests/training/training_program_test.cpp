@@ -177,7 +177,7 @@ TEST_F(TrainingRun, ArmBringsTheOruIntoItsGuideSliding) {
     EXPECT_LT(stop["time_s"].get<double>(), 35.95 + 2.0);
   }
   EXPECT_TRUE(is_down);
-  // What does not slide stands on the rim.
+  // A method without slides stops on the rim.
   EXPECT_NEAR(last_z(first_build(script), "oru"), 0.0, 1e-9);
   EXPECT_GT(unchecked(script)["deepest_shown_m"].get<double>(), 0.2);
   expect_clean(script);
@@ -187,7 +187,7 @@ TEST_F(TrainingRun, ArmBringsTheOruIntoItsGuideSliding) {
 TEST_F(TrainingRun, ArmComesDownOverTheProbeSliding) {
   const json script = fly("01_grapple_by_arm_slide");
   // On the plate, along the stem that it touches on its way, but for 4 mm: the slide has turned it a little.
-  // What does not slide stands 0.16 m above.
+  // A method without slides stops 0.16 m above.
   EXPECT_NEAR(last_z(ours(script), "ssrms.tip_lee"), 1.3589, 5e-3);
   EXPECT_GT(last_z(first_build(script), "ssrms.tip_lee"), 1.3589 + 0.15);
   expect_nothing_wrong(ours(script));  // it slides on from its stops within their frames

@@ -1,4 +1,4 @@
-// What events say, against the distances of all pairs at every frame's end.
+// Events, against the distances of all pairs at every frame's end.
 
 #include <gmock/gmock.h>
 

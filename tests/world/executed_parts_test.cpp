@@ -4,8 +4,8 @@
 
 #include "arm_fixture.hpp"
 
-// What a frame executed, asked for after objects came and went: nobody has done what the slot's last owner
-// did.
+// A frame's executed motion, asked for after objects came and went: a slot's new owner has none of the last
+// one's.
 
 namespace touchstone {
 namespace {

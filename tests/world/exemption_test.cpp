@@ -126,7 +126,7 @@ TEST(Exemption, IsTakenBackByTheNamesThatMadeItAndNoOther) {
   EXPECT_THROW(scene.world->unexempt({scene.right, scene.payload, "box"}), InputError);
 }
 
-// What exempt() said holds whatever latches come and go, and what a latch allows is not unexempt()'s.
+// exempt() holds whatever latches come and go, and unexempt() does not end a latch's exemption.
 TEST(Exemption, ThoseOfTheUserAndOfALatchAreKeptApart) {
   Gripper scene;
   scene.grip();

@@ -7,7 +7,7 @@
 
 #include "world_fixture.hpp"
 
-// What counts as contact grows with the distance from the origin, and of what is carried with its carrier's:
+// The contact distance grows with the distance from the origin, of carried objects with their carrier's:
 // twice 1.4e-14 of it ends one. Pairs are looked for that far, however little the world's own gap is.
 
 namespace touchstone {

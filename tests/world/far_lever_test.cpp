@@ -43,7 +43,7 @@ FarSlide slide_with_lever(double lever, bool sideways) {
   return out;
 }
 
-// What is far out does not count in the metric, and the box goes along the floor as if alone: at 1e12 m it
+// A far object does not count in the metric, and the box goes along the floor as if alone: at 1e12 m it
 // used to sink into the floor by the rounding of its turns' far centre, at 1e20 m through it.
 TEST(FarLever, TheBoxSlidesAsIfAlone) {
   const FarSlide alone = slide_with_lever(0.0, false);

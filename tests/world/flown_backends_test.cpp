@@ -212,7 +212,7 @@ void fly_elbow(Rows& rows) {
   const Flight flight = rows.fly_scene("elbow_into_lab.yaml");
   const double a = std::asin(1.3589 / std::hypot(7.11, 0.175)) - std::atan2(0.175, 7.11);
   const double time = a / (4 * kDegree), closing = 7.11 * std::cos(a) * 4 * kDegree;
-  // What judges poses has steps of native's distance here, up to the frame's end: `began` is its own.
+  // Judges of poses have steps of native's distance here, up to the frame's end: `began` is its own.
   rows.add_time("4 cue begins", flight, flight.began, time, closing);
   rows.add_fact("4 cue is 290.528 mm deep", flight, std::abs(flight.deepest + 0.290528) < 5e-7, true);
   rows.add_fact("4 cue ends by the frame", flight, std::abs(flight.ended - (6 - time)) < 0.02, true);
@@ -254,7 +254,7 @@ void fly_contained(Rows& rows, const std::string& backend) {
   }
 }
 
-/// What is known to go wrong, by the methods' own blind spots.
+/// Known failures, by the methods' blind spots.
 bool is_expected(const std::string& backend, const std::string& what) {
   if (backend == "edge_face") return what == "7 contained is contact";
   return false;

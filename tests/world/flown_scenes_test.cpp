@@ -22,7 +22,7 @@ Scene scene_from(const std::string& file, const SceneParameters& parameters = {}
   return load_scene(std::string(TOUCHSTONE_SCENES) + "/" + file, parameters);
 }
 
-/// What a flight showed: when each object was first stopped, and when contact first began and last ended [s].
+/// A flight's result: when each object was first stopped, and when contact first began and last ended [s].
 struct Flight {
   std::map<std::string, double> stopped;
   std::optional<double> began, ended;

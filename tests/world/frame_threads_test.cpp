@@ -95,7 +95,7 @@ class Log {
   std::vector<std::uint64_t> words_;
 };
 
-/// What does not depend on the numbers that objects got: an event by names, the lower one first.
+/// An event without the numbers that objects got: by names, the lower one first.
 using NamedEvent = std::tuple<std::string, std::string, int, std::uint32_t, double, double>;
 
 std::vector<NamedEvent> named_events(const ContactWorld& world, const FrameReport& report) {

@@ -114,7 +114,7 @@ struct ArmScene {
     if (solid >= mechanism->solids().size()) return !(objects[object_of[solid]] == carried);
     return mechanism->chain(mechanism->link_of(static_cast<std::uint32_t>(solid))).empty();
   }
-  /// What is latched to a link is not checked against it.
+  /// An object latched to a link is not checked against it.
   bool carried_by(std::size_t a, std::size_t b) const {
     return objects[object_of[a]] == carrier && objects[object_of[b]] == carried;
   }

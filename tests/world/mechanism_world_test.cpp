@@ -172,7 +172,7 @@ TEST(MechanismWorld, CarriesALatchedBox) {
   EXPECT_EQ(kinds(move_joints(*world, arm, {0, 0})).front(), EventKind::refused);
 }
 
-// What is latched to one end meets a link of the same arm.
+// An object latched to one end meets a link of the same arm.
 TEST(MechanismWorld, CarriedBoxMeetsTheArm) {
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::advance));

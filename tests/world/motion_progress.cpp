@@ -30,7 +30,7 @@ class Flight {
         figures_(figures) {
     // Blocked frames are looked at so that their number does not grow with the rate.
     every_ = std::max(1, trial_.frames / (2 * run.looks));
-    // What overlaps from the start is another question.
+    // Trials that overlap from the start are not judged.
     if (!finder_.is_apart(trial_.at()))
       throw std::logic_error("'" + run.scene + "' starts in contact, seed " + std::to_string(seed));
   }

@@ -22,7 +22,7 @@ struct Options {
   std::string page;
 };
 
-/// What one SCENE asks for.
+/// The runs of one SCENE argument.
 std::vector<ProgressRun> runs_of(const ProgressRun& common, const std::string& scene) {
   ProgressRun run = common;
   std::vector<double> rates{10.0, 50.0, 1000.0};

@@ -137,7 +137,7 @@ class Flight {
     for (std::size_t i = 0; i < pairs_.size(); ++i) start_[i] = judge_.depth(pairs_[i], before);
     for (const double start : start_) figures_.overlapping_starts += start <= 0.0;
     for (std::size_t part = 0; part < parts; ++part) {
-      // What find_impact leaves to rounding, once for each stretch of motion.
+      // The rounding of find_impact, once for each stretch of motion.
       const double room = kSeparationRounding * 50 * static_cast<double>(part + 1);
       for (int k = 1; k <= kSamples; ++k) {
         Poses poses;

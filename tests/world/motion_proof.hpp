@@ -16,7 +16,7 @@ struct MotionProof {
   std::uint64_t seed = 1;
 };
 
-/// What was found. `overlap` of pairs that were apart at their frame's start: touching counts.
+/// The findings. `overlap` of pairs that were apart at their frame's start: touching counts.
 struct MotionFigures {
   MotionProof proof;
   bool is_sampled = false;
@@ -32,7 +32,7 @@ struct MotionFigures {
   double deepest_growth = 0.0;
   std::uint64_t order_shows = 0;  ///< frames after which a world registered in another order differs
 
-  /// What must be 0 for a backend with separations that are right.
+  /// The count that must be 0 for a backend with right separations.
   std::uint64_t violations() const { return actual_overlaps + path_overlaps + deepened + order_shows; }
 };
 

@@ -263,7 +263,7 @@ bool PathFinder::step_to(const Configuration& from, const Configuration& goal, d
     for (std::size_t i = 0; i < rows_.size(); ++i) lacking[i] = 0.75 * gap_ - rows_[i].separation;
     for (int correction = 0; correction < kCorrections; ++correction) {
       solve(wanted, lacking, step);
-      // What the step leaves to second order is asked for as well; never less than to first order.
+      // The step's second-order remainder is asked for as well; never less than to first order.
       model_.place(model_.moved(from, step), X_WS_);
       for (std::size_t i = 0; i < rows_.size(); ++i) {
         const double missed = rows_[i].separation + product(gradients_[i], step) - height(rows_[i]);

@@ -111,7 +111,7 @@ TEST(Selection, NamesThatNobodyHasAreRefused) {
   EXPECT_NEAR(scene.x(), 2.0, 2 * kGap);
 }
 
-// What is refused stands between what is taken: both keep their order.
+// Refused and accepted changes interleave: both keep their order.
 TEST(Selection, ReportsKeepTheOrderInWhichChangesCame) {
   BoxBeforeWall scene;
   const SelectionChange box_off = SelectionChange::of(scene.box, false);

@@ -12,7 +12,7 @@
 #include "touchstone/adapters/exact/exact.hpp"
 #endif
 
-// What goes along with a mover, and what stays.
+// Objects that go along with a mover, and others that stay.
 
 namespace touchstone {
 namespace {

@@ -15,7 +15,7 @@
 #include "touchstone/adapters/exact/exact.hpp"
 #endif
 
-// What a budget of slides cuts off, and that it is safe where it stops.
+// A budget of slides: it cuts movers off at safe poses.
 
 namespace touchstone {
 namespace {

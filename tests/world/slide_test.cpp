@@ -241,7 +241,7 @@ TEST(Slide, MoversDoNotPushEachOther) {
   EXPECT_NEAR(world->actual_pose(fast).p.x(), world->actual_pose(slow).p.x() - 1, 1e-3);
 }
 
-// What is carried slides for its carrier: the metric is that of the two together.
+// A carried object slides for its carrier: the metric is that of the two together.
 TEST(Slide, LatchedObjectSlidesForItsCarrier) {
   CornerRoom room;
   const ObjectHandle arm = room.world->add({box_tree("arm", {0.1, 0.1, 1}), at(0.3, -0.2, 1.8)});
@@ -384,7 +384,7 @@ TEST(Slide, DistanceToTheGoalNeverGrows) {
   std::cout << slid << " frames slid; largest growth " << worst << " m\n";
 }
 
-// What slides past another mover, whichever is registered first.
+// Movers that slide past each other, whichever is registered first.
 TEST(Slide, RegistrationOrderDoesNotShow) {
   std::array<std::vector<Pose>, 2> poses;
   for (const bool reversed : {false, true}) {

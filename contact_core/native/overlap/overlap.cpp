@@ -42,7 +42,7 @@ void place_pair(const SolidSet& set, const SolidPair& pair, std::span<const Pose
         out);
 }
 
-/// What no filter of the pair's kind has certified: by comparison of coordinates, then by the hulls.
+/// Decides pairs that no filter of their kind certified: by comparing coordinates, then by the hulls.
 bool placed_meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   PlacedPair placed;
   place_pair(set, pair, poses, placed);

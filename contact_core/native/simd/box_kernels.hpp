@@ -116,7 +116,7 @@ TOUCHSTONE_INLINE void gather_boxes(const double* const (&poses)[Traits<Pack>::l
   out.reach = shape[3];
 }
 
-/// What both passes look at.
+/// The input of both passes.
 template <class Pack>
 struct BoxSlacks {
   Pack size, position;

@@ -14,7 +14,7 @@
 
 namespace touchstone {
 
-/// What executes a part of a frame: the parts that every path goes through, commanded or planned by a slide.
+/// Executes a part of a frame: the parts that every path goes through, commanded or planned by a slide.
 struct FrameScope {
   WorldModel& model;
   Broadphase& broadphase;

@@ -178,7 +178,7 @@ void PairFinder::find_impacts_of_mover(const Scope& scope, NarrowphaseQuery& ask
   for (; bounded < among.size(); ++bounded) bound_stops(model, pairs[among[bounded].index]);
 }
 
-/// What one mover meets by itself ends its path there, whatever else happens.
+/// A mover's contact with anything at rest ends its path there, whatever else happens.
 void PairFinder::bound_stops(const WorldModel& model, const FramePair& pair) {
   const std::uint32_t a = model.root_of(pair.solids.a), b = model.root_of(pair.solids.b);
   if (!pair.stops_movers() || are_two_movers(model, a, b)) return;

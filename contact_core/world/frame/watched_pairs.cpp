@@ -251,7 +251,7 @@ bool WatchedPairs::update_due(WorldModel& model, Broadphase& broadphase) {
   return true;
 }
 
-/// What is known of pairs that are watched already stays so.
+/// Keeps the data of pairs that are watched already.
 bool WatchedPairs::update_partners(const WorldModel& model, Broadphase& broadphase, SolidIndex solid) {
   partners_.clear(), known_partners_.clear();
   if (!broadphase.find_partners(solid, partners_)) return false;

@@ -125,8 +125,8 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
   const std::span<const NearPair> standing = obstacles.near();
   bool has_all =
       std::all_of(standing.begin(), standing.end(), [](const NearPair& near) { return near.is_sure; });
-  // What held the last sub-step is likely to hold this one: without it the plan goes far off, and all that
-  // lies there is looked at.
+  // Pairs that held the last sub-step probably hold this one: without them the plan goes far off, and all
+  // that lies there is looked at.
   if (obstacles.take_up_held()) {
     choose_planes(arm, obstacles, plan.dq);
     plan = plan_with(true);

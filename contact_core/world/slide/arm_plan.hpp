@@ -9,8 +9,8 @@
 
 namespace touchstone {
 
-/// What an arm may meet, asked for as its plan goes: a plan changes what comes near, and what is near the
-/// plan.
+/// The obstacles of an arm, requested as its plan proceeds: a plan changes the pairs that come near, and they
+/// the plan.
 class ArmObstacles {
  public:
   virtual ~ArmObstacles() = default;
@@ -33,7 +33,7 @@ class ArmObstacles {
   virtual bool is_over() const = 0;
 };
 
-/// What an arm does in one sub-step of a slide: the path that it has laid.
+/// An arm's motion in one sub-step of a slide: the path that it has laid.
 struct ArmPlan {
   bool moves = false;
   bool is_near_end = false;                               ///< see Slider

@@ -10,7 +10,7 @@
 
 namespace touchstone {
 
-/// What a rigid body does in one sub-step of a slide.
+/// A rigid body's motion in one sub-step of a slide.
 struct RigidPlan {
   RigidPath path;                                                 ///< at rest: nothing is to be gained
   int held_by = 0;                                                ///< rows that hold it back

@@ -469,7 +469,7 @@ bool SlidePairs::stays_apart(const Scope& scope, std::uint32_t watch, double way
   return room > way;
 }
 
-/// What an arm's plan could bring together, as far as travels and axes tell: into close_.
+/// Gathers into close_ the pairs that an arm's plan could bring together, by travels and axes.
 void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
   WorldModel& model = scope.model;
   ahead_.clear(), close_.clear();
@@ -548,7 +548,7 @@ void merge_slide_pairs(const WorldModel& model, const PairWatch& watched,
       if (place->touch == kNoMoment) place->touch = met.touch;
       continue;
     }
-    // What is known to be further apart than anything of interest has nothing to report.
+    // Pairs known to be further apart than any distance of interest have nothing to report.
     const bool is_apart = model.travelled(met.solids, met.own) <= met.clear_until;
     if (is_apart && !met.has_moment() && !is_among(contacts, met.solids)) continue;
     met.impact.is_far = false;

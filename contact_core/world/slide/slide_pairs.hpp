@@ -24,7 +24,7 @@ class SlidePairs {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  /// What the calls below read.
+  /// The input of the calls below.
   struct Scope {
     WorldModel& model;
     PairWatch& watched;
@@ -46,15 +46,15 @@ class SlidePairs {
   /// plan_goes_beyond()); rigid bodies plan with all that they could reach. @param lively ascending solids.
   void gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders,
               std::span<const std::uint32_t> lively, FrameLanes& lanes);
-  /// What is known by the indices of watched pairs is found again: they may have changed. Before gather().
+  /// Updates the indices of watched pairs, which may have changed. Before gather().
   void renumber(const PairWatch& watched);
 
   /// When each of them stops its movers on the paths that are laid. @returns how many were stopped for want
   /// of iterations.
   std::uint32_t find_impacts(const Scope& scope);
 
-  /// What a slider plans with, in near(). Of a rigid body: all that it could reach. Of an arm: all that is
-  /// not known to be apart as it stands.
+  /// Finds the pairs that a slider plans with, for near(): all that a rigid body could reach, or all of an
+  /// arm that are not known to be separated at its pose.
   void find_near(const Scope& scope, const Slider& slider);
   /// The same of many sliders in lanes, in two steps. First all that rigid sliders could reach is taken in,
   /// in the order in which find_near() would. @param plans by index into the sliders' list: it plans with
@@ -78,7 +78,7 @@ class SlidePairs {
   void nothing_is_active();
 
  private:
-  /// What held an arm back in its last sub-step.
+  /// A pair that held an arm back in its last sub-step.
   struct HeldPair {
     std::uint32_t root;
     std::uint32_t source;  ///< index into pairs_

@@ -14,7 +14,7 @@ namespace touchstone {
 
 /// A sub-step that brings no slider closer to its goal by this share of its distance at first is the last.
 inline constexpr double kLeastGain = 0x1p-10;
-/// What is planned is executed where it gains this share of the distance at first.
+/// A plan is executed where it gains at least this share of the initial distance.
 inline constexpr double kWorthwhile = 0x1p-30;
 
 /// One mover that goes on along what stopped it. Poses X_WR are its root's, as it stands.
@@ -79,8 +79,8 @@ JointVector joints_left(const MechanismMover& arm);
 /// @pre goal and moments are set, moments.volume > 0.
 void weigh_by_hand(Slider& slider, const std::optional<HandStiffness>& hand);
 
-/// What a slider gets of the room between it and another one, 0 to 1: by how fast each would come if it went
-/// straight to its goal. @param n_W from the other one to the slider. Arms share evenly.
+/// A slider's share of the room between it and another one, 0 to 1: by the speed of each if it went straight
+/// to its goal. @param n_W from the other one to the slider. Arms share evenly.
 double share_between(const Slider& slider, const Pose& X_WR, const Slider& other, const Pose& X_WR_other,
                      const NearPair& near);
 /// Of the room between two sliders either plans for a share only.

@@ -213,7 +213,7 @@ void Slides::weigh(const WorldModel& model) {
   }
 }
 
-/// What pivots turn about, by root.
+/// Finds the points that pivots turn about, by root.
 void Slides::find_touching(const WorldModel& model, std::span<const FramePair> pairs) {
   touching_.clear(), touching_of_.clear();
   for (std::uint32_t i = 0; i < pairs.size(); ++i) {
