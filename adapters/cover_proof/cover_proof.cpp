@@ -1,0 +1,251 @@
+#include "touchstone/adapters/cover_proof/cover_proof.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <sstream>
+
+#include "touchstone/adapters/cover_proof/exact_cover.hpp"
+#include "touchstone/adapters/cover_proof/excess_proof.hpp"
+#include "touchstone/adapters/cover_proof/solid_side.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone {
+namespace {
+
+using namespace cover_proof;
+
+std::string text_of(const Vector3& p) {
+  std::ostringstream text;
+  text.precision(9);
+  text << "(" << p.x() << ", " << p.y() << ", " << p.z() << ")";
+  return text.str();
+}
+
+Vector3 middle_of(const Polygon& polygon, const Grid& grid) {
+  Vector3 sum = Vector3::Zero();
+  for (const Point& p : polygon) sum += grid.to_metres(p);
+  return sum / static_cast<double>(polygon.size());
+}
+
+class CoverCheck {
+ public:
+  CoverCheck(const TriangleMesh& mesh, const CoverClaim& claim) : mesh_(mesh), claim_(claim) {
+    for (const Vector3& p : mesh.vertices) {
+      grid_.include(p);
+      largest_ = std::max(largest_, p.cwiseAbs().maxCoeff());
+    }
+    for (std::size_t h = 0; h < claim.hexahedra.size(); ++h) {
+      for (const Vector3& p : claim.hexahedra[h]) {
+        if (!is_finite(p)) reject("hexahedron " + std::to_string(h), "a coordinate is not finite");
+        grid_.include(p);
+        largest_ = std::max(largest_, p.cwiseAbs().maxCoeff());
+      }
+    }
+    for (std::size_t h = 0; h < claim.hexahedra.size(); ++h) {
+      hulls_.push_back(make_hull(claim.hexahedra[h], grid_));
+      if (hulls_.back().planes.empty()) reject("hexahedron " + std::to_string(h), "no volume");
+    }
+  }
+
+  CoverVerdict run(std::size_t most_tetrahedra) {
+    const SolidSide solid(mesh_, grid_);
+    covers_triangles() && covers_inside(solid) && keeps_to_claim(solid, most_tetrahedra);
+    verdict_.is_proven = verdict_.reason.empty();
+    return verdict_;
+  }
+
+ private:
+  std::vector<const Hull*> hulls_meeting(const Vector3& low, const Vector3& high) const {
+    std::vector<const Hull*> result;
+    for (const Hull& hull : hulls_)
+      if ((hull.high - low).minCoeff() >= 0.0 && (high - hull.low).minCoeff() >= 0.0) result.push_back(&hull);
+    return result;
+  }
+
+  bool is_in_one(const std::array<Vector3, 3>& corners, const std::vector<const Hull*>& hulls) const {
+    return std::any_of(hulls.begin(), hulls.end(), [&](const Hull* hull) {
+      return std::all_of(corners.begin(), corners.end(), [&](const Vector3& p) {
+        return std::all_of(hull->planes.begin(), hull->planes.end(),
+                           [&](const FacetPlane& plane) { return side(plane, p, grid_) <= 0; });
+      });
+    });
+  }
+
+  bool covers_triangles() {
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      const auto& i = mesh_.triangles[t];
+      const std::array<Vector3, 3> corners = {mesh_.vertices[i[0]], mesh_.vertices[i[1]],
+                                              mesh_.vertices[i[2]]};
+      const Vector3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
+      const Vector3 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+      const std::vector<const Hull*> hulls = hulls_meeting(low, high);
+      if (is_in_one(corners, hulls)) {
+        ++verdict_.in_one_hexahedron;
+        continue;
+      }
+      ++verdict_.cut;
+      std::vector<Polygon> left;
+      Polygon polygon;
+      for (const Vector3& p : corners) polygon.push_back(grid_.on_grid(p));
+      if (has_no_area(polygon)) {
+        if (is_segment_covered(corners, hulls)) continue;
+        verdict_.reason = "triangle " + std::to_string(t) + ", which has no area, is not covered";
+        return false;
+      }
+      if (subtract(polygon, hulls, 1, left)) continue;
+      verdict_.reason = "triangle " + std::to_string(t) + " is not covered at " +
+                        text_of(middle_of(left.front(), grid_)) + " m";
+      return false;
+    }
+    return true;
+  }
+
+  static bool has_no_area(const Polygon& p) {
+    const mpz_class ux = p[1].x - p[0].x, uy = p[1].y - p[0].y, uz = p[1].z - p[0].z;
+    const mpz_class vx = p[2].x - p[0].x, vy = p[2].y - p[0].y, vz = p[2].z - p[0].z;
+    return uy * vz == uz * vy && uz * vx == ux * vz && ux * vy == uy * vx;
+  }
+
+  // Its three sides, each as the stretches of it that hulls hold.
+  bool is_segment_covered(const std::array<Vector3, 3>& corners,
+                          const std::vector<const Hull*>& hulls) const {
+    for (int i = 0; i < 3; ++i) {
+      const Point a = grid_.on_grid(corners[i]), b = grid_.on_grid(corners[(i + 1) % 3]);
+      std::vector<std::pair<mpq_class, mpq_class>> stretches;
+      for (const Hull* hull : hulls) {
+        mpq_class begin = 0, end = 1;
+        for (const FacetPlane& plane : hull->planes) {
+          const mpz_class ha = plane.x * a.x + plane.y * a.y + plane.z * a.z + plane.d;
+          const mpz_class hb = plane.x * b.x + plane.y * b.y + plane.z * b.z + plane.d;
+          if (ha > 0 && hb > 0) end = -1;
+          if (sgn(ha) * sgn(hb) >= 0) {
+            if (ha > 0) begin = 1;  // hb is 0
+            if (hb > 0) end = std::min<mpq_class>(end, 0);
+            continue;
+          }
+          mpq_class at(ha, mpz_class(ha - hb));
+          at.canonicalize();
+          if (ha > 0)
+            begin = std::max(begin, at);
+          else
+            end = std::min(end, at);
+        }
+        if (begin <= end) stretches.emplace_back(begin, end);
+      }
+      std::sort(stretches.begin(), stretches.end());
+      mpq_class reached = 0;
+      bool is_begun = false;
+      for (const auto& [begin, end] : stretches) {
+        if (begin > reached) break;
+        is_begun = true;
+        reached = std::max(reached, end);
+      }
+      if (!is_begun || reached < 1) return false;
+    }
+    return true;
+  }
+
+  // Those that may take a part of this facet: of two hulls whose facets lie in one plane and face the same
+  // way the first keeps it.
+  std::vector<const Hull*> others_at(std::size_t h, const FacetPlane& facet, const Vector3& low,
+                                     const Vector3& high) const {
+    std::vector<const Hull*> result;
+    for (const Hull* other : hulls_meeting(low, high)) {
+      if (other == &hulls_[h]) continue;
+      const bool shares =
+          other > &hulls_[h] &&
+          std::any_of(other->planes.begin(), other->planes.end(), [&](const FacetPlane& plane) {
+            return plane.x == facet.x && plane.y == facet.y && plane.z == facet.z && plane.d == facet.d;
+          });
+      if (!shares) result.push_back(other);
+    }
+    return result;
+  }
+
+  bool covers_inside(const SolidSide& solid) {
+    if (!solid.has_closed_shells()) return true;
+    for (std::size_t h = 0; h < hulls_.size(); ++h) {
+      for (const FacetPlane& facet : hulls_[h].planes) {
+        Polygon polygon;
+        Vector3 low = Vector3::Constant(1e300), high = -low;
+        for (const int i : facet.corners) {
+          polygon.push_back(hulls_[h].points[i]);
+          low = low.cwiseMin(claim_.hexahedra[h][i]);
+          high = high.cwiseMax(claim_.hexahedra[h][i]);
+        }
+        std::vector<Polygon> left;
+        subtract(polygon, others_at(h, facet, low, high), static_cast<std::size_t>(-1), left);
+        verdict_.outer_pieces += left.size();
+        for (const Polygon& piece : left) {
+          if (is_outside_beyond(piece, facet, solid)) continue;
+          verdict_.reason = "the inside is not covered beyond hexahedron " + std::to_string(h) + " at " +
+                            text_of(middle_of(piece, grid_)) + " m";
+          return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  // By one point within the piece, a mean of its corners; another where its ray meets an edge.
+  bool is_outside_beyond(const Polygon& piece, const FacetPlane& facet, const SolidSide& solid) const {
+    Eigen::Index axis = 0;
+    facet.normal.cwiseAbs().maxCoeff(&axis);
+    for (unsigned long attempt = 1; attempt < 30; ++attempt) {
+      Point mean{0, 0, 0, 1};
+      mpz_class total = 0;
+      for (std::size_t i = 0; i < piece.size(); ++i) {
+        const mpz_class weight = 1 + (i * attempt * 7 + attempt * attempt) % 13;
+        mean = {mean.x * piece[i].w + weight * piece[i].x * mean.w,
+                mean.y * piece[i].w + weight * piece[i].y * mean.w,
+                mean.z * piece[i].w + weight * piece[i].z * mean.w, mean.w * piece[i].w};
+        total += weight;
+      }
+      mean.w *= total;
+      const std::optional<int> winding =
+          solid.winding_beyond(mean, static_cast<int>(axis), facet.normal(axis) > 0.0);
+      if (winding) return *winding == 0;
+    }
+    return false;
+  }
+
+  bool keeps_to_claim(const SolidSide& solid, std::size_t most_tetrahedra) {
+    std::vector<std::uint32_t> all(mesh_.triangles.size());
+    std::iota(all.begin(), all.end(), 0U);
+    const TriangleBoxes surface(mesh_, std::move(all));
+    ExcessProof proof(surface, solid, 0x1p-45 * largest_, most_tetrahedra);
+    const auto fails = [&](std::size_t h, double limit, const CoverClaim::Region* region) {
+      const std::string why = proof.prove(hulls_[h], claim_.hexahedra[h], limit, region);
+      verdict_.tetrahedra = proof.pieces();
+      if (why.empty()) return false;
+      verdict_.reason = "hexahedron " + std::to_string(h) + " " + why;
+      if (region != nullptr) verdict_.reason += ", in region '" + region->name + "'";
+      return true;
+    };
+    for (std::size_t h = 0; h < hulls_.size(); ++h) {
+      if (fails(h, claim_.excess, nullptr)) return false;
+      for (const CoverClaim::Region& region : claim_.regions)
+        if (fails(h, region.excess, &region)) return false;
+    }
+    return true;
+  }
+
+  const TriangleMesh& mesh_;
+  const CoverClaim& claim_;
+  Grid grid_;
+  double largest_ = 0.0;
+  std::vector<Hull> hulls_;
+  CoverVerdict verdict_;
+};
+
+}  // namespace
+
+CoverVerdict check_cover(const TriangleMesh& mesh, const CoverClaim& claim, std::size_t most_tetrahedra) {
+  validate(mesh);
+  if (claim.hexahedra.empty()) reject("cover", "no hexahedron");
+  if (!(claim.excess > 0.0))
+    reject("cover", "the excess claimed, " + figure(claim.excess) + " m, is not positive");
+  return CoverCheck(mesh, claim).run(most_tetrahedra);
+}
+
+}  // namespace touchstone

@@ -1,0 +1,176 @@
+#include "touchstone/adapters/cover_proof/excess_proof.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+namespace touchstone::cover_proof {
+namespace {
+
+std::string text_of(const Vector3& p) {
+  std::ostringstream text;
+  text.precision(9);
+  text << "(" << p.x() << ", " << p.y() << ", " << p.z() << ")";
+  return text.str();
+}
+
+bool is_in(const CoverClaim::Region* region, const Vector3& p) {
+  return region == nullptr || ((p - region->low).minCoeff() >= 0.0 && (region->high - p).minCoeff() >= 0.0);
+}
+
+}  // namespace
+
+bool ExcessProof::is_within_one(const Tetrahedron& piece, std::uint32_t triangle) const {
+  const double most = limit_ - margin_;
+  return std::all_of(piece.begin(), piece.end(),
+                     [&](const Vector3& p) { return surface_.squared_distance(p, triangle) <= most * most; });
+}
+
+// Whether no triangle meets the tetrahedron: cut by its four planes, each `margin_` wider, nothing is left.
+bool ExcessProof::is_clear(const Tetrahedron& piece) const {
+  Vector3 low = piece[0], high = piece[0];
+  for (const Vector3& p : piece) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const Vector3 wider = Vector3::Constant(margin_);
+  bool is_met = false;
+  surface_.meeting(low - wider, high + wider, [&](std::uint32_t t) {
+    if (is_met) return;
+    std::vector<Vector3> rest = {surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2)};
+    for (int apex = 0; apex < 4 && !rest.empty(); ++apex) {
+      const Vector3 &a = piece[(apex + 1) % 4], &b = piece[(apex + 2) % 4], &c = piece[(apex + 3) % 4];
+      Vector3 n = cross(b - a, c - a);
+      const double length = norm(n);
+      if (length == 0.0) continue;
+      n /= dot(n, piece[apex] - a) > 0.0 ? -length : length;
+      std::vector<Vector3> kept;
+      for (std::size_t i = 0; i < rest.size(); ++i) {
+        const Vector3 &p = rest[i], &q = rest[(i + 1) % rest.size()];
+        const double hp = dot(n, p - a) - margin_, hq = dot(n, q - a) - margin_;
+        if (hp <= 0.0) kept.push_back(p);
+        if ((hp < 0.0 && hq > 0.0) || (hp > 0.0 && hq < 0.0)) kept.push_back(p + (q - p) * (hp / (hp - hq)));
+      }
+      rest = std::move(kept);
+    }
+    is_met = !rest.empty();
+  });
+  return !is_met;
+}
+
+// Each corner outside has a point of the surface near it. If the tetrahedron of these and of the corners
+// inside is within the solid, a point of the piece is at most as far from it as the farthest corner is: mixed
+// alike, they give a point for every point. It is drawn in by what the limit leaves, off the surface.
+bool ExcessProof::is_within_solid(const Tetrahedron& piece) const {
+  Tetrahedron held = piece;
+  double moved = 0.0;
+  for (Vector3& p : held) {
+    std::uint32_t triangle = 0;
+    const double distance = std::sqrt(surface_.nearest(p, triangle));
+    if (distance > margin_ && solid_.is_inside(p, distance - margin_)) continue;
+    moved = std::max(moved, distance);
+    p = surface_.closest(p, triangle);
+  }
+  const double slack = limit_ - moved - 2.0 * margin_;
+  if (!(slack > 0.0)) return false;
+  const Vector3 middle = 0.25 * (held[0] + held[1] + held[2] + held[3]);
+  double radius = 0.0;
+  for (const Vector3& p : held) radius = std::max(radius, norm(p - middle));
+  const double share = std::min(0.5, slack / std::max(radius, 1e-300));
+  for (Vector3& p : held) p += share * (middle - p);
+  if (!is_clear(held)) return false;
+  std::uint32_t triangle = 0;
+  const double clearance = std::sqrt(surface_.nearest(middle, triangle)) - margin_;
+  return clearance > 0.0 && solid_.is_inside(middle, clearance);
+}
+
+bool ExcessProof::is_beside(const Tetrahedron& piece) const {
+  if (region_ == nullptr) return false;
+  Vector3 low = piece[0], high = piece[0];
+  for (const Vector3& p : piece) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (high - region_->low).minCoeff() < 0.0 || (region_->high - low).minCoeff() < 0.0;
+}
+
+bool ExcessProof::is_beyond(const Vector3& p) {
+  std::uint32_t triangle = 0;
+  const double distance = is_in(region_, p) ? std::sqrt(surface_.nearest(p, triangle)) : 0.0;
+  if (distance <= limit_ || solid_.is_inside(p, distance)) return false;
+  beyond_ = p;
+  return true;
+}
+
+ExcessProof::Finding ExcessProof::look_at(const Tetrahedron& piece, std::uint32_t& hint) {
+  ++pieces_;
+  if (is_beside(piece) || is_within_one(piece, hint)) return Finding::within;
+  const Vector3 middle = 0.25 * (piece[0] + piece[1] + piece[2] + piece[3]);
+  double radius = 0.0;
+  for (const Vector3& p : piece) radius = std::max(radius, norm(p - middle));
+  const double distance = std::sqrt(surface_.nearest(middle, hint));
+  if (is_within_one(piece, hint) || distance + radius <= limit_ - margin_) return Finding::within;
+  // No triangle reaches the ball about it: all of it is on one side.
+  if (distance > radius + margin_) {
+    if (solid_.is_inside(middle, distance)) return Finding::within;
+    if (distance > limit_ && is_in(region_, middle)) {
+      beyond_ = middle;
+      return Finding::beyond;
+    }
+    return Finding::open;
+  }
+  for (const Vector3& p : piece) {
+    std::uint32_t triangle = hint;
+    surface_.nearest(p, triangle);
+    if (triangle != hint && is_within_one(piece, triangle)) return Finding::within;
+  }
+  if (is_within_solid(piece)) return Finding::within;
+  return std::any_of(piece.begin(), piece.end(), [this](const Vector3& p) { return is_beyond(p); })
+             ? Finding::beyond
+             : Finding::open;
+}
+
+std::string ExcessProof::prove(const Hull& hull, const std::array<Vector3, 8>& vertices, double limit,
+                               const CoverClaim::Region* region) {
+  struct Open {
+    Tetrahedron piece;
+    std::uint32_t hint;
+  };
+  limit_ = limit;
+  region_ = region;
+  const std::size_t stop = pieces_ + most_pieces_;
+  Vector3 middle = Vector3::Zero();
+  for (const Vector3& p : vertices) middle += 0.125 * p;
+  std::vector<Open> open;  // fans over the facets, from a point within
+  for (const FacetPlane& facet : hull.planes)
+    for (std::size_t i = 2; i < facet.corners.size(); ++i)
+      open.push_back(
+          {{middle, vertices[facet.corners[0]], vertices[facet.corners[i - 1]], vertices[facet.corners[i]]},
+           0});
+  while (!open.empty()) {
+    Open now = open.back();
+    open.pop_back();
+    const Finding finding = look_at(now.piece, now.hint);
+    if (finding == Finding::beyond) return "is farther than claimed at " + text_of(beyond_) + " m";
+    if (finding == Finding::within) continue;
+    if (pieces_ > stop) return "takes too many pieces to bound, about " + text_of(now.piece[0]) + " m";
+    int a = 0, b = 1;
+    for (int i = 0; i < 4; ++i)
+      for (int j = i + 1; j < 4; ++j)
+        if (norm(now.piece[i] - now.piece[j]) > norm(now.piece[a] - now.piece[b])) {
+          a = i;
+          b = j;
+        }
+    const Vector3 half = 0.5 * (now.piece[a] + now.piece[b]);
+    Open other = now;
+    now.piece[a] = half;
+    other.piece[b] = half;
+    open.push_back(now);
+    open.push_back(other);
+  }
+  return "";
+}
+
+}  // namespace touchstone::cover_proof

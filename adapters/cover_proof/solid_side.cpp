@@ -1,0 +1,113 @@
+#include "touchstone/adapters/cover_proof/solid_side.hpp"
+
+#include <array>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+namespace touchstone::cover_proof {
+namespace {
+
+using Place = std::tuple<double, double, double>;
+
+Place place(const Vector3& p) { return {p.x() + 0.0, p.y() + 0.0, p.z() + 0.0}; }  // -0 is 0
+
+std::size_t root_of(std::vector<std::size_t>& parents, std::size_t i) {
+  while (parents[i] != i) i = parents[i] = parents[parents[i]];
+  return i;
+}
+
+}  // namespace
+
+SolidSide::SolidSide(const TriangleMesh& mesh, const Grid& grid)
+    : mesh_(mesh), grid_(grid), boxes_(mesh, closed_triangles()), has_closed_(!closed_triangles().empty()) {}
+
+// Shells are joined at places; a shell is closed when its directed edges cancel.
+std::vector<std::uint32_t> SolidSide::closed_triangles() const {
+  std::map<Place, std::size_t> numbers;
+  std::vector<std::array<std::size_t, 3>> corners;
+  for (const auto& triangle : mesh_.triangles) {
+    auto& own = corners.emplace_back();
+    for (int i = 0; i < 3; ++i)
+      own[i] = numbers.try_emplace(place(mesh_.vertices[triangle[i]]), numbers.size()).first->second;
+  }
+  std::vector<std::size_t> parents(numbers.size());
+  std::iota(parents.begin(), parents.end(), std::size_t{0});
+  std::map<std::pair<std::size_t, std::size_t>, int> turns;
+  for (const auto& own : corners) {
+    for (int i = 0; i < 3; ++i) {
+      const std::size_t a = own[i], b = own[(i + 1) % 3];
+      parents[root_of(parents, a)] = root_of(parents, b);
+      if (a != b) turns[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+    }
+  }
+  std::vector<bool> is_open(numbers.size(), false);
+  for (const auto& [edge, sum] : turns)
+    if (sum != 0) is_open[root_of(parents, edge.first)] = true;
+  std::vector<std::uint32_t> closed;
+  for (std::size_t t = 0; t < corners.size(); ++t)
+    if (!is_open[root_of(parents, corners[t][0])]) closed.push_back(static_cast<std::uint32_t>(t));
+  return closed;
+}
+
+namespace {
+
+// Sign of the turn a, b, p in the plane across the axis; a and b with w = 1.
+int turn(const Point& a, const Point& b, const Point& p, int axis) {
+  const auto part = [](const Point& q, int i) -> const mpz_class& {
+    return i == 0 ? q.x : i == 1 ? q.y : q.z;
+  };
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  return sgn(mpz_class((part(b, u) - part(a, u)) * (part(p, v) - part(a, v) * p.w) -
+                       (part(b, v) - part(a, v)) * (part(p, u) - part(a, u) * p.w)));
+}
+
+// Height of p over the plane of a, b, c, by its normal (b - a) x (c - a): the sign.
+int height_sign(const Point& a, const Point& b, const Point& c, const Point& p) {
+  const mpz_class ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z, vx = c.x - a.x, vy = c.y - a.y,
+                  vz = c.z - a.z;
+  const mpz_class nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+  return sgn(mpz_class(nx * (p.x - a.x * p.w) + ny * (p.y - a.y * p.w) + nz * (p.z - a.z * p.w)));
+}
+
+}  // namespace
+
+std::optional<int> SolidSide::winding_beyond(const Point& p, int axis, bool is_upward) const {
+  const Vector3 near = grid_.to_metres(p);
+  const Vector3 slack = 0x1p-40 * near.cwiseAbs() + Vector3::Constant(0x1p-1000);
+  Vector3 low = near - slack, high = near + slack;
+  (is_upward ? high : low)(axis) = is_upward ? 1e300 : -1e300;
+  int winding = 0;
+  bool is_edge = false;
+  boxes_.meeting(low, high, [&](std::uint32_t t) {
+    if (is_edge) return;
+    const Point a = grid_.on_grid(boxes_.corner(t, 0)), b = grid_.on_grid(boxes_.corner(t, 1)),
+                c = grid_.on_grid(boxes_.corner(t, 2));
+    const int ab = turn(a, b, p, axis), bc = turn(b, c, p, axis), ca = turn(c, a, p, axis);
+    if ((ab > 0 || bc > 0 || ca > 0) && (ab < 0 || bc < 0 || ca < 0)) return;  // the line passes by
+    if (ab == 0 || bc == 0 || ca == 0) {
+      is_edge = true;
+      return;
+    }
+    // Seen along the axis the triangle turns as its normal's part there has its sign; p before it is below.
+    const int facing = ab, over = height_sign(a, b, c, p) * facing;
+    if (is_upward ? over < 0 : over > 0) winding += is_upward ? facing : -facing;
+  });
+  if (is_edge) return std::nullopt;
+  return winding;
+}
+
+bool SolidSide::is_inside(const Vector3& p, double clearance) const {
+  constexpr std::array<std::array<double, 3>, 5> kOffsets = {
+      {{0, 0, 0}, {0.21, 0.13, -0.31}, {-0.17, 0.29, 0.11}, {0.07, -0.23, 0.19}, {-0.27, -0.09, -0.15}}};
+  for (const auto& offset : kOffsets) {
+    const Vector3 q = p + clearance * Vector3(offset[0], offset[1], offset[2]);
+    const Point exact = grid_.on_grid(q);
+    for (int axis = 0; axis < 3; ++axis)
+      for (const bool is_upward : {true, false})
+        if (const std::optional<int> winding = winding_beyond(exact, axis, is_upward)) return *winding != 0;
+  }
+  return false;  // not known: the proof looks at smaller pieces
+}
+
+}  // namespace touchstone::cover_proof

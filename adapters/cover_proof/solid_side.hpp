@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+
+#include "touchstone/adapters/cover_proof/exact_cover.hpp"
+#include "touchstone/adapters/cover_proof/triangle_boxes.hpp"
+
+// Private to this folder.
+
+namespace touchstone::cover_proof {
+
+/// Winding numbers of a mesh's closed shells, exactly.
+class SolidSide {
+ public:
+  /// @param mesh and grid must outlive this
+  SolidSide(const TriangleMesh& mesh, const Grid& grid);
+
+  bool has_closed_shells() const { return has_closed_; }
+  /// How often the closed shells wind about a point just beyond p, where a ray along +-`axis` begins. Nothing
+  /// where the ray meets an edge.
+  std::optional<int> winding_beyond(const Point& p, int axis, bool is_upward) const;
+  /// Whether they wind about p, from which every triangle is at least `clearance` away [m]. Where rays from p
+  /// meet edges, other points of that ball are asked.
+  bool is_inside(const Vector3& p, double clearance) const;
+
+ private:
+  std::vector<std::uint32_t> closed_triangles() const;
+
+  const TriangleMesh& mesh_;
+  const Grid& grid_;
+  TriangleBoxes boxes_;
+  bool has_closed_;
+};
+
+}  // namespace touchstone::cover_proof

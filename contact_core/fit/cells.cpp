@@ -1,0 +1,186 @@
+#include "touchstone/contact_core/fit/cells.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace touchstone::fit {
+namespace {
+
+using Polygon = std::vector<Vector3>;
+
+struct ByCoordinates {
+  bool operator()(const Vector3& a, const Vector3& b) const {
+    if (a.x() != b.x()) return a.x() < b.x();
+    return a.y() != b.y() ? a.y() < b.y() : a.z() < b.z();
+  }
+};
+
+// The part of a polygon on one side of a plane across an axis; sign +1 keeps what is above. A polygon in the
+// plane belongs to both sides.
+Polygon clipped(const Polygon& polygon, Eigen::Index axis, double at, double sign) {
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const double hp = sign * (p(axis) - at), hq = sign * (q(axis) - at);
+    if (hp >= 0.0) kept.push_back(p);
+    if ((hp > 0.0 && hq < 0.0) || (hp < 0.0 && hq > 0.0)) {
+      Vector3 cut = p + (q - p) * (hp / (hp - hq));
+      cut(axis) = at;
+      kept.push_back(cut);
+    }
+  }
+  return kept;
+}
+
+// Whether all corners are within `thickness` of one plane.
+bool is_flat(const std::vector<Polygon>& polygons, double thickness) {
+  Vector3 normal = Vector3::Zero();
+  for (const Polygon& polygon : polygons) {
+    for (std::size_t i = 2; i < polygon.size(); ++i) {
+      const Vector3 n = cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]);
+      normal += dot(n, normal) < 0.0 ? Vector3(-n) : n;
+    }
+  }
+  const double length = norm(normal);
+  if (length == 0.0) return false;
+  normal /= length;
+  double low = 1e300, high = -1e300;
+  for (const Polygon& polygon : polygons) {
+    for (const Vector3& p : polygon) {
+      low = std::min(low, dot(normal, p));
+      high = std::max(high, dot(normal, p));
+    }
+  }
+  return high - low <= thickness;
+}
+
+}  // namespace
+
+class CellBuilder {
+ public:
+  CellBuilder(Cells& cells, const MeshDistance& mesh, const AllowedSpace& allowed, double over)
+      : cells_(cells),
+        mesh_(mesh),
+        allowed_(allowed),
+        largest_(std::max(over / std::sqrt(3.0), mesh.bounds().diagonal() / 100.0)) {}
+
+  void build() {
+    std::vector<Polygon> polygons;
+    for (const auto& t : mesh_.mesh().triangles)
+      polygons.push_back(
+          {mesh_.mesh().vertices[t[0]], mesh_.mesh().vertices[t[1]], mesh_.mesh().vertices[t[2]]});
+    const Vector3 margin = Vector3::Constant(1e-3 * largest_);
+    divide(mesh_.bounds().low - margin, mesh_.bounds().high + margin, polygons);
+  }
+
+ private:
+  void divide(const Vector3& low, const Vector3& high, const std::vector<Polygon>& polygons) {
+    const Vector3 middle = 0.5 * (low + high);
+    if (polygons.empty() && !mesh_.is_inside(middle)) return;
+    Eigen::Index axis = 0;
+    const double size = (high - low).maxCoeff(&axis);
+    if (!is_split(middle, size, polygons)) return add(low, high, polygons);
+    std::array<std::vector<Polygon>, 2> halves;
+    for (const Polygon& polygon : polygons) {
+      for (int side = 0; side < 2; ++side) {
+        Polygon part = clipped(polygon, axis, middle(axis), side == 0 ? -1.0 : 1.0);
+        if (!part.empty()) halves[side].push_back(std::move(part));
+      }
+    }
+    Vector3 cut_high = high, cut_low = low;
+    cut_high(axis) = cut_low(axis) = middle(axis);
+    divide(low, cut_high, halves[0]);
+    divide(cut_low, high, halves[1]);
+  }
+
+  bool is_split(const Vector3& middle, double size, const std::vector<Polygon>& polygons) const {
+    if (polygons.empty()) return size > 2.0 * largest_;
+    if (size > largest_) return true;
+    const double limit = allowed_.limit_at(middle);
+    return size > limit / std::sqrt(3.0) && !is_flat(polygons, 0.25 * limit);
+  }
+
+  bool is_inside(const Vector3& p) {
+    const auto [known, is_new] = inside_.try_emplace(p, false);
+    if (is_new) known->second = mesh_.is_inside(p);
+    return known->second;
+  }
+
+  void add(const Vector3& low, const Vector3& high, const std::vector<Polygon>& polygons) {
+    std::vector<Vector3> points;
+    for (const Polygon& polygon : polygons) points.insert(points.end(), polygon.begin(), polygon.end());
+    for (int i = 0; i < 8; ++i) {
+      const Vector3 corner((i & 4) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
+                           (i & 1) != 0 ? high.z() : low.z());
+      if (polygons.empty() || is_inside(corner)) points.push_back(corner);
+    }
+    std::sort(points.begin(), points.end(), ByCoordinates());
+    points.erase(std::unique(points.begin(), points.end()), points.end());
+    Bounds box;
+    for (const Vector3& p : points) box.add(p);
+    cells_.cells_.push_back({box.low, box.high, static_cast<std::uint32_t>(cells_.points_.size()),
+                             static_cast<std::uint32_t>(points.size()), !polygons.empty()});
+    cells_.points_.insert(cells_.points_.end(), points.begin(), points.end());
+  }
+
+  Cells& cells_;
+  const MeshDistance& mesh_;
+  const AllowedSpace& allowed_;
+  double largest_;
+  std::map<Vector3, bool, ByCoordinates> inside_;
+};
+
+Cells::Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over) {
+  CellBuilder(*this, mesh, allowed, over).build();
+  index(0, static_cast<std::uint32_t>(cells_.size()));
+}
+
+// Cells come in the order of the tree that made them: neighbours in number are neighbours in space.
+void Cells::index(std::uint32_t first, std::uint32_t end) {
+  const std::size_t self = nodes_.size();
+  Bounds box;
+  for (std::uint32_t i = first; i < end; ++i) {
+    box.add(cells_[i].low);
+    box.add(cells_[i].high);
+  }
+  nodes_.push_back({box.low, box.high, first, end, 0});
+  if (end - first <= 4) return;
+  const std::uint32_t middle = first + (end - first) / 2;
+  index(first, middle);
+  nodes_[self].right = static_cast<std::uint32_t>(nodes_.size());
+  index(middle, end);
+}
+
+bool Cells::holds(const SixPlanes& solid, std::size_t i) const {
+  for (const Vector3& p : points(i))
+    if (solid.above(p) > 0.0) return false;
+  return true;
+}
+
+void Cells::held(const SixPlanes& solid, std::vector<std::uint32_t>& out) const { held(solid, 0, out); }
+
+void Cells::held(const SixPlanes& solid, std::uint32_t index, std::vector<std::uint32_t>& out) const {
+  const Node& node = nodes_[index];
+  const Vector3 middle = 0.5 * (node.low + node.high), half = 0.5 * (node.high - node.low);
+  bool is_within = true;
+  for (const Plane& plane : solid.planes) {
+    const double height = plane.signed_distance(middle);
+    const Vector3 n = plane.normal.cwiseAbs();
+    const double reach = dot(n, half);
+    if (height - reach > 0.0) return;
+    is_within = is_within && height + reach <= 0.0;
+  }
+  if (is_within) {
+    for (std::uint32_t i = node.first; i < node.end; ++i) out.push_back(i);
+  } else if (node.right == 0) {
+    for (std::uint32_t i = node.first; i < node.end; ++i)
+      if (holds(solid, i)) out.push_back(i);
+  } else {
+    held(solid, index + 1, out);
+    held(solid, node.right, out);
+  }
+}
+
+}  // namespace touchstone::fit

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "touchstone/contact_core/fit/allowed_space.hpp"
+#include "touchstone/contact_core/fit/mesh_distance.hpp"
+#include "touchstone/contact_core/fit/six_planes.hpp"
+
+// Private to contact_core/fit.
+
+namespace touchstone::fit {
+
+/// What must be covered, in pieces: the solid cut by a tree of axis-aligned boxes.
+///
+/// A cell's points are the corners of its clipped triangles and those of its box's corners that are inside.
+/// Their hull holds all of the solid in the box: an extreme point of what is in the box is a corner of one or
+/// the other (where shells meet, of a clipped triangle too). So a convex solid that holds the points covers
+/// the cell, and one that covers every cell covers the solid.
+class Cells {
+ public:
+  struct Cell {
+    Vector3 low, high;        ///< bounds of its points [m]
+    std::uint32_t first = 0;  ///< of its points
+    std::uint32_t count = 0;
+    bool has_surface = false;
+  };
+
+  Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over);
+
+  std::size_t size() const { return cells_.size(); }
+  const Cell& cell(std::size_t i) const { return cells_[i]; }
+  std::span<const Vector3> points(std::size_t i) const {
+    return std::span<const Vector3>(points_).subspan(cells_[i].first, cells_[i].count);
+  }
+  /// Whether the solid holds the cell's points.
+  bool holds(const SixPlanes& solid, std::size_t i) const;
+  /// Appends every cell that the solid holds, ascending.
+  void held(const SixPlanes& solid, std::vector<std::uint32_t>& out) const;
+
+ private:
+  friend class CellBuilder;
+  struct Node {
+    Vector3 low, high;         ///< bounds of all points below
+    std::uint32_t first, end;  ///< cells below
+    std::uint32_t right = 0;   ///< child; the left one is next. 0: a leaf
+  };
+  void held(const SixPlanes& solid, std::uint32_t node, std::vector<std::uint32_t>& out) const;
+  void index(std::uint32_t first, std::uint32_t end);
+
+  std::vector<Cell> cells_;
+  std::vector<Vector3> points_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace touchstone::fit

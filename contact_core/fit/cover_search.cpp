@@ -1,0 +1,313 @@
+#include "touchstone/contact_core/fit/cover_search.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+namespace touchstone::fit {
+namespace {
+
+constexpr std::array<std::array<int, 6>, 7> kOrders = {{{0, 1, 2, 3, 4, 5},
+                                                        {0, 1, 4, 5, 2, 3},
+                                                        {2, 3, 0, 1, 4, 5},
+                                                        {2, 3, 4, 5, 0, 1},
+                                                        {4, 5, 0, 1, 2, 3},
+                                                        {4, 5, 2, 3, 0, 1},
+                                                        {0, 2, 4, 1, 3, 5}}};
+
+constexpr std::size_t kOrdersTried = 3;
+
+void set(std::vector<std::uint64_t>& bits, std::size_t i) { bits[i / 64] |= std::uint64_t{1} << (i % 64); }
+bool has(const std::vector<std::uint64_t>& bits, std::size_t i) {
+  return (bits[i / 64] >> (i % 64) & 1) != 0;
+}
+
+Vector3 area_vector(const TriangleMesh& mesh, std::size_t t) {
+  const auto& i = mesh.triangles[t];
+  return cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]);
+}
+
+// The direction that most area faces, up to sign, among those across `across` (zero: any).
+Vector3 main_direction(const TriangleMesh& mesh, const Vector3& across) {
+  std::vector<std::pair<Vector3, double>> bins;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector3 n = area_vector(mesh, t);
+    const double area = norm(n);
+    if (area == 0.0 || std::abs(dot(n, across)) > 0.05 * area) continue;
+    const auto like = [&](const auto& bin) { return std::abs(dot(bin.first, n)) > 0.9998 * area; };
+    const auto found = std::find_if(bins.begin(), bins.end(), like);
+    if (found != bins.end())
+      found->second += area;
+    else if (bins.size() < 500)
+      bins.emplace_back(n / area, area);
+  }
+  const auto most = std::max_element(bins.begin(), bins.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == bins.end() ? Vector3(Vector3::Zero()) : most->first;
+}
+
+Normals frame_of(const Vector3& z, Vector3 hint) {
+  hint -= dot(hint, z) * z;
+  if (norm(hint) < 1e-6) hint = cross(z, std::abs(z.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY());
+  const Vector3 x = hint / norm(hint);
+  return box_normals(x, cross(z, x), z);
+}
+
+// Between the planes of two opposite faces, at the middle of the corners [m].
+double thickness(const SixPlanes& solid, int face) {
+  Vector3 middle = Vector3::Zero();
+  for (const Vector3& p : solid.corners()) middle += 0.125 * p;
+  return -(solid.planes[face].signed_distance(middle) + solid.planes[face + 1].signed_distance(middle));
+}
+
+}  // namespace
+
+CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSpace& space, double over,
+                         const SearchEffort& effort, const std::function<void(double)>& progress)
+    : mesh_(mesh),
+      cells_(cells),
+      growth_(mesh, space, over / 16.0),
+      effort_(effort),
+      progress_(progress),
+      all_((cells.size() + 63) / 64, 0) {
+  for (std::size_t i = 0; i < cells.size(); ++i) set(all_, i);
+  main_frames_.push_back(box_normals(Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ()));
+  const Vector3 z = main_direction(mesh.mesh(), Vector3::Zero());
+  if (norm(z) == 0.0) return;
+  const Vector3 x = main_direction(mesh.mesh(), z);
+  const bool is_aligned =
+      z.cwiseAbs().maxCoeff() > 0.9999 && (norm(x) == 0.0 || x.cwiseAbs().maxCoeff() > 0.9999);
+  if (!is_aligned) main_frames_.push_back(frame_of(z, x));
+}
+
+std::uint64_t CoverSearch::random() {  // Marsaglia's xorshift
+  state_ ^= state_ << 13;
+  state_ ^= state_ >> 7;
+  state_ ^= state_ << 17;
+  return state_;
+}
+
+std::vector<Normals> CoverSearch::frames_at(std::size_t cell) const {
+  std::vector<Normals> frames = main_frames_;
+  if (!cells_.cell(cell).has_surface) return frames;
+  const TriangleMesh& mesh = mesh_.mesh();
+  const std::span<const Vector3> points = cells_.points(cell);
+  const std::uint32_t t = mesh_.nearest(points[points.size() / 2]).triangle;
+  const Vector3 n = area_vector(mesh, t);
+  if (norm(n) == 0.0) return frames;
+  Vector3 longest = Vector3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 edge = mesh.vertices[mesh.triangles[t][(i + 1) % 3]] - mesh.vertices[mesh.triangles[t][i]];
+    if (norm(edge) > norm(longest)) longest = edge;
+  }
+  // A facet of a round part has its long edge along the axis; a slanted wall may lie in a main plane.
+  const Vector3 z = n / norm(n);
+  if (z.cwiseAbs().maxCoeff() < 0.9999) {
+    frames.push_back(frame_of(z, longest));
+    Eigen::Index across = 0;
+    z.cwiseAbs().minCoeff(&across);
+    frames.push_back(frame_of(z, Vector3::Unit(across)));
+  }
+  return frames;
+}
+
+void CoverSearch::add(const SixPlanes& solid) {
+  std::vector<std::uint32_t> held;
+  cells_.held(solid, held);
+  Candidate candidate{solid, Bits(all_.size(), 0)};
+  for (const std::uint32_t i : held) set(candidate.held, i);
+  pool_.push_back(std::move(candidate));
+}
+
+void CoverSearch::grow_from(std::size_t cell) {
+  const std::vector<Normals> frames = frames_at(cell);
+  const std::size_t before = pool_.size();
+  for (const Normals& frame : frames) {
+    SixPlanes start = enclosing(frame, cells_.points(cell));
+    for (Plane& plane : start.planes) plane.offset -= 1e-9 * mesh_.bounds().diagonal();
+    if (!growth_.allows(start)) continue;
+    // Some of the orders each time: cells in reach of one hexahedron try the others.
+    const std::size_t first = random();
+    for (std::size_t i = 0; i < kOrdersTried; ++i) {
+      SixPlanes solid = start;
+      growth_.push(solid, kOrders[(first + i * 3) % kOrders.size()]);
+      add(solid);
+    }
+  }
+  if (pool_.size() > before) return;
+  // A cell is at most as large as the limit: the box about it keeps to what is allowed, whatever a filter
+  // says.
+  SixPlanes box = enclosing(main_frames_[0], cells_.points(cell));
+  for (Plane& plane : box.planes) plane.offset -= 1e-9 * mesh_.bounds().diagonal();
+  add(box);
+}
+
+std::size_t CoverSearch::gain(const Candidate& candidate, const Bits& covered) const {
+  std::size_t count = 0;
+  for (std::size_t w = 0; w < covered.size(); ++w)
+    count += static_cast<std::size_t>(std::popcount(candidate.held[w] & ~covered[w]));
+  return count;
+}
+
+std::size_t CoverSearch::count_open(const Bits& covered) const {
+  std::size_t count = 0;
+  for (std::size_t w = 0; w < covered.size(); ++w)
+    count += static_cast<std::size_t>(std::popcount(all_[w] & ~covered[w]));
+  return count;
+}
+
+std::size_t CoverSearch::best(const Bits& covered, std::size_t& most) const {
+  std::size_t index = 0;
+  most = 0;
+  for (std::size_t i = 0; i < pool_.size(); ++i) {
+    const std::size_t each = gain(pool_[i], covered);
+    if (each <= most) continue;
+    most = each;
+    index = i;
+  }
+  return index;
+}
+
+std::size_t CoverSearch::some_uncovered(const Bits& covered) {
+  const std::size_t start = random() % cells_.size();
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const std::size_t cell = (start + i) % cells_.size();
+    if (!has(covered, cell)) return cell;
+  }
+  return cells_.size();
+}
+
+// The same hexahedron with its faces turned outwards may hold more.
+void CoverSearch::improve_best(std::size_t index, const Bits& covered) {
+  SixPlanes solid = pool_[index].solid;
+  growth_.tilt(solid);
+  growth_.push(solid, kOrders[6]);
+  add(solid);
+  if (gain(pool_.back(), covered) <= gain(pool_[index], covered)) pool_.pop_back();
+}
+
+void CoverSearch::choose(std::vector<std::size_t>& chosen, Bits& covered, int seeds,
+                         std::size_t most_chosen) {
+  while (covered != all_ && chosen.size() < most_chosen) {
+    for (int i = 0; i < seeds; ++i) grow_from(some_uncovered(covered));
+    std::size_t most = 0;
+    std::size_t index = best(covered, most);
+    if (most == 0) {
+      grow_from(some_uncovered(covered));
+      continue;
+    }
+    if (seeds > 0 && most < count_open(covered)) {
+      improve_best(index, covered);
+      index = best(covered, most);
+    }
+    chosen.push_back(index);
+    for (std::size_t w = 0; w < covered.size(); ++w) covered[w] |= pool_[index].held[w];
+  }
+}
+
+CoverSearch::Bits CoverSearch::union_of(const std::vector<std::size_t>& chosen) const {
+  Bits covered(all_.size(), 0);
+  for (const std::size_t i : chosen)
+    for (std::size_t w = 0; w < covered.size(); ++w) covered[w] |= pool_[i].held[w];
+  return covered;
+}
+
+void CoverSearch::drop_redundant(std::vector<std::size_t>& chosen) const {
+  for (std::size_t i = 0; i < chosen.size();) {
+    std::vector<std::size_t> others = chosen;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    if (union_of(others) == all_)
+      chosen = std::move(others);
+    else
+      ++i;
+  }
+}
+
+// Takes a hexahedron and those that share cells with it, or any, out and covers what is then open anew.
+bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
+  const std::size_t out = std::min<std::size_t>(chosen.size(), 2 + random() % 5);
+  std::vector<std::size_t> kept = chosen;
+  const Vector3 centre =
+      0.5 * (cells_.cell(random() % cells_.size()).low + cells_.cell(random() % cells_.size()).high);
+  std::stable_sort(kept.begin(), kept.end(), [&](std::size_t a, std::size_t b) {
+    return pool_[a].solid.above(centre) > pool_[b].solid.above(centre);
+  });
+  kept.resize(kept.size() - out);
+  Bits covered = union_of(kept);
+  if (covered != all_) grow_from(some_uncovered(covered));
+  // A little chance, so that the same hole is not always covered in the same way.
+  if (covered != all_ && random() % 2 == 0) {
+    const std::size_t cell = some_uncovered(covered);
+    std::size_t index = pool_.size(), most = 0;
+    for (std::size_t i = 0; i < pool_.size(); ++i) {
+      if (!has(pool_[i].held, cell)) continue;
+      const std::size_t each = gain(pool_[i], covered);
+      if (each > most) {
+        most = each;
+        index = i;
+      }
+    }
+    if (index < pool_.size()) {
+      kept.push_back(index);
+      for (std::size_t w = 0; w < covered.size(); ++w) covered[w] |= pool_[index].held[w];
+    }
+  }
+  choose(kept, covered, 0, chosen.size());
+  if (covered != all_ || kept.size() > chosen.size()) return false;
+  drop_redundant(kept);
+  const bool is_better = kept.size() < chosen.size();
+  chosen = std::move(kept);
+  return is_better;
+}
+
+std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chosen, double thinnest) const {
+  std::vector<int> holders(cells_.size(), 0);
+  for (const std::size_t i : chosen)
+    for (std::size_t cell = 0; cell < cells_.size(); ++cell)
+      holders[cell] += has(pool_[i].held, cell) ? 1 : 0;
+  std::vector<SixPlanes> result;
+  for (const std::size_t i : chosen) {
+    SixPlanes solid = pool_[i].solid;
+    std::vector<Vector3> needed;
+    for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
+      if (!has(pool_[i].held, cell)) continue;
+      if (holders[cell] > 1) {
+        --holders[cell];
+        continue;
+      }
+      const std::span<const Vector3> points = cells_.points(cell);
+      needed.insert(needed.end(), points.begin(), points.end());
+    }
+    if (needed.empty()) continue;
+    Normals normals;
+    for (int f = 0; f < 6; ++f) normals[f] = solid.planes[f].normal;
+    SixPlanes tight = enclosing(normals, needed);
+    for (int f = 0; f < 6; f += 2) {  // a sheet becomes a thin plate
+      const double lacks = 0.5 * (thinnest - thickness(tight, f));
+      for (const int face : {f, f + 1}) tight.planes[face].offset -= std::max(0.0, lacks);
+    }
+    if (tight.is_hexahedron()) solid = tight;
+    result.push_back(solid);
+  }
+  return result;
+}
+
+std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin) {
+  if (cells_.size() == 0) return {};
+  std::vector<std::size_t> chosen;
+  Bits covered(all_.size(), 0);
+  for (int i = 0; i < effort_.first_seeds; ++i) grow_from(random() % cells_.size());
+  choose(chosen, covered, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
+  drop_redundant(chosen);
+  for (int i = 0; i < effort_.repairs; ++i) {
+    repair(chosen);
+    if (progress_) progress_(static_cast<double>(i + 1) / effort_.repairs);
+  }
+  std::vector<SixPlanes> result = shrunk(chosen, thinnest);
+  for (SixPlanes& solid : result)
+    for (Plane& plane : solid.planes) plane.offset -= margin;
+  return result;
+}
+
+}  // namespace touchstone::fit

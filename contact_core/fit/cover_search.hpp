@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "touchstone/contact_core/fit/allowed_space.hpp"
+#include "touchstone/contact_core/fit/cells.hpp"
+#include "touchstone/contact_core/fit/growth.hpp"
+#include "touchstone/contact_core/fit/mesh_distance.hpp"
+
+// Private to contact_core/fit.
+
+namespace touchstone::fit {
+
+/// How hard to look: counts, not seconds, so that a run gives the same cover everywhere.
+struct SearchEffort {
+  int first_seeds = 24;    ///< cells that candidates grow from before the first choice
+  int seeds_a_choice = 4;  ///< and before each further one
+  int repairs = 400;       ///< times that a few hexahedra are taken out and their cells covered anew
+};
+
+/// Finds few hexahedra that keep to a space and together hold every cell.
+///
+/// Candidates grow from cells that are not covered yet, in several frames and orders; greedily the one that
+/// covers most is chosen; then some are taken out and the hole is covered by fewer, where that can be.
+class CoverSearch {
+ public:
+  CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSpace& space, double over,
+              const SearchEffort& effort, const std::function<void(double)>& progress);
+
+  /// @return hexahedra that hold all cells, each shrunk to what it alone must hold.
+  /// Each at least `thinnest` thick, and with its faces `margin` outside [m].
+  std::vector<SixPlanes> run(double thinnest, double margin);
+
+ private:
+  using Bits = std::vector<std::uint64_t>;
+  struct Candidate {
+    SixPlanes solid;
+    Bits held;
+  };
+
+  void grow_from(std::size_t cell);
+  void grow(SixPlanes start);
+  void add(const SixPlanes& solid);
+  std::vector<Normals> frames_at(std::size_t cell) const;
+  std::size_t gain(const Candidate& candidate, const Bits& covered) const;
+  std::size_t count_open(const Bits& covered) const;
+  std::size_t best(const Bits& covered, std::size_t& most) const;
+  std::size_t some_uncovered(const Bits& covered);
+  void choose(std::vector<std::size_t>& chosen, Bits& covered, int seeds, std::size_t most_chosen);
+  void improve_best(std::size_t index, const Bits& covered);
+  Bits union_of(const std::vector<std::size_t>& chosen) const;
+  void drop_redundant(std::vector<std::size_t>& chosen) const;
+  bool repair(std::vector<std::size_t>& chosen);
+  std::vector<SixPlanes> shrunk(const std::vector<std::size_t>& chosen, double thinnest) const;
+  std::uint64_t random();
+
+  const MeshDistance& mesh_;
+  const Cells& cells_;
+  Growth growth_;
+  SearchEffort effort_;
+  const std::function<void(double)>& progress_;  ///< of a share from 0 to 1; may be empty
+  std::vector<Normals> main_frames_;
+  std::vector<Candidate> pool_;
+  Bits all_;
+  std::uint64_t state_ = 88172645463325252U;
+};
+
+}  // namespace touchstone::fit

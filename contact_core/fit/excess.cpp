@@ -1,0 +1,158 @@
+#include "touchstone/contact_core/fit/excess.hpp"
+
+#include <algorithm>
+#include <queue>
+#include <vector>
+
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
+
+namespace touchstone {
+namespace {
+
+struct Piece {
+  std::array<Vector3, 4> corners;
+  double most;
+  bool operator<(const Piece& other) const { return most < other.most; }
+};
+
+class ExcessSearch {
+ public:
+  ExcessSearch(const MeshDistance& mesh, const Bounds* box, double resolution)
+      : mesh_(mesh), box_(box), resolution_(resolution) {}
+
+  ExcessBound result{0.0, 0.0};
+  std::priority_queue<Piece> open;
+
+  void add(const std::array<Vector3, 4>& corners) {
+    if (is_beside(corners)) return;
+    ++result.pieces;
+    const Vector3 centre = 0.25 * ((corners[0] + corners[1]) + (corners[2] + corners[3]));
+    double radius = 0.0;
+    for (const Vector3& p : corners) radius = std::max(radius, norm(p - centre));
+    const MeshDistance::Nearest nearest = mesh_.nearest(centre);
+    double most = std::min(farthest(corners, nearest.triangle), nearest.distance + radius);
+    if (most <= result.least + resolution_) return settle(most);
+    const bool is_inside = mesh_.is_inside(centre);
+    if (is_inside && nearest.distance >= radius * (1.0 + 1e-12)) return;
+    if (!is_inside) note(centre, nearest.distance);
+    std::array<Vector3, 4> held =
+        corners;  // of the solid: the corners inside, and what is nearest to the others
+    double moved = 0.0;
+    for (Vector3& p : held) {
+      if (most <= result.least + resolution_) return settle(most);
+      const MeshDistance::Nearest at = mesh_.nearest(p);
+      if (at.triangle != nearest.triangle) most = std::min(most, farthest(corners, at.triangle));
+      if (mesh_.is_inside(p)) continue;
+      note(p, at.distance);
+      moved = std::max(moved, at.distance);
+      p = mesh_.closest_on(p, at.triangle);
+    }
+    if (moved + 0.5 * resolution_ < most && is_solid(held)) most = moved + 0.5 * resolution_;
+    if (most <= result.least + resolution_) return settle(most);
+    open.push({corners, most});
+  }
+
+  /// The largest bound of what was not looked at further.
+  double settled() const { return settled_; }
+
+  void divide(const Piece& piece) {
+    int a = 0, b = 1;
+    double longest = -1.0;
+    for (int i = 0; i < 4; ++i) {
+      for (int j = i + 1; j < 4; ++j) {
+        const double length = norm(piece.corners[i] - piece.corners[j]);
+        if (length <= longest) continue;
+        longest = length;
+        a = i;
+        b = j;
+      }
+    }
+    const Vector3 middle = 0.5 * (piece.corners[a] + piece.corners[b]);
+    for (const int corner : {a, b}) {
+      std::array<Vector3, 4> half = piece.corners;
+      half[corner] = middle;
+      add(half);
+    }
+  }
+
+ private:
+  void settle(double most) { settled_ = std::max(settled_, most); }
+
+  void note(const Vector3& p, double distance) {
+    if (distance <= result.least || !counts(p)) return;
+    result.least = distance;
+    result.where = p;
+  }
+
+  // Whether the tetrahedron, drawn in by half the resolution, is within the solid: no triangle meets it.
+  bool is_solid(std::array<Vector3, 4> held) const {
+    const Vector3 centre = 0.25 * ((held[0] + held[1]) + (held[2] + held[3]));
+    double radius = 0.0;
+    for (const Vector3& p : held) radius = std::max(radius, norm(p - centre));
+    const double share = std::min(0.5, 0.5 * resolution_ / radius);
+    for (Vector3& p : held) p += share * (centre - p);
+    return radius > 0.0 && mesh_.is_inside(centre) && mesh_.is_clear(held);
+  }
+
+  bool counts(const Vector3& p) const {
+    return box_ == nullptr || ((p - box_->low).minCoeff() >= 0.0 && (box_->high - p).minCoeff() >= 0.0);
+  }
+
+  bool is_beside(const std::array<Vector3, 4>& corners) const {
+    if (box_ == nullptr) return false;
+    Bounds own;
+    for (const Vector3& p : corners) own.add(p);
+    return (own.high - box_->low).minCoeff() < 0.0 || (box_->high - own.low).minCoeff() < 0.0;
+  }
+
+  double farthest(const std::array<Vector3, 4>& corners, std::uint32_t triangle) const {
+    double most = 0.0;
+    for (const Vector3& p : corners) most = std::max(most, mesh_.to_triangle(p, triangle));
+    return most;
+  }
+
+  const MeshDistance& mesh_;
+  const Bounds* box_;
+  double resolution_;
+  double settled_ = 0.0;
+};
+
+}  // namespace
+
+ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double resolution,
+                         double enough, const Bounds* box, std::size_t most_pieces) {
+  ExcessSearch search(mesh, box, resolution);
+  Vector3 centre = Vector3::Zero();
+  double largest = mesh.largest_coordinate();
+  for (const Vector3& p : vertices) {
+    centre += 0.125 * p;
+    largest = std::max(largest, p.cwiseAbs().maxCoeff());
+  }
+  // Both ways to fold each face: together they fill the hull, however its faces bend.
+  for (const auto& face : Hexahedron::kFaceVertices) {
+    for (int fold = 0; fold < 2; ++fold) {
+      const Vector3 &a = vertices[face[fold]], &b = vertices[face[fold + 1]], &c = vertices[face[fold + 2]],
+                    &d = vertices[face[(fold + 3) % 4]];
+      // Of a face that is flat to rounding one way is enough; what the other adds is in the margin below.
+      const Vector3 n = cross(c - a, d - b);
+      const double bend = norm(n) > 0.0 ? std::abs(dot(n, b - a)) / norm(n) : 0.0;
+      if (fold == 1 && bend <= 0x1p-44 * largest) continue;
+      search.add({centre, a, b, c});
+      search.add({centre, a, c, d});
+    }
+  }
+  while (!search.open.empty() && search.result.pieces < most_pieces) {
+    const double most = search.open.top().most;
+    if (most <= search.result.least + resolution || most <= enough) break;
+    const Piece piece = search.open.top();
+    search.open.pop();
+    search.divide(piece);
+  }
+  const double open = search.open.empty() ? 0.0 : search.open.top().most;
+  const double most = std::max(open, search.settled());
+  // Distances, midpoints and bends are off by a few roundings of the largest coordinate.
+  search.result.most = std::max(most, search.result.least) + 0x1p-42 * largest;
+  return search.result;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "touchstone/contact_core/fit/mesh_distance.hpp"
+
+namespace touchstone {
+
+/// How far the points of a convex solid are from a mesh's solid: the largest distance lies between the two.
+struct ExcessBound {
+  double least;                     ///< distance of `where` [m]
+  double most;                      ///< no point is farther, rounding included [m]
+  Vector3 where = Vector3::Zero();  ///< in the mesh's frame
+  std::size_t pieces = 0;           ///< tetrahedra looked at
+};
+
+/// Bounds the largest distance of a point of the hull of eight vertices (Hexahedron's order, faces may bend)
+/// to the solid of the mesh.
+///
+/// Branch and bound over tetrahedra that fill the hull. The distance to *one* triangle is a convex function,
+/// so over a tetrahedron it is largest at a corner: this bounds flat stretches at once, where a Lipschitz
+/// bound alone would need ever smaller pieces. Where corners are inside, or near the surface, and the
+/// tetrahedron of these corners and of their nearest surface points is inside as a whole, no point is farther
+/// than the corners are from theirs.
+/// @param box only points in it count; nullptr: all. Tetrahedra that it cuts are looked at as a whole.
+/// @param resolution stops when most - least is at most this [m]
+/// @param enough stops when most is at most this [m]: what is asked is then known
+/// @param most_pieces stops then, with bounds that hold
+ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double resolution,
+                         double enough = 0.0, const Bounds* box = nullptr, std::size_t most_pieces = 200000);
+
+}  // namespace touchstone

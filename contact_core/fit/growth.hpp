@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "touchstone/contact_core/fit/allowed_space.hpp"
+#include "touchstone/contact_core/fit/mesh_distance.hpp"
+#include "touchstone/contact_core/fit/six_planes.hpp"
+
+// Private to contact_core/fit.
+
+namespace touchstone::fit {
+
+/// Outward normals of the six faces, in their order.
+using Normals = std::array<Vector3, 6>;
+
+/// Of a box with these axes, orthonormal.
+Normals box_normals(const Vector3& x, const Vector3& y, const Vector3& z);
+
+/// Grows hexahedra in a space: a face goes outwards as far as that lets it.
+class Growth {
+ public:
+  /// @param resolution a face stops within this of the limit [m]
+  Growth(const MeshDistance& mesh, AllowedSpace& space, double resolution)
+      : mesh_(mesh), space_(space), resolution_(resolution) {}
+
+  /// Moves the faces outwards in the order given, each as far as it goes, until none moves.
+  void push(SixPlanes& solid, std::span<const int> faces);
+  /// Turns faces outwards about each of their edges, as far as they go.
+  void tilt(SixPlanes& solid);
+  bool allows(const SixPlanes& solid) { return solid.is_hexahedron() && space_.allows(solid); }
+
+ private:
+  double reach(const Plane& plane) const;
+  bool push_face(SixPlanes& solid, int face);
+  bool tilt_face(SixPlanes& solid, int face, int edge);
+
+  const MeshDistance& mesh_;
+  AllowedSpace& space_;
+  double resolution_;
+};
+
+}  // namespace touchstone::fit

@@ -1,0 +1,257 @@
+#include "touchstone/contact_core/fit/mesh_distance.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace touchstone {
+namespace {
+
+constexpr std::uint32_t kLeafTriangles = 4;
+constexpr int kDeepest = 64;
+
+// From the point of a triangle that is nearest to p to p: the region of the plane that p projects into
+// decides (Ericson, Real-Time Collision Detection, 5.1.5). Triangles without area end in the cases of their
+// edges.
+Vector3 way_to(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c) {
+  const Vector3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return ap;
+  const Vector3 bp = p - b;
+  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
+  if (d3 >= 0.0 && d4 <= d3) return bp;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return ap - ab * (d1 / (d1 - d3));
+  const Vector3 cp = p - c;
+  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d6 >= 0.0 && d5 <= d6) return cp;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return ap - ac * (d2 / (d2 - d6));
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0)
+    return bp - (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+  const double scale = 1.0 / (va + vb + vc);
+  return ap - ab * (vb * scale) - ac * (vc * scale);
+}
+
+double squared_distance(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c) {
+  const Vector3 way = way_to(p, a, b, c);
+  return dot(way, way);
+}
+
+// Whether the axis has the two on different sides, `room` between them.
+bool is_between(const Vector3& axis, const std::array<Vector3, 4>& t, const std::array<Vector3, 3>& u,
+                double room) {
+  const double length = norm(axis);
+  if (length == 0.0) return false;
+  double t_low = 1e300, t_high = -1e300, u_low = 1e300, u_high = -1e300;
+  for (const Vector3& p : t) {
+    const double at = dot(axis, p - t[0]);
+    t_low = std::min(t_low, at);
+    t_high = std::max(t_high, at);
+  }
+  for (const Vector3& p : u) {
+    const double at = dot(axis, p - t[0]);
+    u_low = std::min(u_low, at);
+    u_high = std::max(u_high, at);
+  }
+  return u_low - t_high > room * length || t_low - u_high > room * length;
+}
+
+bool are_apart(const std::array<Vector3, 4>& t, const std::array<Vector3, 3>& u, double room) {
+  constexpr std::array<std::array<int, 3>, 4> kFaces = {{{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}}};
+  if (is_between(cross(u[1] - u[0], u[2] - u[0]), t, u, room)) return true;
+  for (const auto& f : kFaces)
+    if (is_between(cross(t[f[1]] - t[f[0]], t[f[2]] - t[f[0]]), t, u, room)) return true;
+  for (int i = 0; i < 4; ++i)
+    for (int j = i + 1; j < 4; ++j)
+      for (int k = 0; k < 3; ++k)
+        if (is_between(cross(t[j] - t[i], u[(k + 1) % 3] - u[k]), t, u, room)) return true;
+  return false;
+}
+
+double squared_distance(const Vector3& p, const Vector3& low, const Vector3& high) {
+  const Vector3 out = (low - p).cwiseMax(p - high).cwiseMax(0.0);
+  return dot(out, out);
+}
+
+bool ray_meets(const Vector3& p, const Vector3& inverse, const Vector3& low, const Vector3& high) {
+  double begin = 0.0, end = 1e300;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double t0 = (low(axis) - p(axis)) * inverse(axis), t1 = (high(axis) - p(axis)) * inverse(axis);
+    begin = std::max(begin, std::min(t0, t1));
+    end = std::min(end, std::max(t0, t1));
+  }
+  return begin <= end * (1.0 + 1e-12) + 1e-300;
+}
+
+}  // namespace
+
+MeshDistance::MeshDistance(const TriangleMesh& mesh) : mesh_(mesh), shells_(find_shells(mesh)) {
+  for (const auto& triangle : mesh_.triangles)
+    for (const std::uint32_t corner : triangle) bounds_.add(mesh_.vertices[corner]);
+  largest_coordinate_ = std::max(bounds_.low.cwiseAbs().maxCoeff(), bounds_.high.cwiseAbs().maxCoeff());
+  has_closed_ = std::find(shells_.is_closed.begin(), shells_.is_closed.end(), 1) != shells_.is_closed.end();
+  order_.resize(mesh_.triangles.size());
+  std::iota(order_.begin(), order_.end(), 0U);
+  nodes_.emplace_back();
+  split(0, 0, static_cast<std::uint32_t>(order_.size()));
+  for (const std::uint32_t t : order_) {
+    const auto& i = mesh_.triangles[t];
+    corners_.push_back({mesh_.vertices[i[0]], mesh_.vertices[i[1]], mesh_.vertices[i[2]]});
+  }
+}
+
+void MeshDistance::split(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
+  Bounds box, centres;
+  const auto centre = [&](std::uint32_t t) {
+    const auto& i = mesh_.triangles[t];
+    return Vector3((mesh_.vertices[i[0]] + mesh_.vertices[i[1]] + mesh_.vertices[i[2]]) / 3.0);
+  };
+  for (std::uint32_t i = begin; i < end; ++i) {
+    for (const std::uint32_t corner : mesh_.triangles[order_[i]]) box.add(mesh_.vertices[corner]);
+    centres.add(centre(order_[i]));
+  }
+  nodes_[node].low = box.low;
+  nodes_[node].high = box.high;
+  if (end - begin <= kLeafTriangles) {
+    nodes_[node].first = begin;
+    nodes_[node].count = end - begin;
+    return;
+  }
+  Eigen::Index axis = 0;
+  (centres.high - centres.low).maxCoeff(&axis);
+  const std::uint32_t middle = begin + (end - begin) / 2;
+  std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     const double ca = centre(a)(axis), cb = centre(b)(axis);
+                     return ca != cb ? ca < cb : a < b;
+                   });
+  const auto left = static_cast<std::uint32_t>(nodes_.size());
+  nodes_[node].first = left;
+  nodes_.resize(nodes_.size() + 2);
+  split(left, begin, middle);
+  split(left + 1, middle, end);
+}
+
+MeshDistance::Nearest MeshDistance::nearest(const Vector3& p, double known) const {
+  struct Open {
+    double squared;
+    std::uint32_t node;
+  };
+  std::array<Open, kDeepest> stack{};
+  int size = 0;
+  const double reach = known * (1.0 + 0x1p-40) + 0x1p-40 * largest_coordinate_;
+  double best = reach < 1e150 ? reach * reach : 1e300;
+  std::uint32_t triangle = 0;
+  stack[size++] = {0.0, 0};
+  while (size > 0) {
+    const Open open = stack[--size];
+    if (open.squared >= best) continue;
+    const Node& node = nodes_[open.node];
+    for (std::uint32_t i = 0; i < node.count; ++i) {
+      const Corners& t = corners_[node.first + i];
+      const double squared = squared_distance(p, t.a, t.b, t.c);
+      if (squared >= best) continue;
+      best = squared;
+      triangle = order_[node.first + i];
+    }
+    if (node.count > 0) continue;
+    Open left{squared_distance(p, nodes_[node.first].low, nodes_[node.first].high), node.first};
+    Open right{squared_distance(p, nodes_[node.first + 1].low, nodes_[node.first + 1].high), node.first + 1};
+    if (left.squared < right.squared) std::swap(left, right);
+    stack[size++] = left;
+    stack[size++] = right;
+  }
+  return {std::sqrt(best), triangle};
+}
+
+double MeshDistance::to_triangle(const Vector3& p, std::uint32_t triangle) const {
+  const auto& i = mesh_.triangles[triangle];
+  return std::sqrt(squared_distance(p, mesh_.vertices[i[0]], mesh_.vertices[i[1]], mesh_.vertices[i[2]]));
+}
+
+Vector3 MeshDistance::closest_on(const Vector3& p, std::uint32_t triangle) const {
+  const auto& i = mesh_.triangles[triangle];
+  return p - way_to(p, mesh_.vertices[i[0]], mesh_.vertices[i[1]], mesh_.vertices[i[2]]);
+}
+
+bool MeshDistance::is_clear(const std::array<Vector3, 4>& tetrahedron) const {
+  Bounds box;
+  for (const Vector3& p : tetrahedron) box.add(p);
+  const double room = 0x1p-46 * largest_coordinate_;
+  std::array<std::uint32_t, kDeepest> stack{};
+  int size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const Node& node = nodes_[stack[--size]];
+    if ((node.low - box.high).maxCoeff() > room || (box.low - node.high).maxCoeff() > room) continue;
+    if (node.count == 0) {
+      stack[size++] = node.first;
+      stack[size++] = node.first + 1;
+      continue;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+      if (!are_apart(tetrahedron, {corners_[i].a, corners_[i].b, corners_[i].c}, room)) return false;
+  }
+  return true;
+}
+
+bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, int& winding) const {
+  constexpr double kEdge = 1e-9;  // of the triangle: nearer to an edge another ray is asked
+  const Vector3 inverse = direction.cwiseInverse();
+  std::array<std::uint32_t, kDeepest> stack{};
+  int size = 0;
+  stack[size++] = 0;
+  winding = 0;
+  while (size > 0) {
+    const Node& node = nodes_[stack[--size]];
+    if (!ray_meets(p, inverse, node.low, node.high)) continue;
+    if (node.count == 0) {
+      stack[size++] = node.first;
+      stack[size++] = node.first + 1;
+      continue;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      if (shells_.is_closed[shells_.shell_of_triangle[order_[i]]] == 0) continue;
+      const Corners& t = corners_[i];
+      const Vector3 ab = t.b - t.a, ac = t.c - t.a, h = cross(direction, ac), ap = p - t.a;
+      const double det = dot(ab, h);
+      const double size_of_det = norm(ab) * norm(ac);
+      if (size_of_det == 0.0) continue;
+      const double u = dot(ap, h);
+      const Vector3 q = cross(ap, ab);
+      const double v = dot(direction, q), w = det - u - v, along = dot(ac, q);
+      const double sign = det < 0.0 ? -1.0 : 1.0;
+      const double lowest = std::min({sign * u, sign * v, sign * w});
+      if (lowest < -kEdge * size_of_det) continue;
+      if (std::abs(det) <= kEdge * size_of_det || lowest <= kEdge * size_of_det) return false;
+      if (sign * along > 0.0) winding += det > 0.0 ? 1 : -1;
+    }
+  }
+  return true;
+}
+
+bool MeshDistance::is_inside(const Vector3& p) const {
+  if (!has_closed_ || (p - bounds_.low).minCoeff() < 0.0 || (bounds_.high - p).minCoeff() < 0.0) return false;
+  // Directions without a pattern; one that meets no edge decides.
+  Vector3 direction(0.8264, 0.3417, 0.4471);
+  int winding = 0;
+  for (int attempt = 0; attempt < 40; ++attempt) {
+    if (count_crossings(p, direction, winding)) return winding != 0;
+    direction = Vector3(direction.y() * 1.137 - 0.319 * direction.z(), direction.z() + 0.271 * direction.x(),
+                        direction.x() - 0.613 * direction.y());
+    direction /= norm(direction);
+  }
+  return winding != 0;
+}
+
+double MeshDistance::signed_distance(const Vector3& p) const {
+  const double distance = nearest(p).distance;
+  return is_inside(p) ? -distance : distance;
+}
+
+double MeshDistance::to_solid(const Vector3& p) const { return is_inside(p) ? 0.0 : nearest(p).distance; }
+
+}  // namespace touchstone

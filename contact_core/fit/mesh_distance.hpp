@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "touchstone/contact_core/fit/triangle_mesh.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
+
+namespace touchstone {
+
+/// An axis-aligned box [m].
+struct Bounds {
+  Vector3 low = Vector3::Constant(1e300), high = Vector3::Constant(-1e300);
+
+  void add(const Vector3& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  /// Length of the diagonal [m].
+  double diagonal() const { return norm(high - low); }
+};
+
+/// How far points are from a mesh and from what it encloses.
+///
+/// The *solid* of a mesh is its triangles, and every point about which its closed shells wind a number of
+/// times other than zero: shells may overlap, and a shell turned inside out is a solid all the same unless
+/// another encloses it, when it is a cavity. Open shells are sheets without an inside.
+///
+/// A tree of bounding boxes. Const calls may come from any thread.
+class MeshDistance {
+ public:
+  /// The triangle nearest to a point, and how far it is.
+  struct Nearest {
+    double distance;  ///< [m], to rounding: 2^-45 of the largest |coordinate|
+    std::uint32_t triangle;
+  };
+
+  /// @param mesh welded; copied.
+  explicit MeshDistance(const TriangleMesh& mesh);
+
+  const TriangleMesh& mesh() const { return mesh_; }
+  const MeshShells& shells() const { return shells_; }
+  const Bounds& bounds() const { return bounds_; }
+  /// Largest |coordinate| of the mesh [m].
+  double largest_coordinate() const { return largest_coordinate_; }
+
+  Nearest nearest(const Vector3& p) const { return nearest(p, 1e300); }
+  /// As above where the distance is known to be at most `known`, to rounding: sooner found.
+  Nearest nearest(const Vector3& p, double known) const;
+  /// Distance of a point to one triangle [m].
+  double to_triangle(const Vector3& p, std::uint32_t triangle) const;
+  /// The point of a triangle that is nearest to p.
+  Vector3 closest_on(const Vector3& p, std::uint32_t triangle) const;
+  /// Whether no triangle meets a tetrahedron: each has a plane between, with room for rounding. May say no
+  /// where it is so.
+  bool is_clear(const std::array<Vector3, 4>& tetrahedron) const;
+  /// Whether the closed shells wind about a point that is not on the surface. On it, and within rounding of
+  /// it, either answer.
+  bool is_inside(const Vector3& p) const;
+  /// Distance to the surface, negative inside [m].
+  double signed_distance(const Vector3& p) const;
+  /// Distance to the solid, 0 inside [m].
+  double to_solid(const Vector3& p) const;
+
+ private:
+  struct Node {
+    Vector3 low, high;
+    std::uint32_t first = 0;  ///< of a leaf: into order_; else the left child, the right one follows it
+    std::uint32_t count = 0;  ///< triangles of a leaf; 0: inner node
+  };
+  struct Corners {
+    Vector3 a, b, c;
+  };
+
+  void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
+  /// Winding number by one ray; false where the ray meets an edge to rounding.
+  bool count_crossings(const Vector3& p, const Vector3& direction, int& winding) const;
+
+  TriangleMesh mesh_;
+  MeshShells shells_;
+  Bounds bounds_;
+  double largest_coordinate_ = 0.0;
+  bool has_closed_ = false;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> order_;  ///< triangles, those of a leaf together
+  std::vector<Corners> corners_;      ///< a triangle, in order_
+};
+
+}  // namespace touchstone

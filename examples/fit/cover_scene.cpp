@@ -1,0 +1,24 @@
+#include "touchstone/examples/fit/cover_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace touchstone::fitting {
+
+std::string scene_text(const Fit& fit, const std::string& name, const std::string& description) {
+  const std::string quoted = nlohmann::json(name).dump();  // YAML reads JSON's strings
+  std::string text = fmt::format(
+      "name: {}\ndescription: {}\nunits: {{length: m}}\nframe_rate: 50\ncontact_gap: 1.0e-6\npolicy: "
+      "advance\n"
+      "duration: 1\nobjects:\n  - name: {}\n    static: true\n    hexahedra:\n",
+      quoted, nlohmann::json(description).dump(), quoted);
+  for (std::size_t i = 0; i < fit.hexahedra.size(); ++i) {
+    text += fmt::format("      - name: h{}\n        hexahedron:\n          vertices:\n", i);
+    for (const Vector3& p : fit.hexahedra[i].vertices)
+      text += fmt::format("            - [{}, {}, {}]\n", p.x(), p.y(), p.z());
+  }
+  return text;
+}
+
+}  // namespace touchstone::fitting

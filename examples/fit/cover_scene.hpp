@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "touchstone/contact_core/fit/fit.hpp"
+
+namespace touchstone::fitting {
+
+/// A scene file with the cover as one static object of that name, in metres; vertices with all their bits.
+std::string scene_text(const Fit& fit, const std::string& name, const std::string& description);
+
+}  // namespace touchstone::fitting

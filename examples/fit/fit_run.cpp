@@ -1,0 +1,127 @@
+#include "touchstone/examples/fit/fit_run.hpp"
+
+#include <fmt/format.h>
+
+#include <ctime>
+
+#include "touchstone/contact_core/fit/stl_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/fit/cover_scene.hpp"
+#include "touchstone/examples/fit/samples.hpp"
+#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/sha256.hpp"
+#include "touchstone/examples/program/text_table.hpp"
+
+namespace touchstone::fitting {
+namespace {
+
+double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+Vector3 parse_corner(const std::string& text, const std::string& whole) {
+  Vector3 p;
+  char end = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &p.x(), &p.y(), &p.z(), &end) != 3 ||
+      !is_finite(p))  // NOLINT
+    reject("--region", "'" + whole + "': '" + text + "' is no corner such as 1,2.5,3");
+  return p;
+}
+
+FitOptions options_for(const FitRequest& request, double diagonal, comparison::ProgressLine& progress) {
+  FitOptions options;
+  options.over = request.over.metres(diagonal);
+  options.repairs = request.repairs;
+  for (const RegionRequest& region : request.regions)
+    options.regions.push_back({region.name,
+                               {request.scale * region.low, request.scale * region.high},
+                               region.over.metres(diagonal)});
+  options.progress = [&progress, stage = std::string()](std::string_view now, double share) mutable {
+    if (now != stage) progress.step(stage = now);
+    progress.share(share);
+  };
+  return options;
+}
+
+std::string percent(double share) { return fmt::format("{:.3f}", 100.0 * share); }
+
+}  // namespace
+
+RegionRequest parse_region(const std::string& text) {
+  const std::size_t equals = text.find('='), first = text.find(':', equals),
+                    second = text.find(':', first + 1);
+  if (equals == std::string::npos || equals == 0 || first == std::string::npos || second == std::string::npos)
+    reject("--region", "'" + text + "' is not NAME=LENGTH:x,y,z:x,y,z");
+  const Length over = parse_length(text.substr(equals + 1, first - equals - 1), "--region");
+  const Vector3 a = parse_corner(text.substr(first + 1, second - first - 1), text);
+  const Vector3 b = parse_corner(text.substr(second + 1), text);
+  return {text.substr(0, equals), over, a.cwiseMin(b), a.cwiseMax(b)};
+}
+
+FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
+               comparison::ProgressLine& progress) {
+  const std::string bytes = comparison::read_file(mesh.string(), "touchstone_fit");
+  const TriangleMesh triangles = parse_stl(bytes, request.scale, mesh.string());
+  const MeshDistance solid(weld(triangles));
+  FitRun run;
+  run.name = mesh.stem().string();
+  run.triangles = triangles.triangles.size();
+  run.shells = solid.shells().count();
+  for (const std::uint8_t is_closed : solid.shells().is_closed) run.closed_shells += is_closed;
+  run.open_edges = solid.shells().open_edges;
+  run.diagonal = solid.bounds().diagonal();
+  const FitOptions options = options_for(request, run.diagonal, progress);
+  run.over = options.over;
+  const double start = processor_seconds();
+  run.fit = request.count ? fit_count(triangles, *request.count, options, &run.over)
+                          : fit_hexahedra(triangles, options);
+  const double fitted = processor_seconds();
+  run.fit_seconds = fitted - start;
+  run.certificate = {mesh.filename().string(), comparison::sha256(bytes), request.scale,
+                     claim_of(run.fit, options)};
+  progress.step("prove");
+  run.verdict = check_cover(triangles, run.certificate.claim);
+  run.proof_seconds = processor_seconds() - fitted;
+  if (request.samples > 0) {
+    progress.step("sample");
+    const SampleCount count = count_uncovered(solid, run.fit, request.samples);
+    run.samples = count.asked;
+    run.uncovered = count.uncovered;
+  }
+  return run;
+}
+
+std::vector<comparison::ReportFile> cover_files(const FitRun& run) {
+  const std::string description =
+      fmt::format("{} hexahedra cover {} ({} triangles); no point of them is farther outside than {:.6g} m",
+                  run.fit.hexahedra.size(), run.certificate.mesh_file, run.triangles, run.fit.excess);
+  return {{run.name + ".yaml", scene_text(run.fit, run.name, description)},
+          {run.name + ".certificate.json", certificate_text(run.certificate)}};
+}
+
+std::string table_text(const std::vector<FitRun>& runs) {
+  comparison::TextTable table({"mesh", "triangles", "shells", "open edges", "asked %", "hexahedra", "error %",
+                               "error [mm]", "fit [s]", "proof", "[s]", "uncovered", "of"});
+  for (const FitRun& run : runs)
+    table.add({run.name, comparison::format_count(run.triangles), std::to_string(run.shells),
+               std::to_string(run.open_edges), percent(run.over / run.diagonal),
+               std::to_string(run.fit.hexahedra.size()), percent(run.fit.excess / run.diagonal),
+               fmt::format("{:.4g}", 1e3 * run.fit.excess), fmt::format("{:.1f}", run.fit_seconds),
+               run.verdict.is_proven ? "proven" : "REFUSED", fmt::format("{:.1f}", run.proof_seconds),
+               run.samples > 0 ? comparison::format_count(run.uncovered) : "-",
+               run.samples > 0 ? comparison::format_count(run.samples) : "-"});
+  return table.str();
+}
+
+std::string table_csv(const std::vector<FitRun>& runs) {
+  std::string text =
+      "mesh,triangles,shells,closed_shells,open_edges,diagonal_m,asked_m,hexahedra,error_m,fit_s,proven,"
+      "proof_s,samples,"
+      "uncovered\n";
+  for (const FitRun& run : runs)
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{:.2f},{},{:.2f},{},{}\n", run.name, run.triangles,
+                        run.shells, run.closed_shells, run.open_edges, run.diagonal, run.over,
+                        run.fit.hexahedra.size(), run.fit.excess, run.fit_seconds,
+                        run.verdict.is_proven ? 1 : 0, run.proof_seconds, run.samples, run.uncovered);
+  return text;
+}
+
+}  // namespace touchstone::fitting

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "touchstone/examples/fit/certificate.hpp"
+#include "touchstone/examples/fit/length.hpp"
+#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/program/report_files.hpp"
+
+namespace touchstone::fitting {
+
+/// --region NAME=LENGTH:x,y,z:x,y,z
+struct RegionRequest {
+  std::string name;
+  Length over;
+  Vector3 low, high;  ///< in the file's units
+};
+
+/// @throws InputError for what is none.
+RegionRequest parse_region(const std::string& text);
+
+/// What is asked of each mesh.
+struct FitRequest {
+  Length over;
+  std::optional<std::size_t> count;
+  std::vector<RegionRequest> regions;
+  double scale = 1.0;  ///< metres a unit of the file
+  int repairs = FitOptions().repairs;
+  std::size_t samples = 0;
+};
+
+/// One mesh's cover, and its proof.
+struct FitRun {
+  std::string name;  ///< of the file, without extension
+  std::size_t triangles = 0, shells = 0, closed_shells = 0, open_edges = 0;
+  double diagonal = 0.0;  ///< [m]
+  double over = 0.0;      ///< asked [m]
+  Fit fit;
+  double fit_seconds = 0.0, proof_seconds = 0.0;  ///< of the processor
+  CoverVerdict verdict;
+  std::size_t samples = 0, uncovered = 0;
+  Certificate certificate;
+};
+
+/// @throws InputError: the file, or a request that it cannot meet.
+FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
+               comparison::ProgressLine& progress);
+
+/// NAME.yaml, a scene file with the cover, and NAME.certificate.json.
+std::vector<comparison::ReportFile> cover_files(const FitRun& run);
+
+/// A line a mesh.
+std::string table_text(const std::vector<FitRun>& runs);
+std::string table_csv(const std::vector<FitRun>& runs);
+
+}  // namespace touchstone::fitting

@@ -1,0 +1,126 @@
+#include <limits>
+
+#include "touchstone/contact_core/fit/excess.hpp"
+#include "touchstone/contact_core/fit/fit.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/fit/meshes.hpp"
+
+namespace touchstone {
+namespace {
+
+using test::angle_mesh;
+using test::append;
+using test::box_mesh;
+using test::box_vertices;
+using test::tube_mesh;
+
+FitOptions within(double over) {
+  FitOptions options;
+  options.over = over;
+  options.repairs = 3;
+  return options;
+}
+
+TEST(MeshDistance, KnowsOutsideSurfaceAndInside) {
+  const MeshDistance box(weld(box_mesh({0, 0, 0}, {2, 2, 2})));
+  EXPECT_NEAR(box.signed_distance({3, 1, 1}), 1.0, 1e-15);
+  EXPECT_NEAR(box.signed_distance({3, 3, 1}), std::sqrt(2.0), 1e-15);
+  EXPECT_NEAR(box.signed_distance({1.5, 1, 1}), -0.5, 1e-15);
+  EXPECT_EQ(box.to_solid({1, 1, 1}), 0.0);
+}
+
+TEST(MeshDistance, ShellsMayOverlapBeCavitiesOrStandInsideOut) {
+  TriangleMesh overlapping = box_mesh({0, 0, 0}, {2, 2, 2});
+  append(overlapping, box_mesh({1, 1, 1}, {3, 3, 3}));
+  EXPECT_TRUE(MeshDistance(weld(overlapping)).is_inside({1.5, 1.51, 1.52}));
+
+  TriangleMesh inverted = box_mesh({1, 1, 1}, {2, 2, 2});
+  for (auto& t : inverted.triangles) std::swap(t[1], t[2]);
+  EXPECT_TRUE(MeshDistance(weld(inverted)).is_inside({1.5, 1.51, 1.52}));
+  append(inverted, box_mesh({0, 0, 0}, {3, 3, 3}));
+  EXPECT_FALSE(MeshDistance(weld(inverted)).is_inside({1.5, 1.51, 1.52}));
+}
+
+TEST(Excess, IsTheLargestDistanceNotOnlyOnTheSurface) {
+  const MeshDistance box(weld(box_mesh({0, 0, 0}, {2, 2, 2})));
+  const ExcessBound larger = bound_excess(box, box_vertices({-0.5, 0, 0}, {2, 2, 2.25}), 1e-3);
+  EXPECT_GE(larger.most, std::sqrt(0.25 + 0.0625));
+  EXPECT_LE(larger.most, std::sqrt(0.25 + 0.0625) + 1.1e-3);
+
+  // The middle of a tube that is filled is farthest, and lies inside of the hexahedron.
+  const MeshDistance tube(weld(tube_mesh(0.5, 0.6, 1.0, 64)));
+  const ExcessBound filled = bound_excess(tube, box_vertices({-0.4, -0.4, 0}, {0.4, 0.4, 1}), 1e-3);
+  EXPECT_NEAR(filled.most, 0.5 * std::cos(std::numbers::pi / 64), 2e-3);
+}
+
+TEST(Fit, ABoxIsOneHexahedron) {
+  const Fit fit = fit_hexahedra(box_mesh({1, 2, 3}, {2, 4, 6}), within(0.05));
+  ASSERT_EQ(fit.hexahedra.size(), 1U);
+  EXPECT_LE(fit.excess, 0.05 / 16);
+  EXPECT_GE(fit.excess, 0.0);
+}
+
+TEST(Fit, AnAngleIsTwoAndATurnedOneToo) {
+  EXPECT_EQ(fit_hexahedra(angle_mesh(), within(0.2)).hexahedra.size(), 2U);
+  TriangleMesh turned = angle_mesh();
+  const double c = 0.8, s = 0.6;
+  for (Vector3& p : turned.vertices) p = Vector3(c * p.x() - s * p.z(), p.y(), s * p.x() + c * p.z());
+  const Fit fit = fit_hexahedra(turned, within(0.2));
+  EXPECT_EQ(fit.hexahedra.size(), 2U);
+  EXPECT_LE(fit.excess, 0.2);
+}
+
+TEST(Fit, KeepsToItsErrorAndToARegionsSmallerOne) {
+  const TriangleMesh tube = tube_mesh(0.3, 0.6, 0.5, 48);
+  FitOptions options = within(0.15);
+  const Fit coarse = fit_hexahedra(tube, options);
+  EXPECT_LE(coarse.excess, 0.15);
+  options.regions.push_back({"bore", {Vector3(-0.3, -0.3, 0), Vector3(0.3, 0.3, 0.5)}, 0.05});
+  const Fit open = fit_hexahedra(tube, options);
+  EXPECT_LE(open.excess, 0.15);
+  ASSERT_EQ(open.region_excess.size(), 1U);
+  EXPECT_LE(open.region_excess[0], 0.05);
+  EXPECT_GT(open.hexahedra.size(), coarse.hexahedra.size());
+}
+
+TEST(Fit, AnOpenSheetIsCoveredByAPlate) {
+  TriangleMesh sheet;
+  test::append_quad(sheet, {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+  const Fit fit = fit_hexahedra(sheet, within(0.02));
+  ASSERT_EQ(fit.hexahedra.size(), 1U);
+  EXPECT_LE(fit.excess, 0.02);
+  EXPECT_EQ(make_tree(fit, "sheet").solids().size(), 1U);
+}
+
+TEST(Fit, TheSameMeshGivesTheSameBits) {
+  const Fit a = fit_hexahedra(angle_mesh(), within(0.2)), b = fit_hexahedra(angle_mesh(), within(0.2));
+  ASSERT_EQ(a.hexahedra.size(), b.hexahedra.size());
+  for (std::size_t i = 0; i < a.hexahedra.size(); ++i)
+    EXPECT_EQ(a.hexahedra[i].vertices, b.hexahedra[i].vertices);
+}
+
+TEST(Fit, ACountIsKeptWithLessErrorForMore) {
+  const TriangleMesh tube = tube_mesh(0.3, 0.6, 0.5, 8);
+  double two = 0.0, six = 0.0;
+  EXPECT_LE(fit_count(tube, 2, within(0.4), &two).hexahedra.size(), 2U);
+  EXPECT_LE(fit_count(tube, 6, within(0.4), &six).hexahedra.size(), 6U);
+  EXPECT_LT(six, two);
+}
+
+TEST(Fit, ACountThatABoxNeverReachesEnds) {
+  const Fit fit = fit_count(box_mesh({0, 0, 0}, {1, 1, 1}), 3, within(0.1));
+  EXPECT_EQ(fit.hexahedra.size(), 1U);
+}
+
+TEST(Fit, BadRequestsAreNamed) {
+  const TriangleMesh box = box_mesh({0, 0, 0}, {1, 1, 1});
+  for (const double over : {0.0, -1.0, 1e-9, std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_THROW(fit_hexahedra(box, within(over)), InputError) << over;
+  FitOptions options = within(0.1);
+  options.regions.push_back({"port", {Vector3(0, 0, 0), Vector3(1, 1, 1)}, 0.2});
+  EXPECT_THROW(fit_hexahedra(box, options), InputError);
+  EXPECT_THROW(fit_hexahedra(TriangleMesh(), within(0.1)), InputError);
+}
+
+}  // namespace
+}  // namespace touchstone

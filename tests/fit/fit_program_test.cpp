@@ -1,0 +1,110 @@
+#include <filesystem>
+#include <fstream>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/fit/cover_scene.hpp"
+#include "touchstone/examples/fit/fit_run.hpp"
+#include "touchstone/examples/fit/samples.hpp"
+#include "touchstone/tests/fit/meshes.hpp"
+
+namespace touchstone::fitting {
+namespace {
+
+using testing::HasSubstr;
+
+std::string error_of(const std::function<void()>& run) {
+  try {
+    run();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(FitProgram, ReadsLengthsUnitsAndRegions) {
+  EXPECT_DOUBLE_EQ(parse_length("2mm", "--over").metres(10.0), 2e-3);
+  EXPECT_DOUBLE_EQ(parse_length("0.9 mm", "--over").metres(10.0), 9e-4);
+  EXPECT_DOUBLE_EQ(parse_length("2%", "--over").metres(10.0), 0.2);
+  EXPECT_DOUBLE_EQ(parse_unit("in"), 0.0254);
+  EXPECT_DOUBLE_EQ(parse_unit("0.1"), 0.1);
+  for (const char* bad : {"", "2", "mm", "-2mm", "nanmm", "2 furlongs", "0%"})
+    EXPECT_THAT(error_of([&] { parse_length(bad, "--over"); }), HasSubstr("--over: '")) << bad;
+  EXPECT_THAT(error_of([] { parse_unit("inch?"); }), HasSubstr("--unit: 'inch?'"));
+  const RegionRequest region = parse_region("port=0.9mm:1,2,3:-1,5,3.5");
+  EXPECT_EQ(region.name, "port");
+  EXPECT_EQ(region.low, Vector3(-1, 2, 3));
+  EXPECT_EQ(region.high, Vector3(1, 5, 3.5));
+  for (const char* bad : {"port", "port=1mm", "port=1mm:1,2,3", "=1mm:1,2,3:1,2,3", "port=1mm:1,2:1,2,3"})
+    EXPECT_THAT(error_of([&] { parse_region(bad); }), HasSubstr("--region: '")) << bad;
+}
+
+class FittedFile : public testing::Test {
+ protected:
+  FittedFile() {
+    std::ofstream file(path_);
+    file << "solid angle\n";
+    const TriangleMesh mesh = test::angle_mesh();
+    for (const auto& t : mesh.triangles) {
+      file << "facet normal 0 0 0\nouter loop\n";
+      for (const std::uint32_t i : t)
+        file << "vertex " << mesh.vertices[i].x() << " " << mesh.vertices[i].y() << " "
+             << mesh.vertices[i].z() << "\n";
+      file << "endloop\nendfacet\n";
+    }
+    file << "endsolid\n";
+  }
+  ~FittedFile() override { std::filesystem::remove(path_); }
+
+  FitRun run() {
+    FitRequest request;
+    request.over = {0.06, true};
+    request.scale = 1e-3;
+    request.repairs = 2;
+    request.samples = 20000;
+    comparison::ProgressLine progress;
+    return run_fit(path_, request, progress);
+  }
+
+  std::filesystem::path path_ = std::filesystem::path(testing::TempDir()) / "fitted_angle.stl";
+};
+
+TEST_F(FittedFile, IsCoveredProvenAndReadBackToTheSameBits) {
+  const FitRun done = run();
+  EXPECT_EQ(done.fit.hexahedra.size(), 2U);
+  EXPECT_TRUE(done.verdict.is_proven) << done.verdict.reason;
+  EXPECT_EQ(done.uncovered, 0U);
+  EXPECT_GE(done.samples, 20000U);
+  const std::filesystem::path written = std::filesystem::path(testing::TempDir()) / "angle.certificate.json";
+  std::ofstream(written) << certificate_text(done.certificate);
+  const Certificate read = read_certificate(written);
+  EXPECT_EQ(read.claim.hexahedra, done.certificate.claim.hexahedra);
+  EXPECT_EQ(read.claim.excess, done.certificate.claim.excess);
+  EXPECT_TRUE(check_certificate(read, path_).is_proven);
+
+  std::ofstream(path_, std::ios::app) << "\n";  // another file
+  EXPECT_THAT(check_certificate(read, path_).reason, HasSubstr("is of another file"));
+  std::ofstream(written) << "{\"format\": \"touchstone cover certificate 1\"}";
+  EXPECT_THAT(error_of([&] { read_certificate(written); }), HasSubstr("no certificate"));
+  std::filesystem::remove(written);
+}
+
+TEST_F(FittedFile, SamplesFindAMissingHexahedron) {
+  FitRun done = run();
+  done.fit.hexahedra.pop_back();
+  const MeshDistance solid(weld(test::angle_mesh()));
+  FitRun scaled = done;
+  for (FittedHexahedron& each : scaled.fit.hexahedra)
+    for (Vector3& p : each.vertices) p *= 1e3;
+  EXPECT_GT(count_uncovered(solid, scaled.fit, 20000).uncovered, 1000U);
+}
+
+TEST_F(FittedFile, TablesHaveALineAMesh) {
+  const std::vector<FitRun> runs{run()};
+  EXPECT_THAT(table_text(runs), HasSubstr("fitted_angle"));
+  EXPECT_THAT(table_text(runs), HasSubstr("proven"));
+  EXPECT_THAT(table_csv(runs), HasSubstr("\nfitted_angle,20,1,1,0,"));
+  EXPECT_THAT(scene_text(runs[0].fit, "angle", "d"), HasSubstr("      - name: h1\n"));
+}
+
+}  // namespace
+}  // namespace touchstone::fitting
