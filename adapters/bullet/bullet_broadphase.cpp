@@ -8,12 +8,12 @@
 
 #include "touchstone/adapters/bullet/backends.hpp"
 #include "touchstone/contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr btScalar kEngineInfinity = std::numeric_limits<btScalar>::infinity();
 
 btScalar round_down(double value) {

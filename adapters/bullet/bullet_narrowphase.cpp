@@ -1,26 +1,23 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "touchstone/adapters/bullet/backends.hpp"
 #include "touchstone/adapters/bullet/checks.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 struct BulletWorkspace final : Narrowphase::Workspace {
   Solvers solvers;
 };
 
-double largest_coordinate(const Shape& shape, const Pose& X) {
-  return std::max({std::abs(X.p.x()), std::abs(X.p.y()), std::abs(X.p.z())}) + shape.reach;
-}
+double largest_coordinate(const Shape& shape, const Pose& X) { return norm_inf(X.p) + shape.reach; }
 
 // The engine squares differences of positions.
 constexpr double kLargestCoordinate = kDouble ? 1e150 : 1e18;

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone {
 namespace {
@@ -61,7 +62,7 @@ Vector3 area_vector(const WorldVertices& v, int face) {
 
 int most_parallel_face(const WorldVertices& solid, const Vector3& n) {
   int best = 0;
-  double best_cosine = -std::numeric_limits<double>::infinity();
+  double best_cosine = -kInfinity;
   for (int f = 0; f < 6; ++f) {
     const Vector3 normal = area_vector(solid, f);
     const double length = norm(normal);
@@ -117,7 +118,7 @@ struct Height {
 Height height_over(const Vector3& a, const Vector3& b, const Vector3& c, const Point2& p) {
   const Point2 pa{a.x(), a.y()}, pb{b.x(), b.y()}, pc{c.x(), c.y()};
   const double whole = cross2(pa, pb, pc);
-  if (whole == 0.0) return {0.0, -std::numeric_limits<double>::infinity()};
+  if (whole == 0.0) return {0.0, -kInfinity};
   double wa = cross2(p, pb, pc) / whole, wb = cross2(p, pc, pa) / whole, wc = cross2(p, pa, pb) / whole;
   const double inside = std::min({wa, wb, wc});
   wa = std::max(wa, 0.0), wb = std::max(wb, 0.0), wc = std::max(wc, 0.0);

@@ -4,12 +4,12 @@
 #include <cassert>
 
 #include <algorithm>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "touchstone/adapters/exact/contact_patch.hpp"
 #include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
@@ -72,7 +72,7 @@ class ExactNarrowphase final : public Narrowphase {
     ExactResult result = exact_signed_distance(a, b);
     status = result.pair_class == PairClass::separated ? PairStatus::separated : PairStatus::overlapping;
     if (status == PairStatus::separated && result.separation > query.max_separation) {
-      geometry = no_geometry(std::numeric_limits<double>::infinity());
+      geometry = no_geometry(kInfinity);
       return;
     }
     // Two solids with the very same vertices: only their indices tell (a,b) from (b,a).
@@ -91,7 +91,7 @@ class ExactNarrowphase final : public Narrowphase {
     const double as_deep = result.separation + patch_rounding(a, b);
     const ContactPatch patch =
         part_within(find_contact_patch(a, b, result.n_AB_W), result.n_AB_W, point_limit(query, as_deep));
-    double deepest = std::numeric_limits<double>::infinity();
+    double deepest = kInfinity;
     for (int k = 0; k < patch.vertex_count; ++k) deepest = std::min(deepest, patch.vertices[k].separation);
     if (deepest <= as_deep) return select_contact_points(patch, result.n_AB_W, points);
     points[0] = {result.p_A_W, result.p_B_W, result.separation, 0};

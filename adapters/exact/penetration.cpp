@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 // The least overlap is the distance from the origin to the boundary of the difference C = conv{b_j - a_i},
 // and a ball inside C touches its boundary only inside facets. Facet normals of C are face normals of A, of B
@@ -25,7 +26,6 @@ constexpr double kUnit = 0x1p-53;
 constexpr double kHeightError = 128 * kUnit;
 constexpr double kLengthError = 32 * kUnit;
 constexpr double kWiden = 8 * kUnit;  // for the rounding of the bounds themselves
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Edge {
   int from, to;

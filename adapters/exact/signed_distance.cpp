@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <utility>
 #include <vector>
 
 #include "touchstone/adapters/exact/closest_point.hpp"
 #include "touchstone/adapters/exact/integer_vector.hpp"
 #include "touchstone/adapters/exact/penetration.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone {
 namespace {
@@ -218,7 +218,7 @@ std::string exact_signed_distance_decimal(const WorldVertices& a, const WorldVer
 double exact_separation_along(const WorldVertices& a, const WorldVertices& b, const Vector3& n) {
   const bool usable = std::isfinite(n.x()) && std::isfinite(n.y()) && std::isfinite(n.z()) &&
                       (n.x() != 0.0 || n.y() != 0.0 || n.z() != 0.0);
-  if (!usable) return std::numeric_limits<double>::quiet_NaN();
+  if (!usable) return kNaN;
   const IntegerPair pair = exact::to_integers(a, b);
   ExactDistance along;
   exact::to_integers(n, along.direction);

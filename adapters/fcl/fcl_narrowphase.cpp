@@ -8,10 +8,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/narrowphase/points_within.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
@@ -19,7 +20,6 @@
 namespace touchstone::fcl_adapter {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Of FCL's requests, by default.
 constexpr double kTolerance = 1e-6;
 
@@ -103,12 +103,10 @@ class Engine {
 /// process.
 constexpr double kLargestCoordinate = 1e75;
 
-double largest(const Vector3& p) { return p.cwiseAbs().maxCoeff(); }
-
 /// Largest |coordinate| of the vertices, and at least the size.
 double reach_of(const Hexahedron& solid) {
   double reach = solid.size();
-  for (const Vector3& vertex : solid.vertices()) reach = std::max(reach, largest(vertex));
+  for (const Vector3& vertex : solid.vertices()) reach = std::max(reach, norm_inf(vertex));
   return reach;
 }
 
@@ -175,7 +173,7 @@ class FclNarrowphase final : public Narrowphase {
                            std::span<ContactPoint> points) const {
     const Entry &a = entries_[pair.a], &b = entries_[pair.b];
     const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
-    const double scale = std::max(std::max(a.reach, b.reach), std::max(largest(X_WA.p), largest(X_WB.p)));
+    const double scale = std::max(std::max(a.reach, b.reach), std::max(norm_inf(X_WA.p), norm_inf(X_WB.p)));
     if (!(scale <= kLargestCoordinate) || !has_finite_poses(pair, poses)) return PairStatus::failed;
     const PosedPair posed{*a.shape, *b.shape, to_engine(X_WA), to_engine(X_WB)};
     if (!engine_.supports(query.kind)) return PairStatus::unsupported;
@@ -196,10 +194,10 @@ class FclNarrowphase final : public Narrowphase {
   /// The two nearest points of a pair that is apart.
   static PairStatus report_points(double separation, const Vector3& p_A_W, const Vector3& p_B_W, double near,
                                   PairGeometry& geometry, std::span<ContactPoint> points) {
-    const Vector3 way = p_B_W - p_A_W;
-    const double length = norm(way);
+    const Vector3 offset = p_B_W - p_A_W;
+    const double length = norm(offset);
     if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(separation)) return PairStatus::failed;
-    geometry = {separation, way / length, p_A_W, p_B_W, 0};
+    geometry = {separation, offset / length, p_A_W, p_B_W, 0};
     if (!points.empty()) {
       points[0] = {p_A_W, p_B_W, separation, 0};
       geometry.point_count = 1;

@@ -4,10 +4,10 @@
 #include <cassert>
 
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
 
@@ -15,9 +15,6 @@ namespace touchstone::libccd {
 namespace {
 
 static_assert(sizeof(ccd_real_t) == sizeof(double));
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A solid as libccd's support function sees it.
 struct Body {

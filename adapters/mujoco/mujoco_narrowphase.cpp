@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "touchstone/adapters/mujoco/solid_geoms.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/narrowphase/points_within.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
@@ -17,7 +19,6 @@
 namespace touchstone::mujoco {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// mjOption.mpr_tolerance, by default.
 constexpr double kMprTolerance = 1e-6;
 /// Of poses, sizes and what is computed from them: doubles.
@@ -39,8 +40,6 @@ struct MujocoWorkspace final : Narrowphase::Workspace {
   DataHandle data;
   Contacts contacts;
 };
-
-double largest(const Vector3& p) { return p.cwiseAbs().maxCoeff(); }
 
 bool is_usable(const mjContact& contact) {
   const Vector3 n(contact.frame[0], contact.frame[1], contact.frame[2]);
@@ -104,7 +103,7 @@ class MujocoNarrowphase final : public Narrowphase {
     if (!geoms_->has(pair.a) || !geoms_->has(pair.b)) return PairStatus::unsupported;
     const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
     const double scale = std::max(std::max(geoms_->reach(pair.a), geoms_->reach(pair.b)),
-                                  std::max(largest(X_WA.p), largest(X_WB.p)));
+                                  std::max(norm_inf(X_WA.p), norm_inf(X_WB.p)));
     if (!(scale <= kLargestCoordinate) || !has_finite_poses(pair, poses)) return PairStatus::failed;
     geoms_->place(pair.a, X_WA, *scratch.data);
     geoms_->place(pair.b, X_WB, *scratch.data);

@@ -10,6 +10,8 @@
 #include <string>
 
 #include "touchstone/adapters/mujoco/geom_pose.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone::mujoco {
 namespace {
@@ -51,7 +53,7 @@ ModelHandle try_load(std::span<const Hexahedron> solids, const std::vector<bool>
 
 double reach_of(const Hexahedron& solid) {
   double reach = solid.size();
-  for (const Vector3& vertex : solid.vertices()) reach = std::max(reach, vertex.cwiseAbs().maxCoeff());
+  for (const Vector3& vertex : solid.vertices()) reach = std::max(reach, norm_inf(vertex));
   return reach;
 }
 
@@ -91,7 +93,7 @@ void SolidGeoms::measure(const Hexahedron& solid, Geom& geom) {
   geom.X_SG = *X_SG;
   double worst = 0.0;
   for (const Vector3& vertex : solid.vertices()) {
-    double nearest = std::numeric_limits<double>::infinity();
+    double nearest = kInfinity;
     for (std::size_t k = 0; k < stored.size(); k += 3) {
       const Vector3 p_G(stored[k], stored[k + 1], stored[k + 2]);
       nearest = std::min(nearest, norm(transform(geom.X_SG, p_G) - vertex));

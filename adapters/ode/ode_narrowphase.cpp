@@ -9,6 +9,7 @@
 
 #include "touchstone/adapters/ode/convex_data.hpp"
 #include "touchstone/adapters/ode/ode_library.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/narrowphase/points_within.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
@@ -17,9 +18,6 @@ namespace touchstone::ode {
 namespace {
 
 using GeomHandle = std::unique_ptr<dxGeom, GeomDeleter>;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// The data that a geom is made from.
 struct Shape {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -79,8 +80,8 @@ Box bounding_box(const Sphere& sphere, double margin) {
     // may_touch() lets distances up to sqrt(DBL_MIN) pass where squares underflow.
     const double half = reach + slack + 0x1p-510;
     const bool finite = std::isfinite(sphere.centre(i)) && std::isfinite(half);
-    box.low[i] = finite ? sphere.centre(i) - half : -std::numeric_limits<double>::infinity();
-    box.high[i] = finite ? sphere.centre(i) + half : std::numeric_limits<double>::infinity();
+    box.low[i] = finite ? sphere.centre(i) - half : -kInfinity;
+    box.high[i] = finite ? sphere.centre(i) + half : kInfinity;
   }
   return box;
 }
@@ -97,7 +98,7 @@ Sphere enclosing_sphere(const Sphere& a, const Sphere& b) {
   const double to_b = norm(centre - b.centre) * (1.0 + 4 * kEps) + b.radius;
   // Squares of distances below 1e-154 underflow in norm(): 1e-150 is more than such a distance.
   const double radius = std::max(to_a, to_b) * (1.0 + 2 * kEps) + 1e-150;
-  return {centre, std::isfinite(distance) ? radius : std::numeric_limits<double>::infinity()};
+  return {centre, std::isfinite(distance) ? radius : kInfinity};
 }
 
 }  // namespace touchstone

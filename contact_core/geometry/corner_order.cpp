@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 namespace touchstone {
@@ -106,7 +107,7 @@ FlattestOrder flattest_order(const Corners& points, const HullEdges& hull) {
   for (int p = 1; p < kPoints; ++p)
     for (int q = p + 1; q < kPoints; ++q)
       for (int r = q + 1; r < kPoints; ++r) visit_cubes(p, q, r, take);
-  if (out.bend < std::numeric_limits<double>::infinity()) out.order = named_by_faces(out.order);
+  if (out.bend < kInfinity) out.order = named_by_faces(out.order);
   return out;
 }
 

@@ -5,9 +5,9 @@
 #include <cfloat>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <utility>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/numerics/fixed_integer.hpp"
 
 // An angle is brought to within pi/4 of a multiple n of pi/2 (reduce()), where polynomials serve.
@@ -124,7 +124,7 @@ Reduced reduce_exactly(double x) {
 Reduced reduce(double x) {
   if (std::abs(x) <= kQuarterPi) return {x, 0.0, 0};
   if (!(std::abs(x) < kLargestFast)) {
-    if (!std::isfinite(x)) return {std::numeric_limits<double>::quiet_NaN(), 0.0, 0};
+    if (!std::isfinite(x)) return {kNaN, 0.0, 0};
     return reduce_exactly(x);
   }
   const double n = (x * kTwoOverPi + 0x1.8p52) - 0x1.8p52;  // the nearest whole number
@@ -212,7 +212,7 @@ double cosine(double angle) noexcept {
 double arc_tangent(double y, double x) noexcept {
   constexpr double kHalfPi = 2.0 * kQuarterPi, kHalfPiRest = 0x1.1a62633145c07p-54;
   double across = std::abs(x), up = std::abs(y);
-  if (std::isnan(across) || std::isnan(up)) return std::numeric_limits<double>::quiet_NaN();
+  if (std::isnan(across) || std::isnan(up)) return kNaN;
   if (std::isinf(across) || std::isinf(up)) {
     across = std::isinf(across) ? 1.0 : 0.0;
     up = std::isinf(up) ? 1.0 : 0.0;

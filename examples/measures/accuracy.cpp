@@ -4,14 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/parallel.hpp"
 #include "touchstone/examples/measures/surface_measure.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // ---- classes
 

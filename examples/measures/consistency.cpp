@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/parallel.hpp"
 #include "touchstone/examples/measures/random.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct Answers {
   std::vector<PairStatus> status;
@@ -53,7 +51,7 @@ void note_separations(const PairGeometry& before, const PairGeometry& after, dou
   double moved = 0.0;
   if (!same_number(before.separation, after.separation)) {
     moved = std::abs(after.separation - before.separation);
-    if (std::isnan(moved)) moved = std::numeric_limits<double>::infinity();
+    if (std::isnan(moved)) moved = kInfinity;
   }
   change.worst = std::fmax(change.worst, moved / scale);
 }

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <string_view>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::comparison {
@@ -23,7 +23,7 @@ double two_digits(std::uint32_t code) {
 std::vector<double> make_values() {
   std::vector<double> values = {0.0};
   for (std::uint32_t code = 1; code < kLastCode; ++code) values.push_back(two_digits(code));
-  values.push_back(std::numeric_limits<double>::infinity());
+  values.push_back(kInfinity);
   return values;
 }
 

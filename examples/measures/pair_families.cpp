@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/random.hpp"
 #include "touchstone/examples/measures/written_block.hpp"
@@ -171,7 +172,7 @@ Pose pose_against(const Pose& X_WA, const Feature& a, const Feature& b, double g
   return {R, p_W - rotate(R, b.point)};
 }
 
-constexpr double kRandomSpin = std::numeric_limits<double>::quiet_NaN();
+constexpr double kRandomSpin = kNaN;
 
 // Face against vertex, vertex against face, or edge against edge.
 Pair place_against(Hexahedron a, Hexahedron b, double gap, Random& random) {

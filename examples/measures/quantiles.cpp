@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
+
 namespace touchstone::comparison {
 namespace {
 
@@ -69,9 +71,7 @@ void add_calls(Timing& timing, std::span<double> calls) {
   timing.p999_ns = *at;
 }
 
-double shown_p99(const Timing& timing) {
-  return timing.blocks < kLeastForP99 ? std::numeric_limits<double>::quiet_NaN() : timing.p99_ns;
-}
+double shown_p99(const Timing& timing) { return timing.blocks < kLeastForP99 ? kNaN : timing.p99_ns; }
 
 StepTimes step_times(std::vector<double> us) {
   if (us.empty()) return {};

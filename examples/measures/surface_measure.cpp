@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 namespace touchstone::comparison {
@@ -75,14 +75,14 @@ SurfaceMeasure::SurfaceMeasure(const WorldVertices& solid) {
 }
 
 double SurfaceMeasure::distance(const Vector3& p) const {
-  Wide least = std::numeric_limits<double>::infinity();
+  Wide least = kInfinity;
   for (const auto& triangle : triangles_) least = std::min(least, squared_distance(triangle, p));
   return static_cast<double>(std::sqrt(static_cast<long double>(least)));
 }
 
 double separation_along(const WorldVertices& a, const WorldVertices& b, const Vector3& n) {
   const Wide3 direction = {n.x(), n.y(), n.z()};
-  Wide highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
+  Wide highest = -kInfinity, lowest = -highest;
   for (int i = 0; i < 8; ++i) {
     highest = std::max(highest, inner(direction, minus(a.vertex(i), Vector3::Zero())));
     lowest = std::min(lowest, inner(direction, minus(b.vertex(i), Vector3::Zero())));

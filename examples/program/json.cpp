@@ -3,8 +3,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::comparison {
@@ -16,8 +16,8 @@ Json number(double value) {
 }
 
 double number_of(const Json& value) {
-  if (value.is_null()) return std::numeric_limits<double>::quiet_NaN();
-  if (value == "inf") return std::numeric_limits<double>::infinity();
+  if (value.is_null()) return kNaN;
+  if (value == "inf") return kInfinity;
   return value.get<double>();
 }
 

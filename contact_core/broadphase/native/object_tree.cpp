@@ -3,10 +3,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
+
 namespace touchstone {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class Lanes>
 auto largest_lane(Lanes v) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::comparison {
@@ -10,7 +11,7 @@ namespace {
 
 double p999_of(const BackendResult& backend, std::size_t q) {
   const std::optional<Timing>& timing = backend.rows[q].single ? backend.rows[q].single : backend.frame[q];
-  return timing ? timing->p999_ns : std::numeric_limits<double>::quiet_NaN();
+  return timing ? timing->p999_ns : kNaN;
 }
 
 // Each id once, in the order in which it is first named.
@@ -48,7 +49,7 @@ ChoiceSet choice_set(const SetResult& set) {
     for (const QueryKind kind : kQueryKinds) {
       const std::size_t q = index_of(kind);
       shown.queries[q] = {verdict_speed(set, backend, kind), p999_of(backend, q),
-                          backend.rows[q].allocations.value_or(std::numeric_limits<double>::quiet_NaN()),
+                          backend.rows[q].allocations.value_or(kNaN),
                           with_ids(backend.judgement.curves[q], set, ids)};
     }
   }
@@ -79,7 +80,7 @@ bool Choice::has_set(const std::string& name) const {
 
 double upper_end(double limit, std::span<const double> bins) {
   const std::size_t bin = bin_of(limit, bins);
-  return bin < bins.size() ? bins[bin] : std::numeric_limits<double>::infinity();
+  return bin < bins.size() ? bins[bin] : kInfinity;
 }
 
 std::vector<ChoiceSet> choice_sets(std::span<const SetResult> sets) {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
@@ -51,14 +51,12 @@ double mean_step(const Drift& drift, const std::string& backend) {
 }  // namespace
 
 std::vector<DriftStanding> drift_standings(const Drift& drift) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   std::vector<DriftStanding> standings;
   for (const DriftRun& run : drift.runs) {
     auto found = std::find_if(standings.begin(), standings.end(),
                               [&](const DriftStanding& each) { return each.backend == run.backend; });
     if (found == standings.end()) {
-      found =
-          standings.insert(found, {run.backend, 0, 0, kNone, kNone, kNone, kNone, kNone, kNone, kNone, ""});
+      found = standings.insert(found, {run.backend, 0, 0, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, ""});
       found->step_ns = mean_step(drift, run.backend);
     }
     if (touches(drift, run.scene)) add(*found, run);

@@ -1,7 +1,8 @@
 #include "touchstone/examples/compare_backends/judge/pareto_front.hpp"
 
 #include <algorithm>
-#include <limits>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::comparison {
 
@@ -20,7 +21,7 @@ std::vector<std::string> pareto_front(const SetResult& set, QueryKind query) {
     return x.error < y.error || (x.error == y.error && x.ns < y.ns);
   });
   std::vector<std::string> front;
-  double fastest = std::numeric_limits<double>::infinity();
+  double fastest = kInfinity;
   for (const Point& point : points) {
     if (point.ns >= fastest) continue;
     fastest = point.ns;

@@ -1,6 +1,6 @@
 #include "touchstone/examples/compare_backends/judge/set_result.hpp"
 
-#include <limits>
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::comparison {
 Consistency total_consistency(std::span<const SetResult> sets, const std::string& backend) {
@@ -25,7 +25,7 @@ double verdict_speed(const SetResult& set, const BackendResult& backend, QueryKi
   const std::size_t q = index_of(query);
   if (backend.rows[q].single) return backend.rows[q].single->median_ns;
   if (backend.frame[q]) return backend.frame[q]->median_ns / static_cast<double>(set.pairs);
-  return std::numeric_limits<double>::quiet_NaN();
+  return kNaN;
 }
 
 }  // namespace touchstone::comparison

@@ -4,16 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/judge/upper_bound.hpp"
 #include "touchstone/examples/compare_backends/judge/verdict_texts.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // std::max drops a NaN that comes second.
 double larger(double x, double y) { return std::isnan(x) || std::isnan(y) ? kNaN : std::max(x, y); }
