@@ -94,6 +94,17 @@ class Broadphase {
     return false;
   }
 
+  /// Appends to `out`, a < b and ascending, those pairs of find_pairs() with a solid of an object that the
+  /// last update() or update_paths() took as moved: what may have changed since the frame before. Where
+  /// little moves this costs a small part of find_pairs(), which hands out all pairs again. Pairs that are
+  /// pairs no more do not come up. Returns false, and appends nothing, where a broadphase has no quicker way
+  /// than find_pairs(). Allocates only where `out` has no room. Not concurrent with update(), find_pairs() or
+  /// itself.
+  virtual bool find_moved_pairs(std::vector<SolidPair>& out) noexcept {
+    static_cast<void>(out);
+    return false;
+  }
+
   /// Writes the next candidate pairs, a < b, strictly ascending through the whole sweep, into `block` and
   /// advances the cursor. Returns how many were written; cursor.done is set when none are left. Never misses
   /// a pair whose solids are within `margin`; block size does not change the sequence. Who stops at the first

@@ -30,6 +30,8 @@ struct Mix {
   int threads = 1;
   bool swept = false;          // paths from each frame's poses to the next's
   bool first_contact = false;  // the lowest contact only, by the native narrowphase
+  bool moved_pairs = false;    // those of what moved only
+  bool overlap = false;        // and whether they overlap, by the native narrowphase
 };
 
 // Boxes with sides of 0.5 to 1.5 m.
@@ -97,6 +99,7 @@ struct Frame {
   std::array<SolidPair, 4096> block;
   std::array<PairStatus, 4096> status;
   std::size_t pairs = 0;
+  std::vector<SolidPair> moved_pairs;
 
   Frame(const std::string& name, int count, const Mix& wanted)
       : boxes(count, wanted), mix(wanted), team(static_cast<std::size_t>(wanted.threads)) {
@@ -111,7 +114,7 @@ struct Frame {
     broadphase = registry.make_broadphase(name);
     broadphase->build({boxes.pointers, 0.0, boxes.is_static, mix.threads > 1 ? &team : nullptr});
     narrowphase = registry.make_narrowphase("native");
-    if (!mix.first_contact) return;
+    if (!mix.first_contact && !mix.overlap) return;
     std::vector<Hexahedron> solids;
     for (const HexahedronTree& tree : boxes.trees)
       for (const PlacedHexahedron& placed : tree.solids()) solids.push_back(placed.solid);
@@ -135,8 +138,29 @@ struct Frame {
     pairs = 0;
     if (mix.first_contact)
       pairs = find_first_contact(*broadphase, *narrowphase, boxes.poses, *workspace, block, status) ? 1 : 0;
+    else if (mix.moved_pairs)
+      find_moved();
     else
-      for (PairCursor cursor; !cursor.done;) pairs += broadphase->find_pairs(cursor, block);
+      for (PairCursor cursor; !cursor.done;) {
+        const std::size_t count = broadphase->find_pairs(cursor, block);
+        check(std::span(block).first(count));
+        pairs += count;
+      }
+  }
+
+  void find_moved() {
+    moved_pairs.clear();
+    broadphase->find_moved_pairs(moved_pairs);
+    for (std::size_t first = 0; first < moved_pairs.size(); first += block.size())
+      check(std::span(moved_pairs).subspan(first, std::min(block.size(), moved_pairs.size() - first)));
+    pairs = moved_pairs.size();
+  }
+
+  void check(std::span<const SolidPair> some) {
+    if (!mix.overlap) return;
+    Query query;
+    query.kind = QueryKind::overlap;
+    narrowphase->evaluate({some, boxes.poses, query}, {status, {}, {}}, *workspace);
   }
 };
 
@@ -182,6 +206,9 @@ void register_native_runs() {
       const std::string share = std::to_string(still).substr(0, 5);
       register_run("still/" + share, "native", {.stationary = still}, count);
       register_run("static/" + share, "native", {.stationary = still, .flagged = true}, count);
+      register_run("overlap/" + share, "native", {.stationary = still, .overlap = true}, count);
+      register_run("moved_overlap/" + share, "native",
+                   {.stationary = still, .moved_pairs = true, .overlap = true}, count);
     }
     for (int threads : {1, 2})
       for (double spacing : {1.1, 1.7, 3.4})

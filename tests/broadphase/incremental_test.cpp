@@ -35,6 +35,17 @@ TEST_P(IncrementalTest, StaticObjectsPairWithMovingOnesOnly) {
   EXPECT_THROW(build(GetParam(), scene, 0.1, every(2, 119)), std::exception);
 }
 
+/// Those of `pairs` with a solid of an object that moved.
+Pairs pairs_of(const Scene& scene, const std::vector<std::uint32_t>& moved, Pairs pairs) {
+  std::erase_if(pairs, [&](const SolidPair& pair) {
+    const auto did_move = [&](SolidIndex s) {
+      return std::find(moved.begin(), moved.end(), scene.object_of[s]) != moved.end();
+    };
+    return !did_move(pair.a) && !did_move(pair.b);
+  });
+  return pairs;
+}
+
 // Frames of every kind in turn: none, one, few, many, all moved; several updates before pairs are asked for;
 // pairs asked for in part.
 TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
@@ -58,6 +69,13 @@ TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
     if (frame % 8 == 6) moved.insert(moved.end(), moved.begin(), moved.end());  // named twice
     broadphase->update(scene.poses, moved);
     if (frame % 5 == 1) continue;
+    if (frame % 3 == 0 && std::string_view(GetParam()) == "native") {
+      Pairs of_moved = {{1, 2}};
+      ASSERT_TRUE(broadphase->find_moved_pairs(of_moved));
+      EXPECT_EQ(of_moved.front(), SolidPair({1, 2}));
+      of_moved.erase(of_moved.begin());
+      ASSERT_EQ(of_moved, pairs_of(scene, moved, sweep(*broadphase, 64))) << frame;
+    }
     PairCursor cursor;
     broadphase->find_pairs(cursor, some);
     if (frame % 5 == 2) continue;
@@ -132,6 +150,19 @@ void change_objects(const char* name, bool on_paths) {
 TEST_P(IncrementalTest, ObjectsThatComeAndGoGiveThePairsOfAFreshBuild) { change_objects(GetParam(), false); }
 TEST_P(IncrementalTest, ObjectsThatComeAndGoOnPathsGiveThePairsOfAFreshBuild) {
   change_objects(GetParam(), true);
+}
+
+TEST(NativeBroadphase, AllPairsAreThoseOfWhatMovedInTheFirstUpdate) {
+  const Scene scene = random_scene(200, 15, 0, 34);
+  const auto broadphase = make("native", scene, 0.1);
+  Pairs of_moved;
+  ASSERT_TRUE(broadphase->find_moved_pairs(of_moved));
+  EXPECT_GT(of_moved.size(), 100u);
+  EXPECT_EQ(of_moved, sweep(*broadphase, 64));
+  broadphase->update(scene.poses, {});
+  of_moved.clear();
+  ASSERT_TRUE(broadphase->find_moved_pairs(of_moved));
+  EXPECT_EQ(of_moved, Pairs());
 }
 
 // So many pairs that rows are asked for one by one; sparse rows among crowded ones, objects that are static

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <array>
+#include <utility>
+
 #include "touchstone/contact_core/broadphase/native/object_pairs.hpp"
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 
@@ -14,6 +18,8 @@ class Scene {
         object_pairs_(bounds_, forest_, input.threads),
         threads_(input.threads) {
     partners_.reserve(bounds_.solids());
+    moved_.reserve(bounds_.objects());
+    is_moved_.resize(bounds_.objects());
   }
   Scene(const Scene&) = delete;  // its parts point at each other
   Scene& operator=(const Scene&) = delete;
@@ -26,6 +32,10 @@ class Scene {
     if (tree != nullptr) forest_.insert(object);
     object_pairs_.set_object(object);
     partners_.reserve(bounds_.solids());
+    if (is_moved_.size() < bounds_.objects()) {
+      is_moved_.resize(bounds_.objects());
+      moved_.reserve(is_moved_.capacity());
+    }
     gathered_ = kNone;
   }
 
@@ -38,6 +48,26 @@ class Scene {
         bounds_.append_partners(solid, other, out);
       return true;
     });
+  }
+
+  void find_moved_pairs(std::vector<SolidPair>& out) noexcept {
+    const auto first = static_cast<std::ptrdiff_t>(out.size());
+    if (all_moved_) {
+      std::array<SolidPair, 256> block;
+      for (PairCursor cursor; !cursor.done;) {
+        const std::size_t count = find_pairs(cursor, block);
+        out.insert(out.end(), block.begin(), block.begin() + static_cast<std::ptrdiff_t>(count));
+      }
+      return;
+    }
+    for (const std::uint32_t object : moved_)
+      forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
+        // Of two that moved, the lower one is asked.
+        if (is_moved_[other] == 0 || object < other)
+          append_pairs(std::min(object, other), std::max(object, other), out);
+        return true;
+      });
+    std::sort(out.begin() + first, out.end());
   }
 
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept {
@@ -77,6 +107,7 @@ class Scene {
   template <class Place>
   void take(bool all, std::span<const std::uint32_t> moved, const Place& place_object) noexcept {
     gathered_ = kNone;
+    note_moved(all, moved);
     if (all) {
       is_placed_ = true;
       place_all(
@@ -104,6 +135,30 @@ class Scene {
         place_object(object_at(i));
     };
     run_tasks(threads_, (count + kChunk - 1) / kChunk, chunk);
+  }
+
+  void note_moved(bool all, std::span<const std::uint32_t> moved) noexcept {
+    for (const std::uint32_t object : moved_) is_moved_[object] = 0;
+    moved_.clear();
+    all_moved_ = all;
+    if (all) return;
+    for (const std::uint32_t object : moved)
+      if (std::exchange(is_moved_[object], 1) == 0) moved_.push_back(object);
+  }
+
+  /// Of the solids of two objects, as find_pairs() pairs them.
+  void append_pairs(std::uint32_t object, std::uint32_t higher, std::vector<SolidPair>& out) noexcept {
+    if (bounds_.is_single(object) && bounds_.is_single(higher)) {  // tested already
+      out.push_back({bounds_.first_solid(object), bounds_.first_solid(higher)});
+      return;
+    }
+    gathered_ = kNone;
+    const SolidIndex end = bounds_.first_solid(object) + bounds_.solids_of(object);
+    for (SolidIndex a = bounds_.first_solid(object); a < end; ++a) {
+      partners_.clear();
+      bounds_.append_partners(a, higher, partners_);
+      for (const SolidIndex b : partners_) out.push_back({a, b});
+    }
   }
 
   // Where every object has one solid, the list is the answer.
@@ -146,6 +201,10 @@ class Scene {
   bool is_placed_ = false;
   SolidIndex gathered_ = kNone;  // whose partners find_pairs holds, kept for the next block
   std::vector<SolidIndex> partners_;
+  // By the last update: all objects, or these, each once.
+  bool all_moved_ = true;
+  std::vector<std::uint32_t> moved_;
+  std::vector<std::uint8_t> is_moved_;  // by object
 };
 
 class Native final : public Broadphase {
@@ -165,6 +224,11 @@ class Native final : public Broadphase {
 
   bool find_partners(SolidIndex solid, std::vector<SolidIndex>& out) noexcept override {
     scene_->find_partners(solid, out);
+    return true;
+  }
+
+  bool find_moved_pairs(std::vector<SolidPair>& out) noexcept override {
+    scene_->find_moved_pairs(out);
     return true;
   }
 

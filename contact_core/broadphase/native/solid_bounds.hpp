@@ -22,6 +22,9 @@ class SolidBounds {
   bool is_gone(std::uint32_t object) const { return table_.is_gone[object] != 0; }
   bool is_single(std::uint32_t object) const { return node_count_[object] == 1; }
   std::uint32_t first_solid(std::uint32_t object) const { return table_.first_solid[object]; }
+  std::uint32_t solids_of(std::uint32_t object) const {
+    return table_.first_solid[object + 1] - table_.first_solid[object];
+  }
   std::uint32_t object_of(SolidIndex s) const { return table_.object_of[s]; }
 
   /// All objects must be placed anew, at poses or on paths; the first time on paths takes memory.
