@@ -19,6 +19,9 @@ constexpr int kMostRounds = 20, kMostSteps = 40;
 // Contacts are suspected of contradiction where a round that brings nothing presses so many times harder than
 // what stops everything; the soft answer tells, where it leaves a tenth of the speeds.
 constexpr double kSuspect = 1e3, kContradictory = 0.1 / ConvexContacts::kSoftAnswer;
+// What impulses move beside what they press against, in energies, where they prove a contradiction: with the
+// soft answer's R, what gives way by less than 1e-5 of each contact's W.
+constexpr double kCertain = 1e-2;
 // What there is to start from may give this share of the energy that it moves: a tenth too much of what
 // rests.
 constexpr double kStale = -0.4;
@@ -495,6 +498,20 @@ void ConvexContacts::find_slips() {
     slip_[c] = problem_.friction[c] * length_of(u_[3 * c + 1], u_[3 * c + 2]);
 }
 
+/// Farkas' lemma: impulses in their cones with W x = 0 and x b < 0 say that none bring the contacts'
+/// velocities out of the polar cones. Of soft answers (as of Banjac, Goulart, Stellato, Boyd, Infeasibility
+/// Detection in the Alternating Direction Method of Multipliers, 2019) W x is the less, the less there is
+/// that gives way.
+/// @pre u_ = W x + b
+bool ConvexContacts::prove_contradiction(std::span<const double> x) const {
+  double by_b = 0.0, by_W = 0.0;
+  for (std::size_t r = 0; r < x.size(); ++r) {
+    by_b += x[r] * problem_.b[r];
+    by_W += x[r] * (u_[r] - problem_.b[r]);
+  }
+  return by_W < -kCertain * by_b;
+}
+
 /// Impulses x with u_ = W x + b give the energy x (u + b) / 2. Where that is more than `most_given` of what
 /// they move, as unsolved ones may, the share of them that takes most is left: -x b / x W x.
 /// @return whether x is another now.
@@ -528,6 +545,7 @@ bool ConvexContacts::soften(double tolerance, WorkBudget& budget) {
   report_.is_contradictory = true;
   best_ = anchor_;
   report_.residual = judge(best_);
+  report_.is_certain = prove_contradiction(best_);
   return true;
 }
 

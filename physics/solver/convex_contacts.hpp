@@ -44,7 +44,8 @@ struct ConvexReport {
   int newton_steps = 0;
   bool converged = false;
   bool is_contradictory =
-      false;  ///< no impulses do: what is returned yields as little as the softness lets it
+      false;                ///< no impulses do: what is returned yields as little as the softness lets it
+  bool is_certain = false;  ///< these impulses prove it: they press against b and move nothing (Farkas)
 };
 
 /// Solves contact problems by convex ones that always have one solution. Around impulses x_k and for slips s
@@ -106,6 +107,7 @@ class ConvexContacts {
   double residual_of(std::span<const double> x);
   double fastest() const;
   bool is_beyond(double factor, std::span<const double> impulses) const;
+  bool prove_contradiction(std::span<const double> x) const;
   bool take_energy(std::span<double> x, double most_given);
   double judge(std::span<double> x);
   void start();

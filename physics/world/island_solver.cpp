@@ -25,8 +25,8 @@ constexpr double kShareOfExact = 1e-3;
 // Rows of islands that ContactSolver is tried on at once: its linear systems grow with the third power, those
 // of ConvexContacts with the number of contacts, four times less at 48 rows.
 constexpr std::size_t kDirectRows = 32;
-// An island that contradicted itself is taken to do so still for so many solves, then tried by all means
-// again.
+// An island that contradicted itself without proof is taken to do so still for so many solves, then tried by
+// all means again.
 constexpr std::uint8_t kSoftSolves = 64;
 // Newton's, of solve_softly(): the next step goes on with what they leave.
 constexpr int kMostSoftSteps = 6;
@@ -129,7 +129,8 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
   warm_x_ = problem_.x;
   const bool is_small = size <= (step.is_bounded() ? limits.most_path_rows : limits.most_newton_rows);
   const bool is_direct = size <= kDirectRows || is_refined || !step.is_bounded();
-  if (is_small && is_direct && !is_contradicted(island, step)) {
+  const bool is_doubtful = !is_refined && is_suspect(island, rows, step);
+  if (is_small && is_direct && !is_doubtful) {
     load_couplings(rows, step);
     solved = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr);
     if (is_refined && solved.converged) refine(island, rows);
@@ -138,10 +139,10 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
   if (!solved.converged) {
     problem_.x = warm_x_;
     const SolveReport tried = solved;
-    solved = solve_convex(island, is_refined, rows, step);
+    solved = solve_convex(island, is_refined, is_doubtful, rows, step);
     count(tried, solved);
     if (is_small && !is_refined && solved.converged && step.is_bounded()) {
-      if (!is_direct) load_couplings(rows, step);
+      if (!is_direct || is_doubtful) load_couplings(rows, step);
       polish(island, rows, step, solved);
     }
   }
@@ -151,7 +152,7 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
 
 /// From what the convex problems leave, Newton's method on the laws mostly converges at once.
 void IslandSolver::polish(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved) {
-  if (step.budget.is_spent() || is_contradicted(island, step)) return;
+  if (step.budget.is_spent()) return;
   warm_x_ = problem_.x;
   SolveReport polished = solve_dense(rows, &step.budget);
   if (polished.converged) {
@@ -178,13 +179,12 @@ SolveReport IslandSolver::solve_dense(ContactRows& rows, WorkBudget* budget) {
 }
 
 /// Where the step's work ends, the best found so far.
-SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, ContactRows& rows,
-                                       StepContext& step) {
+SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, bool is_doubtful,
+                                       ContactRows& rows, StepContext& step) {
   const double tolerance = tolerance_of(island, false, rows, step);
   const double aim = is_refined ? kShareOfExact * step.settings.solver.tolerance : tolerance;
   problem_.load_masses(islands_, island, rows);
-  const ConvexReport convex =
-      convex_.solve(problem_.sparse(rows), problem_.x, aim, step.budget, is_contradicted(island, step));
+  const ConvexReport convex = convex_.solve(problem_.sparse(rows), problem_.x, aim, step.budget, is_doubtful);
   problem_.store_impulses(rows);
   SolveReport solved;
   solved.newton_steps = convex.newton_steps;
@@ -193,7 +193,12 @@ SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, Co
   step.report.contradictory += convex.is_contradictory ? 1 : 0;
   for (const std::uint32_t unit : islands_.units_of(island)) {
     std::uint8_t& left = contradicted_[unit];
-    left = !convex.is_contradictory ? 0 : left > 0 ? left - 1 : kSoftSolves;
+    if (!convex.is_contradictory)
+      left = 0;
+    else if (left == 0 || convex.is_certain)
+      left = kSoftSolves;
+    else
+      --left;
   }
   if (!solved.converged && step.budget.is_spent()) step.report.is_work_spent = true;
   return solved;
@@ -229,11 +234,18 @@ void IslandSolver::expect_calm(const Island& island) {
     if (patience_[unit] == kPatience - 1) patience_[unit] = kCalmPatience;
 }
 
-/// Then ContactSolver is not tried first.
-bool IslandSolver::is_contradicted(const Island& island, const StepContext& step) const {
+/// Then the soft answer comes first: contacts contradicted each other in the last step, or may do so, as
+/// only those with what moves as told do.
+bool IslandSolver::is_suspect(const Island& island, const ContactRows& rows, const StepContext& step) const {
+  if (!step.is_bounded()) return false;
   const std::span<const std::uint32_t> units = islands_.units_of(island);
-  return step.is_bounded() && std::any_of(units.begin(), units.end(),
-                                          [&](std::uint32_t unit) { return contradicted_[unit] != 0; });
+  const std::span<const std::size_t> contacts = islands_.blocks_of(island).first(island.contacts);
+  return std::any_of(units.begin(), units.end(),
+                     [&](std::uint32_t unit) { return contradicted_[unit] != 0; }) ||
+         std::any_of(contacts.begin(), contacts.end(), [&](std::size_t block) {
+           const ContactRows::Side* const sides = rows.contacts[block].sides;
+           return sides[0].is_driven || sides[1].is_driven;
+         });
 }
 
 /// Of an island's residual [m/s].
