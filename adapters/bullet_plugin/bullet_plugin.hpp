@@ -73,10 +73,10 @@ class BulletPlugin {
     std::uint64_t refused = 0;  ///< of these without an answer: a pose not finite, a shape that became none
   };
 
-  /// Who decides, and who is told.
+  /// Whose check decides, and the observer.
   struct Options {
     EngineCheck check = EngineCheck::native;
-    PairObserver* observer = nullptr;  ///< told of every pair of hexahedra; must outlive the plugin
+    PairObserver* observer = nullptr;  ///< called with every pair of hexahedra; must outlive the plugin
     /// Where four points hold a pair: their middle first, and three of them. For few iterations (4 to 10) and
     /// long steps: one row through the middle of a face carries what rests on it without turning it, where
     /// four corners turn it to and fro and leave some of that in every step. It costs a corner: a box that

@@ -34,11 +34,11 @@ namespace touchstone {
 /// The backend `mujoco` (adapters/mujoco) asks MuJoCo's own all the same.
 class MujocoOverride {
  public:
-  /// Whose check decides, how many contacts it may give, who is told.
+  /// Whose check decides, how many contacts it may give, and the observer.
   struct Options {
     EngineCheck check = EngineCheck::native;  ///< own: what was there decides, and is observed
     int most_contacts = kMaxManifoldPoints;   ///< a pair, 1 to 8
-    /// Told of every pair that is ours to check; must outlive this. Null: nobody.
+    /// Called with every pair that is ours to check; must outlive this. May be null.
     PairObserver* observer = nullptr;
   };
 
@@ -51,7 +51,7 @@ class MujocoOverride {
   MujocoOverride& operator=(const MujocoOverride&) = delete;
 };
 
-/// Pairs that our check has answered, or an observer was told of, in this process so far.
+/// Pairs that our check has answered, or an observer was called with, in this process so far.
 std::uint64_t mujoco_native_checks();
 
 }  // namespace touchstone

@@ -12,9 +12,9 @@ namespace touchstone::ode_plugin {
 /// Answers for a hexahedron geom against the classes that our check does not know. A box is a dBox of ODE's.
 /// Another hexahedron is a dConvex, of the faces that are not collapsed and about the mean of its vertices,
 /// but for the classes that ODE's check of convexes gets wrong: spheres and capsules (libccd's depths near an
-/// edge are off by a tenth and more) and rays (it takes the way square to a face for the way along the ray)
-/// are met by closed forms of ours, meshes and height fields not at all (it ends the process where a mesh was
-/// not preprocessed for it).
+/// edge are off by a tenth and more) and rays (it takes the distance square to a face for the one along the
+/// ray) are met by closed forms of ours, meshes and height fields not at all (it ends the process where a
+/// mesh was not preprocessed for it).
 class EngineTwin {
  public:
   explicit EngineTwin(const Hexahedron& solid);

@@ -35,7 +35,7 @@ Pose pose_of(dGeomID geom);
 /// @param code dBoxBox's: which features met
 int collide_boxes_as_ode(dGeomID box1, dGeomID box2, int flags, dContactGeom* contacts, int skip, int& code);
 
-/// Who is told of the pairs; may be null.
+/// The observer of all pairs; may be null.
 PairObserver* observer();
 void set_observer(PairObserver* observer);
 

@@ -16,7 +16,7 @@
 /// surfaces, so that it is the same in whichever order ODE asks. Only points that penetrate or touch are
 /// contacts; touching is contact, with depth 0. dCollide's flags are honoured: at most as many contacts as
 /// asked for and at most 8, the deepest first among those kept, of the others those with the largest area;
-/// with CONTACTS_UNIMPORTANT any of them. `skip` is the way from one contact to the next.
+/// with CONTACTS_UNIMPORTANT any of them. `skip` is the stride from one contact to the next.
 ///
 /// ODE asks for a pair of one class in reversed order (its table says so for every override) and turns the
 /// answer round; the answer is the same either way.
@@ -69,8 +69,8 @@ std::uint64_t ode_native_refusals();
 /// It meets boxes, planes and others of its kind by our check. With the rest of ODE's classes a box is as a
 /// dBox is, by ODE's own checks. Of other hexahedra:
 /// - spheres, capsules and rays: closed forms of ours, right to rounding (bent faces as the planes through
-///   them). A capsule that lies on a face has a contact at each end; a ray's depth is the way along it, the
-///   first hit, from within the way out.
+///   them). A capsule that lies on a face has a contact at each end; a ray's depth is the distance along it
+///   to the first hit, from within to the exit.
 /// - cylinders and convexes (dConvex): ODE's check of a dConvex, by libccd. Its depths are ODE's: 0.044 m for
 ///   a cylinder that is 0.03 m in a face.
 /// - trimeshes and height fields: refused, no contacts, counted by ode_native_refusals(). (ODE's check of

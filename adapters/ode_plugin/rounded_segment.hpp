@@ -8,7 +8,7 @@ namespace touchstone::ode_plugin {
 
 /// Where a segment comes nearest to a convex solid.
 struct Nearest {
-  double distance;     ///< below 0: the least way out [m]
+  double distance;     ///< below 0: the penetration depth [m]
   Vector3 n;           ///< unit, from the solid to the segment
   Vector3 on_segment;  ///< the point of the segment
 };

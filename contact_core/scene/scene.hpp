@@ -28,7 +28,7 @@ enum class ContactPolicy : std::uint8_t {
 /// The enumerator's name, as scene files have it.
 std::string_view to_string(ContactPolicy policy);
 
-/// What an object without a command of its own does about a rigid mover that comes against it: quasi-static,
+/// How an object without a command of its own responds to a rigid mover that comes against it: quasi-static,
 /// without dynamics. It is passive while it is not commanded, not static, no link, and carried by nobody.
 enum class Passive : std::uint8_t {
   stays,    ///< it stands, and the mover stops or goes along it as the policy says
@@ -50,7 +50,7 @@ struct SceneObject {
 };
 
 /// A rule of the pairs between two objects, or between the objects of two groups (the same one: within it).
-/// What is not set is inherited as by PairRule (world/contact_world.hpp).
+/// Unset members are inherited as by PairRule (world/contact_world.hpp).
 struct SceneRule {
   std::string first, second;  ///< an object or a group each
   std::optional<ContactPolicy> policy = {};

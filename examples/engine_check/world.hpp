@@ -71,7 +71,7 @@ double median(std::vector<double> values);
 struct Outcome {
   Vector3 end = Vector3::Zero();  ///< of the last body's centre of mass [m]
   double lean = 0.0;              ///< of the last body's z axis against the world's [rad]
-  double drift = 0.0;             ///< largest way of a body from its start along x and y [m]
+  double drift = 0.0;             ///< largest displacement of a body along x and y [m]
   double rise = 0.0;              ///< largest |z - z at the start| of the last body over the run [m]
   double speed = 0.0;             ///< largest of any body's at the end [m/s]
   double turn = 0.0;              ///< largest angular speed of any body at the end [rad/s]

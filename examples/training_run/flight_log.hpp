@@ -15,7 +15,7 @@ struct LoggedEvent {
   EventKind kind;
   SolidPair solids;   ///< indices in the scene, a < b; {0, 0} for `refused` and `at_limit`
   double s;           ///< within the frame
-  double separation;  ///< as the way that reports it knows it; NaN where it does not [m]
+  double separation;  ///< as the reporting method knows it; NaN where it does not [m]
 };
 
 /// All that happened in a flight, for judging and printing after it. Memory is taken before the first frame.

@@ -40,7 +40,7 @@ class ArmHand {
 
  private:
   Pose pose_at(std::span<const double> q) noexcept;
-  /// What cannot be done is not saved up, but for what the hand holds against.
+  /// Motion that is impossible is not accumulated, except against a contact that the hand holds on to.
   void aim_from(std::span<const double> q, const HandRates& rates) noexcept;
   void resolve(std::span<const double> q, const HandRates& rates, double duration,
                std::span<double> next) noexcept;

@@ -23,7 +23,7 @@ struct Action {
   std::vector<SolidPair> allowed;  ///< latch: not checked as well, while it holds; ascending
 };
 
-/// A script made ready: what all ways of flying it share. Immutable; holds pointers into itself.
+/// A script made ready: the data that all methods of flying it share. Immutable; holds pointers into itself.
 class Setting {
  public:
   /// @param frame_rate replaces the script's, if it is not 0 [Hz].

@@ -6,7 +6,7 @@
 
 namespace touchstone::comparison {
 
-/// How much of a report is printed already.
+/// The part of a report that is printed already.
 struct Shown {
   bool head = false, pair_file = false, broadphases = false, selection = false;
   std::size_t sets = 0, scenes = 0;
@@ -15,7 +15,7 @@ struct Shown {
 /// The tables that a report has beyond those, for a terminal of 120 columns; they are shown then.
 std::string new_tables(const Report& report, Shown& shown);
 
-/// The tables that are not shown yet, and what all of them come to.
+/// The tables that are not shown yet, and their summary.
 std::string terminal_report(const Report& report, Shown shown = {});
 
 /// The verdict and its ranking.

@@ -6,7 +6,7 @@
 namespace touchstone::comparison {
 
 /// The two-sided p of Mann and Whitney's test that neither sample tends to the larger values: exact, by
-/// counting all ways to share the ranks out, ties by their mean rank. Cost grows as (sizes)^4; 1 for an empty
+/// counting all assignments of the ranks, ties by their mean rank. Cost grows as (sizes)^4; 1 for an empty
 /// sample.
 double mann_whitney_p(std::span<const double> x, std::span<const double> y);
 

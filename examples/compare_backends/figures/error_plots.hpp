@@ -15,8 +15,8 @@ Decades error_axis_for(std::span<const SetResult> sets, QueryKind query);
 
 /// The distribution of a query's cost over S in one set, as SVG: the share of the pairs (up) whose error is
 /// at most that (right, log), one line a backend with its marks along it. Exactly 0 has its own column left
-/// of a broken axis. A line that ends below 1 has pairs without a figure. A legend stands beside it. At most
-/// so many lines, of distribution_lines().
+/// of a broken axis. A line that ends below 1 has pairs without a figure. A legend stands beside it. Lines:
+/// the first `most_lines` of distribution_lines().
 std::string error_distribution_plot(const SetResult& set, QueryKind query, const Decades& axis,
                                     const std::vector<std::string>& backends, bool standalone,
                                     std::size_t most_lines = kAllLines);

@@ -33,7 +33,7 @@ std::vector<FittedSlope> fitted_slopes(std::span<const BroadphaseResult> broadph
                                        std::span<const ThreadResult> threads);
 
 /// Time a pair against threads, log-log, one line a backend with its fitted slope (of kLeastForSlope counts
-/// or more): -1 is perfect. At most so many lines: the fastest at their last count, those with a wrong answer
+/// or more): -1 is perfect. At most `most_lines`: the fastest at their last count, those with a wrong answer
 /// last.
 std::string thread_plot(std::span<const ThreadResult> results, const std::vector<std::string>& backends,
                         bool standalone, std::size_t most_lines = kAllLines);

@@ -8,8 +8,8 @@
 namespace touchstone::comparison {
 
 /// A scene's commanded motion as SVG, one band a backend: free (empty), blocked (full, a tick through it),
-/// wrongly blocked (low block), merged (high block, crosses): told by height as well as by colour. Empty
-/// without truth.
+/// wrongly blocked (low block), merged (high block, crosses): distinguished by height as well as by colour.
+/// Empty without truth.
 std::string timeline_plot(const SceneResult& scene, const std::vector<std::string>& backends,
                           bool standalone);
 

@@ -36,7 +36,7 @@ struct Drift {
   std::string build_on, reason;  ///< over all scenes; build_on empty: none, see reason
 };
 
-/// How one backend did over the scenes that touch; the worst of its runs that went through, NaN of none.
+/// One backend's results over the scenes that touch: the worst of its completed runs, NaN without any.
 struct DriftStanding {
   std::string backend;
   std::size_t scenes = 0, within = 0;  ///< of how many, within the limits of how many

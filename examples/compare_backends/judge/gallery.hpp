@@ -35,7 +35,7 @@ void collect_cases(const PairSet& set, std::span<const PairTruth> truth,
                    std::span<const BackendAnswers> answers, const SetResult& result,
                    std::vector<GalleryCase>& gallery);
 
-/// As many of one backend at most.
+/// The most cases of one backend.
 inline constexpr int kGalleryOfOne = 3;
 /// The kGallerySize of the largest cost over S, each case once and at most kGalleryOfOne of one backend.
 std::vector<GalleryCase> worst_of(std::vector<GalleryCase> gallery);

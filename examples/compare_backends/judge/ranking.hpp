@@ -8,7 +8,7 @@
 
 namespace touchstone::comparison {
 
-/// How a backend did over all sets, in one query.
+/// A backend's results over all sets, in one query.
 struct Standing {
   std::string backend;
   /// Mean over the sets of the median per pair, one pair a call; NaN if not measured in all.
@@ -17,7 +17,7 @@ struct Standing {
   Wrongness wrongness;     ///< summed over the sets
 };
 
-/// The backends without a wrong or missing answer by speed, then the others by how many they gave.
+/// Ranks the backends without a wrong or missing answer by speed, then the others by their number.
 struct Ranking {
   QueryKind query = QueryKind::distance;
   std::vector<Standing> standings;

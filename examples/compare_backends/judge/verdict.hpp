@@ -8,7 +8,7 @@
 
 namespace touchstone::comparison {
 
-/// How a backend stands in the choice's domain. Of the sets that hold pairs of it:
+/// A backend's results in the choice's domain, over the sets that hold pairs of it.
 struct Candidate {
   std::string backend;
   /// Mean over the sets of the median per pair of all their pairs: one pair a call, in scenes a frame a call;

@@ -7,8 +7,8 @@
 
 namespace touchstone::comparison {
 
-/// A sentence of a verdict with {names} to fill in. results.json and the page carry them, so that whoever
-/// decides from the counts says the same in the same words.
+/// A sentence of a verdict with {names} to fill in. results.json and the page carry them, so that
+/// whatever decides from the counts uses the same words.
 struct VerdictText {
   std::string_view name, text;
 };

@@ -11,7 +11,7 @@ inline constexpr int kResultsSchema = 2;
 /// The whole report as JSON. A figure that was not measured is null, an infinite one the string "inf".
 std::string results_json(const Report& report);
 
-/// `choices` alone, as in results_json, fit to stand in a page: what the page decides from.
+/// `choices` alone, as in results_json, to be embedded in the page, which decides from it.
 std::string choices_json(const Report& report);
 
 /// One row per pair set, backend and query.

@@ -24,7 +24,7 @@ std::vector<std::pair<std::string, std::string>> chosen_backends(const Options& 
 std::vector<BackendAnswers> answer_set(const Options& options, const Backends& backends, const PairSet& set,
                                        const MeasureOptions& measure, const Progress& progress = {});
 
-/// Told of the report after each set, scene and part; not_measured names what is still to come.
+/// Called with the report after each set, scene and part; not_measured names the rest.
 using OnPart = std::function<void(const Report&)>;
 
 /// Measures everything the options ask for. `oracle` may be null: errors are then not measured.

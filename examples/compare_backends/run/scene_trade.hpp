@@ -69,7 +69,7 @@ std::vector<TradeStep> trade_steps(const SceneTrade& trade, QueryKind query);
 
 /// Fewer frames than this leave more than 5 % of the frames unknown (95 % bound of none).
 inline constexpr std::size_t kLeastTradeFrames = 59;
-/// Why the frames do not bear a recommendation for this query, one line; empty: they do.
+/// The reason why the frames support no recommendation for this query, one line; empty: they do.
 std::string thin_evidence(const SceneTrade& trade, QueryKind query);
 
 /// The reference of the frames: the true clearance, of the round parts where there are any.
