@@ -21,10 +21,9 @@
 //
 //   world_changes_benchmark [objects ...]        100, 1 000, 10 000 and 100 000 without arguments
 //   world_changes_benchmark --movers [threads]   10 000 objects, 1 000 of them told to go 5 cm a frame, on
-//   one
-//                                                thread and on two (or so many): median, 99.9th percentile
-//                                                and worst by the wall's clock and of the longest thread,
-//                                                which is what the wall's shows where nothing else runs [us]
+//                                                one thread and on two (or so many): median, 99.9th
+//                                                percentile and worst, of processor time shared evenly and by
+//                                                the wall's clock [us]; and the share that is not in lanes
 
 namespace touchstone {
 namespace {
@@ -213,9 +212,13 @@ class TimedTeam final : public TaskRunner {
     shares_ += round.took / static_cast<double>(threads());
   }
 
-  /// Since the last call: to be added to the caller's own time [us].
-  double take_difference() {
-    const double out = shares_ - in_rounds_;
+  /// Since the last call [us].
+  struct Rounds {
+    double callers = 0.0;  ///< the caller's own time in them
+    double shares = 0.0;   ///< of all threads, shared evenly
+  };
+  Rounds take() {
+    const Rounds out{in_rounds_, shares_};
     shares_ = in_rounds_ = 0.0;
     return out;
   }
@@ -232,6 +235,7 @@ class TimedTeam final : public TaskRunner {
 struct MoversResult {
   Sample processor, wall;
   double blocked = 0, queries = 0, steps = 0, candidates = 0;
+  double serial = 0, shared = 0;  // processor time on the caller's thread alone, and in lanes [us]
   int frames = 0;
 };
 
@@ -256,11 +260,16 @@ MoversResult fly_movers(ContactPolicy policy, std::size_t threads) {
     commands.clear();
     for (int i = 0; i < kMovers; ++i)
       commands.push_back(world.move_by(scene.objects[10 * i], ways[i], {0, 0, 0.02}));
-    team.take_difference();
+    team.take();
     const double start = now_us(), wall_start = wall_us();
     const FrameReport report = world.frame(commands);
-    const double took = now_us() - start + team.take_difference();
-    if (out.frames > 0) out.processor.add(took), out.wall.add(wall_us() - wall_start);
+    const double own = now_us() - start;
+    const TimedTeam::Rounds rounds = team.take();
+    const double took = own - rounds.callers + rounds.shares;
+    if (out.frames > 0) {  // the first one sets up
+      out.processor.add(took), out.wall.add(wall_us() - wall_start);
+      out.serial += own - rounds.callers, out.shared += rounds.shares * static_cast<double>(threads);
+    }
     out.blocked += report.blocked_movers, out.queries += static_cast<double>(report.queries);
     out.steps += report.slide_steps, out.candidates += report.candidate_pairs;
   }
@@ -280,6 +289,9 @@ void measure_movers(std::size_t most_threads) {
       const std::string on = std::to_string(threads) + (threads == 1 ? " thread" : " threads");
       result.processor.print(on + ", shared evenly [us]");
       result.wall.print(on + ", wall clock [us]");
+      if (threads > 1)
+        std::printf("  of all work %.0f %% is on one thread alone\n",
+                    100.0 * result.serial / (result.serial + result.shared));
     }
   }
 }
