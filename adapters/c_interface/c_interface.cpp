@@ -83,13 +83,15 @@ void check_query(const touchstone_query& query) {
 }
 
 void check_pairs(const touchstone_input& input, std::size_t solids) {
+  const auto is_good = [solids](const touchstone_pair& pair) {
+    return pair.a != pair.b && pair.a < solids && pair.b < solids;
+  };
   std::size_t i = 0;
-  while (i < input.pair_count && input.pairs[i].a < input.pairs[i].b && input.pairs[i].b < solids) ++i;
+  while (i < input.pair_count && is_good(input.pairs[i])) ++i;
   if (i == input.pair_count) return;
   const auto [a, b] = input.pairs[i];
   reject("pair " + std::to_string(i), "(" + std::to_string(a) + ", " + std::to_string(b) +
-                                          ") is not a < b < " + std::to_string(solids) +
-                                          ", the number of solids");
+                                          ") is not two of the " + std::to_string(solids) + " solids");
 }
 
 void check_call(const touchstone_narrowphase* narrowphase, const touchstone_workspace* workspace,

@@ -59,7 +59,7 @@ enum {
   TOUCHSTONE_MANIFOLD = 2  /**< the same and up to max_points contact points */
 };
 
-/** Two solids by their index in touchstone_build(), a < b. */
+/** Two different solids by their index in touchstone_build(). */
 typedef struct touchstone_pair {
   uint32_t a;
   uint32_t b;

@@ -121,7 +121,7 @@ class BadCalls : public testing::Test {
 
 TEST_F(BadCalls, PairOutOfRange) {
   pair.b = 2;
-  refused("pair 0: (0, 2) is not a < b < 2");
+  refused("pair 0: (0, 2) is not two of the 2 solids");
 }
 TEST_F(BadCalls, PairOfOneSolid) {
   pair.a = 1;

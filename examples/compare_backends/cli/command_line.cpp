@@ -108,6 +108,9 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option(
       "--plugin", options.plugins,
       "Shared libraries with a backend each (touchstone_plugin.h), asked in a process of their own");
+  app.add_option("--engine", options.engines,
+                 "Commands of engines that read pairs and write answers, split at blanks "
+                 "(adapters/process_engine/README.md)");
   app.add_option(
       "--families", options.families,
       "Pair families, 'all' or 'none' (default: all; none where --pairs, --capture or --scene brings "

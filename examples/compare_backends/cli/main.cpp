@@ -81,6 +81,7 @@ int run(int argc, char** argv) {
   const std::filesystem::path program = std::filesystem::canonical("/proc/self/exe");
   Backends backends = build_backends(program);
   add_plugins(backends, program, options->plugins);
+  add_engines(backends, options->engines);
   if (options->list) {
     print_list(*options, backends);
     return 0;

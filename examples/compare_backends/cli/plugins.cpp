@@ -1,10 +1,14 @@
 #include "touchstone/examples/compare_backends/cli/plugins.hpp"
 
 #include <algorithm>
+#include <sstream>
 #include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/cli/backends.hpp"
+#ifdef TOUCHSTONE_HAS_PROCESS_ENGINE
+#include "touchstone/adapters/process_engine/process_engine.hpp"
+#endif
 
 namespace touchstone::comparison {
 namespace {
@@ -27,6 +31,20 @@ void add_plugins(Backends& backends, const std::filesystem::path& program,
       if (is_taken(backends, name)) reject("--plugin " + library, "its name '" + name + "' is taken");
     backends.workers.push_back(std::move(worker));
   }
+}
+
+void add_engines(Backends& backends, const std::vector<std::string>& commands) {
+#ifdef TOUCHSTONE_HAS_PROCESS_ENGINE
+  for (const std::string& command : commands) {
+    ProcessEngineOptions options;
+    std::istringstream words(command);
+    for (std::string word; words >> word;) options.command.push_back(word);
+    register_process_engine(backends.registry, options);
+  }
+#else
+  static_cast<void>(backends);
+  if (!commands.empty()) throw InputError("--engine: not in this build: nlohmann-json was not found");
+#endif
 }
 
 }  // namespace touchstone::comparison

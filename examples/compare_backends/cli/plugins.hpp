@@ -14,4 +14,8 @@ namespace touchstone::comparison {
 void add_plugins(Backends& backends, const std::filesystem::path& program,
                  const std::vector<std::string>& libraries);
 
+/// Adds engines as processes (adapters/process_engine) by their commands, words between blanks.
+/// @throws InputError naming the command: it is no engine, its name is taken, this build has none.
+void add_engines(Backends& backends, const std::vector<std::string>& commands);
+
 }  // namespace touchstone::comparison

@@ -13,6 +13,7 @@ namespace touchstone::comparison {
 struct Options {
   std::vector<std::string> backends;  ///< empty: all
   std::vector<std::string> plugins;   ///< shared libraries with a backend each
+  std::vector<std::string> engines;   ///< commands of engines as processes
   std::vector<std::string> families;  ///< empty: all
   std::vector<std::string> scenes;
   std::vector<SceneSetting> scene_settings;

@@ -82,6 +82,9 @@
 #ifdef WITH_plugin
 #include "touchstone/adapters/plugin/plugin.hpp"
 #endif
+#ifdef WITH_process_engine
+#include "touchstone/adapters/process_engine/process_engine.hpp"
+#endif
 #ifdef WITH_physics
 #include "touchstone/physics/world/dynamics_world.hpp"
 #endif
@@ -220,6 +223,10 @@ int wrong_files() {
 #ifdef WITH_plugin
   BackendRegistry registry;
   wrong += refused("plugin", [&] { register_plugin(registry, "./not_there.so"); });
+#endif
+#ifdef WITH_process_engine
+  BackendRegistry engines;
+  wrong += refused("process_engine", [&] { register_process_engine(engines, {{"/not/there"}}); });
 #endif
 #ifdef WITH_gltf
   wrong += refused("gltf", [] { write_gltf("not_there.gltf", Recording{}, {}); });

@@ -1,0 +1,288 @@
+#include "touchstone/adapters/process_engine/process_engine.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "touchstone/adapters/c_interface/corners.hpp"
+#include "touchstone/adapters/process_engine/child_process.hpp"
+#include "touchstone/adapters/process_engine/protocol.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/narrowphase/answer_check.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/validate.hpp"
+
+// Pairs go to the engine in large questions. Where one goes wrong, the engine is started anew and its pairs
+// are asked one by one, so that the pair that did it is known by its number and the others are answered.
+
+namespace touchstone {
+namespace process_engine {
+namespace {
+
+/// An engine that gives a byte now and then is ended, too: so many time limits for one question.
+constexpr int kLimitsOfAQuestion = 30;
+/// Interpreters take their time to start.
+constexpr int kLimitsOfAStart = 5;
+
+using Clock = std::chrono::steady_clock;
+
+std::string seconds(std::chrono::milliseconds limit) {
+  return figure(static_cast<double>(limit.count()) / 1000.0) + " s";
+}
+
+/// Sends `request` and reads until `wanted(reply)` is 0. Returns why that failed; "" where it did not.
+template <class Wanted>
+std::string converse(ChildProcess& child, std::string_view request, std::string& reply,
+                     std::chrono::milliseconds limit, std::chrono::milliseconds in_all, Wanted&& wanted) {
+  const Clock::time_point last = Clock::now() + in_all;
+  for (std::size_t most = wanted(reply); most > 0 || !request.empty(); most = wanted(reply)) {
+    if (most == 0) return "it answers before it was asked";
+    switch (child.exchange(request, reply, most, limit)) {
+      case ChildProcess::Turn::timed_out:
+        return "no answer within " + seconds(limit);
+      case ChildProcess::Turn::ended: {
+        const std::string how = child.end();
+        return how.empty() ? "it closed its output" : how;
+      }
+      case ChildProcess::Turn::wrote_or_read:
+        if (Clock::now() > last) return "no answer within " + seconds(in_all);
+    }
+  }
+  return "";
+}
+
+Greeting greet(ChildProcess& child, std::chrono::milliseconds limit) {
+  std::string line;
+  const auto until_newline = [](const std::string& so_far) -> std::size_t {
+    return so_far.find('\n') == std::string::npos ? kLongestGreeting - so_far.size() : 0;
+  };
+  const std::string failure =
+      converse(child, {}, line, kLimitsOfAStart * limit, kLimitsOfAStart * limit, until_newline);
+  if (!failure.empty()) throw InputError("no greeting: " + failure);
+  const std::size_t end = line.find('\n');
+  if (end == std::string::npos) throw InputError("its first line does not end");
+  if (end + 1 != line.size()) throw InputError("writes more than its greeting unasked");
+  return parse_greeting(std::string_view(line).substr(0, end));
+}
+
+/// The engine as all its narrowphases know it.
+struct Engine {
+  ProcessEngineOptions options;
+  Greeting greeting;
+  std::unique_ptr<Protocol> protocol;
+  mutable std::mutex telling;
+
+  void tell(const std::string& what) const {
+    const std::lock_guard lock(telling);
+    const std::string line = "engine " + greeting.name + ": " + what;
+    if (options.on_failure) {
+      options.on_failure(line);
+    } else {
+      std::fprintf(stderr, "touchstone: %s\n", line.c_str());
+    }
+  }
+};
+
+struct Solids {
+  std::vector<double> corners;
+  std::size_t count = 0;
+  std::uint64_t build = 0;
+};
+
+/// One process and what is said to it.
+class Connection final : public Narrowphase::Workspace {
+ public:
+  explicit Connection(std::shared_ptr<const Engine> engine) : engine_(std::move(engine)) {}
+
+  /// Asks the pairs of `asked` (indices into input.pairs); what gets no answer keeps what is in its slots.
+  void ask(const Solids& solids, const NarrowphaseInput& input, const NarrowphaseOutput& output) {
+    const std::span<const std::uint32_t> all(asked);
+    std::size_t at = 0, one_by_one_until = 0;
+    while (at < all.size()) {
+      const std::size_t most = at < one_by_one_until ? 1 : engine_->protocol->largest_question();
+      const auto part = all.subspan(at, std::min(most, all.size() - at));
+      if (!is_running(solids)) return give_up(all.size() - at);
+      const auto [answered, failure] = ask_part({input, part, ++batch_}, output);
+      at += answered;
+      if (failure.empty()) continue;
+      child_.reset();
+      if (part.size() == 1) {
+        engine_->tell("failed, " + failure + " on pair " + std::to_string(part[0]));
+        output.status[part[0]] = PairStatus::failed;
+        at += 1 - answered;
+      } else {
+        engine_->tell("failed, " + failure + " within pairs " + std::to_string(part.front()) + " to " +
+                      std::to_string(part.back()) + "; they are asked again one by one");
+        one_by_one_until = at - answered + part.size();
+      }
+    }
+  }
+
+  std::vector<std::uint32_t> asked;
+
+ private:
+  struct Outcome {
+    std::size_t answered = 0;
+    std::string failure;
+  };
+
+  bool is_running(const Solids& solids) {
+    while (child_ == nullptr || built_ != solids.build) {
+      if (child_ == nullptr && starts_++ > engine_->options.max_restarts) return false;
+      try {
+        if (child_ == nullptr) start();
+        if (send(solids)) return true;
+      } catch (const InputError& error) {
+        engine_->tell(std::string("failed, ") + error.what());
+      }
+      child_.reset();
+    }
+    return true;
+  }
+
+  void start() {
+    child_ = std::make_unique<ChildProcess>(engine_->options.command);
+    const Greeting now = greet(*child_, engine_->options.time_limit);
+    if (now.name != engine_->greeting.name || now.is_binary != engine_->greeting.is_binary)
+      throw InputError("it greets otherwise than before");
+    built_ = 0;
+  }
+
+  bool send(const Solids& solids) {
+    request_.clear();
+    engine_->protocol->write_solids(solids.corners, request_);
+    std::string_view rest = request_;
+    std::string unasked;
+    const auto limit = engine_->options.time_limit;
+    while (!rest.empty()) {
+      const auto turn = child_->exchange(rest, unasked, 1, limit);
+      if (turn == ChildProcess::Turn::wrote_or_read && unasked.empty()) continue;
+      const std::string how = turn == ChildProcess::Turn::timed_out ? "no move within " + seconds(limit)
+                              : unasked.empty()                     ? child_->end()
+                                                                    : "it writes more than was asked";
+      engine_->tell("failed, " + how + " on taking solids");
+      return false;
+    }
+    built_ = solids.build;
+    return true;
+  }
+
+  Outcome ask_part(const Question& question, const NarrowphaseOutput& output) {
+    const Protocol& protocol = *engine_->protocol;
+    if (child_->has_more()) return {0, "it writes more than was asked"};  // late, after an earlier reply
+    request_.clear();
+    reply_.clear();
+    protocol.write_question(question, request_);
+    const auto limit = engine_->options.time_limit;
+    std::string failure =
+        converse(*child_, request_, reply_, limit, kLimitsOfAQuestion * limit,
+                 [&](const std::string& so_far) { return protocol.wanted(question, so_far); });
+    const Decoded decoded = protocol.read_reply(question, reply_, output);
+    if (failure.empty() && decoded.problem != nullptr) failure = decoded.problem;
+    if (!failure.empty()) return {decoded.answered, failure};
+    if (child_->has_more()) return {0, "it writes more than was asked"};
+    return {decoded.answered, ""};
+  }
+
+  void give_up(std::size_t unasked) {
+    if (std::exchange(told_end_, true)) return;
+    engine_->tell("given up after " + std::to_string(engine_->options.max_restarts) + " restarts; " +
+                  std::to_string(unasked) + " pairs here and all later ones are failed unasked");
+  }
+
+  std::shared_ptr<const Engine> engine_;
+  std::unique_ptr<ChildProcess> child_;
+  std::string request_, reply_;
+  std::uint64_t built_ = 0;
+  std::uint32_t batch_ = 0;
+  int starts_ = 0;
+  bool told_end_ = false;
+};
+
+class ProcessNarrowphase final : public Narrowphase {
+ public:
+  explicit ProcessNarrowphase(std::shared_ptr<const Engine> engine) : engine_(std::move(engine)) {}
+
+  std::string_view name() const noexcept override { return engine_->greeting.name; }
+  const Capabilities& capabilities() const noexcept override { return engine_->greeting.capabilities; }
+  void build(std::span<const Hexahedron> solids) override {
+    solids_ = {c_interface::corners_of(solids), solids.size(), solids_.build + 1};
+  }
+  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Connection>(engine_); }
+
+  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
+                Workspace& workspace) const noexcept override {
+    assert(fits(input, output, solids_.count));
+    const std::size_t count = input.pairs.size();
+    const bool answers = is_answered(input.query.kind);
+    std::fill_n(output.status.begin(), count, answers ? PairStatus::failed : PairStatus::unsupported);
+    if (!output.geometry.empty()) std::fill_n(output.geometry.begin(), count, no_geometry());
+    if (!answers) return;
+    auto& connection = static_cast<Connection&>(workspace);
+    try {
+      connection.asked.clear();
+      for (std::size_t i = 0; i < count; ++i)
+        if (has_finite_poses(input.pairs[i], input.poses))
+          connection.asked.push_back(static_cast<std::uint32_t>(i));
+      connection.ask(solids_, input, output);
+    } catch (const std::exception& error) {  // no memory: what was not answered is `failed` already
+      std::fprintf(stderr, "touchstone: engine: %s\n", error.what());
+    }
+    judge(input.query, count, output);
+  }
+
+ private:
+  bool is_answered(QueryKind kind) const noexcept {
+    const Capabilities& of = capabilities();
+    if (kind == QueryKind::manifold) return of.manifold;
+    return kind == QueryKind::overlap || of.distance || of.penetration;
+  }
+
+  void judge(const Query& query, std::size_t count, const NarrowphaseOutput& output) const noexcept {
+    std::size_t first = 0;
+    const char* what = nullptr;
+    if (settle_answers(query, count, output, first, what) == 0 || told_.exchange(true)) return;
+    try {
+      engine_->tell("failed, " + std::string(what) + ", on pair " + std::to_string(first) +
+                    "; further answers like this are counted as failed without a word");
+    } catch (const std::exception&) {
+      return;  // no memory for the line; the pairs are `failed`
+    }
+  }
+
+  std::shared_ptr<const Engine> engine_;
+  Solids solids_;
+  mutable std::atomic<bool> told_ = false;
+};
+
+}  // namespace
+}  // namespace process_engine
+
+std::string register_process_engine(BackendRegistry& registry, const ProcessEngineOptions& options) {
+  using namespace process_engine;
+  if (options.time_limit.count() <= 0) throw InputError("engine: time_limit must be above 0");
+  auto engine = std::make_shared<Engine>();
+  engine->options = options;
+  ChildProcess child(options.command);
+  try {
+    engine->greeting = greet(child, options.time_limit);
+  } catch (const InputError& error) {
+    reject("engine " + options.command.front(), error.what());
+  }
+  engine->protocol = engine->greeting.is_binary ? make_binary_protocol() : make_json_protocol();
+  const Greeting& greeting = engine->greeting;
+  registry.add(BackendRegistry::NarrowphaseEntry{
+      greeting.name,
+      greeting.description.empty() ? "process " + options.command.front() : greeting.description,
+      [engine = std::shared_ptr<const Engine>(engine)] {
+        return std::make_unique<ProcessNarrowphase>(engine);
+      },
+      {}});
+  return greeting.name;
+}
+
+}  // namespace touchstone

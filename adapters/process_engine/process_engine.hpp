@@ -1,0 +1,39 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "touchstone/contact_core/registry.hpp"
+
+/// @file
+/// A backend as a program: it reads pairs from stdin and writes answers to stdout, in any language; the
+/// protocol is process_engine/README.md. Each workspace has a process of its own, so any number of threads
+/// may ask.
+///
+/// Nothing that the engine does is ours: where it crashes, hangs, ends, answers too little, too much or
+/// something else than was asked, the pair it was busy with is `failed`, the reason is told ("failed, signal
+/// 11 on pair 31"), it is started anew, and the other pairs are asked on. Answers are held against
+/// narrowphase/answer_check.hpp.
+
+namespace touchstone {
+
+/// How an engine is run.
+struct ProcessEngineOptions {
+  std::vector<std::string> command;  ///< program (looked for in PATH) and arguments
+  /// An engine that neither takes nor gives a byte for so long hangs; it may start for five times that.
+  std::chrono::milliseconds time_limit{2000};
+  /// Of one workspace; then its pairs are `failed` unasked.
+  int max_restarts = 16;
+  /// Is told each failure, one line; from any thread, one at a time. Must not throw. Empty: to stderr.
+  std::function<void(std::string_view)> on_failure = {};
+};
+
+/// Starts the engine once, for its greeting, and adds its narrowphase. Returns the backend's name.
+/// @throws InputError naming the command: it cannot be started, its greeting is none or for another version,
+/// its name is taken.
+std::string register_process_engine(BackendRegistry& registry, const ProcessEngineOptions& options);
+
+}  // namespace touchstone

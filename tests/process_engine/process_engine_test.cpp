@@ -1,0 +1,188 @@
+#include "touchstone/adapters/process_engine/process_engine.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/tests/support/ask.hpp"
+
+namespace touchstone {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::Contains;
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// An engine's narrowphase, and what was told of it.
+struct Engine {
+  std::vector<std::string> told;
+  BackendRegistry registry;
+  std::string name;
+
+  explicit Engine(std::vector<std::string> command, milliseconds limit = milliseconds(5000)) {
+    name = register_process_engine(
+        registry, {.command = std::move(command),
+                   .time_limit = limit,
+                   .on_failure = [this](std::string_view what) { told.emplace_back(what); }});
+  }
+  Answers ask(std::span<const Hexahedron> solids, std::span<const SolidPair> pairs,
+              std::span<const Pose> poses, const Query& query) {
+    const auto narrowphase = registry.make_narrowphase(name);
+    narrowphase->build(solids);
+    return touchstone::ask(*narrowphase, pairs, poses, query);
+  }
+};
+
+/// 60 pairs (0, b), b from 1.
+struct Row {
+  std::vector<Hexahedron> solids{61, Hexahedron::from_size({1, 1, 1})};
+  std::vector<Pose> poses{61};
+  std::vector<SolidPair> pairs;
+  Row() {
+    for (SolidIndex b = 1; b < solids.size(); ++b) pairs.push_back({0, b});
+  }
+};
+
+// Pair 30 is (0, 31), the one that the bad engine goes wrong on.
+void expect_only_pair_30_failed(const char* how, const char* reason,
+                                milliseconds limit = milliseconds(5000)) {
+  SCOPED_TRACE(how);
+  Engine bad({BAD_ENGINE, how}, limit);
+  const Row row;
+  const Answers answers = bad.ask(row.solids, row.pairs, row.poses, {.kind = QueryKind::distance});
+  for (std::size_t i = 0; i < row.pairs.size(); ++i)
+    EXPECT_EQ(answers.status[i], i == 30 ? PairStatus::failed : PairStatus::separated) << i;
+  EXPECT_TRUE(std::isnan(answers.geometry[30].separation));
+  EXPECT_EQ(answers.geometry[31].separation, 1.0);
+  EXPECT_THAT(bad.told, Contains(HasSubstr(reason)));
+  EXPECT_THAT(bad.told.back(), HasSubstr("on pair 30"));
+}
+
+TEST(ProcessEngine, ACrashIsFailedOnItsPair) {
+  expect_only_pair_30_failed("crash", "engine bad: failed, signal 11 on pair 30");
+  expect_only_pair_30_failed("exit", "engine bad: failed, exit code 7 on pair 30");
+}
+TEST(ProcessEngine, AHangIsFailedOnItsPair) {
+  expect_only_pair_30_failed("hang", "failed, no answer within 0.5 s on pair 30", milliseconds(500));
+}
+TEST(ProcessEngine, AClosedOutputIsFailedOnItsPair) {
+  expect_only_pair_30_failed("close", "failed, it closed its output on pair 30");
+}
+TEST(ProcessEngine, WhatBreaksTheProtocolIsFailedOnItsPair) {
+  expect_only_pair_30_failed("order", "failed, its answers are in another order than the pairs on pair 30");
+  expect_only_pair_30_failed("batch", "failed, its reply is to another question on pair 30");
+  expect_only_pair_30_failed("short", "exit code 0 on pair 30");
+}
+TEST(ProcessEngine, WhatIsNoAnswerIsFailedOnItsPair) {
+  expect_only_pair_30_failed("nan", "its separation is not finite, on pair 30");
+  expect_only_pair_30_failed("status", "its status is none, or was not written, on pair 30");
+}
+
+TEST(ProcessEngine, AFloodIsNotBelievedAndEnds) {
+  Engine bad({BAD_ENGINE, "flood"});
+  const Row row;
+  const auto narrowphase = bad.registry.make_narrowphase(bad.name);
+  narrowphase->build(row.solids);
+  const auto workspace = narrowphase->make_workspace();
+  Answers answers;  // the flood may come after the first reply was read
+  for (int time = 0; time < 2; ++time)
+    evaluate(*narrowphase, row.pairs, row.poses, {.kind = QueryKind::distance}, *workspace, answers);
+  EXPECT_GT(std::count(answers.status.begin(), answers.status.end(), PairStatus::failed), 20);
+  ASSERT_FALSE(bad.told.empty());
+  EXPECT_THAT(bad.told, Contains(testing::AnyOf(HasSubstr("it writes more than was asked"),
+                                                HasSubstr("its reply is to another question"))));
+  EXPECT_THAT(bad.told.back(), HasSubstr("given up after 16 restarts"));
+}
+
+std::string refusal(std::vector<std::string> command) {
+  BackendRegistry registry;
+  try {
+    register_process_engine(registry, {.command = std::move(command), .time_limit = milliseconds(100)});
+  } catch (const InputError& error) {
+    EXPECT_TRUE(registry.narrowphases().empty());
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ProcessEngine, WhatIsNoEngineIsRefusedByName) {
+  EXPECT_THAT(refusal({}), HasSubstr("names no program"));
+  EXPECT_THAT(refusal({"/no/such/program"}), HasSubstr("/no/such/program: cannot be started: No such file"));
+  EXPECT_THAT(refusal({"true"}), HasSubstr("no greeting: exit code 0"));
+  EXPECT_THAT(refusal({"echo", "hello"}), HasSubstr("no JSON object"));
+  EXPECT_THAT(refusal({"echo", "{}"}), HasSubstr("lacks touchstone, name or format"));
+  EXPECT_THAT(refusal({BAD_ENGINE, "version"}), HasSubstr("speaks version 2, this is 1"));
+  EXPECT_THAT(refusal({BAD_ENGINE, "silent"}), HasSubstr("no answer within 0.5 s"));
+  EXPECT_THAT(refusal({BAD_ENGINE, "chatter"}), HasSubstr("first line does not end"));
+}
+
+TEST(ProcessEngine, PosesThatAreNotFiniteAreNotSent) {
+  Engine bad({BAD_ENGINE, ""});
+  Row row;
+  row.poses[5].p.x() = kNaN;
+  const Answers answers = bad.ask(row.solids, row.pairs, row.poses, {.kind = QueryKind::distance});
+  EXPECT_EQ(answers.status[4], PairStatus::failed);
+  EXPECT_EQ(std::count(answers.status.begin(), answers.status.end(), PairStatus::separated), 59);
+  EXPECT_THAT(bad.told, IsEmpty());
+}
+
+// More pairs than one question takes, built anew while the process lives.
+TEST(ProcessEngine, SameBitsAsInThisProcess) {
+  Engine engine({ENGINE_C});
+  const auto over_there = engine.registry.make_narrowphase("engine_c");
+  const auto workspace = over_there->make_workspace();
+  const auto here = make_native();
+  for (const std::size_t count : {5000u, 300u}) {
+    const auto set = comparison::make_pair_family("random", 4, count);
+    over_there->build(set.solids);
+    here->build(set.solids);
+    Answers got;
+    const Query query{.kind = QueryKind::manifold, .max_points = 4};
+    evaluate(*over_there, set.pairs, set.poses, query, *workspace, got);
+    const Answers expected = ask(*here, set.pairs, set.poses, query);
+    ASSERT_EQ(got.status, expected.status);
+    for (std::size_t i = 0; i < count; ++i) {
+      ASSERT_EQ(got.geometry[i].separation, expected.geometry[i].separation);
+      ASSERT_EQ(got.geometry[i].point_count, expected.geometry[i].point_count);
+      for (std::size_t k = 4 * i; k < 4 * i + static_cast<std::size_t>(got.geometry[i].point_count); ++k)
+        ASSERT_EQ(got.points[k].p_B_W, expected.points[k].p_B_W);
+    }
+  }
+  EXPECT_THAT(engine.told, IsEmpty());
+}
+
+#ifdef HAS_NUMPY
+// Both formats say the same, and nothing that is wrong.
+TEST(ProcessEngine, EnginesInPython) {
+  Engine numpy({PYTHON, std::string(EXAMPLES) + "/spheres.py"}),
+      lines({PYTHON, std::string(EXAMPLES) + "/spheres_lines.py"});
+  auto set = comparison::make_pair_family("random", 5, 700);
+  for (Pose& X_WS : set.poses) X_WS.p *= 2.0;  // so that some spheres are apart
+  const Answers by_numpy = numpy.ask(set.solids, set.pairs, set.poses, {});
+  const Answers by_lines = lines.ask(set.solids, set.pairs, set.poses, {});
+  EXPECT_EQ(by_numpy.status, by_lines.status);
+  EXPECT_THAT(numpy.told, IsEmpty());
+  EXPECT_THAT(lines.told, IsEmpty());
+  const auto native = make_native();
+  native->build(set.solids);
+  const Answers right = ask(*native, set.pairs, set.poses, {});
+  int apart = 0;
+  for (std::size_t i = 0; i < set.pairs.size(); ++i) {
+    if (by_numpy.status[i] != PairStatus::separated) continue;
+    ++apart;
+    EXPECT_EQ(right.status[i], PairStatus::separated) << i;
+  }
+  EXPECT_GT(apart, 0);
+}
+#endif
+
+}  // namespace
+}  // namespace touchstone
