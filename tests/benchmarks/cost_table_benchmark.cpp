@@ -141,7 +141,7 @@ bool has_narrowphase(const BackendRegistry& registry, std::string_view name) {
                      [&](const auto& entry) { return entry.name == name; });
 }
 
-/// "-": there is no exact arithmetic in this build, or the row's backend has classes of its own tolerance.
+/// "-": there is no exact arithmetic in this build. A backend's own margins count as wrong, too.
 std::string count_wrong(const BackendRegistry& registry, const Row& row, const Workload& work) {
   if (!has_narrowphase(registry, "exact")) return "-";
   const std::vector<PairStatus> truth = classes(registry, "exact", work);
