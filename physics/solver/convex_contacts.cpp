@@ -498,16 +498,22 @@ void ConvexContacts::find_slips() {
     slip_[c] = problem_.friction[c] * length_of(u_[3 * c + 1], u_[3 * c + 2]);
 }
 
-/// Farkas' lemma: impulses in their cones with W x = 0 and x b < 0 say that none bring the contacts'
-/// velocities out of the polar cones. Of soft answers (as of Banjac, Goulart, Stellato, Boyd, Infeasibility
-/// Detection in the Alternating Direction Method of Multipliers, 2019) W x is the less, the less there is
-/// that gives way.
+/// Farkas' lemma: impulses in their cones with W x = 0 and x (b + slip n) < 0 say that none bring the
+/// contacts' velocities, with their slips, into the dual cones. Of soft answers (as of Banjac, Goulart,
+/// Stellato, Boyd, Infeasibility Detection in the Alternating Direction Method of Multipliers, 2019) W x is
+/// the less, the less there is that gives way.
 /// @pre u_ = W x + b
 bool ConvexContacts::prove_contradiction(std::span<const double> x) const {
   double by_b = 0.0, by_W = 0.0;
   for (std::size_t r = 0; r < x.size(); ++r) {
     by_b += x[r] * problem_.b[r];
     by_W += x[r] * (u_[r] - problem_.b[r]);
+  }
+  for (std::size_t c = 0; c < problem_.contacts; ++c) by_b += x[3 * c] * slip_[c];
+  for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {  // what has an end is no direction
+    const double impulse = x[3 * problem_.contacts + j];
+    const double end = impulse > 0.0 ? problem_.bounds[j].upper : problem_.bounds[j].lower;
+    if (impulse != 0.0 && (std::isfinite(end) || problem_.compliance_of(j) > 0.0)) return false;
   }
   return by_W < -kCertain * by_b;
 }
@@ -539,7 +545,7 @@ bool ConvexContacts::soften(double tolerance, WorkBudget& budget) {
   set_softness(kSoftAnswer);
   std::fill(anchor_.begin(), anchor_.end(), 0.0);
   const Outcome outcome = minimise(tolerance, budget, kMostSteps);
-  if (outcome == Outcome::stuck) return false;
+  if (outcome == Outcome::stuck || (outcome == Outcome::spent && budget.is_spent())) return false;
   anchor_ = outcome == Outcome::solved ? gamma_ : impulses_;
   if (!is_beyond(kContradictory, anchor_)) return false;
   report_.is_contradictory = true;
@@ -580,6 +586,10 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   if (was_contradictory && !is_over) {
     find_slips();
     is_over = soften(tolerance, budget);
+    if (!is_over) {  // what there is to start from serves better than the soft answer
+      std::copy(x.begin(), x.end(), anchor_.begin());
+      start();
+    }
   }
   set_softness(first_softness);
   for (int round = 0; round < kMostRounds && !is_over; ++round) {

@@ -7,7 +7,6 @@
 #include "touchstone/physics/solver/cholesky.hpp"
 #include "touchstone/physics/solver/implicit_share.hpp"
 #include "touchstone/physics/world/held_joints.hpp"
-#include "touchstone/physics/world/sleep.hpp"
 
 namespace touchstone::physics::stepping {
 namespace {
@@ -100,8 +99,6 @@ void Gathering::prepare_units(const Group& group) {
 Vector3 Gathering::add_side(const Mover& mover, const GroupPoint& point, const Vector3& act_W,
                             const ContactRows::Contact& contact, ContactRows::Side& side, double* b) {
   side.unit = movers_.unit_of(mover);
-  side.is_driven =
-      side.unit == kNoUnit && mover.kind == Mover::Kind::body && moves(movers_.bodies[mover.index]);
   if (side.unit == kNoUnit)
     return mover.kind == Mover::Kind::body && wanted_.phase != Phase::parting
                ? movers_.point_velocity(mover, point.p_W)

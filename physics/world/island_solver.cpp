@@ -129,7 +129,7 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
   warm_x_ = problem_.x;
   const bool is_small = size <= (step.is_bounded() ? limits.most_path_rows : limits.most_newton_rows);
   const bool is_direct = size <= kDirectRows || is_refined || !step.is_bounded();
-  const bool is_doubtful = !is_refined && is_suspect(island, rows, step);
+  const bool is_doubtful = !is_refined && is_contradicted(island, step);
   if (is_small && is_direct && !is_doubtful) {
     load_couplings(rows, step);
     solved = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr);
@@ -234,18 +234,12 @@ void IslandSolver::expect_calm(const Island& island) {
     if (patience_[unit] == kPatience - 1) patience_[unit] = kCalmPatience;
 }
 
-/// Then the soft answer comes first: contacts contradicted each other in the last step, or may do so, as
-/// only those with what moves as told do.
-bool IslandSolver::is_suspect(const Island& island, const ContactRows& rows, const StepContext& step) const {
+/// Then the soft answer comes first: contacts contradicted each other in the last step.
+bool IslandSolver::is_contradicted(const Island& island, const StepContext& step) const {
   if (!step.is_bounded()) return false;
   const std::span<const std::uint32_t> units = islands_.units_of(island);
-  const std::span<const std::size_t> contacts = islands_.blocks_of(island).first(island.contacts);
   return std::any_of(units.begin(), units.end(),
-                     [&](std::uint32_t unit) { return contradicted_[unit] != 0; }) ||
-         std::any_of(contacts.begin(), contacts.end(), [&](std::size_t block) {
-           const ContactRows::Side* const sides = rows.contacts[block].sides;
-           return sides[0].is_driven || sides[1].is_driven;
-         });
+                     [&](std::uint32_t unit) { return contradicted_[unit] != 0; });
 }
 
 /// Of an island's residual [m/s].

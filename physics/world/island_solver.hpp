@@ -41,7 +41,7 @@ class IslandSolver {
   void refine(const Island& island, ContactRows& rows);
   bool may_refine(const Island& island);
   void expect_calm(const Island& island);
-  bool is_suspect(const Island& island, const ContactRows& rows, const StepContext& step) const;
+  bool is_contradicted(const Island& island, const StepContext& step) const;
   double tolerance_of(const Island& island, bool is_exact, const ContactRows& rows,
                       const StepContext& step) const;
   void fail(const Island& island, const ContactRows& rows, StepContext& step) const;

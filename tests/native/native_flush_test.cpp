@@ -129,6 +129,23 @@ std::vector<Matrix3> axis_rotations() {
   return out;
 }
 
+TEST(NativeFlush, ABoxTurnedByACosineThatIsNotZeroIsNotAligned) {
+  // cos(pi/2) is 6e-17: over a lever of a metre that parts what the boxes' intervals let meet.
+  Pose X_WA, X_WB;
+  const double c = std::cos(1.5707963267948966), s = 1.0;
+  X_WA.R << c, -s, 0, s, c, 0, 0, 0, 1;
+  X_WB.p = {0.9, 0.02, 0};
+  const Hexahedron a = Hexahedron::from_size({0.02, 2, 1}), b = Hexahedron::from_size({0.02, 0.02, 0.02});
+  WorldVertices a_W, b_W;
+  world_vertices(a, X_WA, a_W);
+  world_vertices(b, X_WB, b_W);
+  ASSERT_FALSE(numerics::hulls_intersect(a_W, b_W));
+  EXPECT_EQ(native::certify_aligned_boxes(a.half_extents(), X_WA, b.half_extents(), X_WB),
+            native::Certified::unknown);
+  for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold})
+    EXPECT_EQ(ask(a, X_WA, b, X_WB, kind).status, PairStatus::separated);
+}
+
 TEST(NativeFlush, AlignedBoxesHaveTheExactClassAndAreAlwaysDecided) {
   Random random(5);
   const std::vector<Matrix3> rotations = axis_rotations();

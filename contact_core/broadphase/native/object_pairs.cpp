@@ -169,7 +169,7 @@ std::span<const std::uint32_t> ObjectPairs::row(std::uint32_t object) noexcept {
   return row_;
 }
 
-// Where most objects are partners, all are tried: in order, which saves the tree's walk and sorting.
+// Where many objects are partners, all are tried: in order, which saves the tree's walk and sorting.
 void ObjectPairs::ask_for_row(std::uint32_t object) noexcept {
   const std::uint32_t objects = bounds_.objects();
   if (is_crowded_ && !bounds_.is_gone(object)) {

@@ -60,6 +60,7 @@ class ObjectPairs {
   // the work.
   static constexpr std::size_t kListedPairsPerObject = 64;
   static constexpr std::size_t kMostWork = 4096;
+  // Of the objects after it: from one partner in so many on, trying all is quicker.
   static constexpr std::uint32_t kCrowdedShare = 8;
   static constexpr std::size_t kMarkedRow = 32;  // of fewer, sorting costs less
 

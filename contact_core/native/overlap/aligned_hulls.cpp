@@ -60,8 +60,9 @@ bool holds_a_vertex(const AlignedHull& hull, const WorldVertices& v) {
 bool world_half_extents(const Vector3& half, const Matrix3& R, Vector3& half_W) {
   for (int row = 0; row < 3; ++row) {
     const double x = std::abs(R(row, 0)), y = std::abs(R(row, 1)), z = std::abs(R(row, 2));
-    // One entry of magnitude 1 and zeros: of rotations, that leaves one a column.
-    if (!(std::max({x, y, z}) == 1.0 && (x + y) + z == 1.0)) return false;
+    // One entry of magnitude 1 and zeros, not what a sum rounds away: of rotations, that leaves one a column.
+    const double second = std::max({std::min(x, y), std::min(y, z), std::min(z, x)});
+    if (!(std::max({x, y, z}) == 1.0 && second == 0.0)) return false;
     half_W(row) = (x * half.x() + y * half.y()) + z * half.z();
   }
   return true;

@@ -90,7 +90,8 @@ void Slides::take_room(const WorldModel& model, std::size_t watched, std::size_t
   reserve_more(rows_, 1024 + 8 * solids);
   reserve_more(results_, slots), reserve_more(plans_, slots);
   rooms_.resize(lanes);
-  for (PlanRoom& room : rooms_) room.near.reserve(kNearInLane), reserve_more(room.rows, 1024 + 8 * solids);
+  for (PlanRoom& room : rooms_)
+    reserve_more(room.near, kNearInLane + 16 * solids), reserve_more(room.rows, 1024 + 8 * solids);
   reserve_more(touching_, 64 + 16 * solids), reserve_more(touching_of_, 64 + 16 * solids);
   joint_rows_.reserve(mechanisms > 0 ? kMostSlideRows : 0);
   if (!anew) return;
