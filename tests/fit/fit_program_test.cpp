@@ -41,6 +41,7 @@ TEST(FitProgram, ReadsLengthsUnitsAndRegions) {
 class FittedFile : public testing::Test {
  protected:
   FittedFile() {
+    std::filesystem::create_directories(folder_);
     std::ofstream file(path_);
     file << "solid angle\n";
     const TriangleMesh mesh = test::angle_mesh();
@@ -53,7 +54,7 @@ class FittedFile : public testing::Test {
     }
     file << "endsolid\n";
   }
-  ~FittedFile() override { std::filesystem::remove(path_); }
+  ~FittedFile() override { std::filesystem::remove_all(folder_); }
 
   FitRun run() {
     FitRequest request;
@@ -65,7 +66,11 @@ class FittedFile : public testing::Test {
     return run_fit(path_, request, progress);
   }
 
-  std::filesystem::path path_ = std::filesystem::path(testing::TempDir()) / "fitted_angle.stl";
+  // Of this test: others may run beside it.
+  std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) /
+      (std::string("touchstone_fit_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  std::filesystem::path path_ = folder_ / "fitted_angle.stl";
 };
 
 TEST_F(FittedFile, IsCoveredProvenAndReadBackToTheSameBits) {
@@ -74,7 +79,7 @@ TEST_F(FittedFile, IsCoveredProvenAndReadBackToTheSameBits) {
   EXPECT_TRUE(done.verdict.is_proven) << done.verdict.reason;
   EXPECT_EQ(done.uncovered, 0U);
   EXPECT_GE(done.samples, 20000U);
-  const std::filesystem::path written = std::filesystem::path(testing::TempDir()) / "angle.certificate.json";
+  const std::filesystem::path written = folder_ / "angle.certificate.json";
   std::ofstream(written) << certificate_text(done.certificate);
   const Certificate read = read_certificate(written);
   EXPECT_EQ(read.claim.hexahedra, done.certificate.claim.hexahedra);
@@ -85,7 +90,6 @@ TEST_F(FittedFile, IsCoveredProvenAndReadBackToTheSameBits) {
   EXPECT_THAT(check_certificate(read, path_).reason, HasSubstr("is of another file"));
   std::ofstream(written) << "{\"format\": \"touchstone cover certificate 1\"}";
   EXPECT_THAT(error_of([&] { read_certificate(written); }), HasSubstr("no certificate"));
-  std::filesystem::remove(written);
 }
 
 TEST_F(FittedFile, SamplesFindAMissingHexahedron) {
