@@ -1,6 +1,7 @@
 #include "touchstone/adapters/cover_proof/cover_proof.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <sstream>
 
@@ -27,6 +28,25 @@ Vector3 middle_of(const Polygon& polygon, const Grid& grid) {
   return sum / static_cast<double>(polygon.size());
 }
 
+constexpr double kLargestCoordinate = 1e70;  // as in a mesh: fourth powers stay finite
+
+void validate(const CoverClaim& claim) {
+  if (claim.hexahedra.empty()) reject("cover", "no hexahedron");
+  if (!(claim.excess > 0.0) || !std::isfinite(claim.excess))
+    reject("cover", "the excess claimed, " + figure(claim.excess) + " m, is not positive and finite");
+  for (const CoverClaim::Region& region : claim.regions) {
+    const std::string name = "region '" + region.name + "'";
+    if (!(region.excess >= 0.0) || !std::isfinite(region.excess))  // 0: it is within the solid, or empty
+      reject(name, "the excess claimed, " + figure(region.excess) + " m, is negative or not finite");
+    for (int axis = 0; axis < 3; ++axis) {
+      const double low = region.low(axis), high = region.high(axis);
+      if (!(std::abs(low) <= kLargestCoordinate) || !(std::abs(high) <= kLargestCoordinate))
+        reject(name, "a coordinate is not finite or beyond 1e70");
+      if (low > high) reject(name, "its box is none: " + figure(low) + " is above " + figure(high));
+    }
+  }
+}
+
 class CoverCheck {
  public:
   CoverCheck(const TriangleMesh& mesh, const CoverClaim& claim) : mesh_(mesh), claim_(claim) {
@@ -36,7 +56,8 @@ class CoverCheck {
     }
     for (std::size_t h = 0; h < claim.hexahedra.size(); ++h) {
       for (const Vector3& p : claim.hexahedra[h]) {
-        if (!is_finite(p)) reject("hexahedron " + std::to_string(h), "a coordinate is not finite");
+        if (!(p.cwiseAbs().maxCoeff() <= kLargestCoordinate) || !is_finite(p))
+          reject("hexahedron " + std::to_string(h), "a coordinate is not finite or beyond 1e70");
         grid_.include(p);
         largest_ = std::max(largest_, p.cwiseAbs().maxCoeff());
       }
@@ -177,17 +198,20 @@ class CoverCheck {
         subtract(polygon, others_at(h, facet, low, high), static_cast<std::size_t>(-1), left);
         verdict_.outer_pieces += left.size();
         for (const Polygon& piece : left) {
-          if (is_outside_beyond(piece, facet, solid)) continue;
-          verdict_.reason = "the inside is not covered beyond hexahedron " + std::to_string(h) + " at " +
-                            text_of(middle_of(piece, grid_)) + " m";
-          return false;
+          for (const Polygon& part : solid.uncrossed(piece, facet)) {
+            if (is_outside_beyond(part, facet, solid)) continue;
+            verdict_.reason = "the inside is not covered beyond hexahedron " + std::to_string(h) + " at " +
+                              text_of(middle_of(part, grid_)) + " m";
+            return false;
+          }
         }
       }
     }
     return true;
   }
 
-  // By one point within the piece, a mean of its corners; another where its ray meets an edge.
+  // By one point within a piece that is not crossed, a mean of its corners; another where its ray meets an
+  // edge.
   bool is_outside_beyond(const Polygon& piece, const FacetPlane& facet, const SolidSide& solid) const {
     Eigen::Index axis = 0;
     facet.normal.cwiseAbs().maxCoeff(&axis);
@@ -242,9 +266,7 @@ class CoverCheck {
 
 CoverVerdict check_cover(const TriangleMesh& mesh, const CoverClaim& claim, std::size_t most_tetrahedra) {
   validate(mesh);
-  if (claim.hexahedra.empty()) reject("cover", "no hexahedron");
-  if (!(claim.excess > 0.0))
-    reject("cover", "the excess claimed, " + figure(claim.excess) + " m, is not positive");
+  validate(claim);
   return CoverCheck(mesh, claim).run(most_tetrahedra);
 }
 

@@ -46,15 +46,18 @@ struct CoverVerdict {
 /// 2. So is the inside of every closed shell (see MeshShells). Exact: were a part of it not covered, that
 /// part
 ///    would be bounded by pieces of hexahedra's faces which no other hexahedron covers, since the surface is
-///    covered by 1. Each such piece's outer side must have winding number 0; one ray from one point of it
-///    tells, for the surface crosses no such piece.
+///    covered by 1. Each such piece's outer side must have winding number 0. The
+///    surface can pass into the outer side of a piece, along a segment where another hexahedron touches it
+///    without area: there it is divided, and one ray from one point of each part tells.
 /// 3. No point of the union is farther than claimed from the solid. By branch and bound over tetrahedra that
 ///    fill the hulls, the distance to one triangle being convex; in doubles, 2^-45 of the largest coordinate
 ///    added against rounding.
 ///
 /// A claim that is true can fail only in 3, by less than that margin, or where a hull takes more than
 /// `most_tetrahedra`.
-/// @throws InputError: a bad mesh, no hexahedron, a coordinate that is not finite, a hull without volume.
+/// @throws InputError: a bad mesh, no hexahedron, a coordinate that is not finite or beyond 1e70, a hull
+/// without volume, an excess that is not positive and finite (a region's may be 0), a region's box that is
+/// none.
 CoverVerdict check_cover(const TriangleMesh& mesh, const CoverClaim& claim,
                          std::size_t most_tetrahedra = 4000000);
 

@@ -231,4 +231,57 @@ bool subtract(const Polygon& polygon, std::span<const Hull* const> others, std::
   return true;
 }
 
+namespace {
+
+// Whether a line along an edge of the part has all of the part on one side and the trace on the other. Both
+// lie in the facet's plane.
+bool is_apart(const Polygon& part, const FacetPlane& facet, const Polygon& trace) {
+  const auto scaled_difference = [](const Point& a, const Point& b) {  // times both denominators
+    return Direction{a.x * b.w - b.x * a.w, a.y * b.w - b.y * a.w, a.z * b.w - b.z * a.w};
+  };
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    const Point &from = part[i], &to = part[(i + 1) % part.size()];
+    const Direction across = cross(Direction{facet.x, facet.y, facet.z}, scaled_difference(to, from));
+    const auto turn = [&](const Point& p) { return sgn(dot(across, scaled_difference(p, from))); };
+    int inner = 0;
+    for (const Point& p : part)
+      if (inner == 0) inner = turn(p);
+    if (inner == 0) continue;  // no edge
+    if (std::all_of(trace.begin(), trace.end(), [&](const Point& p) { return inner * turn(p) <= 0; }))
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void divide(std::vector<Polygon>& parts, const FacetPlane& facet, const std::array<Point, 3>& triangle) {
+  std::array<mpz_class, 3> heights;
+  for (int i = 0; i < 3; ++i) heights[i] = height(facet, triangle[i]);
+  if (std::none_of(heights.begin(), heights.end(), [](const mpz_class& h) { return h > 0; })) return;
+  Polygon trace;  // of the triangle in the facet's plane
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    if (heights[i] == 0) trace.push_back(triangle[i]);
+    if (sgn(heights[i]) * sgn(heights[j]) < 0)
+      trace.push_back(meeting_point(triangle[i], heights[i], triangle[j], heights[j]));
+  }
+  if (trace.empty()) return;
+  const Direction n = cross(difference(triangle[1], triangle[0]), difference(triangle[2], triangle[0]));
+  const Point& a = triangle[0];
+  const FacetPlane plane{
+      n.x, n.y, n.z, -(n.x * a.x + n.y * a.y + n.z * a.z), Vector3::Zero(), Vector3::Zero(), {}};
+  std::vector<Polygon> divided;
+  for (Polygon& part : parts) {
+    if (is_apart(part, facet, trace)) {
+      divided.push_back(std::move(part));
+      continue;
+    }
+    Cut halves = cut(part, plane);
+    if (has_area(halves.inside)) divided.push_back(std::move(halves.inside));
+    if (has_area(halves.outside)) divided.push_back(std::move(halves.outside));
+  }
+  parts = std::move(divided);
+}
+
 }  // namespace touchstone::cover_proof

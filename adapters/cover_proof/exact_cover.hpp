@@ -61,4 +61,9 @@ int side(const FacetPlane& plane, const Vector3& p, const Grid& grid);
 bool subtract(const Polygon& polygon, std::span<const Hull* const> others, std::size_t most_left,
               std::vector<Polygon>& left);
 
+/// Divides convex parts of a facet by the plane of a triangle, those whose inside the triangle meets. A
+/// triangle that reaches no point above the facet's plane, or none of the plane, divides nothing.
+/// @param triangle with w = 1
+void divide(std::vector<Polygon>& parts, const FacetPlane& facet, const std::array<Point, 3>& triangle);
+
 }  // namespace touchstone::cover_proof

@@ -24,11 +24,31 @@ bool is_in(const CoverClaim::Region* region, const Vector3& p) {
 
 bool ExcessProof::is_within_one(const Tetrahedron& piece, std::uint32_t triangle) const {
   const double most = limit_ - margin_;
+  if (!(most >= 0.0)) return false;
   return std::all_of(piece.begin(), piece.end(),
                      [&](const Vector3& p) { return surface_.squared_distance(p, triangle) <= most * most; });
 }
 
-// Whether no triangle meets the tetrahedron: cut by its four planes, each `margin_` wider, nothing is left.
+namespace {
+
+// What of a convex polygon is at most `most` above the plane.
+std::vector<Vector3> below(const std::vector<Vector3>& polygon, const Vector3& n, const Vector3& foot,
+                           double most) {
+  std::vector<Vector3> kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const double hp = dot(n, p - foot) - most, hq = dot(n, q - foot) - most;
+    if (hp <= 0.0) kept.push_back(p);
+    if ((hp < 0.0 && hq > 0.0) || (hp > 0.0 && hq < 0.0)) kept.push_back(p + (q - p) * (hp / (hp - hq)));
+  }
+  return kept;
+}
+
+}  // namespace
+
+// Whether no triangle meets the tetrahedron: cut by its box, `margin_` wider, and by its four planes, wider
+// by what rounding can turn their normals over the size of the box too, nothing is left. A plane that
+// rounding turns as it likes cuts nothing.
 bool ExcessProof::is_clear(const Tetrahedron& piece) const {
   Vector3 low = piece[0], high = piece[0];
   for (const Vector3& p : piece) {
@@ -36,24 +56,23 @@ bool ExcessProof::is_clear(const Tetrahedron& piece) const {
     high = high.cwiseMax(p);
   }
   const Vector3 wider = Vector3::Constant(margin_);
+  const double size = norm(high - low);
   bool is_met = false;
   surface_.meeting(low - wider, high + wider, [&](std::uint32_t t) {
     if (is_met) return;
     std::vector<Vector3> rest = {surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2)};
+    for (int axis = 0; axis < 3; ++axis) {
+      rest = below(rest, Vector3::Unit(axis), high, margin_);
+      rest = below(rest, -Vector3::Unit(axis), low, margin_);
+    }
     for (int apex = 0; apex < 4 && !rest.empty(); ++apex) {
       const Vector3 &a = piece[(apex + 1) % 4], &b = piece[(apex + 2) % 4], &c = piece[(apex + 3) % 4];
       Vector3 n = cross(b - a, c - a);
       const double length = norm(n);
-      if (length == 0.0) continue;
+      const double off = 0x1p-48 * norm(b - a) * norm(c - a) * size / length;
+      if (!(off < size)) continue;  // a length of 0, too
       n /= dot(n, piece[apex] - a) > 0.0 ? -length : length;
-      std::vector<Vector3> kept;
-      for (std::size_t i = 0; i < rest.size(); ++i) {
-        const Vector3 &p = rest[i], &q = rest[(i + 1) % rest.size()];
-        const double hp = dot(n, p - a) - margin_, hq = dot(n, q - a) - margin_;
-        if (hp <= 0.0) kept.push_back(p);
-        if ((hp < 0.0 && hq > 0.0) || (hp > 0.0 && hq < 0.0)) kept.push_back(p + (q - p) * (hp / (hp - hq)));
-      }
-      rest = std::move(kept);
+      rest = below(rest, n, a, margin_ + off);
     }
     is_met = !rest.empty();
   });
@@ -69,7 +88,8 @@ bool ExcessProof::is_within_solid(const Tetrahedron& piece) const {
   for (Vector3& p : held) {
     std::uint32_t triangle = 0;
     const double distance = std::sqrt(surface_.nearest(p, triangle));
-    if (distance > margin_ && solid_.is_inside(p, distance - margin_)) continue;
+    const double clearance = distance - surface_.blur() - margin_;
+    if (clearance > 0.0 && solid_.is_inside(p, clearance)) continue;
     moved = std::max(moved, distance);
     p = surface_.closest(p, triangle);
   }
@@ -82,7 +102,7 @@ bool ExcessProof::is_within_solid(const Tetrahedron& piece) const {
   for (Vector3& p : held) p += share * (middle - p);
   if (!is_clear(held)) return false;
   std::uint32_t triangle = 0;
-  const double clearance = std::sqrt(surface_.nearest(middle, triangle)) - margin_;
+  const double clearance = std::sqrt(surface_.nearest(middle, triangle)) - surface_.blur() - margin_;
   return clearance > 0.0 && solid_.is_inside(middle, clearance);
 }
 
@@ -98,7 +118,8 @@ bool ExcessProof::is_beside(const Tetrahedron& piece) const {
 
 bool ExcessProof::is_beyond(const Vector3& p) {
   std::uint32_t triangle = 0;
-  const double distance = is_in(region_, p) ? std::sqrt(surface_.nearest(p, triangle)) : 0.0;
+  const double distance =
+      is_in(region_, p) ? std::sqrt(surface_.nearest(p, triangle)) - surface_.blur() : 0.0;
   if (distance <= limit_ || solid_.is_inside(p, distance)) return false;
   beyond_ = p;
   return true;
@@ -113,9 +134,10 @@ ExcessProof::Finding ExcessProof::look_at(const Tetrahedron& piece, std::uint32_
   const double distance = std::sqrt(surface_.nearest(middle, hint));
   if (is_within_one(piece, hint) || distance + radius <= limit_ - margin_) return Finding::within;
   // No triangle reaches the ball about it: all of it is on one side.
-  if (distance > radius + margin_) {
-    if (solid_.is_inside(middle, distance)) return Finding::within;
-    if (distance > limit_ && is_in(region_, middle)) {
+  const double at_least = distance - surface_.blur();
+  if (at_least > radius + margin_) {
+    if (solid_.is_inside(middle, at_least)) return Finding::within;
+    if (at_least > limit_ && is_in(region_, middle)) {
       beyond_ = middle;
       return Finding::beyond;
     }

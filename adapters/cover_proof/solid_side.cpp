@@ -97,6 +97,26 @@ std::optional<int> SolidSide::winding_beyond(const Point& p, int axis, bool is_u
   return winding;
 }
 
+std::vector<Polygon> SolidSide::uncrossed(const Polygon& piece, const FacetPlane& facet) const {
+  Vector3 low = grid_.to_metres(piece.front()), high = low;
+  for (const Point& p : piece) {
+    low = low.cwiseMin(grid_.to_metres(p));
+    high = high.cwiseMax(grid_.to_metres(p));
+  }
+  const Vector3 slack = 0x1p-40 * low.cwiseAbs().cwiseMax(high.cwiseAbs()) + Vector3::Constant(0x1p-1000);
+  std::vector<Polygon> parts{piece};
+  boxes_.meeting(low - slack, high + slack, [&](std::uint32_t t) {
+    bool is_above = false, is_on_or_below = false;
+    for (int i = 0; i < 3; ++i)
+      (side(facet, boxes_.corner(t, i), grid_) > 0 ? is_above : is_on_or_below) = true;
+    if (is_above && is_on_or_below)
+      divide(parts, facet,
+             {grid_.on_grid(boxes_.corner(t, 0)), grid_.on_grid(boxes_.corner(t, 1)),
+              grid_.on_grid(boxes_.corner(t, 2))});
+  });
+  return parts;
+}
+
 bool SolidSide::is_inside(const Vector3& p, double clearance) const {
   constexpr std::array<std::array<double, 3>, 5> kOffsets = {
       {{0, 0, 0}, {0.21, 0.13, -0.31}, {-0.17, 0.29, 0.11}, {0.07, -0.23, 0.19}, {-0.27, -0.09, -0.15}}};

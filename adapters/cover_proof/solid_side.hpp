@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "touchstone/adapters/cover_proof/exact_cover.hpp"
 #include "touchstone/adapters/cover_proof/triangle_boxes.hpp"
@@ -19,6 +20,9 @@ class SolidSide {
   /// How often the closed shells wind about a point just beyond p, where a ray along +-`axis` begins. Nothing
   /// where the ray meets an edge.
   std::optional<int> winding_beyond(const Point& p, int axis, bool is_upward) const;
+  /// Parts of a piece of a facet; the closed shells pass into the facet's outer side in none of them. Just
+  /// beyond a part the winding number is the same everywhere.
+  std::vector<Polygon> uncrossed(const Polygon& piece, const FacetPlane& facet) const;
   /// Whether they wind about p, from which every triangle is at least `clearance` away [m]. Where rays from p
   /// meet edges, other points of that ball are asked.
   bool is_inside(const Vector3& p, double clearance) const;

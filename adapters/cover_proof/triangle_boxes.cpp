@@ -28,6 +28,15 @@ double to_box(const Vector3& p, const Vector3& low, const Vector3& high) {
 TriangleBoxes::TriangleBoxes(const TriangleMesh& mesh, std::vector<std::uint32_t> chosen)
     : mesh_(mesh), order_(std::move(chosen)) {
   if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
+  // Within a triangle no point is farther from the edges than the height; rounding turns the normal by the
+  // ratio of length to height.
+  for (const std::uint32_t t : order_) {
+    const Vector3 a = corner(t, 0), b = corner(t, 1), c = corner(t, 2);
+    const double longest = std::max({norm(b - a), norm(c - b), norm(a - c)});
+    if (!(longest > 0.0)) continue;
+    const double height = norm(cross(b - a, c - a)) / longest;
+    if (height > 0.0) blur_ = std::max(blur_, std::min(height, 0x1p-48 * longest * (longest / height)));
+  }
 }
 
 void TriangleBoxes::build(std::uint32_t begin, std::uint32_t end) {
@@ -55,18 +64,19 @@ void TriangleBoxes::build(std::uint32_t begin, std::uint32_t end) {
   build(middle, end);
 }
 
-// The foot of the perpendicular where it is in the triangle, else the nearest point of the edges.
+// The nearest of the edges' points, and of the foot of the perpendicular where that is in the triangle: by
+// its weights, so that it is in it whatever the normal.
 Vector3 TriangleBoxes::closest(const Vector3& p, std::uint32_t triangle) const {
   const Vector3 a = corner(triangle, 0), b = corner(triangle, 1), c = corner(triangle, 2);
   const Vector3 n = cross(b - a, c - a);
-  const double area = dot(n, n);
-  const bool is_above = area > 0.0 && dot(n, cross(b - a, p - a)) >= 0.0 &&
-                        dot(n, cross(c - b, p - b)) >= 0.0 && dot(n, cross(a - c, p - c)) >= 0.0;
-  if (is_above) return p - n * (dot(n, p - a) / area);
+  const double wa = dot(n, cross(c - b, p - b)), wb = dot(n, cross(a - c, p - c)),
+               wc = dot(n, cross(b - a, p - a)), sum = wa + wb + wc;
   Vector3 best = on_segment(p, a, b);
   for (const Vector3& other : {on_segment(p, b, c), on_segment(p, c, a)})
     if (squared(p - other) < squared(p - best)) best = other;
-  return best;
+  if (!(wa >= 0.0 && wb >= 0.0 && wc >= 0.0 && sum > 0.0)) return best;
+  const Vector3 foot = a + (wb / sum) * (b - a) + (wc / sum) * (c - a);
+  return squared(p - foot) < squared(p - best) ? foot : best;
 }
 
 double TriangleBoxes::squared_distance(const Vector3& p, std::uint32_t triangle) const {

@@ -18,12 +18,15 @@ class TriangleBoxes {
   TriangleBoxes(const TriangleMesh& mesh, std::vector<std::uint32_t> chosen);
 
   Vector3 corner(std::uint32_t triangle, int i) const { return mesh_.vertices[mesh_.triangles[triangle][i]]; }
-  /// The point of a triangle that is nearest to p, to rounding.
+  /// A point of a triangle, to rounding of its coordinates. The nearest to p, up to blur().
   Vector3 closest(const Vector3& p, std::uint32_t triangle) const;
-  /// Squared distance to a triangle, to rounding [m2].
+  /// Squared distance to closest() [m2].
   double squared_distance(const Vector3& p, std::uint32_t triangle) const;
   /// The nearest triangle and the squared distance to it; none: infinite.
   double nearest(const Vector3& p, std::uint32_t& triangle) const;
+  /// How much farther than the nearest point of a triangle closest() can be: where a triangle is so thin that
+  /// rounding turns its normal, its foot of a perpendicular is another [m].
+  double blur() const { return blur_; }
   /// Calls `visit` with every triangle whose bounding box meets this one.
   template <class Visit>
   void meeting(const Vector3& low, const Vector3& high, const Visit& visit) const {
@@ -55,6 +58,7 @@ class TriangleBoxes {
   const TriangleMesh& mesh_;
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
+  double blur_ = 0.0;
 };
 
 }  // namespace touchstone::cover_proof

@@ -1,5 +1,7 @@
 #include "touchstone/adapters/cover_proof/cover_proof.hpp"
 
+#include <limits>
+
 #include "touchstone/contact_core/fit/fit.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
@@ -145,6 +147,87 @@ TEST(CoverProof, WhatIsNoCoverIsAnError) {
   EXPECT_THROW(check_cover(box, claim_of({}, 1.0)), InputError);
   EXPECT_THROW(check_cover(box, claim_of({box_vertices({0, 0, 0}, {1, 1, 0})}, 1.0)), InputError);
   EXPECT_THROW(check_cover(box, claim_of({box_vertices({0, 0, 0}, {1, 1, 1})}, 0.0)), InputError);
+}
+
+// Six slabs outside of a box, each on one side of it and beyond one edge, where the next one begins: they
+// touch the next one's outer face only along that edge, so nothing divides the face where the surface turns
+// away.
+TEST(CoverProof, AFaceThatTheSurfaceLeavesIsJudgedOnBothSides) {
+  const TriangleMesh box = box_mesh({0, 0, 0}, {1, 1, 1});
+  const auto slab = [](int axis, bool is_upper, int along, bool is_up) {
+    Vector3 low(0, 0, 0), high(1, 1, 1);
+    (is_up ? high : low)(along) += is_up ? 1.5 : -1.5;
+    std::array<Vector3, 8> vertices;
+    for (int i = 0; i < 8; ++i) {
+      const double inset = (i & 4) != 0 ? 0.25 : 0.0, off = (i & 4) != 0 ? 0.125 : 0.0;
+      const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+      vertices[i](axis) = is_upper ? 1.0 + off : -off;
+      vertices[i](u) = (i & 2) != 0 ? high(u) - inset : low(u) + inset;
+      vertices[i](v) = (i & 1) != 0 ? high(v) - inset : low(v) + inset;
+    }
+    return vertices;
+  };
+  CoverClaim claim = claim_of({slab(2, false, 0, true), slab(0, true, 1, true), slab(1, true, 0, false),
+                               slab(0, false, 2, true), slab(2, true, 1, false), slab(1, false, 0, false)},
+                              2.2);
+  EXPECT_THAT(check_cover(box, claim).reason, HasSubstr("inside is not covered"));
+  claim.hexahedra.push_back(box_vertices({0, 0, 0}, {1, 1, 1}));
+  EXPECT_TRUE(check_cover(box, claim).is_proven);
+}
+
+TEST(CoverProof, ClaimsThatNobodyCanMeetAreErrors) {
+  const TriangleMesh box = box_mesh({0, 0, 0}, {1, 1, 1});
+  const std::array<Vector3, 8> longer = box_vertices({0, 0, 0}, {1, 1, 2});
+  const double infinite = std::numeric_limits<double>::infinity();
+  const Vector3 low(0, 0, 0), high(2, 2, 2);
+  for (const CoverClaim::Region& region :
+       {CoverClaim::Region{"port", low, high, -3.0},
+        CoverClaim::Region{"port", low, high, std::numeric_limits<double>::quiet_NaN()},
+        CoverClaim::Region{"port", low, high, infinite}, CoverClaim::Region{"port", high, low, 1e-9},
+        CoverClaim::Region{"port", low, {2, 2, infinite}, 1e-9}}) {
+    CoverClaim claim = claim_of({longer}, 2.0);
+    claim.regions.push_back(region);
+    EXPECT_THROW(check_cover(box, claim), InputError);
+  }
+  EXPECT_THROW(check_cover(box, claim_of({longer}, infinite)), InputError);
+  for (const double far : {1e71, 1e200, infinite})
+    EXPECT_THROW(
+        check_cover(box,
+                    claim_of({longer, box_vertices(Vector3::Constant(-far), Vector3::Constant(far))}, 1.0)),
+        InputError)
+        << far;
+}
+
+TEST(CoverProof, AnErrorBelowTheRoundingOfDistancesIsNeverProven) {
+  const TriangleMesh box = box_mesh({0, 0, 0}, {1, 1, 1});
+  EXPECT_FALSE(
+      check_cover(box, claim_of({box_vertices({0, 0, 0}, {1, 1, 1.0 + 0x1p-46})}, 1e-300)).is_proven);
+}
+
+// The hull of points on a line up to rounding: its facets' normals are noise in doubles.
+TEST(CoverProof, ANeedleAcrossAGapIsRefused) {
+  TriangleMesh boxes = box_mesh({0, 0, 0}, {1, 1, 1});
+  append(boxes, box_mesh({1.1, 0, 0}, {2.1, 1, 1}));
+  const Vector3 a(0.4055658370909866, 0.3818724600363589, 0.4735998664780244);
+  const Vector3 b(1.1516654616291429, 0.6938292726932138, 0.6269226548970482);
+  const Vector3 c(0.4206385567786261, 0.3881746178678105, 0.4766972965470956);
+  const Vector3 d(0.4131021969348064, 0.3850235389520847, 0.47514858151255995);
+  const CoverVerdict verdict = check_cover(boxes, claim_of({box_vertices({0, 0, 0}, {1, 1, 1}),
+                                                            box_vertices({1.1, 0, 0}, {2.1, 1, 1}),
+                                                            {a, b, c, d, d, c, d, a}},
+                                                           1e-6));
+  EXPECT_FALSE(verdict.is_proven);
+}
+
+// The foot of a perpendicular on a sliver is off its plane by more than the limit.
+TEST(CoverProof, APointOffASliverIsNoNearerThanItIs) {
+  const Vector3 a = Vector3(0.7247099090346579, 0.3992069039098525, 0.1924723711557268);
+  const Vector3 b = Vector3(1.2404465440939059, 0.7117232229925274, -0.10481449620116079);
+  const Vector3 c = Vector3(1.21465971234016, 0.6960974070414344, -0.08995015283147945);
+  const Vector3 off = Vector3(1.2074451580849435, 0.6917193950172407, -0.08578107269546699);
+  const TriangleMesh sliver{{a, b, c}, {{0, 1, 2}}};
+  EXPECT_FALSE(
+      check_cover(sliver, claim_of({{a, b, c, off, a, b, c, off}}, 5.1230264634088415e-06)).is_proven);
 }
 
 }  // namespace
