@@ -9,7 +9,7 @@
 namespace touchstone {
 namespace {
 
-constexpr double kLargestCoordinate = 1e100;  // squares and their products stay finite
+constexpr double kLargestCoordinate = 1e70;  // fourth powers stay finite: squares of areas
 
 bool is_before(const Vector3& a, const Vector3& b) {
   if (a.x() != b.x()) return a.x() < b.x();
@@ -70,7 +70,7 @@ void validate(const TriangleMesh& mesh, std::string_view name) {
       for (int axis = 0; axis < 3; ++axis) {
         const double value = mesh.vertices[corner](axis);
         if (!(std::abs(value) <= kLargestCoordinate))
-          reject(name, where + "coordinate " + figure(value) + " is not finite or beyond 1e100");
+          reject(name, where + "coordinate " + figure(value) + " is not finite or beyond 1e70");
       }
     }
   }

@@ -23,7 +23,7 @@ struct TriangleMesh {
 };
 
 /// @throws InputError naming `name` and the triangle (counted from 0): no triangle, an index that is none, a
-/// coordinate that is not finite or beyond 1e100.
+/// coordinate that is not finite or beyond 1e70.
 void validate(const TriangleMesh& mesh, std::string_view name = "mesh");
 
 /// The same triangles with one vertex a place: vertices are joined where all three coordinates are equal, and
