@@ -116,7 +116,7 @@ int run(int argc, char** argv) {
     for (comparison::ReportFile& file : cover_files(last)) report.push_back(std::move(file));
   }
   report.emplace_back("fit.csv", table_csv(runs));
-  const std::filesystem::path folder = comparison::place_report(options.output, report, is_proven);
+  const std::filesystem::path folder = comparison::place_report(options.output, report, is_proven, true);
   comparison::print_now(
       fmt::format("\n{}\nscenes and certificates: {}\n", table_text(runs), folder.string()));
   return is_proven ? 0 : 1;

@@ -162,6 +162,15 @@ void remove_stale(const fs::path& folder, const std::optional<Manifest>& before,
       unlink((folder / file.name).c_str());
 }
 
+/// Earlier files of other names, as far as they stand.
+void add_earlier(Manifest& now, const fs::path& folder, const Manifest& before) {
+  std::set<std::string> written;
+  for (const ManifestEntry& file : now.files) written.insert(file.name);
+  for (const ManifestEntry& file : before.files)
+    if (!written.contains(file.name) && standing(folder, before, file.name) != Standing::free)
+      now.files.push_back(file);
+}
+
 Manifest united(const std::optional<Manifest>& before, const Manifest& now) {
   Manifest both = now;
   both.complete = false;
@@ -198,7 +207,8 @@ void check_report_folder(const fs::path& folder, std::span<const std::string> na
   }
 }
 
-void write_report_folder(const fs::path& folder, std::span<const ReportFile> files, bool complete) {
+void write_report_folder(const fs::path& folder, std::span<const ReportFile> files, bool complete,
+                         bool keeps_earlier) {
   NewFolders folders;
   folders.make(folder);
   const FolderLock lock(folder);
@@ -210,6 +220,7 @@ void write_report_folder(const fs::path& folder, std::span<const ReportFile> fil
     if (!taken.empty()) throw ReportCollision(taken);
     now.files.push_back(manifest_entry(name, content));
   }
+  if (keeps_earlier && before) add_earlier(now, folder, *before);
   // Everything is on the disk before the first name changes: a disk that is full leaves what was there.
   std::vector<std::pair<TemporaryFile, bool>> written;  // and whether it replaces one of ours
   for (const auto& [name, content] : files) {
@@ -282,20 +293,21 @@ std::string StreamedFile::keep() try {
   return error.what();
 }
 
-fs::path place_report(const fs::path& folder, std::span<const ReportFile> files, bool complete) {
+fs::path place_report(const fs::path& folder, std::span<const ReportFile> files, bool complete,
+                      bool keeps_earlier) {
   fs::path place = folder;
   if (!complete) {
     const std::optional<Manifest> before = read_manifest(folder);
     if (before && before->complete) place /= "partial";
   }
   try {
-    write_report_folder(place, files, complete);
+    write_report_folder(place, files, complete, keeps_earlier);
   } catch (const ReportCollision&) {
     std::error_code error;
     int number = 1;
     while (fs::exists(fs::symlink_status(folder / ("unplaced_" + std::to_string(number)), error))) ++number;
     place = folder / ("unplaced_" + std::to_string(number));
-    write_report_folder(place, files, complete);
+    write_report_folder(place, files, complete, keeps_earlier);
   }
   return place;
 }

@@ -32,16 +32,17 @@ struct ReportCollision : std::runtime_error {
 /// they are renamed one by one, the manifest last. Unchanged files of an earlier run that this one does not
 /// write are removed.
 /// @param complete false: of a run that ended early.
+/// @param keeps_earlier files that this run does not write stay, and stay known: a report of several runs.
 /// @throws ReportCollision; std::runtime_error when the system refuses. Nothing has changed then.
 void write_report_folder(const std::filesystem::path& folder, std::span<const ReportFile> files,
-                         bool complete = true);
+                         bool complete = true, bool keeps_earlier = false);
 
 /// As write_report_folder, and never in vain: a partial report does not replace a complete one but goes into
 /// the folder `partial` within, and where a file came in between since check_report_folder the report goes
 /// into a new folder `unplaced_N` within.
 /// @return the folder that was written to.
 std::filesystem::path place_report(const std::filesystem::path& folder, std::span<const ReportFile> files,
-                                   bool complete);
+                                   bool complete, bool keeps_earlier = false);
 
 /// Whether what stands there takes what is written to it and keeps nothing that could be lost: a device, a
 /// pipe, a socket, or a link to one.
