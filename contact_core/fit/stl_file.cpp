@@ -1,9 +1,9 @@
 #include "touchstone/contact_core/fit/stl_file.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <string_view>
@@ -44,18 +44,21 @@ TriangleMesh parse_binary(const std::string& bytes, std::size_t count, double sc
 
 // Words of an ASCII file with the lines they stand in.
 struct Words {
+  static constexpr std::string_view kBlanks = " \t\r\n";
   std::string_view rest;
   std::size_t line = 1;
 
   std::string_view next() {
-    while (!rest.empty() && std::strchr(" \t\r\n", rest.front()) != nullptr) {
+    while (!rest.empty() && kBlanks.find(rest.front()) != std::string_view::npos) {
       if (rest.front() == '\n') ++line;
       rest.remove_prefix(1);
     }
-    const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r\n"));
+    const std::string_view word = rest.substr(0, rest.find_first_of(kBlanks));
     rest.remove_prefix(word.size());
     return word;
   }
+
+  void skip_line() { rest.remove_prefix(std::min(rest.find('\n'), rest.size())); }
 };
 
 double number(Words& words, const std::string& name) {
@@ -74,22 +77,31 @@ TriangleMesh parse_ascii(const std::string& bytes, double scale, const std::stri
   TriangleMesh mesh;
   Words words{bytes};
   std::size_t corners = 0;
+  bool is_in_solid = true;
+  words.skip_line();  // "solid" and its name
+  const auto refuse = [&](const std::string& why) {
+    return InputError(name + ":" + std::to_string(words.line) + ": " + why);
+  };
   for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
-    if (word == "vertex") {
+    if (word == "solid" || word == "endsolid") {  // the rest of the line is a name, of any words
+      if (corners != 0) throw refuse("'" + std::string(word) + "' within a triangle");
+      if (is_in_solid == (word == "solid"))
+        throw refuse("'" + std::string(word) + "' " + (is_in_solid ? "within" : "outside of") + " a solid");
+      is_in_solid = !is_in_solid;
+      words.skip_line();
+    } else if (word == "vertex") {
       const double x = number(words, name), y = number(words, name), z = number(words, name);
       mesh.vertices.emplace_back(scale * x, scale * y, scale * z);
       ++corners;
     } else if (word == "endloop") {
-      if (corners != 3)
-        throw InputError(name + ":" + std::to_string(words.line) + ": a facet of " + std::to_string(corners) +
-                         " corners; STL has three");
+      if (corners != 3) throw refuse("a facet of " + std::to_string(corners) + " corners; STL has three");
       const auto end = static_cast<std::uint32_t>(mesh.vertices.size());
       mesh.triangles.push_back({end - 3, end - 2, end - 1});
       corners = 0;
     }
   }
-  if (corners != 0)
-    throw InputError(name + ":" + std::to_string(words.line) + ": the file ends in a triangle");
+  if (corners != 0) throw refuse("the file ends in a triangle");
+  if (is_in_solid) throw refuse("the file ends in a solid: 'endsolid' is missing");
   return mesh;
 }
 

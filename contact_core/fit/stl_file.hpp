@@ -12,7 +12,7 @@ namespace touchstone {
 /// order of the corners counts. Other formats: adapters.
 /// @param scale metres a unit of the file: 1e-3 for millimetres. STL files do not say.
 /// @throws InputError, one line: the file's name and the triangle (binary, from 0) or line (ASCII): cannot be
-/// read, empty, cut off, no number, not finite, no triangle.
+/// read, empty, cut off (ASCII: a solid without `endsolid`, too), no number, not finite, no triangle.
 TriangleMesh read_stl(const std::string& path, double scale);
 
 /// The same from a file's bytes; `name` stands in errors.

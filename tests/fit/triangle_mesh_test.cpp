@@ -77,6 +77,29 @@ TEST(StlFile, BadFilesEndInOneLineWithTheTriangle) {
   EXPECT_THAT(error_of("solid x\nfacet\nvertex 1 2"), HasSubstr("part.stl:3: the file ends in a triangle"));
 }
 
+TEST(StlFile, AnAsciiFileCutOffBetweenFacetsIsNoPart) {
+  const std::string whole = ascii_stl();
+  for (const char* last : {"endsolid", "endfacet\nend"})
+    EXPECT_THAT(error_of(whole.substr(0, whole.rfind(last))), HasSubstr("the file ends in a solid")) << last;
+  EXPECT_THAT(error_of(whole + "solid more\n"), HasSubstr("the file ends in a solid"));
+  EXPECT_EQ(error_of(whole + "solid more\nendsolid more\n"), "") << "several solids are one mesh";
+}
+
+TEST(StlFile, AnyNameOfASolidPasses) {
+  for (const std::string name : {"vertex 1 2 endloop", "", "facet", "solid endsolid"}) {
+    std::string text = ascii_stl();
+    text.replace(text.find("part"), 4, name);
+    text.replace(text.rfind("part"), 4, name);
+    EXPECT_EQ(error_of(text), "") << name;
+  }
+}
+
+TEST(StlFile, ANulIsNoBlank) {
+  std::string broken = ascii_stl();
+  broken.insert(broken.find("vertex 0 ") + 7, 1, '\0');
+  EXPECT_THAT(error_of(broken), HasSubstr("no number"));
+}
+
 TEST(TriangleMesh, WeldsEqualPlacesAndSeesWhatIsClosed) {
   const TriangleMesh closed = weld(parse_stl(binary_stl(4), 1.0, "t"));
   EXPECT_EQ(closed.vertices.size(), 4U);
@@ -105,6 +128,14 @@ TEST(TriangleMesh, ShellsApartAreClosedEachForItself) {
 
 TEST(TriangleMesh, AnIndexThatIsNoneIsNamed) {
   TriangleMesh mesh{{Vector3(0, 0, 0), Vector3(1, 0, 0)}, {{0, 1, 2}}};
+  EXPECT_THROW(validate(mesh), InputError);
+}
+
+// Squares of areas are formed: fourth powers, and their products with lengths.
+TEST(TriangleMesh, ACoordinateWhosePowersOverflowIsNamed) {
+  TriangleMesh mesh{{Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0, 1e70, 0)}, {{0, 1, 2}}};
+  EXPECT_NO_THROW(validate(mesh));
+  mesh.vertices[2].y() = 1e71;
   EXPECT_THROW(validate(mesh), InputError);
 }
 
