@@ -1,5 +1,7 @@
 #include "touchstone/examples/fit/certificate.hpp"
 
+#include <fmt/format.h>
+
 #include "touchstone/contact_core/fit/stl_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/json.hpp"
@@ -76,7 +78,18 @@ std::string certificate_text(const Certificate& certificate) {
                {"excess_m", certificate.claim.excess},
                {"regions", std::move(regions)},
                {"hexahedra_m", std::move(hexahedra)}};
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";  // names may be no UTF-8
+}
+
+std::string claims_text(const Certificate& certificate) {
+  const auto corner = [](const Vector3& p) { return fmt::format("({}, {}, {})", p.x(), p.y(), p.z()); };
+  std::string text =
+      fmt::format("error at most {} m, by {} hexahedra; a unit of the file is {} m\n",
+                  certificate.claim.excess, certificate.claim.hexahedra.size(), certificate.scale);
+  for (const CoverClaim::Region& region : certificate.claim.regions)
+    text += fmt::format("region '{}', {} to {} m: error at most {} m\n", region.name, corner(region.low),
+                        corner(region.high), region.excess);
+  return text;
 }
 
 Certificate read_certificate(const std::filesystem::path& path) {

@@ -5,14 +5,22 @@
 #include <nlohmann/json.hpp>
 
 namespace touchstone::fitting {
+namespace {
+
+// YAML reads JSON's strings. What is no UTF-8 is replaced.
+std::string quote(const std::string& text) {
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
 
 std::string scene_text(const Fit& fit, const std::string& name, const std::string& description) {
-  const std::string quoted = nlohmann::json(name).dump();  // YAML reads JSON's strings
+  const std::string quoted = quote(name);
   std::string text = fmt::format(
       "name: {}\ndescription: {}\nunits: {{length: m}}\nframe_rate: 50\ncontact_gap: 1.0e-6\npolicy: "
       "advance\n"
       "duration: 1\nobjects:\n  - name: {}\n    static: true\n    hexahedra:\n",
-      quoted, nlohmann::json(description).dump(), quoted);
+      quoted, quote(description), quoted);
   for (std::size_t i = 0; i < fit.hexahedra.size(); ++i) {
     text += fmt::format("      - name: h{}\n        hexahedron:\n          vertices:\n", i);
     for (const Vector3& p : fit.hexahedra[i].vertices)

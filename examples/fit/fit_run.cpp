@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <ctime>
+#include <map>
 
 #include "touchstone/contact_core/fit/stl_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -56,13 +57,28 @@ RegionRequest parse_region(const std::string& text) {
   return {text.substr(0, equals), over, a.cwiseMin(b), a.cwiseMax(b)};
 }
 
+std::string cover_name(const std::filesystem::path& mesh) {
+  using comparison::Json;
+  return Json::parse(Json(mesh.stem().string()).dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+void check_names(const std::vector<std::filesystem::path>& meshes) {
+  std::map<std::string, std::string> files;
+  for (const std::filesystem::path& mesh : meshes) {
+    const auto [other, is_new] = files.try_emplace(cover_name(mesh), mesh.filename().string());
+    if (!is_new)
+      reject(mesh.parent_path().string(), other->second + " and " + mesh.filename().string() +
+                                              " would both become " + other->first + ".yaml; rename one");
+  }
+}
+
 FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
                comparison::ProgressLine& progress) {
   const std::string bytes = comparison::read_file(mesh.string(), "touchstone_fit");
   const TriangleMesh triangles = parse_stl(bytes, request.scale, mesh.string());
   const MeshDistance solid(weld(triangles));
   FitRun run;
-  run.name = mesh.stem().string();
+  run.name = cover_name(mesh);
   run.triangles = triangles.triangles.size();
   run.shells = solid.shells().count();
   for (const std::uint8_t is_closed : solid.shells().is_closed) run.closed_shells += is_closed;

@@ -34,7 +34,7 @@ struct FitRequest {
 
 /// One mesh's cover, and its proof.
 struct FitRun {
-  std::string name;  ///< of the file, without extension
+  std::string name;  ///< cover_name()
   std::size_t triangles = 0, shells = 0, closed_shells = 0, open_edges = 0;
   double diagonal = 0.0;  ///< [m]
   double over = 0.0;      ///< asked [m]
@@ -44,6 +44,12 @@ struct FitRun {
   std::size_t samples = 0, uncovered = 0;
   Certificate certificate;
 };
+
+/// The name of a mesh's cover: the file's without extension; what is no UTF-8 is replaced.
+std::string cover_name(const std::filesystem::path& mesh);
+
+/// @throws InputError naming two meshes whose covers would have one name.
+void check_names(const std::vector<std::filesystem::path>& meshes);
 
 /// @throws InputError: the file, or a request that it cannot meet.
 FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,

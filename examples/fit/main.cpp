@@ -64,7 +64,11 @@ std::vector<std::filesystem::path> meshes_at(const std::filesystem::path& input)
 }
 
 int check(const Options& options) {
-  const CoverVerdict verdict = check_certificate(read_certificate(options.check), options.input);
+  const Certificate certificate = read_certificate(options.check);
+  if (!options.unit.empty() && parse_unit(options.unit) != certificate.scale)
+    reject("--unit", fmt::format("'{}' is {} m; the certificate is of {} m a unit of the file", options.unit,
+                                 parse_unit(options.unit), certificate.scale));
+  const CoverVerdict verdict = check_certificate(certificate, options.input);
   if (!verdict.is_proven) {
     comparison::print_now(fmt::format("refused: {}\n", verdict.reason));
     return 1;
@@ -73,6 +77,7 @@ int check(const Options& options) {
       "proven: {} triangles in one hexahedron each, {} in several; {} outer pieces beside no inside; error "
       "bounded over {} tetrahedra\n",
       verdict.in_one_hexahedron, verdict.cut, verdict.outer_pieces, verdict.tetrahedra));
+  comparison::print_now(claims_text(certificate));
   return 0;
 }
 
@@ -95,17 +100,26 @@ int run(int argc, char** argv) {
   if (!options.check.empty()) return check(options);
   const FitRequest request = request_of(options);
   const std::vector<std::filesystem::path> meshes = meshes_at(options.input);
+  check_names(meshes);
   std::vector<std::string> names{"fit.csv"};
   for (const auto& mesh : meshes)
     for (const char* extension : {".yaml", ".certificate.json"})
-      names.push_back(mesh.stem().string() + extension);
+      names.push_back(cover_name(mesh) + extension);
   comparison::check_report_folder(options.output, names);
   std::vector<FitRun> runs;
   std::vector<comparison::ReportFile> report;
   bool is_proven = true;
   for (const auto& mesh : meshes) {
     comparison::ProgressLine progress;
-    runs.push_back(run_fit(mesh, request, progress));
+    try {
+      runs.push_back(run_fit(mesh, request, progress));
+    } catch (const InputError& error) {
+      if (meshes.size() == 1) throw;
+      progress.finish();
+      comparison::print_now(fmt::format("not proven: {}\n", error.what()));  // the others are not lost
+      is_proven = false;
+      continue;
+    }
     progress.finish();
     const FitRun& last = runs.back();
     comparison::print_now(fmt::format("{}: {} hexahedra, error {:.4g} mm, {}\n", last.name,
@@ -115,6 +129,7 @@ int run(int argc, char** argv) {
     if (!last.verdict.is_proven) continue;  // nothing that is not proven is written
     for (comparison::ReportFile& file : cover_files(last)) report.push_back(std::move(file));
   }
+  if (runs.empty()) return 1;
   report.emplace_back("fit.csv", table_csv(runs));
   const std::filesystem::path folder = comparison::place_report(options.output, report, is_proven, true);
   comparison::print_now(

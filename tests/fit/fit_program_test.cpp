@@ -102,6 +102,46 @@ TEST_F(FittedFile, SamplesFindAMissingHexahedron) {
   EXPECT_GT(count_uncovered(solid, scaled.fit, 20000).uncovered, 1000U);
 }
 
+TEST(FitProgram, NamesThatAreNoUtf8AreReplaced) {
+  EXPECT_EQ(cover_name("d/part.one.stl"), "part.one");
+  const std::string name = cover_name("p\xff.stl");
+  EXPECT_EQ(name, "p\xef\xbf\xbd");
+  Certificate certificate;
+  certificate.mesh_file = "p\xff.stl";
+  EXPECT_THAT(certificate_text(certificate), HasSubstr(name + ".stl"));
+  EXPECT_THAT(scene_text({}, "p\xff", "\xff"), HasSubstr("\"" + name + "\""));
+}
+
+TEST(FitProgram, MeshesWithOneNameAreRejectedUpFront) {
+  EXPECT_EQ(error_of([] { check_names({"d/a.stl", "d/b.stl"}); }), "");
+  EXPECT_THAT(error_of([] {
+                check_names({"d/a.STL", "d/a.stl"});
+              }),
+              HasSubstr("a.STL and a.stl would both become a.yaml"));
+}
+
+TEST(FitProgram, ACheckSaysWhatIsClaimed) {
+  Certificate certificate;
+  certificate.scale = 1e-3;
+  certificate.claim.excess = 0.25;
+  certificate.claim.regions.push_back({"port", {0, 0, 0}, {1, 2, 3}, 0.125});
+  EXPECT_THAT(claims_text(certificate), HasSubstr("error at most 0.25 m"));
+  EXPECT_THAT(claims_text(certificate), HasSubstr("a unit of the file is 0.001 m"));
+  EXPECT_THAT(claims_text(certificate), HasSubstr("'port', (0, 0, 0) to (1, 2, 3) m: error at most 0.125 m"));
+}
+
+TEST_F(FittedFile, AnEarlierFitIntoTheSameFolderStays) {
+  const std::filesystem::path output = folder_ / "out";
+  const std::vector<comparison::ReportFile> first{{"a.yaml", "a"}, {"fit.csv", "1"}};
+  const std::vector<comparison::ReportFile> second{{"b.yaml", "b"}, {"fit.csv", "2"}};
+  for (const auto& files : {first, second, first})
+    EXPECT_EQ(comparison::place_report(output, files, true, true), output);
+  EXPECT_TRUE(std::filesystem::exists(output / "a.yaml"));
+  EXPECT_TRUE(std::filesystem::exists(output / "b.yaml"));
+  comparison::place_report(output, first, true);  // as other reports do: all of them are still known
+  EXPECT_FALSE(std::filesystem::exists(output / "b.yaml"));
+}
+
 TEST_F(FittedFile, TablesHaveALineAMesh) {
   const std::vector<FitRun> runs{run()};
   EXPECT_THAT(table_text(runs), HasSubstr("fitted_angle"));
