@@ -15,6 +15,7 @@
 #include "touchstone/adapters/c_interface/corners.hpp"
 #include "touchstone/adapters/c_interface/layout.hpp"
 #include "touchstone/adapters/c_interface/touchstone_plugin.h"
+#include "touchstone/adapters/plugin/engine_name.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/narrowphase/answer_check.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
@@ -51,7 +52,7 @@ class Library {
     if (b.struct_size < sizeof(touchstone_backend))
       return "its struct_size is " + std::to_string(b.struct_size) + ", must be " +
              std::to_string(sizeof(touchstone_backend));
-    if (b.name == nullptr || *b.name == '\0') return "has no name";
+    if (b.name == nullptr || !is_engine_name(b.name)) return kNoEngineName;
     if (b.create == nullptr || b.destroy == nullptr || b.build == nullptr || b.create_workspace == nullptr ||
         b.destroy_workspace == nullptr || b.evaluate == nullptr)
       return "lacks a function";

@@ -22,26 +22,30 @@ namespace {
 /// A batch fits: fewer changes between the two processes. A system that allows less is as good, slower.
 constexpr int kPipeBytes = 1 << 20;
 
-/// No SIGPIPE of our writes to a program that has ended reaches the caller's handlers.
+/// No SIGPIPE of our writes to a program that has ended reaches the caller's handlers, or is left pending;
+/// one that was pending before still is.
 class NoBrokenPipeSignal {
  public:
   NoBrokenPipeSignal() {
     sigemptyset(&pipe_);
     sigaddset(&pipe_, SIGPIPE);
+    sigset_t pending;
+    sigpending(&pending);
+    was_pending_ = sigismember(&pending, SIGPIPE) == 1;
     pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
   }
   ~NoBrokenPipeSignal() {
-    if (sigismember(&before_, SIGPIPE) == 0) {
-      const timespec at_once{0, 0};
+    const timespec at_once{0, 0};
+    if (!was_pending_)
       while (sigtimedwait(&pipe_, nullptr, &at_once) == SIGPIPE) continue;
-      pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
   }
   NoBrokenPipeSignal(const NoBrokenPipeSignal&) = delete;
   NoBrokenPipeSignal& operator=(const NoBrokenPipeSignal&) = delete;
 
  private:
   sigset_t pipe_{}, before_{};
+  bool was_pending_ = false;
 };
 
 int spawn(pid_t& pid, const std::vector<std::string>& command, int in, int out) {
@@ -140,7 +144,7 @@ std::string ChildProcess::end() {
   }
   kill(-pid_, SIGKILL);
   if (waited == 0) {
-    waitpid(pid_, &status, 0);
+    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) continue;
     pid_ = -1;
     return "";
   }

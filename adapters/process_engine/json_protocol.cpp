@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "touchstone/adapters/plugin/engine_name.hpp"
 #include "touchstone/adapters/process_engine/protocol.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
@@ -32,6 +33,12 @@ void append(std::string& out, std::span<const double> values) {
     append(out, values[i]);
   }
   out += ']';
+}
+
+/// An unsigned number below 2^64 that is written as one: 30.5 is none, and -1.
+std::uint64_t whole_number(const json& value) {
+  if (!value.is_number_unsigned()) throw std::runtime_error("no whole number");
+  return value.get<std::uint64_t>();
 }
 
 PairStatus status_named(const std::string& name) {
@@ -88,6 +95,10 @@ class JsonProtocol final : public Protocol {
 
   Decoded read_reply(const Question& question, std::string_view reply,
                      const NarrowphaseOutput& output) const override {
+    std::size_t whole = 0;  // bytes of the lines that were asked for
+    for (std::size_t k = 0; k < question.pairs.size() && whole < reply.size(); ++k)
+      whole = std::min(reply.find('\n', whole), reply.size() - 1) + 1;
+    if (whole < reply.size()) return {0, "it writes more than was asked"};
     for (std::size_t k = 0; k < question.pairs.size(); ++k) {
       const std::size_t end = reply.find('\n');
       if (end == std::string_view::npos)
@@ -96,14 +107,13 @@ class JsonProtocol final : public Protocol {
       reply.remove_prefix(end + 1);
       if (!line.is_object()) return {k, "its line is no JSON object"};
       try {
-        if (line.at("pair").get<std::uint64_t>() != number(question, k))
+        if (whole_number(line.at("pair")) != number(question, k))
           return {k, "its answers are in another order than the pairs"};
         read_answer(line, question.input.query, question.pairs[k], output);
       } catch (const std::exception&) {
         return {k, "its line lacks a field or has one of another type"};
       }
     }
-    if (!reply.empty()) return {question.pairs.size(), "it writes more than was asked"};
     return {question.pairs.size(), nullptr};
   }
 
@@ -129,9 +139,10 @@ class JsonProtocol final : public Protocol {
     geometry.point_count = static_cast<std::int32_t>(std::min<std::size_t>(points.size(), 1000));
     const auto slots = static_cast<std::size_t>(query.max_points);
     for (std::size_t p = 0; p < std::min(points.size(), slots); ++p)
-      output.points[i * slots + p] = {vector_at(points[p], "p_A_W"), vector_at(points[p], "p_B_W"),
-                                      points[p].at("separation").get<double>(),
-                                      points[p].value("feature_id", 0u)};
+      output.points[i * slots + p] = {
+          vector_at(points[p], "p_A_W"), vector_at(points[p], "p_B_W"),
+          points[p].at("separation").get<double>(),
+          static_cast<std::uint32_t>(whole_number(points[p].value("feature_id", json(0u))))};
   }
 };
 
@@ -140,12 +151,15 @@ class JsonProtocol final : public Protocol {
 Greeting parse_greeting(std::string_view line) {
   const json greeting = json::parse(line, nullptr, false);
   if (!greeting.is_object()) throw InputError("its first line is no JSON object");
+  const char* const lacks = "its first line lacks touchstone, name or format, or has a field of another type";
   try {
-    const int version = greeting.at("touchstone").get<int>();
+    const json bits = greeting.value("scalar_bits", json(64));
+    if (!greeting.at("touchstone").is_number_integer() || !bits.is_number_integer()) throw InputError(lacks);
+    const auto version = greeting.at("touchstone").get<std::int64_t>();
     if (version != 1) throw InputError("speaks version " + std::to_string(version) + ", this is 1");
     Greeting out;
     out.name = greeting.at("name").get<std::string>();
-    if (out.name.empty()) throw InputError("has no name");
+    if (!is_engine_name(out.name)) throw InputError(kNoEngineName);
     out.description = greeting.value("description", "");
     const auto format = greeting.at("format").get<std::string>();
     if (format != "binary" && format != "json") throw InputError("format '" + format + "' is none");
@@ -156,7 +170,7 @@ Greeting parse_greeting(std::string_view line) {
     of.manifold = greeting.value("manifold", false);
     of.overlap_complete = greeting.value("overlap_complete", true);
     of.deterministic = greeting.value("deterministic", true);
-    of.scalar_bits = greeting.value("scalar_bits", 64);
+    of.scalar_bits = bits.get<int>();
     of.resolution.absolute = greeting.value("absolute_resolution", 0.0);
     of.resolution.relative = greeting.value("relative_resolution", 0.0);
     // JSON has no infinity: null claims nothing of depths.
@@ -164,7 +178,7 @@ Greeting parse_greeting(std::string_view line) {
     of.resolution.of_depth = depth.is_null() ? std::numeric_limits<double>::infinity() : depth.get<double>();
     return out;
   } catch (const json::exception&) {
-    throw InputError("its first line lacks touchstone, name or format, or has a field of another type");
+    throw InputError(lacks);
   }
 }
 

@@ -105,7 +105,7 @@ class Connection final : public Narrowphase::Workspace {
     while (at < all.size()) {
       const std::size_t most = at < one_by_one_until ? 1 : engine_->protocol->largest_question();
       const auto part = all.subspan(at, std::min(most, all.size() - at));
-      if (!is_running(solids)) return give_up(all.size() - at);
+      if (!is_running(solids)) return give_up(all.subspan(at), output);
       const auto [answered, failure] = ask_part({input, part, ++batch_}, output);
       at += answered;
       if (failure.empty()) continue;
@@ -132,7 +132,10 @@ class Connection final : public Narrowphase::Workspace {
 
   bool is_running(const Solids& solids) {
     while (child_ == nullptr || built_ != solids.build) {
-      if (child_ == nullptr && starts_++ > engine_->options.max_restarts) return false;
+      if (child_ == nullptr) {
+        if (starts_ > engine_->options.max_restarts) return false;  // here for ever after
+        ++starts_;
+      }
       try {
         if (child_ == nullptr) start();
         if (send(solids)) return true;
@@ -188,10 +191,12 @@ class Connection final : public Narrowphase::Workspace {
     return {decoded.answered, ""};
   }
 
-  void give_up(std::size_t unasked) {
+  void give_up(std::span<const std::uint32_t> unasked, const NarrowphaseOutput& output) {
+    for (const std::uint32_t i : unasked)
+      output.status[i] = PairStatus::failed;  // a reply not believed left more
     if (std::exchange(told_end_, true)) return;
     engine_->tell("given up after " + std::to_string(engine_->options.max_restarts) + " restarts; " +
-                  std::to_string(unasked) + " pairs here and all later ones are failed unasked");
+                  std::to_string(unasked.size()) + " pairs here and all later ones are failed unasked");
   }
 
   std::shared_ptr<const Engine> engine_;

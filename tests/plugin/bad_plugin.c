@@ -43,8 +43,11 @@ void (*each_is_used[2])(const void*, void*, const touchstone_input*, const touch
 #ifndef EVALUATE
 #define EVALUATE evaluate
 #endif
+#ifndef NAME
+#define NAME "bad"
+#endif
 
 const touchstone_backend touchstone_plugin = {
-    ABI_VERSION, sizeof(touchstone_backend), "bad", "answers nonsense",
+    ABI_VERSION, sizeof(touchstone_backend), NAME, "answers nonsense",
     {.distance = 1, .penetration = 1, .manifold = 1, .scalar_bits = 64},
     create, destroy, build, create_workspace, destroy_workspace, EVALUATE};

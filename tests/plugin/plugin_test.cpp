@@ -53,6 +53,7 @@ TEST(Plugin, WhatIsNoneIsRefusedByName) {
   EXPECT_THAT(refusal(NO_PLUGIN), HasSubstr("exports no touchstone_plugin"));
   EXPECT_THAT(refusal(NEXT_VERSION_PLUGIN), HasSubstr("version 2 of the interface, this is 1"));
   EXPECT_THAT(refusal(INCOMPLETE_PLUGIN), HasSubstr("lacks a function"));
+  EXPECT_THAT(refusal(MISNAMED_PLUGIN), HasSubstr("its name is not up to 64 letters, digits and _ - + ."));
 }
 
 TEST(Plugin, ANameIsTakenOnce) {

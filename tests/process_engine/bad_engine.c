@@ -1,5 +1,7 @@
-/* An engine that goes wrong on pairs whose b is 31, as its argument says; all others it calls separated. */
+/* An engine that goes wrong on pairs whose b is 31, as its first argument says; all others it calls separated. The second
+ * argument, if any, is json: it then speaks that format. */
 #define _POSIX_C_SOURCE 200809L
+#include <inttypes.h>
 #include <math.h>
 #include <signal.h>
 #include <stdint.h>
@@ -33,13 +35,51 @@ static void go_wrong(const char* how) {
   if (strcmp(how, "close") == 0) { fclose(stdout); close(STDOUT_FILENO); for (;;) pause(); }
 }
 
+static unsigned long long field(const char* line, const char* key) {
+  const char* at = strstr(line, key);
+  return at == NULL ? 0 : strtoull(at + strlen(key), NULL, 10);
+}
+
+/* What is written for a pair goes out at once, so that nobody reads a part of it. */
+static int answer_lines(const char* how) {
+  static char line[1 << 16];
+  while (fgets(line, sizeof line, stdin) != NULL) {
+    if (strncmp(line, "{\"solids\"", 9) == 0) {
+      while (strchr(line, '\n') == NULL)
+        if (fgets(line, sizeof line, stdin) == NULL) return 1;
+      continue;
+    }
+    const int is_wrong = field(line, "\"b\":") == 31;
+    const uint64_t pair = field(line, "\"pair\":");
+    const char* rest = "\"status\":\"separated\",\"separation\":1,\"n_AB_W\":[1,0,0],\"p_A_W\":[0,0,0],\"p_B_W\":[1,0,0]";
+    const char *fraction = "", *points = "";
+    if (is_wrong) {
+      go_wrong(how);
+      if (strcmp(how, "short") == 0) {
+        printf("{\"pair\":%" PRIu64 ",\"sta", pair);
+        return 0;
+      }
+      if (strcmp(how, "fraction") == 0) fraction = ".5";
+      if (strcmp(how, "feature") == 0)
+        points = "{\"p_A_W\":[0,0,0],\"p_B_W\":[1,0,0],\"separation\":1,\"feature_id\":1e300}";
+    }
+    printf("{\"pair\":%" PRIu64 "%s,%s,\"points\":[%s]}\n", pair + (is_wrong && strcmp(how, "order") == 0), fraction, rest, points);
+    if (is_wrong && strcmp(how, "extra") == 0) printf("{\"pair\":%" PRIu64 ",%s}\n", pair + 1, rest);
+    fflush(stdout);
+  }
+  return 0;
+}
+
 int main(int argc, char** argv) {
   const char* how = argc > 1 ? argv[1] : "";
+  const int is_json = argc > 2 && strcmp(argv[2], "json") == 0;
   if (strcmp(how, "silent") == 0) for (;;) pause();
   if (strcmp(how, "chatter") == 0) for (;;) write_all("hello, hello, hello ", 20);
   const char* version = strcmp(how, "version") == 0 ? "2" : "1";
-  printf("{\"touchstone\": %s, \"name\": \"bad\", \"format\": \"binary\", \"distance\": true, \"penetration\": true}\n", version);
+  printf("{\"touchstone\": %s, \"name\": \"bad\", \"format\": \"%s\", \"distance\": true, \"penetration\": true, \"manifold\": %s}\n",
+         version, is_json ? "json" : "binary", is_json ? "true" : "false");
   fflush(stdout);
+  if (is_json) return answer_lines(how);
   for (Head head; fread(&head, sizeof head, 1, stdin) == 1;) {
     if (head.kind == 1) {
       for (uint32_t i = 0; i < head.count; ++i)

@@ -1,10 +1,12 @@
 #include "touchstone/adapters/process_engine/process_engine.hpp"
 
 #include <gmock/gmock.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/adapters/process_engine/child_process.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -52,18 +54,35 @@ struct Row {
 };
 
 // Pair 30 is (0, 31), the one that the bad engine goes wrong on.
+void expect_only_pair_30_failed(Engine& bad, const Row& row, const char* reason,
+                                const Query& query = {.kind = QueryKind::distance}) {
+  const Answers answers = bad.ask(row.solids, row.pairs, row.poses, query);
+  for (std::size_t i = 0; i < row.pairs.size(); ++i) {
+    EXPECT_EQ(answers.status[i], i == 30 ? PairStatus::failed : PairStatus::separated) << i;
+    if (i == 30) {
+      EXPECT_TRUE(std::isnan(answers.geometry[i].separation));
+    } else {
+      EXPECT_EQ(answers.geometry[i].separation, 1.0);
+    }
+  }
+  ASSERT_FALSE(bad.told.empty());
+  EXPECT_THAT(bad.told, Contains(HasSubstr(reason)));
+  EXPECT_THAT(bad.told.back(), HasSubstr("on pair 30"));
+}
 void expect_only_pair_30_failed(const char* how, const char* reason,
                                 milliseconds limit = milliseconds(5000)) {
   SCOPED_TRACE(how);
   Engine bad({BAD_ENGINE, how}, limit);
-  const Row row;
-  const Answers answers = bad.ask(row.solids, row.pairs, row.poses, {.kind = QueryKind::distance});
-  for (std::size_t i = 0; i < row.pairs.size(); ++i)
-    EXPECT_EQ(answers.status[i], i == 30 ? PairStatus::failed : PairStatus::separated) << i;
-  EXPECT_TRUE(std::isnan(answers.geometry[30].separation));
-  EXPECT_EQ(answers.geometry[31].separation, 1.0);
-  EXPECT_THAT(bad.told, Contains(HasSubstr(reason)));
-  EXPECT_THAT(bad.told.back(), HasSubstr("on pair 30"));
+  expect_only_pair_30_failed(bad, Row(), reason);
+}
+void expect_only_pair_30_failed_in_json(const char* how, const char* reason,
+                                        const Query& query = {.kind = QueryKind::distance},
+                                        std::size_t pairs = 60) {
+  SCOPED_TRACE(how);
+  Engine bad({BAD_ENGINE, how, "json"});
+  Row row;
+  row.pairs.resize(pairs);
+  expect_only_pair_30_failed(bad, row, reason, query);
 }
 
 TEST(ProcessEngine, ACrashIsFailedOnItsPair) {
@@ -86,6 +105,21 @@ TEST(ProcessEngine, WhatIsNoAnswerIsFailedOnItsPair) {
   expect_only_pair_30_failed("status", "its status is none, or was not written, on pair 30");
 }
 
+TEST(ProcessEngine, LinesThatBreakTheProtocolAreFailedOnTheirPair) {
+  expect_only_pair_30_failed_in_json("order", "its answers are in another order than the pairs on pair 30");
+  expect_only_pair_30_failed_in_json("short", "exit code 0 on pair 30");
+}
+// Pair 30 is the last of them: what is written too much follows the reply.
+TEST(ProcessEngine, AReplyThatHoldsMoreThanWasAskedIsNotBelieved) {
+  expect_only_pair_30_failed_in_json("extra", "it writes more than was asked on pair 30",
+                                     {.kind = QueryKind::distance}, 31);
+}
+TEST(ProcessEngine, NumbersThatAreNoWholeOnesAreFailedOnTheirPair) {
+  const char* reason = "its line lacks a field or has one of another type on pair 30";
+  expect_only_pair_30_failed_in_json("fraction", reason);
+  expect_only_pair_30_failed_in_json("feature", reason, {.kind = QueryKind::manifold, .max_points = 4});
+}
+
 TEST(ProcessEngine, AFloodIsNotBelievedAndEnds) {
   Engine bad({BAD_ENGINE, "flood"});
   const Row row;
@@ -102,10 +136,10 @@ TEST(ProcessEngine, AFloodIsNotBelievedAndEnds) {
   EXPECT_THAT(bad.told.back(), HasSubstr("given up after 16 restarts"));
 }
 
-std::string refusal(std::vector<std::string> command) {
+std::string refusal(std::vector<std::string> command, milliseconds limit = milliseconds(5000)) {
   BackendRegistry registry;
   try {
-    register_process_engine(registry, {.command = std::move(command), .time_limit = milliseconds(100)});
+    register_process_engine(registry, {.command = std::move(command), .time_limit = limit});
   } catch (const InputError& error) {
     EXPECT_TRUE(registry.narrowphases().empty());
     return error.what();
@@ -120,8 +154,50 @@ TEST(ProcessEngine, WhatIsNoEngineIsRefusedByName) {
   EXPECT_THAT(refusal({"echo", "hello"}), HasSubstr("no JSON object"));
   EXPECT_THAT(refusal({"echo", "{}"}), HasSubstr("lacks touchstone, name or format"));
   EXPECT_THAT(refusal({BAD_ENGINE, "version"}), HasSubstr("speaks version 2, this is 1"));
-  EXPECT_THAT(refusal({BAD_ENGINE, "silent"}), HasSubstr("no answer within 0.5 s"));
+  EXPECT_THAT(refusal({BAD_ENGINE, "silent"}, milliseconds(100)), HasSubstr("no answer within 0.5 s"));
   EXPECT_THAT(refusal({BAD_ENGINE, "chatter"}), HasSubstr("first line does not end"));
+  for (const char* fields : {R"("touchstone": 1.5)", R"("touchstone": 1, "scalar_bits": 1e300)"})
+    EXPECT_THAT(refusal({"echo", R"({"name": "a", "format": "json", )" + std::string(fields) + "}"}),
+                HasSubstr("has a field of another type"));
+}
+
+// It becomes the name of files, and a word on terminals.
+TEST(ProcessEngine, ANameIsAPlainWord) {
+  const auto named = [](const std::string& name, const char* format) {
+    return refusal({"echo", R"({"touchstone": 1, "format": ")" + std::string(format) + R"(", "name": ")" +
+                                name + "\"}"});
+  };
+  for (const char* format : {"json", "binary"}) {
+    EXPECT_EQ(named("a.B-9_+", format), "");
+    EXPECT_EQ(named(std::string(64, 'a'), format), "");
+    for (const std::string name : {"", "../../a", "a/b", ".a", "a b", "a\\u001b[31m", "a\\u0000", "\u00e4"})
+      EXPECT_THAT(named(name, format), HasSubstr("its name is not up to 64 letters, digits and _ - + ."))
+          << name;
+    EXPECT_THAT(named(std::string(65, 'a'), format), HasSubstr("its name is not up to 64"));
+  }
+}
+
+// A program that reads no more but lives: writing to it raises the signal.
+TEST(ProcessEngine, NoSignalOfABrokenPipeIsLeft) {
+  sigset_t pipe, before, pending;
+  sigemptyset(&pipe);
+  sigaddset(&pipe, SIGPIPE);
+  ASSERT_EQ(pthread_sigmask(SIG_BLOCK, &pipe, &before), 0);
+  for (const bool was_pending : {false, true}) {
+    process_engine::ChildProcess child({"sh", "-c", "exec 0<&-; exec sleep 60"});
+    if (was_pending) raise(SIGPIPE);
+    auto turn = process_engine::ChildProcess::Turn::wrote_or_read;
+    for (std::string reply; turn == process_engine::ChildProcess::Turn::wrote_or_read;) {
+      std::string_view request = "a";
+      turn = child.exchange(request, reply, 1, milliseconds(5000));
+    }
+    EXPECT_EQ(turn, process_engine::ChildProcess::Turn::ended);
+    sigpending(&pending);
+    EXPECT_EQ(sigismember(&pending, SIGPIPE), was_pending ? 1 : 0);
+  }
+  const timespec at_once{0, 0};
+  sigtimedwait(&pipe, nullptr, &at_once);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 TEST(ProcessEngine, PosesThatAreNotFiniteAreNotSent) {
