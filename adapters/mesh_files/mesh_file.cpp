@@ -60,11 +60,22 @@ std::string read_bytes(const std::filesystem::path& file, const ReadTask& task) 
   return bytes;
 }
 
+/// Before memory is taken for what the header says. What is no binary file parse_stl() judges.
+void require_room_for_binary_stl(std::string_view bytes, const ReadTask& task) {
+  constexpr std::size_t kHeader = 84, kRecord = 50;
+  if (bytes.size() <= kHeader || (bytes.size() - kHeader) % kRecord != 0) return;
+  const std::size_t count = (bytes.size() - kHeader) / kRecord;
+  std::size_t stated = 0;
+  for (std::size_t i = 4; i-- > 0;) stated = stated << 8U | static_cast<unsigned char>(bytes[80 + i]);
+  if (stated == count) task.require_room(count - 1);
+}
+
 Soup read_soup(const std::filesystem::path& file, Format format, UpAxis up, const ReadTask& task) {
   const std::string bytes = read_bytes(file, task);
   if (format == Format::dae) return read_dae(file, up == UpAxis::stated, task);
   if (format == Format::ply) return read_ply(bytes, task);
   if (format == Format::obj) return read_obj(bytes, task);
+  require_room_for_binary_stl(bytes, task);
   TriangleMesh mesh = parse_stl(bytes, 1.0, task.file);
   if (!mesh.triangles.empty()) task.require_room(mesh.triangles.size() - 1);
   return {std::move(mesh.vertices), std::move(mesh.triangles)};

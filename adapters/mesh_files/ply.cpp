@@ -6,6 +6,7 @@
 
 #include "touchstone/adapters/mesh_files/soup.hpp"
 #include "touchstone/adapters/mesh_files/text_scanner.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::mesh_files {
 namespace {
@@ -129,6 +130,14 @@ class Values {
     at_ += size;
     return value_of(bits, type);
   }
+  /// As next(), of a value that is not read: any word will do.
+  void pass(Type type) {
+    if (coding_ != Coding::text) {
+      next(type);
+    } else if (text_->word().empty()) {
+      fail("the file ends: it is truncated");
+    }
+  }
   /// The length of a list; 1 of what is none. Below 0 as 0.
   std::size_t count(const Property& property) {
     if (!property.is_list) return 1;
@@ -139,7 +148,7 @@ class Values {
   }
   void skip(const Property& property) {
     const std::size_t values = count(property);
-    for (std::size_t i = 0; i < values; ++i) next(property.value);
+    for (std::size_t i = 0; i < values; ++i) pass(property.value);
   }
   [[noreturn]] void fail(const std::string& reason) const {
     task_->fail(*element_ + " " + std::to_string(row_) + ": " + reason);
@@ -198,8 +207,7 @@ void read_polygon(const Property& property, Values& values, Soup& soup, const Re
   for (std::size_t i = 0; i < count; ++i) {
     const double index = values.next(property.value);
     if (!(index >= 0.0 && index < static_cast<double>(soup.vertices.size())))
-      values.fail("vertex " + std::to_string(static_cast<long long>(index)) + " of " +
-                  std::to_string(soup.vertices.size()));
+      values.fail("vertex " + figure(index) + " of " + std::to_string(soup.vertices.size()));
     corner[i < 2 ? i : 2] = static_cast<std::uint32_t>(index);
     if (i < 2) continue;
     task.require_room(soup.triangles.size());

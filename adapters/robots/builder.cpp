@@ -31,25 +31,26 @@ std::size_t RobotBuilder::add_link(const std::string& name) {
   return robot_->mechanism.links.size() - 1;
 }
 
-std::string RobotBuilder::unique_name(const ShapePlace& place) {
-  std::set<std::string>& taken = names_[place.link];
-  std::string name = place.name;
-  for (int i = 2; !taken.insert(name).second; ++i) name = place.name + "." + std::to_string(i);
+std::string RobotBuilder::unique_name(std::size_t link, const std::string& wanted) {
+  std::set<std::string>& taken = names_[link];
+  std::string name = wanted;
+  for (int i = 2; !taken.insert(name).second; ++i) name = wanted + "." + std::to_string(i);
   return name;
 }
 
 void RobotBuilder::add_box(const ShapePlace& place, const Vector3& size) {
   at(place, [&] {
     robot_->mechanism.links[place.link].solids.push_back(
-        {unique_name(place), Hexahedron::from_size(size, place.label), place.X_LS});
+        {unique_name(place.link, place.name), Hexahedron::from_size(size, place.label), place.X_LS});
   });
 }
 
 template <class Make>
 void RobotBuilder::add_round(const ShapePlace& place, const char* shape, const Make& make) {
   at(place, [&] {
-    const std::string name = unique_name(place);
+    const std::string name = unique_name(place.link, place.name);
     RoundPart part = make(name);
+    for (PlacedHexahedron& slice : part.solids) slice.name = unique_name(place.link, slice.name);
     robot_->replaced.push_back({robot_->mechanism.links[place.link].name, name, shape, "", 0,
                                 part.solids.size(), part.figures[0].error});
     append(std::move(part), place.link, robot_->mechanism);
@@ -92,7 +93,10 @@ RobotBuilder::Loaded RobotBuilder::load(const std::filesystem::path& file, const
   MeshFileOptions options;
   options.metres_per_unit = 1.0;  // URDF's and SDF's unit; another one is in the scale
   LoadedMesh loaded = load_mesh(file, options);
-  for (Vector3& v : loaded.mesh.vertices) v = v.cwiseProduct(scale);
+  for (Vector3& v : loaded.mesh.vertices) {
+    v = v.cwiseProduct(scale);
+    if (!is_finite(v)) throw InputError(file.string() + ": its scaled coordinates are not finite");
+  }
   if (scale.x() * scale.y() * scale.z() < 0.0)  // mirrored: what was outside is inside
     for (auto& t : loaded.mesh.triangles) std::swap(t[1], t[2]);
   if (!loaded.report.bounds_a_solid())
@@ -101,12 +105,13 @@ RobotBuilder::Loaded RobotBuilder::load(const std::filesystem::path& file, const
 }
 
 void RobotBuilder::add_cover(const ShapePlace& place, const Loaded& loaded, const std::string& file) {
-  const std::string name = unique_name(place);
+  const std::string name = unique_name(place.link, place.name);
   LinkDescription& link = robot_->mechanism.links[place.link];
   std::size_t index = 0;
   for (const PlacedHexahedron& part : loaded.cover.solids) {
-    const std::string part_name =
-        loaded.cover.solids.size() == 1 ? name : name + "." + std::to_string(index++);
+    const std::string part_name = loaded.cover.solids.size() == 1
+                                      ? name
+                                      : unique_name(place.link, name + "." + std::to_string(index++));
     link.solids.push_back({part_name, part.solid, with_rounded_frame(place.X_LS, part.X_OS)});
   }
   robot_->replaced.push_back(

@@ -48,7 +48,7 @@ class RobotBuilder {
     std::size_t triangles;
   };
 
-  std::string unique_name(const ShapePlace& place);
+  std::string unique_name(std::size_t link, const std::string& wanted);
   template <class Make>
   void add_round(const ShapePlace& place, const char* shape, const Make& make);
   Loaded load(const std::filesystem::path& file, const Vector3& scale);

@@ -55,9 +55,10 @@ path in_package(const std::string& uri, const std::string& rest, const path& rob
   if (inside.is_absolute() || inside.empty() || *inside.begin() == "..")
     throw InputError("mesh '" + uri + "': leaves its package");
   std::string looked_in;
+  std::error_code error;
   for (const path& folder : folders_to_look_in(robot, package_paths)) {
     for (const path& candidate : {folder / name, folder})
-      if (is_package(candidate, name) && std::filesystem::exists(candidate / inside))
+      if (is_package(candidate, name) && std::filesystem::exists(candidate / inside, error))
         return candidate / inside;
     looked_in += (looked_in.empty() ? "" : ", ") + folder.string();
   }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -272,6 +273,7 @@ TEST(MeshFile, ObjHasPolygonsMaterialsAndIndicesFromTheEnd) {
 TEST(MeshFile, BadPlyIsRefusedByElement) {
   EXPECT_THAT(error("a.ply", ply("3 1 2 4\n")), HasSubstr("face 3: vertex 4 of 4"));
   EXPECT_THAT(error("a.ply", ply("3 1 -2 3\n")), HasSubstr("face 3: vertex -2 of 4"));
+  EXPECT_THAT(error("a.ply", ply("3 1 1e300 3\n")), HasSubstr("face 3: vertex 1e+300 of 4"));
   EXPECT_THAT(error("a.ply", ply("2 1 2\n")), HasSubstr("face 3: it has 2 corners"));
   EXPECT_THAT(error("a.ply", ply("3 1 ")), HasSubstr("face 3: the file ends: it is truncated"));
   EXPECT_THAT(error("a.ply", ply("3 1 2 3\n").replace(ply("").find("0 1 0"), 5, "0 nan 0")),
@@ -287,6 +289,13 @@ TEST(MeshFile, BadPlyIsRefusedByElement) {
               HasSubstr("its vertices have no y"));
   EXPECT_THAT(error("a.ply", "ply\nformat ascii 1.0\n"), HasSubstr("the header has no end"));
   EXPECT_THAT(error("a.ply", "not a mesh"), HasSubstr("does not begin with 'ply'"));
+}
+
+TEST(MeshFile, WhatIsPassedByInAPlyNeedBeNoNumber) {
+  std::string text = ply("3 1 2 3\n");
+  text.insert(text.find("element face"), "property float nx\n");
+  text.replace(text.find("0 0 0\n1 0 0\n0 1 0\n0 0 1\n"), 24, "0 0 0 nan\n1 0 0 inf\n0 1 0 x\n0 0 1 1\n");
+  EXPECT_TRUE(load("a.ply", text).report.bounds_a_solid());
 }
 
 TEST(MeshFile, BadDaeIsRefused) {
@@ -307,6 +316,9 @@ TEST(MeshFile, FilesThatAreNoneAndLimitsAreNamed) {
   MeshFileOptions few = metres();
   few.most_triangles = 3;
   EXPECT_THAT(error("a.stl", binary_stl(kTetrahedron), few), HasSubstr("more than 3 triangles"));
+  Triangles not_read = kTetrahedron;
+  not_read[0][0].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(error("a.stl", binary_stl(not_read), few), HasSubstr("more than 3 triangles"));
   EXPECT_THAT(error("a.obj", kObj, few), HasSubstr("more than 3 triangles"));
   few = metres();
   few.most_shells = 1;

@@ -77,6 +77,7 @@ TEST_F(MeshPath, NoPathLeavesItsPackage) {
 
 TEST_F(MeshPath, WhatIsNotThereIsNamed) {
   EXPECT_THAT(error("package://hand/thumb.stl"), HasSubstr("mesh 'package://hand/thumb.stl': not found"));
+  EXPECT_THAT(error("package://hand/" + std::string(300, 'a')), HasSubstr("not found"));  // too long a name
   EXPECT_THAT(error("thumb.stl"), HasSubstr("there is no file"));
   EXPECT_THAT(error(""), HasSubstr("there is no file"));
   EXPECT_THAT(error("https://example.org/a.stl"), HasSubstr("known are package://"));

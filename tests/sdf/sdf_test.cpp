@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <set>
 
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -108,6 +109,18 @@ TEST(Sdf, EveryShapeIsRead) {
   EXPECT_EQ(count("<empty/>"), 0u);
 }
 
+// A sphere's hexahedra are c.0, c.1, ...: a box of such a name comes before or behind them.
+TEST(Sdf, HexahedraHaveNamesOfTheirOwn) {
+  const std::string sphere = collision("<sphere><radius>1</radius></sphere>");
+  const std::string box = "<collision name='c.2'><geometry>" + kBox + "</geometry></collision>";
+  for (const std::string& shapes : {sphere + box, box + sphere, sphere + sphere + box}) {
+    const Robot robot = sdf::parse_robot(model("<link name='a'>" + shapes + "</link>"));
+    std::set<std::string> names;
+    for (const auto& solid : robot.mechanism.links[0].solids)
+      EXPECT_TRUE(names.insert(solid.name).second) << solid.name;
+  }
+}
+
 TEST(Sdf, AJointToTheWorldHoldsIt) {
   const Mechanism arm(sdf::parse_robot(model("<link name='a'><pose>0 0 2 0 0 0</pose>" + collision(kBox) +
                                              "</link><joint name='j' type='prismatic'><parent>world</parent>"
@@ -160,6 +173,9 @@ TEST(Sdf, BadFilesAreRefusedByLine) {
 TEST(Sdf, BadShapesAreRefusedByLink) {
   EXPECT_THAT(shape_error("<plane><normal>0 0 1</normal></plane>"), HasSubstr("<plane>: is no shape"));
   EXPECT_THAT(shape_error("<box><size>1 0 1</size></box>"), HasSubstr("r.sdf:3: link 'a', collision 'c'"));
+  EXPECT_THAT(
+      shape_error("<mesh><uri>file://" + kMeshes + "hand.obj</uri><scale>1e308 1e308 1e308</scale></mesh>"),
+      HasSubstr("hand.obj: its scaled coordinates are not finite"));
   EXPECT_THAT(shape_error("<sphere/>"), HasSubstr("<sphere>: has no <radius>"));
   EXPECT_THAT(shape_error("<mesh><uri>model://x/../../a.stl</uri></mesh>"), HasSubstr("leaves its package"));
   EXPECT_THAT(shape_error("<mesh><uri>model://nowhere/a.stl</uri></mesh>"), HasSubstr("not found"));
