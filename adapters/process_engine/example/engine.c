@@ -69,5 +69,7 @@ int main(int argc, char** argv) {
     fwrite(reply, 1, (size_t)(end - reply), stdout);
     fflush(stdout);
   }
+  free(corners), free(asked), free(poses), free(reply);
+  touchstone_destroy_workspace(scratch), touchstone_destroy(native);
   return 0;
 }
