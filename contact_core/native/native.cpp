@@ -29,7 +29,7 @@ class NativeNarrowphase final : public Narrowphase {
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
   void build(std::span<const Hexahedron> solids) override { set_ = native::make_solid_set(solids); }
   bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
-    native::set_solids(set_, first, solids);
+    native::set_solids(set_, first, native::make_solid_set(solids));
     return true;
   }
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }

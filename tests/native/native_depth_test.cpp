@@ -181,8 +181,7 @@ std::vector<native::PairIndices> pairs_of_kind(const native::SolidSet& data, con
   std::vector<native::PairIndices> out;
   for (const SolidPair& pair : set.pairs) {
     if (native::kind_of(data, pair) > kind) continue;
-    const bool swapped =
-        !native::comes_first(data.solids[pair.a], set.poses[pair.a], data.solids[pair.b], set.poses[pair.b]);
+    const bool swapped = !native::comes_first(data, pair, set.poses[pair.a], set.poses[pair.b]);
     out.push_back(swapped ? native::PairIndices{pair.b, pair.a} : native::PairIndices{pair.a, pair.b});
   }
   return out;
@@ -223,7 +222,7 @@ struct DepthOf {
   }
   native::PlacedPair placed(const native::PairIndices& pair) const {
     native::PlacedPair out;
-    native::place(data.solids[pair.a], set.poses[pair.a], data.solids[pair.b], set.poses[pair.b], true, out);
+    native::place(data, {pair.a, pair.b}, set.poses[pair.a], set.poses[pair.b], true, out);
     return out;
   }
   DepthRecord hulls(const native::Kernels& kernels, const native::PairIndices& pair) const {

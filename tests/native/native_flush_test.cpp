@@ -86,8 +86,7 @@ TEST(NativeFlush, ClassesAreExactAndDepthsTheScalarRoads) {
       if (!meet) continue;
       ++met;
       native::PlacedPair placed;
-      native::place(data.solids[pair.a], set.poses[pair.a], data.solids[pair.b], set.poses[pair.b], true,
-                    placed);
+      native::place(data, pair, set.poses[pair.a], set.poses[pair.b], true, placed);
       const native::SeparationAxis axis = native::best_facet_axis(
           placed.pair.hulls, *placed.pair.a, placed.pair.R_WA, *placed.pair.b, placed.pair.R_WB);
       const double S = placed.pair.hulls.extent + norm(placed.origin_W);
@@ -218,8 +217,7 @@ TEST(NativeFlush, AloneAndTogetherGiveTheSameBitsOnEveryInstructionSet) {
   std::vector<native::PointRecord> points(8 * set.pairs.size()), alone(8);
   const native::Kernels& generic = *native::available_kernels().of[0];
   for (const SolidPair& given : set.pairs) {
-    const bool swapped = !native::comes_first(data.solids[given.a], set.poses[given.a], data.solids[given.b],
-                                              set.poses[given.b]);
+    const bool swapped = !native::comes_first(data, given, set.poses[given.a], set.poses[given.b]);
     const native::PairIndices pair{swapped ? given.b : given.a, swapped ? given.a : given.b};
     native::DepthRecord depth;
     generic.compute_box_depths(poses, data.boxes.data(), &pair, 1, &depth);

@@ -68,8 +68,8 @@ TEST(NativeKernels, WhatThePortalCertifiesIsSoOnEveryInstructionSet) {
   for (const SolidPair& pair : crowd.pairs) pairs.push_back({pair.a, pair.b});
   const auto certify = [&](const native::Kernels& kernels, int steps) {
     std::vector<Certified> out(pairs.size());
-    kernels.certify_by_mpr(records(crowd), set.vertices.data(), pairs.data(), pairs.size(), steps, out.data(),
-                           nullptr);
+    kernels.certify_by_mpr(records(crowd), native::vertex_records(set), pairs.data(), pairs.size(), steps,
+                           out.data(), nullptr);
     return out;
   };
   const native::KernelList& list = native::available_kernels();

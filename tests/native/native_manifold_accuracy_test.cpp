@@ -304,7 +304,7 @@ TEST(NativeManifoldAccuracy, FlushFacesKeepTheirFourPointsAndIds) {
 native::Manifold by_scalar_code(const PairOfSolids& pair, const PairGeometry& geometry, Vector3& origin_W) {
   const native::SolidSet set = native::make_solid_set(std::array{pair.a, pair.b});
   native::PlacedPair placed;
-  native::place(set.solids[0], pair.X_WA, set.solids[1], pair.X_WB, true, placed);
+  native::place(set, {0, 1}, pair.X_WA, pair.X_WB, true, placed);
   const native::SignedDistance distance{geometry.separation, geometry.n_AB_W,
                                         placed.from_world(geometry.p_A_W)};
   native::Manifold out;

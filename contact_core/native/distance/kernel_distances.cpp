@@ -15,8 +15,8 @@ const PoseRecord* records_of(std::span<const Pose> poses) {
   return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
 }
 
-double magnitude_of(const Hexahedron& solid, const Pose& X_WS) {
-  return std::max(norm_inf(X_WS.p), solid.size() + norm_inf(solid.bounding_sphere().centre));
+double magnitude_of(const SolidData& solid, const Pose& X_WS) {
+  return std::max(norm_inf(X_WS.p), solid.size + solid.middle);
 }
 
 PoseRecord scaled(const PoseRecord& X, int exponent) {
@@ -25,16 +25,10 @@ PoseRecord scaled(const PoseRecord& X, int exponent) {
   return out;
 }
 
-BoxRecord scaled_box(const Hexahedron& solid, int exponent) {
-  BoxRecord out{};
-  for (int i = 0; i < 3; ++i) out.half_extents[i] = std::scalbn(solid.half_extents()(i), exponent);
-  out.reach = (out.half_extents[0] + out.half_extents[1]) + out.half_extents[2];
-  return out;
-}
-
-Parallelepiped scaled_parallelepiped(const Hexahedron& solid, int exponent) {
+Parallelepiped scaled_parallelepiped(const SolidSet& set, SolidIndex solid, int exponent) {
   // Fitted again: the set's record is infinite where magnitudes are not ordinary.
-  Parallelepiped out = as_parallelepiped(solid).value_or(Parallelepiped{});
+  Parallelepiped out =
+      as_parallelepiped(local_vertices(set, solid), set.solids[solid].size).value_or(Parallelepiped{});
   for (int i = 0; i < 3; ++i) {
     for (double& p : out.half_edges[i]) p = std::scalbn(p, exponent);
     out.centre[i] = std::scalbn(out.centre[i], exponent);
@@ -62,21 +56,22 @@ void compute_picked(const Batch& batch, const DepthRecord* depths, DistanceRecor
 /// The two kernels of the pair's kind on a scaled copy.
 void compute_scaled_distance(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                              std::span<const Pose> poses, DistanceRecord& record) {
-  const Hexahedron& a = set.solids[pair.a].shape;
-  const Hexahedron& b = set.solids[pair.b].shape;
-  if (!(std::min(a.size(), b.size()) >= kLeastSize)) return;
+  const SolidData& a = set.solids[pair.a];
+  const SolidData& b = set.solids[pair.b];
+  if (!(std::min(a.size, b.size) >= kLeastSize)) return;
   const double high = std::max(magnitude_of(a, poses[pair.a]), magnitude_of(b, poses[pair.b]));
   const int exponent = -std::ilogb(high);
   const PoseRecord X[2] = {scaled(records_of(poses)[pair.a], exponent),
                            scaled(records_of(poses)[pair.b], exponent)};
   const PairIndices indices{0, 1};
   if (kind_of(set, pair) == SolidKind::box) {
-    const BoxRecord boxes[2] = {scaled_box(a, exponent), scaled_box(b, exponent)};
+    const BoxRecord boxes[2] = {scaled(set.boxes[pair.a], exponent), scaled(set.boxes[pair.b], exponent)};
     kernels.compute_box_distances(X, boxes, &indices, 1, &record);
     if (record.state != DistanceState::found)
       kernels.compute_box_distances_accurately(X, boxes, &indices, 1, &record);
   } else {
-    const Parallelepiped shapes[2] = {scaled_parallelepiped(a, exponent), scaled_parallelepiped(b, exponent)};
+    const Parallelepiped shapes[2] = {scaled_parallelepiped(set, pair.a, exponent),
+                                      scaled_parallelepiped(set, pair.b, exponent)};
     kernels.compute_parallelepiped_distances(X, shapes, &indices, 1, &record);
     if (record.state != DistanceState::found)
       kernels.compute_parallelepiped_distances_accurately(X, shapes, &indices, 1, &record);
@@ -111,7 +106,7 @@ void compute_distances_accurately(const SolidSet& set, const Kernels& kernels, S
 
 void compute_hull_distances(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                             std::span<const PairIndices> pairs, DistanceRecord* records) {
-  kernels.compute_hull_distances(records_of(poses), set.vertices.data(), pairs.data(), pairs.size(), records);
+  kernels.compute_hull_distances(records_of(poses), vertex_records(set), pairs.data(), pairs.size(), records);
 }
 
 void compute_batch_distances(const SolidSet& set, const Kernels& kernels, SolidKind kind,

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "touchstone/contact_core/native/solids/pair_batch.hpp"
+
 namespace touchstone::native {
 namespace {
 
@@ -32,16 +34,17 @@ Pose scaled(const Pose& X, int exponent) {
   return out;
 }
 
-BoxRecord scaled(const Hexahedron& box, int exponent) {
-  Vector3 half;
-  for (int k = 0; k < 3; ++k) half(k) = std::scalbn(box.half_extents()(k), exponent);
-  return {{half.x(), half.y(), half.z()}, (half.x() + half.y()) + half.z()};
-}
-
 }  // namespace
 
 SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
   return std::max(set.kinds[pair.a], set.kinds[pair.b]);
+}
+
+BoxRecord scaled(const BoxRecord& box, int exponent) {
+  BoxRecord out{};
+  for (int k = 0; k < 3; ++k) out.half_extents[k] = std::scalbn(box.half_extents[k], exponent);
+  out.reach = (out.half_extents[0] + out.half_extents[1]) + out.half_extents[2];
+  return out;
 }
 
 DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
@@ -52,14 +55,14 @@ DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidP
 
 DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                               std::span<const Pose> poses) {
-  const Hexahedron& a = set.solids[pair.a].shape;
-  const Hexahedron& b = set.solids[pair.b].shape;
-  if (kind_of(set, pair) != SolidKind::box || !(std::min(a.size(), b.size()) >= kLeastSize)) return kNoDepth;
+  const double a = set.solids[pair.a].size, b = set.solids[pair.b].size;
+  if (kind_of(set, pair) != SolidKind::box || !(std::min(a, b) >= kLeastSize)) return kNoDepth;
   const Pose& X_WA = poses[pair.a];
   const Pose& X_WB = poses[pair.b];
-  const int exponent = -std::ilogb(std::max({a.size(), b.size(), norm_inf(X_WA.p), norm_inf(X_WB.p)}));
+  const int exponent = -std::ilogb(std::max({a, b, norm_inf(X_WA.p), norm_inf(X_WB.p)}));
   const std::array<Pose, 2> scaled_poses{scaled(X_WA, exponent), scaled(X_WB, exponent)};
-  const std::array<BoxRecord, 2> boxes{scaled(a, exponent), scaled(b, exponent)};
+  const std::array<BoxRecord, 2> boxes{scaled(set.boxes[pair.a], exponent),
+                                       scaled(set.boxes[pair.b], exponent)};
   DepthRecord record =
       by_kernel(kernels, SolidKind::box, reinterpret_cast<const PoseRecord*>(scaled_poses.data()),
                 boxes.data(), nullptr, {0, 1});
@@ -68,16 +71,15 @@ DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const
   return record;
 }
 
-void prefetch_hull(const SolidData& solid) {
-  const auto* first = reinterpret_cast<const char*>(&solid.vertices_S);
-  const auto* last = reinterpret_cast<const char*>(&solid.hull + 1);
-  for (const char* line = first; line < last; line += 64) __builtin_prefetch(line);
+void prefetch_hull(const SolidSet& set, SolidIndex solid) {
+  prefetch(set.vertices[solid]);
+  prefetch(set.solids[solid].hull->record);
 }
 
 DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                        const PlacedPair& placed) {
-  const HullView a{&set.solids[pair.a].hull, placed.pair.hulls.a.x.data(), placed.pair.R_WA.data()};
-  const HullView b{&set.solids[pair.b].hull, placed.pair.hulls.b.x.data(), placed.pair.R_WB.data()};
+  const HullView a{&set.solids[pair.a].hull->record, placed.pair.hulls.a.x.data(), placed.pair.R_WA.data()};
+  const HullView b{&set.solids[pair.b].hull->record, placed.pair.hulls.b.x.data(), placed.pair.R_WB.data()};
   DepthRecord record;
   const double position =
       std::min(placed.from_world(norm_inf(placed.origin_W)), kMostPosition) + placed.pair.hulls.extent;

@@ -15,6 +15,9 @@ inline constexpr DepthRecord kNoDepth{0.0, {}, {}, Certified::unknown, DepthKnow
 /// The kind whose kernels fit both solids.
 SolidKind kind_of(const SolidSet& set, const SolidPair& pair);
 
+/// The box times 2^exponent, whatever its magnitudes.
+BoxRecord scaled(const BoxRecord& box, int exponent);
+
 /// The kernels' record of one pair; of general hexahedra `nothing`. @pre comes_first(a, b).
 DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                        std::span<const Pose> poses);
@@ -25,7 +28,7 @@ DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const
                               std::span<const Pose> poses);
 
 /// Fetches the 20 or so cache lines of a solid that hull_depth() and place() read.
-void prefetch_hull(const SolidData& solid);
+void prefetch_hull(const SolidSet& set, SolidIndex solid);
 
 /// The record of a placed pair of any kind; lengths and p_A are scaled and about its origin, as the pair is.
 DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,

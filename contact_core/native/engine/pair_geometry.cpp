@@ -44,7 +44,7 @@ OrderedPair ordered(const SolidSet& set, const SolidPair& pair, std::span<const 
   const Pose& X_WA = poses[pair.a];
   const Pose& X_WB = poses[pair.b];
   const double a = X_WA.p.x(), b = X_WB.p.x();
-  const bool swapped = a == b ? !comes_first(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB) : a > b;
+  const bool swapped = a == b ? !comes_first(set, pair, X_WA, X_WB) : a > b;
   return {{swapped ? pair.b : pair.a, swapped ? pair.a : pair.b}, swapped};
 }
 
@@ -128,7 +128,7 @@ class PairEvaluation {
   bool has_distance() const { return distance_.state == DistanceState::found; }
 
   void place_pair() {
-    place(set_.solids[given_.pair.a], X_WA(), set_.solids[given_.pair.b], X_WB(), is_ordinary_, placed_);
+    place(set_, given_.pair, X_WA(), X_WB(), is_ordinary_, placed_);
     is_placed_ = true;
   }
 
@@ -276,7 +276,7 @@ class PairEvaluation {
 
 void prefetch_general(const SolidSet& set, const SolidPair& pair) {
   if (kind_of(set, pair) != SolidKind::general) return;
-  prefetch_hull(set.solids[pair.a]), prefetch_hull(set.solids[pair.b]);
+  prefetch_hull(set, pair.a), prefetch_hull(set, pair.b);
 }
 
 /// Fetches the poses of a pair some iterations ahead: pairs are in no order that hardware could predict.

@@ -44,21 +44,6 @@ std::optional<Hexahedron> make_solid(const SolidContent& content) {
   }
 }
 
-auto columns(SolidSet& set) {
-  return std::tie(set.kinds, set.ordinary, set.boxes, set.parallelepipeds, set.vertices,
-                  set.parallelepiped_edges, set.solids);
-}
-
-/// Calls `visit` on every member of `to` and of `from`.
-template <class Visit>
-void visit_columns(SolidSet& to, SolidSet& from, Visit visit) {
-  const auto targets = columns(to), sources = columns(from);
-  const auto each = [&]<std::size_t... I>(std::index_sequence<I...>) {
-    (visit(std::get<I>(targets), std::get<I>(sources)), ...);
-  };
-  each(std::make_index_sequence<std::tuple_size_v<decltype(columns(to))>>{});
-}
-
 /// The pose as the check may take it.
 bool make_valid(Pose& X) {
   if (is_valid_pose(X)) return true;
@@ -88,21 +73,18 @@ std::optional<SolidHandle> SolidStore::acquire(const SolidContent& content) {
   }
   const std::optional<Hexahedron> solid = make_solid(content);
   if (!solid) return std::nullopt;
-  SolidSet one = make_solid_set(std::array{*solid});
+  SolidSet twice = make_solid_set(std::array{*solid, *solid});
 
   const std::unique_lock lock(mutex_);
   const auto [place, is_new] = entries_.try_emplace(content, Entry{0, 0});
   if (!is_new) return use(*place);
-  if (unused_.empty()) {
-    place->second.key = static_cast<Key>(set_.kinds.size() / 2);
-    visit_columns(set_, one, [](auto& to, const auto& from) { to.insert(to.end(), 2, from.front()); });
-  } else {
-    const Key key = place->second.key = unused_.back();
+  Key& key = place->second.key;
+  key = static_cast<Key>(set_.kinds.size() / 2);
+  if (!unused_.empty()) {
+    key = unused_.back();
     unused_.pop_back();
-    visit_columns(set_, one, [key](auto& to, const auto& from) {
-      std::fill_n(to.begin() + 2 * static_cast<std::ptrdiff_t>(key), 2, from.front());
-    });
   }
+  set_solids(set_, 2 * static_cast<std::size_t>(key), std::move(twice));
   return use(*place);
 }
 
@@ -119,10 +101,7 @@ std::size_t SolidStore::size() const {
   return entries_.size();
 }
 
-Hexahedron SolidStore::solid(const SolidHandle& solid) const {
-  const std::shared_lock lock(mutex_);
-  return set_.solids[2 * solid.key].shape;
-}
+Hexahedron SolidStore::solid(const SolidHandle& solid) const { return *make_solid(*solid.content); }
 
 void SolidStore::compute_manifold(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b,
                                   const Pose& X_WB, const Query& query, PairAnswer& answer) const noexcept {

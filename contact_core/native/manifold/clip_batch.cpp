@@ -87,8 +87,8 @@ void ClipBatch::finish(std::size_t i, const ClipRecord& clipped, ContactPoint* c
   SignedDistance distance = distance_of(geometry, task.swapped);
   if (!clipped.fits) {
     PlacedPair placed;
-    place(set_.solids[task.pair.a], input_.poses[task.pair.a], set_.solids[task.pair.b],
-          input_.poses[task.pair.b], true, placed);
+    place(set_, {task.pair.a, task.pair.b}, input_.poses[task.pair.a], input_.poses[task.pair.b], true,
+          placed);
     distance.p_A = placed.from_world(distance.p_A);
     write_manifold(placed, distance, task.swapped, input_.query, geometry, points_[i]);
     return;

@@ -38,8 +38,7 @@ PairStatus to_status(bool meet) { return meet ? PairStatus::overlapping : PairSt
 void place_pair(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses, PlacedPair& out) {
   const Pose& X_WA = poses[pair.a];
   const Pose& X_WB = poses[pair.b];
-  place(set.solids[pair.a], X_WA, set.solids[pair.b], X_WB, is_ordinary(set, pair.a, X_WA, pair.b, X_WB),
-        out);
+  place(set, pair, X_WA, X_WB, is_ordinary(set, pair.a, X_WA, pair.b, X_WB), out);
 }
 
 /// Decides pairs that no filter of their kind certified: by comparing coordinates, then by the hulls.
@@ -174,7 +173,7 @@ void settle_hinted(const SolidSet& set, const Kernels& kernels, std::span<const 
                    std::span<PairStatus> status, std::span<const PairCacheEntry> cache, Block& block) {
   const Batch& hinted = block.hinted;
   for (std::size_t i = 0; i < hinted.count; ++i) block.axes[i] = recall(cache[hinted.slots[i]]);
-  kernels.certify_by_axis(records(poses), set.vertices.data(), hinted.pairs.data(), hinted.count,
+  kernels.certify_by_axis(records(poses), vertex_records(set), hinted.pairs.data(), hinted.count,
                           block.axes.data(), block.certified.data());
   for (std::size_t i = 0; i < hinted.count; ++i) {
     if (block.certified[i] == Certified::separated)
@@ -187,7 +186,7 @@ void settle_hinted(const SolidSet& set, const Kernels& kernels, std::span<const 
 void settle_others(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                    std::span<PairStatus> status, std::span<PairCacheEntry> cache, Block& block) {
   const Batch& others = block.others;
-  kernels.certify_by_mpr(records(poses), set.vertices.data(), others.pairs.data(), others.count, kMprSteps,
+  kernels.certify_by_mpr(records(poses), vertex_records(set), others.pairs.data(), others.count, kMprSteps,
                          block.certified.data(), cache.empty() ? nullptr : block.axes.data());
   if (!cache.empty()) {
     for (std::size_t i = 0; i < others.count; ++i)

@@ -13,8 +13,9 @@ constexpr double kFit = 16 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-std::optional<Parallelepiped> as_parallelepiped(const Hexahedron& solid) {
-  const auto& v = solid.vertices();
+std::optional<Parallelepiped> as_parallelepiped(const WorldVertices& vertices_S, double size) {
+  std::array<Vector3, 8> v;
+  for (int i = 0; i < 8; ++i) v[i] = vertices_S.vertex(i);
   Parallelepiped out{};
   const Vector3 centre = 0.5 * v[0] + 0.5 * v[7];
   std::array<Vector3, 3> half_edges;
@@ -28,7 +29,7 @@ std::optional<Parallelepiped> as_parallelepiped(const Hexahedron& solid) {
   double reach = norm_1(centre);
   for (const Vector3& edge : half_edges) reach += norm_1(edge);
   out.deviation += 4 * kRoundoff * reach;
-  if (!(out.deviation <= kFit * (solid.size() + reach))) return std::nullopt;
+  if (!(out.deviation <= kFit * (size + reach))) return std::nullopt;
   for (int k = 0; k < 3; ++k) {
     out.centre[k] = centre(k);
     for (int i = 0; i < 3; ++i) out.half_edges[i][k] = half_edges[i](k);

@@ -38,12 +38,14 @@ bool is_ordinary(const SolidSet& set, SolidIndex a, const Pose& X_WA, SolidIndex
          norm_inf(X_WB.p) <= kOrdinaryHigh;
 }
 
-bool comes_first(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB) {
+bool comes_first(const SolidSet& set, const SolidPair& pair, const Pose& X_WA, const Pose& X_WB) {
   if (const int order = compare(X_WA.p, X_WB.p)) return order < 0;
   for (int i = 0; i < 3; ++i)
     if (const int order = compare(X_WA.R.col(i), X_WB.R.col(i))) return order < 0;
+  const WorldVertices& a = local_vertices(set, pair.a);
+  const WorldVertices& b = local_vertices(set, pair.b);
   for (int i = 0; i < Hexahedron::kVertices; ++i)
-    if (const int order = compare(a.shape.vertices()[i], b.shape.vertices()[i])) return order < 0;
+    if (const int order = compare(a.vertex(i), b.vertex(i))) return order < 0;
   return true;
 }
 
@@ -58,10 +60,10 @@ Vector3 PlacedPair::from_world(const Vector3& p_W) const {
 
 double PlacedPair::from_world(double length) const { return scaled(length, exponent); }
 
-void place(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB, bool ordinary,
+void place(const SolidSet& set, const SolidPair& solids, const Pose& X_WA, const Pose& X_WB, bool ordinary,
            PlacedPair& out) {
-  native::world_vertices(a.vertices_S, X_WA, out.a_W);
-  native::world_vertices(b.vertices_S, X_WB, out.b_W);
+  native::world_vertices(local_vertices(set, solids.a), X_WA, out.a_W);
+  native::world_vertices(local_vertices(set, solids.b), X_WB, out.b_W);
   out.origin_W = out.a_W.vertex(0);
   out.exponent = 0;
   PosedPair& pair = out.pair;
@@ -78,7 +80,7 @@ void place(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose&
     pair.hulls.extent = std::scalbn(pair.hulls.extent, second);
     out.exponent += second;
   }
-  pair.a = &a.features, pair.b = &b.features;
+  pair.a = &set.solids[solids.a].hull->features, pair.b = &set.solids[solids.b].hull->features;
   pair.R_WA = X_WA.R, pair.R_WB = X_WB.R;
   pair.start =
       (pair.hulls.b.vertex(0) - pair.hulls.a.vertex(0)) + (pair.hulls.b.vertex(7) - pair.hulls.a.vertex(7));

@@ -10,7 +10,7 @@ namespace touchstone::native {
 bool is_ordinary(const SolidSet& set, SolidIndex a, const Pose& X_WA, SolidIndex b, const Pose& X_WB);
 
 /// A total order of posed solids by content, so that (a, b) and (b, a) take the same code path.
-bool comes_first(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB);
+bool comes_first(const SolidSet& set, const SolidPair& pair, const Pose& X_WA, const Pose& X_WB);
 
 /// A pair in the world, and about a common origin for the checks: there scaled by 2^exponent when its
 /// magnitudes are not ordinary.
@@ -33,7 +33,7 @@ struct PlacedPair {
   Vector3 scaled_to_world(const Vector3& p) const;
 };
 
-void place(const SolidData& a, const Pose& X_WA, const SolidData& b, const Pose& X_WB, bool ordinary,
+void place(const SolidSet& set, const SolidPair& solids, const Pose& X_WA, const Pose& X_WB, bool ordinary,
            PlacedPair& out);
 
 }  // namespace touchstone::native

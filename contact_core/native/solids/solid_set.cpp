@@ -10,6 +10,9 @@
 namespace touchstone::native {
 namespace {
 
+static_assert(sizeof(VertexRecord) == sizeof(WorldVertices) &&
+              alignof(VertexRecord) == alignof(WorldVertices));
+
 bool is_ordinary(const Hexahedron& solid) {
   return solid.size() >= kOrdinaryLow && norm_inf(solid.bounding_sphere().centre) <= kOrdinaryHigh &&
          solid.size() <= kOrdinaryHigh;
@@ -20,16 +23,14 @@ BoxRecord box_record(const Hexahedron& solid, bool ordinary) {
   return {{half.x(), half.y(), half.z()}, ordinary ? (half.x() + half.y()) + half.z() : kInfinity};
 }
 
-VertexRecord vertex_record(const Hexahedron& solid, bool ordinary) {
-  VertexRecord out;
-  for (int i = 0; i < 8; ++i) {
-    const Vector3 v = ordinary ? solid.vertices()[i] : Vector3::Constant(kNaN);
-    out.x[i] = v.x(), out.y[i] = v.y(), out.z[i] = v.z();
-  }
+WorldVertices not_a_number() {
+  WorldVertices out;
+  for (auto* const column : {&out.x, &out.y, &out.z}) column->fill(kNaN);
   return out;
 }
 
-ParallelepipedEdges edges_record(const Hexahedron& solid, const Parallelepiped& shape, bool ordinary) {
+ParallelepipedEdges edges_record(const WorldVertices& vertices_S, const Parallelepiped& shape,
+                                 bool ordinary) {
   ParallelepipedEdges out{};
   double reach = 0.0;
   for (int i = 0; i < 3; ++i) {
@@ -42,55 +43,89 @@ ParallelepipedEdges edges_record(const Hexahedron& solid, const Parallelepiped& 
   }
   // Length and division round by 4 u.
   out.deviation = shape.deviation + 4 * kRoundoff * reach;
-  for (int i = 0; i < 8; ++i) {
-    const Vector3& v = solid.vertices()[i];
-    out.x[i] = v.x(), out.y[i] = v.y(), out.z[i] = v.z();
-  }
+  std::copy_n(vertices_S.x.begin(), 8, out.x);
+  std::copy_n(vertices_S.y.begin(), 8, out.y);
+  std::copy_n(vertices_S.z.begin(), 8, out.z);
   return out;
+}
+
+std::shared_ptr<const SolidHull> make_hull(const Hexahedron& solid) {
+  const auto out = std::make_shared<SolidHull>();
+  out->features = find_features(solid, &out->record);
+  out->vertices_S = in_columns(solid);
+  return out;
+}
+
+const std::shared_ptr<const SolidHull>& hull_of_boxes() {
+  static const std::shared_ptr<const SolidHull> hull = make_hull(Hexahedron::from_size({1, 1, 1}));
+  return hull;
+}
+
+bool has_only_boxes(const SolidSet& set) {
+  return std::all_of(set.kinds.begin(), set.kinds.end(),
+                     [](SolidKind kind) { return kind == SolidKind::box; });
+}
+
+/// Fills what boxes among themselves do without.
+void add_parallelepipeds(SolidSet& set) {
+  for (std::size_t i = set.parallelepipeds.size(); i < set.kinds.size(); ++i) {
+    const WorldVertices& vertices_S = local_vertices(set, i);
+    const std::optional<Parallelepiped> fit = as_parallelepiped(vertices_S, set.solids[i].size);
+    Parallelepiped& shape = set.parallelepipeds.emplace_back(fit.value_or(Parallelepiped{}));
+    set.parallelepiped_edges.push_back(edges_record(vertices_S, shape, set.ordinary[i] && fit));
+    if (!set.ordinary[i]) std::fill_n(shape.centre, 3, kInfinity);
+  }
+}
+
+void reserve(SolidSet& set, std::size_t count) {
+  set.kinds.reserve(count);
+  set.ordinary.reserve(count);
+  set.boxes.reserve(count);
+  set.vertices.reserve(count);
+  set.solids.reserve(count);
 }
 
 }  // namespace
 
+const VertexRecord* vertex_records(const SolidSet& set) {
+  return reinterpret_cast<const VertexRecord*>(set.vertices.data());
+}
+
 SolidSet make_solid_set(std::span<const Hexahedron> solids) {
   SolidSet out;
-  out.kinds.reserve(solids.size());
-  out.ordinary.reserve(solids.size());
-  out.boxes.reserve(solids.size());
-  out.vertices.reserve(solids.size());
-  out.parallelepiped_edges.reserve(solids.size());
-  out.parallelepipeds.reserve(solids.size());
-  out.solids.reserve(solids.size());
+  reserve(out, solids.size());
   for (const Hexahedron& solid : solids) {
     const bool ordinary = is_ordinary(solid);
-    const std::optional<Parallelepiped> fit = as_parallelepiped(solid);
-    out.kinds.push_back(solid.is_box() ? SolidKind::box
-                        : fit          ? SolidKind::parallelepiped
-                                       : SolidKind::general);
+    const WorldVertices vertices_S = in_columns(solid);
+    out.kinds.push_back(solid.is_box()                                ? SolidKind::box
+                        : as_parallelepiped(vertices_S, solid.size()) ? SolidKind::parallelepiped
+                                                                      : SolidKind::general);
     out.ordinary.push_back(ordinary);
     out.boxes.push_back(box_record(solid, ordinary));
-    Parallelepiped& parallelepiped = out.parallelepipeds.emplace_back(fit.value_or(Parallelepiped{}));
-    out.vertices.push_back(vertex_record(solid, ordinary));
-    out.parallelepiped_edges.push_back(edges_record(solid, parallelepiped, ordinary && fit));
-    if (!ordinary) std::fill_n(parallelepiped.centre, 3, kInfinity);
-    HullRecord hull;
-    const SolidFeatures features = find_features(solid, &hull);
-    out.solids.push_back({in_columns(solid), hull, solid, features});
+    out.vertices.push_back(ordinary ? vertices_S : not_a_number());
+    out.solids.push_back({solid.size(), norm_inf(solid.bounding_sphere().centre),
+                          solid.is_box() && ordinary ? hull_of_boxes() : make_hull(solid)});
   }
+  if (!has_only_boxes(out)) add_parallelepipeds(out);
   return out;
 }
 
-void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids) {
-  const SolidSet fresh = make_solid_set(solids);
+void set_solids(SolidSet& set, std::size_t first, SolidSet solids) {
+  if (set.parallelepipeds.empty() != solids.parallelepipeds.empty())
+    add_parallelepipeds(set), add_parallelepipeds(solids);
   const auto put = [first](auto& to, const auto& from) {
     const std::size_t replaced = std::min(from.size(), to.size() - first);
     const auto split = from.begin() + static_cast<std::ptrdiff_t>(replaced);
     std::copy(from.begin(), split, to.begin() + static_cast<std::ptrdiff_t>(first));
     to.insert(to.end(), split, from.end());
   };
-  put(set.kinds, fresh.kinds), put(set.ordinary, fresh.ordinary);
-  put(set.boxes, fresh.boxes), put(set.parallelepipeds, fresh.parallelepipeds);
-  put(set.vertices, fresh.vertices), put(set.parallelepiped_edges, fresh.parallelepiped_edges);
-  put(set.solids, fresh.solids);
+  if (!solids.parallelepipeds.empty()) {
+    put(set.parallelepipeds, solids.parallelepipeds);
+    put(set.parallelepiped_edges, solids.parallelepiped_edges);
+  }
+  put(set.kinds, solids.kinds), put(set.ordinary, solids.ordinary);
+  put(set.boxes, solids.boxes), put(set.vertices, solids.vertices);
+  put(set.solids, solids.solids);
 }
 
 }  // namespace touchstone::native

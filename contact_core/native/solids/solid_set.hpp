@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -16,21 +17,28 @@ enum class SolidKind : std::uint8_t {
   general,
 };
 
-struct SolidData {
-  WorldVertices vertices_S;
-  HullRecord hull;
-  Hexahedron shape;
+/// The faces and edges of a solid's hull, for the kernels and for the rest. All boxes have the same.
+struct SolidHull {
+  HullRecord record;
   SolidFeatures features;
+  WorldVertices vertices_S;  ///< only of a solid that is not ordinary
+};
+
+struct SolidData {
+  double size;                            ///< largest distance between two vertices [m]
+  double middle;                          ///< largest |coordinate| of its bounding box's centre [m]
+  std::shared_ptr<const SolidHull> hull;  ///< never null
 };
 
 /// The solids as build() keeps them, one vector for each kind of reader: the overlap filters' records stand
-/// densely, apart from the rest.
+/// densely, apart from the rest. While all solids are boxes, nobody reads what is kept of parallelepipeds:
+/// those two vectors then stay empty.
 struct SolidSet {
   std::vector<SolidKind> kinds;
-  std::vector<std::uint8_t> ordinary;                     ///< by size and place within its frame, see below
-  std::vector<BoxRecord> boxes;                           ///< of boxes; infinite where not ordinary
-  std::vector<Parallelepiped> parallelepipeds;            ///< of boxes and parallelepipeds; likewise
-  std::vector<VertexRecord> vertices;                     ///< not a number where not ordinary
+  std::vector<std::uint8_t> ordinary;           ///< by size and place within its frame, see below
+  std::vector<BoxRecord> boxes;                 ///< of boxes; `reach` is infinite where not ordinary
+  std::vector<Parallelepiped> parallelepipeds;  ///< of boxes and parallelepipeds; likewise, by centre
+  std::vector<WorldVertices> vertices;          ///< in solids' frames; not a number where not ordinary
   std::vector<ParallelepipedEdges> parallelepiped_edges;  ///< of parallelepipeds; infinite likewise
   std::vector<SolidData> solids;
 };
@@ -44,9 +52,18 @@ inline Vector3 half_extents(const BoxRecord& box) {
   return {box.half_extents[0], box.half_extents[1], box.half_extents[2]};
 }
 
+/// The solid's vertices in its own frame, whatever its magnitudes.
+inline const WorldVertices& local_vertices(const SolidSet& set, std::size_t solid) {
+  return set.ordinary[solid] ? set.vertices[solid] : set.solids[solid].hull->vertices_S;
+}
+
+/// SolidSet::vertices as the kernels read them.
+const VertexRecord* vertex_records(const SolidSet& set);
+
 SolidSet make_solid_set(std::span<const Hexahedron> solids);
 
 /// Replaces the solids from `first` on; appends those beyond the end.
-void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids);
+/// @pre first is at most the number of solids.
+void set_solids(SolidSet& set, std::size_t first, SolidSet solids);
 
 }  // namespace touchstone::native
