@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+
+#include "touchstone/adapters/python/arrays.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+
+namespace touchstone::python {
+
+/// A batch's answers. It owns the memory; its arrays are views that keep it.
+class Answers {
+ public:
+  Answers(QueryKind kind, std::size_t count, int slots);
+
+  bool fits(QueryKind kind, std::size_t count, int slots) const {
+    return kind_ == kind && count_ == count && slots_ == slots;
+  }
+  NarrowphaseOutput output();
+  /// After an evaluation: slots that no point took get NaN and feature 0, bytes of no field 0.
+  void tidy();
+
+  QueryKind kind() const { return kind_; }
+  std::size_t count() const { return count_; }
+  static py::array status(const py::object& self);
+  static py::object geometry(const py::object& self);
+  static py::object points(const py::object& self);
+
+  bool is_written = false;  ///< by a thread without Python's lock
+
+ private:
+  QueryKind kind_;
+  std::size_t count_;
+  int slots_;  ///< points a pair
+  std::unique_ptr<PairStatus[]> status_;
+  std::unique_ptr<PairGeometry[]> geometry_;
+  std::unique_ptr<ContactPoint[]> points_;
+};
+
+/// Of PairGeometry.
+const py::dtype& geometry_dtype();
+
+}  // namespace touchstone::python

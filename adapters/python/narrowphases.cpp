@@ -1,0 +1,407 @@
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <mutex>
+
+#include "touchstone/adapters/c_interface/corners.hpp"
+#include "touchstone/adapters/python/answers.hpp"
+#include "touchstone/adapters/python/bindings.hpp"
+#include "touchstone/adapters/python/poses.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#ifdef TOUCHSTONE_HAS_PLUGIN
+#include "touchstone/adapters/plugin/plugin.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_PROCESS_ENGINE
+#include "touchstone/adapters/process_engine/process_engine.hpp"
+#endif
+
+namespace touchstone::python {
+
+Answers::Answers(QueryKind kind, std::size_t count, int slots)
+    : kind_(kind),
+      count_(count),
+      slots_(slots),
+      status_(std::make_unique_for_overwrite<PairStatus[]>(count)) {
+  if (kind != QueryKind::overlap) geometry_ = std::make_unique_for_overwrite<PairGeometry[]>(count);
+  if (kind == QueryKind::manifold)
+    points_ = std::make_unique_for_overwrite<ContactPoint[]>(count * static_cast<std::size_t>(slots));
+}
+
+NarrowphaseOutput Answers::output() {
+  NarrowphaseOutput of{{status_.get(), count_}, {}, {}};
+  if (geometry_) of.geometry = {geometry_.get(), count_};
+  if (points_) of.points = {points_.get(), count_ * static_cast<std::size_t>(slots_)};
+  return of;
+}
+
+namespace {
+
+/// Bytes that no field has, so that equal answers are equal bytes.
+template <class Record, class Last>
+void clear_behind(Record& record, const Last& last) {
+  auto* const begin = reinterpret_cast<std::byte*>(&record);
+  const auto used = static_cast<std::size_t>(reinterpret_cast<const std::byte*>(&last + 1) - begin);
+  std::fill(begin + used, begin + sizeof record, std::byte{0});
+}
+
+}  // namespace
+
+void Answers::tidy() {
+  for (std::size_t i = 0; geometry_ && i < count_; ++i) clear_behind(geometry_[i], geometry_[i].point_count);
+  if (!points_) return;
+  const Vector3 nowhere = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  const ContactPoint unused{nowhere, nowhere, nowhere.x(), 0};
+  for (std::size_t i = 0; i < count_; ++i) {
+    ContactPoint* const slots = points_.get() + i * static_cast<std::size_t>(slots_);
+    std::fill(slots + geometry_[i].point_count, slots + slots_, unused);
+    for (int k = 0; k < slots_; ++k) clear_behind(slots[k], slots[k].feature_id);
+  }
+}
+
+const py::dtype& geometry_dtype() {
+  static const auto* const dtype =
+      new py::dtype(record_dtype({{"separation", "f8", offsetof(PairGeometry, separation)},
+                                  {"n_AB_W", "(3,)f8", offsetof(PairGeometry, n_AB_W)},
+                                  {"p_A_W", "(3,)f8", offsetof(PairGeometry, p_A_W)},
+                                  {"p_B_W", "(3,)f8", offsetof(PairGeometry, p_B_W)},
+                                  {"point_count", "i4", offsetof(PairGeometry, point_count)}},
+                                 sizeof(PairGeometry)));
+  return *dtype;
+}
+
+namespace {
+
+const py::dtype& point_dtype() {
+  static const auto* const dtype =
+      new py::dtype(record_dtype({{"p_A_W", "(3,)f8", offsetof(ContactPoint, p_A_W)},
+                                  {"p_B_W", "(3,)f8", offsetof(ContactPoint, p_B_W)},
+                                  {"separation", "f8", offsetof(ContactPoint, separation)},
+                                  {"feature_id", "u4", offsetof(ContactPoint, feature_id)}},
+                                 sizeof(ContactPoint)));
+  return *dtype;
+}
+
+}  // namespace
+
+py::array Answers::status(const py::object& self) {
+  const auto& of = self.cast<const Answers&>();
+  return view(py::dtype("u1"), {static_cast<py::ssize_t>(of.count_)}, of.status_.get(), self, true);
+}
+
+py::object Answers::geometry(const py::object& self) {
+  const auto& of = self.cast<const Answers&>();
+  if (!of.geometry_) return py::none();
+  return view(geometry_dtype(), {static_cast<py::ssize_t>(of.count_)}, of.geometry_.get(), self, true);
+}
+
+py::object Answers::points(const py::object& self) {
+  const auto& of = self.cast<const Answers&>();
+  if (!of.points_) return py::none();
+  return view(point_dtype(), {static_cast<py::ssize_t>(of.count_), py::ssize_t{of.slots_}}, of.points_.get(),
+              self, true);
+}
+
+namespace {
+
+using PairArray = py::array_t<SolidIndex, py::array::c_style>;
+
+/// Zero-copy for uint32 without gaps; other integers are converted.
+class Pairs {
+ public:
+  explicit Pairs(const py::object& from) {
+    if (py::isinstance<PairArray>(from)) {
+      array_ = from;
+      take(py::reinterpret_borrow<py::array>(from));
+      if (reinterpret_cast<std::uintptr_t>(data_) % alignof(SolidPair) == 0) return;
+    }
+    convert(from);
+  }
+
+  std::span<const SolidPair> span() const { return {data_, count_}; }
+
+ private:
+  void take(const py::array& array) {
+    if (array.ndim() != 2 || array.shape(1) != 2)
+      reject("pairs", "shape is " + std::string(py::str(array.attr("shape"))) + ", must be (m, 2)");
+    data_ = static_cast<const SolidPair*>(array.data());
+    count_ = static_cast<std::size_t>(array.shape(0));
+  }
+
+  void convert(const py::object& from) {
+    auto given = py::array::ensure(from);
+    if (!given) throw py::type_error("pairs: no array of integers");
+    if (given.size() == 0 && given.ndim() == 1) given = py::array(given.reshape({0, 2}));  // []
+    const char kind = given.dtype().kind();
+    if (kind != 'i' && kind != 'u' && given.size() > 0)
+      throw py::type_error("pairs: dtype is " + std::string(py::str(given.dtype())) + ", must be integers");
+    const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(given);
+    if (!wide) throw py::error_already_set();
+    std::vector<py::ssize_t> shape(wide.shape(), wide.shape() + wide.ndim());
+    PairArray narrow(shape);
+    for (py::ssize_t i = 0; i < wide.size(); ++i) {
+      const std::int64_t index = wide.data()[i];
+      if (index < 0 || index > std::numeric_limits<SolidIndex>::max())
+        reject("pair " + std::to_string(i / 2), std::to_string(index) + " is no index");
+      narrow.mutable_data()[i] = static_cast<SolidIndex>(index);
+    }
+    array_ = narrow;
+    take(narrow);
+  }
+
+  py::object array_;
+  const SolidPair* data_ = nullptr;
+  std::size_t count_ = 0;
+};
+
+/// Without a branch a pair: 10^5 pairs are looked at in a hundredth of what answering them takes.
+bool are_pairs_of(std::span<const SolidPair> pairs, std::size_t solids) {
+  unsigned bad = 0;
+  for (const SolidPair& pair : pairs)
+    bad |= static_cast<unsigned>(pair.a >= solids) | static_cast<unsigned>(pair.b >= solids) |
+           static_cast<unsigned>(pair.a == pair.b);
+  return bad == 0;
+}
+
+[[noreturn]] void reject_pair(std::span<const SolidPair> pairs, std::size_t solids) {
+  std::size_t i = 0;
+  while (are_pairs_of(pairs.subspan(i, 1), solids)) ++i;
+  reject("pair " + std::to_string(i), "(" + std::to_string(pairs[i].a) + ", " + std::to_string(pairs[i].b) +
+                                          ") is not two of the " + std::to_string(solids) + " solids");
+}
+
+void check(const Query& query) {
+  if (query.max_points < 1 || query.max_points > kMaxManifoldPoints)
+    reject("query", "max_points is " + std::to_string(query.max_points) + ", must be 1 to " +
+                        std::to_string(kMaxManifoldPoints));
+  if (!(query.max_separation >= 0.0))
+    reject("query", "max_separation is " + figure(query.max_separation) + ", must be >= 0");
+  if (std::isnan(query.max_point_separation)) reject("query", "max_point_separation is nan");
+}
+
+/// A narrowphase and its solids, which stay as they are: any thread may ask at any time.
+class BuiltNarrowphase {
+ public:
+  BuiltNarrowphase(const std::string& backend, std::vector<Hexahedron> solids)
+      : narrowphase_(backends().make_narrowphase(backend)), solids_(std::move(solids)) {
+    const py::gil_scoped_release unlocked;
+    narrowphase_->build(solids_);
+  }
+
+  const Narrowphase& get() const { return *narrowphase_; }
+  std::size_t solid_count() const { return solids_.size(); }
+
+  py::object ask(const Query& query, const py::object& poses, const py::object& pairs,
+                 const py::object& out) {
+    check(query);
+    const Pairs list(pairs);
+    if (!are_pairs_of(list.span(), solids_.size())) reject_pair(list.span(), solids_.size());
+    if (py::isinstance<Poses>(poses)) return ask(query, poses.cast<Poses&>(), list.span(), out);
+    Poses converted(Poses::from(poses, py::none()));
+    return ask(query, converted, list.span(), out);
+  }
+
+ private:
+  py::object ask(const Query& query, Poses& poses, std::span<const SolidPair> pairs, const py::object& out) {
+    if (poses.span().size() != solids_.size())
+      reject("poses", "are " + std::to_string(poses.span().size()) + ", must be " +
+                          std::to_string(solids_.size()) + ", one a solid");
+    py::object made = out;
+    if (out.is_none()) made = py::cast(std::make_unique<Answers>(query.kind, pairs.size(), query.max_points));
+    auto& answers = made.cast<Answers&>();
+    if (!answers.fits(query.kind, pairs.size(), query.max_points))
+      reject("out", "was made for another query or number of pairs");
+    if (answers.is_written) throw std::runtime_error("out: is being written by another thread");
+    run({pairs, poses.span(), query}, poses, answers);
+    return made;
+  }
+
+  void run(const NarrowphaseInput& input, Poses& poses, Answers& answers) {
+    std::unique_ptr<Narrowphase::Workspace> workspace = take_workspace();
+    const Poses::Reading reading(poses);
+    answers.is_written = true;
+    {
+      const py::gil_scoped_release unlocked;
+      std::unique_lock<std::mutex> alone(one_at_a_time_, std::defer_lock);
+      if (!narrowphase_->capabilities().thread_safe) alone.lock();
+      narrowphase_->evaluate(input, answers.output(), *workspace);
+      answers.tidy();
+    }
+    answers.is_written = false;
+    free_.push_back(std::move(workspace));
+  }
+
+  std::unique_ptr<Narrowphase::Workspace> take_workspace() {
+    if (free_.empty()) {
+      free_.reserve(++workspaces_);  // so that giving one back does not throw
+      return narrowphase_->make_workspace();
+    }
+    auto taken = std::move(free_.back());
+    free_.pop_back();
+    return taken;
+  }
+
+  std::unique_ptr<Narrowphase> narrowphase_;
+  std::vector<Hexahedron> solids_;
+  std::size_t workspaces_ = 0;
+  std::vector<std::unique_ptr<Narrowphase::Workspace>> free_;  // with Python's lock
+  std::mutex one_at_a_time_;
+};
+
+std::vector<Hexahedron> solids_from(const py::object& solids) {
+  if (!py::isinstance<py::array>(solids)) {
+    std::vector<Hexahedron> list;
+    for (const py::handle& solid : solids) {
+      if (!py::isinstance<Hexahedron>(solid))
+        throw py::type_error("solids: neither Hexahedron objects nor an array of corners (n, 8, 3)");
+      list.push_back(solid.cast<const Hexahedron&>());
+    }
+    return list;
+  }
+  const Doubles corners = doubles(solids, "solids", {-1, 8, 3}, "(n, 8, 3)");
+  return c_interface::solids_from_corners({corners.data(), static_cast<std::size_t>(corners.size())});
+}
+
+py::dict capabilities_of(const BuiltNarrowphase& self) {
+  const Capabilities& of = self.get().capabilities();
+  py::dict made;
+  made["distance"] = of.distance;
+  made["penetration"] = of.penetration;
+  made["manifold"] = of.manifold;
+  made["overlap_complete"] = of.overlap_complete;
+  made["scalar_bits"] = of.scalar_bits;
+  made["deterministic"] = of.deterministic;
+  made["thread_safe"] = of.thread_safe;
+  made["absolute_resolution"] = of.resolution.absolute;
+  made["relative_resolution"] = of.resolution.relative;
+  made["depth_resolution"] = of.resolution.of_depth;
+  return made;
+}
+
+py::dict backend_table() {
+  py::dict made;
+  for (const BackendRegistry::NarrowphaseEntry& entry : backends().narrowphases())
+    made[py::str(entry.name)] = entry.description;
+  return made;
+}
+
+void bind_poses(py::module_& module) {
+  py::class_<Poses>(module, "Poses",
+                    "Poses X_WS of solids, checked and converted once; see the package's stubs for shapes.")
+      .def(py::init([](const py::object& poses, const py::object& quaternions) {
+             return std::make_unique<Poses>(Poses::from(poses, quaternions));
+           }),
+           py::arg("poses"), py::arg("quaternions") = py::none(),
+           "Poses(matrices (n, 4, 4)) or Poses(positions (n, 3) [m], quaternions (n, 4), w x y z of any "
+           "length "
+           "but 0). Raises InputError for what is no rigid transform, naming the pose.")
+      .def(
+          "update",
+          [](Poses& self, const py::object& poses, const py::object& quaternions, std::size_t first) {
+            self.update(Poses::from(poses, quaternions), first);
+          },
+          py::arg("poses"), py::arg("quaternions") = py::none(), py::arg("first") = 0,
+          "Replaces the poses from `first` on, all or none of them. Raises RuntimeError while another thread "
+          "reads them.")
+      .def("matrices", &Poses::matrices, "A copy as (n, 4, 4), every bit as in the poses.")
+      .def("__len__", [](const Poses& self) { return self.span().size(); })
+      .def("__getitem__", [](const Poses& self, std::size_t i) {
+        if (i >= self.span().size()) throw py::index_error("poses: " + std::to_string(i));
+        return array_of(self.span()[i]);
+      });
+}
+
+void bind_answers(py::module_& module) {
+  py::class_<Answers>(module, "Answers", "One batch's answers, in the order of its pairs; row i is pair i's.")
+      .def_property_readonly("status", &Answers::status, "(m,) uint8, values of touchstone.Status.")
+      .def_property_readonly(
+          "geometry", &Answers::geometry,
+          "(m,) records: separation [m], n_AB_W (3,), p_A_W (3,) and p_B_W (3,) [m], point_count; NaN where "
+          "the status carries nothing. None for overlap.")
+      .def_property_readonly(
+          "points", &Answers::points,
+          "(m, max_points) records: p_A_W (3,), p_B_W (3,) and separation [m], feature_id; "
+          "NaN from point_count on. None unless manifold.")
+      .def("__len__", &Answers::count)
+      .def("__repr__", [](const Answers& self) {
+        return "<touchstone.Answers: " + std::string(to_string(self.kind())) + " of " +
+               std::to_string(self.count()) + " pairs>";
+      });
+}
+
+void bind_loading(py::module_& module) {
+#ifdef TOUCHSTONE_HAS_PLUGIN
+  module.def(
+      "load_plugin", [](const std::string& library) { return register_plugin(backends(), library); },
+      py::arg("library"), "Loads a backend from a shared library (touchstone_plugin.h); returns its name.");
+#endif
+#ifdef TOUCHSTONE_HAS_PROCESS_ENGINE
+  module.def(
+      "start_engine",
+      [](std::vector<std::string> command) {
+        ProcessEngineOptions options;
+        options.command = std::move(command);
+        const py::gil_scoped_release unlocked;
+        return register_process_engine(backends(), options);
+      },
+      py::arg("command"), "Starts a backend that is a program and its arguments; returns its name.");
+#endif
+  static_cast<void>(module);
+}
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+void bind_narrowphases(py::module_& module) {
+  bind_poses(module);
+  bind_answers(module);
+  bind_loading(module);
+  module.def("backends", backend_table,
+             "Names of the narrowphases of this build, each with its description.");
+  const py::none none;
+  py::class_<BuiltNarrowphase>(
+      module, "Narrowphase",
+      "A fine check over solids. It stays as it is: any thread may ask, and Python's lock is free meanwhile. "
+      "Arrays that are being read must not be written to.")
+      .def(py::init([](const std::string& backend, const py::object& solids) {
+             return std::make_unique<BuiltNarrowphase>(backend, solids_from(solids));
+           }),
+           py::arg("backend"), py::arg("solids"),
+           "solids: a sequence of Hexahedron, or their corners (n, 8, 3) [m]. Raises InputError for an "
+           "unknown "
+           "name, or a solid that the backend cannot represent.")
+      .def(
+          "overlap",
+          [](BuiltNarrowphase& self, const py::object& poses, const py::object& pairs,
+             const py::object& out) { return self.ask({}, poses, pairs, out); },
+          py::arg("poses"), py::arg("pairs"), py::arg("out") = none,
+          "Whether pairs touch. poses: Poses or (n, 4, 4), one a solid. pairs: (m, 2) indices; uint32 is not "
+          "copied. out: Answers of an earlier call of as many pairs, written again.")
+      .def(
+          "distance",
+          [](BuiltNarrowphase& self, const py::object& poses, const py::object& pairs, double max_separation,
+             const py::object& out) {
+            return self.ask({QueryKind::distance, max_separation}, poses, pairs, out);
+          },
+          py::arg("poses"), py::arg("pairs"), py::arg("max_separation") = kInfinity, py::arg("out") = none,
+          "Signed distances [m], normals and witness points. Pairs further apart than max_separation [m] get "
+          "+inf.")
+      .def(
+          "manifold",
+          [](BuiltNarrowphase& self, const py::object& poses, const py::object& pairs, int max_points,
+             double max_separation, double max_point_separation, const py::object& out) {
+            return self.ask({QueryKind::manifold, max_separation, max_points, max_point_separation}, poses,
+                            pairs, out);
+          },
+          py::arg("poses"), py::arg("pairs"), py::arg("max_points") = kMaxManifoldPoints,
+          py::arg("max_separation") = kInfinity, py::arg("max_point_separation") = 0.0, py::arg("out") = none,
+          "As distance, with up to max_points (1 to 8) contact points a pair, no further apart than "
+          "max_point_separation [m] or the pair itself.")
+      .def_property_readonly("name", [](const BuiltNarrowphase& self) { return self.get().name(); })
+      .def_property_readonly("capabilities", &capabilities_of,
+                             "What it answers, and its resolution [m] (absolute + relative * scale).")
+      .def("__len__", &BuiltNarrowphase::solid_count);
+}
+
+}  // namespace touchstone::python

@@ -1,0 +1,152 @@
+#include <pybind11/stl.h>
+
+#include "touchstone/adapters/python/bindings.hpp"
+#include "touchstone/adapters/python/poses.hpp"
+#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone::python {
+namespace {
+
+WarpPolicy warp_policy(const std::string& name) {
+  if (name == "refuse") return WarpPolicy::refuse;
+  if (name == "within_tolerance") return WarpPolicy::within_tolerance;
+  if (name == "accept") return WarpPolicy::accept;
+  reject("warp", "'" + name + "' is none of refuse, within_tolerance, accept");
+}
+
+Hexahedron from_corners(const py::object& vertices, const std::string& warp, const std::string& name) {
+  const Doubles corners = doubles(vertices, "vertices", {-1, 3}, "(8, 3)");
+  std::vector<Vector3> points;
+  for (py::ssize_t i = 0; i < corners.shape(0); ++i)
+    points.emplace_back(corners.at(i, 0), corners.at(i, 1), corners.at(i, 2));
+  return Hexahedron::from_vertices(points, warp_policy(warp), name);
+}
+
+Doubles face_planes(const Hexahedron& solid) {
+  Doubles made({6, 4});
+  for (int face = 0; face < 6; ++face) {
+    const Plane& plane = solid.face_plane(face);
+    for (int i = 0; i < 3; ++i) made.mutable_at(face, i) = plane.normal(i);
+    made.mutable_at(face, 3) = plane.offset;
+  }
+  return made;
+}
+
+template <std::size_t kRows, std::size_t kColumns>
+py::array index_table(const std::array<std::array<std::uint8_t, kColumns>, kRows>& table) {
+  return py::array_t<std::uint8_t>({kRows, kColumns}, table.front().data());
+}
+
+void bind_hexahedron(py::module_& module) {
+  py::class_<Hexahedron> hexahedron(module, "Hexahedron",
+                                    "A convex hexahedron in its own frame: the hull of eight vertices [m].");
+  hexahedron
+      .def(py::init(&from_corners), py::arg("vertices"), py::arg("warp") = "within_tolerance",
+           py::arg("name") = "hexahedron",
+           "vertices: (8, 3) [m]. Vertex i has bits (x y z) = (i>>2 & 1, i>>1 & 1, i & 1); other orders of a "
+           "convex hexahedron are understood. warp: which bent faces are taken, 'refuse', 'within_tolerance' "
+           "or 'accept'. Raises InputError naming `name`, the face or vertex and the figure.")
+      .def_static(
+          "box",
+          [](const py::object& size, const std::string& name) {
+            return Hexahedron::from_size(vector3(size, "size"), name);
+          },
+          py::arg("size"), py::arg("name") = "box", "A box about its origin; size: (3,) full sides [m].")
+      .def_property_readonly(
+          "vertices", [](const Hexahedron& self) { return array_of(std::span(self.vertices())); },
+          "(8, 3) [m].")
+      .def_property_readonly("is_box", &Hexahedron::is_box)
+      .def_property_readonly(
+          "half_extents", [](const Hexahedron& self) { return array_of(self.half_extents()); },
+          "(3,) [m] of a box; else 0.")
+      .def_property_readonly("is_warped", &Hexahedron::is_warped)
+      .def_property_readonly("out_of_plane", &Hexahedron::out_of_plane, "How far faces are bent [m].")
+      .def_property_readonly("size", &Hexahedron::size, "Largest distance of two vertices [m].")
+      .def_property_readonly("face_planes", &face_planes,
+                             "(6, 4): outward unit normal and offset d [m] of n . p + d = 0.")
+      .def("__repr__", [](const Hexahedron& self) {
+        return "<touchstone.Hexahedron: " + std::string(self.is_box() ? "box" : "convex") + ", size " +
+               figure(self.size()) + " m>";
+      });
+  hexahedron.def(py::pickle(
+      [](const Hexahedron& self) {
+        return py::make_tuple(self.is_box(), array_of(self.half_extents()),
+                              array_of(std::span(self.vertices())));
+      },
+      [](const py::tuple& state) {
+        if (state[0].cast<bool>())
+          return Hexahedron::from_size(2.0 * vector3(state[1], "half_extents"), "pickled box");
+        return from_corners(state[2], "accept", "pickled hexahedron");
+      }));
+  hexahedron.attr("FACE_VERTICES") = index_table(Hexahedron::kFaceVertices);
+  hexahedron.attr("EDGE_VERTICES") = index_table(Hexahedron::kEdgeVertices);
+}
+
+PlacedHexahedron placed(const py::handle& from, std::size_t i) {
+  const std::string nth = "h" + std::to_string(i);
+  if (py::isinstance<Hexahedron>(from)) return {nth, from.cast<const Hexahedron&>(), {}};
+  const auto parts = py::reinterpret_borrow<py::sequence>(from);
+  if (!py::isinstance<py::sequence>(from) || py::len(parts) != 3 || !py::isinstance<Hexahedron>(parts[1]))
+    throw py::type_error("solids: an entry is neither a Hexahedron nor (name, Hexahedron, pose)");
+  const auto name = parts[0].cast<std::string>();
+  return {name, parts[1].cast<const Hexahedron&>(), pose(parts[2], name.c_str())};
+}
+
+std::shared_ptr<HexahedronTree> make_tree_of(const py::iterable& solids, const std::string& name) {
+  std::vector<PlacedHexahedron> list;
+  for (const py::handle& solid : solids) list.push_back(placed(solid, list.size()));
+  return std::make_shared<HexahedronTree>(std::move(list), name);
+}
+
+py::array nodes_of(const py::object& self) {
+  using Node = HexahedronTree::Node;
+  const auto& nodes = self.cast<const HexahedronTree&>().nodes();
+  const py::dtype dtype = record_dtype({{"centre_O", "(3,)f8", offsetof(Node, sphere_O.centre)},
+                                        {"radius", "f8", offsetof(Node, sphere_O.radius)},
+                                        {"left", "i4", offsetof(Node, left)},
+                                        {"right", "i4", offsetof(Node, right)},
+                                        {"solid", "i4", offsetof(Node, solid)}},
+                                       sizeof(Node));
+  return view(dtype, {static_cast<py::ssize_t>(nodes.size())}, nodes.data(), self, false);
+}
+
+void bind_tree(py::module_& module) {
+  py::class_<HexahedronTree, std::shared_ptr<HexahedronTree>>(
+      module, "HexahedronTree", "One rigid object's hexahedra under a tree of bounding spheres.")
+      .def(py::init(&make_tree_of), py::arg("solids"), py::arg("name") = "object",
+           "solids: Hexahedron (at the object's origin, named h0, h1 ...) or (name, Hexahedron, pose X_OS), "
+           "pose: None, (4, 4), or (position, quaternion wxyz).")
+      .def_property_readonly("name", &HexahedronTree::name)
+      .def_property_readonly(
+          "solids",
+          [](const HexahedronTree& self) {
+            py::list made;
+            for (const PlacedHexahedron& of : self.solids())
+              made.append(py::make_tuple(of.name, of.solid, array_of(of.X_OS)));
+            return made;
+          },
+          "List of (name, Hexahedron, X_OS (4, 4)).")
+      .def_property_readonly(
+          "nodes", &nodes_of,
+          "(k,) records: centre_O (3,) and radius [m], left, right, solid; -1: none. Node 0 "
+          "is the root. Not writeable.")
+      .def(
+          "world_poses",
+          [](const HexahedronTree& self, const py::object& X_WO) {
+            std::vector<Pose> made(self.solids().size());
+            find_global_positions(self, pose(X_WO, "X_WO"), made);
+            return std::make_unique<Poses>(std::move(made));
+          },
+          py::arg("X_WO"), "Poses X_WS = X_WO X_OS of its hexahedra.")
+      .def("__len__", [](const HexahedronTree& self) { return self.solids().size(); });
+}
+
+}  // namespace
+
+void bind_shapes(py::module_& module) {
+  bind_hexahedron(module);
+  bind_tree(module);
+}
+
+}  // namespace touchstone::python

@@ -1,0 +1,190 @@
+"""Batches from NumPy to any backend and back."""
+
+import gc
+import unittest
+
+import numpy as np
+import touchstone
+
+UNIT = [1.0, 0.0, 0.0, 0.0]
+
+
+def row_of_boxes(count, step):
+    """Unit boxes `step` apart along x, and the pairs of neighbours."""
+    boxes = [touchstone.Hexahedron.box([1, 1, 1])] * count
+    positions = np.zeros((count, 3))
+    positions[:, 0] = step * np.arange(count)
+    pairs = np.stack([np.arange(count - 1), np.arange(1, count)], axis=1).astype(np.uint32)
+    return boxes, positions, pairs
+
+
+def random_rotations(random, count):
+    q = random.normal(size=(count, 4))
+    w, x, y, z = (q / np.linalg.norm(q, axis=1)[:, None]).T
+    rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+    return q, np.moveaxis(np.array(rows), 2, 0)
+
+
+class Answers(unittest.TestCase):
+    def setUp(self):
+        boxes, self.positions, self.pairs = row_of_boxes(5, 1.25)
+        self.check = touchstone.Narrowphase("native", boxes)
+        self.poses = touchstone.Poses(self.positions, [UNIT] * 5)
+
+    def test_distance_has_separation_normal_and_witness_points(self):
+        answers = self.check.distance(self.poses, self.pairs)
+        self.assertEqual(len(answers), 4)
+        np.testing.assert_array_equal(answers.status, [touchstone.Status.SEPARATED] * 4)
+        geometry = answers.geometry
+        np.testing.assert_array_equal(geometry["separation"], [0.25] * 4)
+        np.testing.assert_array_equal(geometry["n_AB_W"], [[1, 0, 0]] * 4)
+        np.testing.assert_allclose(geometry["p_A_W"] + 0.25 * geometry["n_AB_W"], geometry["p_B_W"], atol=1e-15)
+        self.assertIsNone(answers.points)
+
+    def test_overlap_has_the_status_alone(self):
+        answers = self.check.overlap(self.poses, self.pairs)
+        self.assertEqual(answers.status.dtype, np.uint8)
+        self.assertIsNone(answers.geometry)
+
+    def test_a_manifold_has_the_corners_and_nan_behind_them(self):
+        self.poses.update(0.8 * self.positions, [UNIT] * 5)
+        answers = self.check.manifold(self.poses, self.pairs, max_points=6)
+        self.assertEqual(answers.points.shape, (4, 6))
+        np.testing.assert_array_equal(answers.status, [touchstone.Status.OVERLAPPING] * 4)
+        np.testing.assert_array_equal(answers.geometry["point_count"], [4] * 4)
+        self.assertEqual(len(np.unique(answers.points["p_A_W"][0, :4], axis=0)), 4)
+        self.assertTrue(np.isnan(answers.points["separation"][:, 4:]).all())
+        self.assertTrue((answers.points["feature_id"][:, 4:] == 0).all())
+
+    def test_beyond_max_separation_the_separation_is_infinite(self):
+        answers = self.check.distance(self.poses, [[0, 1], [0, 4]], max_separation=1.0)
+        np.testing.assert_array_equal(answers.geometry["separation"], [0.25, np.inf])
+
+    def test_no_pairs_have_no_answers(self):
+        for none in ([], np.zeros((0, 2), np.uint32), np.zeros((0, 2))):
+            answers = self.check.distance(self.poses, none)
+            self.assertEqual((len(answers), answers.geometry.shape), (0, (0,)))
+
+    def test_answers_of_an_earlier_call_are_written_again(self):
+        answers = self.check.distance(self.poses, self.pairs)
+        separation = answers.geometry["separation"]
+        self.poses.update(2 * self.positions, [UNIT] * 5)
+        self.assertIs(self.check.distance(self.poses, self.pairs, out=answers), answers)
+        np.testing.assert_array_equal(separation, [1.5] * 4)  # a view, not a copy
+        other = self.check.distance(self.poses, self.pairs)
+        np.testing.assert_array_equal(other.geometry["separation"], separation)
+        self.assertFalse(np.shares_memory(other.geometry, answers.geometry))
+
+    def test_arrays_outlive_what_they_came_from(self):
+        geometry = self.check.distance(self.poses, self.pairs).geometry
+        del self.check, self.poses
+        gc.collect()
+        filler = [np.full(geometry.nbytes // 8, 7.0) for _ in range(100)]
+        np.testing.assert_array_equal(geometry["separation"], [0.25] * 4)
+        self.assertEqual(len(filler), 100)
+
+    def test_views_cannot_be_resized_under_us(self):
+        answers = self.check.distance(self.poses, self.pairs)
+        for array in (answers.status, answers.geometry):
+            with self.assertRaises(ValueError):
+                array.resize(10000, refcheck=False)
+
+
+class Conversions(unittest.TestCase):
+    """Any layout gives the answers of doubles without gaps, bit by bit."""
+
+    def setUp(self):
+        random = np.random.default_rng(21)
+        self.n = 40
+        corners = touchstone.Hexahedron.box([1, 0.5, 0.25]).vertices
+        self.corners = np.repeat(corners[None], self.n, axis=0) * random.uniform(0.5, 2, (self.n, 1, 3))
+        self.check = touchstone.Narrowphase("native", self.corners)
+        self.q, R = random_rotations(random, self.n)
+        self.matrices = np.tile(np.eye(4), (self.n, 1, 1))
+        self.matrices[:, :3, :3] = R
+        self.matrices[:, :3, 3] = random.uniform(-1, 1, (self.n, 3))
+        self.pairs = random.choice([(a, b) for a in range(self.n) for b in range(a)], 200, replace=False)[:, ::-1]
+        self.expected = self.geometry(touchstone.Poses(self.matrices), self.pairs.astype(np.uint32).copy())
+
+    def geometry(self, poses, pairs):
+        return self.check.distance(poses, pairs).geometry.tobytes()
+
+    def test_matrices_in_any_layout(self):
+        wide = np.zeros((2 * self.n, 4, 8))
+        wide[::2, :, ::2] = self.matrices
+        for layout in (self.matrices, np.asfortranarray(self.matrices), wide[::2, :, ::2],
+                       self.matrices.astype(">f8"), self.matrices.tolist()):
+            self.assertEqual(self.geometry(layout, self.pairs), self.expected)
+            self.assertEqual(self.geometry(touchstone.Poses(layout), self.pairs), self.expected)
+
+    def test_poses_come_back_as_they_went_in(self):
+        poses = touchstone.Poses(self.matrices)
+        np.testing.assert_array_equal(poses.matrices(), self.matrices)
+        np.testing.assert_array_equal(poses[7], self.matrices[7])
+
+    def test_quaternions_are_the_rotations_that_they_stand_for(self):
+        poses = touchstone.Poses(self.matrices[:, :3, 3], 3.0 * self.q)
+        np.testing.assert_allclose(poses.matrices(), self.matrices, atol=1e-15)
+
+    def test_pairs_in_any_layout(self):
+        wide = np.zeros((200, 5), np.int32)
+        wide[:, ::3] = self.pairs
+        unaligned = np.frombuffer(b"x" + self.pairs.astype(np.uint32).tobytes(), np.uint8)[1:].view(np.uint32)
+        for layout in (self.pairs.astype(np.int64), self.pairs.astype(np.uint8), self.pairs.astype(">u4"),
+                       np.asfortranarray(self.pairs), wide[:, ::3], self.pairs.tolist(), unaligned.reshape(-1, 2)):
+            self.assertEqual(self.geometry(self.matrices, layout), self.expected)
+
+    def test_a_part_of_the_poses_is_updated(self):
+        poses = touchstone.Poses(self.matrices)
+        moved = self.matrices.copy()
+        moved[3:6, 0, 3] += 0.125
+        poses.update(moved[3:6], first=3)
+        np.testing.assert_array_equal(poses.matrices(), moved)
+
+    def test_swapped_pairs_have_negated_normals(self):
+        one = self.check.distance(self.matrices, self.pairs).geometry
+        other = self.check.distance(self.matrices, self.pairs[:, ::-1]).geometry
+        np.testing.assert_array_equal(one["separation"], other["separation"])
+        np.testing.assert_array_equal(one["n_AB_W"], -other["n_AB_W"])
+
+    def test_halves_of_a_batch_have_the_answers_of_the_whole(self):
+        halves = [self.check.distance(self.matrices, half).geometry.tobytes() for half in np.split(self.pairs, 2)]
+        self.assertEqual(b"".join(halves), self.expected)
+
+    def test_separations_are_those_of_an_independent_bound(self):
+        """Along the returned normal the solids are as far apart as said; along no other axis tried are they further."""
+        geometry = self.check.distance(self.matrices, self.pairs).geometry
+        world = np.einsum("nij,nkj->nki", self.matrices[:, :3, :3], self.corners) + self.matrices[:, None, :3, 3]
+        axes = np.random.default_rng(3).normal(size=(500, 3))
+        axes /= np.linalg.norm(axes, axis=1)[:, None]
+        for (a, b), row in zip(self.pairs, geometry):
+            gap = (world[b] @ row["n_AB_W"]).min() - (world[a] @ row["n_AB_W"]).max()
+            self.assertAlmostEqual(gap, row["separation"], delta=1e-13)
+            best = max((world[b] @ axes.T).min(axis=0) - (world[a] @ axes.T).max(axis=0))
+            self.assertLessEqual(best, row["separation"] + 1e-13)
+
+
+class Backends(unittest.TestCase):
+    def test_every_backend_answers_two_boxes_or_says_that_it_cannot(self):
+        boxes, positions, pairs = row_of_boxes(2, 1.0)
+        for name, description in touchstone.backends().items():
+            with self.subTest(name):
+                self.assertTrue(description)
+                check = touchstone.Narrowphase(name, boxes)
+                self.assertEqual((check.name, len(check)), (name, 2))
+                for step, expected in ((0.75, touchstone.Status.OVERLAPPING), (1.5, touchstone.Status.SEPARATED)):
+                    poses = touchstone.Poses(step * positions, [UNIT] * 2)
+                    self.assertEqual(check.overlap(poses, pairs).status[0], expected)
+                    answer = check.distance(poses, pairs)
+                    if answer.status[0] == touchstone.Status.UNSUPPORTED:
+                        able = check.capabilities["penetration" if step < 1 else "distance"]
+                        self.assertFalse(able)
+                        self.assertTrue(np.isnan(answer.geometry["separation"][0]))
+                    elif step > 1:  # depths of engines are off by percents
+                        self.assertAlmostEqual(answer.geometry["separation"][0], 0.5, delta=1e-4)
+
+
+if __name__ == "__main__":
+    unittest.main()
