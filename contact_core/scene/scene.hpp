@@ -28,8 +28,8 @@ enum class ContactPolicy : std::uint8_t {
 /// The enumerator's name, as scene files have it.
 std::string_view to_string(ContactPolicy policy);
 
-/// How an object without a command of its own responds to a rigid mover that comes against it: quasi-static,
-/// without dynamics. It is passive while it is not commanded, not static, no link, and carried by nobody.
+/// How an object without a command of its own responds to a rigid mover, or a link, that comes against it:
+/// quasi-static. It is passive while it is not commanded, not static, no link, and carried by nobody.
 enum class Passive : std::uint8_t {
   stays,    ///< it stands, and the mover stops or goes along it as the policy says
   shoved,   ///< where it stopped a mover it goes along for the rest of the frame, as one with the mover

@@ -123,6 +123,7 @@ WorldCapabilities ContactWorld::capabilities() const {
 
 void ContactWorld::prepare() {
   State& s = *state_;
+  s.is_fresh = s.is_fresh || s.needs_layout || !s.objects.changes().empty();
   if (!s.needs_layout && !s.take_up_changes()) s.needs_layout = true;
   if (s.needs_layout) s.build_all();
 }
@@ -157,6 +158,14 @@ MotionCommand ContactWorld::move_by(ObjectHandle object, const Vector3& displace
   return {object, RigidPath::by(actual_pose(object), displacement_W, turn_W)};
 }
 
+void ContactWorld::State::take_loads() {
+  const bool may_touch = is_fresh || !selections.applied().empty();
+  const bool may_carry = rules.moves_passive() && !movers.roots.empty();
+  if (may_touch && may_carry && watched.is_due()) watched.update(*this, *broadphase);
+  const StandingContacts contacts{contact_log.now(), may_touch, lanes.first(), watched.pairs()};
+  touchstone::take_loads(*this, contacts, movers, followers);
+}
+
 FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
                                 std::span<const JointCommand> joint_commands) {
   prepare();
@@ -175,10 +184,10 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   accept(model, commands, s.movers, s.events);
   accept(model, joint_commands, s.movers, s.events);
   order_movers(model, s.movers);
-  take_loads(model, s.contact_log.now(), s.movers, s.followers);
+  s.watched.begin_frame(model);
+  s.take_loads();
 
   // Pairs that may meet on them, and when.
-  s.watched.begin_frame(model);
   s.watched.lay_paths(model, s.movers.roots);
   if (s.watched.is_due()) s.watched.update(model, *s.broadphase);
   const PairFinder::Scope finding{model, s.lanes, s.watched, s.movers};
@@ -198,6 +207,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.slides.run(scope, s.pairs, report);
   s.finder.add_left_out(finding, scope.contacts, s.pairs);
   s.contact_log.report(model, s.lanes, s.pairs, s.moments, s.parts.count() - 1, s.events);
+  s.is_fresh = false;
   report.queries = s.lanes.calls() - calls;
   report.events = s.events;
   report.selections = s.selections.applied(), report.refused_selections = s.selections.refused();

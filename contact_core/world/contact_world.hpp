@@ -58,7 +58,7 @@ struct PairRule {
   /// Not with a policy that holds or only cues. What goes along goes as if it were latched, friction that
   /// never slips: it turns with the mover, what it meets stops both, and where a shoved one comes to the next
   /// it takes that along too, up to kMostSlideSteps of them one after another. Two movers that want the same
-  /// object leave it where it is. Whatever goes along is checked as any mover: nothing merges.
+  /// object, or two links that may turn, leave it where it is. Whatever goes along is checked as any mover.
   std::optional<Passive> passive = {};
 };
 

@@ -20,6 +20,7 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
       initial(std::move(placement.initial)),
       weights(std::move(placement.weights)),
       slot_of_link(mechanism->links().size(), Mechanism::kNone),
+      rigid_with(mechanism->links().size()),
       X_WL(mechanism->links().size()),
       path(*mechanism),
       relative(*mechanism),
@@ -40,6 +41,9 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
   for (const double weight : weights)
     if (!std::isfinite(weight) || !(weight > 0.0))
       throw InputError(label + ": joint weight " + std::to_string(weight) + " is not a number above 0");
+  for (std::uint32_t link = 0; link < rigid_with.size(); ++link) rigid_with[link] = link;
+  for (const Mechanism::Joint& joint : mechanism->joints())
+    if (joint.value == Mechanism::kNone) rigid_with[joint.outer] = rigid_with[joint.inner];
   path.set(placement.X_WB, initial, initial);
   reset();
   frame.set(X_WL);

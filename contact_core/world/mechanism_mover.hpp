@@ -19,6 +19,7 @@ struct MechanismMover final : PathViews {
   std::vector<double> initial, actual, commanded;
   std::vector<double> weights;              ///< of the slide's metric
   std::vector<std::uint32_t> slot_of_link;  ///< kNone: no hexahedra
+  std::vector<std::uint32_t> rigid_with;    ///< by link: the innermost one that no joint moves it against
   std::vector<Pose> X_WL;                   ///< actual, by link
   std::uint32_t lead = 0xffffffff;          ///< slot that stands for all
   MechanismPath path;                       ///< of this frame, or sub-step of a slide

@@ -80,6 +80,7 @@ void take_room(WorldModel& model, bool anew) {
   size(model.paths, slots, CarriedPath(RigidPath(), model.objects.poses_in_body()));
   size(model.stops, slots, 1.0), size(model.in_motion, slots, std::uint8_t{0});
   size(model.member_root, slots, kNone);
+  model.rides.take_room(slots, anew);
   reserve_more(model.members, slots);
   model.from.resize(solids), model.X_BS.resize(solids), model.root_of_solid.resize(solids);
   Travels& travels = model.travels;
@@ -114,6 +115,7 @@ void change_body(WorldModel& model, std::uint32_t slot) {
   if (!model.layout.is_alive(slot)) return;
   const auto join = std::pair{model.member_root[slot] = model.objects[slot].root, slot};
   members.insert(std::lower_bound(members.begin(), members.end(), join), join);
+  model.rides.forget(slot);
   place_in_body(model, slot);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/world/frame_lanes.hpp"
 
 namespace touchstone {
@@ -13,17 +14,31 @@ constexpr double kUp = 1.0 + 0x1p-20;
 
 }  // namespace
 
+Pose WorldModel::pose_on_link(std::uint32_t slot, const Pose& X_WL) const {
+  const Rides::Ride* ride = rides.find(objects[slot].root);
+  const Pose X_WB = ride == nullptr ? X_WL : compose(X_WL, ride->X_LR);
+  return objects[slot].body == slot ? X_WB : compose(X_WB, objects.poses_in_body()[slot]);
+}
+
 BodyState WorldModel::state_at(std::uint32_t slot, double s) const {
-  const MechanismMover* mover = mechanism_of(slot);
+  const MechanismMover* mover = arm_of(slot);
   if (mover == nullptr) return paths[objects[slot].root].at(slot, s);
-  BodyState state = mover->path.at(objects[objects[slot].body].link, s);
-  if (objects[slot].body != slot) state.X_WO = compose(state.X_WO, objects.poses_in_body()[slot]);
+  BodyState state = mover->path.at(link_of(slot), s);
+  state.X_WO = pose_on_link(slot, state.X_WO);
   return state;
 }
 
+bool WorldModel::go_as_one(const SolidPair& pair) const {
+  const std::uint32_t a = layout.slot_of[pair.a], b = layout.slot_of[pair.b];
+  if (objects[a].root == objects[b].root) return false;
+  const MechanismMover* mover = arm_of(a);
+  return mover != nullptr && mover == arm_of(b) &&
+         mover->rigid_with[link_of(a)] == mover->rigid_with[link_of(b)];
+}
+
 bool WorldModel::moves(std::uint32_t slot) const {
-  const MechanismMover* mover = mechanism_of(slot);
-  return mover == nullptr || mover->path.moves(objects[objects[slot].body].link);
+  const MechanismMover* mover = arm_of(slot);
+  return mover == nullptr || mover->path.moves(link_of(slot));
 }
 
 double WorldModel::gap_at(double distance) const {
@@ -77,16 +92,17 @@ FramePair WorldModel::frame_pair(const SolidPair& pair) const {
 }
 
 MovingSolid WorldModel::moving_solid(SolidIndex solid) const {
-  const std::uint32_t slot = layout.slot_of[solid], root = objects[slot].root, body = objects[slot].body;
+  const std::uint32_t slot = layout.slot_of[solid], root = objects[slot].root;
   MovingSolid out{&layout.solids[solid], layout.X_OS[solid], &paths[root], slot};
   out.stop = in_motion[root] ? stops[root] : 0.0;
   out.travel = travels.last_solid[solid];
-  if (MechanismMover* mover = mechanism_of(slot)) {
-    out.X_OS = X_BS[solid];
-    out.path = &mover->path, out.body = objects[body].link, out.views = mover;
+  const Rides::Ride* ride = rides.find(root);
+  if (MechanismMover* mover = arm_of(slot)) {
+    out.X_OS = ride == nullptr ? X_BS[solid] : compose(ride->X_LR, X_BS[solid]);
+    out.path = &mover->path, out.body = link_of(slot), out.views = mover;
   }
   // A carried object's pose is where it was carried to, which its path gives to rounding only.
-  if (body == slot && travels.has_vertices[solid])
+  if (objects[slot].body == slot && ride == nullptr && travels.has_vertices[solid])
     out.X_WS_at_start = &from[solid], out.vertices_at_start = &travels.vertices[solid];
   return out;
 }
@@ -101,8 +117,10 @@ MovingSolid WorldModel::seen_from(std::uint32_t link, SolidIndex solid) const {
 
 double WorldModel::travel_on(const MechanismMover& mover, SolidIndex solid) const {
   const Sphere& sphere = layout.solids[solid].bounding_sphere();
-  const std::uint32_t link = objects[body_of(solid)].link;
-  return (mover.path.speed_bound(link, transform(X_BS[solid], sphere.centre)) +
+  const std::uint32_t slot = layout.slot_of[solid], link = link_of(slot);
+  const Rides::Ride* ride = rides.find(objects[slot].root);
+  const Vector3 in_body = transform(X_BS[solid], sphere.centre);
+  return (mover.path.speed_bound(link, ride == nullptr ? in_body : transform(ride->X_LR, in_body)) +
           mover.path.turn_bound(link) * sphere.radius) *
          kUp;
 }
@@ -125,6 +143,23 @@ void WorldModel::measure_own_travels(const MechanismMover& mover, std::vector<do
     }
 }
 
+namespace {
+
+/// Of two that go as one: how they stand is all there is.
+Impact standing(const WorldModel& model, NarrowphaseQuery& query, const SolidPair& pair) {
+  Impact impact;
+  query.set_pair(pair);
+  const PairStatus status = query.separation(model.from[pair.a], model.from[pair.b], impact.geometry);
+  if (!has_geometry(status)) return impact;
+  impact.queries = 1;
+  impact.start_separation = impact.least_separation = impact.geometry.separation;
+  impact.starts_overlapping = impact.start_separation < 0.0;
+  impact.lo = 1.0;
+  return impact;
+}
+
+}  // namespace
+
 Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pair, double until) {
   const double now = model.travelled(pair.solids, pair.own);
   if (now <= pair.clear_until) {
@@ -133,6 +168,7 @@ Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pa
     clear.is_far = true;
     return clear;
   }
+  if (model.go_as_one(pair.solids)) return standing(model, query, pair.solids);
   query.set_pair(pair.solids);
   const auto [a, b] = pair.solids;
   MovingSolid first = model.moving_solid(a), second = model.moving_solid(b);
@@ -155,11 +191,15 @@ std::uint32_t mover_of(const WorldModel& model, const SolidPair& pair) {
   const std::uint32_t a = model.root_of(pair.a), b = model.root_of(pair.b);
   const std::vector<std::uint8_t>& in_motion = model.in_motion;
   if (a == b) return a;
-  if (!in_motion[a]) return in_motion[b] ? b : kAlone;
-  if (!in_motion[b]) return a;
-  const bool is_arm_a = model.mechanism_of(a) != nullptr, is_arm_b = model.mechanism_of(b) != nullptr;
+  const auto lead_of = [&](std::uint32_t root) {
+    const Rides::Ride* ride = model.rides.find(root);
+    return ride == nullptr ? root : ride->lead;
+  };
+  if (!in_motion[a]) return in_motion[b] ? lead_of(b) : kAlone;
+  if (!in_motion[b]) return lead_of(a);
+  const bool is_arm_a = model.arm_of(a) != nullptr, is_arm_b = model.arm_of(b) != nullptr;
   if (is_arm_a && is_arm_b) return kInTurn;
-  return is_arm_a ? a : is_arm_b ? b : kAlone;
+  return is_arm_a ? lead_of(a) : is_arm_b ? lead_of(b) : kAlone;
 }
 
 void find_impact_of(const WorldModel& model, NarrowphaseQuery& query, WatchedPair& watch, FramePair& pair,

@@ -12,6 +12,7 @@
 #include "touchstone/contact_core/world/mechanism_mover.hpp"
 #include "touchstone/contact_core/world/object_table.hpp"
 #include "touchstone/contact_core/world/pair_rules.hpp"
+#include "touchstone/contact_core/world/rides.hpp"
 #include "touchstone/contact_core/world/selection_state.hpp"
 #include "touchstone/contact_core/world/travels.hpp"
 
@@ -45,6 +46,7 @@ struct WorldModel {
   std::vector<std::uint32_t> root_of_solid;  // objects' own, which lie further apart in memory
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by slot), sorted
   std::vector<std::uint32_t> member_root;                        // by slot: its root in members, or none
+  Rides rides;                                                   // by root
   Travels travels;
 
   bool is_sampled() const { return !gives_signed_distance(*narrowphase); }
@@ -58,6 +60,21 @@ struct WorldModel {
     const ObjectRecord& body = objects[objects[slot].body];
     return body.is_link() ? mechanisms.at(body.mechanism) : nullptr;
   }
+  /// On whose path the object goes: mechanism_of(), or the one of which a link takes it along; or null.
+  MechanismMover* arm_of(std::uint32_t slot) const {
+    const Rides::Ride* ride = rides.find(objects[slot].root);
+    return mechanism_of(ride == nullptr ? slot : ride->lead);
+  }
+  /// By which link of that. @pre there is one.
+  std::uint32_t link_of(std::uint32_t slot) const {
+    const Rides::Ride* ride = rides.find(objects[slot].root);
+    return ride == nullptr ? objects[objects[slot].body].link : ride->link;
+  }
+  /// Where an object that goes so stands, with its link at X_WL.
+  Pose pose_on_link(std::uint32_t slot, const Pose& X_WL) const;
+  /// Whether the two go with one link, or with two that no joint moves against each other, and one of them
+  /// only for a frame: they stand to each other as they did.
+  bool go_as_one(const SolidPair& pair) const;
   /// Of a mover that has a path: whether that moves the object.
   bool moves(std::uint32_t slot) const;
   /// Calls visit(slot) for each object that moves with the root.
@@ -132,8 +149,9 @@ Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pa
 /// are seen from one another.
 inline constexpr std::uint32_t kAlone = 0xffffffff;
 inline constexpr std::uint32_t kInTurn = 0xfffffffe;
-/// The root whose pairs have to be taken in turn with this one: of a mechanism, as it is seen from its links;
-/// else of the only one of the two in motion, which may be stopped by what comes first. Or kAlone, kInTurn.
+/// The root whose pairs have to be taken in turn with this one: of a mechanism, as it is seen from its links,
+/// also of what these take along; else of the only one of the two in motion, which may be stopped by what
+/// comes first. Or kAlone, kInTurn.
 std::uint32_t mover_of(const WorldModel& model, const SolidPair& pair);
 /// The same as impact_of() of a watched pair, whose knowledge it takes up and renews.
 /// @param start of the two as they stand; null: not known.

@@ -27,6 +27,7 @@ namespace touchstone {
 struct ContactWorld::State : WorldModel {
   std::unique_ptr<Broadphase> broadphase;
   bool needs_layout = true;
+  bool is_fresh = true;  // set-up was taken up since the last frame
 
   // Taken up by prepare().
   std::unique_ptr<ThreadTeam> team;  // set_threads()'s; null: none
@@ -55,6 +56,7 @@ struct ContactWorld::State : WorldModel {
             followers, stop_resolver, moments, parts,   contact_log.now()};
   }
 
+  void take_loads();
   void build_all();
   bool take_up_changes();
   void take_room(bool anew);

@@ -216,9 +216,21 @@ using Claims = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 /// Who was taken along by whom.
 Claims settled(Followers& followers, const Claims& claims) {
   Claims out;
-  for (const auto& [leader, root] : claims) followers.claim(leader, root);
-  followers.settle([&](std::uint32_t leader, std::uint32_t root) { out.emplace_back(leader, root); });
+  for (const auto& [leader, root] : claims) followers.claim({leader, 0}, root);
+  followers.settle(
+      [&](const Followers::Lead& lead, std::uint32_t root) { out.emplace_back(lead.root, root); });
   return out;
+}
+
+TEST(Followers, StayWhereTwoLinksOfOneLeaderWantThem) {
+  Followers followers;
+  followers.take_room(8, true);
+  followers.begin({}, std::vector<std::uint32_t>{0});
+  followers.claim({0, 2}, 5), followers.claim({0, 3}, 5), followers.claim({0, 3}, 6);
+  std::vector<std::uint32_t> links;
+  followers.settle([&](const Followers::Lead& lead, std::uint32_t) { links.push_back(lead.link); });
+  EXPECT_EQ(links, std::vector<std::uint32_t>{3});
+  EXPECT_TRUE(followers.is_disputed(5));
 }
 
 // In whichever order leaders come: whom two want stays, once and for all of the frame.
@@ -336,7 +348,7 @@ struct Row {
       model.paths.emplace_back(RigidPath(model.objects[i].X_WO), model.objects.poses_in_body());
       model.members.emplace_back(i, i);
     }
-    model.stops.assign(count, 1.0), model.in_motion.assign(count, 0);
+    model.stops.assign(count, 1.0), model.in_motion.assign(count, 0), model.rides.take_room(count, true);
     Travels& travels = model.travels;
     for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
                                         &travels.last_solid, &travels.planned_solid, &travels.needed})

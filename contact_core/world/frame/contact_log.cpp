@@ -86,6 +86,10 @@ bool is_asked_ahead(const FramePair& pair) { return !pair.impact.is_far || pair.
 
 }  // namespace
 
+bool touches(const WorldModel& model, NarrowphaseQuery& query, const FramePair& pair) {
+  return is_in_contact(model, query, pair, geometry_now(model, query, pair.solids).separation, false);
+}
+
 void ContactLog::take_room(std::size_t solids) {
   reserve_more(contacts_, 64 + 16 * solids), reserve_more(contacts_before_, 64 + 16 * solids);
   reserve_more(ahead_, 64 + 16 * solids), reserve_more(answers_, 64 + 16 * solids);

@@ -11,6 +11,9 @@
 
 namespace touchstone {
 
+/// Whether two that were in no contact are in one as they stand.
+bool touches(const WorldModel& model, NarrowphaseQuery& query, const FramePair& pair);
+
 /// The pairs in contact from frame to frame, and the events that follow from how each pair stands at a
 /// frame's end and from the moments that the frame's parts noted.
 class ContactLog {

@@ -3,22 +3,43 @@
 namespace touchstone {
 namespace {
 
-Pose executed_link_pose(const WorldModel& model, const ExecutedParts& parts, std::uint32_t slot,
-                        std::size_t part, double s) {
-  const ObjectRecord& object = model.objects[slot];
-  const ObjectRecord& body = model.objects[object.body];
-  const MechanismMover& mover = *model.mechanisms.at(body.mechanism);
-  const Mechanism& mechanism = *mover.mechanism;
-  const ExecutedParts::At executed = parts.find(model.objects.handle(object.root), part, s);
-  if (executed.part == nullptr) return object.X_WO;
+Pose link_pose(const MechanismMover& mover, std::uint32_t link, const ExecutedParts& parts,
+               const ExecutedParts::At& executed) {
   Pose X = mover.path.X_WB();
-  for (const std::uint32_t j : mechanism.chain(body.link)) {
-    const Mechanism::Joint& joint = mechanism.joints()[j];
+  for (const std::uint32_t j : mover.mechanism->chain(link)) {
+    const Mechanism::Joint& joint = mover.mechanism->joints()[j];
     const double q =
         joint.value == Mechanism::kNone ? 0.0 : parts.joint_value(executed, joint.value, mover.actual.size());
     X = Mechanism::across(joint, X, q);
   }
+  return X;
+}
+
+Pose executed_link_pose(const WorldModel& model, const ExecutedParts& parts, std::uint32_t slot,
+                        std::size_t part, double s) {
+  const ObjectRecord& object = model.objects[slot];
+  const ObjectRecord& body = model.objects[object.body];
+  const ExecutedParts::At executed = parts.find(model.objects.handle(object.root), part, s);
+  if (executed.part == nullptr) return object.X_WO;
+  const Pose X = link_pose(*model.mechanisms.at(body.mechanism), body.link, parts, executed);
   return object.body == slot ? X : compose(X, model.objects.poses_in_body()[slot]);
+}
+
+/// Of a root that a link took along in the part.
+Pose executed_ride_pose(const WorldModel& model, const ExecutedParts& parts, const ExecutedParts::At& ride,
+                        const Pose& X_WO) {
+  const ExecutedPart& part = *ride.part;
+  const ExecutedParts::At executed = parts.find(part.lead, part.part, ride.s);
+  if (executed.part == nullptr || !model.objects.is_alive(part.lead)) return X_WO;
+  const MechanismMover& mover = *model.mechanism_of(part.lead.slot);
+  return compose(link_pose(mover, part.link, parts, executed), part.X_LR);
+}
+
+/// Whose link took along what stands on it still.
+void note_rides(WorldModel& model, const Movers& movers) {
+  for (const std::uint32_t root : movers.roots)
+    if (const Rides::Ride* ride = model.rides.find(root))
+      model.rides.note_place(root, model.arm_of(root)->X_WL[ride->link], model.objects[root].X_WO);
 }
 
 }  // namespace
@@ -34,11 +55,10 @@ void execute(WorldModel& model, WatchedPairs& watched, const Movers& movers, Fra
   lanes.for_each(moved.size(), kObjectsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     const std::uint32_t slot = moved[i], root = objects[slot].root;
     if (!model.in_motion[root]) return;
+    if (model.stops[root] == 0.0 && model.rides.find(root) != nullptr) return;  // not even by rounding
     Pose& X_WO = objects[slot].X_WO;
-    if (const MechanismMover* mover = model.mechanism_of(slot)) {
-      const std::uint32_t body = objects[slot].body;
-      const Pose& X_WL = mover->X_WL[objects[body].link];
-      X_WO = body == slot ? X_WL : compose(X_WL, objects.poses_in_body()[slot]);
+    if (const MechanismMover* mover = model.arm_of(slot)) {
+      X_WO = model.pose_on_link(slot, mover->X_WL[model.link_of(slot)]);
     } else {
       X_WO = model.paths[root].at(slot, model.stops[root]).X_WO;
     }
@@ -49,6 +69,7 @@ void execute(WorldModel& model, WatchedPairs& watched, const Movers& movers, Fra
     if (model.in_motion[objects[slot].root]) model.note_place(slot);
   for (const std::uint32_t root : movers.roots)
     if (model.in_motion[root] && model.stops[root] < 1.0) watched.take_back(model, root);
+  note_rides(model, movers);
 }
 
 void record_part(const WorldModel& model, const Movers& movers, std::uint32_t part, ExecutedParts& parts) {
@@ -56,7 +77,10 @@ void record_part(const WorldModel& model, const Movers& movers, std::uint32_t pa
     if (!model.in_motion[slot]) continue;
     const ObjectHandle object = model.objects.handle(slot);
     const MechanismMover* mover = model.mechanism_of(slot);
-    if (mover == nullptr)
+    if (const Rides::Ride* ride = model.rides.find(slot))
+      parts.add_ride(object, part, model.paths[slot], model.stops[slot], model.objects.handle(ride->lead),
+                     ride->link, ride->X_LR);
+    else if (mover == nullptr)
       parts.add(object, part, model.paths[slot], model.stops[slot]);
     else
       parts.add(object, part, model.paths[slot], model.stops[slot], mover->path.from(), mover->path.to());
@@ -70,6 +94,10 @@ Pose executed_pose(const WorldModel& model, const ExecutedParts& parts, std::uin
   const ObjectRecord& object = model.objects[slot];
   const ExecutedParts::At executed = parts.find(model.objects.handle(object.root), part, s);
   if (executed.part == nullptr || !executed.part->path.knows(slot)) return object.X_WO;
+  if (executed.part->lead != ObjectHandle{}) {
+    const Pose X = executed_ride_pose(model, parts, executed, object.X_WO);
+    return object.body == slot ? X : compose(X, model.objects.poses_in_body()[slot]);
+  }
   return executed.part->path.at(slot, executed.s).X_WO;
 }
 

@@ -62,6 +62,7 @@ void begin_frame(WorldModel& model, Movers& movers) {
   for (const std::uint32_t slot : movers.told_before) {
     model.in_motion[slot] = movers.is_short[slot] = 0;
     model.stops[slot] = 1.0;
+    model.rides.end(slot);
     if (model.objects[slot].is_root(slot))
       model.paths[slot] = CarriedPath(RigidPath(model.objects[slot].X_WO), model.objects.poses_in_body());
   }

@@ -156,9 +156,9 @@ void WatchedPairs::lay_travel(WorldModel& model, SolidIndex solid, const BodySta
   Travels& travels = model.travels;
   const Sphere& sphere = model.layout.solids[solid].bounding_sphere();
   const std::uint32_t slot = model.layout.slot_of[solid];
-  if (const MechanismMover* mover = model.mechanism_of(slot)) {
-    travels.last_solid[solid] =
-        model.has_planned(*mover) ? travels.planned_solid[solid] : model.travel_on(*mover, solid);
+  if (const MechanismMover* mover = model.arm_of(slot)) {
+    const bool is_planned = model.mechanism_of(slot) != nullptr && model.has_planned(*mover);
+    travels.last_solid[solid] = is_planned ? travels.planned_solid[solid] : model.travel_on(*mover, solid);
   } else {
     const double arm = norm(transform(model.from[solid], sphere.centre) - start.centre_W) + sphere.radius;
     travels.last_solid[solid] = (norm(start.velocity_W) + norm(start.angular_velocity_W) * arm) * kUp;

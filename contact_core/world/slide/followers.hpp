@@ -13,10 +13,17 @@ class Followers {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
+  /// Whom one goes along with, and by which of its links: 0, where it has none.
+  struct Lead {
+    std::uint32_t root, link;
+
+    friend bool operator==(const Lead&, const Lead&) = default;
+  };
+
   /// @param anew nobody goes along with anybody.
   void take_room(std::size_t slots, bool anew) {
     if (anew) *this = {};
-    leader_of_.resize(slots, kNone), claim_of_.resize(slots, kNone);
+    leader_of_.resize(slots, kNone), claim_of_.resize(slots, {kNone, 0});
     is_told_.resize(slots, 0), is_disputed_.resize(slots, 0), is_blocked_.resize(slots, 0);
     for (std::vector<std::uint32_t>* roots : {&followers_, &claimed_})
       if (slots > roots->capacity()) roots->reserve(std::max(slots, 2 * roots->capacity()));
@@ -42,7 +49,7 @@ class Followers {
   }
   /// Commanded in this frame, or goes along.
   bool is_told(std::uint32_t root) const { return is_told_[root] != 0; }
-  /// Two leaders wanted it: it stays.
+  /// Two leaders wanted it, or two links of one: it stays.
   bool is_disputed(std::uint32_t root) const { return is_disputed_[root] != 0; }
 
   /// A leader that was stopped by what does not go along.
@@ -50,27 +57,27 @@ class Followers {
   void set_blocked(std::uint32_t root, bool is_blocked) { is_blocked_[root] = is_blocked; }
 
   /// A leader wants a root along; in no order, each as often as it likes.
-  void claim(std::uint32_t leader, std::uint32_t root) {
-    std::uint32_t& wanted = claim_of_[root];
-    if (wanted == kNone) claimed_.push_back(root);
-    const bool is_disputed = wanted != kNone && wanted != leader;
-    wanted = is_disputed || is_disputed_[root] ? root : leader;
+  void claim(const Lead& lead, std::uint32_t root) {
+    Lead& wanted = claim_of_[root];
+    if (wanted.root == kNone) claimed_.push_back(root);
+    const bool is_disputed = wanted.root != kNone && wanted != lead;
+    wanted = is_disputed || is_disputed_[root] ? Lead{root, 0} : lead;
     is_disputed_[root] = is_disputed_[root] || is_disputed;
   }
-  /// Whoever one leader alone wants goes along with it. Calls take(leader, root), ascending roots.
+  /// Whoever one leader alone wants goes along with it. Calls take(lead, root), ascending roots.
   /// @returns whether there is any.
   template <class Take>
   bool settle(Take take) {
     std::sort(claimed_.begin(), claimed_.end());
     bool any = false;
     for (const std::uint32_t root : claimed_) {
-      const std::uint32_t leader = claim_of_[root];
-      claim_of_[root] = kNone;
+      const Lead lead = claim_of_[root];
+      claim_of_[root] = {kNone, 0};
       if (is_disputed_[root]) continue;
-      leader_of_[root] = leader;
+      leader_of_[root] = lead.root;
       followers_.push_back(root);
       is_told_[root] = 1;
-      take(leader, root);
+      take(lead, root);
       any = true;
     }
     claimed_.clear();
@@ -80,7 +87,7 @@ class Followers {
  private:
   std::vector<std::uint32_t> leader_of_;  // by slot; kNone: it goes by itself, or not at all
   std::vector<std::uint32_t> followers_;
-  std::vector<std::uint32_t> claim_of_;                           // by slot: whom it is to go along with
+  std::vector<Lead> claim_of_;                                    // by slot: whom it is to go along with
   std::vector<std::uint32_t> claimed_;                            // slots
   std::vector<std::uint8_t> is_told_, is_disputed_, is_blocked_;  // by slot
 };

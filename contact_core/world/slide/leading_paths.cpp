@@ -43,7 +43,7 @@ void begin_shove(Slider& slider, const RigidPath& path, double stop) {
 bool go_on_shoving(Slider& slider, double stop, bool is_blocked, bool may_slide) {
   slider.way = (1.0 - stop) * slider.way;
   slider.shoves = stop < 1.0 && !is_blocked;
-  const bool slides_on = may_slide && norm(slider.way.w) <= std::numbers::pi;
+  const bool slides_on = may_slide && (slider.arm != nullptr || norm(slider.way.w) <= std::numbers::pi);
   slider.done = stop >= 1.0 || (!slider.shoves && !slides_on);
   return slider.shoves;
 }

@@ -1,7 +1,10 @@
 #include "touchstone/contact_core/world/slide/shove.hpp"
 
 #include <algorithm>
+#include <utility>
 
+#include "touchstone/contact_core/motion/slide.hpp"
+#include "touchstone/contact_core/world/frame/contact_log.hpp"
 #include "touchstone/contact_core/world/slide/leading_paths.hpp"
 
 namespace touchstone {
@@ -11,67 +14,120 @@ bool is_passive(const WorldModel& model, const Followers& followers, std::uint32
   return !followers.is_told(root) && !model.objects[root].is_static() && !model.objects[root].is_link();
 }
 
+/// By what a mover's solid takes others along.
+Followers::Lead lead_of(const WorldModel& model, const Followers& followers, SolidIndex solid) {
+  const std::uint32_t slot = model.layout.slot_of[solid];
+  const std::uint32_t leader = followers.leader_of(model.objects[slot].root);
+  const MechanismMover* arm = model.arm_of(slot);
+  return {leader, arm == nullptr ? 0 : arm->rigid_with[model.link_of(slot)]};
+}
+
+/// A mover's solid that takes others along: no link that stands.
+bool may_lead(const WorldModel& model, SolidIndex solid) {
+  return model.in_motion[model.root_of(solid)] && !model.objects[model.body_of(solid)].is_static();
+}
+
+/// What goes on after it was stopped: see plan_arm_slide().
+bool may_shove(const WorldModel& model, SolidIndex solid) {
+  const MechanismMover* arm = model.arm_of(model.layout.slot_of[solid]);
+  return may_lead(model, solid) && (arm == nullptr || arm->actual.size() <= kMostSlideJoints);
+}
+
 /// Takes along whom one leader alone claims. @returns whether there is any.
 bool settle_claims(WorldModel& model, Movers& movers, Followers& followers) {
-  return followers.settle([&](std::uint32_t leader, std::uint32_t root) {
+  return followers.settle([&](const Followers::Lead& lead, std::uint32_t root) {
     movers.add_follower(root);
-    model.in_motion[root] = model.in_motion[leader];
-    go_along(model, leader, root);
+    model.in_motion[root] = model.in_motion[lead.root];
+    const Pose& X_WR = model.objects[root].X_WO;
+    if (const MechanismMover* arm = model.mechanism_of(lead.root))
+      model.rides.begin(root, lead.root, lead.link, arm->X_WL[lead.link], X_WR);
+    go_along(model, lead.root, root);
+  });
+}
+
+bool carries(const WorldModel& model, const SolidPair& pair) {
+  const EffectiveRule rule =
+      model.rules.find(model.objects, model.layout.slot_of[pair.a], model.layout.slot_of[pair.b]);
+  return rule.passive == Passive::carried && rule.policy != ContactPolicy::hold &&
+         rule.policy != ContactPolicy::cue;
+}
+
+/// Claims whichever of the two in contact is the other one's load.
+void claim_load(const WorldModel& model, const SolidPair& pair, Followers& followers) {
+  for (const auto& [mover, other] : {std::pair{pair.a, pair.b}, std::pair{pair.b, pair.a}}) {
+    if (!may_lead(model, mover) || !is_passive(model, followers, model.root_of(other))) continue;
+    if (model.is_checked(pair) && carries(model, pair))
+      followers.claim(lead_of(model, followers, mover), model.root_of(other));
+  }
+}
+
+/// The same of all that touches the root and that no frame has looked at since set-up.
+void claim_fresh_loads(const WorldModel& model, const StandingContacts& contacts, std::uint32_t root,
+                       Followers& followers) {
+  model.for_each_solid(root, [&](SolidIndex solid) {
+    contacts.watched.for_each_of(solid, [&](std::uint32_t index) {
+      const WatchedPair& watch = contacts.watched[index];
+      const SolidPair pair{watch.a, watch.b};
+      if (model.is_clear(watch) || is_among(contacts.known, pair) || !model.is_checked(pair)) return;
+      const SolidIndex other = solid == pair.a ? pair.b : pair.a;
+      if (!is_passive(model, followers, model.root_of(other)) || !carries(model, pair)) return;
+      if (touches(model, contacts.query, model.frame_pair(pair))) claim_load(model, pair, followers);
+    });
   });
 }
 
 }  // namespace
 
 void go_along(WorldModel& model, std::uint32_t leader, std::uint32_t root) {
-  model.paths[root] = CarriedPath(path_along(model.paths[leader].carrier(), model.objects[root].X_WO),
-                                  model.objects.poses_in_body());
+  const Pose& X_WR = model.objects[root].X_WO;
+  const bool rides = model.rides.find(root) != nullptr;  // on the link's path
+  const RigidPath path = rides ? RigidPath(X_WR) : path_along(model.paths[leader].carrier(), X_WR);
+  model.paths[root] = CarriedPath(path, model.objects.poses_in_body());
   model.stops[root] = 1.0;
 }
 
-void take_loads(WorldModel& model, std::span<const ContactState> contacts, Movers& movers,
-                Followers& followers) {
+void take_loads(WorldModel& model, const StandingContacts& contacts, Movers& movers, Followers& followers) {
   followers.begin(movers.told_before, movers.told);
   if (!model.rules.moves_passive() || movers.roots.empty()) return;
   followers.nothing_is_disputed();
-  do {
-    for (const ContactState& contact : contacts) {
-      const std::uint32_t a = model.root_of(contact.solids.a), b = model.root_of(contact.solids.b);
-      for (const auto& [mover, other] : {std::pair{a, b}, std::pair{b, a}}) {
-        if (!model.in_motion[mover] || model.objects[mover].is_link()) continue;
-        if (!is_passive(model, followers, other) || !model.is_checked(contact.solids)) continue;
-        const EffectiveRule rule = model.rules.find(model.objects, model.layout.slot_of[contact.solids.a],
-                                                    model.layout.slot_of[contact.solids.b]);
-        const bool may_go = rule.policy != ContactPolicy::hold && rule.policy != ContactPolicy::cue;
-        if (may_go && rule.passive == Passive::carried) followers.claim(followers.leader_of(mover), other);
-      }
+  std::size_t taken = 0;
+  bool any = true;
+  for (bool is_first = true; any; is_first = false) {
+    for (const ContactState& contact : contacts.known) claim_load(model, contact.solids, followers);
+    if (contacts.is_fresh) {
+      const auto newest =
+          is_first ? std::span<const std::uint32_t>(movers.roots) : followers.all().subspan(taken);
+      for (const std::uint32_t root : newest) claim_fresh_loads(model, contacts, root, followers);
     }
-  } while (settle_claims(model, movers, followers));
+    taken = followers.all().size();
+    any = settle_claims(model, movers, followers);
+  }
 }
 
 bool take_shoved(WorldModel& model, std::span<const FramePair> among, Movers& movers, Followers& followers,
                  ExecutedParts& parts) {
   if (!model.rules.moves_passive()) return false;
   for (const std::uint32_t root : movers.roots) followers.set_blocked(root, false);
-  const auto stopped = [&](const FramePair& pair, std::uint32_t root) {
+  const auto stopped = [&](const FramePair& pair, SolidIndex solid) {
+    const std::uint32_t root = model.root_of(solid);
     const double stop = model.stops[root];
     return model.in_motion[root] && stop < 1.0 && pair.is_settled && pair.impact.lo == stop;
   };
   const auto each = [&](const auto& act) {
     for (const FramePair& pair : among) {
-      const std::uint32_t a = model.root_of(pair.solids.a), b = model.root_of(pair.solids.b);
-      if (stopped(pair, a)) act(pair, a, b);
-      if (stopped(pair, b)) act(pair, b, a);
+      if (stopped(pair, pair.solids.a)) act(pair, pair.solids.a, pair.solids.b);
+      if (stopped(pair, pair.solids.b)) act(pair, pair.solids.b, pair.solids.a);
     }
   };
-  each([&](const FramePair& pair, std::uint32_t mover, std::uint32_t other) {
-    const bool goes = pair.rule.passive != Passive::stays && !pair.holds() &&
-                      is_passive(model, followers, other) && !followers.is_disputed(other) &&
-                      !model.objects[mover].is_link();
-    if (!goes) followers.set_blocked(followers.leader_of(mover), true);
+  each([&](const FramePair& pair, SolidIndex mover, SolidIndex solid) {
+    const std::uint32_t other = model.root_of(solid);
+    const bool goes = pair.rule.passive != Passive::stays && !pair.holds() && may_shove(model, mover) &&
+                      is_passive(model, followers, other) && !followers.is_disputed(other);
+    if (!goes) followers.set_blocked(followers.leader_of(model.root_of(mover)), true);
   });
-  each([&](const FramePair&, std::uint32_t mover, std::uint32_t other) {
-    const std::uint32_t leader = followers.leader_of(mover);
-    if (!followers.is_blocked(leader)) followers.claim(leader, other);
+  each([&](const FramePair&, SolidIndex mover, SolidIndex other) {
+    const Followers::Lead lead = lead_of(model, followers, mover);
+    if (!followers.is_blocked(lead.root)) followers.claim(lead, model.root_of(other));
   });
   const std::size_t before = followers.all().size();
   const bool any = settle_claims(model, movers, followers);

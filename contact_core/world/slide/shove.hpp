@@ -2,24 +2,33 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "touchstone/contact_core/world/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
 #include "touchstone/contact_core/world/frame_pairs.hpp"
+#include "touchstone/contact_core/world/pair_watch.hpp"
 #include "touchstone/contact_core/world/slide/followers.hpp"
 #include "touchstone/contact_core/world/world_model.hpp"
 
 /// @file
-/// Objects without a command of their own that go along with a rigid mover: what is carried from the frame's
-/// start, what is shoved from where it stopped the mover. Leader and followers take the same rigid motion
-/// part by part, checked against everything, each other too, and are stopped together.
+/// Objects without a command of their own that go along with a rigid mover, or a link of a mechanism: what is
+/// carried from the frame's start, what is shoved from where it stopped the mover. Leader and followers take
+/// the same motion part by part, checked against everything, each other too, and are stopped together.
 
 namespace touchstone {
 
-/// Takes along loads that were in contact with their carrier as the frame began, and theirs.
-/// @param contacts then, by solids.
-void take_loads(WorldModel& model, std::span<const ContactState> contacts, Movers& movers,
-                Followers& followers);
+/// What take_loads() knows of who touches whom as a frame begins.
+struct StandingContacts {
+  std::span<const ContactState> known;  ///< as the frame before left them, by solids
+  /// Set-up may have brought others together since. Then the watched pairs are up to date.
+  bool is_fresh = false;
+  NarrowphaseQuery& query;
+  const PairWatch& watched;
+};
+
+/// Takes along loads that are in contact with their carrier as the frame begins, and theirs.
+void take_loads(WorldModel& model, const StandingContacts& contacts, Movers& movers, Followers& followers);
 
 /// Once a part is executed: takes along what stopped a leader, where nothing else did. Those stood until now.
 /// @param among the part's pairs. @returns whether there is any.

@@ -477,6 +477,8 @@ void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
   for_each_of(slider, [&](std::uint32_t index) {
     WatchedPair& watch = scope.watched[index];
     const SolidPair pair{watch.a, watch.b};
+    const std::uint32_t a = model.root_of(pair.a), b = model.root_of(pair.b);
+    if (a != b && scope.sliders.leader_of(a) == scope.sliders.leader_of(b)) return;  // the arm takes it along
     const Travels& travels = model.travels;
     const double planned = watch.own != kNotOwn
                                ? travels.planned_own[watch.own]

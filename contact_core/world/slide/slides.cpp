@@ -34,6 +34,12 @@ bool turns_too_far(const CarriedPath& path, double stop) {
   return (1.0 - stop) * norm(path.carrier().at(0, 0.0).angular_velocity_W) > std::numbers::pi;
 }
 
+/// Lays an arm's path to its command, straight on. @returns whether there is any way left.
+bool go_on_as_commanded(MechanismMover& arm) {
+  arm.go(arm.commanded);
+  return arm.commanded != arm.actual;
+}
+
 /// A rigid body that turns, stopped by pairs that advance or slide, of which not all slide.
 bool may_pivot(const WorldModel& model, const StopPermits& permits, std::uint32_t root) {
   return model.stops[root] < 1.0 && permits.may_pivot[root] && !permits.may_slide[root] &&
@@ -148,7 +154,8 @@ bool Slides::begin(const FrameScope& scope) {
     const bool may_go_on =
         arm != nullptr ? arm->actual.size() <= kMostSlideJoints : !turns_too_far(model.paths[slot], stop);
     if (followers.leader_of(slot) != slot) continue;
-    const bool has_taken_along = followers.is_followed(slot) && stop < 1.0 && !followers.is_blocked(slot);
+    const bool has_taken_along = followers.is_followed(slot) && stop < 1.0 && !followers.is_blocked(slot) &&
+                                 (arm == nullptr || may_go_on);
     const bool pivots = may_pivot(model, permits_, slot) && may_go_on && !has_taken_along;
     const bool may_slide = stop < 1.0 && permits_.may_slide[slot] && may_go_on;
     if (!may_slide && !pivots && !has_taken_along) continue;
@@ -157,7 +164,8 @@ bool Slides::begin(const FrameScope& scope) {
     slider.root = slider.leader = slot, slider.stop = stop, slider.arm = arm;
     slider.goal = path.to();
     slider.pivots = pivots;
-    if (has_taken_along) begin_shove(slider, path, stop);
+    slider.shoves = has_taken_along;
+    if (has_taken_along && arm == nullptr) begin_shove(slider, path, stop);
     if (arm != nullptr) begin_arm_slide(slider);
     sliders_.list.push_back(slider);
   }
@@ -298,7 +306,8 @@ void Slides::plan_in_turn(const FrameScope& scope) {
     model.stops[slider.root] = 1.0;
     meter_.begin_plan();
     if (slider.arm != nullptr) {
-      model.in_motion[slider.root] = plan_arm(scope, slider);
+      model.in_motion[slider.root] =
+          slider.shoves ? go_on_as_commanded(*slider.arm) : plan_arm(scope, slider);
     } else {
       const bool leads = slider.shoves || slider.pivots;
       const RigidPath path = leads ? leading_path(scope, slider) : plan_rigid(scope, slider);

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "touchstone/contact_core/geometry/pose.hpp"
+
+namespace touchstone {
+
+/// Objects that go along with a link of a mechanism for a frame: see slide/shove.hpp.
+class Rides {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  struct Ride {
+    std::uint32_t lead = kNone;  ///< slot that stands for the mechanism; none: it goes with no link
+    std::uint32_t link = kNone;  ///< MechanismMover::rigid_with of the link, by which it goes
+    Pose X_LR;                   ///< of the object in the link
+
+    friend class Rides;
+
+   private:
+    Pose X_WL_, X_WR_;  // where the last frame left the two
+  };
+
+  /// @param anew nobody rides.
+  void take_room(std::size_t slots, bool anew) {
+    if (anew) rides_.clear();
+    rides_.resize(slots);
+  }
+  /// The slot's object is new, or moves with another body.
+  void forget(std::uint32_t root) { rides_[root] = {}; }
+
+  /// The ride of a root, or null.
+  const Ride* find(std::uint32_t root) const { return rides_[root].lead == kNone ? nullptr : &rides_[root]; }
+  /// From where the two stand. Who stands as a ride on the same link left it keeps its place there, so that
+  /// a thousand rides round no more than one.
+  void begin(std::uint32_t root, std::uint32_t lead, std::uint32_t link, const Pose& X_WL, const Pose& X_WR) {
+    Ride& ride = rides_[root];
+    const bool goes_on = ride.link == link && is_same(ride.X_WL_, X_WL) && is_same(ride.X_WR_, X_WR);
+    if (!goes_on) ride.X_LR = compose(inverse(X_WL), X_WR);
+    ride.lead = lead, ride.link = link;
+  }
+  /// Where a frame, or a part of it, left the two. @pre it rides.
+  void note_place(std::uint32_t root, const Pose& X_WL, const Pose& X_WR) {
+    rides_[root].X_WL_ = X_WL, rides_[root].X_WR_ = X_WR;
+  }
+  void end(std::uint32_t root) { rides_[root].lead = kNone; }
+
+ private:
+  static bool is_same(const Pose& a, const Pose& b) { return a.p == b.p && a.R == b.R; }
+
+  std::vector<Ride> rides_;  // by slot
+};
+
+}  // namespace touchstone
