@@ -459,24 +459,25 @@ MixedSlides slide_and_shove(std::size_t threads, const SlideBudget& budget) {
     world->set_group_rule("pivots", other, rule(ContactPolicy::advance));
   world->set_threads(threads);
   world->set_slide_budget(budget);
-  const std::array<std::string, 4> groups{"sliders", "pivots", "idle", "sliders"};
+  const std::array<std::string, 4> groups{"sliders", "pivots", "idle", "pivots"};
   std::vector<ObjectHandle> boxes;
-  for (int i = 0; i < 216; ++i)
+  for (int i = 0; i < 252; ++i)
     boxes.push_back(world->add({box_tree("box " + std::to_string(i), {0.3, 0.4, 0.5}),
                                 at(0.5 * (i % 6), 0.6 * (i / 6 % 6), 0.7 * (i / 36)),
                                 false,
                                 {groups[i % 4]}}));
   MixedSlides out;
-  for (int frame = 0; frame < 6; ++frame) {
+  for (int frame = 0; frame < 4; ++frame) {
     std::vector<MotionCommand> commands;
     for (std::size_t i = 0; i < boxes.size(); ++i)
       if (i % 4 != 2) commands.push_back(world->move_by(boxes[i], random.vector(0.25), random.vector(0.4)));
-    world->frame(commands);
+    const FrameReport report = world->frame(commands);
+    EXPECT_GE(report.felt.size(), 16u);  // as many as make it worth while
     const std::size_t parts = world->executed_parts();
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const Pose first = world->executed_pose(boxes[i], 0, 1.0);
       const bool goes_on = parts > 1 && first.p != world->executed_pose(boxes[i], parts - 1, 1.0).p;
-      (i % 4 == 1 ? out.pivoted : i % 4 == 2 ? out.shoved : out.slid) += goes_on;
+      (i % 2 == 1 ? out.pivoted : i % 4 == 2 ? out.shoved : out.slid) += goes_on;
       out.poses.push_back(world->actual_pose(boxes[i]));
     }
   }
@@ -492,10 +493,10 @@ TEST(FrameThreads, PivotsAndShovesBesideSlidesAreThoseThatArePlannedInTurn) {
   SlideBudget ample;
   ample.pairs = std::uint64_t{1} << 40;
   const MixedSlides in_turn = slide_and_shove(1, ample);
-  EXPECT_GT(in_turn.slid, 50);
-  EXPECT_GT(in_turn.pivoted, 20);
+  EXPECT_GT(in_turn.slid, 40);
+  EXPECT_GT(in_turn.pivoted, 10);
   EXPECT_GT(in_turn.shoved, 20);
-  for (const std::size_t threads : {1, 2, 4})
+  for (const std::size_t threads : {1, 3})
     EXPECT_TRUE(are_same(slide_and_shove(threads, {}).poses, in_turn.poses)) << threads << " threads";
 }
 
