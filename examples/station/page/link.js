@@ -1,0 +1,107 @@
+// The one connection to the station: it keeps the newest frame only, measures the clocks' offset as NTP does, and connects
+// again by itself when the station went away.
+
+import {readFrame} from './frames.js';
+
+const now = () => performance.now() * 1000;  // browser's clock [us]
+
+export class Link extends EventTarget {
+  // `address`: of the WebSocket. Events: `text` (detail: the message), `connection` (detail: true, false).
+  constructor(address) {
+    super();
+    Object.assign(this, {address, newest: null, undrawn: 0, unread: 0, offset: 0, rtt: Infinity, number: 0, wait: 250, client: 0});
+    this.exchanges = [];
+    this.connect();
+    setInterval(() => this.ping(), 1000);
+  }
+
+  connect() {
+    let socket;
+    try {
+      socket = new WebSocket(this.address, 'touchstone-station-1');
+    } catch (fault) {
+      return this.again();
+    }
+    this.socket = socket;
+    socket.binaryType = 'arraybuffer';
+    socket.onopen = () => {
+      Object.assign(this, {wait: 250, newest: null, exchanges: [], rtt: Infinity});
+      this.dispatchEvent(new CustomEvent('connection', {detail: true}));
+      this.ping();
+    };
+    socket.onmessage = ({data}) => typeof data === 'string' ? this.takeText(data) : this.takeFrame(data);
+    socket.onclose = () => {
+      if (this.socket !== socket) return;
+      this.dispatchEvent(new CustomEvent('connection', {detail: false}));
+      this.again();
+    };
+  }
+
+  // Tries again after a quarter of a second, then twice as long each time, up to four seconds.
+  again() {
+    setTimeout(() => this.connect(), this.wait);
+    this.wait = Math.min(4000, this.wait * 2);
+  }
+
+  takeText(data) {
+    const message = JSON.parse(data);
+    if (message.type === 'hello') this.client = message.client;
+    if (message.type === 'pong') this.takePong(message);
+    this.dispatchEvent(new CustomEvent('text', {detail: message}));
+  }
+
+  takeFrame(data) {
+    if (data.byteLength >= 16) this.send({type: 'seen', frame: Number(new DataView(data).getBigUint64(8, true))});
+    if (this.newest) ++this.undrawn;  // it will never be shown: the newer one wins
+    this.newest = data;
+  }
+
+  // The newest frame if it has not been taken yet, else null. Only what is shown is read.
+  take() {
+    if (!this.newest) return null;
+    const frame = readFrame(this.newest);
+    if (!frame) ++this.unread;
+    this.newest = null;
+    return frame;
+  }
+
+  ping() {
+    this.send({type: 'ping', stamp: now()});
+  }
+
+  // The exchange of least round trip among the last twenty says the offset: station = browser + offset.
+  takePong({stamp, received_us, sent_us}) {
+    const arrived = now();
+    this.exchanges.push({offset: ((received_us - stamp) + (sent_us - arrived)) / 2,
+      rtt: arrived - stamp - (sent_us - received_us)});
+    if (this.exchanges.length > 20) this.exchanges.shift();
+    const best = this.exchanges.reduce((a, b) => b.rtt < a.rtt ? b : a);
+    Object.assign(this, best);
+  }
+
+  get open() {
+    return this.socket && this.socket.readyState === WebSocket.OPEN;
+  }
+
+  // Nothing queues up in a stalled socket either.
+  send(message) {
+    if (this.open && this.socket.bufferedAmount < 65536) this.socket.send(JSON.stringify(message));
+  }
+
+  control(fields) {
+    this.send({type: 'control', ...fields});
+  }
+
+  input({translation, rotation, joint}) {
+    this.send({type: 'input', number: ++this.number, stamp: now(), translation, rotation, joint});
+  }
+
+  drawn(frame, stamp) {
+    this.send({type: 'drawn', frame, stamp, offset: this.offset, rtt: this.rtt === Infinity ? 0 : this.rtt});
+  }
+
+  // Age of what `frame` shows [us], from the moment its poses were known.
+  age(frame) {
+    return now() + this.offset - frame.decided;
+  }
+}

@@ -1,0 +1,178 @@
+// The read-outs beside the pictures. Text is written only where it changed, at most ten times a second (station.js).
+
+import {contactKind, flag} from './frames.js';
+import {length} from './algebra.js';
+
+export const get = id => document.getElementById(id);
+
+export function element(tag, fields = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), fields);
+  made.append(...children);
+  return made;
+}
+
+export function say(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+// A distance in the unit that reads best.
+export function metres(value) {
+  const size = Math.abs(value);
+  if (!Number.isFinite(value)) return '–';
+  if (size >= 1) return `${value.toFixed(2)} m`;
+  if (size >= 1e-4) return `${(value * 1e3).toFixed(size >= 0.01 ? 0 : 1)} mm`;
+  return size >= 5e-8 ? `${(value * 1e6).toFixed(1)} µm` : '0';
+}
+
+const count = value => String(value).replace(/\B(?=(\d{3})+$)/g, '\u00a0');
+
+// `rows`: [[left, right, class], ...]
+function list(node, rows, none) {
+  while (node.children.length > Math.max(1, rows.length)) node.lastChild.remove();
+  while (node.children.length < Math.max(1, rows.length)) node.append(element('li', {}, element('span'), element('span')));
+  (rows.length ? rows : [[none, '']]).forEach(([left, right, name = ''], i) => {
+    const row = node.children[i];
+    say(row.firstChild, left);
+    say(row.lastChild, right);
+    if (row.className !== name) row.className = name;
+  });
+}
+
+// Of solid: object's name, and the solid's where the object has several.
+export function nameOf(scene, solid) {
+  const one = scene.solids[solid];
+  if (!one) return `solid ${solid}`;
+  const object = scene.objects[one.object];
+  return object.solids.length > 1 && one.name ? `${object.name} / ${one.name}` : object.name;
+}
+
+// The cue of what is shown: [clear, near, contact, blocked], and how near (0 far, 1 touching).
+export function cueOf(frame, method) {
+  if (method.blocked) return ['blocked', 1];
+  const mine = frame.contacts.filter(one => one.method === method.index);
+  if (method.contact || mine.some(one => one.kind === contactKind.contact)) return ['contact', 1];
+  const near = mine.filter(one => one.kind === contactKind.near);
+  if (!near.length) return ['clear', 0];
+  return ['near', 1 - Math.min(1, Math.min(...near.map(one => Math.max(0, one.separation))) / 0.25)];
+}
+
+export class Panels {
+  setMethods(methods, choose) {
+    this.methods = methods;
+    get('methods').replaceChildren(...methods.map((method, i) => element('tr', {},
+      element('td', {}, Object.assign(element('button', {type: 'button', title: method.what, onclick: () => choose(i)}, `${i + 1} ${method.name}`))),
+      element('td'), element('td'), element('td'))));
+  }
+
+  setScene(scene) {
+    this.scene = scene;
+    this.joints = scene.arms.flatMap(arm => arm.joints);
+    const options = () => this.joints.map((joint, i) => element('option', {value: String(i)}, joint.name));
+    get('joint').replaceChildren(...options());
+    get('fault-joint').replaceChildren(...options());
+    get('off-object').replaceChildren(...scene.objects.map((object, i) => [object, i]).filter(([object]) => object.selectable)
+      .map(([object, i]) => element('option', {value: String(i)}, object.name)));
+    for (const joint of this.joints) {  // null: no limit
+      joint.lower ??= -2 * Math.PI;
+      joint.upper ??= 2 * Math.PI;
+    }
+    get('joints').replaceChildren(...this.joints.map(joint => {
+      const range = element('span', {className: 'range'}, element('i', {className: 'asked'}), element('i'));
+      return element('div', {role: 'row'}, element('span', {className: 'name', role: 'cell'}, joint.name),
+        range, element('span', {className: 'value', role: 'cell'}));
+    }));
+  }
+
+  showMethods(frame, shown, sideBySide) {
+    const rows = get('methods').rows;
+    this.methods.forEach((method, i) => {
+      const row = rows[i], one = frame.methods.find(each => each.index === i);
+      const button = row.cells[0].firstChild;
+      button.setAttribute('aria-pressed', String(sideBySide ? Boolean(one) : i === shown));
+      if (!one) return [1, 2, 3].forEach(k => say(row.cells[k], 'off'));
+      say(row.cells[1], one.depth > 0 ? metres(one.depth) : '–');
+      say(row.cells[2], one.worst > 0 ? metres(one.worst) : one.judged ? 'none' : '–');
+      say(row.cells[3], one.judged ? `${count(one.merged)} of ${count(one.judged)}` : 'not judged yet');
+      row.cells[1].className = one.depth > 0 ? 'bad' : '';
+      row.cells[2].className = one.worst > 0 ? 'bad' : one.judged ? 'good' : '';
+    });
+    say(get('method-what'), `${this.methods[shown].name}: ${this.methods[shown].what}. Merged: by exact arithmetic, from the poses shown.`);
+  }
+
+  showContact(frame, method) {
+    const scene = this.scene, [a, b] = method.stoppedBy;
+    const stopped = method.blocked && b >= 0;
+    say(get('blocked'), stopped ? `Blocked by ${nameOf(scene, b)} (meets ${nameOf(scene, a)})` : method.blocked ? 'Blocked' :
+      method.slid ? 'Slides along what it touches' : frame.flags & flag.brakes ? 'Brakes are on' :
+        frame.flags & flag.atLimit ? 'At a joint\'s limit' : frame.flags & flag.singular ? 'Near a singularity' : '');
+    list(get('distances'), frame.distances.slice(0, 6).map(one => [nameOf(scene, one.b), metres(one.separation), one.separation <= 1e-6 ? 'now' : '']), 'nothing within 2 m');
+    const kinds = ['', 'near', 'blocks'];
+    const mine = frame.contacts.filter(one => one.method === method.index);
+    list(get('contacts'), mine.slice(0, 8).map(one => {
+      const force = length(one.force);
+      return [`${nameOf(scene, one.a)} – ${nameOf(scene, one.b)} ${kinds[one.kind]}`,
+        force > 0 ? `${force.toFixed(0)} N` : metres(one.separation), one.kind === contactKind.near ? '' : 'now'];
+    }).concat(mine.length > 8 ? [[`and ${mine.length - 8} more`, '']] : []), 'none');
+  }
+
+  showJoints(frame, chosen, jointMode) {
+    const rows = get('joints').children;
+    frame.joints.forEach((joint, i) => {
+      const row = rows[i], described = this.joints[i];
+      if (!row) return;
+      const part = value => `${(100 * Math.max(0, Math.min(1, (value - described.lower) / (described.upper - described.lower)))).toFixed(1)}%`;
+      row.children[1].firstChild.style.left = part(joint.commanded);
+      row.children[1].lastChild.style.left = part(joint.actual);
+      row.className = jointMode && i === chosen ? 'chosen' : '';
+      say(row.children[2], joint.torque && described.effort ? `${(100 * Math.abs(joint.torque) / described.effort).toFixed(0)} % torque` : `${(joint.actual * 180 / Math.PI).toFixed(1)}°`);
+    });
+  }
+
+  showScore(score) {
+    list(get('task-list'), (score.tasks || []).map(task => {
+      const described = (this.scene.tasks || []).find(one => one.name === task.name);
+      return [described?.title || task.name, task.done ? `done, ${task.elapsed.toFixed(1)} s` : 'open', task.done ? 'done' : ''];
+    }), 'fly freely');
+    say(get('score'), `${(score.elapsed ?? 0).toFixed(0)} s, ${score.contacts ?? 0} contacts, cues for ${(score.cue_seconds ?? 0).toFixed(1)} s, ` +
+      `largest force ${(score.largest_force ?? 0).toFixed(0)} N, path ${(score.path ?? 0).toFixed(2)} m`);
+  }
+
+  // Keeps the newest hundred.
+  addEvent(event) {
+    const pair = event.a >= 0 && event.b >= 0 && event.a !== undefined ? `${nameOf(this.scene, event.a)} – ${nameOf(this.scene, event.b)}` : '';
+    const seconds = event.time === undefined ? '' : `${event.time.toFixed(2)} s`;
+    get('events').prepend(element('li', {}, element('span', {}, `${event.kind.replace(/_/g, ' ')} ${event.text || pair}`), element('span', {}, seconds)));
+    while (get('events').children.length > 100) get('events').lastChild.remove();
+  }
+
+  showDebrief(debrief) {
+    say(get('debrief-text'), '');
+    this.showScore(debrief);
+    get('debrief-text').append(...[...get('task-list').children].map(row => element('p', {}, row.textContent.replace(/(open|done)/, ': $1'))), element('p', {}, get('score').textContent));
+    const path = debrief.path || [];
+    const project = (k, l, left) => {
+      const low = i => Math.min(...path.map(p => p[i])), span = Math.max(1e-6, ...[k, l].map(i => Math.max(...path.map(p => p[i])) - low(i)));
+      return path.map(p => `${(left + 10 + 170 * (p[k] - low(k)) / span).toFixed(1)},${(190 - 170 * (p[l] - low(l)) / span).toFixed(1)}`).join(' ');
+    };
+    const svg = get('debrief-path');
+    svg.setAttribute('viewBox', '0 0 400 200');
+    svg.innerHTML = path.length < 2 ? '<text x="10" y="20">no path yet</text>' :
+      `<polyline points="${project(1, 2, 0)}"/><polyline points="${project(1, 3, 200)}"/><text x="10" y="14">from above</text><text x="210" y="14">from the side</text>`;
+    list(get('debrief-events'), (debrief.events || []).slice(-200).map(event =>
+      [`${(event.kind || '').replace(/_/g, ' ')} ${event.text || (event.a >= 0 ? `${nameOf(this.scene, event.a)} – ${nameOf(this.scene, event.b)}` : '')}`, event.time === undefined ? '' : `${event.time.toFixed(2)} s`]), 'no events');
+  }
+
+  showLatency(latency, stages) {
+    const at = share => { const value = latency.percentile(share); return Number.isNaN(value) ? '–' : `${value.toFixed(value < 10 ? 1 : 0)} ms`; };
+    say(get('p999'), at(0.999));
+    say(get('median'), at(0.5));
+    say(get('over'), `${latency.late} of ${latency.total}`);
+    latency.draw(get('histogram'));
+    if (!stages) return;
+    const names = {input_to_received: 'to the station', received_to_started: 'waits for the step', started_to_decided: 'decided',
+      decided_to_sent: 'to the socket', sent_to_drawn: 'sent and drawn', input_to_drawn: 'sum'};
+    get('stages').replaceChildren(element('tr', {}, ...['stage', 'median', '99.9 %', 'worst'].map(text => element('th', {scope: 'col'}, text))),
+      ...Object.entries(names).filter(([key]) => stages[key] && stages[key].median !== undefined).map(([key, text]) => element('tr', {}, element('td', {}, text),
+        ...['median', 'p999', 'worst'].map(which => element('td', {}, `${(stages[key][which] / 1000).toFixed(2)} ms`)))));
+  }
+}

@@ -1,0 +1,324 @@
+// Draws convex hexahedra with WebGL2, without any library: flat shaded faces and their edges, a translucent second pass for
+// the commanded poses, thick lines and points for contacts. All solids lie in one vertex buffer; their objects' poses and
+// colours lie in a texture, so that a view of any number of moving objects is one call a pass, and a frame uploads poses alone.
+
+import {turn, rayTriangle, subtract, add, conjugate, viewMatrix, projectionMatrix} from './algebra.js';
+
+// As Hexahedron::kFaceVertices and kEdgeVertices: vertex i has bits (x y z), faces counter-clockwise from outside.
+const faceVertices = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+const edgeVertices = [[0, 4], [1, 5], [2, 6], [3, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 1], [2, 3], [4, 5], [6, 7]];
+
+const texelsOfObject = 3;  // position and quaternion x; y, z, w and whether shown; colour
+
+const objectShader = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D objects;
+uniform mat4 view, projection;
+uniform float towardsEye;
+in vec3 position;
+in float object;
+out vec3 inCamera;
+out vec4 colour;
+void main() {
+  int row = int(object);
+  vec4 a = texelFetch(objects, ivec2(0, row), 0), b = texelFetch(objects, ivec2(1, row), 0);
+  vec3 q = vec3(a.w, b.xy);
+  colour = texelFetch(objects, ivec2(2, row), 0);
+  vec3 t = 2.0 * cross(q, position);
+  vec4 c = view * vec4(position + b.z * t + cross(q, t) + a.xyz, 1.0);
+  inCamera = c.xyz;
+  gl_Position = projection * vec4(c.xyz * (1.0 - towardsEye), 1.0);
+  if (b.w == 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+}`;
+
+// The normal from the derivatives: a flat face needs none stored, and a bent one gets that of each triangle.
+const faceShader = `#version 300 es
+precision highp float;
+uniform float alpha;
+uniform mat4 view;
+in vec3 inCamera;
+in vec4 colour;
+out vec4 shown;
+void main() {
+  vec3 n = normalize(cross(dFdx(inCamera), dFdy(inCamera)));
+  vec3 sun = normalize(mat3(view) * vec3(0.35, -0.5, 0.8));
+  vec3 sky = normalize(mat3(view) * vec3(0.0, 0.0, 1.0));
+  float light = 0.42 + 0.42 * max(dot(n, sun), 0.0) + 0.16 * (0.5 + 0.5 * dot(n, sky));
+  shown = vec4(colour.rgb * light, colour.a * alpha);
+}`;
+
+const edgeShader = `#version 300 es
+precision highp float;
+uniform float alpha;
+in vec3 inCamera;
+in vec4 colour;
+out vec4 shown;
+void main() { shown = vec4(colour.rgb * 0.45, alpha); }`;
+
+// A mark is a quad: along a line between two points, or around a point where both are one. Sizes in pixels.
+const markShader = `#version 300 es
+precision highp float;
+uniform mat4 view, projection;
+uniform vec2 pixels;
+in vec3 from;
+in vec3 to;
+in vec2 corner;
+in float width;
+in vec4 tint;
+out vec4 colour;
+out vec3 at;
+void main() {
+  vec4 a = projection * view * vec4(from, 1.0), b = projection * view * vec4(to, 1.0);
+  float near = 0.001;
+  if (a.w < near && b.w < near) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
+  if (a.w < near) a = mix(b, a, (b.w - near) / (b.w - a.w));
+  if (b.w < near) b = mix(a, b, (a.w - near) / (a.w - b.w));
+  vec2 way = (b.xy / b.w - a.xy / a.w) * pixels;
+  bool point = from == to;
+  vec2 along = point || length(way) < 1e-4 ? vec2(1.0, 0.0) : normalize(way);
+  vec2 across = vec2(-along.y, along.x);
+  vec4 c = corner.x < 0.0 ? a : b;
+  vec2 offset = (across * corner.y + (point ? along * corner.x : vec2(0.0))) * width / pixels;
+  gl_Position = c + vec4(offset * c.w, 0.0, 0.0);
+  colour = tint;
+  at = vec3(corner, point ? 1.0 : 0.0);
+}`;
+
+const markColour = `#version 300 es
+precision highp float;
+in vec4 colour;
+in vec3 at;
+out vec4 shown;
+void main() {
+  if (at.z > 0.5 && dot(at.xy, at.xy) > 1.0) discard;
+  shown = at.z > 0.5 && dot(at.xy, at.xy) > 0.55 ? vec4(0.0, 0.0, 0.0, colour.a) : colour;
+}`;
+
+function build(gl, vertex, fragment) {
+  const program = gl.createProgram();
+  for (const [type, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(type);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program) || 'no shader');
+  const uniforms = {};
+  for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); ++i) {
+    const name = gl.getActiveUniform(program, i).name;
+    uniforms[name] = gl.getUniformLocation(program, name);
+  }
+  return {program, uniforms};
+}
+
+// Binds `attributes` [name, floats] that lie one behind the other in `buffer`.
+function layOut(gl, {program}, buffer, attributes) {
+  const array = gl.createVertexArray();
+  gl.bindVertexArray(array);
+  gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+  const stride = 4 * attributes.reduce((sum, [, floats]) => sum + floats, 0);
+  let offset = 0;
+  for (const [name, floats] of attributes) {
+    const place = gl.getAttribLocation(program, name);
+    if (place >= 0) {
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, floats, gl.FLOAT, false, stride, offset);
+    }
+    offset += 4 * floats;
+  }
+  return array;
+}
+
+export class Renderer {
+  // @throws Error where the browser has no WebGL2.
+  constructor(canvas) {
+    this.canvas = canvas;
+    // Where drawing is by software, smoothing takes longer than all else.
+    this.software = !document.createElement('canvas').getContext('webgl2', {failIfMajorPerformanceCaveat: true});
+    this.gl = canvas.getContext('webgl2', {antialias: !this.software, alpha: false, powerPreference: 'high-performance'});
+    if (!this.gl) throw new Error('this browser has no WebGL2');
+    this.objects = [];
+    this.marks = [];
+    this.prepare();
+    canvas.addEventListener('webglcontextlost', event => { event.preventDefault(); this.lost = true; });
+    canvas.addEventListener('webglcontextrestored', () => {
+      this.lost = false;
+      this.prepare();
+      this.setObjects(this.objects);
+    });
+  }
+
+  prepare() {
+    const gl = this.gl;
+    this.faces = build(gl, objectShader, faceShader);
+    this.edges = build(gl, objectShader, edgeShader);
+    this.signs = build(gl, markShader, markColour);
+    this.faceBuffer = gl.createBuffer();
+    this.edgeBuffer = gl.createBuffer();
+    this.markBuffer = gl.createBuffer();
+    const solid = [['position', 3], ['object', 1]];
+    this.faceArray = layOut(gl, this.faces, this.faceBuffer, solid);
+    this.edgeArray = layOut(gl, this.edges, this.edgeBuffer, solid);
+    this.markArray = layOut(gl, this.signs, this.markBuffer,
+      [['from', 3], ['to', 3], ['corner', 2], ['width', 1], ['tint', 4]]);
+    this.texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.enable(gl.CULL_FACE);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+  }
+
+  // Objects: [{solids: [[24 coordinates in the object's frame], ...]}, ...].
+  setObjects(objects) {
+    this.objects = objects;
+    const faces = [], edges = [];
+    objects.forEach((object, index) => object.solids.forEach(solid => {
+      const push = (to, vertex) => to.push(solid[3 * vertex], solid[3 * vertex + 1], solid[3 * vertex + 2], index);
+      for (const [a, b, c, d] of faceVertices) for (const vertex of [a, b, c, a, c, d]) push(faces, vertex);
+      for (const edge of edgeVertices) for (const vertex of edge) push(edges, vertex);
+    }));
+    const gl = this.gl;
+    this.faceCount = faces.length / 4;
+    this.edgeCount = edges.length / 4;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.faceBuffer);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(faces), gl.STATIC_DRAW);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.edgeBuffer);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(edges), gl.STATIC_DRAW);
+    this.table = new Float32Array(4 * texelsOfObject * Math.max(1, objects.length));
+  }
+
+  // Poses: 8 numbers an object, as frames carry them (position, quaternion x y z w, flags). Colours: [r, g, b, a] each. `shown`, optional: which.
+  upload(poses, colours, shown) {
+    const gl = this.gl, table = this.table;
+    for (let i = 0; i < this.objects.length; ++i) {
+      const row = 4 * texelsOfObject * i;
+      for (let k = 0; k < 7; ++k) table[row + k] = poses[8 * i + k];
+      table[row + 7] = !shown || shown[i] ? 1 : 0;
+      table.set(colours[i], row + 8);
+    }
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, texelsOfObject, Math.max(1, this.objects.length), 0, gl.RGBA, gl.FLOAT, table);
+  }
+
+  // Marks: [{from, to, width [px], colour [r, g, b, a]}]; a point where `to` is absent.
+  setMarks(marks) {
+    const data = new Float32Array(marks.length * 6 * 13);
+    let k = 0;
+    for (const {from, to = from, width, colour} of marks)
+      for (const corner of [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]])
+        for (const part of [from, to, corner, [width], colour]) for (const value of part) data[k++] = value;
+    this.markCount = marks.length * 6;
+    this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.markBuffer);
+    this.gl.bufferData(this.gl.ARRAY_BUFFER, data, this.gl.DYNAMIC_DRAW);
+  }
+
+  resize() {
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.detail || 1), {clientWidth, clientHeight} = this.canvas;
+    const width = Math.max(1, Math.round(clientWidth * ratio)), height = Math.max(1, Math.round(clientHeight * ratio));
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, {width, height});
+    this.ratio = ratio;
+  }
+
+  // Clears all, to draw views on.
+  begin(background) {
+    this.resize();
+    const gl = this.gl;
+    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    gl.scissor(0, 0, this.canvas.width, this.canvas.height);
+    gl.clearColor(...background, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+  }
+
+  // A view on `rect` {left, top, width, height} [CSS px, from the canvas's upper left corner].
+  openView(rect, camera, background) {
+    const gl = this.gl;
+    this.resumeView(rect, camera);
+    gl.clearColor(...background, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+  }
+
+  // The same view again, over what it shows.
+  resumeView(rect, camera) {
+    const gl = this.gl, r = this.ratio;
+    const x = Math.round(rect.left * r), y = Math.round(this.canvas.height - (rect.top + rect.height) * r);
+    const width = Math.round(rect.width * r), height = Math.round(rect.height * r);
+    gl.viewport(x, y, width, height);
+    gl.scissor(x, y, width, height);
+    this.view = viewMatrix(camera);
+    this.projection = projectionMatrix(camera.fov, width / Math.max(1, height), camera.near || 0.05, camera.far || 400);
+    this.pixels = [rect.width / 2, rect.height / 2];
+  }
+
+  use(which) {
+    const gl = this.gl;
+    gl.useProgram(which.program);
+    gl.uniformMatrix4fv(which.uniforms.view, false, this.view);
+    gl.uniformMatrix4fv(which.uniforms.projection, false, this.projection);
+  }
+
+  // The objects as uploaded last; `alpha` below 1: translucent, and nothing hides behind them. `over`: over all that lies before.
+  drawObjects({alpha = 1, edges = true, over = false} = {}) {
+    const gl = this.gl, ghost = alpha < 1;
+    if (!this.faceCount) return;
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    if (ghost) gl.enable(gl.BLEND);
+    if (over) gl.disable(gl.DEPTH_TEST);
+    gl.depthMask(!ghost);
+    this.use(this.faces);
+    gl.uniform1f(this.faces.uniforms.alpha, alpha);
+    gl.uniform1f(this.faces.uniforms.towardsEye, 0);
+    gl.bindVertexArray(this.faceArray);
+    gl.drawArrays(gl.TRIANGLES, 0, this.faceCount);
+    if (edges) {
+      this.use(this.edges);
+      gl.uniform1f(this.edges.uniforms.alpha, ghost ? Math.min(1, alpha + 0.25) : 1);
+      gl.uniform1f(this.edges.uniforms.towardsEye, 0.001);
+      gl.bindVertexArray(this.edgeArray);
+      gl.drawArrays(gl.LINES, 0, this.edgeCount);
+    }
+    gl.disable(gl.BLEND);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthMask(true);
+  }
+
+  // Marks lie over all else: contacts are mostly inside what touches.
+  drawMarks() {
+    if (!this.markCount) return;
+    const gl = this.gl;
+    gl.disable(gl.DEPTH_TEST);
+    gl.disable(gl.CULL_FACE);
+    gl.enable(gl.BLEND);
+    this.use(this.signs);
+    gl.uniform2fv(this.signs.uniforms.pixels, this.pixels);
+    gl.bindVertexArray(this.markArray);
+    gl.drawArrays(gl.TRIANGLES, 0, this.markCount);
+    gl.disable(gl.BLEND);
+    gl.enable(gl.CULL_FACE);
+    gl.enable(gl.DEPTH_TEST);
+  }
+
+  // The index of the object that the ray from p_W along d_W meets first, or -1.
+  pick(p_W, d_W, poses) {
+    let nearest = Infinity, found = -1;
+    this.objects.forEach((object, index) => {
+      const at = Array.from(poses.subarray(8 * index, 8 * index + 3)), q = Array.from(poses.subarray(8 * index + 3, 8 * index + 7));
+      const p = turn(conjugate(q), subtract(p_W, at)), d = turn(conjugate(q), d_W);
+      for (const solid of object.solids) {
+        const vertex = i => [solid[3 * i], solid[3 * i + 1], solid[3 * i + 2]];
+        for (const [a, b, c, e] of faceVertices)
+          for (const triangle of [[a, b, c], [a, c, e]]) {
+            const t = rayTriangle(p, d, ...triangle.map(vertex));
+            if (t < nearest) [nearest, found] = [t, index];
+          }
+      }
+    });
+    return {index: found, distance: nearest, point: found < 0 ? null : add(p_W, d_W.map(x => x * nearest))};
+  }
+}
