@@ -1,0 +1,117 @@
+// The page and the connection: newest frame wins, it comes back by itself, times are in one clock, it looks
+// back.
+#include "touchstone/tests/station_page/station_page_test.hpp"
+
+namespace touchstone::station {
+namespace {
+
+TEST_F(StationPage, DrawsTheNewestFrameOnlyAndReportsEachAsSeen) {
+  open();
+  // Frames that come in one go, as after a stall: the last one is drawn, the others are counted.
+  const nlohmann::json found = value(R"((() => {
+    fake.dead = true;
+    const socket = fake.sockets[0], {link} = touchstoneStation;
+    link.take();
+    const before = link.undrawn, seen = fake.received.length;
+    for (let i = 0; i < 20; ++i) socket.step();
+    return {left_out: link.undrawn - before, frame: socket.frame,
+            seen: fake.received.slice(seen).filter(m => m.type === 'seen').map(m => m.frame)};
+  })())");
+  EXPECT_EQ(found["left_out"], 19);
+  EXPECT_EQ(found["seen"].size(), 20u);
+  EXPECT_EQ(found["seen"].back(), found["frame"]);
+  EXPECT_TRUE(becomes_true("touchstoneStation.station.frame.frame === " + found["frame"].dump()));
+}
+
+TEST_F(StationPage, LeavesOutFramesThatItCannotRead) {
+  open();
+  value(R"((() => {
+    fake.dead = true;
+    const {link} = touchstoneStation, good = fake.sockets[0].encode(0, 0.65, false);
+    window.shown = touchstoneStation.station.frame.frame;
+    const flip = (at, value) => { const copy = good.slice(0); new DataView(copy).setUint32(at, value, true); return copy; };
+    window.unread = [new ArrayBuffer(0), new ArrayBuffer(127), good.slice(0, good.byteLength - 8), flip(0, 7), flip(4, 9), flip(72, 4e9), flip(80, 4e9), flip(6, 3)]
+      .map(bytes => { link.takeFrame(bytes); const before = link.unread; const frame = link.take(); return frame === null && link.unread === before + 1; });
+  })())");
+  EXPECT_EQ(value("window.unread.every(Boolean)"), true) << value("window.unread");
+  value("fake.dead = false");
+  EXPECT_TRUE(becomes_true("touchstoneStation.station.frame.frame > window.shown"));
+}
+
+TEST_F(StationPage, ConnectsAgainByItselfAndLetsGo) {
+  open();
+  browser_->press("KeyW");
+  value("fake.down = true; fake.sockets[0].close()");
+  ASSERT_TRUE(becomes_true("document.getElementById('link-text').textContent.includes('lost')"));
+  EXPECT_EQ(value("touchstoneStation.hand.held.size"), 0);
+  browser_->wait(0.4);
+  value("fake.down = false");
+  ASSERT_TRUE(becomes_true("document.getElementById('link-text').textContent === 'connected'"));
+  EXPECT_TRUE(
+      becomes_true("touchstoneStation.station.frame && fake.sockets.at(-1).frame - "
+                   "touchstoneStation.station.frame.frame < 50"));
+}
+
+TEST_F(StationPage, CountsHandToPictureInTheBrowsersClock) {
+  open();
+  browser_->press("KeyW");
+  ASSERT_TRUE(becomes_true("touchstoneStation.latency.total >= 3"));
+  browser_->press("KeyW", false);
+  const nlohmann::json drawn = value("fake.received.filter(m => m.type === 'drawn')");
+  ASSERT_GE(drawn.size(), 3u);
+  // The made-up station's clock is 5 s ahead of the browser's, and its answers take no time.
+  EXPECT_NEAR(drawn.back()["offset"].get<double>(), 5e6, 1e3);
+  // The page's worst figure is one of the differences between a drawn and its input's stamp.
+  const nlohmann::json all = value(R"((() => {
+    const {latency} = touchstoneStation;
+    return {worst: latency.worst, total: latency.total, sum: latency.counts.reduce((a, b) => a + b), median: latency.percentile(0.5), most: latency.percentile(1)};
+  })())");
+  EXPECT_EQ(all["total"], all["sum"]);
+  EXPECT_EQ(all["worst"], all["most"]);
+  EXPECT_GT(all["median"].get<double>(), 0.0);
+  EXPECT_EQ(value("(() => { const l = new touchstoneStation.latency.constructor(); for (let i = 1; i <= "
+                  "1000; ++i) l.add(i / 10); "
+                  "l.add(200); return [l.percentile(0.5), l.percentile(0.999), l.percentile(1), l.late, "
+                  "l.total]; })()"),
+            nlohmann::json({50.1, 100.0, 200.0, 1, 1001}));
+}
+
+TEST_F(StationPage, LooksBackAndSavesWhatWasFlown) {
+  open();
+  browser_->press("KeyW");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.frame.methods[3].blocked"));
+  browser_->press("KeyW", false);
+  value(
+      "(() => { const line = document.getElementById('line'); line.value = '0'; line.dispatchEvent(new "
+      "Event('input')); })()");
+  EXPECT_TRUE(becomes_true("seen.tip(3) < -0.9"));
+  const nlohmann::json found = value(R"((async () => {
+    const {timeline, station} = touchstoneStation, count = timeline.frames.length;
+    const bytes = await timeline.file(station.hello, station.scene).arrayBuffer();
+    const copy = new timeline.constructor(), {scene} = copy.open(bytes);
+    let cut = 'taken';
+    const short = new timeline.constructor();
+    short.open(bytes.slice(0, bytes.byteLength - 5));
+    try { new timeline.constructor().open(new ArrayBuffer(100)); } catch (fault) { cut = fault.message; }
+    const same = copy.frames.every((frame, i) => new Uint8Array(frame).every((byte, k) => byte === new Uint8Array(timeline.frames[i])[k]));
+    return {count, again: copy.frames.length, same, name: scene.name, short: short.frames.length, cut};
+  })())");
+  EXPECT_EQ(found["again"], found["count"]);
+  EXPECT_EQ(found["same"], true);
+  EXPECT_EQ(found["name"], "made_up");
+  EXPECT_EQ(found["short"].get<int>(), found["count"].get<int>() - 1);
+  EXPECT_EQ(found["cut"], "this is no saved flight");
+  value("document.getElementById('live').click()");
+  EXPECT_TRUE(becomes_true("seen.tip(3) > 0.6"));
+}
+
+TEST_F(StationPage, AppliesFiveHundredMovingSolids) {
+  open("{solids: 500, rate: 60}");
+  EXPECT_EQ(value("touchstoneStation.station.frame.objects"), 504);
+  const std::string last = "touchstoneStation.renderer.table[12 * 503]";
+  const nlohmann::json before = value(last);
+  EXPECT_TRUE(becomes_true(last + " !== " + before.dump())) << "the last one moves on the card too";
+}
+
+}  // namespace
+}  // namespace touchstone::station
