@@ -11,8 +11,6 @@ PYBIND11_MODULE(_core, module) {
   bind_shapes(module);
   bind_narrowphases(module);
   bind_fit(module);
-#ifdef TOUCHSTONE_PYTHON_WORLDS
   bind_world(module);
   bind_dynamics(module);
-#endif
 }

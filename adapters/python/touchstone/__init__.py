@@ -29,4 +29,17 @@ class Status(IntEnum):
     UNSUPPORTED = 4  #: the backend does not answer this query; carries nothing
 
 
-__all__ = [name for name in dir(_core) if not name.startswith("_")] + ["Status"]
+class EventKind(IntEnum):
+    """An event of a frame: the values of the field ``kind`` of ``FrameReport.events``."""
+
+    NEAR = 0  #: within the warn distance, at the frame's end
+    BEGAN = 1  #: came within the gap
+    PERSISTS = 2  #: still within twice the gap, at the frame's end
+    ENDED = 3  #: further apart than twice the gap again
+    PENETRATING_AT_START = 4  #: overlaps at the frame's start
+    BLOCKED = 5  #: stopped its movers
+    REFUSED = 6  #: a command that is none
+    AT_LIMIT = 7  #: a joint was told to go beyond its limits
+
+
+__all__ = [name for name in dir(_core) if not name.startswith("_")] + ["EventKind", "Status"]

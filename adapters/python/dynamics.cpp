@@ -1,0 +1,321 @@
+#include <pybind11/stl.h>
+
+#include "touchstone/adapters/python/arrays.hpp"
+#include "touchstone/adapters/python/bindings.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/engine/engine_registry.hpp"
+#ifdef TOUCHSTONE_HAS_DYNAMICS_FILES
+#include "touchstone/adapters/scene_files/dynamics_file.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_BULLET_DYNAMICS
+#include "touchstone/adapters/bullet_dynamics/bullet_dynamics.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_ODE_DYNAMICS
+#include "touchstone/adapters/ode_dynamics/ode_dynamics.hpp"
+#endif
+#ifdef TOUCHSTONE_HAS_MUJOCO_DYNAMICS
+#include "touchstone/adapters/mujoco_dynamics/mujoco_dynamics.hpp"
+#endif
+
+namespace touchstone::python {
+namespace {
+
+using namespace touchstone::physics;
+
+const EngineRegistry& engines() {
+  static const EngineRegistry* const registry = [] {
+    auto made = std::make_unique<EngineRegistry>();
+    register_own_engine(*made, backends());
+#ifdef TOUCHSTONE_HAS_BULLET_DYNAMICS
+    register_bullet_dynamics(*made);
+#endif
+#ifdef TOUCHSTONE_HAS_ODE_DYNAMICS
+    register_ode_dynamics(*made);
+#endif
+#ifdef TOUCHSTONE_HAS_MUJOCO_DYNAMICS
+    register_mujoco_dynamics(*made);
+#endif
+    return made.release();
+  }();
+  return *registry;
+}
+
+// ---- scenes
+
+BodyKind body_kind(const std::string& name) {
+  for (const BodyKind kind : {BodyKind::fixed, BodyKind::dynamic})
+    if (to_string(kind) == name) return kind;
+  reject("kind", "'" + name + "' is none of " + std::string(to_string(BodyKind::fixed)) + ", " +
+                     std::string(to_string(BodyKind::dynamic)) + "; others come from files");
+}
+
+std::shared_ptr<DynamicScene> make_scene(const std::string& name, double duration, double step,
+                                         const py::object& gravity) {
+  auto made = std::make_shared<DynamicScene>();
+  made->scene.name = name;
+  made->scene.units = "SI";
+  made->scene.duration = duration;
+  made->scene.frame_rate = 1.0 / step;
+  made->scene.contact_gap = 1e-9;
+  made->step = step;
+  made->gravity_W = vector3(gravity, "gravity");
+  return made;
+}
+
+std::size_t add_body(DynamicScene& self, const HexahedronTree& tree, const py::object& X_WO,
+                     const std::string& kind, std::optional<double> mass, std::optional<double> density,
+                     const py::object& velocity, const py::object& angular_velocity, double friction,
+                     double restitution) {
+  SceneBody body;
+  body.kind = body_kind(kind);
+  if (mass && density) reject(tree.name(), "has a mass and a density");
+  if (mass) body.inertia = inertia_of_mass(tree.solids(), *mass, tree.name());
+  if (density) body.inertia = inertia_of_density(tree.solids(), *density, tree.name());
+  if (body.kind == BodyKind::dynamic && !mass && !density) reject(tree.name(), "is dynamic, and has no mass");
+  if (!velocity.is_none()) body.v_W = vector3(velocity, "velocity");
+  if (!angular_velocity.is_none()) body.w_W = vector3(angular_velocity, "angular_velocity");
+  body.surface = {friction, restitution};
+  SceneObject object{tree, pose(X_WO, tree.name().c_str()), {}, {}, body.kind == BodyKind::fixed};
+  if (find_object(self.scene, tree.name()) != kNoObject) reject(tree.name(), "is there already");
+  self.scene.objects.push_back(std::move(object));
+  self.bodies.push_back(std::move(body));
+  return self.bodies.size() - 1;
+}
+
+std::vector<std::string> object_names(const DynamicScene& self) {
+  std::vector<std::string> made;
+  for (const SceneObject& object : self.scene.objects) made.push_back(object.tree.name());
+  return made;
+}
+
+std::vector<std::string> joint_names(const DynamicScene& self) {
+  std::vector<std::string> made;
+  for (std::size_t m = 0; m < self.mechanisms.size(); ++m)
+    for (std::size_t j = 0; j < self.mechanisms[m].joints.size(); ++j) made.push_back(name_of(self, {m, j}));
+  for (std::size_t j = 0; j < self.joints.size(); ++j)
+    made.push_back(name_of(self, {JointAddress::kBodyJoint, j}));
+  return made;
+}
+
+void bind_scene(py::module_& module) {
+  py::class_<DynamicScene, std::shared_ptr<DynamicScene>>(module, "DynamicScene",
+                                                          "Bodies and their laws; SI units.")
+      .def(py::init(&make_scene), py::arg("name"), py::arg("duration"), py::arg("step") = 1e-3,
+           py::arg("gravity") = py::make_tuple(0.0, 0.0, 0.0),
+           "duration and step [s]; the step divides the duration. gravity: (3,) [m/s2].")
+      .def("add", &add_body, py::arg("tree"), py::arg("X_WO") = py::none(), py::arg("kind") = "dynamic",
+           py::arg("mass") = py::none(), py::arg("density") = py::none(), py::arg("velocity") = py::none(),
+           py::arg("angular_velocity") = py::none(), py::arg("friction") = 0.5, py::arg("restitution") = 0.0,
+           "Adds a body; returns its number. kind: 'static' or 'dynamic'. mass [kg] or density [kg/m3], "
+           "uniform. "
+           "velocity (3,) of the centre of mass [m/s], angular_velocity (3,) [rad/s].")
+      .def_property_readonly("name", [](const DynamicScene& self) { return self.scene.name; })
+      .def_property_readonly("objects", &object_names)
+      .def_property_readonly("joints", &joint_names)
+      .def_property_readonly("step_count", &DynamicScene::step_count)
+      .def_readonly("step", &DynamicScene::step)
+      .def_readwrite("contact_margin", &DynamicScene::contact_margin,
+                     "Points up to this far apart are found [m].")
+      .def_readwrite("bounce_speed", &DynamicScene::bounce_speed, "Slower approaches do not bounce [m/s].")
+      .def_readwrite("push_out", &DynamicScene::push_out)
+      .def_readwrite("sleep_speed", &DynamicScene::sleep_speed)
+      .def_readwrite("sleep_time", &DynamicScene::sleep_time)
+      .def("tree", [](const DynamicScene& self, std::size_t object) {
+        if (object >= self.scene.objects.size()) throw py::index_error("object " + std::to_string(object));
+        return std::make_shared<HexahedronTree>(self.scene.objects[object].tree);
+      });
+#ifdef TOUCHSTONE_HAS_DYNAMICS_FILES
+  module.def(
+      "load_dynamic_scene",
+      [](const std::string& path, const std::map<std::string, double>& parameters) {
+        return std::make_shared<DynamicScene>(load_dynamic_scene(path, parameters));
+      },
+      py::arg("path"), py::arg("parameters") = std::map<std::string, double>{},
+      "Reads a scene file with dynamics (adapters/scene_files/README.md). parameters replace the file's "
+      "own.");
+#endif
+}
+
+// ---- runs
+
+struct ContactRow {
+  std::uint32_t solid_a, solid_b;
+  PairStatus status;
+  double separation;
+  std::array<double, 3> p_W, n_AB_W, force_W, impact_W;
+};
+
+std::array<double, 3> array3(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+/// A run, its scene (a copy: Python's may go on changing), and whether a thread is in a step.
+class Run {
+ public:
+  Run(const DynamicScene& scene, const std::string& engine) : scene_(scene) {
+    validate(scene_);
+    engine_ = engines().make(parse_engine_choice(engine), scene_);
+  }
+
+  DynamicsEngine& get() {
+    if (is_busy_) throw std::runtime_error("simulation: is in use by another thread");
+    return *engine_;
+  }
+
+  std::uint64_t advance(std::uint64_t steps) {
+    DynamicsEngine& engine = get();
+    is_busy_ = true;
+    std::uint64_t taken = 0;
+    {
+      const py::gil_scoped_release unlocked;
+      while (taken < steps && !engine.is_over() && last_.failure.empty()) {
+        engine.begin_step();
+        last_ = engine.step();
+        if (last_.failure.empty()) ++taken;
+      }
+    }
+    is_busy_ = false;
+    if (!last_.failure.empty())
+      throw std::runtime_error("step " + std::to_string(engine.steps()) + ": " + last_.failure);
+    return taken;
+  }
+
+  const EngineStep& last() const { return last_; }
+  std::size_t checked_object(std::size_t object) const {
+    if (object >= scene_.scene.objects.size()) throw py::index_error("object " + std::to_string(object));
+    return object;
+  }
+  JointAddress joint(const std::string& name) const {
+    for (std::size_t m = 0; m < scene_.mechanisms.size(); ++m)
+      for (std::size_t j = 0; j < scene_.mechanisms[m].joints.size(); ++j)
+        if (name_of(scene_, {m, j}) == name) return {m, j};
+    for (std::size_t j = 0; j < scene_.joints.size(); ++j)
+      if (scene_.joints[j].name == name) return {JointAddress::kBodyJoint, j};
+    reject(name, "is no joint of the scene");
+  }
+  std::size_t object_count() const { return scene_.scene.objects.size(); }
+
+ private:
+  DynamicScene scene_;
+  std::unique_ptr<DynamicsEngine> engine_;
+  EngineStep last_;
+  bool is_busy_ = false;
+};
+
+py::array poses_of(Run& self) {
+  Doubles made({static_cast<py::ssize_t>(self.object_count()), py::ssize_t{4}, py::ssize_t{4}});
+  for (std::size_t i = 0; i < self.object_count(); ++i)
+    write_rows(self.get().object_pose(i), made.mutable_data() + 16 * i);
+  return made;
+}
+
+/// NaN for what has none.
+template <class Ask>
+py::array velocities_of(Run& self, Ask ask) {
+  Doubles made({static_cast<py::ssize_t>(self.object_count()), py::ssize_t{3}});
+  const Vector3 nothing = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < self.object_count(); ++i) {
+    const Vector3 v = ask(self.get(), i).value_or(nothing);
+    std::copy_n(v.data(), 3, made.mutable_data() + 3 * i);
+  }
+  return made;
+}
+
+py::array contacts_of(Run& self) {
+  std::vector<EngineContact> contacts;
+  self.get().list_contacts(contacts);
+  const py::dtype dtype = record_dtype({{"solid_a", "u4", offsetof(ContactRow, solid_a)},
+                                        {"solid_b", "u4", offsetof(ContactRow, solid_b)},
+                                        {"status", "u1", offsetof(ContactRow, status)},
+                                        {"separation", "f8", offsetof(ContactRow, separation)},
+                                        {"p_W", "(3,)f8", offsetof(ContactRow, p_W)},
+                                        {"n_AB_W", "(3,)f8", offsetof(ContactRow, n_AB_W)},
+                                        {"force_W", "(3,)f8", offsetof(ContactRow, force_W)},
+                                        {"impact_W", "(3,)f8", offsetof(ContactRow, impact_W)}},
+                                       sizeof(ContactRow));
+  std::vector<ContactRow> rows;
+  for (const EngineContact& of : contacts)
+    rows.push_back({of.solids.a, of.solids.b, of.status, of.separation, array3(of.p_W), array3(of.n_AB_W),
+                    array3(of.force_W), array3(of.impact_W)});
+  return py::array(dtype, {static_cast<py::ssize_t>(rows.size())}, {}, rows.data());
+}
+
+py::dict last_step(const Run& self) {
+  const EngineStep& of = self.last();
+  py::dict made;
+  made["contacts"] = of.contacts;
+  made["undecided"] = of.undecided;
+  made["failed"] = of.failed;
+  made["unconverged"] = of.unconverged;
+  made["worst_residual"] = of.worst_residual;
+  made["total_us"] = of.total_us;
+  made["detection_us"] = of.detection_us;
+  return made;
+}
+
+void bind_state(py::class_<Run>& run) {
+  run.def_property_readonly("steps", [](Run& self) { return self.get().steps(); })
+      .def_property_readonly(
+          "time", [](Run& self) { return self.get().time(); }, "[s]")
+      .def_property_readonly("is_over", [](Run& self) { return self.get().is_over(); })
+      .def_property_readonly("poses", &poses_of, "(objects, 4, 4): X_WO.")
+      .def_property_readonly(
+          "velocities",
+          [](Run& self) {
+            return velocities_of(self,
+                                 [](const DynamicsEngine& of, std::size_t i) { return of.velocity(i); });
+          },
+          "(objects, 3) of centres of mass [m/s]; NaN for what is not dynamic.")
+      .def_property_readonly(
+          "angular_velocities",
+          [](Run& self) {
+            return velocities_of(
+                self, [](const DynamicsEngine& of, std::size_t i) { return of.angular_velocity(i); });
+          },
+          "(objects, 3) [rad/s]; NaN for what is not dynamic.")
+      .def_property_readonly(
+          "contacts", &contacts_of,
+          "(k,) records of the last step: solid_a, solid_b, status, separation [m], p_W, n_AB_W, "
+          "force_W on B [N], impact_W [N s].")
+      .def_property_readonly("last_step", &last_step, "Counts and times [us] of the last step.")
+      .def_property_readonly(
+          "energy", [](Run& self) { return self.get().energy(); }, "[J]")
+      .def_property_readonly("linear_momentum",
+                             [](Run& self) { return array_of(self.get().linear_momentum()); })
+      .def_property_readonly("angular_momentum",
+                             [](Run& self) { return array_of(self.get().angular_momentum()); })
+      .def_property_readonly(
+          "worst_depth", [](Run& self) { return self.get().worst_depth(); }, "The deepest overlap now [m].")
+      .def("joint_value",
+           [](Run& self, const std::string& name) { return self.get().joint_value(self.joint(name)); })
+      .def("joint_rate",
+           [](Run& self, const std::string& name) { return self.get().joint_rate(self.joint(name)); })
+      .def("joint_torque",
+           [](Run& self, const std::string& name) { return self.get().joint_torque(self.joint(name)); });
+}
+
+}  // namespace
+
+void bind_dynamics(py::module_& module) {
+  bind_scene(module);
+  module.def(
+      "engines",
+      [] {
+        py::dict made;
+        for (const EngineRegistry::Entry& entry : engines().engines())
+          made[py::str(entry.name)] = py::make_tuple(entry.description, entry.checks);
+        return made;
+      },
+      "Names of the engines of this build, each with its description and the checks that may stand inside.");
+  py::class_<Run> run(module, "Simulation", "A scene stepped by an engine. One thread at a time.");
+  run.def(py::init<const DynamicScene&, const std::string&>(), py::arg("scene"),
+          py::arg("engine") = "own:native",
+          "engine: 'bullet', 'own:native', 'ode:native'; see engines(). The scene is copied. Raises "
+          "InputError where "
+          "the engine lacks what the scene asks for.")
+      .def("advance", &Run::advance, py::arg("steps") = 1,
+           "Takes up to `steps` steps of the scene's, fewer at its end; returns how many. Raises "
+           "RuntimeError with "
+           "the name of what failed.");
+  bind_state(run);
+}
+
+}  // namespace touchstone::python

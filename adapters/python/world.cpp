@@ -1,0 +1,527 @@
+#include "touchstone/contact_core/world/contact_world.hpp"
+
+#include <pybind11/stl.h>
+
+#include "touchstone/adapters/python/arrays.hpp"
+#include "touchstone/adapters/python/bindings.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/registry.hpp"
+
+namespace touchstone::python {
+namespace {
+
+/// Of an enumerator's name, as to_string() has it.
+template <class Enum>
+Enum named(const std::string& name, const char* what, std::initializer_list<Enum> all) {
+  std::string known;
+  for (const Enum value : all) {
+    if (to_string(value) == name) return value;
+    known += (known.empty() ? "" : ", ") + std::string(to_string(value));
+  }
+  reject(what, "'" + name + "' is none of " + known);
+}
+
+std::uint64_t number_of(ObjectHandle object) {
+  return static_cast<std::uint64_t>(object.generation) << 32U | object.slot;
+}
+ObjectHandle object_of(std::uint64_t number) {
+  return {static_cast<std::uint32_t>(number & 0xffffffffU), static_cast<std::uint32_t>(number >> 32U)};
+}
+
+/// A row of the array that Python gets: no C++ object's own layout.
+struct EventRow {
+  std::uint64_t a, b;
+  std::uint32_t solid_a, solid_b, part;
+  EventKind kind;
+  double s, separation;
+  std::array<double, 3> n_AB_W, p_A_W, p_B_W;
+  double separation_at_end;
+};
+
+std::array<double, 3> array3(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+EventRow row_of(const ContactEvent& event) {
+  const PairGeometry& at = event.geometry;
+  return {number_of(event.a), number_of(event.b), event.solids.a,   event.solids.b,
+          event.part,         event.kind,         event.s,          at.separation,
+          array3(at.n_AB_W),  array3(at.p_A_W),   array3(at.p_B_W), event.geometry_at_end.separation};
+}
+
+const py::dtype& event_dtype() {
+  static const auto* const dtype =
+      new py::dtype(record_dtype({{"kind", "u1", offsetof(EventRow, kind)},
+                                  {"a", "u8", offsetof(EventRow, a)},
+                                  {"b", "u8", offsetof(EventRow, b)},
+                                  {"solid_a", "u4", offsetof(EventRow, solid_a)},
+                                  {"solid_b", "u4", offsetof(EventRow, solid_b)},
+                                  {"part", "u4", offsetof(EventRow, part)},
+                                  {"s", "f8", offsetof(EventRow, s)},
+                                  {"separation", "f8", offsetof(EventRow, separation)},
+                                  {"n_AB_W", "(3,)f8", offsetof(EventRow, n_AB_W)},
+                                  {"p_A_W", "(3,)f8", offsetof(EventRow, p_A_W)},
+                                  {"p_B_W", "(3,)f8", offsetof(EventRow, p_B_W)},
+                                  {"separation_at_end", "f8", offsetof(EventRow, separation_at_end)}},
+                                 sizeof(EventRow)));
+  return *dtype;
+}
+
+/// A frame's report, kept: its own arrays.
+struct Report {
+  std::uint64_t frame, queries, slide_pairs;
+  std::uint32_t blocked_movers, candidate_pairs, iteration_limits, slide_steps;
+  std::uint32_t refused_selections, cut_off;
+  bool is_proven;
+  std::vector<EventRow> events;
+};
+
+Report kept(const FrameReport& of) {
+  Report made{of.frame,
+              of.queries,
+              of.slide_pairs,
+              of.blocked_movers,
+              of.candidate_pairs,
+              of.iteration_limits,
+              of.slide_steps,
+              static_cast<std::uint32_t>(of.refused_selections.size()),
+              static_cast<std::uint32_t>(of.cut_off.size()),
+              of.check == MotionCheck::proven,
+              {}};
+  made.events.reserve(of.events.size());
+  for (const ContactEvent& event : of.events) made.events.push_back(row_of(event));
+  return made;
+}
+
+PairRule rule(const std::optional<std::string>& policy, std::optional<double> warn_distance,
+              std::optional<bool> translation_only, const std::optional<std::string>& passive) {
+  PairRule made;
+  if (policy)
+    made.policy =
+        named(*policy, "policy",
+              {ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide});
+  made.warn_distance = warn_distance;
+  made.translation_only = translation_only;
+  if (passive) made.passive = named(*passive, "passive", {Passive::stays, Passive::shoved, Passive::carried});
+  return made;
+}
+
+/// A world, and whether a thread is in a frame of it without Python's lock.
+class GuardedWorld {
+ public:
+  GuardedWorld(const std::string& narrowphase, const std::string& broadphase, double gap)
+      : world_(backends().make_narrowphase(narrowphase), backends().make_broadphase(broadphase), gap) {}
+
+  ContactWorld& get() {
+    if (is_busy_) throw std::runtime_error("world: is in use by another thread");
+    return world_;
+  }
+  /// For select() alone, which any thread may call at any time.
+  ContactWorld& unguarded() { return world_; }
+
+  template <class Body>
+  auto without_lock(Body&& body) {
+    ContactWorld& world = get();
+    is_busy_ = true;
+    struct Idle {
+      bool& is_busy;
+      ~Idle() { is_busy = false; }
+    } const idle{is_busy_};  // after the lock is back
+    const py::gil_scoped_release unlocked;
+    return body(world);
+  }
+
+ private:
+  ContactWorld world_;
+  bool is_busy_ = false;
+};
+
+std::vector<MotionCommand> commands_of(ContactWorld& world, const py::dict& poses, const py::dict& moves) {
+  std::vector<MotionCommand> made;
+  for (const auto& [object, X] : poses)
+    made.push_back(world.go_to(object.cast<ObjectHandle>(), pose(X, "pose")));
+  for (const auto& [object, way] : moves) {
+    const auto parts = py::cast<py::sequence>(way);
+    if (py::len(parts) != 2) reject("move", "is no (displacement, turn)");
+    made.push_back(world.move_by(object.cast<ObjectHandle>(), vector3(parts[0], "displacement"),
+                                 vector3(parts[1], "turn")));
+  }
+  return made;
+}
+
+std::unique_ptr<Report> frame(GuardedWorld& self, const py::dict& poses, const py::dict& moves,
+                              const py::dict& joints) {
+  ContactWorld& world = self.get();
+  const std::vector<MotionCommand> commands = commands_of(world, poses, moves);
+  std::vector<std::vector<double>> values;
+  std::vector<JointCommand> joint_commands;
+  for (const auto& [mechanism, q] : joints) {
+    values.push_back(numbers(q, "joints"));
+    joint_commands.push_back({mechanism.cast<MechanismHandle>(), {}});
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) joint_commands[i].values = values[i];
+  return self.without_lock(
+      [&](ContactWorld& of) { return std::make_unique<Report>(kept(of.frame(commands, joint_commands))); });
+}
+
+SelectionChange change_of(bool on, const py::args& what) {
+  if (what.empty()) return SelectionChange::of_everything(on);
+  if (what.size() == 2)
+    return SelectionChange::of(what[0].cast<ObjectHandle>(), what[1].cast<ObjectHandle>(), on);
+  if (what.size() > 2)
+    throw py::type_error("select: nothing, an object, two objects, a mechanism or a group");
+  if (py::isinstance<py::str>(what[0])) return SelectionChange::of_group(what[0].cast<std::string>(), on);
+  if (py::isinstance<MechanismHandle>(what[0]))
+    return SelectionChange::of(what[0].cast<MechanismHandle>(), on);
+  return SelectionChange::of(what[0].cast<ObjectHandle>(), on);
+}
+
+py::array poses_array(std::span<const Pose> poses) {
+  Doubles made({static_cast<py::ssize_t>(poses.size()), py::ssize_t{4}, py::ssize_t{4}});
+  double* out = made.mutable_data();
+  for (const Pose& X : poses) {
+    write_rows(X, out);
+    out += 16;
+  }
+  return made;
+}
+
+std::vector<PlacedHexahedron> placed_list(const py::iterable& solids) {
+  std::vector<PlacedHexahedron> made;
+  for (const py::handle& solid : solids) {
+    const auto parts = py::cast<py::sequence>(solid);
+    if (py::len(parts) != 3) throw py::type_error("solids: an entry is no (name, Hexahedron, pose)");
+    made.push_back(
+        {parts[0].cast<std::string>(), parts[1].cast<const Hexahedron&>(), pose(parts[2], "pose")});
+  }
+  return made;
+}
+
+// ---- mechanisms
+
+void bind_parts(py::module_& module) {
+  py::class_<LinkDescription>(module, "Link", "One rigid part of a mechanism.")
+      .def(py::init([](const std::string& name, const py::iterable& solids, double mass,
+                       const py::object& centre, const py::object& inertia) {
+             LinkDescription made{name, placed_list(solids), {}};
+             made.mass.mass = mass;
+             if (!centre.is_none()) made.mass.centre_L = vector3(centre, "centre");
+             if (!inertia.is_none()) made.mass.inertia_L = matrix3(inertia, "inertia");
+             made.mass.inertia_about_L = made.mass.centre_L;
+             return made;
+           }),
+           py::arg("name"), py::arg("solids") = py::tuple(), py::arg("mass") = 0.0,
+           py::arg("centre") = py::none(), py::arg("inertia") = py::none(),
+           "solids: (name, Hexahedron, pose X_LS). mass [kg], centre (3,) of mass [m], inertia (3, 3) about "
+           "it "
+           "[kg m2].")
+      .def_readonly("name", &LinkDescription::name);
+  py::class_<JointDescription>(module, "Joint", "Joins a child link to its parent.")
+      .def(py::init([](const std::string& name, const std::string& kind, const std::string& parent,
+                       const std::string& child, const py::object& X_PJ, const py::object& axis, double lower,
+                       double upper, double rate, double effort) {
+             return JointDescription{
+                 name,
+                 named(kind, "kind", {JointKind::fixed, JointKind::revolute, JointKind::prismatic}),
+                 parent,
+                 child,
+                 pose(X_PJ, "X_PJ"),
+                 axis.is_none() ? Vector3(Vector3::UnitZ()) : vector3(axis, "axis"),
+                 lower,
+                 upper,
+                 rate,
+                 effort};
+           }),
+           py::arg("name"), py::arg("kind"), py::arg("parent"), py::arg("child"),
+           py::arg("X_PJ") = py::none(), py::arg("axis") = py::none(),
+           py::arg("lower") = -std::numeric_limits<double>::infinity(),
+           py::arg("upper") = std::numeric_limits<double>::infinity(),
+           py::arg("rate") = std::numeric_limits<double>::infinity(),
+           py::arg("effort") = std::numeric_limits<double>::infinity(),
+           "kind: 'fixed', 'revolute' [rad] or 'prismatic' [m]. X_PJ: the joint's frame in the parent; axis: "
+           "(3,) "
+           "unit, in it.")
+      .def_readonly("name", &JointDescription::name);
+}
+
+std::shared_ptr<Mechanism> make_mechanism(const std::string& name, std::vector<LinkDescription> links,
+                                          std::vector<JointDescription> joints, const std::string& base,
+                                          std::vector<double> reference,
+                                          const std::vector<std::pair<std::string, std::string>>& exempt) {
+  MechanismDescription made{name, std::move(links), std::move(joints), base, std::move(reference), {}, {}};
+  for (const auto& [first, second] : exempt) made.exempt_pairs.push_back({first, second});
+  return std::make_shared<Mechanism>(std::move(made));
+}
+
+void bind_mechanism(py::module_& module) {
+  bind_parts(module);
+  py::class_<Mechanism, std::shared_ptr<Mechanism>>(module, "Mechanism",
+                                                    "A tree of links and joints, held by its base.")
+      .def(py::init(&make_mechanism), py::arg("name"), py::arg("links"), py::arg("joints"),
+           py::arg("base") = "", py::arg("reference") = std::vector<double>{},
+           py::arg("exempt") = std::vector<std::pair<std::string, std::string>>{},
+           "base: the link that is held; the first, if empty. reference: a value a joint that moves. exempt: "
+           "pairs of links, or 'link/hexahedron', that are not checked.")
+      .def_property_readonly("name", &Mechanism::name)
+      .def_property_readonly("links",
+                             [](const Mechanism& self) {
+                               std::vector<std::string> made;
+                               for (const Mechanism::Link& link : self.links()) made.push_back(link.name);
+                               return made;
+                             })
+      .def_property_readonly(
+          "joints",
+          [](const Mechanism& self) {
+            std::vector<std::string> made;
+            for (const Mechanism::Joint& joint : self.joints())
+              if (joint.value != Mechanism::kNone) made.push_back(joint.name);
+            return made;
+          },
+          "Names of the joints that move, in the order of joint values.")
+      .def_property_readonly("reference", [](const Mechanism& self) { return array_of(self.reference()); })
+      .def(
+          "with_base",
+          [](const Mechanism& self, const std::string& link) {
+            return std::make_shared<Mechanism>(self.with_base(link));
+          },
+          py::arg("link"), "The same held by another link.")
+      .def(
+          "link_poses",
+          [](const Mechanism& self, const py::object& q, const py::object& X_WB) {
+            const std::vector<double> values = numbers(q, "q");
+            if (values.size() != self.value_count())
+              reject(self.name(), "has " + std::to_string(self.value_count()) + " joint values, not " +
+                                      std::to_string(values.size()));
+            std::vector<Pose> made(self.links().size());
+            self.link_poses(rigid_frame(pose(X_WB, "X_WB")), values, made);
+            return poses_array(made);
+          },
+          py::arg("q"), py::arg("X_WB") = py::none(),
+          "(links, 4, 4): X_WL of every link at joint values q (n,).");
+}
+
+// ---- worlds
+
+void bind_handles(py::module_& module) {
+  py::class_<ObjectHandle>(module, "Object", "Names an object for as long as it lives; never reused.")
+      .def(py::init(&object_of), py::arg("number"), "Of an event's field a or b.")
+      .def("__int__", &number_of)
+      .def("__hash__", &number_of)
+      .def("__eq__", [](ObjectHandle a, const py::object& b) {
+        return py::isinstance<ObjectHandle>(b) && a == b.cast<ObjectHandle>();
+      });
+  py::class_<MechanismHandle>(module, "MechanismHandle", "Names a mechanism for as long as it lives.")
+      .def("__hash__",
+           [](MechanismHandle m) { return static_cast<std::uint64_t>(m.generation) << 32U | m.index; })
+      .def("__eq__", [](MechanismHandle a, const py::object& b) {
+        return py::isinstance<MechanismHandle>(b) && a == b.cast<MechanismHandle>();
+      });
+}
+
+void bind_report(py::module_& module) {
+  py::class_<Report>(module, "FrameReport", "How a frame went; counts are of this frame.")
+      .def_property_readonly(
+          "events",
+          [](const py::object& self) {
+            const auto& rows = self.cast<const Report&>().events;
+            return view(event_dtype(), {static_cast<py::ssize_t>(rows.size())}, rows.data(), self, true);
+          },
+          "(k,) records: kind (touchstone.EventKind), a and b (int(object)), solid_a, solid_b, part, s, "
+          "separation "
+          "[m], n_AB_W, p_A_W, p_B_W (3,), separation_at_end [m].")
+      .def_readonly("frame", &Report::frame)
+      .def_readonly("blocked_movers", &Report::blocked_movers)
+      .def_readonly("candidate_pairs", &Report::candidate_pairs)
+      .def_readonly("queries", &Report::queries)
+      .def_readonly("iteration_limits", &Report::iteration_limits)
+      .def_readonly("slide_steps", &Report::slide_steps)
+      .def_readonly("slide_pairs", &Report::slide_pairs)
+      .def_readonly("refused_selections", &Report::refused_selections)
+      .def_readonly("cut_off", &Report::cut_off)
+      .def_readonly("is_proven", &Report::is_proven, "False: checked at sampled poses only.");
+}
+
+using WorldClass = py::class_<GuardedWorld>;
+
+void bind_objects(WorldClass& world) {
+  world
+      .def(
+          "add",
+          [](GuardedWorld& self, std::shared_ptr<HexahedronTree> tree, const py::object& X_WO, bool is_static,
+             std::vector<std::string> groups) {
+            return self.get().add({std::move(tree), pose(X_WO, "X_WO"), is_static, std::move(groups)});
+          },
+          py::arg("tree"), py::arg("X_WO") = py::none(), py::arg("is_static") = false,
+          py::arg("groups") = std::vector<std::string>{},
+          "Adds an object; X_WO: None, (4, 4), or (position, quaternion wxyz). Its name is the tree's.")
+      .def("remove", [](GuardedWorld& self, ObjectHandle object) { self.get().remove(object); })
+      .def("find", [](GuardedWorld& self, const std::string& name) { return self.get().find(name); })
+      .def("is_alive", [](GuardedWorld& self, ObjectHandle object) { return self.get().is_alive(object); })
+      .def("name_of",
+           [](GuardedWorld& self, ObjectHandle object) { return std::string(self.get().name_of(object)); })
+      .def(
+          "pose",
+          [](GuardedWorld& self, ObjectHandle object) { return array_of(self.get().actual_pose(object)); },
+          "(4, 4): X_WO as the last frame left it.")
+      .def("commanded_pose", [](GuardedWorld& self,
+                                ObjectHandle object) { return array_of(self.get().commanded_pose(object)); })
+      .def(
+          "solid_poses",
+          [](GuardedWorld& self, ObjectHandle object) { return poses_array(self.get().solid_poses(object)); },
+          "(n, 4, 4): X_WS of its hexahedra; (0, 4, 4) between set-up and prepare() or frame().")
+      .def("executed_parts", [](GuardedWorld& self) { return self.get().executed_parts(); })
+      .def(
+          "executed_pose",
+          [](GuardedWorld& self, ObjectHandle object, std::size_t part, double s) {
+            if (part >= self.get().executed_parts() || !(s >= 0.0 && s <= 1.0))
+              reject("executed_pose", "part " + std::to_string(part) + " at s = " + figure(s) + " is none");
+            return array_of(self.get().executed_pose(object, part, s));
+          },
+          py::arg("object"), py::arg("part"), py::arg("s"), "(4, 4): X_WO at s of a part of the last frame.");
+}
+
+void bind_mechanisms_of(WorldClass& world) {
+  world
+      .def(
+          "add_mechanism",
+          [](GuardedWorld& self, std::shared_ptr<Mechanism> mechanism, const py::object& X_WB,
+             std::vector<double> initial, std::vector<std::string> groups, std::vector<double> weights) {
+            return self.get().add_mechanism({std::move(mechanism), pose(X_WB, "X_WB"), std::move(initial),
+                                             std::move(groups), std::move(weights)});
+          },
+          py::arg("mechanism"), py::arg("X_WB") = py::none(), py::arg("initial") = std::vector<double>{},
+          py::arg("groups") = std::vector<std::string>{}, py::arg("weights") = std::vector<double>{},
+          "Adds a mechanism held at X_WB; its links are objects named 'mechanism.link'.")
+      .def("remove_mechanism",
+           [](GuardedWorld& self, MechanismHandle of) { self.get().remove_mechanism(of); })
+      .def("link", [](GuardedWorld& self, MechanismHandle of,
+                      const std::string& name) { return self.get().link(of, name); })
+      .def(
+          "joint_values",
+          [](GuardedWorld& self, MechanismHandle of) { return array_of(self.get().joint_values(of)); },
+          "(n,): as the last frame left them [rad] or [m].")
+      .def("commanded_joints",
+           [](GuardedWorld& self, MechanismHandle of) { return array_of(self.get().commanded_joints(of)); })
+      .def(
+          "link_poses",
+          [](GuardedWorld& self, MechanismHandle of) { return poses_array(self.get().link_poses(of)); },
+          "(links, 4, 4).");
+}
+
+void bind_rules(WorldClass& world) {
+  const py::none none;
+  world
+      .def(
+          "set_default_rule",
+          [](GuardedWorld& self, const std::optional<std::string>& policy,
+             std::optional<double> warn_distance, std::optional<bool> translation_only,
+             const std::optional<std::string>& passive) {
+            self.get().set_default_rule(rule(policy, warn_distance, translation_only, passive));
+          },
+          py::arg("policy") = none, py::arg("warn_distance") = none, py::arg("translation_only") = none,
+          py::arg("passive") = none,
+          "policy: 'cue', 'hold', 'advance' or 'slide'; warn_distance [m]; passive: 'stays', 'shoved' or "
+          "'carried'. "
+          "None: inherited.")
+      .def(
+          "set_group_rule",
+          [](GuardedWorld& self, const std::string& first, const std::string& second,
+             const std::optional<std::string>& policy, std::optional<double> warn_distance,
+             std::optional<bool> translation_only, const std::optional<std::string>& passive) {
+            self.get().set_group_rule(first, second, rule(policy, warn_distance, translation_only, passive));
+          },
+          py::arg("first"), py::arg("second"), py::arg("policy") = none, py::arg("warn_distance") = none,
+          py::arg("translation_only") = none, py::arg("passive") = none)
+      .def(
+          "set_pair_rule",
+          [](GuardedWorld& self, ObjectHandle a, ObjectHandle b, const std::optional<std::string>& policy,
+             std::optional<double> warn_distance, std::optional<bool> translation_only,
+             const std::optional<std::string>& passive) {
+            self.get().set_pair_rule(a, b, rule(policy, warn_distance, translation_only, passive));
+          },
+          py::arg("a"), py::arg("b"), py::arg("policy") = none, py::arg("warn_distance") = none,
+          py::arg("translation_only") = none, py::arg("passive") = none)
+      .def(
+          "rule_of",
+          [](GuardedWorld& self, ObjectHandle a, ObjectHandle b) {
+            const EffectiveRule of = self.get().rule_of(a, b);
+            py::dict made;
+            made["policy"] = std::string(to_string(of.policy));
+            made["warn_distance"] = of.warn_distance;
+            made["translation_only"] = of.translation_only;
+            made["passive"] = std::string(to_string(of.passive));
+            return made;
+          },
+          "What two objects follow.");
+}
+
+Exemption exemption(ObjectHandle a, ObjectHandle b, const std::string& solid_a, const std::string& solid_b) {
+  return {a, b, solid_a, solid_b};
+}
+
+void bind_pairs_of(WorldClass& world) {
+  world
+      .def(
+          "exempt",
+          [](GuardedWorld& self, ObjectHandle a, ObjectHandle b, const std::string& solid_a,
+             const std::string& solid_b) { self.get().exempt(exemption(a, b, solid_a, solid_b)); },
+          py::arg("a"), py::arg("b"), py::arg("solid_a") = "", py::arg("solid_b") = "",
+          "Two objects, or hexahedra of them, are not checked until unexempt().")
+      .def(
+          "unexempt",
+          [](GuardedWorld& self, ObjectHandle a, ObjectHandle b, const std::string& solid_a,
+             const std::string& solid_b) { self.get().unexempt(exemption(a, b, solid_a, solid_b)); },
+          py::arg("a"), py::arg("b"), py::arg("solid_a") = "", py::arg("solid_b") = "")
+      .def(
+          "latch",
+          [](GuardedWorld& self, ObjectHandle carrier, ObjectHandle carried,
+             const std::vector<std::pair<ObjectHandle, ObjectHandle>>& allowed) {
+            std::vector<Exemption> pairs;
+            for (const auto& [a, b] : allowed) pairs.push_back({a, b});
+            self.get().latch(carrier, carried, pairs);
+          },
+          py::arg("carrier"), py::arg("carried"),
+          py::arg("allowed") = std::vector<std::pair<ObjectHandle, ObjectHandle>>{},
+          "`carried` moves with `carrier` from now on; `allowed` pairs of objects are not checked meanwhile.")
+      .def("unlatch", [](GuardedWorld& self, ObjectHandle carried) { self.get().unlatch(carried); })
+      .def(
+          "select",
+          [](GuardedWorld& self, bool on, const py::args& what) {
+            self.unguarded().select(change_of(on, what));
+          },
+          "select(on): everything; select(on, object), (on, a, b), (on, mechanism) or (on, 'group'). From "
+          "any "
+          "thread; in force from the next frame on.");
+}
+
+}  // namespace
+
+void bind_world(py::module_& module) {
+  bind_mechanism(module);
+  bind_handles(module);
+  bind_report(module);
+  WorldClass world(
+      module, "World",
+      "Objects and mechanisms, moved frame by frame as far as no pair gets closer than the gap allows. "
+      "One thread at a time: a second one gets RuntimeError, but for select().");
+  world
+      .def(py::init<const std::string&, const std::string&, double>(), py::arg("narrowphase") = "native",
+           py::arg("broadphase") = "native", py::arg("gap") = kDefaultGap, "gap: kept between objects [m].")
+      .def("frame", &frame, py::arg("poses") = py::dict(), py::arg("moves") = py::dict(),
+           py::arg("joints") = py::dict(),
+           "One frame. poses: {object: pose X_WO to go to}; moves: {object: (displacement_W (3,) [m], turn_W "
+           "(3,) "
+           "axis times angle [rad])}; joints: {mechanism: values (n,)}. Returns a FrameReport.")
+      .def(
+          "prepare", [](GuardedWorld& self) { self.without_lock([](ContactWorld& of) { of.prepare(); }); },
+          "Takes up all set-up so far.")
+      .def(
+          "reset", [](GuardedWorld& self) { self.get().reset(); },
+          "Initial poses, no latches, everything selected.")
+      .def("set_threads", [](GuardedWorld& self, std::size_t count) { self.get().set_threads(count); })
+      .def_property_readonly("gap", [](GuardedWorld& self) { return self.get().gap(); });
+  bind_objects(world);
+  bind_mechanisms_of(world);
+  bind_rules(world);
+  bind_pairs_of(world);
+}
+
+}  // namespace touchstone::python
