@@ -23,11 +23,11 @@ export function shape(value) {
 const typing = target => target instanceof Element && target.matches('input, select, textarea, dialog[open] *');
 
 export class Hand {
-  // `onCommand(name)`: of what is pressed once.
-  constructor(commands, onCommand) {
-    Object.assign(this, {commands, onCommand, held: new Set(), pressed: new Map(), padButtons: [], enabled: true, assist: null});
+  // `onCommand(name)`: of what is pressed once. `onChange()`: at once when a key changes what is held.
+  constructor(commands, onCommand, onChange) {
+    Object.assign(this, {commands, onCommand, onChange, held: new Set(), pressed: new Map(), padButtons: [], enabled: true, assist: null});
     addEventListener('keydown', event => this.down(event));
-    addEventListener('keyup', event => this.held.delete(event.code));
+    addEventListener('keyup', event => { if (this.held.delete(event.code)) this.onChange(); });
     addEventListener('blur', () => this.letGo());
     document.addEventListener('visibilitychange', () => { if (document.hidden) this.letGo(); });
   }
@@ -41,9 +41,11 @@ export class Hand {
   down(event) {
     if (!this.enabled || event.ctrlKey || event.altKey || event.metaKey || typing(event.target)) return;
     if (event.code in axes) {
+      event.preventDefault();
+      if (this.held.has(event.code)) return;
       this.held.add(event.code);
       this.assist = null;
-      event.preventDefault();
+      this.onChange();
     } else if (event.code in this.commands && !event.repeat) {
       if (event.target instanceof HTMLButtonElement && (event.code === 'Space' || event.code === 'Enter')) return;
       this.onCommand(this.commands[event.code]);

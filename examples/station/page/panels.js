@@ -1,6 +1,6 @@
 // The read-outs beside the pictures. Text is written only where it changed, at most ten times a second (station.js).
 
-import {contactKind, flag} from './frames.js';
+import {contactKind, flag, objectFlag} from './frames.js';
 import {length} from './algebra.js';
 
 export const get = id => document.getElementById(id);
@@ -44,6 +44,23 @@ export function nameOf(scene, solid) {
   if (!one) return `solid ${solid}`;
   const object = scene.objects[one.object];
   return object.solids.length > 1 && one.name ? `${object.name} / ${one.name}` : object.name;
+}
+
+// Of the two that stopped `method`: [what stands in the way, what met it], as the pilot sees it. The arm and what it carries
+// come to the rest of the world, not the world to them.
+export function obstacleFirst(scene, method) {
+  const own = solid => {
+    const index = scene.solids[solid]?.object;
+    return scene.objects[index]?.kind === 'link' ? 2 : method.flags[8 * index + 7] & objectFlag.carried ? 1 : 0;
+  };
+  const [a, b] = method.stoppedBy;
+  return own(a) < own(b) ? [a, b] : [b, a];
+}
+
+// "blocked by X", short.
+export function blockedBy(scene, method) {
+  if (method.stoppedBy[1] < 0) return 'blocked';
+  return `blocked by ${scene.objects[scene.solids[obstacleFirst(scene, method)[0]]?.object]?.name}`;
 }
 
 // The cue of what is shown: [clear, near, contact, blocked], and how near (0 far, 1 touching).
@@ -100,9 +117,8 @@ export class Panels {
   }
 
   showContact(frame, method) {
-    const scene = this.scene, [a, b] = method.stoppedBy;
-    const stopped = method.blocked && b >= 0;
-    say(get('blocked'), stopped ? `Blocked by ${nameOf(scene, b)} (meets ${nameOf(scene, a)})` : method.blocked ? 'Blocked' :
+    const scene = this.scene, stopped = method.blocked && method.stoppedBy[1] >= 0, [obstacle, own] = obstacleFirst(scene, method);
+    say(get('blocked'), stopped ? `Blocked by ${nameOf(scene, obstacle)} (met by ${nameOf(scene, own)})` : method.blocked ? 'Blocked' :
       method.slid ? 'Slides along what it touches' : frame.flags & flag.brakes ? 'Brakes are on' :
         frame.flags & flag.atLimit ? 'At a joint\'s limit' : frame.flags & flag.singular ? 'Near a singularity' : '');
     list(get('distances'), frame.distances.slice(0, 6).map(one => [nameOf(scene, one.b), metres(one.separation), one.separation <= 1e-6 ? 'now' : '']), 'nothing within 2 m');
@@ -137,12 +153,23 @@ export class Panels {
       `largest force ${(score.largest_force ?? 0).toFixed(0)} N, path ${(score.path ?? 0).toFixed(2)} m`);
   }
 
-  // Keeps the newest hundred.
+  // Keeps the newest hundred; what comes again while it is among the newest eight is counted there. That a contact of two
+  // facets ended says little: a slide along a tube's facets makes and ends many.
   addEvent(event) {
-    const pair = event.a >= 0 && event.b >= 0 && event.a !== undefined ? `${nameOf(this.scene, event.a)} – ${nameOf(this.scene, event.b)}` : '';
-    const seconds = event.time === undefined ? '' : `${event.time.toFixed(2)} s`;
-    get('events').prepend(element('li', {}, element('span', {}, `${event.kind.replace(/_/g, ' ')} ${event.text || pair}`), element('span', {}, seconds)));
-    while (get('events').children.length > 100) get('events').lastChild.remove();
+    if (event.kind === 'ended') return;
+    const objectOf = solid => this.scene.objects[this.scene.solids[solid]?.object]?.name;
+    const pair = event.a >= 0 && event.b >= 0 ? `${objectOf(event.a)} – ${objectOf(event.b)}` : '';
+    const text = `${event.kind.replace(/_/g, ' ')} ${event.text || pair}`, seconds = event.time === undefined ? '' : `${event.time.toFixed(2)} s`;
+    const log = get('events'), again = [...log.children].slice(0, 8).find(row => row.dataset.text === text);
+    if (again) {
+      again.dataset.count = String(Number(again.dataset.count) + 1);
+      say(again.firstChild, `${text} ×${again.dataset.count}`);
+      return say(again.lastChild, seconds);
+    }
+    const row = element('li', {}, element('span', {}, text), element('span', {}, seconds));
+    Object.assign(row.dataset, {text, count: '1'});
+    log.prepend(row);
+    while (log.children.length > 100) log.lastChild.remove();
   }
 
   showDebrief(debrief) {

@@ -87,16 +87,18 @@ export function frameColours(base, method) {
   });
 }
 
-// Only what lags behind its command is drawn translucent: else it would just flicker in its own faces.
+// Which objects lag behind their command by more than 1 mm (or 0.1 degrees), and by how much the farthest does [m].
 export function lagging(actual, commanded, count) {
   const shown = [];
+  let farthest = 0;
   for (let i = 0; i < count; ++i) {
     let most = 0, dot = 0;
     for (let k = 0; k < 3; ++k) most = Math.max(most, Math.abs(actual[8 * i + k] - commanded[8 * i + k]));
     for (let k = 3; k < 7; ++k) dot += actual[8 * i + k] * commanded[8 * i + k];
-    shown.push(most > 1e-3 || Math.abs(dot) < 1 - 1e-6);
+    shown.push(most > 1e-3 || Math.abs(dot) < Math.cos(0.05 * Math.PI / 180));
+    farthest = Math.max(farthest, most);
   }
-  return shown;
+  return {shown, farthest};
 }
 
 // Points, normals and forces of the method's contacts, and lines to what is nearest. `size`: a normal's length [m].
@@ -140,7 +142,7 @@ export class Picture {
       if (!mine.length) continue;
       const passes = mine.map(screen => ({screen, camera: screen.camera(method.poses), box: screen.element.getBoundingClientRect()}));
       const rect = box => ({left: box.left - canvas.left, top: box.top - canvas.top, width: box.width, height: box.height});
-      const ghosts = this.ghost && method === ours ? lagging(method.poses, frame.commanded.poses, scene.objects.length) : [];
+      const ghosts = this.ghost && method === ours ? lagging(method.poses, frame.commanded.poses, scene.objects.length) : null;
       const merged = mergedObjects(scene, method);
       renderer.upload(method.poses, frameColours(this.base, method), merged.size ? scene.objects.map((_, i) => !merged.has(i)) : null);
       for (const {screen, camera, box} of passes) {
@@ -160,7 +162,9 @@ export class Picture {
       // What is merged is seen through, so that one sees the one in the other.
       if (merged.size) drawThrough(method.poses, this.base.map(own => rgba(mix(own, colour.merged, 0.8))), scene.objects.map((_, i) => merged.has(i)), 0.62, false);
       // Over all: what is commanded lies inside of what stopped it.
-      if (ghosts.some(Boolean)) drawThrough(frame.commanded.poses, this.base.map(() => rgba(colour.commanded)), ghosts, 0.3, true);
+      // Fainter where it is close: a command is mostly a few millimetres ahead, and the arm's own colours shall be seen.
+      if (ghosts?.shown.some(Boolean))
+        drawThrough(frame.commanded.poses, this.base.map(() => rgba(colour.commanded)), ghosts.shown, 0.08 + 0.22 * Math.min(1, ghosts.farthest / 0.1), true);
       for (const {camera, box, screen} of marked) {
         const size = screen.main ? 0.05 * length(subtract(camera.position, this.focus || [0, 0, 0])) : 0.15;
         renderer.setMarks(marksOf(frame, method, {distances: this.distances && screen.main, path: this.path, size}));

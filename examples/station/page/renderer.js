@@ -1,5 +1,5 @@
 // Draws convex hexahedra with WebGL2, without any library: flat shaded faces and their edges, a translucent second pass for
-// the commanded poses, thick lines and points for contacts. All solids lie in one vertex buffer; their objects' poses and
+// the commanded poses, thick lines and points for contacts. All solids lie in one vertex buffer, eight vertices each; their objects' poses and
 // colours lie in a texture, so that a view of any number of moving objects is one call a pass, and a frame uploads poses alone.
 
 import {turn, rayTriangle, subtract, add, conjugate, viewMatrix, projectionMatrix} from './algebra.js';
@@ -113,10 +113,11 @@ function build(gl, vertex, fragment) {
   return {program, uniforms};
 }
 
-// Binds `attributes` [name, floats] that lie one behind the other in `buffer`.
-function layOut(gl, {program}, buffer, attributes) {
+// Binds `attributes` [name, floats] that lie one behind the other in `buffer`, and the indices that go with them.
+function layOut(gl, {program}, buffer, attributes, indices = null) {
   const array = gl.createVertexArray();
   gl.bindVertexArray(array);
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, indices);
   gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
   const stride = 4 * attributes.reduce((sum, [, floats]) => sum + floats, 0);
   let offset = 0;
@@ -128,6 +129,7 @@ function layOut(gl, {program}, buffer, attributes) {
     }
     offset += 4 * floats;
   }
+  gl.bindVertexArray(null);  // so that no later buffer of indices is taken for its own
   return array;
 }
 
@@ -155,12 +157,10 @@ export class Renderer {
     this.faces = build(gl, objectShader, faceShader);
     this.edges = build(gl, objectShader, edgeShader);
     this.signs = build(gl, markShader, markColour);
-    this.faceBuffer = gl.createBuffer();
-    this.edgeBuffer = gl.createBuffer();
-    this.markBuffer = gl.createBuffer();
+    for (const name of ['vertexBuffer', 'faceBuffer', 'edgeBuffer', 'markBuffer']) this[name] = gl.createBuffer();
     const solid = [['position', 3], ['object', 1]];
-    this.faceArray = layOut(gl, this.faces, this.faceBuffer, solid);
-    this.edgeArray = layOut(gl, this.edges, this.edgeBuffer, solid);
+    this.faceArray = layOut(gl, this.faces, this.vertexBuffer, solid, this.faceBuffer);
+    this.edgeArray = layOut(gl, this.edges, this.vertexBuffer, solid, this.edgeBuffer);
     this.markArray = layOut(gl, this.signs, this.markBuffer,
       [['from', 3], ['to', 3], ['corner', 2], ['width', 1], ['tint', 4]]);
     this.texture = gl.createTexture();
@@ -176,19 +176,23 @@ export class Renderer {
   // Objects: [{solids: [[24 coordinates in the object's frame], ...]}, ...].
   setObjects(objects) {
     this.objects = objects;
-    const faces = [], edges = [];
+    const vertices = [], faces = [], edges = [];
     objects.forEach((object, index) => object.solids.forEach(solid => {
-      const push = (to, vertex) => to.push(solid[3 * vertex], solid[3 * vertex + 1], solid[3 * vertex + 2], index);
-      for (const [a, b, c, d] of faceVertices) for (const vertex of [a, b, c, a, c, d]) push(faces, vertex);
-      for (const edge of edgeVertices) for (const vertex of edge) push(edges, vertex);
+      const first = vertices.length / 4;
+      for (let i = 0; i < 8; ++i) vertices.push(solid[3 * i], solid[3 * i + 1], solid[3 * i + 2], index);
+      for (const [a, b, c, d] of faceVertices) for (const vertex of [a, b, c, a, c, d]) faces.push(first + vertex);
+      for (const edge of edgeVertices) for (const vertex of edge) edges.push(first + vertex);
     }));
     const gl = this.gl;
-    this.faceCount = faces.length / 4;
-    this.edgeCount = edges.length / 4;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.faceBuffer);
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(faces), gl.STATIC_DRAW);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.edgeBuffer);
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(edges), gl.STATIC_DRAW);
+    this.faceCount = faces.length;
+    this.edgeCount = edges.length;
+    gl.bindVertexArray(null);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.vertexBuffer);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(vertices), gl.STATIC_DRAW);
+    for (const [buffer, indices] of [[this.faceBuffer, faces], [this.edgeBuffer, edges]]) {
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(indices), gl.STATIC_DRAW);
+    }
     this.table = new Float32Array(4 * texelsOfObject * Math.max(1, objects.length));
   }
 
@@ -275,13 +279,13 @@ export class Renderer {
     gl.uniform1f(this.faces.uniforms.alpha, alpha);
     gl.uniform1f(this.faces.uniforms.towardsEye, 0);
     gl.bindVertexArray(this.faceArray);
-    gl.drawArrays(gl.TRIANGLES, 0, this.faceCount);
+    gl.drawElements(gl.TRIANGLES, this.faceCount, gl.UNSIGNED_INT, 0);
     if (edges) {
       this.use(this.edges);
       gl.uniform1f(this.edges.uniforms.alpha, ghost ? Math.min(1, alpha + 0.25) : 1);
       gl.uniform1f(this.edges.uniforms.towardsEye, 0.001);
       gl.bindVertexArray(this.edgeArray);
-      gl.drawArrays(gl.LINES, 0, this.edgeCount);
+      gl.drawElements(gl.LINES, this.edgeCount, gl.UNSIGNED_INT, 0);
     }
     gl.disable(gl.BLEND);
     gl.enable(gl.DEPTH_TEST);

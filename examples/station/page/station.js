@@ -1,11 +1,11 @@
 // The training station's page: what comes from the station is shown, what the hands do goes to it. One loop, the browser's
-// own animation frame: take the newest frame, draw it, say when it was drawn, send what the hands hold.
+// own animation frame: take the newest frame, draw it, say when it was drawn. The hands are sent by a timer beside it.
 
 import {Link} from './link.js';
 import {Hand} from './hand.js';
 import {Renderer} from './renderer.js';
 import {Picture, Orbit, Mounted} from './picture.js';
-import {Panels, get, element, say, metres, nameOf, cueOf} from './panels.js';
+import {Panels, get, element, say, metres, blockedBy, cueOf} from './panels.js';
 import {Sound} from './sound.js';
 import {Latency} from './latency.js';
 import {Timeline} from './timeline.js';
@@ -392,9 +392,9 @@ function factOf(frame, screen) {
   if (!method) return 'not run';
   if (method.depth > 0) return `MERGED ${metres(method.depth)}`;
   if (!screen.main) return '';
-  if (method.blocked && method.stoppedBy[1] >= 0) return `blocked by ${nameOf(station.scene, method.stoppedBy[1])}`;
+  if (method.blocked) return blockedBy(station.scene, method);
   if (station.sideBySide && method.worst > 0) return `was merged by up to ${metres(method.worst)}`;
-  return method.blocked ? 'blocked' : method.contact ? 'in contact' : '';
+  return method.contact ? 'in contact' : '';
 }
 
 function showLabels(frame) {
@@ -402,10 +402,14 @@ function showLabels(frame) {
   const shown = !screen || !get('show-distances').checked || station.sideBySide ? [] : frame.distances.slice(0, 3);
   const labels = get('labels');
   while (labels.children.length < 3) labels.append(element('span'));
+  const taken = [];
   for (let i = 0; i < 3; ++i) {
     const one = shown[i], at = one && picture.place(screen, scale(add(one.pointOnA, one.pointOnB), 0.5));
-    labels.children[i].hidden = !at;
-    if (!at) continue;
+    // A farther one's label gives way to a nearer one's.
+    const free = at && taken.every(other => Math.abs(at[0] - other[0]) > 64 || Math.abs(at[1] - other[1]) > 18);
+    labels.children[i].hidden = !free;
+    if (!free) continue;
+    taken.push(at);
     say(labels.children[i], metres(one.separation));
     labels.children[i].style.transform = `translate(${(at[0] + screen.element.offsetLeft + 8).toFixed(0)}px, ${(at[1] + screen.element.offsetTop - 8).toFixed(0)}px)`;
   }
@@ -432,7 +436,7 @@ function showCue(frame) {
   const [cue, nearness] = station.looking ? ['clear', 0] : cueOf(frame, method);
   const light = method.depth > 0 ? 'merged' : cue;
   if (get('light').dataset.cue !== light) get('light').dataset.cue = light;
-  say(get('cue'), light === 'blocked' && method.stoppedBy[1] >= 0 ? `blocked by ${nameOf(station.scene, method.stoppedBy[1])}` : light);
+  say(get('cue'), light === 'blocked' ? blockedBy(station.scene, method) : light);
   sound.set(cue, nearness);
 }
 
@@ -454,13 +458,13 @@ function showPanels(now) {
   }
 }
 
-// Halves the pixels where drawing (by software, mostly) does not keep up with 30 pictures a second, and goes back when it does.
+// Fewer pixels, down to half each way, where drawing (by software, mostly) does not reach 22 pictures a second.
 function setDetail() {
   const wanted = get('detail').value;
   if (wanted !== 'auto') return void (renderer.detail = Number(wanted));
   if (station.intervals.length < 20) return;
   const middle = [...station.intervals].sort((a, b) => a - b)[10];
-  if (middle > 45 && renderer.detail > 0.4) renderer.detail = Math.max(0.35, renderer.detail * 0.75);
+  if (middle > 45 && renderer.detail > 0.5) renderer.detail = Math.max(0.5, renderer.detail * 0.75);
   else return;
   station.intervals = [];
 }
@@ -487,7 +491,6 @@ function accountForDrawn(now) {
 function turnOfLoop(now) {
   requestAnimationFrame(turnOfLoop);
   accountForDrawn(now);
-  sendHand();
   if (!station.scene || renderer.lost) return;
   const buffer = link.newest, frame = link.take();
   if (frame && !station.looking && frame.objects === station.scene.objects.length && (station.scene.serial === undefined || frame.serial === station.scene.serial)) {
@@ -555,7 +558,7 @@ function bindPage() {
 
 function setTheme() {
   document.documentElement.dataset.theme = theme();
-  renderer.detail = get('detail').value === 'auto' ? renderer.detail || 1 : Number(get('detail').value);
+  renderer.detail = get('detail').value === 'auto' ? renderer.detail || (renderer.software ? 0.6 : 1) : Number(get('detail').value);
 }
 
 function connect() {
@@ -577,11 +580,13 @@ function start() {
     return trouble(`No pictures: ${fault.message}. Chromium and Firefox have it; in a machine without a graphics card start Chromium with --enable-unsafe-swiftshader.`);
   }
   picture = new Picture(renderer);
-  hand = new Hand(keys, command);
+  hand = new Hand(keys, command, sendHand);
   setTheme();
   bindPage();
   connect();
   requestAnimationFrame(turnOfLoop);
+  // Apart from the pictures: where these come slowly the hand is sent all the same, or the station would let go.
+  setInterval(sendHand, 15);
   let known = false;
   try { known = localStorage.getItem('touchstone-station-known') === 'yes'; localStorage.setItem('touchstone-station-known', 'yes'); } catch { /* private mode: shown again */ }
   if (!known && !new URLSearchParams(location.search).has('fly')) get('help').showModal();
