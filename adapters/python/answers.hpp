@@ -16,8 +16,8 @@ class Answers {
     return kind_ == kind && count_ == count && slots_ == slots;
   }
   NarrowphaseOutput output();
-  /// After an evaluation: slots that no point took get NaN and feature 0, bytes of no field 0.
-  void tidy();
+  /// After an evaluation: slots that no point took get NaN and feature 0.
+  void clear_unused_points();
 
   QueryKind kind() const { return kind_; }
   std::size_t count() const { return count_; }

@@ -98,6 +98,7 @@ class BadInput(unittest.TestCase):
         self.refused(InputError, "must be (n, 8, 3)", touchstone.Narrowphase, "native", np.zeros((2, 7, 3)))
         self.refused(InputError, "1", touchstone.Narrowphase, "native", np.stack([self.box.vertices, np.zeros((8, 3))]))
         self.refused(TypeError, "Hexahedron", touchstone.Narrowphase, "native", [1, 2])
+        self.refused(InputError, "solids: are 0", touchstone.Narrowphase, "native", [])
 
     def test_hexahedra_that_are_none(self):
         self.refused(InputError, "size along x", touchstone.Hexahedron.box, [-1, 1, 1])

@@ -81,7 +81,7 @@ class Threads(unittest.TestCase):
         check = touchstone.Narrowphase("native", self.boxes)
         pairs = np.tile(self.pairs, (4, 1))
         out = check.distance(self.poses, pairs)
-        expected = out.geometry.tobytes()
+        expected = out.geometry["p_A_W"].tobytes()
         matrices = self.poses.matrices()
         refused = {"poses": 0, "out": 0}
         stop = threading.Event()
@@ -104,14 +104,14 @@ class Threads(unittest.TestCase):
             try:
                 for _ in range(3):
                     own = check.distance(self.poses, pairs)
-                    self.assertEqual(own.geometry.tobytes(), expected)
+                    self.assertEqual(own.geometry["p_A_W"].tobytes(), expected)
             finally:
                 stop.set()
 
         self.run_all([update, write, write, stop_later])
         self.assertGreater(refused["poses"], 0)
         self.assertGreater(refused["out"], 0)
-        self.assertEqual(check.distance(self.poses, pairs, out=out).geometry.tobytes(), expected)
+        self.assertEqual(check.distance(self.poses, pairs, out=out).geometry["p_A_W"].tobytes(), expected)
 
 
 if __name__ == "__main__":

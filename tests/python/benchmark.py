@@ -1,0 +1,109 @@
+"""What Python costs over C++: the same batches through the module, and by the module's own loop without Python.
+
+    PYTHONPATH=build/release/python /usr/bin/python3 tests/python/benchmark.py [--repetitions 41]
+
+Overheads are of the thread's processor time, which a loaded machine disturbs less; both sides take turns, and the medians of the turns'
+ratios count, beside that of their best turns. Threads are timed by the clock: the best of many runs of one thread over the best of two
+with half each, and the same without Python as the yardstick.
+"""
+
+import argparse
+import os
+import statistics
+import threading
+import time
+
+import numpy as np
+import touchstone
+
+OVERLAP, DISTANCE, MANIFOLD = 0, 1, 2
+
+
+def scene(solids, pairs, seed=1, reach=1.0):
+    """Boxes around the origin's neighbourhood, a pair of neighbours each: about half of them overlap."""
+    random = np.random.default_rng(seed)
+    corners = np.repeat(touchstone.Hexahedron.box([1, 1, 1]).vertices[None], solids, axis=0)
+    corners = corners * random.uniform(0.5, 1.5, (solids, 1, 3))
+    check = touchstone.Narrowphase("native", corners)
+    poses = touchstone.Poses(random.uniform(-reach, reach, (solids, 3)), random.normal(size=(solids, 4)))
+    a = random.integers(0, solids, pairs)
+    b = (a + random.integers(1, solids, pairs)) % solids
+    return check, poses, np.stack([np.minimum(a, b), np.maximum(a, b)], axis=1).astype(np.uint32)
+
+
+def seconds_of(call, repeats):
+    begin = time.thread_time()
+    for _ in range(repeats):
+        call()
+    return time.thread_time() - begin
+
+
+def overhead(name, call, kind, case, repeats, repetitions):
+    check, poses, pairs = case
+    ratios, ours, theirs = [], [], []
+    for _ in range(repetitions):
+        theirs.append(check._seconds(kind, poses, pairs, repeats) / repeats)
+        ours.append(seconds_of(call, repeats) / repeats)
+        ratios.append(ours[-1] / theirs[-1])
+    print(f"| {name} | {1e6 * statistics.median(theirs):.2f} | {1e6 * statistics.median(ours):.2f} "
+          f"| {100 * (statistics.median(ratios) - 1):+.1f} % | {100 * (min(ours) / min(theirs) - 1):+.1f} % |")
+
+
+def wall_of(bodies):
+    threads = [threading.Thread(target=body) for body in bodies]
+    begin = time.perf_counter()
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return time.perf_counter() - begin
+
+
+def threads(repetitions, case):
+    check, poses, pairs = case
+    halves = np.array_split(pairs, 2)
+    outs = [check.distance(poses, half) for half in halves]
+    bodies = {"from Python": lambda k: check.distance(poses, halves[k], out=outs[k]),
+              "C++ alone": lambda k: check._seconds(DISTANCE, poses, halves[k], 1)}
+    one = {name: [] for name in bodies}
+    two = {name: [] for name in bodies}
+    for _ in range(repetitions):
+        for name, body in bodies.items():
+            one[name].append(wall_of([lambda: (body(0), body(1))]))
+            two[name].append(wall_of([lambda: body(0), lambda: body(1)]))
+    for name in bodies:
+        median = statistics.median(one[name]) / statistics.median(two[name])
+        print(f"| {name} | {median:.2f} | {min(one[name]) / min(two[name]):.2f} |")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--repetitions", type=int, default=41)
+    n = parser.parse_args().repetitions
+    print(f"load {os.getloadavg()[0]:.1f}, {os.cpu_count()} processors\n")
+    print("| batch | C++ [us] | Python [us] | overhead, median | best over best |\n|---|---:|---:|---:|---:|")
+    thousand = scene(256, 1024)
+    check, poses, pairs = thousand
+    out = check.distance(poses, pairs)
+    overhead("distance, 1 024 pairs", lambda: check.distance(poses, pairs), DISTANCE, thousand, 20, n)
+    overhead("distance, 1 024 pairs, `out`", lambda: check.distance(poses, pairs, out=out), DISTANCE, thousand, 20, n)
+    matrices = poses.matrices()
+    overhead("distance, 1 024 pairs, poses as arrays", lambda: check.distance(matrices, pairs), DISTANCE, thousand, 20, n)
+    many = scene(2000, 100_000, reach=4.0)
+    check_many, poses_many, pairs_many = many
+    out_many = check_many.overlap(poses_many, pairs_many)
+    overhead("overlap, 100 000 pairs", lambda: check_many.overlap(poses_many, pairs_many), OVERLAP, many, 10, n)
+    overhead("overlap, 100 000 pairs, `out`", lambda: check_many.overlap(poses_many, pairs_many, out=out_many), OVERLAP,
+             many, 10, n)
+    overhead("distance, 100 000 pairs", lambda: check_many.distance(poses_many, pairs_many), DISTANCE, many, 1, n // 4 + 2)
+    single = (check, poses, pairs[:1].copy())
+    one = check.distance(poses, single[2])
+    overhead("distance, a single pair", lambda: check.distance(poses, single[2]), DISTANCE, single, 20000, n // 4 + 2)
+    overhead("distance, a single pair, `out`", lambda: check.distance(poses, single[2], out=one), DISTANCE, single, 20000,
+             n // 4 + 2)
+    print("\n| two threads over one | medians | best over best |\n|---|---:|---:|")
+    threads(8 * n, scene(2000, 20_000))
+
+
+if __name__ == "__main__":
+    main()

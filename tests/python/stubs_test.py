@@ -1,0 +1,64 @@
+"""The stubs say what the module has, no more and no less; and what is there says what it is."""
+
+import ast
+import inspect
+import pathlib
+import re
+import unittest
+
+import touchstone
+
+CORE = touchstone._core
+STUBS = ast.parse((pathlib.Path(touchstone.__file__).parent / "_core.pyi").resolve().read_text())
+
+
+def arguments_in_stub(function):
+    names = [a.arg for a in function.args.args + function.args.kwonlyargs if a.arg != "self"]
+    return names
+
+
+def arguments_in_doc(doc):
+    """Of pybind11's first line: name(self: T, a: U = ..., b: V) -> W."""
+    line = doc.splitlines()[0]
+    return [name for name in re.findall(r"[(,]\s*\*{0,2}(\w+)(?=:)", re.sub(r"\[[^\]]*\]", "", line)) if name != "self"]
+
+
+class Stubs(unittest.TestCase):
+    def test_names_of_the_module(self):
+        said = {node.name for node in STUBS.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+        there = {name for name in dir(CORE) if not name.startswith("_")}
+        optional = {"load_plugin", "start_engine", "load_dynamic_scene"}
+        self.assertEqual(there - said, set())
+        self.assertEqual(said - there - optional, set())
+
+    def test_members_of_classes(self):
+        for node in (n for n in STUBS.body if isinstance(n, ast.ClassDef) and n.name != "InputError"):
+            with self.subTest(node.name):
+                said = {n.name for n in node.body if isinstance(n, ast.FunctionDef)}
+                said |= {n.target.id for n in node.body if isinstance(n, ast.AnnAssign)}
+                there = {name for name in vars(getattr(CORE, node.name)) if not name.startswith("_")}
+                self.assertEqual(there - said, set())
+                self.assertEqual({name for name in said if not name.startswith("_")} - there, set())
+
+    def test_names_of_arguments(self):
+        looked_at = 0
+        for node in (n for n in STUBS.body if isinstance(n, ast.ClassDef) and n.name != "InputError"):
+            for function in (n for n in node.body if isinstance(n, ast.FunctionDef)):
+                member = inspect.getattr_static(getattr(CORE, node.name), function.name)
+                if function.decorator_list or not getattr(member, "__doc__", None):
+                    continue
+                said, there = arguments_in_stub(function), arguments_in_doc(member.__doc__)
+                if any(name.startswith("arg") for name in there) or function.name.startswith("__") and function.name != "__init__":
+                    continue
+                with self.subTest(f"{node.name}.{function.name}"):
+                    self.assertEqual(said, [name for name in there if name != "args"])
+                    looked_at += 1
+        self.assertGreater(looked_at, 20)
+
+    def test_every_class_and_function_has_a_docstring(self):
+        for name in touchstone.__all__:
+            self.assertTrue(inspect.getdoc(getattr(touchstone, name)), name)
+
+
+if __name__ == "__main__":
+    unittest.main()
