@@ -1,24 +1,73 @@
 #include "touchstone/contact_core/fit/allowed_space.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace touchstone::fit {
 namespace {
 
 constexpr double kRoot3 = 1.7320508075688772;
+constexpr double kLeaf = 1.0 / 12.0;   // half a leaf's width, of the limit
+constexpr double kSlack = 1.0 / 32.0;  // a face stops so much of the limit before a point
+constexpr double kNever = std::numeric_limits<double>::infinity();
 
 bool touches(const Bounds& box, const Vector3& centre, double half) {
   return ((box.low - centre).array() <= half).all() && ((centre - box.high).array() <= half).all();
 }
 
+Vector3 octant(int i) {
+  return {(i & 4) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0, (i & 1) != 0 ? 1.0 : -1.0};
+}
+
 }  // namespace
 
+// The point that a growing face meets first: `best` is how far it goes until then.
 struct AllowedSpace::Query {
   const SixPlanes& solid;
-  Bounds box;
-  std::array<double, 6> reach;  ///< |n.x| + |n.y| + |n.z| of each plane
+  int face;  // that grows; -1: none, any point within the solid is met at once
+  Vector3 edge = Vector3::Zero(), across = Vector3::Zero();
+  bool turns = false;
+  double best = kNever;
+
+  bool holds(const Vector3& p) const {
+    for (int f = 0; f < 6; ++f)
+      if (f != face && !(solid.planes[f].signed_distance(p) < 0.0)) return false;
+    return true;
+  }
+
+  bool is_beside(const Vector3& middle, const Vector3& size) const {
+    for (int f = 0; f < 6; ++f) {
+      if (f == face) continue;
+      const Plane& plane = solid.planes[f];
+      if (plane.signed_distance(middle) >= dot(plane.normal.cwiseAbs(), size)) return true;
+    }
+    return false;
+  }
+
+  /// When the face meets the first point of a box, at the earliest.
+  double earliest(const Vector3& middle, const Vector3& size) const {
+    if (face < 0) return 0.0;
+    const Plane& plane = solid.planes[face];
+    const double height = plane.signed_distance(middle) - dot(plane.normal.cwiseAbs(), size);
+    if (!turns || height <= 0.0) return std::max(height, 0.0);
+    const double out = dot(across, middle - edge) + dot(across.cwiseAbs(), size);
+    return out > 0.0 ? height / out : kNever;
+  }
+
+  void meet(const Vector3& p, double limit) {
+    if (!holds(p)) return;
+    double at = 0.0;
+    if (face >= 0) {
+      at = std::max(0.0, solid.planes[face].signed_distance(p) - kSlack * limit);
+      if (turns) {
+        const double out = dot(across, p - edge);
+        at = out > 0.0 ? at / out : kNever;
+      }
+    }
+    best = std::min(best, at);
+  }
 };
 
 AllowedSpace::AllowedSpace(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes)
@@ -28,69 +77,162 @@ AllowedSpace::AllowedSpace(const MeshDistance& mesh, double over, std::span<cons
   cells_.push_back(make_cell(0.5 * (all.low + all.high), half, nullptr));
 }
 
-double AllowedSpace::limit_at(const Vector3& p) const {
-  double limit = over_;
-  for (const LimitBox& each : boxes_)
-    if (touches(each.box, p, 0.0)) limit = std::min(limit, each.limit);
-  return limit;
-}
+double AllowedSpace::limit_at(const Vector3& p) const { return least_limit(p, 0.0); }
 
-AllowedSpace::Cell AllowedSpace::make_cell(const Vector3& centre, double half, const Cell* parent) const {
+double AllowedSpace::least_limit(const Vector3& centre, double half) const {
   double least = over_;
   for (const LimitBox& each : boxes_)
     if (touches(each.box, centre, half)) least = std::min(least, each.limit);
-  if (parent == nullptr) return {centre, half, mesh_.signed_distance(centre), limit_at(centre), least, 0};
-  // Distances change by at most the way from the parent's centre; so does no sign that is farther off.
-  const double way = kRoot3 * half, known = std::abs(parent->distance);
-  const double distance = mesh_.nearest(centre, known + way).distance;
-  const bool is_inside = known > way * (1.0 + 1e-9) ? parent->distance < 0.0 : mesh_.is_inside(centre);
-  return {centre, half, is_inside ? -distance : distance, limit_at(centre), least, 0};
+  return least;
+}
+
+AllowedSpace::Cell AllowedSpace::make_cell(const Vector3& centre, double half, const Cell* parent) const {
+  Cell cell{centre,
+            half,
+            0.0,
+            least_limit(centre, half),
+            centre - Vector3::Constant(half),
+            centre + Vector3::Constant(half),
+            0};
+  bool is_inside = false;
+  if (parent == nullptr) {
+    const MeshDistance::Nearest nearest = mesh_.nearest(centre);
+    cell.distance = nearest.distance;
+    cell.triangle = nearest.triangle;
+    is_inside = mesh_.is_inside(centre);
+  } else {
+    // No sign changes without a way through the surface.
+    const double way = kRoot3 * half, known = std::abs(parent->distance);
+    const MeshDistance::Nearest nearest = mesh_.nearest_from(centre, parent->triangle);
+    cell.distance = nearest.distance;
+    cell.triangle = nearest.triangle;
+    is_inside = known > way * (1.0 + 1e-9) ? parent->distance < 0.0 : mesh_.is_inside(centre);
+  }
+  if (is_inside) cell.distance = -cell.distance;
+  classify(cell);
+  return cell;
+}
+
+void AllowedSpace::classify(Cell& cell) const {
+  const double reach = kRoot3 * cell.half;
+  const double limit = limit_at(cell.centre);
+  if (cell.distance + reach <= cell.least_limit) {
+    cell.kind = Kind::clear;
+  } else if (cell.distance - reach > over_ || (cell.least_limit == limit && cell.distance - reach > limit)) {
+    cell.kind = Kind::block;
+  } else {
+    const Vector3 surface = mesh_.closest_on(cell.centre, cell.triangle);
+    const Vector3 away = cell.centre - surface;
+    if (cell.half > kLeaf * cell.least_limit) {
+      if (is_near_one_triangle(cell, away)) cell.kind = Kind::clear;
+    } else if (cell.distance <= limit) {
+      cell.kind = Kind::clear;
+    } else {
+      cell.kind = Kind::point;  // on the way to the nearest point of the surface, where the limit is
+      cell.low = cell.centre;
+      if (cell.least_limit == limit) cell.low = surface + (limit / cell.distance) * away;
+      cell.high = cell.low;
+    }
+  }
+}
+
+// The distance to one triangle is convex: within the limit at the corners, within it everywhere.
+bool AllowedSpace::is_near_one_triangle(const Cell& cell, const Vector3& away) const {
+  if (std::abs(cell.distance) > cell.least_limit) return false;
+  int first = 0;
+  for (int axis = 0; axis < 3; ++axis) first |= away(axis) > 0.0 ? 4 >> axis : 0;
+  for (int i = 0; i < 8; ++i)  // the farthest corner first
+    if (mesh_.to_triangle(cell.centre + cell.half * octant(first ^ i), cell.triangle) > cell.least_limit)
+      return false;
+  return true;
 }
 
 void AllowedSpace::divide(std::uint32_t cell) {
   const Cell parent = cells_[cell];
-  const Vector3 centre = parent.centre;
   const double half = 0.5 * parent.half;
   cells_[cell].children = static_cast<std::uint32_t>(cells_.size());
-  for (int i = 0; i < 8; ++i)
-    cells_.push_back(make_cell(centre + half * Vector3((i & 4) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0,
-                                                       (i & 1) != 0 ? 1.0 : -1.0),
-                               half, &parent));
+  for (int i = 0; i < 8; ++i) cells_.push_back(make_cell(parent.centre + half * octant(i), half, &parent));
 }
 
-bool AllowedSpace::is_violated(const Query& query, std::uint32_t index) {
-  const Cell cell = cells_[index];
-  if (cell.distance + kRoot3 * cell.half <= cell.least_limit) return false;
-  if (!touches(query.box, cell.centre, cell.half)) return false;
-  double highest = -1e300;
-  for (int f = 0; f < 6; ++f) {
-    const double height = query.solid.planes[f].signed_distance(cell.centre);
-    if (height > cell.half * query.reach[f]) return false;
-    highest = std::max(highest, height);
-  }
-  if (highest <= 0.0 && cell.distance > cell.limit) return true;
-  if (cell.half <= cell.least_limit / 16.0) return cell.distance > cell.limit;
+void AllowedSpace::search(Query& query) {
+  for (const Vector3& p : forbidden_) query.meet(p, limit_at(p));
+  search(query, 0);
+}
+
+void AllowedSpace::search(Query& query, std::uint32_t index) {
+  const Cell& cell = cells_[index];
+  if (cell.kind == Kind::clear || query.best <= 0.0) return;
+  const Vector3 middle = 0.5 * (cell.low + cell.high), size = 0.5 * (cell.high - cell.low);
+  if (query.earliest(middle, size) >= query.best || query.is_beside(middle, size)) return;
+  if (cell.kind == Kind::point) return query.meet(cell.low, cell.least_limit);
+  if (cell.kind == Kind::block) return search_block(query, cell.centre, cell.half, cell.least_limit);
   if (cell.children == 0) divide(index);
-  const std::uint32_t children = cells_[index].children;
-  for (std::uint32_t i = 0; i < 8; ++i)
-    if (is_violated(query, children + i)) return true;
-  return false;
+  search_children(query, index);
+}
+
+void AllowedSpace::search_children(Query& query, std::uint32_t index) {
+  const std::uint32_t first = cells_[index].children;
+  std::array<std::pair<double, std::uint32_t>, 8> order;
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const Cell& child = cells_[first + i];
+    const bool is_clear = child.kind == Kind::clear;
+    order[i] = {
+        is_clear ? kNever : query.earliest(0.5 * (child.low + child.high), 0.5 * (child.high - child.low)),
+        first + i};
+  }
+  std::sort(order.begin(), order.end());
+  for (const auto& [earliest, child] : order) {
+    if (earliest >= query.best) break;
+    search(query, child);
+  }
+  Bounds left;  // what children learned
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const Cell& child = cells_[first + i];
+    if (child.kind == Kind::clear) continue;
+    left.add(child.low);
+    left.add(child.high);
+  }
+  Cell& cell = cells_[index];
+  if (left.low.x() > left.high.x()) cell.kind = Kind::clear;
+  cell.low = left.low;
+  cell.high = left.high;
+}
+
+// As points, as close as leaves are.
+void AllowedSpace::search_block(Query& query, const Vector3& centre, double half, double limit) const {
+  if (query.best <= 0.0) return;
+  const Vector3 size = Vector3::Constant(half);
+  if (query.earliest(centre, size) >= query.best || query.is_beside(centre, size)) return;
+  query.meet(centre, limit);
+  if (half <= kLeaf * limit) return;
+  for (int i = 0; i < 8; ++i) search_block(query, centre + 0.5 * half * octant(i), 0.5 * half, limit);
+}
+
+bool AllowedSpace::allows(const Vector3& p) const {
+  return mesh_.nearest(p).distance <= limit_at(p) || mesh_.is_inside(p);
 }
 
 bool AllowedSpace::allows(const SixPlanes& solid) {
-  Query query{solid, {}, {}};
-  const Cell root = cells_[0];
-  for (const Vector3& corner : solid.corners()) {
-    if ((corner - root.centre).cwiseAbs().maxCoeff() > root.half) return false;
-    query.box.add(corner);
-  }
-  for (int f = 0; f < 6; ++f) {
-    const Vector3 n = solid.planes[f].normal.cwiseAbs();
-    query.reach[f] = n.x() + n.y() + n.z();
-  }
   for (const Vector3& corner : solid.corners())
-    if (mesh_.nearest(corner).distance > limit_at(corner) && !mesh_.is_inside(corner)) return false;
-  return !is_violated(query, 0);
+    if (!allows(corner)) return false;
+  Query query{solid, -1};
+  search(query);
+  return query.best > 0.0;
+}
+
+double AllowedSpace::room(const SixPlanes& solid, int face, double far) {
+  Query query{solid, face};
+  query.best = far;
+  search(query);
+  return query.best;
+}
+
+double AllowedSpace::slope(const SixPlanes& solid, int face, const Vector3& edge, const Vector3& across,
+                           double steepest) {
+  Query query{solid, face, edge, across, true};
+  query.best = steepest;
+  search(query);
+  return query.best;
 }
 
 }  // namespace touchstone::fit

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,37 +18,64 @@ struct LimitBox {
   double limit;  ///< [m]
 };
 
-/// Where a cover may go: within `over` of the solid, in boxes of their own within these boxes' limits. An
-/// octree of distances, refined where it is asked: its cells know how far they may be from the solid, so most
-/// of a hexahedron is decided by a few of them. For one thread.
+/// Where a cover may go: within `over` of the solid, in boxes of their own within these boxes' limits.
+///
+/// An octree of distances, refined where it is asked. Its leaves, a sixth of the limit wide, give points at
+/// which what is allowed ends; every cell knows a box about those below it. So "how far may this face go" is
+/// one search for the lowest such point before the face. A filter, no proof: a corner or an edge can reach
+/// between points, by half their distance. For one thread.
 class AllowedSpace {
  public:
   AllowedSpace(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes);
 
   /// What is allowed at a point [m].
   double limit_at(const Vector3& p) const;
-  /// Whether the hexahedron keeps to what is allowed, up to cells of a sixteenth of it: a filter, no proof.
+  /// Whether a point keeps to it.
+  bool allows(const Vector3& p) const;
+  /// Whether the hexahedron keeps to what is allowed.
   bool allows(const SixPlanes& solid);
+  /// From now on this point is not allowed.
+  void forbid(const Vector3& p) { forbidden_.push_back(p); }
+  /// How far the face may move outwards, the others staying where they are: at most `far` [m].
+  double room(const SixPlanes& solid, int face, double far);
+  /// How steeply the face may rise from an edge of its own at `edge`, along its plane's direction `across`,
+  /// unit, away from the edge: at most `steepest`, a tangent.
+  double slope(const SixPlanes& solid, int face, const Vector3& edge, const Vector3& across, double steepest);
 
  private:
+  enum class Kind : std::uint8_t {
+    open,   ///< has children, or may get them
+    clear,  ///< all of it is allowed
+    point,  ///< a leaf: `low` is where what is allowed ends
+    block,  ///< none of it is allowed
+  };
   struct Cell {
     Vector3 centre;
     double half;
     double distance;             ///< signed, of the centre
-    double limit;                ///< at the centre
     double least_limit;          ///< of any point of the cell
+    Vector3 low, high;           ///< box about what is not allowed in it, as far as known
+    std::uint32_t triangle;      ///< the nearest to the centre
     std::uint32_t children = 0;  ///< the first of eight; 0: none yet
+    Kind kind = Kind::open;
   };
 
   Cell make_cell(const Vector3& centre, double half, const Cell* parent) const;
+  void classify(Cell& cell) const;
+  bool is_near_one_triangle(const Cell& cell, const Vector3& away) const;
   void divide(std::uint32_t cell);
   struct Query;
-  bool is_violated(const Query& query, std::uint32_t cell);
+  void search(Query& query);
+  void search(Query& query, std::uint32_t cell);
+  void search_children(Query& query, std::uint32_t cell);
+  void search_block(Query& query, const Vector3& centre, double half, double limit) const;
+  double least_limit(const Vector3& centre, double half) const;
 
   const MeshDistance& mesh_;
   double over_;
   std::vector<LimitBox> boxes_;
   std::vector<Cell> cells_;
+  std::vector<Vector3> forbidden_;
 };
 
 }  // namespace touchstone::fit

@@ -67,6 +67,7 @@ CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSp
                          const SearchEffort& effort, const std::function<void(double)>& progress)
     : mesh_(mesh),
       cells_(cells),
+      space_(space),
       growth_(mesh, space, over / 16.0),
       effort_(effort),
       progress_(progress),
@@ -115,8 +116,12 @@ std::vector<Normals> CoverSearch::frames_at(std::size_t cell) const {
 void CoverSearch::add(const SixPlanes& solid) {
   std::vector<std::uint32_t> held;
   cells_.held(solid, held);
-  Candidate candidate{solid, Bits(all_.size(), 0)};
-  for (const std::uint32_t i : held) set(candidate.held, i);
+  Candidate candidate{solid, {}, held.size()};
+  for (const std::uint32_t i : held) {
+    if (candidate.held.empty() || candidate.held.back().index != i / 64)
+      candidate.held.push_back({i / 64, 0});
+    candidate.held.back().bits |= std::uint64_t{1} << (i % 64);
+  }
   pool_.push_back(std::move(candidate));
 }
 
@@ -145,9 +150,19 @@ void CoverSearch::grow_from(std::size_t cell) {
 
 std::size_t CoverSearch::gain(const Candidate& candidate, const Bits& covered) const {
   std::size_t count = 0;
-  for (std::size_t w = 0; w < covered.size(); ++w)
-    count += static_cast<std::size_t>(std::popcount(candidate.held[w] & ~covered[w]));
+  for (const Word& word : candidate.held)
+    count += static_cast<std::size_t>(std::popcount(word.bits & ~covered[word.index]));
   return count;
+}
+
+void CoverSearch::cover(Bits& covered, const Candidate& candidate) {
+  for (const Word& word : candidate.held) covered[word.index] |= word.bits;
+}
+
+bool CoverSearch::holds(const Candidate& candidate, std::size_t cell) {
+  const auto word = std::lower_bound(candidate.held.begin(), candidate.held.end(), cell / 64,
+                                     [](const Word& a, std::size_t index) { return a.index < index; });
+  return word != candidate.held.end() && word->index == cell / 64 && (word->bits >> (cell % 64) & 1) != 0;
 }
 
 std::size_t CoverSearch::count_open(const Bits& covered) const {
@@ -157,13 +172,18 @@ std::size_t CoverSearch::count_open(const Bits& covered) const {
   return count;
 }
 
-std::size_t CoverSearch::best(const Bits& covered, std::size_t& most) const {
+// What a candidate gains only falls while more is covered: `at_most` are the last figures.
+std::size_t CoverSearch::best(const Bits& covered, std::vector<std::size_t>& at_most,
+                              std::size_t& most) const {
+  for (std::size_t i = at_most.size(); i < pool_.size(); ++i) at_most.push_back(pool_[i].count);
+  at_most.resize(pool_.size());
   std::size_t index = 0;
   most = 0;
   for (std::size_t i = 0; i < pool_.size(); ++i) {
-    const std::size_t each = gain(pool_[i], covered);
-    if (each <= most) continue;
-    most = each;
+    if (at_most[i] <= most) continue;
+    at_most[i] = gain(pool_[i], covered);
+    if (at_most[i] <= most) continue;
+    most = at_most[i];
     index = i;
   }
   return index;
@@ -189,27 +209,27 @@ void CoverSearch::improve_best(std::size_t index, const Bits& covered) {
 
 void CoverSearch::choose(std::vector<std::size_t>& chosen, Bits& covered, int seeds,
                          std::size_t most_chosen) {
+  std::vector<std::size_t> at_most;
   while (covered != all_ && chosen.size() < most_chosen) {
     for (int i = 0; i < seeds; ++i) grow_from(some_uncovered(covered));
     std::size_t most = 0;
-    std::size_t index = best(covered, most);
+    std::size_t index = best(covered, at_most, most);
     if (most == 0) {
       grow_from(some_uncovered(covered));
       continue;
     }
     if (seeds > 0 && most < count_open(covered)) {
       improve_best(index, covered);
-      index = best(covered, most);
+      index = best(covered, at_most, most);
     }
     chosen.push_back(index);
-    for (std::size_t w = 0; w < covered.size(); ++w) covered[w] |= pool_[index].held[w];
+    cover(covered, pool_[index]);
   }
 }
 
 CoverSearch::Bits CoverSearch::union_of(const std::vector<std::size_t>& chosen) const {
   Bits covered(all_.size(), 0);
-  for (const std::size_t i : chosen)
-    for (std::size_t w = 0; w < covered.size(); ++w) covered[w] |= pool_[i].held[w];
+  for (const std::size_t i : chosen) cover(covered, pool_[i]);
   return covered;
 }
 
@@ -241,7 +261,7 @@ bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
     const std::size_t cell = some_uncovered(covered);
     std::size_t index = pool_.size(), most = 0;
     for (std::size_t i = 0; i < pool_.size(); ++i) {
-      if (!has(pool_[i].held, cell)) continue;
+      if (!holds(pool_[i], cell)) continue;
       const std::size_t each = gain(pool_[i], covered);
       if (each > most) {
         most = each;
@@ -250,7 +270,7 @@ bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
     }
     if (index < pool_.size()) {
       kept.push_back(index);
-      for (std::size_t w = 0; w < covered.size(); ++w) covered[w] |= pool_[index].held[w];
+      cover(covered, pool_[index]);
     }
   }
   choose(kept, covered, 0, chosen.size());
@@ -263,15 +283,16 @@ bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
 
 std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chosen, double thinnest) const {
   std::vector<int> holders(cells_.size(), 0);
-  for (const std::size_t i : chosen)
-    for (std::size_t cell = 0; cell < cells_.size(); ++cell)
-      holders[cell] += has(pool_[i].held, cell) ? 1 : 0;
+  std::vector<std::vector<std::uint32_t>> held(chosen.size());
+  for (std::size_t c = 0; c < chosen.size(); ++c) {
+    cells_.held(pool_[chosen[c]].solid, held[c]);
+    for (const std::uint32_t cell : held[c]) ++holders[cell];
+  }
   std::vector<SixPlanes> result;
-  for (const std::size_t i : chosen) {
-    SixPlanes solid = pool_[i].solid;
+  for (std::size_t c = 0; c < chosen.size(); ++c) {
+    SixPlanes solid = pool_[chosen[c]].solid;
     std::vector<Vector3> needed;
-    for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
-      if (!has(pool_[i].held, cell)) continue;
+    for (const std::uint32_t cell : held[c]) {
       if (holders[cell] > 1) {
         --holders[cell];
         continue;
@@ -293,21 +314,47 @@ std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chose
   return result;
 }
 
-std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin) {
+// Candidates that hold a refused point go, and no new one will hold it; what they covered is covered anew.
+void CoverSearch::replace(std::vector<std::size_t>& chosen, std::span<const Vector3> refused) {
+  for (const Vector3& p : refused) space_.forbid(p);
+  const auto is_refused = [&](std::size_t i) {
+    return std::any_of(refused.begin(), refused.end(),
+                       [&](const Vector3& p) { return pool_[i].solid.above(p) <= 0.0; });
+  };
+  for (std::size_t i = 0; i < pool_.size(); ++i)
+    if (is_refused(i)) pool_[i].held.clear(), pool_[i].count = 0;
+  std::erase_if(chosen, [&](std::size_t i) { return pool_[i].count == 0; });
+  Bits covered = union_of(chosen);
+  choose(chosen, covered, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
+  drop_redundant(chosen);
+}
+
+void CoverSearch::look_for_fewer(std::vector<std::size_t>& chosen, int repairs) {
+  for (int i = 0; i < repairs; ++i) {
+    repair(chosen);
+    if (progress_) progress_(static_cast<double>(i + 1) / repairs);
+  }
+}
+
+std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin, const Check& check) {
   if (cells_.size() == 0) return {};
   std::vector<std::size_t> chosen;
   Bits covered(all_.size(), 0);
   for (int i = 0; i < effort_.first_seeds; ++i) grow_from(random() % cells_.size());
   choose(chosen, covered, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
   drop_redundant(chosen);
-  for (int i = 0; i < effort_.repairs; ++i) {
-    repair(chosen);
-    if (progress_) progress_(static_cast<double>(i + 1) / effort_.repairs);
+  look_for_fewer(chosen, effort_.repairs);
+  for (int round = 0;; ++round) {
+    std::vector<SixPlanes> result = shrunk(chosen, thinnest);
+    std::vector<Vector3> refused;
+    for (SixPlanes& solid : result) {
+      for (Plane& plane : solid.planes) plane.offset -= margin;
+      if (const std::optional<Vector3> point = check(solid)) refused.push_back(*point);
+    }
+    if (refused.empty() || round == effort_.checks) return result;
+    replace(chosen, refused);
+    look_for_fewer(chosen, effort_.repairs / 6);
   }
-  std::vector<SixPlanes> result = shrunk(chosen, thinnest);
-  for (SixPlanes& solid : result)
-    for (Plane& plane : solid.planes) plane.offset -= margin;
-  return result;
 }
 
 }  // namespace touchstone::fit

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "touchstone/contact_core/fit/allowed_space.hpp"
@@ -18,7 +20,11 @@ struct SearchEffort {
   int first_seeds = 24;    ///< cells that candidates grow from before the first choice
   int seeds_a_choice = 4;  ///< and before each further one
   int repairs = 400;       ///< times that a few hexahedra are taken out and their cells covered anew
+  int checks = 12;         ///< times that hexahedra which a check refused are replaced
 };
+
+/// Nothing where a hexahedron keeps to what is allowed; else one of its points that does not.
+using Check = std::function<std::optional<Vector3>(const SixPlanes&)>;
 
 /// Finds few hexahedra that keep to a space and together hold every cell.
 ///
@@ -30,14 +36,21 @@ class CoverSearch {
               const SearchEffort& effort, const std::function<void(double)>& progress);
 
   /// @return hexahedra that hold all cells, each shrunk to what it alone must hold.
-  /// Each at least `thinnest` thick, and with its faces `margin` outside [m].
-  std::vector<SixPlanes> run(double thinnest, double margin);
+  /// Each at least `thinnest` thick, and with its faces `margin` outside [m]. Those that `check` refuses are
+  /// replaced: what it names is then out of bounds.
+  std::vector<SixPlanes> run(double thinnest, double margin, const Check& check);
 
  private:
   using Bits = std::vector<std::uint64_t>;
+  /// 64 cells, and which of them are held: those of a candidate are few, for cells are numbered by place.
+  struct Word {
+    std::uint32_t index;
+    std::uint64_t bits;
+  };
   struct Candidate {
     SixPlanes solid;
-    Bits held;
+    std::vector<Word> held;
+    std::size_t count = 0;  ///< of cells held
   };
 
   void grow_from(std::size_t cell);
@@ -46,7 +59,11 @@ class CoverSearch {
   std::vector<Normals> frames_at(std::size_t cell) const;
   std::size_t gain(const Candidate& candidate, const Bits& covered) const;
   std::size_t count_open(const Bits& covered) const;
-  std::size_t best(const Bits& covered, std::size_t& most) const;
+  std::size_t best(const Bits& covered, std::vector<std::size_t>& at_most, std::size_t& most) const;
+  static void cover(Bits& covered, const Candidate& candidate);
+  static bool holds(const Candidate& candidate, std::size_t cell);
+  void replace(std::vector<std::size_t>& chosen, std::span<const Vector3> refused);
+  void look_for_fewer(std::vector<std::size_t>& chosen, int repairs);
   std::size_t some_uncovered(const Bits& covered);
   void choose(std::vector<std::size_t>& chosen, Bits& covered, int seeds, std::size_t most_chosen);
   void improve_best(std::size_t index, const Bits& covered);
@@ -58,6 +75,7 @@ class CoverSearch {
 
   const MeshDistance& mesh_;
   const Cells& cells_;
+  AllowedSpace& space_;
   Growth growth_;
   SearchEffort effort_;
   const std::function<void(double)>& progress_;  ///< of a share from 0 to 1; may be empty

@@ -9,8 +9,17 @@
 namespace touchstone {
 namespace {
 
+// What is known of a corner: pieces share them.
+struct Corner {
+  Vector3 p = Vector3::Zero();
+  MeshDistance::Nearest nearest{0.0, 0};
+  bool is_inside = false;
+  bool is_known = false;
+};
+using Corners = std::array<Corner, 4>;
+
 struct Piece {
-  std::array<Vector3, 4> corners;
+  Corners corners;
   double most;
   bool operator<(const Piece& other) const { return most < other.most; }
 };
@@ -23,29 +32,43 @@ class ExcessSearch {
   ExcessBound result{0.0, 0.0};
   std::priority_queue<Piece> open;
 
-  void add(const std::array<Vector3, 4>& corners) {
+  void add(const std::array<Vector3, 4>& points) {
+    Corners corners;
+    for (int i = 0; i < 4; ++i) corners[i].p = points[i];
+    add(corners, 0);
+  }
+
+  void add(Corners corners, std::uint32_t hint) {
     if (is_beside(corners)) return;
     ++result.pieces;
-    const Vector3 centre = 0.25 * ((corners[0] + corners[1]) + (corners[2] + corners[3]));
+    const Vector3 centre = 0.25 * ((corners[0].p + corners[1].p) + (corners[2].p + corners[3].p));
     double radius = 0.0;
-    for (const Vector3& p : corners) radius = std::max(radius, norm(p - centre));
-    const MeshDistance::Nearest nearest = mesh_.nearest(centre);
+    for (const Corner& corner : corners) radius = std::max(radius, norm(corner.p - centre));
+    const MeshDistance::Nearest nearest = mesh_.nearest_from(centre, hint);
     double most = std::min(farthest(corners, nearest.triangle), nearest.distance + radius);
     if (most <= result.least + resolution_) return settle(most);
-    const bool is_inside = mesh_.is_inside(centre);
+    const bool is_inside = is_inside_near(centre, nearest.distance, corners);
     if (is_inside && nearest.distance >= radius * (1.0 + 1e-12)) return;
     if (!is_inside) note(centre, nearest.distance);
-    std::array<Vector3, 4> held =
-        corners;  // of the solid: the corners inside, and what is nearest to the others
+    std::array<Vector3, 4> held{};  // of the solid: the corners inside, and what is nearest to the others
     double moved = 0.0;
-    for (Vector3& p : held) {
+    for (int i = 0; i < 4; ++i) {
       if (most <= result.least + resolution_) return settle(most);
-      const MeshDistance::Nearest at = mesh_.nearest(p);
-      if (at.triangle != nearest.triangle) most = std::min(most, farthest(corners, at.triangle));
-      if (mesh_.is_inside(p)) continue;
-      note(p, at.distance);
-      moved = std::max(moved, at.distance);
-      p = mesh_.closest_on(p, at.triangle);
+      Corner& corner = corners[i];
+      if (!corner.is_known) {
+        corner.nearest = mesh_.nearest_from(corner.p, nearest.triangle);
+        const double way = norm(corner.p - centre) * (1.0 + 1e-9);
+        corner.is_inside =
+            std::max(nearest.distance, corner.nearest.distance) > way ? is_inside : mesh_.is_inside(corner.p);
+        corner.is_known = true;
+      }
+      held[i] = corner.p;
+      if (corner.nearest.triangle != nearest.triangle)
+        most = std::min(most, farthest(corners, corner.nearest.triangle));
+      if (corner.is_inside) continue;
+      note(corner.p, corner.nearest.distance);
+      moved = std::max(moved, corner.nearest.distance);
+      held[i] = mesh_.closest_on(corner.p, corner.nearest.triangle);
     }
     if (moved + 0.5 * resolution_ < most && is_solid(held)) most = moved + 0.5 * resolution_;
     if (most <= result.least + resolution_) return settle(most);
@@ -60,22 +83,34 @@ class ExcessSearch {
     double longest = -1.0;
     for (int i = 0; i < 4; ++i) {
       for (int j = i + 1; j < 4; ++j) {
-        const double length = norm(piece.corners[i] - piece.corners[j]);
+        const double length = norm(piece.corners[i].p - piece.corners[j].p);
         if (length <= longest) continue;
         longest = length;
         a = i;
         b = j;
       }
     }
-    const Vector3 middle = 0.5 * (piece.corners[a] + piece.corners[b]);
+    Corner middle;
+    middle.p = 0.5 * (piece.corners[a].p + piece.corners[b].p);
+    middle.nearest = mesh_.nearest_from(middle.p, piece.corners[a].nearest.triangle);
+    middle.is_inside = is_inside_near(middle.p, middle.nearest.distance, piece.corners);
+    middle.is_known = true;
     for (const int corner : {a, b}) {
-      std::array<Vector3, 4> half = piece.corners;
+      Corners half = piece.corners;
       half[corner] = middle;
-      add(half);
+      add(half, middle.nearest.triangle);
     }
   }
 
  private:
+  // A corner that the surface does not part from p is on the same side; else a ray tells.
+  bool is_inside_near(const Vector3& p, double distance, const Corners& corners) const {
+    for (const Corner& corner : corners)
+      if (corner.is_known && std::max(distance, corner.nearest.distance) > norm(corner.p - p) * (1.0 + 1e-9))
+        return corner.is_inside;
+    return mesh_.is_inside(p);
+  }
+
   void settle(double most) { settled_ = std::max(settled_, most); }
 
   void note(const Vector3& p, double distance) {
@@ -98,16 +133,16 @@ class ExcessSearch {
     return box_ == nullptr || ((p - box_->low).minCoeff() >= 0.0 && (box_->high - p).minCoeff() >= 0.0);
   }
 
-  bool is_beside(const std::array<Vector3, 4>& corners) const {
+  bool is_beside(const Corners& corners) const {
     if (box_ == nullptr) return false;
     Bounds own;
-    for (const Vector3& p : corners) own.add(p);
+    for (const Corner& corner : corners) own.add(corner.p);
     return (own.high - box_->low).minCoeff() < 0.0 || (box_->high - own.low).minCoeff() < 0.0;
   }
 
-  double farthest(const std::array<Vector3, 4>& corners, std::uint32_t triangle) const {
+  double farthest(const Corners& corners, std::uint32_t triangle) const {
     double most = 0.0;
-    for (const Vector3& p : corners) most = std::max(most, mesh_.to_triangle(p, triangle));
+    for (const Corner& corner : corners) most = std::max(most, mesh_.to_triangle(corner.p, triangle));
     return most;
   }
 
@@ -144,6 +179,7 @@ ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>&
   while (!search.open.empty() && search.result.pieces < most_pieces) {
     const double most = search.open.top().most;
     if (most <= search.result.least + resolution || most <= enough) break;
+    if (enough > 0.0 && search.result.least > enough) break;
     const Piece piece = search.open.top();
     search.open.pop();
     search.divide(piece);

@@ -25,7 +25,8 @@ struct ExcessBound {
 /// than the corners are from theirs.
 /// @param box only points in it count; nullptr: all. Tetrahedra that it cuts are looked at as a whole.
 /// @param resolution stops when most - least is at most this [m]
-/// @param enough stops when most is at most this [m]: what is asked is then known
+/// @param enough if not 0, stops when most is at most this, or least above it [m]: what is asked is then
+/// known
 /// @param most_pieces stops then, with bounds that hold
 ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double resolution,
                          double enough = 0.0, const Bounds* box = nullptr, std::size_t most_pieces = 200000);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <optional>
 
 #include "touchstone/contact_core/fit/cover_search.hpp"
@@ -51,26 +52,65 @@ std::vector<LimitBox> limit_boxes(const FitOptions& options, double share) {
   return boxes;
 }
 
-Fit measured(const MeshDistance& mesh, const std::vector<SixPlanes>& solids, const FitOptions& options) {
-  Fit fit;
-  fit.region_excess.assign(options.regions.size(), 0.0);
-  for (std::size_t i = 0; i < solids.size(); ++i) {
-    const std::array<Vector3, 8> vertices = solids[i].corners();
-    ExcessBound bound = bound_excess(mesh, vertices, options.over / 32.0);
-    if (bound.most > options.over && bound.least < options.over)  // closer, to tell
-      bound = bound_excess(mesh, vertices, options.over / 512.0, options.over);
-    fit.hexahedra.push_back({vertices, bound.most, bound.where});
-    fit.excess = std::max(fit.excess, bound.most);
-    for (std::size_t r = 0; r < options.regions.size(); ++r) {
-      const FitRegion& region = options.regions[r];
-      const ExcessBound in_region = bound_excess(mesh, vertices, region.over / 32.0, 0.0, &region.box);
-      fit.region_excess[r] = std::max(fit.region_excess[r], in_region.most);
-    }
-    if (options.progress)
-      options.progress("measure", static_cast<double>(i + 1) / static_cast<double>(solids.size()));
+// Whether hexahedra keep to what is asked, each looked at once, and their figures.
+class Measures {
+ public:
+  Measures(const MeshDistance& mesh, const FitOptions& options) : mesh_(mesh), options_(options) {}
+
+  /// A point that does not keep to it, or that may not.
+  std::optional<Vector3> refused(const SixPlanes& solid) {
+    const std::array<Vector3, 8> vertices = solid.corners();
+    const auto known = std::find_if(verdicts_.begin(), verdicts_.end(),
+                                    [&](const auto& each) { return each.first == vertices; });
+    return known != verdicts_.end() ? known->second
+                                    : verdicts_.emplace_back(vertices, beyond(vertices)).second;
   }
-  return fit;
-}
+
+  Fit fit(const std::vector<SixPlanes>& solids) const {
+    Fit fit;
+    fit.region_excess.assign(options_.regions.size(), 0.0);
+    for (std::size_t i = 0; i < solids.size(); ++i) {
+      const std::array<Vector3, 8> vertices = solids[i].corners();
+      const ExcessBound whole = bound(vertices, options_.over, fit.excess, nullptr);
+      fit.hexahedra.push_back({vertices, whole.most, whole.where});
+      fit.excess = std::max(fit.excess, whole.most);
+      for (std::size_t r = 0; r < options_.regions.size(); ++r) {
+        double& most = fit.region_excess[r];
+        most = std::max(most, bound(vertices, options_.regions[r].over, most, &options_.regions[r].box).most);
+      }
+      if (options_.progress)
+        options_.progress("measure", static_cast<double>(i + 1) / static_cast<double>(solids.size()));
+    }
+    return fit;
+  }
+
+ private:
+  std::optional<Vector3> beyond(const std::array<Vector3, 8>& vertices) const {
+    const ExcessBound whole = bound_excess(mesh_, vertices, options_.over / kClosest, options_.over);
+    if (whole.most > options_.over) return whole.where;
+    for (const FitRegion& region : options_.regions) {
+      const ExcessBound part =
+          bound_excess(mesh_, vertices, region.over / kClosest, region.over, &region.box);
+      if (part.most > region.over) return part.where;
+    }
+    return std::nullopt;
+  }
+
+  // To a thirty-second of what is asked, unless it is less than half of the largest known.
+  ExcessBound bound(const std::array<Vector3, 8>& vertices, double over, double largest,
+                    const Bounds* box) const {
+    const ExcessBound coarse = bound_excess(mesh_, vertices, over / 4.0, 0.0, box);
+    if (coarse.most <= 0.5 * largest) return coarse;
+    const ExcessBound bound = bound_excess(mesh_, vertices, over / 32.0, 0.0, box);
+    if (!(bound.most > over && bound.least < over)) return bound;
+    return bound_excess(mesh_, vertices, over / kClosest, over, box);  // closer, to tell
+  }
+
+  static constexpr double kClosest = 512.0;  // of what is asked: to tell whether it is kept to
+  const MeshDistance& mesh_;
+  const FitOptions& options_;
+  std::deque<std::pair<std::array<Vector3, 8>, std::optional<Vector3>>> verdicts_;
+};
 
 bool keeps_to(const Fit& fit, const FitOptions& options) {
   for (std::size_t r = 0; r < options.regions.size(); ++r)
@@ -90,12 +130,16 @@ Fit fit_within(const MeshDistance& mesh, const FitOptions& options, double share
   };
   CoverSearch search(mesh, cells, space, share * options.over, effort, progress);
   const double margin = 0x1p-45 * mesh.largest_coordinate();
-  Fit fit = measured(mesh, search.run(options.over / 64.0, margin), options);
+  Measures measures(mesh, options);
+  Fit fit = measures.fit(search.run(options.over / 64.0, margin,
+                                    [&](const SixPlanes& solid) { return measures.refused(solid); }));
   fit.pieces = cells.size();
   return fit;
 }
 
-Fit fit_prepared(const MeshDistance& mesh, const FitOptions& options) {
+}  // namespace
+
+Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options) {
   validate(mesh, options);
   // The search filters; where that let something through, it looks again with less to spend.
   for (const double share : {0.96, 0.9, 0.8, 0.65}) {
@@ -105,23 +149,24 @@ Fit fit_prepared(const MeshDistance& mesh, const FitOptions& options) {
   reject("fit", "no cover within " + figure(options.over) + " m was found");
 }
 
-}  // namespace
-
 Fit fit_hexahedra(const TriangleMesh& mesh, const FitOptions& options) {
   validate(mesh);
-  return fit_prepared(MeshDistance(weld(mesh)), options);
+  return fit_hexahedra(MeshDistance(weld(mesh)), options);
 }
 
 Fit fit_count(const TriangleMesh& mesh, std::size_t count, FitOptions options, double* over) {
   validate(mesh);
-  const MeshDistance distance(weld(mesh));
-  const double largest = distance.bounds().diagonal();
+  return fit_count(MeshDistance(weld(mesh)), count, std::move(options), over);
+}
+
+Fit fit_count(const MeshDistance& mesh, std::size_t count, FitOptions options, double* over) {
+  const double largest = mesh.bounds().diagonal();
   std::optional<Fit> best;
   double low = 0.0, high = std::min(options.over, largest);
   const auto try_at = [&](double at) {
     options.over = at;
     for (FitRegion& region : options.regions) region.over = std::min(region.over, at);
-    Fit fit = fit_prepared(distance, options);
+    Fit fit = fit_hexahedra(mesh, options);
     if (fit.hexahedra.size() > count) return false;
     best = std::move(fit);
     return true;

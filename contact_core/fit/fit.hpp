@@ -37,7 +37,7 @@ struct FitOptions {
 /// One hexahedron of a cover.
 struct FittedHexahedron {
   std::array<Vector3, 8> vertices;  ///< Hexahedron's order; faces are flat to rounding; the mesh's frame [m]
-  double excess;                    ///< no point of it is farther from the solid [m]
+  double excess;                    ///< no point of it is farther from the solid [m]; where small, coarse
   Vector3 farthest;                 ///< one that is about that far
 };
 
@@ -54,7 +54,8 @@ struct Fit {
 /// The solid is cut into small cells; candidates grow from cells in the main axes of the mesh and those of
 /// its facets, as far as `over` lets them; greedily, then by taking some out and covering their place anew, a
 /// few are chosen that hold all cells; each is shrunk to what it alone must hold. Faces stand 2^-45 of the
-/// largest coordinate outside of what they hold, so that the cover stands exact checks. The figures of excess
+/// largest coordinate outside of what they hold, so that the cover stands exact checks. A hexahedron that turns
+/// out to go too far is replaced, the point that does being out of bounds from then on. The figures of excess
 /// are proven by branch and bound (see bound_excess()); coverage is by construction to rounding, and for
 /// proof there is adapters/cover_proof.
 ///
@@ -62,11 +63,14 @@ struct Fit {
 /// @throws InputError: a bad mesh, an `over` that is not positive and finite or below 2^-20 of the largest
 /// coordinate, a region whose box or `over` is none.
 Fit fit_hexahedra(const TriangleMesh& mesh, const FitOptions& options);
+/// The same of a mesh whose distances are known already.
+Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options);
 
 /// The fewest hexahedra for a count: the least `over` whose fit has at most `count`, by bisection to a
 /// twentieth of it, or to a hundredth of the diagonal. `options.over` is where to begin.
 /// @throws InputError as above, or when even one diagonal of error takes more than `count`.
 Fit fit_count(const TriangleMesh& mesh, std::size_t count, FitOptions options, double* over = nullptr);
+Fit fit_count(const MeshDistance& mesh, std::size_t count, FitOptions options, double* over = nullptr);
 
 /// The cover as an object's tree; hexahedra are named h0, h1, ...
 HexahedronTree make_tree(const Fit& fit, std::string name);

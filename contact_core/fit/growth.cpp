@@ -8,10 +8,11 @@ namespace {
 // The largest share of the change in (0, 1] that is allowed, 0 for none: what is allowed of a growing solid
 // is allowed of all before it.
 template <class Try>
-double largest_share(double finest, const Try& is_allowed) {
+double largest_share(const Try& is_allowed) {
+  constexpr double kFinest = 1.0 / 64.0;
   if (is_allowed(1.0)) return 1.0;
   double low = 0.0, high = 1.0;
-  while (high - low > finest) {
+  while (high - low > kFinest) {
     const double middle = 0.5 * (low + high);
     (is_allowed(middle) ? low : high) = middle;
   }
@@ -38,15 +39,23 @@ double Growth::reach(const Plane& plane) const {
   return plane.signed_distance(far);
 }
 
+bool Growth::has_good_corners(const SixPlanes& solid) const {
+  if (!solid.is_hexahedron()) return false;
+  const std::array<Vector3, 8> corners = solid.corners();
+  return std::all_of(corners.begin(), corners.end(), [this](const Vector3& p) { return space_.allows(p); });
+}
+
 bool Growth::push_face(SixPlanes& solid, int face) {
   const double far = reach(solid.planes[face]);
   if (far <= resolution_) return false;
+  const double room = space_.room(solid, face, far);
+  if (room <= resolution_) return false;
   const double offset = solid.planes[face].offset;
-  const double share = largest_share(resolution_ / far, [&](double s) {
-    solid.planes[face].offset = offset - s * far;
-    return allows(solid);
+  const double share = largest_share([&](double s) {
+    solid.planes[face].offset = offset - s * room;
+    return has_good_corners(solid);
   });
-  solid.planes[face].offset = offset - share * far;
+  solid.planes[face].offset = offset - share * room;
   return share > 0.0;
 }
 
@@ -64,14 +73,21 @@ bool Growth::tilt_face(SixPlanes& solid, int face, int edge) {
   const Vector3 &a = corners[loop[edge]], &b = corners[loop[(edge + 1) % 4]],
                 &c = corners[loop[(edge + 2) % 4]];
   const Plane before = solid.planes[face];
+  Vector3 across = cross(before.normal, b - a);
+  const double length = norm(across);
+  if (length == 0.0) return false;
+  across /= dot(across, c - b) < 0.0 ? -length : length;
+  const double width = dot(across, c - b);
   const double far = std::min(norm(c - b), reach(before) + norm(c - b));
-  if (far <= resolution_) return false;
-  const double share = largest_share(resolution_ / far, [&](double s) {
-    solid.planes[face] = through(a, b, c + s * far * before.normal, before.normal);
-    return allows(solid);
+  if (far <= resolution_ || width <= resolution_) return false;
+  const double slope = space_.slope(solid, face, a, across, far / width);
+  if (slope * width <= resolution_) return false;
+  const double share = largest_share([&](double s) {
+    solid.planes[face] = through(a, b, c + s * slope * width * before.normal, before.normal);
+    return has_good_corners(solid);
   });
   if (share > 0.0)
-    solid.planes[face] = through(a, b, c + share * far * before.normal, before.normal);
+    solid.planes[face] = through(a, b, c + share * slope * width * before.normal, before.normal);
   else
     solid.planes[face] = before;
   return share > 0.0;

@@ -34,6 +34,8 @@ class Growth {
 
  private:
   double reach(const Plane& plane) const;
+  /// Whether the corners alone are what they have to be.
+  bool has_good_corners(const SixPlanes& solid) const;
   bool push_face(SixPlanes& solid, int face);
   bool tilt_face(SixPlanes& solid, int face, int edge);
 

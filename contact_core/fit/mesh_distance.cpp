@@ -135,16 +135,15 @@ void MeshDistance::split(std::uint32_t node, std::uint32_t begin, std::uint32_t 
   split(left + 1, middle, end);
 }
 
-MeshDistance::Nearest MeshDistance::nearest(const Vector3& p, double known) const {
+MeshDistance::Nearest MeshDistance::nearest_within(const Vector3& p, Nearest known) const {
   struct Open {
     double squared;
     std::uint32_t node;
   };
   std::array<Open, kDeepest> stack{};
   int size = 0;
-  const double reach = known * (1.0 + 0x1p-40) + 0x1p-40 * largest_coordinate_;
-  double best = reach < 1e150 ? reach * reach : 1e300;
-  std::uint32_t triangle = 0;
+  double best = known.distance * known.distance;
+  std::uint32_t triangle = known.triangle;
   stack[size++] = {0.0, 0};
   while (size > 0) {
     const Open open = stack[--size];

@@ -45,9 +45,11 @@ class MeshDistance {
   /// Largest |coordinate| of the mesh [m].
   double largest_coordinate() const { return largest_coordinate_; }
 
-  Nearest nearest(const Vector3& p) const { return nearest(p, 1e300); }
-  /// As above where the distance is known to be at most `known`, to rounding: sooner found.
-  Nearest nearest(const Vector3& p, double known) const;
+  Nearest nearest(const Vector3& p) const { return nearest_within(p, {1e150, 0}); }
+  /// The same, sooner found where this triangle is near.
+  Nearest nearest_from(const Vector3& p, std::uint32_t triangle) const {
+    return nearest_within(p, {to_triangle(p, triangle), triangle});
+  }
   /// Distance of a point to one triangle [m].
   double to_triangle(const Vector3& p, std::uint32_t triangle) const;
   /// The point of a triangle that is nearest to p.
@@ -73,6 +75,7 @@ class MeshDistance {
     Vector3 a, b, c;
   };
 
+  Nearest nearest_within(const Vector3& p, Nearest known) const;
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
   /// Winding number by one ray; false where the ray meets an edge to rounding.
   bool count_crossings(const Vector3& p, const Vector3& direction, int& winding) const;

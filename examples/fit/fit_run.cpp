@@ -87,8 +87,8 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   const FitOptions options = options_for(request, run.diagonal, progress);
   run.over = options.over;
   const double start = processor_seconds();
-  run.fit = request.count ? fit_count(triangles, *request.count, options, &run.over)
-                          : fit_hexahedra(triangles, options);
+  run.fit = request.count ? fit_count(solid, *request.count, options, &run.over)
+                          : fit_hexahedra(solid, options);
   const double fitted = processor_seconds();
   run.fit_seconds = fitted - start;
   run.certificate = {mesh.filename().string(), comparison::sha256(bytes), request.scale,
