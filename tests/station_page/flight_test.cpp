@@ -151,6 +151,17 @@ TEST_F(StationPage, KeysDoNotFlyWhileSomethingIsTypedOrTheWindowIsLeft) {
   EXPECT_TRUE(becomes_true("seen.inputs().at(-1).translation[1] === 0"));
 }
 
+TEST_F(StationPage, DebriefsWithPathAndEvents) {
+  open();
+  value("document.querySelector('[data-command=debrief]').click()");
+  ASSERT_TRUE(becomes_true("document.getElementById('debrief').open"));
+  EXPECT_THAT(text("debrief-text"), HasSubstr("Touch the wall: done, 3.0 s"));
+  // From (-1, 0, 0) by (0, 0.2, 0.1) to (1, 0, 0): 2 * sqrt(1.05) m.
+  EXPECT_THAT(text("debrief-text"), HasSubstr("path 2.05 m"));
+  EXPECT_THAT(text("debrief-events"), HasSubstr("began arm.tip_lee"));
+  EXPECT_EQ(value("document.querySelectorAll('#debrief-path polyline').length"), 2);
+}
+
 TEST_F(StationPage, SelectsWhatIsClicked) {
   open();
   const nlohmann::json at = value(

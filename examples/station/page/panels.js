@@ -1,7 +1,7 @@
 // The read-outs beside the pictures. Text is written only where it changed, at most ten times a second (station.js).
 
 import {contactKind, flag, objectFlag} from './frames.js';
-import {length} from './algebra.js';
+import {length, subtract} from './algebra.js';
 
 export const get = id => document.getElementById(id);
 
@@ -149,8 +149,10 @@ export class Panels {
       const described = (this.scene.tasks || []).find(one => one.name === task.name);
       return [described?.title || task.name, task.done ? `done, ${task.elapsed.toFixed(1)} s` : 'open', task.done ? 'done' : ''];
     }), 'fly freely');
+    // A debrief has the path's points in place of its length.
+    const path = Array.isArray(score.path) ? score.path.slice(1).reduce((sum, point, i) => sum + length(subtract(point.slice(1, 4), score.path[i].slice(1, 4))), 0) : score.path;
     say(get('score'), `${(score.elapsed ?? 0).toFixed(0)} s, ${score.contacts ?? 0} contacts, cues for ${(score.cue_seconds ?? 0).toFixed(1)} s, ` +
-      `largest force ${(score.largest_force ?? 0).toFixed(0)} N, path ${(score.path ?? 0).toFixed(2)} m`);
+      `largest force ${(score.largest_force ?? 0).toFixed(0)} N, path ${(path ?? 0).toFixed(2)} m`);
   }
 
   // Keeps the newest hundred; what comes again while it is among the newest eight is counted there. That a contact of two
@@ -159,7 +161,7 @@ export class Panels {
     if (event.kind === 'ended') return;
     const objectOf = solid => this.scene.objects[this.scene.solids[solid]?.object]?.name;
     const pair = event.a >= 0 && event.b >= 0 ? `${objectOf(event.a)} – ${objectOf(event.b)}` : '';
-    const text = `${event.kind.replace(/_/g, ' ')} ${event.text || pair}`, seconds = event.time === undefined ? '' : `${event.time.toFixed(2)} s`;
+    const text = `${event.kind.replace(/_/g, ' ')} ${event.text && event.text !== event.kind ? event.text : pair}`.trim(), seconds = event.time === undefined ? '' : `${event.time.toFixed(2)} s`;
     const log = get('events'), again = [...log.children].slice(0, 8).find(row => row.dataset.text === text);
     if (again) {
       again.dataset.count = String(Number(again.dataset.count) + 1);
@@ -175,7 +177,7 @@ export class Panels {
   showDebrief(debrief) {
     say(get('debrief-text'), '');
     this.showScore(debrief);
-    get('debrief-text').append(...[...get('task-list').children].map(row => element('p', {}, row.textContent.replace(/(open|done)/, ': $1'))), element('p', {}, get('score').textContent));
+    get('debrief-text').append(...[...get('task-list').children].map(row => element('p', {}, [...row.children].map(part => part.textContent).filter(Boolean).join(': '))), element('p', {}, get('score').textContent));
     const path = debrief.path || [];
     const project = (k, l, left) => {
       const low = i => Math.min(...path.map(p => p[i])), span = Math.max(1e-6, ...[k, l].map(i => Math.max(...path.map(p => p[i])) - low(i)));

@@ -1,0 +1,101 @@
+// The real station in a real browser: the loop from key to picture, and what the four methods show on the
+// way.
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+
+#include "touchstone/tests/station_page/station_page_test.hpp"
+
+namespace touchstone::station {
+namespace {
+
+/// The station as a user starts it, on a port that is free.
+class RunningStation {
+ public:
+  explicit RunningStation(const std::string& scene) {
+    std::array<int, 2> said{};
+    if (pipe(said.data()) != 0) throw std::runtime_error("no pipe");
+    process_ = fork();
+    if (process_ == 0) {
+      dup2(said[1], 1);
+      close(said[0]);
+      execl(STATION, STATION, "--port", "0", "--scene", scene.c_str(), static_cast<char*>(nullptr));
+      _exit(127);
+    }
+    close(said[1]);
+    char letter = 0;
+    while (read(said[0], &letter, 1) == 1 && letter != '\n') line_ += letter;
+    said_ = said[0];
+  }
+  ~RunningStation() {
+    kill(process_, SIGTERM);
+    waitpid(process_, nullptr, 0);
+    close(said_);
+  }
+  RunningStation(const RunningStation&) = delete;
+  RunningStation& operator=(const RunningStation&) = delete;
+
+  /// Where it serves, e.g. "http://127.0.0.1:40001/".
+  std::string address() const {
+    const std::size_t begin = line_.find("http://");
+    return begin == std::string::npos ? "" : line_.substr(begin, line_.find(' ', begin) - begin);
+  }
+
+ private:
+  pid_t process_ = -1;
+  int said_ = -1;
+  std::string line_;
+};
+
+class FlownStation : public StationPage {
+ protected:
+  void SetUp() override {
+    StationPage::SetUp();
+    if (browser_) browser_->call("Fetch.disable");  // the station serves
+  }
+};
+
+TEST_F(FlownStation, StopsAtContactWhereOthersMergeAndAgreesOnTheTimes) {
+  const RunningStation station("worksite");
+  ASSERT_NE(station.address(), "");
+  browser_->open(station.address() + "?fly");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.drawn > 2"));
+  const nlohmann::json before = value("touchstoneStation.station.frame.joints.map(joint => joint.actual)");
+
+  // By key: the arm's joints move.
+  browser_->press("KeyW");
+  ASSERT_TRUE(
+      becomes_true("touchstoneStation.station.frame.joints.some((joint, i) => Math.abs(joint.actual - " +
+                   before.dump() + "[i]) > 0.001)"));
+  browser_->press("KeyW", false);
+  // On to what is nearest: ours stops, and no check does not.
+  browser_->press("KeyY");
+  browser_->press("KeyY", false);
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.frame.methods[3].contact"));
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.frame.methods[0].worst > 0.02"));
+  EXPECT_TRUE(becomes_true("['contact', 'blocked'].includes(document.documentElement.dataset.tone)"));
+  EXPECT_GT(value("touchstoneStation.renderer.markCount").get<int>(), 0);
+  EXPECT_EQ(value("touchstoneStation.station.frame.methods[3].merged"), 0);
+  EXPECT_GT(value("touchstoneStation.station.frame.methods[3].judged").get<int>(), 20);
+  EXPECT_EQ(value("touchstoneStation.station.frame.methods[3].worst"), 0.0);
+
+  // The station adds up its stages over its own clock; the page subtracts two readings of the browser's.
+  value("touchstoneStation.hand.letGo()");
+  ASSERT_TRUE(becomes_true("!touchstoneStation.station.assisting"));
+  const nlohmann::json apart = value(
+      "(async () => { await new Promise(done => setTimeout(done, 1000)); const said = await "
+      "(await fetch('/latency.json')).json(), {latency} = touchstoneStation; return [latency.total, "
+      "latency.worst, said.count, said.stages_us.input_to_drawn.worst / 1000]; })()");
+  EXPECT_GT(apart[0].get<int>(), 0);
+  EXPECT_EQ(apart[0], apart[2]);
+  EXPECT_NEAR(apart[1].get<double>(), apart[3].get<double>(), 1.0) << "ms";
+  for (const std::string& asked : browser_->requests())
+    EXPECT_TRUE(asked.rfind(station.address(), 0) == 0 || asked.rfind("data:", 0) == 0 ||
+                asked.rfind("ws" + station.address().substr(4), 0) == 0)
+        << asked;
+}
+
+}  // namespace
+}  // namespace touchstone::station
