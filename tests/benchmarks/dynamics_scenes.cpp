@@ -9,9 +9,10 @@ using Kind = SceneBox::Kind;
 
 constexpr double kSide = 0.2, kDisplayStep = 1.0 / 240.0;
 
-SceneBox cube(const Vector3& p_W) {
+SceneBox cube(const Vector3& p_W, double side = kSide) {
   SceneBox box;
   box.p_W = p_W;
+  box.size = {side, side, side};
   return box;
 }
 
@@ -69,8 +70,8 @@ void add_bin(BoxScene& scene, double room, double height) {
 }
 
 /// Turned anyhow, `across` by `across` a layer.
-void add_loose(BoxScene& scene, int count, int across) {
-  std::mt19937 random(7);
+void add_loose(BoxScene& scene, int count, int across, unsigned seed = 7) {
+  std::mt19937 random(seed);
   const auto draw = [&] { return 2.0 * static_cast<double>(random()) / 4294967296.0 - 1.0; };
   for (int i = 0; i < count; ++i) {
     const int x = i % across, y = i / across % across, z = i / (across * across);
@@ -163,6 +164,79 @@ BoxScene sleeping_pile() {
   return scene;
 }
 
+// Scenes of other sizes, places and seeds than those that are reported: constants are chosen on these.
+
+BoxScene other_squeeze(bool has_wall) {
+  BoxScene scene = on_ground(has_wall ? "other: pusher" : "other: jaws", 1e-3, 1.5);
+  const double side = 0.35, z = has_wall ? 0.5 * side : 1.0;
+  if (has_wall)
+    scene.boxes.push_back(slab({0.2, 2, 2}, {0.5 * side + 0.1 + 0.07, 0, 1}));
+  else
+    scene.boxes.push_back(driven({side, side, side}, {side + 0.003, -0.05, z + 0.02}, {-0.12, 0, 0}));
+  scene.boxes.push_back(driven({side, side, side}, {-side - 0.002, 0.03, z}, {has_wall ? 0.25 : 0.12, 0, 0}));
+  scene.boxes.push_back(cube({0, 0, z}, side));
+  return scene;
+}
+
+BoxScene other_deep() {
+  BoxScene scene = on_ground("other: three cubes deep", 1e-3, 1.5);
+  for (int i = 0; i < 3; ++i) scene.boxes.push_back(cube({0.08 * i, 0.05 * (i % 2), 0.15 + 0.02 * i}, 0.3));
+  return scene;
+}
+
+BoxScene other_loose(int count, int across, double room, unsigned seed, double step, double seconds) {
+  BoxScene scene = on_ground("other: " + std::to_string(count) + " loose", step, seconds);
+  add_bin(scene, room, 4.0);
+  add_loose(scene, count, across, seed);
+  return scene;
+}
+
+BoxScene other_stack(int count, double side, double step) {
+  BoxScene scene = on_ground(
+      "other: stack of " + std::to_string(count) + (step == kDisplayStep ? " at 240 Hz" : ""), step, 4.0);
+  for (int i = 0; i < count; ++i)
+    scene.boxes.push_back(cube({0.1 * side * (i % 3 - 1), 0.05 * side * (i % 2), side * (0.5 + i)}, side));
+  scene.is_placed = true;
+  return scene;
+}
+
+BoxScene other_pyramid(int rows, double side, double step) {
+  BoxScene scene = on_ground(
+      "other: pyramid of " + std::to_string(rows) + " rows" + (step == kDisplayStep ? " at 240 Hz" : ""),
+      step, 4.0);
+  for (int row = 0; row < rows; ++row)
+    for (int i = 0; i < rows - row; ++i)
+      scene.boxes.push_back(cube({side * 1.1 * (i - 0.5 * (rows - row - 1)), 0, side * (0.5 + row)}, side));
+  scene.is_placed = true;
+  return scene;
+}
+
+BoxScene other_spot() {
+  BoxScene scene = on_ground("other: 7 cubes in one spot", 1e-3, 3.0);
+  for (int i = 0; i < 7; ++i) {
+    SceneBox box = cube({4e-3 * (i % 2), 3e-3 * (i / 2 % 2), 0.4 + 5e-3 * (i / 4)}, 0.3);
+    box.turn_W = {0.02 * i, -0.01 * i, 0.03 * i};
+    scene.boxes.push_back(box);
+  }
+  return scene;
+}
+
+void add_others(std::vector<BoxScene>& all) {
+  all.push_back(other_squeeze(false));
+  all.push_back(other_squeeze(true));
+  all.push_back(other_deep());
+  all.push_back(other_loose(6, 1, 0.6, 11, 1e-3, 3.0));
+  all.push_back(other_loose(60, 4, 1.9, 13, kDisplayStep, 8.0));
+  for (const double step : {1e-3, kDisplayStep}) {
+    all.push_back(other_stack(13, 0.3, step));
+    all.push_back(other_stack(27, 0.15, step));
+    all.push_back(other_stack(38, 0.25, step));
+    all.push_back(other_pyramid(7, 0.3, step));
+    all.push_back(other_pyramid(12, 0.15, step));
+  }
+  all.push_back(other_spot());
+}
+
 }  // namespace
 
 std::vector<BoxScene> box_scenes() {
@@ -182,6 +256,7 @@ std::vector<BoxScene> box_scenes() {
   all.push_back(field(false, true));
   all.push_back(spawned_deep());
   all.push_back(in_one_spot());
+  add_others(all);
   return all;
 }
 

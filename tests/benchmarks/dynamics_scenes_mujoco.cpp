@@ -16,11 +16,25 @@ namespace touchstone::benchmarks {
 #ifdef TOUCHSTONE_BENCHMARK_MUJOCO
 namespace {
 
+/// Tables of constraints, which MuJoCo 2.2 allocates whole and whose bytes it counts in an int.
+std::string size_of(const BoxScene& scene) {
+  constexpr double kMostBytes = 1.9e9;
+  double moving = 0.0;
+  for (const SceneBox& box : scene.boxes) moving += box.kind == SceneBox::Kind::free ? 1.0 : 0.0;
+  for (double a_body = 24.0; a_body >= 5.0; a_body -= 1.0) {
+    const double contacts = a_body * moving + 200.0, rows = 3.0 * contacts;
+    if (24.0 * rows * 6.0 * moving + 12.0 * rows * rows > kMostBytes) continue;
+    return "<size njmax='" + std::to_string(static_cast<int>(rows)) + "' nconmax='" +
+           std::to_string(static_cast<int>(contacts)) + "'/>";
+  }
+  throw std::runtime_error("its constraint tables take no more than 2 GB");
+}
+
 std::string text_of(const BoxScene& scene) {
   std::ostringstream xml;
   xml.precision(17);
-  xml << "<mujoco><option gravity='0 0 -9.81' timestep='" << scene.step
-      << "' cone='elliptic'/><size njmax='40000' nconmax='10000'/><worldbody>";
+  xml << "<mujoco><option gravity='0 0 -9.81' timestep='" << scene.step << "' cone='elliptic'/>"
+      << size_of(scene) << "<worldbody>";
   for (const SceneBox& box : scene.boxes) {
     const double angle = norm(box.turn_W);
     const Vector3 axis = angle > 0.0 ? Vector3(box.turn_W / angle) : Vector3(Vector3::UnitX());
@@ -49,6 +63,7 @@ class MuJoCo final : public BoxEngine {
     std::remove(path.c_str());
     if (model_ == nullptr) throw std::runtime_error(error);
     data_ = mj_makeData(model_);
+    if (data_ == nullptr) throw std::runtime_error("could not create mjData");
     int v = 0, mocap = 0;
     for (const SceneBox& box : scene.boxes) {
       first_v_.push_back(box.kind == SceneBox::Kind::free ? v : -1);
