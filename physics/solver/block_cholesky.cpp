@@ -29,6 +29,36 @@ void subtract_body_product(double* __restrict B, const double* __restrict P, con
   }
 }
 
+/// y -= B x, and y -= B^T x; 6 x 6.
+void subtract_body_times(double* __restrict y, const double* __restrict B, const double* __restrict x) {
+  for (std::size_t i = 0; i < kBodyRows; ++i) {
+    double sum = y[i];
+    for (std::size_t k = 0; k < kBodyRows; ++k) sum -= B[i * kBodyRows + k] * x[k];
+    y[i] = sum;
+  }
+}
+void subtract_body_transposed_times(double* __restrict y, const double* __restrict B,
+                                    const double* __restrict x) {
+  double sums[kBodyRows];
+  for (std::size_t k = 0; k < kBodyRows; ++k) sums[k] = y[k];
+  for (std::size_t i = 0; i < kBodyRows; ++i)
+    for (std::size_t k = 0; k < kBodyRows; ++k) sums[k] -= B[i * kBodyRows + k] * x[i];
+  for (std::size_t k = 0; k < kBodyRows; ++k) y[k] = sums[k];
+}
+
+/// P = P L^-T, both 6 x 6, the rows of P side by side. Each number as solve_rows() has it.
+void solve_body_rows(const double* __restrict L, double* __restrict P) {
+  double T[kBodyRows][kBodyRows];
+  for (std::size_t c = 0; c < kBodyRows; ++c) {
+    for (std::size_t r = 0; r < kBodyRows; ++r) T[c][r] = P[r * kBodyRows + c];
+    for (std::size_t k = 0; k < c; ++k)
+      for (std::size_t r = 0; r < kBodyRows; ++r) T[c][r] -= T[k][r] * L[c * kBodyRows + k];
+    for (std::size_t r = 0; r < kBodyRows; ++r) T[c][r] *= L[c * kBodyRows + c];
+  }
+  for (std::size_t c = 0; c < kBodyRows; ++c)
+    for (std::size_t r = 0; r < kBodyRows; ++r) P[r * kBodyRows + c] = T[c][r];
+}
+
 /// Of `rows` rows, if that is known, else n. With the inverses of its diagonal, as factor_cholesky().
 template <std::size_t rows>
 bool factor_block(double* A, std::size_t width) {
@@ -47,10 +77,8 @@ bool factor_block(double* A, std::size_t width) {
   return true;
 }
 
-/// The same for each row of a panel: row L^-T.
-template <std::size_t rows>
-void solve_rows(const double* L, double* row, const double* end, std::size_t width) {
-  const std::size_t n = rows != 0 ? rows : width;
+/// For each row of a panel: row L^-T.
+void solve_rows(const double* L, double* row, const double* end, std::size_t n) {
   for (; row != end; row += n)
     for (std::size_t c = 0; c < n; ++c) {
       double sum = row[c];
@@ -183,10 +211,11 @@ void BlockCholesky::solve_panel(std::size_t column) {
   const std::size_t n = sizes_[order_[column]], at = diagonal_[column];
   const std::size_t end = column + 1 < diagonal_.size() ? diagonal_[column + 1] : values_.size();
   double* const A = &values_[at];
-  if (n == kBodyRows)
-    solve_rows<kBodyRows>(A, A + n * n, A + (end - at), n);
-  else
-    solve_rows<0>(A, A + n * n, A + (end - at), n);
+  if (n != kBodyRows) return solve_rows(A, A + n * n, A + (end - at), n);
+  double* P = A + n * n;
+  double* const last = A + (end - at);
+  for (; last - P >= static_cast<std::ptrdiff_t>(n * n); P += n * n) solve_body_rows(A, P);
+  solve_rows(A, P, last, n);
 }
 
 void BlockCholesky::subtract_from_rest(std::size_t column) {
@@ -225,6 +254,11 @@ bool BlockCholesky::factor() {
 }
 
 void BlockCholesky::solve(std::span<double> x, std::span<const std::size_t> first) {
+  solve_forwards(x, first);
+  solve_backwards(x, first);
+}
+
+void BlockCholesky::solve_forwards(std::span<double> x, std::span<const std::size_t> first) const {
   const std::size_t columns = order_.size();
   for (std::size_t j = 0; j < columns; ++j) {
     const std::size_t n = sizes_[order_[j]];
@@ -239,11 +273,18 @@ void BlockCholesky::solve(std::span<double> x, std::span<const std::size_t> firs
       const std::size_t unit = order_[rows_[r]];
       const double* const B = &values_[at_[r]];
       double* const theirs = &x[first[unit]];
+      if (n == kBodyRows && sizes_[unit] == kBodyRows) {
+        subtract_body_times(theirs, B, mine);
+        continue;
+      }
       for (std::size_t i = 0; i < sizes_[unit]; ++i)
         for (std::size_t k = 0; k < n; ++k) theirs[i] -= B[i * n + k] * mine[k];
     }
   }
-  for (std::size_t j = columns; j-- > 0;) {
+}
+
+void BlockCholesky::solve_backwards(std::span<double> x, std::span<const std::size_t> first) const {
+  for (std::size_t j = order_.size(); j-- > 0;) {
     const std::size_t n = sizes_[order_[j]];
     const double* const L = &values_[diagonal_[j]];
     double* const mine = &x[first[order_[j]]];
@@ -251,6 +292,10 @@ void BlockCholesky::solve(std::span<double> x, std::span<const std::size_t> firs
       const std::size_t unit = order_[rows_[r]];
       const double* const B = &values_[at_[r]];
       const double* const theirs = &x[first[unit]];
+      if (n == kBodyRows && sizes_[unit] == kBodyRows) {
+        subtract_body_transposed_times(mine, B, theirs);
+        continue;
+      }
       for (std::size_t i = 0; i < sizes_[unit]; ++i)
         for (std::size_t k = 0; k < n; ++k) mine[k] -= B[i * n + k] * theirs[i];
     }

@@ -41,6 +41,8 @@ class BlockCholesky {
   bool factor_diagonal(std::size_t column);
   void solve_panel(std::size_t column);
   void subtract_from_rest(std::size_t column);
+  void solve_forwards(std::span<double> x, std::span<const std::size_t> first) const;
+  void solve_backwards(std::span<double> x, std::span<const std::size_t> first) const;
   std::uint64_t* row_of(std::size_t unit) { return &adjacent_[unit * words_]; }
 
   std::vector<std::uint32_t> sizes_;  // by unit

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
 
 namespace touchstone::physics {
@@ -95,6 +96,41 @@ void change_of_projection(double friction, const double* y, const double* d, dou
 }
 
 constexpr std::size_t kBodyRates = 6;  // of most units: unrolled
+
+/// K = D^T G D of a contact's three directions, which are the first parts of its rows of J.
+Matrix3 stiffness_in_world(const double* d1, const double* d2, const double* d3, const double* G) {
+  double GD[3][3];
+  for (std::size_t r = 0; r < 3; ++r)
+    for (std::size_t k = 0; k < 3; ++k)
+      GD[r][k] = (G[3 * r] * d1[k] + G[3 * r + 1] * d2[k]) + G[3 * r + 2] * d3[k];
+  Matrix3 K;
+  for (int r = 0; r < 3; ++r)
+    for (int k = r; k < 3; ++k) K(r, k) = K(k, r) = (d1[r] * GD[0][k] + d2[r] * GD[1][k]) + d3[r] * GD[2][k];
+  return K;
+}
+
+/// B += sign [1; [a]x] K [1, -[b]x], 6 x 6: rows of one body with the lever a, columns of another with b.
+void add_lever_block(double* __restrict B, const Matrix3& K, const Vector3& a, const Vector3& b,
+                     double sign) {
+  const auto at = [](int row, int column) {
+    return static_cast<std::size_t>(row) * kBodyRates + static_cast<std::size_t>(column);
+  };
+  Matrix3 Kb;  // -K [b]x
+  for (int r = 0; r < 3; ++r) {
+    const Vector3 row(K(r, 0), K(r, 1), K(r, 2)), turned = cross(b, row);
+    for (int k = 0; k < 3; ++k) Kb(r, k) = turned[k];
+  }
+  for (int c = 0; c < 3; ++c) {
+    const Vector3 of_K = cross(a, Vector3(K(0, c), K(1, c), K(2, c))),
+                  of_Kb = cross(a, Vector3(Kb(0, c), Kb(1, c), Kb(2, c)));
+    for (int r = 0; r < 3; ++r) {
+      B[at(r, c)] += sign * K(r, c);
+      B[at(r, c + 3)] += sign * Kb(r, c);
+      B[at(r + 3, c)] += sign * of_K[r];
+      B[at(r + 3, c + 3)] += sign * of_Kb[r];
+    }
+  }
+}
 
 /// B += [j1 j2 j3] blocks, of a contact between bodies.
 void add_contact_block(double* __restrict B, const double* j1, const double* j2, const double* j3,
@@ -304,6 +340,21 @@ void ConvexContacts::add_rows(std::size_t first, std::size_t count, const double
   }
 }
 
+/// add_rows() of a contact between bodies, in the world's axes: a third of the products.
+void ConvexContacts::add_contact(std::size_t contact, const double* G) {
+  const SparseContacts::Levers& levers = problem_.levers[contact];
+  const SparseContacts::Row* const rows = &problem_.rows[3 * contact];
+  const double* const J = problem_.J.data();
+  const Matrix3 K = stiffness_in_world(J + rows[0].first[0], J + rows[1].first[0], J + rows[2].first[0], G);
+  for (int i = 0; i < rows->count; ++i)
+    add_lever_block(cholesky_.diagonal(rows->units[i]), K, levers.of[i], levers.of[i], 1.0);
+  if (rows->count < 2) return;
+  bool is_transposed = false;  // its rows are those of the unit that is eliminated later
+  double* const block = cholesky_.block(rows->units[0], rows->units[1], is_transposed);
+  const int row = is_transposed ? 1 : 0;
+  add_lever_block(block, K, levers.of[row], levers.of[1 - row], -1.0);
+}
+
 /// G of every block at the velocities u_, 0 where nothing presses. @return whether it is as it was when the
 /// system was last factored.
 bool ConvexContacts::find_stiffness() {
@@ -333,8 +384,13 @@ void ConvexContacts::assemble() {
   for (std::uint32_t i = 0; i < problem_.sizes.size(); ++i)
     std::copy_n(&problem_.masses[first_mass_[i]], problem_.sizes[i] * problem_.sizes[i],
                 cholesky_.diagonal(i));
-  for (std::size_t c = 0; c < problem_.contacts; ++c)
-    if (stiffness_[9 * c] > 0.0) add_rows(3 * c, 3, &stiffness_[9 * c]);
+  for (std::size_t c = 0; c < problem_.contacts; ++c) {
+    if (!(stiffness_[9 * c] > 0.0)) continue;
+    if (!problem_.levers.empty() && problem_.levers[c].are_of_bodies)
+      add_contact(c, &stiffness_[9 * c]);
+    else
+      add_rows(3 * c, 3, &stiffness_[9 * c]);
+  }
   for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
     const double G = stiffness_[9 * problem_.contacts + j];
     if (G > 0.0) add_rows(3 * problem_.contacts + j, 1, &G);
@@ -539,16 +595,18 @@ double ConvexContacts::judge(std::span<double> x) {
   return take_energy(x, 0.0) ? residual_of(x) : residual;
 }
 
-/// The soft answer around 0, which is the anchor from then on. @return whether it says contradiction: then it
-/// is the best.
+/// The soft answer around 0, which is the anchor from then on. @return whether it says contradiction, or no
+/// work is left for others: then it is the best.
 bool ConvexContacts::soften(double tolerance, WorkBudget& budget) {
   set_softness(kSoftAnswer);
   std::fill(anchor_.begin(), anchor_.end(), 0.0);
   const Outcome outcome = minimise(tolerance, budget, kMostSteps);
-  if (outcome == Outcome::stuck || (outcome == Outcome::spent && budget.is_spent())) return false;
+  if (outcome == Outcome::stuck) return false;
   anchor_ = outcome == Outcome::solved ? gamma_ : impulses_;
-  if (!is_beyond(kContradictory, anchor_)) return false;
-  report_.is_contradictory = true;
+  // Where the work ends here it is the best there is: other answers may press without end.
+  const bool is_last = outcome == Outcome::spent && budget.is_spent();
+  report_.is_contradictory = is_beyond(kContradictory, anchor_);
+  if (!report_.is_contradictory && !is_last) return false;
   best_ = anchor_;
   report_.residual = judge(best_);
   report_.is_certain = prove_contradiction(best_);
@@ -557,10 +615,10 @@ bool ConvexContacts::soften(double tolerance, WorkBudget& budget) {
 
 ConvexReport ConvexContacts::solve_softly(const SparseContacts& problem, std::span<double> x,
                                           double tolerance, WorkBudget& budget, int most_steps) {
-  std::fill(x.begin(), x.end(), 0.0);
   load(problem, x);
   set_softness(kSoftAnswer);
-  for (auto* vector : {&impulses_, &V_, &slip_}) std::fill(vector->begin(), vector->end(), 0.0);
+  start();
+  for (auto* vector : {&anchor_, &slip_}) std::fill(vector->begin(), vector->end(), 0.0);
   report_.converged = minimise(tolerance, budget, most_steps) == Outcome::solved;
   std::copy(impulses_.begin(), impulses_.end(), x.begin());
   return report_;

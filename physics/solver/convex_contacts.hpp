@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/vector.hpp"
 #include "touchstone/physics/solver/block_cholesky.hpp"
 #include "touchstone/physics/solver/contact_problem.hpp"
 #include "touchstone/physics/solver/work_budget.hpp"
@@ -22,6 +23,11 @@ struct SparseContacts {
     std::size_t first[2];  ///< of its part in J and Y
     int count;
   };
+  /// Of a contact between bodies: its rows of J are a direction, and the lever's product with it.
+  struct Levers {
+    bool are_of_bodies = false;
+    Vector3 of[2] = {Vector3::Zero(), Vector3::Zero()};  ///< by unit of the row
+  };
 
   std::span<const std::uint32_t> sizes;  ///< rates of each unit
   std::span<const double> masses;        ///< of each unit, size x size, one after the other
@@ -34,6 +40,7 @@ struct SparseContacts {
   std::span<const double> b;
   /// One a joint row, >= 0: u = W x + b + compliance x, as of drives with a stiffness. Empty: all 0.
   std::span<const double> compliance = {};
+  std::span<const Levers> levers = {};  ///< by contact, so that less is multiplied. Empty: not known
 
   double compliance_of(std::size_t joint) const { return compliance.empty() ? 0.0 : compliance[joint]; }
 };
@@ -72,7 +79,7 @@ class ConvexContacts {
                      bool was_contradictory = false);
   /// The soft answer around 0 alone, as far as the budget and so many Newton steps go: it gives way to what
   /// contradicts by no more than kSoftAnswer of each contact's W.
-  /// @param x out. @param tolerance of the velocities [m/s].
+  /// @param x in: where to start from; out. @param tolerance of the velocities [m/s].
   ConvexReport solve_softly(const SparseContacts& problem, std::span<double> x, double tolerance,
                             WorkBudget& budget, int most_steps);
 
@@ -99,6 +106,7 @@ class ConvexContacts {
   void assemble();
   bool find_stiffness();
   void add_rows(std::size_t first, std::size_t count, const double* G);
+  void add_contact(std::size_t contact, const double* G);
   double slope_at(double along, double& curvature);
   double line_search();
   void go_along(double along);

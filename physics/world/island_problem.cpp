@@ -55,6 +55,7 @@ void IslandProblem::reserve(const ContactRows& rows, std::size_t units, std::siz
   for (auto* vector : {&rows_, &sparse_rows_}) vector->reserve(most_rows);
   group_rows_.reserve(most_rows);
   for (auto* vector : {&b, &x}) vector->reserve(most_rows);
+  levers_.reserve(rows.friction.capacity());
   friction_.reserve(rows.friction.capacity());
   bounds_.reserve(rows.bounds.capacity());
   compliance_.reserve(rows.bounds.capacity());
@@ -97,9 +98,22 @@ void IslandProblem::write_out(const ContactRows::Contact& contact, std::size_t d
   }
 }
 
+/// As write_out() has its sides.
+void IslandProblem::add_levers(const ContactRows::Contact& contact, const ContactRows& rows) {
+  SparseContacts::Levers& levers = levers_.emplace_back();
+  levers.are_of_bodies = true;
+  int count = 0;
+  for (const ContactRows::Side& side : contact.sides) {
+    if (side.unit == kNoUnit) continue;
+    levers.are_of_bodies = levers.are_of_bodies && rows.units[side.unit].is_body();
+    levers.of[count++] = side.lever_W;
+  }
+}
+
 void IslandProblem::load(const Islands& islands, const Island& island, ContactRows& rows) {
   rows_.clear();
   group_rows_.clear();
+  levers_.clear();
   friction_.clear();
   bounds_.clear();
   compliance_.clear();
@@ -112,6 +126,7 @@ void IslandProblem::load(const Islands& islands, const Island& island, ContactRo
         group_rows_.push_back(first + i);
         write_out(rows.contacts[block], i, rows);
       }
+      add_levers(rows.contacts[block], rows);
       friction_.push_back(rows.friction[block]);
       continue;
     }

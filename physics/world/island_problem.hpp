@@ -27,7 +27,8 @@ class IslandProblem {
 
   ContactProblem dense() const { return {contacts_, friction_, bounds_, W_, b}; }
   SparseContacts sparse(const ContactRows& rows) const {
-    return {sizes_, masses_, contacts_, friction_, bounds_, sparse_rows_, rows.J, rows.Y, b, compliance_};
+    return {sizes_, masses_, contacts_, friction_,   bounds_, sparse_rows_,
+            rows.J, rows.Y,  b,         compliance_, levers_};
   }
   std::size_t row_count() const { return rows_.size(); }
   /// Of all rows of the group.
@@ -39,6 +40,7 @@ class IslandProblem {
   using Row = SparseContacts::Row;
 
   void write_out(const ContactRows::Contact& contact, std::size_t direction, ContactRows& rows);
+  void add_levers(const ContactRows::Contact& contact, const ContactRows& rows);
 
   std::vector<Row> rows_;                // units as the group counts them
   std::vector<std::size_t> group_rows_;  // by row
@@ -47,6 +49,7 @@ class IslandProblem {
   std::size_t contacts_ = 0, group_entries_ = 0;   // of rows.J before load()
   std::vector<std::uint32_t> sizes_, local_unit_;  // by the island's unit; by unit
   std::vector<double> masses_;                     // of the island's units
+  std::vector<SparseContacts::Levers> levers_;     // by contact
   std::vector<Row> sparse_rows_;                   // units as the island counts them
 };
 
