@@ -74,6 +74,37 @@ TEST(ClosedForm, TenKilogramsOntoAHundredTonnes) {
   EXPECT_NEAR(0.1 / (1.0 / 10.0 + 1.0 / 1e5), 0.99990001, 1e-8);
 }
 
+TEST(ClosedForm, ACradleOfTouchingBodiesBouncesAsOne) {
+  // Newton's law at every contact at once, elastic: of n the first contact's impulse p has
+  // p (1 + 1 / (n - 1)) = 2, and those behind it, which do not part, share it. (A real cradle of hard balls
+  // passes all of it on to the last, one contact after the other.)
+  for (const std::size_t n : {2U, 3U, 5U}) {
+    DynamicsWorld world({});
+    const RigidBody body(box_inertia(2.0, {0.1, 0.1, 0.1}), "body");
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vector3 p(0.1 * static_cast<double>(i), 0, 0), v(i == 0 ? 1.0 : 0.0, 0, 0);
+      world.add_body(body, body.state(at(p), v, kZero));
+    }
+    std::vector<Contact> contacts;
+    for (std::uint32_t i = 0; i + 1 < n; ++i) {
+      contacts.push_back(touch(Mover::of_body(i), Mover::of_body(i + 1), Vector3::UnitX(),
+                               {0.1 * i + 0.05, 0, 0}, 0.0, 1.0));
+      contacts.back().key = i + 1;
+    }
+    const double energy = world.energy();
+    ASSERT_EQ(world.step(1e-3, contacts).failure, StepFailure::none);
+    const double impulse = 2.0 * static_cast<double>(n - 1) / static_cast<double>(n);
+    EXPECT_NEAR(world.velocity(0).x(), 1.0 - impulse, 1e-12) << n;
+    for (std::uint32_t i = 1; i < n; ++i)
+      EXPECT_NEAR(world.velocity(i).x(), impulse / static_cast<double>(n - 1), 1e-12) << n << ", " << i;
+    EXPECT_NEAR(world.energy(), energy, 1e-12);
+    if (n == 5) {
+      EXPECT_NEAR(world.velocity(0).x(), -0.6, 1e-12);
+      EXPECT_NEAR(world.velocity(4).x(), 0.4, 1e-12);
+    }
+  }
+}
+
 TEST(ClosedForm, OffTheCentreOfACube) {
   // 1.5 m off the centre of a 100 t, 4 m cube (inertia 266 666.67), e = 0: the effective mass has b^2 / I
   // too.
