@@ -138,7 +138,8 @@ void ContactNewton::find_profile() {
 /// right_ = A_^-1 right_ with row pivots; A_ is spoilt.
 bool ContactNewton::eliminate_rows() {
   const std::size_t m = m_;
-  std::size_t reach = 0;  // rows up to here may hold something in the columns so far
+  std::size_t reach = 0;         // rows up to here may hold something in the columns so far
+  std::size_t products = m * m;  // of filling, at most; each entry is cleared besides
   for (std::size_t k = 0; k < m; ++k) {
     reach = std::max(reach, block_end_[k]);
     std::size_t pivot = k;
@@ -160,7 +161,9 @@ bool ContactNewton::eliminate_rows() {
       right_[i] -= entry * right_[k];
     }
     eliminate(A_.data(), m, k, reach, end_[k]);
+    products += (reach - k) * (end_[k] - k);
   }
+  work_ = static_cast<double>(products);
   for (std::size_t i = m; i-- > 0;) {
     const double sum = sum_of_products(&A_[i * m] + i + 1, right_.data() + i + 1, end_[i] - i - 1);
     right_[i] = (right_[i] - sum) / A_[i * m + i];

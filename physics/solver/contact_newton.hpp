@@ -24,6 +24,8 @@ class ContactNewton {
   /// @return false where there is no solution.
   bool step(const ScaledProblem& problem, std::span<const double> y, std::span<const double> u, double rho,
             std::span<double> step);
+  /// Multiplications of the last step's linear system.
+  double work() const { return work_; }
 
  private:
   enum class Law : std::uint8_t { held, stopped, slipping };
@@ -41,6 +43,7 @@ class ContactNewton {
   std::span<const double> y_, u_;
   double rho_ = 1.0;
   std::size_t n_ = 0, m_ = 0;
+  double work_ = 0.0;
   std::vector<Law> law_;                      // by row
   std::vector<std::size_t> active_, before_;  // rows that are not held; how many of them come before a row
   std::vector<double> met_u_;                 // u after the steps of what is held

@@ -45,7 +45,9 @@ void ContactSolver::load(const ContactProblem& problem, std::span<const double> 
   report_ = {};
   random_ = 0x9e3779b97f4a7c15;
   has_path_ = false;
-  const double size = kFullRows / static_cast<double>(problem.rows());
+  const auto rows = static_cast<double>(problem.rows());
+  work_ = rows * rows;  // scaling
+  const double size = kFullRows / rows;
   share_ = std::min(1.0, size * size * size * size * size);
   for (auto* vector : {&y_, &u_, &best_, &trial_, &step_, &start_}) vector->resize(problem.rows());
   scaled_.load(problem, x, y_);
@@ -66,13 +68,16 @@ bool ContactSolver::keep_better(double residual) {
 double ContactSolver::newton(bool with_line_search) {
   ++report_.newton_steps;
   const double before = residual_of(y_);
-  if (!newton_.step(scaled_, y_, u_, rho_, step_)) return before;
+  const bool is_found = newton_.step(scaled_, y_, u_, rho_, step_);
+  work_ += newton_.work() + scaled_.work();
+  if (!is_found) return before;
   const int halvings = with_line_search ? 6 : 1;
   double best = std::numeric_limits<double>::infinity();
   double factor = 1.0, best_factor = 0.0;
   for (int i = 0; i < halvings; ++i, factor *= 0.5) {
     for (std::size_t k = 0; k < y_.size(); ++k) trial_[k] = y_[k] + factor * step_[k];
     const double residual = residual_of(trial_);
+    work_ += scaled_.work();
     if (residual < best) best = residual, best_factor = factor;
     if (residual < before) break;
   }
@@ -110,11 +115,11 @@ bool ContactSolver::sweep_and_polish(int tries) {
 bool ContactSolver::descend(int steps, bool with_line_search, WorkBudget* budget) {
   sweep(settings_.sweeps);
   bool done = keep_better(residual_of(y_));
-  const auto rows = static_cast<double>(y_.size());
-  const double work = rows * rows * (rows / 3.0 + 4.0);  // a full elimination, a few products
+  work_ += static_cast<double>(settings_.sweeps + 1) * scaled_.work();
   for (int i = 0; i < steps && !done && !(budget != nullptr && budget->is_spent()); ++i) {
     done = keep_better(newton(with_line_search));
-    if (budget != nullptr) budget->spend(work);
+    if (budget != nullptr) budget->spend(work_);
+    work_ = 0.0;
   }
   return done;
 }

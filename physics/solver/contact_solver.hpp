@@ -80,6 +80,7 @@ class ContactSolver {
   std::uint64_t random_ = 0;
   double rho_ = 1.0;
   bool has_path_ = false;                                    // that leads further
+  double work_ = 0.0;                                        // multiplications of this solve
   double share_ = 1.0;                                       // of the caps, by the problem's size
   double next_polish_ = 0.0;                                 // softness
   std::vector<double> y_, u_, best_, trial_, step_, start_;  // scaled

@@ -40,15 +40,18 @@ void ScaledProblem::load(const ContactProblem& problem, std::span<const double> 
     auto& bounds = bounds_[i - 3 * problem.contacts];
     if (scale_[i] > 0.0) bounds = {bounds.lower / scale_[i], bounds.upper / scale_[i]};
   }
+  std::size_t entries = 0;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < n; ++k) W_[i * n + k] = scale_[i] * problem.W[i * n + k] * scale_[k];
     std::size_t first = 0, end = n;
     while (first < i && W_[i * n + first] == 0.0) ++first;
     while (end > i + 1 && W_[i * n + end - 1] == 0.0) --end;
     columns_[i] = {first, end};
+    entries += end - first;
     b_[i] = scale_[i] * problem.b[i];
     y[i] = scale_[i] > 0.0 ? x[i] / scale_[i] : 0.0;
   }
+  work_ = static_cast<double>(entries);
   view_ = {problem.contacts, problem.friction, bounds_, W_, b_};
 }
 

@@ -48,6 +48,8 @@ class ScaledProblem {
   /// One block after the other, the others held: the normal to its solution, the tangents by one projected
   /// step as long as their own block's largest eigenvalue allows.
   void sweep(std::span<double> y) const;
+  /// Multiplications of a residual, or of a sweep.
+  double work() const { return work_; }
   /// Below this a residual at y is rounding, in the problem's own units.
   double rounding(std::span<const double> y) const;
 
@@ -57,6 +59,7 @@ class ScaledProblem {
   std::vector<double> scale_, W_, b_;
   std::vector<ContactProblem::Bounds> bounds_;
   std::vector<Columns> columns_;
+  double work_ = 0.0;
 };
 
 }  // namespace touchstone::physics

@@ -22,6 +22,8 @@ class WorkBudget {
       end_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                 std::chrono::duration<double, std::micro>(microseconds));
   }
+  /// So much from now on; the clock goes on.
+  void grant(double multiplications) { left_ = multiplications; }
   void spend(double multiplications) { left_ -= multiplications; }
   bool is_spent() const { return !(left_ > 0.0) || (is_timed_ && Clock::now() >= end_); }
   double left() const { return left_; }

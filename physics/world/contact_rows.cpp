@@ -7,6 +7,7 @@
 #include "touchstone/physics/solver/cholesky.hpp"
 #include "touchstone/physics/solver/implicit_share.hpp"
 #include "touchstone/physics/world/held_joints.hpp"
+#include "touchstone/physics/world/sleep.hpp"
 
 namespace touchstone::physics::stepping {
 namespace {
@@ -32,6 +33,10 @@ struct Axis {
   double rate, end_rate;              // there, and after its flight
   std::array<double, kTorques> last;  // by Torque
 };
+
+bool moves_as_told(const Mover& mover, const Movers& movers) {
+  return mover.kind == Mover::Kind::body && moves(movers.bodies[mover.index]);
+}
 
 /// Writes the rows of one group for one phase.
 class Gathering {
@@ -137,6 +142,7 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
     added.point = index;
     added.n_W = given.n_AB_W, added.t1_W = point.t1_W, added.t2_W = point.t2_W;
     added.sides[0].sign = -1.0, added.sides[1].sign = 1.0;
+    added.is_told = moves_as_told(given.a, movers_) || moves_as_told(given.b, movers_);
   }
   ContactRows::Contact& contact = rows_.contacts[next_contact_++];
   // The point goes along with what touches there, half with each.

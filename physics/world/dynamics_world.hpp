@@ -173,10 +173,11 @@ class DynamicsWorld {
     std::uint32_t most_substeps = 16;  ///< then contacts of the rest of the step are met without bouncing
     ContactSolver::Settings solver = {};
     Accuracy accuracy = Accuracy::bounded;
-    /// Work that a step of Accuracy::bounded may take before it goes on with the best found so far, which is
-    /// said: this many thousand multiplications for each contact given, as for four contacts for each joint,
-    /// and as for 12 at least; as many again for parting what overlaps. A thousand take some 0.5 us.
-    double work = 12.0;
+    /// Work that Accuracy::bounded may take in a step for what contacts and joints hold together, before it
+    /// goes on with the best found so far, which is said: this many thousand multiplications for each
+    /// contact, eight of them a body at most, as for four contacts for each joint, and as for 18 at least; as
+    /// many again for parting what overlaps. A thousand take some 0.5 us.
+    double work = 8.0;
     /// The same by the clock [us], for live use: results then depend on the machine. Infinite: not looked at.
     double most_microseconds = std::numeric_limits<double>::infinity();
   };

@@ -28,8 +28,10 @@ constexpr std::size_t kDirectRows = 32;
 // An island that contradicted itself without proof is taken to do so still for so many solves, then tried by
 // all means again.
 constexpr std::uint8_t kSoftSolves = 64;
+// Cosine of the angle to a way out: less is along, not out.
+constexpr double kAside = 1e-3;
 // Newton's, of solve_softly(): the next step goes on with what they leave.
-constexpr int kMostSoftSteps = 6;
+constexpr int kMostSoftSteps = 4;
 
 /// Adds the work of one solve to another's.
 void count(const SolveReport& of, SolveReport& to) {
@@ -129,7 +131,8 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
   warm_x_ = problem_.x;
   const bool is_small = size <= (step.is_bounded() ? limits.most_path_rows : limits.most_newton_rows);
   const bool is_direct = size <= kDirectRows || is_refined || !step.is_bounded();
-  const bool is_doubtful = !is_refined && is_contradicted(island, step);
+  const bool is_doubtful = !is_refined && (is_contradicted(island, step) || is_squeezed(island, rows, step));
+  if (step.is_soft && !is_doubtful) return solve_soft(island, tolerance, rows, step);
   if (is_small && is_direct && !is_doubtful) {
     load_couplings(rows, step);
     solved = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr);
@@ -147,6 +150,21 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
     }
   }
   problem_.unload(rows);
+  return solved;
+}
+
+/// Of what overlaps: the compliant answer (Castro, Permenter, Han 2022) as it is.
+SolveReport IslandSolver::solve_soft(const Island& island, double tolerance, ContactRows& rows,
+                                     StepContext& step) {
+  problem_.load_masses(islands_, island, rows);
+  const ConvexReport convex =
+      convex_.solve_softly(problem_.sparse(rows), problem_.x, tolerance, step.budget, kMostSoftSteps);
+  problem_.store_impulses(rows);
+  problem_.unload(rows);
+  SolveReport solved;
+  solved.newton_steps = convex.newton_steps;
+  solved.residual = velocities_.update(islands_, island, rows).worst;
+  solved.converged = solved.residual <= tolerance;
   return solved;
 }
 
@@ -240,6 +258,31 @@ bool IslandSolver::is_contradicted(const Island& island, const StepContext& step
   const std::span<const std::uint32_t> units = islands_.units_of(island);
   return std::any_of(units.begin(), units.end(),
                      [&](std::uint32_t unit) { return contradicted_[unit] != 0; });
+}
+
+/// Whether something that moves as told presses on bodies that have no common way out of what does not give
+/// way: most that contradicts itself looks so, and some that does not. Without such a mover the velocity 0 is
+/// one that all contacts allow.
+bool IslandSolver::is_squeezed(const Island& island, const ContactRows& rows, const StepContext& step) const {
+  if (!step.is_bounded() || island.joints > 0) return false;
+  const std::span<const std::size_t> blocks = islands_.blocks_of(island);
+  const auto outward = [&](std::size_t block, Vector3& n_W) {  // of what does not give way
+    const ContactRows::Contact& contact = rows.contacts[block];
+    const bool is_a = contact.sides[0].unit == kNoUnit, is_b = contact.sides[1].unit == kNoUnit;
+    n_W = is_a ? contact.n_W : -contact.n_W;
+    return is_a || is_b;
+  };
+  bool is_pressed = false;
+  Vector3 n_W, sum_W = Vector3::Zero();
+  for (const std::size_t block : blocks) {
+    if (!outward(block, n_W)) continue;
+    sum_W += n_W;
+    is_pressed = is_pressed || (rows.contacts[block].is_told && rows.b[3 * block] < 0.0);
+  }
+  if (!is_pressed) return false;
+  return std::any_of(blocks.begin(), blocks.end(), [&](std::size_t block) {
+    return outward(block, n_W) && !(dot(n_W, sum_W) > kAside * norm(sum_W));
+  });
 }
 
 /// Of an island's residual [m/s].

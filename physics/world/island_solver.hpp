@@ -37,11 +37,13 @@ class IslandSolver {
   SolveReport solve_dense(ContactRows& rows, WorkBudget* budget);
   SolveReport solve_convex(const Island& island, bool is_refined, bool is_doubtful, ContactRows& rows,
                            StepContext& step);
+  SolveReport solve_soft(const Island& island, double tolerance, ContactRows& rows, StepContext& step);
   void polish(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved);
   void refine(const Island& island, ContactRows& rows);
   bool may_refine(const Island& island);
   void expect_calm(const Island& island);
   bool is_contradicted(const Island& island, const StepContext& step) const;
+  bool is_squeezed(const Island& island, const ContactRows& rows, const StepContext& step) const;
   double tolerance_of(const Island& island, bool is_exact, const ContactRows& rows,
                       const StepContext& step) const;
   void fail(const Island& island, const ContactRows& rows, StepContext& step) const;

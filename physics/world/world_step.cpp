@@ -26,8 +26,9 @@ constexpr int kStopTries = 2;
 constexpr double kProbe = 1e-3;
 // Of groups too large to be solved to the end at any price.
 constexpr std::uint32_t kMostLargePieces = 4;
-// Contacts that a step's work is always for; how many a joint counts as.
-constexpr std::size_t kLeastShares = 12, kJointShares = 4;
+// Contacts that a group's work is always for, and for each of its bodies at most: overlapped heaps have
+// dozens a body. How many a joint counts as.
+constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 4;
 // Joints that a joint between movers counts as, by its rows.
 constexpr std::size_t kHeldShares = 3;
 
@@ -152,11 +153,16 @@ void finish_group(double h, WorldParts& world) {
 bool step_group(const Group& members, std::span<const Contact> contacts, StepContext& step,
                 WorldParts& world) {
   GroupState& group = world.group;
+  step.budget.grant(work_of(members, world.movers, step.settings));
+  step.contradictory_before = step.report.contradictory;
   attach(members, contacts, world.warm, step, world.movers, group);
   mark_jointed(members, world.movers);
   const DynamicsWorld::Settings& settings = step.settings;
   const bool is_large = 3 * group.points.size() > settings.solver.most_path_rows;
-  group.is_coarse = is_large && step.is_bounded();
+  // Where bodies lie in each other, when in the step something stops or arrives says nothing.
+  step.is_soft =
+      step.is_bounded() && members.mechanisms.empty() && members.joints.empty() && is_deep(group, settings);
+  group.is_coarse = step.is_soft || (is_large && step.is_bounded());
   const std::uint32_t most_pieces =
       is_large ? std::min(kMostLargePieces, settings.most_substeps) : settings.most_substeps;
   Clock clock{step.h};
@@ -200,15 +206,14 @@ void keep_sleepers_forces(std::span<const Contact> contacts, WorldParts& world) 
 
 }  // namespace
 
-WorkBudget budget_of(std::size_t contacts, const Movers& movers, const DynamicsWorld::Settings& settings) {
-  WorkBudget budget;
-  std::size_t joints = 0;
-  for (const Arm& arm : movers.arms) joints += arm.q.size();
-  joints += kHeldShares * movers.joints.size();
-  const auto shares = static_cast<double>(std::max(contacts + kJointShares * joints, kLeastShares));
-  if (settings.accuracy == DynamicsWorld::Accuracy::bounded)
-    budget.start(1e3 * settings.work * shares, settings.most_microseconds);
-  return budget;
+double work_of(const Group& group, const Movers& movers, const DynamicsWorld::Settings& settings) {
+  if (settings.accuracy != DynamicsWorld::Accuracy::bounded) return WorkBudget::kNoEnd;
+  std::size_t joints = kHeldShares * group.joints.size();
+  for (const std::uint32_t m : group.mechanisms) joints += movers.arms[m].q.size();
+  std::size_t shares = kJointShares * joints;
+  const std::size_t movable = group.bodies.size() + group.mechanisms.size();
+  shares += std::min(group.contacts.size(), kMostSharesABody * movable);
+  return 1e3 * settings.work * static_cast<double>(std::max(shares, kLeastShares));
 }
 
 StepReport take_step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
@@ -224,7 +229,7 @@ StepReport take_step(double h, std::span<const Contact> contacts, std::span<Cont
   if (!check(contacts, movers, step)) return step.report;
   // Before anything moves: who sleeps, what to go back to, what the last step left.
   wake_touched(movers, contacts);
-  step.budget = budget_of(contacts.size(), movers, world.settings);
+  if (step.is_bounded()) step.budget.start(0.0, world.settings.most_microseconds);
   movers.keep();
   world.solver.keep(movers.unit_count());
   for (Arm& arm : movers.arms) std::fill(arm.torque.begin(), arm.torque.end(), 0.0);

@@ -4,11 +4,13 @@
 
 #include <cmath>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "touchstone/physics/solver/block_cholesky.hpp"
 #include "touchstone/tests/physics/cubes.hpp"
 #include "touchstone/tests/physics/random_contact_sets.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone::physics {
 namespace {
@@ -76,6 +78,32 @@ TEST(BoundedSteps, JawsThatSqueezeHoldTheCubeAtOnce) {
   EXPECT_LT(norm(scene.world.velocity(cube)), 1e-3);
 }
 
+TEST(BoundedSteps, ASqueezeIsFoundInTheStepThatBeginsIt) {
+  // Sizes, offsets and speeds as drawn: what presses from two sides is tried softly first.
+  std::mt19937 random(1601);
+  const auto draw = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+  };
+  for (int run = 0; run < 20; ++run) {
+    Cubes scene;
+    const double speed = draw(0.01, 0.3), y = draw(-0.05, 0.05), z = draw(-0.05, 0.05);
+    scene.add_driven({-0.2 - draw(1e-4, 2e-3), y, 1 + z}, {speed, 0, 0});
+    scene.add_driven({0.2 + draw(1e-4, 2e-3), -y, 1 - z}, {-speed, 0, 0});
+    const auto cube = scene.add_cube({0, 0, 1});
+    scene.contacts->build();
+    bool is_found = false;
+    for (int i = 0; i < 300; ++i) {
+      const StepReport report = scene.step(1e-3);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      is_found = is_found || report.contradictory > 0;
+      EXPECT_LT(report.newton_steps, 40U) << run << " at " << i;
+      // Never shot out: no faster than what drives it and what it fell before.
+      EXPECT_LT(norm(scene.world.velocity(cube)), 2.0 * speed + 9.81e-3 * (i + 1)) << run << " at " << i;
+    }
+    EXPECT_TRUE(is_found) << run;
+  }
+}
+
 TEST(BoundedSteps, AHeavyLoadRidesOnALightOneThatIsLifted) {
   // What moves as told is no contradiction by itself, however hard it is pressed.
   for (const double mass : {150.0, 1e3, 1e4}) {
@@ -118,6 +146,28 @@ TEST(BoundedSteps, StacksOfAnyHeightRest) {
     EXPECT_LT(speed, 1e-5) << height;
     EXPECT_LT(drift, 1e-6) << height;
     EXPECT_LT(scene.world.energy() - before, 1e-6 * before);
+  }
+}
+
+TEST(BoundedSteps, TowersAllocateNothingAfterTheFirstStep) {
+  for (const int height : {10, 40, -40, 60, -100}) {
+    Cubes scene;
+    scene.add_ground();
+    const double shift = height < 0 ? 0.003 : 0.0;
+    for (int i = 0; i < std::abs(height); ++i) scene.add_cube({shift * (i % 2), 0, kCubeSide * (0.5 + i)});
+    scene.contacts->build();
+    const auto room = static_cast<std::size_t>(8 * std::abs(height));
+    scene.contacts->reserve(room, room);
+    scene.world.reserve(room);
+    ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+    for (int i = 0; i < 50; ++i) {
+      const std::size_t before = allocation_count();
+      const std::span<const Contact> contacts = scene.contacts->find(scene.world, 1e-3);
+      EXPECT_EQ(allocation_count(), before) << height << " high, contacts of step " << i;
+      const std::size_t found = allocation_count();
+      ASSERT_EQ(scene.world.step(1e-3, contacts).failure, StepFailure::none);
+      EXPECT_EQ(allocation_count(), found) << height << " high, step " << i;
+    }
   }
 }
 
