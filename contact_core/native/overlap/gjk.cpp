@@ -161,9 +161,17 @@ Vector3 usable(const Vector3& start) { return dot(start, start) > 0.0 ? start : 
 }  // namespace
 
 Certified certify_hulls(const HullPair& pair, const Vector3& start) {
-  Vector3 axis = usable(start);
-  MinkowskiSupport support = least_along(pair, axis);
-  if (support.value > certain_gap(axis, pair.extent)) return Certified::separated;
+  Vector3 axis;
+  return certify_hulls(pair, start, axis);
+}
+
+Certified certify_hulls(const HullPair& pair, const Vector3& start, Vector3& axis) {
+  const Vector3 first = usable(start);
+  MinkowskiSupport support = least_along(pair, first);
+  if (support.value > certain_gap(first, pair.extent)) {
+    axis = first;
+    return Certified::separated;
+  }
   Simplex s;
   append(pair, support, s);
   s.weight[0] = 1.0;
@@ -171,7 +179,10 @@ Certified certify_hulls(const HullPair& pair, const Vector3& start) {
   double square = dot(s.v, s.v);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     support = least_along(pair, s.v);
-    if (support.value > certain_gap(s.v, pair.extent)) return Certified::separated;
+    if (support.value > certain_gap(s.v, pair.extent)) {
+      axis = s.v;
+      return Certified::separated;
+    }
     if (holds(s, support)) return Certified::unknown;
     append(pair, support, s);
     if (s.count == 4 && certainly_holds_origin(s, pair.extent)) return Certified::overlapping;

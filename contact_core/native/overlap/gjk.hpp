@@ -28,6 +28,8 @@ struct Simplex {
 /// W holds the origin, each of the four determinants beyond its error bound. @param start any vector, best
 /// from A to B.
 Certified certify_hulls(const HullPair& pair, const Vector3& start);
+/// @param axis where separated: that axis, from A to B, any length; else unchanged.
+Certified certify_hulls(const HullPair& pair, const Vector3& start, Vector3& axis);
 
 enum class Search : std::uint8_t {
   found,

@@ -66,8 +66,10 @@ bool certainly_holds_origin(const Vector3& v0, const Vector3& v1, const Vector3&
 
 Certified certify_by_mpr(const HullPair& pair, Portal& portal) {
   portal.found = false;
-  const auto beyond = [&pair](const Extreme& extreme, const Vector3& axis) {
-    return extreme.value < -(projection_error(axis, pair.extent) + kUnderflow);
+  const auto beyond = [&pair, &portal](const Extreme& extreme, const Vector3& axis) {
+    if (!(extreme.value < -(projection_error(axis, pair.extent) + kUnderflow))) return false;
+    portal.axis = -axis;
+    return true;
   };
   const Vector3 v0 = difference_of_means(pair);
   Vector3 axis = -v0;

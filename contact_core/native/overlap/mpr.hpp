@@ -16,6 +16,7 @@ struct Portal {
   std::array<std::uint8_t, 3> a{};
   std::array<std::uint8_t, 3> b{};
   bool found = false;
+  Vector3 axis = Vector3::Zero();  ///< where the hulls are separated: along which, from A to B, any length
 };
 
 /// Minkowski portal refinement, faster than certify_hulls() and with the same two certificates

@@ -7,9 +7,11 @@
 #include <cmath>
 #include <type_traits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/native/overlap/aligned_hulls.hpp"
 #include "touchstone/contact_core/native/overlap/box_box_overlap.hpp"
+#include "touchstone/contact_core/native/overlap/flush_hulls.hpp"
 #include "touchstone/contact_core/native/overlap/gjk.hpp"
 #include "touchstone/contact_core/native/overlap/mpr.hpp"
 #include "touchstone/contact_core/native/overlap/parallelepiped_overlap.hpp"
@@ -39,6 +41,37 @@ void place_pair(const SolidSet& set, const SolidPair& pair, std::span<const Pose
   const Pose& X_WA = poses[pair.a];
   const Pose& X_WB = poses[pair.b];
   place(set, pair, X_WA, X_WB, is_ordinary(set, pair.a, X_WA, pair.b, X_WB), out);
+}
+
+/// Of all faces' normals, A's and the negated of B's, that along which the hulls are furthest apart.
+Vector3 best_face_normal(const PosedPair& pair) {
+  Vector3 best = pair.start;
+  double furthest = -kInfinity;
+  const auto look_at = [&](const SolidFeatures& features, const Matrix3& R, double sign) {
+    for (int f = 0; f < features.face_count; ++f) {
+      const Vector3& n = features.faces[f].normal;
+      const Vector3 n_W = sign * Vector3((R.col(0) * n.x() + R.col(1) * n.y()) + R.col(2) * n.z());
+      const double separation = separation_along(pair.hulls, n_W);
+      if (separation > furthest) furthest = separation, best = n_W;
+    }
+  };
+  look_at(*pair.a, pair.R_WA, 1.0);
+  look_at(*pair.b, pair.R_WB, -1.0);
+  return best;
+}
+
+/// A pair whose portal is at W's boundary: faces that touch, or nearly. The portal's normal is theirs unless
+/// it is a sliver, as where vertices coincide.
+Certified certify_touching(const PlacedPair& placed, const Portal& portal) {
+  const HullPair& hulls = placed.pair.hulls;
+  std::array<Vector3, 3> w;
+  for (int k = 0; k < 3; ++k) w[k] = hulls.b.vertex(portal.b[k]) - hulls.a.vertex(portal.a[k]);
+  Vector3 n = cross(w[1] - w[0], w[2] - w[0]);
+  if (dot(n, placed.pair.start) < 0.0) n = -n;
+  const Certified certified = certify_flush(placed.a_W, placed.b_W, n, placed.a_W.vertex(portal.a[0]));
+  if (certified != Certified::unknown) return certified;
+  n = best_face_normal(placed.pair);
+  return certify_flush(placed.a_W, placed.b_W, n, placed.a_W.vertex(support_high(hulls.a, n).index));
 }
 
 /// Decides pairs that no filter of their kind certified: by comparing coordinates, then by the hulls.
@@ -275,6 +308,8 @@ bool hulls_meet(const PlacedPair& placed) {
   Certified certified = certify_by_mpr(placed.pair.hulls, portal);
   if (certified != Certified::unknown) return certified == Certified::overlapping;
   if (portal.found) {
+    certified = certify_touching(placed, portal);
+    if (certified != Certified::unknown) return certified == Certified::overlapping;
     certified = numerics::certify_near(placed.a_W, placed.b_W, {portal.a, portal.b});
     if (certified != Certified::unknown) return certified == Certified::overlapping;
   }

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "touchstone/contact_core/native/common/hull_pair.hpp"
+#include "touchstone/contact_core/numerics/certified.hpp"
+
+namespace touchstone::native {
+
+/// Whether two hulls meet that touch, but for rounding, in a common plane: boxes that lie flush in a turned
+/// frame. Their vertices there are off the plane by an ulp or so; measured along the plane's normal in twice
+/// the precision and scaled up, these heights make an ordinary pair, which certify_hulls() decides.
+/// @param a_W, b_W finite world vertices.
+/// @param n_AB of the plane, any length, right to a few u; a bad guess leaves the verdict unknown.
+/// @param p_W on the plane, but for rounding.
+/// @returns unknown where nothing is certain: among others where the vertices near the plane are exactly on
+/// it.
+numerics::Certified certify_flush(const WorldVertices& a_W, const WorldVertices& b_W, const Vector3& n_AB,
+                                  const Vector3& p_W);
+
+}  // namespace touchstone::native
