@@ -1,12 +1,16 @@
 #include "touchstone/contact_core/broadphase/swept_sphere.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone {
 namespace {
+
+bool stands(const SweptSphere& a) { return a.from_W == a.to_W; }
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr double kLeast = std::numeric_limits<double>::min();
@@ -14,9 +18,10 @@ constexpr double kLeast = std::numeric_limits<double>::min();
 // From near the closest point of segment a to near that of b (Ericson, Real-Time Collision Detection, 5.1.9),
 // its largest component scaled to 1. Any direction will do for may_touch(): this one separates best.
 Vector3 between_closest_points(const SweptSphere& a, const SweptSphere& b) {
+  Vector3 w = a.from_W - b.from_W;
+  if (stands(a) && stands(b)) return -w / norm_inf(w);
   Vector3 u = a.to_W - a.from_W;
   Vector3 v = b.to_W - b.from_W;
-  Vector3 w = a.from_W - b.from_W;
   const double scale = std::max({norm_inf(u), norm_inf(v), norm_inf(w)});
   u /= scale, v /= scale, w /= scale;  // products of four would leave the range of doubles
   const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
@@ -59,8 +64,9 @@ Box bounding_box(const SweptSphere& swept, double margin) {
 bool may_touch(const SweptSphere& a, const SweptSphere& b, double margin) {
   const Vector3 n = between_closest_points(a, b);
   const double reach = ((a.radius + b.radius) + margin) * norm(n) * (1.0 + 16 * kEps) + 2 * kLeast;
-  for (const Vector3* x : {&a.from_W, &a.to_W}) {
-    for (const Vector3* y : {&b.from_W, &b.to_W}) {
+  const std::array<const Vector3*, 2> of_a{&a.from_W, &a.to_W}, of_b{&b.from_W, &b.to_W};
+  for (const Vector3* x : std::span(of_a).first(stands(a) ? 1 : 2)) {
+    for (const Vector3* y : std::span(of_b).first(stands(b) ? 1 : 2)) {
       const double dx = n.x() * (y->x() - x->x());
       const double dy = n.y() * (y->y() - x->y());
       const double dz = n.z() * (y->z() - x->z());

@@ -18,6 +18,7 @@ class Scene {
         object_pairs_(bounds_, forest_, input.threads),
         threads_(input.threads) {
     partners_.reserve(bounds_.solids());
+    others_.reserve(bounds_.objects());
     moved_.reserve(bounds_.objects());
     is_moved_.resize(bounds_.objects());
   }
@@ -34,20 +35,21 @@ class Scene {
     partners_.reserve(bounds_.solids());
     if (is_moved_.size() < bounds_.objects()) {
       is_moved_.resize(bounds_.objects());
-      moved_.reserve(is_moved_.capacity());
+      moved_.reserve(is_moved_.capacity()), others_.reserve(is_moved_.capacity());
     }
-    gathered_ = kNone;
+    gathered_ = others_of_ = kNone;
   }
 
   void find_partners(SolidIndex solid, std::vector<SolidIndex>& out) noexcept {
     const std::uint32_t object = bounds_.object_of(solid);
-    forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
+    gather_others(object);
+    const Box box = bounds_.solid_box(solid);
+    for (const std::uint32_t other : others_) {
       if (bounds_.is_single(object) && bounds_.is_single(other))
         out.push_back(bounds_.first_solid(other));
       else
-        bounds_.append_partners(solid, other, out);
-      return true;
-    });
+        bounds_.append_partners(solid, box, other, out);
+    }
   }
 
   void find_moved_pairs(std::vector<SolidPair>& out) noexcept {
@@ -106,7 +108,7 @@ class Scene {
  private:
   template <class Place>
   void take(bool all, std::span<const std::uint32_t> moved, const Place& place_object) noexcept {
-    gathered_ = kNone;
+    gathered_ = others_of_ = kNone;
     note_moved(all, moved);
     if (all) {
       is_placed_ = true;
@@ -174,6 +176,17 @@ class Scene {
     return count + copied;
   }
 
+  /// Once for all solids of an object that are asked about one after the other.
+  void gather_others(std::uint32_t object) noexcept {
+    if (others_of_ == object) return;
+    others_of_ = object;
+    others_.clear();
+    forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
+      others_.push_back(other);
+      return true;
+    });
+  }
+
   void gather_partners(SolidIndex a) noexcept {
     if (gathered_ == a) return;
     gathered_ = a;
@@ -201,6 +214,8 @@ class Scene {
   bool is_placed_ = false;
   SolidIndex gathered_ = kNone;  // whose partners find_pairs holds, kept for the next block
   std::vector<SolidIndex> partners_;
+  std::uint32_t others_of_ = kNone;  // whose others_ are, kept for the object's next solid
+  std::vector<std::uint32_t> others_;
   // By the last update: all objects, or these, each once.
   bool all_moved_ = true;
   std::vector<std::uint32_t> moved_;

@@ -104,9 +104,8 @@ bool SolidBounds::swept_may_touch(SolidIndex s, SolidIndex t) const noexcept {
   return may_touch(swept_[std::min(s, t)], swept_[std::max(s, t)], margin_);
 }
 
-void SolidBounds::append_partners(SolidIndex a, std::uint32_t other,
+void SolidBounds::append_partners(SolidIndex a, const Box& box, std::uint32_t other,
                                   std::vector<SolidIndex>& partners) noexcept {
-  const Box box = solid_box(a);
   if (!overlap(box, object_box(other))) return;
   const auto first = static_cast<std::ptrdiff_t>(partners.size());
   const std::uint32_t root = first_node_[other];

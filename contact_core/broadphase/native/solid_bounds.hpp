@@ -56,7 +56,13 @@ class SolidBounds {
   }
 
   /// Appends, in ascending order, the solids of `other` that may touch solid `a`.
-  void append_partners(SolidIndex a, std::uint32_t other, std::vector<SolidIndex>& partners) noexcept;
+  void append_partners(SolidIndex a, std::uint32_t other, std::vector<SolidIndex>& partners) noexcept {
+    append_partners(a, solid_box(a), other, partners);
+  }
+  /// @param box solid_box(a)
+  void append_partners(SolidIndex a, const Box& box, std::uint32_t other,
+                       std::vector<SolidIndex>& partners) noexcept;
+  Box solid_box(SolidIndex s) const noexcept;
 
  private:
   // Of an object's sphere tree, in world. Inner spheres are refitted around their children's world spheres,
@@ -68,7 +74,6 @@ class SolidBounds {
 
   void add_nodes(const HexahedronTree& tree, std::uint32_t first_solid);
   void replace_nodes(const HexahedronTree& tree, std::uint32_t object);
-  Box solid_box(SolidIndex s) const noexcept;
   Box box_around_solids(std::uint32_t object) const noexcept;
   bool swept_may_touch(SolidIndex s, SolidIndex t) const noexcept;
   template <class MayTouch>

@@ -44,6 +44,12 @@ double other_reach(const SlidePairs::Scope& scope, const Slider& slider, const S
   return other == nullptr ? 0.0 : slide_reach(scope.model, *other, obstacle, mover);
 }
 
+/// Of one mover; or of two of which one takes the other along, or a third both.
+bool go_as_one(const SlidePairs::Scope& scope, const SolidPair& pair) {
+  const std::uint32_t a = scope.model.root_of(pair.a), b = scope.model.root_of(pair.b);
+  return scope.sliders.leader_of(a) == scope.sliders.leader_of(b);
+}
+
 /// How far the slider's side of a pair can still go.
 double reach_of_pair(const WorldModel& model, const Slider& slider, const SolidPair& pair) {
   const auto [mover, obstacle] = model.mover_first(pair, slider.root);
@@ -56,8 +62,7 @@ double reach_of_pair(const WorldModel& model, const Slider& slider, const SolidP
 bool is_reached(const SlidePairs::Scope& scope, const Slider& slider, const WatchedPair& watch) {
   const WorldModel& model = scope.model;
   const SolidPair pair{watch.a, watch.b};
-  if (scope.sliders.leader_of(model.root_of(pair.a)) == scope.sliders.leader_of(model.root_of(pair.b)))
-    return false;  // they go as one
+  if (go_as_one(scope, pair)) return false;
   // At rest it has at least so much left.
   const double left = watch.clear_until - model.travelled(pair, watch.own);
   return !(left > reach_of_pair(model, slider, pair) + other_reach(scope, slider, pair));
@@ -477,8 +482,6 @@ void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
   for_each_of(slider, [&](std::uint32_t index) {
     WatchedPair& watch = scope.watched[index];
     const SolidPair pair{watch.a, watch.b};
-    const std::uint32_t a = model.root_of(pair.a), b = model.root_of(pair.b);
-    if (a != b && scope.sliders.leader_of(a) == scope.sliders.leader_of(b)) return;  // the arm takes it along
     const Travels& travels = model.travels;
     const double planned = watch.own != kNotOwn
                                ? travels.planned_own[watch.own]
@@ -486,6 +489,7 @@ void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
     const bool meets_slider = scope.sliders.list.size() > 1 && other_reach(scope, slider, pair) > 0.0;
     const double way = meets_slider ? planned + other_reach(scope, slider, pair) : planned;
     if (model.travelled(pair, watch.own) + way <= watch.clear_until || is_near_[index]) return;
+    if (watch.own == kNotOwn && go_as_one(scope, pair)) return;
     // Mostly it is, and its rule need not be looked up for that.
     const double standing = model.travelled(pair, watch.own) * kDown;
     if (is_apart_by_axis(model, watch, most, standing, way)) return;
