@@ -288,6 +288,22 @@ TEST(LeadingPaths, PivotKeepsTheTouchingPointOnALine) {
   }
 }
 
+// It rests flat, and the witness point may be any of its face: it turns about the edge all the same.
+TEST(LeadingPaths, ABodyThatRestsOnAFaceTurnsAboutItsEdgeAtOnce) {
+  for (const double side : {1.0, -1.0}) {
+    const auto world = make_world();
+    world->set_default_rule(rule(ContactPolicy::advance));
+    world->add({box_tree("floor", {4, 4, 1}), at(0, 0, -0.5), true});
+    const ObjectHandle tool = world->add({box_tree("tool", {0.4, 0.3, 0.2}), at(0, 0, 0.1 + 0.75 * kGap)});
+    const Pose& before = world->actual_pose(tool);
+    const Vector3 edge_O(side * 0.2, 0, -0.1), turn(0, side * 0.05, 0);
+    const Pose goal = RigidPath::by(before, Vector3::Zero(), turn, edge_O).to();
+    const std::array commands{world->go_to(tool, goal)};
+    world->frame(commands);
+    EXPECT_LT(norm(world->actual_pose(tool).p - goal.p), 1e-15) << side;
+  }
+}
+
 TEST(LeadingPaths, FollowersKeepTheirPlaceBesideTheLeader) {
   Pose goal = at(0.3, 0.1, 0.0);
   goal.R = rotation_about(Vector3::UnitZ(), 0.7);

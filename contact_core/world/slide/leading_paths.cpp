@@ -1,7 +1,10 @@
 #include "touchstone/contact_core/world/slide/leading_paths.hpp"
 
+#include <array>
 #include <numbers>
 #include <tuple>
+
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
 
 namespace touchstone {
 
@@ -11,8 +14,9 @@ RigidPath pivot_path(const Pose& X_WO, const Pose& goal, const Vector3& touching
   return RigidPath::by(X_WO, transform(goal, p_O) - touching_W, turn, p_O).ending_at(goal);
 }
 
-bool find_pivot(const WorldModel& model, std::span<const FramePair> pairs, std::span<const Moment> moments,
-                std::uint32_t root, double stop, Vector3& touching_W) {
+Pivot find_pivot(const WorldModel& model, std::span<const FramePair> pairs, std::span<const Moment> moments,
+                 std::uint32_t root, double stop) {
+  Pivot pivot;
   const Moment* found = nullptr;
   for (const FramePair& pair : pairs) {
     if (pair.stop == kNoMoment) continue;
@@ -25,12 +29,36 @@ bool find_pivot(const WorldModel& model, std::span<const FramePair> pairs, std::
       return std::tuple(separation, at.x(), at.y(), at.z());
     };
     if (found != nullptr &&
-        !(key(moment.geometry.separation, p) < key(found->geometry.separation, touching_W)))
+        !(key(moment.geometry.separation, p) < key(found->geometry.separation, pivot.touching_W)))
       continue;
     found = &moment;
-    touching_W = p;
+    pivot = {&pair, p};
   }
-  return found != nullptr;
+  return pivot;
+}
+
+Vector3 pressed_point(const WorldModel& model, NarrowphaseQuery& query, const Pivot& pivot,
+                      std::uint32_t root, const Pose& goal) {
+  const auto [a, b] = pivot.pair->solids;
+  const bool is_a = model.root_of(a) == root;
+  PairGeometry geometry{};
+  std::array<ContactPoint, kMaxManifoldPoints> points;
+  query.set_pair(pivot.pair->solids);
+  const double reach = 2.0 * pivot.pair->gap;
+  if (!has_geometry(query.manifold(model.from[a], model.from[b], reach, geometry, points)))
+    return pivot.touching_W;
+  const Vector3 n = is_a ? Vector3(-geometry.n_AB_W) : geometry.n_AB_W;  // from the obstacle
+  const BodyState way = RigidPath::between(model.objects[root].X_WO, goal).at(0, 0.0);
+  const auto key = [&](const Vector3& p) {
+    const double away = dot(n, way.velocity_W + cross(way.angular_velocity_W, p - way.centre_W));
+    return std::tuple(away, p.x(), p.y(), p.z());
+  };
+  const Vector3* pressed = nullptr;
+  for (const ContactPoint& point : std::span(points).first(static_cast<std::size_t>(geometry.point_count))) {
+    const Vector3& p = is_a ? point.p_A_W : point.p_B_W;
+    if (pressed == nullptr || key(p) < key(*pressed)) pressed = &p;
+  }
+  return pressed == nullptr ? pivot.touching_W : *pressed;
 }
 
 void begin_shove(Slider& slider, const RigidPath& path, double stop) {

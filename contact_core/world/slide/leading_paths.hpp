@@ -15,10 +15,18 @@ namespace touchstone {
 /// it rests on dips below that edge, and would stand. On this one the touching point goes straight, and it
 /// keeps to it.
 RigidPath pivot_path(const Pose& X_WO, const Pose& goal, const Vector3& touching_W);
+struct Pivot {
+  const FramePair* pair = nullptr;  ///< null: none
+  Vector3 touching_W = Vector3::Zero();
+};
 /// Where the pair that stopped a root at `stop` of its commanded path touches it; of several the nearest,
-/// whatever order they come in. @returns false: none did.
-bool find_pivot(const WorldModel& model, std::span<const FramePair> pairs, std::span<const Moment> moments,
-                std::uint32_t root, double stop, Vector3& touching_W);
+/// whatever order they come in.
+Pivot find_pivot(const WorldModel& model, std::span<const FramePair> pairs, std::span<const Moment> moments,
+                 std::uint32_t root, double stop);
+/// Of the points at which that pair touches where it stands the one that the way to the goal presses most:
+/// of a face that rests on another, one of the edge that it is turned about.
+Vector3 pressed_point(const WorldModel& model, NarrowphaseQuery& query, const Pivot& pivot,
+                      std::uint32_t root, const Pose& goal);
 
 /// The slider goes on along its commanded path, of which `stop` is gone, with what goes along.
 void begin_shove(Slider& slider, const RigidPath& path, double stop);

@@ -310,7 +310,7 @@ void Slides::plan_in_turn(const FrameScope& scope) {
           slider.shoves ? go_on_as_commanded(*slider.arm) : plan_arm(scope, slider);
     } else {
       const bool leads = slider.shoves || slider.pivots;
-      const RigidPath path = leads ? leading_path(scope, slider) : plan_rigid(scope, slider);
+      const RigidPath path = leads ? leading_path(scope, scope.query(), slider) : plan_rigid(scope, slider);
       model.paths[slider.root] = CarriedPath(path, model.objects.poses_in_body());
     }
     slider.is_cut_off = meter_.is_over();
@@ -343,7 +343,7 @@ void Slides::plan_in_lanes(const FrameScope& scope) {
     const Pose& X_WR = model.objects[slider.root].X_WO;
     CarriedPath& path = model.paths[slider.root];
     if (!plans_[k]) {
-      path = CarriedPath(leading_path(scope, slider), model.objects.poses_in_body());
+      path = CarriedPath(leading_path(scope, asking, slider), model.objects.poses_in_body());
       return;
     }
     PlanRoom& room = rooms_[scope.lanes.lane_of(asking)];
@@ -362,18 +362,18 @@ void Slides::plan_in_lanes(const FrameScope& scope) {
 }
 
 /// The path of one that shoves or pivots: no rows plan it.
-RigidPath Slides::leading_path(const FrameScope& scope, const Slider& slider) const {
+RigidPath Slides::leading_path(const FrameScope& scope, NarrowphaseQuery& query, const Slider& slider) const {
   const WorldModel& model = scope.model;
   const Pose& X_WR = model.objects[slider.root].X_WO;
   if (slider.shoves) return shoving_path(slider, X_WR);
-  Vector3 p_W = Vector3::Zero();
   const auto [first, last] =
       std::equal_range(touching_of_.begin(), touching_of_.end(), std::pair{slider.root, 0u},
                        [](const auto& x, const auto& y) { return x.first < y.first; });
   const auto of_root = std::span<const FramePair>(touching_).subspan(
       static_cast<std::size_t>(first - touching_of_.begin()), static_cast<std::size_t>(last - first));
-  const bool touches = find_pivot(model, of_root, scope.moments.all(), slider.root, slider.stop, p_W);
-  return touches ? pivot_path(X_WR, slider.goal, p_W) : RigidPath(X_WR);
+  const Pivot pivot = find_pivot(model, of_root, scope.moments.all(), slider.root, slider.stop);
+  if (pivot.pair == nullptr) return RigidPath(X_WR);
+  return pivot_path(X_WR, slider.goal, pressed_point(model, query, pivot, slider.root, slider.goal));
 }
 
 RigidPath Slides::plan_rigid(const FrameScope& scope, Slider& slider) {

@@ -82,7 +82,7 @@ class Slides {
   bool may_plan_in_lanes(std::size_t sharers) const;
   void plan_in_lanes(const FrameScope& scope);
   RigidPath plan_rigid(const FrameScope& scope, Slider& slider);
-  RigidPath leading_path(const FrameScope& scope, const Slider& slider) const;
+  RigidPath leading_path(const FrameScope& scope, NarrowphaseQuery& query, const Slider& slider) const;
   bool plan_arm(const FrameScope& scope, Slider& slider);
   void go(const FrameScope& scope, std::uint32_t step);
   bool finish_step(const FrameScope& scope);
