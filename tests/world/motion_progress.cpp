@@ -27,7 +27,8 @@ class Flight {
   Flight(const ProgressRun& run, std::uint64_t seed, ProgressFigures& figures)
       : trial_(make_trial(run.scene, run.rate, run.gap, seed)),
         finder_(*trial_.model, run.gap),
-        figures_(figures) {
+        figures_(figures),
+        seed_(seed) {
     // Blocked frames are looked at so that their number does not grow with the rate.
     every_ = std::max(1, trial_.frames / (2 * run.looks));
     // Trials that overlap from the start are not judged.
@@ -48,6 +49,7 @@ class Flight {
  private:
   Configuration step(int frame) {
     const Configuration before = trial_.at();
+    frame_ = frame;
     if (trial_.path) {
       follow(before, trial_.path(before.X_WO, frame), trial_.open_path(before.X_WO, frame));
       return before;
@@ -109,13 +111,16 @@ class Flight {
     ++figures_.looked_at;
     if (!(found > kWorthATry * left)) return;
     ++figures_.open;
-    figures_.frozen += nearer < kTaken * found;
+    if (!(nearer < kTaken * found)) return;
+    ++figures_.frozen;
+    figures_.frozen_frames.push_back({seed_, frame_, left, nearer, found});
   }
 
   ProgressTrial trial_;
   PathFinder finder_;
   ProgressFigures& figures_;
-  int every_ = 1, blocked_ = 0;
+  std::uint64_t seed_;
+  int every_ = 1, blocked_ = 0, frame_ = 0;
 };
 
 }  // namespace
@@ -142,6 +147,12 @@ void print_progress(std::ostream& out, const ProgressFigures& f) {
       << std::setprecision(3) << 100.0 * f.frozen_share() << std::setw(7) << f.stuck << std::setw(8)
       << f.merged << std::setw(9) << f.sum_us / static_cast<double>(std::max<std::uint64_t>(f.frames, 1))
       << std::setw(10) << f.worst_us << std::endl;
+}
+
+void print_frozen(std::ostream& out, const ProgressFigures& f) {
+  for (const FrozenFrame& frame : f.frozen_frames)
+    out << "  frozen: seed " << frame.seed << ", frame " << frame.frame << ": " << frame.left << " left, "
+        << frame.taken << " taken, " << frame.found << " found\n";
 }
 
 }  // namespace touchstone

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 // How far movers get where contacts hold them back, against what small steps find (path_finder.hpp).
 
@@ -19,6 +20,15 @@ struct ProgressRun {
   int looks = 20;  ///< frames of a trial for which a path is searched, spread over those that are blocked
 };
 
+/// Of one frame, in the mover's own metric.
+struct FrozenFrame {
+  std::uint64_t seed;  ///< of its trial
+  int frame;
+  double left;   ///< to the command at its start
+  double taken;  ///< by which the frame came nearer
+  double found;  ///< and small steps
+};
+
 /// A frame is frozen if it comes less than a tenth as much nearer to its command as small steps do, where
 /// these come nearer by at least a thousandth of what is left.
 struct ProgressFigures {
@@ -30,7 +40,8 @@ struct ProgressFigures {
   std::uint64_t frozen = 0;      ///< of these, the ones that did not take it
   std::uint64_t stuck = 0;  ///< trials at whose end small steps go on by more than a hundredth of their path
   std::uint64_t merged =
-      0;                  ///< frames looked at in which two solids touch, by `exact` at samples of each part
+      0;  ///< frames looked at in which two solids touch, by `exact` at samples of each part
+  std::vector<FrozenFrame> frozen_frames;
   double worst_us = 0.0;  ///< longest frame
   double sum_us = 0.0;
 
@@ -46,5 +57,7 @@ ProgressFigures measure_progress(const ProgressRun& run);
 
 void print_progress_heading(std::ostream& out);
 void print_progress(std::ostream& out, const ProgressFigures& figures);
+/// One frame a line; none if no frame is frozen.
+void print_frozen(std::ostream& out, const ProgressFigures& figures);
 
 }  // namespace touchstone

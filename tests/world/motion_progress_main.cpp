@@ -1,6 +1,7 @@
-// motion_progress [SEED [TRIALS [GAP [SCENE ...]]]] [--page FILE]: how far movers get (motion_progress.hpp),
-// TRIALS (4) of each scene at 10 Hz, 50 Hz and 1 kHz from SEED (1) on, at a contact gap of GAP (1e-7) m. A
-// SCENE is a name, or NAME:TRIALS, or NAME:TRIALS:HZ. Exit code 1 where two solids touch.
+// motion_progress [SEED [TRIALS [GAP [SCENE ...]]]] [--frozen] [--page FILE]: how far movers get
+// (motion_progress.hpp), TRIALS (4) of each scene at 10 Hz, 50 Hz and 1 kHz from SEED (1) on, at a contact
+// gap of GAP (1e-7) m. A SCENE is a name, or NAME:TRIALS, or NAME:TRIALS:HZ. Exit code 1 where two solids
+// touch.
 
 #include <cstdlib>
 #include <fstream>
@@ -20,6 +21,7 @@ struct Options {
   ProgressRun run;
   std::vector<std::string> scenes;
   std::string page;
+  bool shows_frozen = false;
 };
 
 /// The runs of one SCENE argument.
@@ -53,6 +55,7 @@ int measure(const Options& options, const std::string& command) {
     for (const ProgressRun& run : runs_of(options.run, scene)) {
       figures.push_back(measure_progress(run));
       print_progress(std::cout, figures.back());
+      if (options.shows_frozen) print_frozen(std::cout, figures.back());
     }
   if (!options.page.empty()) {
     std::ofstream page(options.page);
@@ -73,6 +76,7 @@ int run(int argc, char** argv) {
   app.add_option("TRIALS", options.run.trials, "of each scene and rate")->check(CLI::PositiveNumber);
   app.add_option("GAP", options.run.gap, "contact gap [m]")->check(CLI::PositiveNumber);
   app.add_option("SCENE", options.scenes, "NAME, NAME:TRIALS or NAME:TRIALS:HZ");
+  app.add_flag("--frozen", options.shows_frozen, "list each frozen frame, too");
   app.add_option("--page", options.page, "write the figures as Markdown, too");
   if (!comparison::parse_command_line(app, argc, argv)) return EXIT_SUCCESS;
   return measure(options, command_of(argc, argv));
