@@ -26,7 +26,8 @@
 //   sliding  it is pressed against the floor and sweeps on, across the seams
 // Counters are of this thread's time of a frame: median, 99.9th percentile and worst [us], the worst as a
 // share of budgets of 150 ms and 1 ms, allocations of all frames, and per frame pairs examined, narrowphase
-// calls and sub-steps of slides.
+// calls and sub-steps of slides. A flight is the same each time: `least_` are of each frame's least time in
+// five flights, which others on the machine do not show in.
 
 namespace touchstone {
 namespace {
@@ -150,6 +151,25 @@ class Flight {
   int frame_ = 0;
 };
 
+constexpr int kFlights = 5;
+
+/// Flies the same again, and keeps the lesser time of each frame.
+void fly_again(const Case& wanted, std::vector<double>& times) {
+  Flight flight(wanted);
+  for (int i = 0; i < flight.frames_until_settled(); ++i) flight.step();
+  for (double& time : times) {
+    const double start = seconds();
+    flight.step();
+    time = std::min(time, seconds() - start);
+  }
+}
+
+/// @param times sorted.
+double at_share(const std::vector<double>& times, double share) {
+  return times[std::min(times.size() - 1,
+                        static_cast<std::size_t>(share * static_cast<double>(times.size())))];
+}
+
 void fly(benchmark::State& state, const Case& wanted) {
   Flight flight(wanted);
   for (int i = 0; i < flight.frames_until_settled(); ++i) flight.step();
@@ -166,14 +186,16 @@ void fly(benchmark::State& state, const Case& wanted) {
     limits += report.iteration_limits;
   }
   const double allocated = static_cast<double>(allocation_count() - allocations);
-  std::sort(times.begin(), times.end());
-  const auto at = [&](double share) {
-    return times[std::min(times.size() - 1,
-                          static_cast<std::size_t>(share * static_cast<double>(times.size())))];
-  };
+  std::vector<double> least = times;
+  for (int i = 1; i < kFlights && wanted.backend == "native"; ++i) fly_again(wanted, least);
+  std::sort(times.begin(), times.end()), std::sort(least.begin(), least.end());
   const double frames = static_cast<double>(times.size());
-  state.counters["median_us"] = 1e6 * at(0.5);
-  state.counters["p999_us"] = 1e6 * at(0.999);
+  state.counters["median_us"] = 1e6 * at_share(times, 0.5);
+  state.counters["p999_us"] = 1e6 * at_share(times, 0.999);
+  if (wanted.backend == "native") {
+    state.counters["least_median_us"] = 1e6 * at_share(least, 0.5);
+    state.counters["least_p999_us"] = 1e6 * at_share(least, 0.999);
+  }
   state.counters["worst_us"] = 1e6 * times.back();
   state.counters["of_150ms"] = times.back() / 0.150;
   state.counters["of_1ms"] = times.back() / 0.001;
