@@ -384,6 +384,13 @@ struct Judge::State {
 Judge::Judge(const Setting& setting) : state_(std::make_unique<State>(setting)) {}
 Judge::~Judge() = default;
 
+std::vector<ShownContact> Judge::contacts(std::span<const Pose> X_WO, const Formation& formation) const {
+  std::vector<ShownContact> found;
+  for (const Contact& contact : state_->contacts(X_WO, formation))
+    found.push_back({state_->setting.pairs()[contact.pair], contact.separation});
+  return found;
+}
+
 namespace {
 
 bool has_blocked(std::span<const LoggedEvent> events, const SolidPair& pair) {

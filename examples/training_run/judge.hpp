@@ -53,6 +53,12 @@ struct SeparationPoint {
   double time, separation;  ///< of the closest pair, exact [s, m]
 };
 
+/// Two solids in contact where objects stand.
+struct ShownContact {
+  SolidPair solids;   ///< indices in the scene
+  double separation;  ///< exact, <= 0 [m]
+};
+
 /// Judges flights of one setting with the adapter `exact`. One a thread.
 class Judge {
  public:
@@ -63,6 +69,8 @@ class Judge {
   /// twice max(g, 4 resolutions).
   Verdict judge(const FlightLog& log, const Resolution& resolution,
                 const comparison::Progress& progress = {}) const;
+  /// Returns the pairs of the setting that are in contact where all objects stand, ascending.
+  std::vector<ShownContact> contacts(std::span<const Pose> X_WO, const Formation& formation) const;
   /// Of shown frames `first` to `last`.
   std::vector<SeparationPoint> separations(const FlightLog& log, std::size_t first, std::size_t last) const;
 

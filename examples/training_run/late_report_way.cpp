@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/examples/training_run/fleet.hpp"
 #include "touchstone/examples/training_run/way.hpp"
@@ -12,12 +14,11 @@ namespace {
 /// The image generator: checks what it shows and reports late.
 class ImageGenerator {
  public:
-  explicit ImageGenerator(const Setting& setting)
+  ImageGenerator(const Setting& setting, double delay)
       : setting_(&setting),
         narrowphase_(make_native()),
         // A report is there at the first frame that starts at or after its time, to the rounding of a rate.
-        delay_(static_cast<std::size_t>(
-            std::ceil(kImageGeneratorDelay * setting.scene().frame_rate * (1.0 - 0x1p-40)))) {
+        delay_(static_cast<std::size_t>(std::ceil(delay * setting.scene().frame_rate * (1.0 - 0x1p-40)))) {
     narrowphase_->build(setting.instance().solids());
     workspace_ = narrowphase_->make_workspace();
     X_WS_.resize(setting.instance().solids().size());
@@ -63,8 +64,8 @@ class ImageGenerator {
 
 class LateReportWay final : public FleetWay {
  public:
-  explicit LateReportWay(const Setting& setting)
-      : FleetWay(setting), image_generator_(setting), was_named_(setting.pairs().size(), 0) {
+  LateReportWay(const Setting& setting, double delay)
+      : FleetWay(setting), image_generator_(setting, delay), was_named_(setting.pairs().size(), 0) {
     image_generator_.show(0, fleet_);
   }
 
@@ -121,8 +122,10 @@ class LateReportWay final : public FleetWay {
 
 }  // namespace
 
-std::unique_ptr<Way> make_late_report_way(const Setting& setting) {
-  return std::make_unique<LateReportWay>(setting);
+std::unique_ptr<Way> make_late_report_way(const Setting& setting, double delay) {
+  if (!(delay >= 0.0 && delay <= kLongestDelay))
+    throw InputError("a report's delay of " + std::to_string(delay) + " s is not within 0 and 10 s");
+  return std::make_unique<LateReportWay>(setting, delay);
 }
 
 }  // namespace touchstone::training

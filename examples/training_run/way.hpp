@@ -53,13 +53,15 @@ class Way {
 std::unique_ptr<Way> make_unchecked_way(const Setting& setting);
 
 inline constexpr double kImageGeneratorDelay = 0.1;  ///< round trip [s]
+inline constexpr double kLongestDelay = 10.0;        ///< a report's [s]
 
 /// (ii) The paper's Figure 1. The host carries commands out and sends poses to the image generator, which
 /// shows them, checks what it shows (poses alone, here by `native`, so never wrongly), and reports which
-/// pairs are in contact. The report on a frame is there 100 ms later: at the start of the first frame at or
-/// after that. While the newest report there names a mover in a pair whose policy is not `cue`, the host does
-/// not carry out its commands.
-std::unique_ptr<Way> make_late_report_way(const Setting& setting);
+/// pairs are in contact. The report on a frame is there `delay` [s] later: at the start of the first frame at
+/// or after that. While the newest report there names a mover in a pair whose policy is not `cue`, the host
+/// does not carry out its commands.
+/// @throws InputError: a delay below 0 or above kLongestDelay.
+std::unique_ptr<Way> make_late_report_way(const Setting& setting, double delay = kImageGeneratorDelay);
 
 /// (iii) The paper's Figure 2, its first build. The host checks where all that is commanded in a frame would
 /// be at the frame's end, poses alone, with the paper's coarse check and its fine check behind it (both
