@@ -1,0 +1,383 @@
+#include "touchstone/examples/station/flight.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/geometry/quaternion.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+
+namespace touchstone::station {
+namespace {
+
+using training::Action;
+using training::Arm;
+using training::kNone;
+
+/// FNV's 64-bit prime and offset, over words.
+constexpr std::uint64_t kHashPrime = 0x100000001b3, kHashStart = 0xcbf29ce484222325;
+
+double clock_us() noexcept {
+  const std::chrono::duration<double, std::micro> now = std::chrono::steady_clock::now().time_since_epoch();
+  return now.count();
+}
+
+bool is_zero(const HandRates& rates) {
+  return rates.velocity == Vector3::Zero() && rates.turn == Vector3::Zero();
+}
+
+Vector3 clamped(const Vector3& axes) {
+  return {std::clamp(axes.x(), -1.0, 1.0), std::clamp(axes.y(), -1.0, 1.0), std::clamp(axes.z(), -1.0, 1.0)};
+}
+
+std::unique_ptr<training::Way> make_way(MethodKind kind, const training::Setting& setting,
+                                        double report_delay) {
+  switch (kind) {
+    case MethodKind::unchecked:
+      return training::make_unchecked_way(setting);
+    case MethodKind::late_report:
+      return training::make_late_report_way(setting, report_delay);
+    case MethodKind::first_build:
+      return training::make_first_build_way(setting);
+    case MethodKind::ours:
+      break;
+  }
+  return std::make_unique<training::ContactWorldWay>(setting, make_native(), make_native_broadphase());
+}
+
+}  // namespace
+
+Method::Method(MethodKind given, std::unique_ptr<training::Way> given_way, const StationScene& scene)
+    : kind(given), way(std::move(given_way)), log(scene.setting) {
+  log.slide_steps.assign(1, 0);
+  if (scene.arm() != nullptr) {
+    hand = std::make_unique<training::ArmHand>(*scene.arm());
+    goals.assign(scene.arm()->joints.begin(), scene.arm()->joints.end());
+  }
+}
+
+Flight::Flight(const StationScene& scene, std::uint32_t methods)
+    : scene_(&scene), ghost_poses_(scene.setting.object_count()), near_(scene.setting), hash_(kHashStart) {
+  state_.methods = methods | 1U << static_cast<unsigned>(MethodKind::ours);
+  state_.policy = scene.setting.scene().policy;
+  if (const Arm* arm = scene.arm()) {
+    ghost_joints_ = ghost_next_ = arm->joints;
+    ghost_links_.resize(arm->mechanism->links().size());
+  }
+  ghost_next_poses_ = ghost_poses_;
+  commands_.reserve(1);
+  arm_commands_.reserve(1);
+  make_methods();
+}
+
+const Method* Flight::method(MethodKind kind) const {
+  for (const Method& method : methods_)
+    if (method.kind == kind) return &method;
+  return nullptr;
+}
+
+void Flight::make_methods() {
+  std::vector<Method> methods;
+  for (std::size_t i = 0; i < kMethods; ++i) {
+    if (!(state_.methods >> i & 1U)) continue;
+    const auto kind = static_cast<MethodKind>(i);
+    methods.emplace_back(kind, make_way(kind, scene_->setting, state_.report_delay), *scene_);
+    for (const Action& action : scene_->initial) act(methods.back(), action);
+  }
+  methods_ = std::move(methods);
+  ours_ = static_cast<training::ContactWorldWay*>(methods_.back().way.get());
+  ours_->world().set_default_rule(
+      {state_.policy, {}, scene_->setting.script().translation_only, scene_->setting.scene().passive});
+  ours_->world().prepare();
+  for (Method& method : methods_)
+    method.formation = std::make_shared<const training::Formation>(method.way->formation());
+  if (scene_->arm() != nullptr) ghost_hand_ = std::make_unique<training::ArmHand>(*scene_->arm());
+  figures_ = {};
+  std::copy(ours_->joints().begin(),
+            ours_->joints().begin() + static_cast<std::ptrdiff_t>(ghost_joints_.size()),
+            ghost_joints_.begin());
+  place_ghost();
+  near_.find(scene_->hand_object(), ours_->poses(), ours_->formation());
+}
+
+void Flight::act(Method& method, const Action& action) {
+  method.way->act(action);
+  method.formation = std::make_shared<const training::Formation>(method.way->formation());
+}
+
+// ---- between frames
+
+ControlAnswer Flight::set(const Control& control) {
+  using Kind = Control::Kind;
+  const auto joints = static_cast<std::uint32_t>(ghost_joints_.size());
+  switch (control.kind) {
+    case Kind::frame_of_command:
+      state_.frame = static_cast<CommandFrame>(control.index);
+      state_.camera = control.attitude;
+      return {};
+    case Kind::vernier:
+      state_.vernier = control.on;
+      return {};
+    case Kind::brakes:
+      state_.brakes = control.on;
+      return {};
+    case Kind::joint_mode:
+      if (control.on && control.index >= joints) return {false, "no joint " + std::to_string(control.index)};
+      state_.joint_mode = control.on;
+      if (control.on) state_.joint = control.index;
+      return {};
+    case Kind::latch:
+      return latch(control.index);
+    case Kind::release:
+      return release();
+    case Kind::reset:
+      return reset("reset");
+    case Kind::select:
+      return select(control.index, control.on);
+    case Kind::methods:
+      state_.methods = (control.index & kAllMethods) | 1U << static_cast<unsigned>(MethodKind::ours);
+      return reset("methods chosen; reset");
+    case Kind::policy:
+      return set_policy(control.index);
+    case Kind::joint_brake:
+      if (control.index >= joints) return {false, "no joint " + std::to_string(control.index)};
+      state_.braked_joints = (state_.braked_joints & ~(1U << control.index)) |
+                             static_cast<unsigned>(control.on) << control.index;
+      return {true, std::string(control.on ? "brake stuck on joint " : "brake freed on joint ") +
+                        std::to_string(control.index)};
+    case Kind::late_report:
+      if (!(control.value >= 0.0 && control.value <= training::kLongestDelay))
+        return {false, "no such delay"};
+      state_.report_delay = control.value;
+      return reset("report delay set; reset");
+    case Kind::scene:
+      break;
+  }
+  return {false, "not a control of a flight"};
+}
+
+ControlAnswer Flight::reset(std::string text) {
+  make_methods();
+  ++resets_;
+  return {true, std::move(text)};
+}
+
+ControlAnswer Flight::set_policy(std::uint32_t policy) {
+  if (policy > static_cast<std::uint32_t>(ContactPolicy::slide)) return {false, "no such policy"};
+  state_.policy = static_cast<ContactPolicy>(policy);
+  ours_->world().set_default_rule(
+      {state_.policy, {}, scene_->setting.script().translation_only, scene_->setting.scene().passive});
+  ours_->world().prepare();
+  return {true, "policy " + std::string(to_string(state_.policy))};
+}
+
+ControlAnswer Flight::select(std::uint32_t object, bool on) {
+  if (object >= scene_->setting.object_count()) return {false, "no object " + std::to_string(object)};
+  const auto kind = on ? OperatorAction::Kind::switch_on : OperatorAction::Kind::switch_off;
+  for (Method& method : methods_) act(method, {kind, 0.0, object, kNone, {}});
+  return {true, scene_->setting.object_name(object) + (on ? " switched on" : " switched off")};
+}
+
+const LatchOption* Flight::nearest_option(const Method& method, std::uint32_t object) {
+  const LatchOption* best = nullptr;
+  double least = kLatchReach;
+  for (const LatchOption& option : scene_->latches) {
+    if (object != Control::kAny && object != option.carried) continue;
+    if (method.way->formation().carrier[option.carried] != kNone) continue;
+    const double separation = near_.between(option.carrier, option.carried, method.way->poses());
+    if (!(separation <= least)) continue;
+    least = separation;
+    best = &option;
+  }
+  return best;
+}
+
+ControlAnswer Flight::latch(std::uint32_t object) {
+  ControlAnswer answer{false, "nothing within reach of the latch"};
+  for (Method& method : methods_) {
+    const LatchOption* const option = nearest_option(method, object);
+    if (option == nullptr) continue;
+    act(method, {OperatorAction::Kind::latch, 0.0, option->carried, option->carrier, option->allowed});
+    if (method.kind == MethodKind::ours)
+      answer = {true, scene_->setting.object_name(option->carrier) + " carries " +
+                          scene_->setting.object_name(option->carried)};
+  }
+  return answer;
+}
+
+ControlAnswer Flight::release() {
+  ControlAnswer answer{false, "nothing is carried"};
+  for (Method& method : methods_)
+    for (const LatchOption& option : scene_->latches) {
+      if (method.way->formation().carrier[option.carried] != option.carrier) continue;
+      act(method, {OperatorAction::Kind::release, 0.0, option.carried, kNone, {}});
+      if (method.kind == MethodKind::ours)
+        answer = {true, scene_->setting.object_name(option.carried) + " released"};
+    }
+  return answer;
+}
+
+// ---- frames
+
+HandRates Flight::rates_of(const HandInput& input) const noexcept {
+  HandRates rates;
+  if (state_.brakes || state_.joint_mode) return rates;
+  rates.velocity = (state_.vernier ? scales_.vernier : scales_.coarse) * clamped(input.translation);
+  rates.turn = (state_.vernier ? scales_.vernier_turn : scales_.coarse_turn) * clamped(input.rotation);
+  rates.mode = state_.frame == CommandFrame::end_effector ? HandRates::Mode::hand : HandRates::Mode::world;
+  Matrix3 R = Matrix3::Identity();
+  if (state_.frame == CommandFrame::base && scene_->arm() != nullptr) R = scene_->arm()->X_WB.R;
+  if (state_.frame == CommandFrame::camera)
+    R = rotation_matrix(
+        normalized({state_.camera[3], {state_.camera[0], state_.camera[1], state_.camera[2]}}));
+  if (rates.mode == HandRates::Mode::world) {
+    rates.velocity = rotate(R, rates.velocity);
+    rates.turn = rotate(R, rates.turn);
+  }
+  return rates;
+}
+
+void Flight::command_arm(Method& method, const HandRates& rates, double joint) noexcept {
+  const Arm& arm = *scene_->arm();
+  const std::span<const double> q = method.way->joints().subspan(arm.first_value, method.goals.size());
+  std::copy(q.begin(), q.end(), method.goals.begin());
+  const double duration = 1.0 / rate();
+  if (state_.brakes) return;
+  if (state_.joint_mode) {
+    for (const Mechanism::Joint& each : arm.mechanism->joints()) {
+      if (each.value != state_.joint || joint == 0.0) continue;
+      const double step = duration * std::min(scales_.joint, each.rate) * std::clamp(joint, -1.0, 1.0);
+      method.goals[each.value] = std::clamp(q[each.value] + step, each.lower, each.upper);
+    }
+  } else if (!is_zero(rates)) {
+    method.hand->command(q, rates, duration, method.goals);
+  }
+  for (std::size_t i = 0; i < method.goals.size(); ++i)
+    if (state_.braked_joints >> i & 1U) method.goals[i] = q[i];
+  if (!std::equal(q.begin(), q.end(), method.goals.begin())) arm_commands_.push_back({&arm, method.goals});
+}
+
+void Flight::fly(Method& method, const HandRates& rates, double joint) noexcept {
+  const double start = clock_us();
+  method.log.events.clear();
+  method.log.slide_steps.back() = 0;
+  commands_.clear();
+  arm_commands_.clear();
+  if (method.hand) {
+    command_arm(method, rates, joint);
+  } else {
+    const std::uint32_t object = scene_->hand_object();
+    if (!is_zero(rates) && method.way->formation().carrier[object] == kNone)
+      commands_.push_back({object, training::flown(method.way->poses()[object], rates, 1.0 / rate())});
+  }
+  method.way->frame(commands_, arm_commands_, method.log);
+  take_log(method);
+  method.decide_us = clock_us() - start;
+}
+
+void Flight::take_log(Method& method) noexcept {
+  method.blocked = method.told = false;
+  for (const training::LoggedEvent& event : method.log.events) {
+    const bool tells = event.kind == EventKind::began || event.kind == EventKind::persists ||
+                       event.kind == EventKind::penetrating_at_start;
+    method.told = method.told || tells;
+    if (event.kind != EventKind::blocked || method.blocked) continue;
+    method.blocked = true;
+    method.blocked_by = event.solids;
+  }
+  method.blocked_frames += method.blocked;
+  method.slid = method.log.slide_steps.back() > 0;
+}
+
+void Flight::step(const HandInput& input) noexcept {
+  const HandRates rates = rates_of(input);
+  const std::uint32_t hand = scene_->hand_object();
+  const Pose X_before = ours_->poses()[hand];
+  const training::HandFigures before =
+      methods_.back().hand ? methods_.back().hand->figures() : training::HandFigures{};
+  for (Method& method : methods_) fly(method, rates, input.joint);
+  if (methods_.back().hand) {
+    was_limited_ = methods_.back().hand->figures().limited_frames > before.limited_frames;
+    was_damped_ = methods_.back().hand->figures().damped_frames > before.damped_frames;
+  }
+  is_at_limit_ =
+      std::any_of(methods_.back().log.events.begin(), methods_.back().log.events.end(),
+                  [](const training::LoggedEvent& event) { return event.kind == EventKind::at_limit; });
+  move_ghost(rates, input.joint);
+  near_.find(hand, ours_->poses(), ours_->formation());
+  ++frame_;
+  add_figures(X_before);
+  add_to_hash();
+}
+
+/// The commanded pose leads on from where contact stopped the arm, up to the leash; else it is where the arm
+/// was told to go.
+void Flight::move_ghost(const HandRates& rates, double joint) noexcept {
+  const Method& mine = methods_.back();
+  const bool leads = mine.blocked && mine.hand && !is_zero(rates) && joint == 0.0;
+  if (leads) {
+    ghost_hand_->command(ghost_joints_, rates, 1.0 / rate(), ghost_next_);
+    const Arm& arm = *scene_->arm();
+    arm.mechanism->link_poses(arm.X_WB, ghost_next_, ghost_links_);
+    const Pose& X_WG = ghost_links_[arm.link_of_object[scene_->hand_object() - arm.first_object]];
+    const Pose& X_WH = ours_->poses()[scene_->hand_object()];
+    const double turn = axis_angle_of(quaternion_of(X_WH.R.transpose() * X_WG.R)).angle;
+    if (norm(X_WG.p - X_WH.p) <= kLeash && turn <= kLeash)
+      std::copy(ghost_next_.begin(), ghost_next_.end(), ghost_joints_.begin());
+  } else {
+    std::copy(mine.goals.begin(), mine.goals.end(), ghost_joints_.begin());
+  }
+  place_ghost();
+}
+
+void Flight::place_ghost() noexcept {
+  const std::span<const Pose> actual = ours_->poses();
+  std::copy(actual.begin(), actual.end(), ghost_poses_.begin());
+  if (!commands_.empty()) ghost_poses_[commands_[0].object] = commands_[0].path.to();
+  const Arm* const arm = scene_->arm();
+  if (arm == nullptr) return;
+  arm->mechanism->link_poses(arm->X_WB, ghost_joints_, ghost_links_);
+  for (std::uint32_t i = 0; i < arm->object_count; ++i)
+    ghost_poses_[arm->first_object + i] = ghost_links_[arm->link_of_object[i]];
+  const training::Formation& formation = ours_->formation();
+  for (std::uint32_t i = 0; i < ghost_poses_.size(); ++i) {
+    const std::uint32_t root = formation.root_of(i);
+    if (root != i) ghost_poses_[i] = compose(ghost_poses_[root], formation.X_RO[i]);
+  }
+}
+
+bool Flight::is_done(const StationTask& task) const noexcept {
+  const bool is_carried = ours_->formation().carrier[task.object] != kNone;
+  if (task.kind == StationTask::Kind::carry) return is_carried;
+  if (task.kind == StationTask::Kind::reach) return norm(figures_.tip - task.p_W) <= task.within;
+  return !is_carried && norm(ours_->poses()[task.object].p - task.p_W) <= task.within;
+}
+
+void Flight::add_figures(const Pose& X_before) noexcept {
+  figures_.time += 1.0 / rate();
+  figures_.tip = transform(ours_->poses()[scene_->hand_object()], scene_->X_HT.p);
+  for (std::size_t i = 0; i < scene_->tasks.size(); ++i)
+    if (figures_.done_at[i] == 0.0 && is_done(scene_->tasks[i])) figures_.done_at[i] = figures_.time;
+  figures_.path += norm(ours_->poses()[scene_->hand_object()].p - X_before.p);
+  const Method& mine = methods_.back();
+  for (const training::LoggedEvent& event : mine.log.events)
+    figures_.contacts += event.kind == EventKind::began;
+  if (mine.told) figures_.cue_seconds += 1.0 / rate();
+}
+
+void Flight::add_to_hash() noexcept {
+  const auto add = [this](double value) {
+    hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(value)) * kHashPrime;
+  };
+  for (const Method& method : methods_)
+    for (const Pose& X : method.way->poses()) {
+      for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row) add(X.R(row, column));
+      for (int i = 0; i < 3; ++i) add(X.p[i]);
+    }
+}
+
+}  // namespace touchstone::station

@@ -1,0 +1,149 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "touchstone/examples/station/inputs.hpp"
+#include "touchstone/examples/station/near_distances.hpp"
+#include "touchstone/examples/station/station_scene.hpp"
+#include "touchstone/examples/training_run/contact_world_way.hpp"
+#include "touchstone/examples/training_run/hand.hpp"
+
+namespace touchstone::station {
+
+/// The methods of the experiment, in the order of protocol.md.
+enum class MethodKind : std::uint8_t { unchecked, late_report, first_build, ours };
+inline constexpr std::size_t kMethods = 4;
+inline constexpr std::uint32_t kAllMethods = 0xf;  ///< a bit a method
+
+/// Rates at full deflection. Public figures of the SSRMS's tip: unloaded and in assembly [m/s, rad/s].
+struct HandScales {
+  double coarse = 0.37, vernier = 0.02;
+  double coarse_turn = 0.0698, vernier_turn = 0.0105;
+  double joint = 0.0698;
+};
+
+/// One method's flight: the same hand, its own arm.
+struct Method {
+  MethodKind kind;
+  std::unique_ptr<training::Way> way;
+  std::unique_ptr<training::ArmHand> hand;  ///< null: a free object is flown
+  training::FlightLog log;                  ///< of the last frame
+  std::vector<double> goals;                ///< joint values that the last frame commanded
+  std::shared_ptr<const training::Formation>
+      formation;  ///< a copy for those who judge; renewed between frames
+  double decide_us = 0.0;
+  bool blocked = false, told = false, slid = false;
+  SolidPair blocked_by{0, 0};
+  std::uint32_t blocked_frames = 0;
+
+  Method(MethodKind given, std::unique_ptr<training::Way> given_way, const StationScene& scene);
+};
+
+/// What is set, as `state` of protocol.md tells it.
+struct FlightState {
+  CommandFrame frame = CommandFrame::end_effector;
+  std::array<double, 4> camera = {0.0, 0.0, 0.0, 1.0};
+  bool vernier = false, brakes = false, joint_mode = false;
+  std::uint32_t joint = 0;
+  std::uint32_t methods = kAllMethods;
+  ContactPolicy policy = ContactPolicy::slide;
+  std::uint32_t braked_joints = 0;  ///< a bit a joint
+  double report_delay = training::kImageGeneratorDelay;
+};
+
+/// The answer to a control.
+struct ControlAnswer {
+  bool done = true;
+  std::string text;  ///< for the log: what was done, or why not
+};
+
+/// How a flight goes, for the score.
+struct FlightFigures {
+  double time = 0.0;                         ///< since the last reset [s]
+  double path = 0.0;                         ///< of the hand's object's origin, in `ours` [m]
+  std::uint32_t contacts = 0;                ///< that began, in `ours`
+  double cue_seconds = 0.0;                  ///< with a contact, in `ours`
+  std::array<double, kMostTasks> done_at{};  ///< by task of the scene, when it was done first [s]; 0: not yet
+  Vector3 tip = Vector3::Zero();             ///< of the flown frame [m]
+};
+
+/// All that is decided in a session, frame by frame, from inputs alone: the same inputs at the same frames
+/// give the same bits of all poses. set() is between frames and may allocate; step() allocates nothing but
+/// what Figure 2's method does (training_run/way.hpp). One thread.
+class Flight {
+ public:
+  /// Keeps a reference. @throws InputError as training_run's methods.
+  explicit Flight(const StationScene& scene, std::uint32_t methods = kAllMethods);
+
+  /// Of all kinds but `scene`, which needs another flight.
+  ControlAnswer set(const Control& control);
+  void step(const HandInput& input) noexcept;
+
+  const StationScene& scene() const { return *scene_; }
+  const FlightState& state() const { return state_; }
+  const FlightFigures& figures() const { return figures_; }
+  std::uint64_t frame() const { return frame_; }  ///< flown, resets included
+  std::uint64_t hash() const { return hash_; }    ///< of every pose of every method of every frame
+  std::uint32_t resets() const { return resets_; }
+  double rate() const { return scene_->setting.scene().frame_rate; }
+
+  std::span<const Method> methods() const { return methods_; }
+  const Method* method(MethodKind kind) const;
+  const training::ContactWorldWay& ours() const { return *ours_; }
+  /// Commanded poses of `ours`: where the hand leads on from a stop, no further from there than kLeash; else
+  /// where the last frame told it to go.
+  std::span<const Pose> commanded() const { return ghost_poses_; }
+  std::span<const double> commanded_joints() const { return ghost_joints_; }
+  /// Of `ours`: from the flown object, or what it carries, to others.
+  std::span<const NearDistance> distances() const { return near_.found(); }
+  bool was_limited() const { return was_limited_; }
+  bool was_damped() const { return was_damped_; }
+  bool is_at_limit() const { return is_at_limit_; }
+
+  static constexpr double kLeash = 0.5;  ///< [m], and turns as ways on 1 m
+  /// A latch closes where the carrier is this near to what it shall carry [m]; assumed.
+  static constexpr double kLatchReach = 0.1;
+
+ private:
+  void make_methods();
+  HandRates rates_of(const HandInput& input) const noexcept;
+  void fly(Method& method, const HandRates& rates, double joint) noexcept;
+  void command_arm(Method& method, const HandRates& rates, double joint) noexcept;
+  void take_log(Method& method) noexcept;
+  void move_ghost(const HandRates& rates, double joint) noexcept;
+  void place_ghost() noexcept;
+  void add_to_hash() noexcept;
+  void add_figures(const Pose& X_before) noexcept;
+  bool is_done(const StationTask& task) const noexcept;
+  ControlAnswer latch(std::uint32_t object);
+  ControlAnswer release();
+  ControlAnswer select(std::uint32_t object, bool on);
+  ControlAnswer set_policy(std::uint32_t policy);
+  ControlAnswer reset(std::string text);
+  void act(Method& method, const training::Action& action);
+  const LatchOption* nearest_option(const Method& method, std::uint32_t object);
+
+  const StationScene* scene_;
+  FlightState state_;
+  FlightFigures figures_;
+  HandScales scales_;
+  std::vector<Method> methods_;
+  training::ContactWorldWay* ours_ = nullptr;
+  std::unique_ptr<training::ArmHand> ghost_hand_;
+  std::vector<double> ghost_joints_, ghost_next_;
+  std::vector<Pose> ghost_links_, ghost_poses_, ghost_next_poses_;
+  std::vector<training::Command> commands_;
+  std::vector<training::ArmCommand> arm_commands_;
+  NearDistances near_;
+  bool was_limited_ = false, was_damped_ = false, is_at_limit_ = false;
+  std::uint64_t frame_ = 0, hash_ = 0;
+  std::uint32_t resets_ = 0;
+};
+
+}  // namespace touchstone::station

@@ -1,0 +1,243 @@
+#include "touchstone/examples/station/frame_message.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "touchstone/contact_core/geometry/quaternion.hpp"
+
+namespace touchstone::station {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "frames are written as the machine has them");
+
+constexpr std::size_t kMethodBytes = 64, kPoseBytes = 32, kJointBytes = 16, kContactBytes = 64,
+                      kDistanceBytes = 48;
+constexpr std::size_t kSentAt = 56, kOverwrittenAt = 96;
+
+enum HeaderFlag : std::uint32_t {
+  kBrakes = 1,
+  kVernier = 2,
+  kJointMode = 4,
+  kRateLimited = 16,
+  kAtLimit = 32,
+  kNearSingularity = 64,
+  kReplay = 128,
+  kBlocked = 256,
+  kInContact = 512
+};
+enum MethodFlag : std::uint16_t {
+  kMethodBlocked = 1,
+  kMethodTold = 2,
+  kMethodSlid = 4,
+  kMethodJudgedLate = 8
+};
+enum PoseFlag : std::uint32_t { kTouches = 1, kStopped = 2, kCarried = 4, kOff = 8 };
+enum ContactKind : std::uint16_t { kIsInContact = 0, kIsNear = 1, kIsBlocked = 2 };
+
+/// Appends figures to a message of known room.
+class Writer {
+ public:
+  explicit Writer(std::vector<std::uint8_t>& out) : out_(out) { out_.clear(); }
+  template <class T>
+  void put(T value) {
+    const std::size_t at = out_.size();
+    out_.resize(at + sizeof(T));
+    std::memcpy(out_.data() + at, &value, sizeof(T));
+  }
+  void put_floats(const Vector3& v) {
+    for (int i = 0; i < 3; ++i) put(static_cast<float>(v[i]));
+  }
+  void zeros(std::size_t count) { out_.resize(out_.size() + count, 0); }
+
+ private:
+  std::vector<std::uint8_t>& out_;
+};
+
+/// Of one frame; spans into the world's report.
+struct Contacts {
+  std::array<const ContactEvent*, kMostContacts> events;
+  std::size_t count = 0;
+};
+
+bool is_shown(EventKind kind) {
+  return kind == EventKind::near || kind == EventKind::began || kind == EventKind::persists ||
+         kind == EventKind::blocked || kind == EventKind::penetrating_at_start;
+}
+
+Contacts contacts_of(const Flight& flight) {
+  Contacts out;
+  if (flight.frame() == 0) return out;
+  for (const ContactEvent& event : flight.ours().report().events)
+    if (is_shown(event.kind) && std::isfinite(event.geometry_at_end.separation) && out.count < kMostContacts)
+      out.events[out.count++] = &event;
+  return out;
+}
+
+std::uint32_t header_flags(const Flight& flight, const FrameFacts& facts) {
+  const FlightState& state = flight.state();
+  const Method& mine = flight.methods().back();
+  const auto flag = [](bool is_set, std::uint32_t bit) { return is_set ? bit : 0U; };
+  return flag(state.brakes, kBrakes) | flag(state.vernier, kVernier) | flag(state.joint_mode, kJointMode) |
+         flag(flight.was_limited(), kRateLimited) | flag(flight.is_at_limit(), kAtLimit) |
+         flag(flight.was_damped(), kNearSingularity) | flag(facts.is_replay, kReplay) |
+         flag(mine.blocked, kBlocked) | flag(mine.told, kInContact);
+}
+
+void write_header(const Session& session, const FrameFacts& facts, std::size_t contacts, std::uint32_t bytes,
+                  Writer& out) {
+  const Flight& flight = session.flight();
+  out.put(kFrameMagic);
+  out.put(std::uint16_t{1});
+  out.put(static_cast<std::uint16_t>(kFrameHeader));
+  out.put(session.frame());
+  out.put(session.time());
+  out.put(facts.has_input ? facts.input.browser_us : std::numeric_limits<double>::quiet_NaN());
+  out.put(facts.input.received_us);
+  out.put(facts.started_us);
+  out.put(facts.decided_us);
+  out.put(0.0);
+  out.put(facts.input.client);
+  out.put(facts.input.number);
+  out.put(static_cast<std::uint32_t>(flight.scene().setting.object_count()));
+  out.put(static_cast<std::uint16_t>(flight.methods().size()));
+  out.put(static_cast<std::uint16_t>(flight.commanded_joints().size()));
+  out.put(static_cast<std::uint32_t>(contacts));
+  out.put(static_cast<std::uint32_t>(flight.distances().size()));
+  out.put(facts.missed);
+  out.put(std::uint64_t{0});
+  out.put(header_flags(flight, facts));
+  out.put(bytes);
+  out.put(session.serial());
+  out.zeros(12);
+}
+
+void write_method(const Method& method, const MergeFigures& judged, std::uint64_t frame, Writer& out) {
+  const auto flag = [](bool is_set, std::uint16_t bit) { return is_set ? static_cast<unsigned>(bit) : 0U; };
+  out.put(static_cast<std::uint16_t>(method.kind));
+  out.put(static_cast<std::uint16_t>(flag(method.blocked, kMethodBlocked) | flag(method.told, kMethodTold) |
+                                     flag(method.slid, kMethodSlid) |
+                                     flag(judged.judged_frame < frame, kMethodJudgedLate)));
+  out.put(judged.merged);
+  out.put(judged.depth_now);
+  out.put(judged.depth_worst);
+  out.put(judged.judged_frame);
+  out.put(judged.judged);
+  out.put(method.blocked_frames);
+  out.put(method.blocked ? static_cast<std::int32_t>(method.blocked_by.a) : -1);
+  out.put(method.blocked ? static_cast<std::int32_t>(method.blocked_by.b) : -1);
+  out.put(method.decide_us);
+  out.put(judged.has_pair ? static_cast<std::int32_t>(judged.pair.a) : -1);
+  out.put(judged.has_pair ? static_cast<std::int32_t>(judged.pair.b) : -1);
+}
+
+void write_pose(const Pose& X, std::uint32_t flags, Writer& out) {
+  const Quaternion q = quaternion_of(X.R);
+  out.put_floats(X.p);
+  out.put_floats(q.v);
+  out.put(static_cast<float>(q.w));
+  out.put(flags);
+}
+
+std::uint32_t pose_flags(const Flight& flight, const Method& method, std::uint32_t object) {
+  const SceneInstance& instance = flight.scene().setting.instance();
+  const training::Formation& formation = method.way->formation();
+  std::uint32_t flags = 0;
+  for (const training::LoggedEvent& event : method.log.events) {
+    if (event.kind == EventKind::refused || event.kind == EventKind::at_limit) continue;
+    if (instance.object_of(event.solids.a) != object && instance.object_of(event.solids.b) != object)
+      continue;
+    if (event.kind == EventKind::blocked) flags |= kStopped;
+    if (event.kind == EventKind::began || event.kind == EventKind::persists) flags |= kTouches;
+  }
+  if (formation.carrier[object] != training::kNone) flags |= kCarried;
+  if (!formation.is_on[object]) flags |= kOff;
+  return flags;
+}
+
+void write_poses(const Flight& flight, Writer& out) {
+  for (const Method& method : flight.methods()) {
+    const std::span<const Pose> poses = method.way->poses();
+    for (std::uint32_t i = 0; i < poses.size(); ++i) write_pose(poses[i], pose_flags(flight, method, i), out);
+  }
+  for (const Pose& X : flight.commanded()) write_pose(X, 0, out);
+}
+
+void write_joints(const Flight& flight, Writer& out) {
+  const std::span<const double> actual = flight.ours().joints(), commanded = flight.commanded_joints();
+  const std::vector<double>& goals = flight.methods().back().goals;
+  for (std::size_t i = 0; i < commanded.size(); ++i) {
+    out.put(static_cast<float>(actual[i]));
+    out.put(static_cast<float>(commanded[i]));
+    out.put(static_cast<float>((goals[i] - actual[i]) * flight.rate()));
+    out.put(0.0F);
+  }
+}
+
+void write_contact(const training::ContactWorldWay& ours, const ContactEvent& event, Writer& out) {
+  const ContactKind kind = event.kind == EventKind::near      ? kIsNear
+                           : event.kind == EventKind::blocked ? kIsBlocked
+                                                              : kIsInContact;
+  out.put(static_cast<std::uint16_t>(MethodKind::ours));
+  out.put(static_cast<std::uint16_t>(kind));
+  out.put(ours.solid_in_scene(event.a, event.solids.a));
+  out.put(ours.solid_in_scene(event.b, event.solids.b));
+  out.put(static_cast<float>(event.geometry_at_end.separation));
+  out.put_floats(event.geometry_at_end.p_A_W);
+  out.put_floats(event.geometry_at_end.n_AB_W);
+  out.zeros(24);
+}
+
+void write_distance(const NearDistance& distance, Writer& out) {
+  out.put(distance.solids.a);
+  out.put(distance.solids.b);
+  out.put(distance.separation);
+  out.put_floats(distance.p_A_W);
+  out.put_floats(distance.p_B_W);
+  out.zeros(8);
+}
+
+std::size_t frame_bytes(std::size_t objects, std::size_t methods, std::size_t joints, std::size_t contacts,
+                        std::size_t distances) {
+  return kFrameHeader + methods * kMethodBytes + (methods + 1) * objects * kPoseBytes + joints * kJointBytes +
+         contacts * kContactBytes + distances * kDistanceBytes;
+}
+
+}  // namespace
+
+std::size_t most_frame_bytes(const StationScenes& scenes) {
+  std::size_t most = 0;
+  for (const auto& scene : scenes) {
+    const std::size_t joints = scene->arm() != nullptr ? scene->arm()->joints.size() : 0;
+    most = std::max(most, frame_bytes(scene->setting.object_count(), kMethods, joints, kMostContacts,
+                                      NearDistances::kMost));
+  }
+  return most;
+}
+
+void write_frame(const Session& session, const JudgeFigures& judged, const FrameFacts& facts,
+                 std::vector<std::uint8_t>& out) {
+  const Flight& flight = session.flight();
+  const Contacts contacts = contacts_of(flight);
+  const std::size_t bytes =
+      frame_bytes(flight.scene().setting.object_count(), flight.methods().size(),
+                  flight.commanded_joints().size(), contacts.count, flight.distances().size());
+  Writer writer(out);
+  write_header(session, facts, contacts.count, static_cast<std::uint32_t>(bytes), writer);
+  const bool counts = judged.epoch == session.epoch();
+  for (const Method& method : flight.methods())
+    write_method(method, counts ? judged.methods[static_cast<std::size_t>(method.kind)] : MergeFigures{},
+                 session.frame(), writer);
+  write_poses(flight, writer);
+  write_joints(flight, writer);
+  for (std::size_t i = 0; i < contacts.count; ++i) write_contact(flight.ours(), *contacts.events[i], writer);
+  for (const NearDistance& distance : flight.distances()) write_distance(distance, writer);
+}
+
+void set_client_part(std::span<std::uint8_t> message, double sent_us, std::uint64_t overwritten) {
+  std::memcpy(message.data() + kSentAt, &sent_us, sizeof(sent_us));
+  std::memcpy(message.data() + kOverwrittenAt, &overwritten, sizeof(overwritten));
+}
+
+}  // namespace touchstone::station
