@@ -1,0 +1,193 @@
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sched.h>
+#include <time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/bundled_folder.hpp"
+#include "touchstone/examples/program/interruption.hpp"
+#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/station/frame_message.hpp"
+#include "touchstone/examples/station/loop.hpp"
+#include "touchstone/examples/station/options.hpp"
+#include "touchstone/examples/station/server.hpp"
+#include "touchstone/examples/station/shown_flight.hpp"
+
+namespace {
+
+using namespace touchstone;
+using namespace touchstone::station;
+namespace fs = std::filesystem;
+
+/// The bundled ones by name, `worksite` first; then the user's own.
+StationScenes load_scenes(const StationOptions& options, const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.path().extension() == ".yaml") files.push_back(entry.path());
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    const bool a_first = a.stem() == "worksite", b_first = b.stem() == "worksite";
+    return a_first != b_first ? a_first : a < b;
+  });
+  files.insert(files.end(), options.scripts.begin(), options.scripts.end());
+  StationScenes scenes;
+  for (const fs::path& file : files) scenes.push_back(load_station_scene(file, options.rate));
+  return scenes;
+}
+
+std::size_t scene_to_fly(const std::string& name, const StationScenes& scenes) {
+  if (name.empty()) return 0;
+  const std::size_t found = find_scene(scenes, name);
+  if (found == scenes.size()) throw InputError("there is no scene '" + name + "': see --list");
+  return found;
+}
+
+void print_end(const Session& session) {
+  comparison::print_now(fmt::format("frames {}, hash {}\n", session.frame(), hash_text(session.hash())));
+}
+
+std::ifstream open_recording(const fs::path& file) {
+  std::ifstream in(file);
+  if (!in) throw InputError(file.string() + ": cannot be read");
+  return in;
+}
+
+double thread_us() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+/// What `exact` says about each method's frames.
+void print_verdict(const Session& session, MergeJudge& judge) {
+  const JudgeFigures& figures = judge.take();
+  constexpr std::array<const char*, kMethods> kNames = {"no check", "figure 1", "figure 2", "ours"};
+  for (const Method& method : session.flight().methods()) {
+    const auto index = static_cast<std::size_t>(method.kind);
+    const MergeFigures& merge = figures.methods[index];
+    fmt::print("{:9}  merged {:6} of {:6} frames, worst {:10.3e} m, stopped in {:6}\n", kNames[index],
+               merge.merged, merge.judged, merge.depth_worst, method.blocked_frames);
+  }
+}
+
+int replay_file(StationOptions options, const fs::path& folder) {
+  std::ifstream head = open_recording(options.replay);
+  options.rate = read_header(head, options.replay.string()).rate;
+  const StationScenes scenes = load_scenes(options, folder);
+  std::ifstream in = open_recording(options.replay);
+  const Recording recording = read_recording(in, options.replay.string(), scenes);
+  Session session(scenes, scene_to_fly(recording.scene, scenes), recording.methods);
+  const std::string name = options.replay.stem().string();
+  training::prepare_outputs(options.outputs, {name});
+  training::FlightOutputs outputs(options.outputs, session.flight().scene().setting, name, true);
+  ShownFlight shown(session, outputs.receivers());
+  const auto start = std::chrono::steady_clock::now();
+  MergeJudge judge(scenes);
+  TimeHistogram steps;
+  double before = thread_us();
+  replay(recording, session, 0, [&](const Session& flown) {
+    steps.add(thread_us() - before);
+    judge.offer(flown);
+    judge.work();
+    shown.send(flown);
+    if (outputs.is_in_real_time())
+      std::this_thread::sleep_until(start + std::chrono::duration<double>(flown.time()));
+    before = thread_us();
+  });
+  print_verdict(session, judge);
+  fmt::print(
+      "a step, all methods, by the thread's clock: median {:.0f} us, 99.9 % {:.0f} us, worst {:.0f} us\n",
+      steps.quantile_us(0.5), steps.quantile_us(0.999), steps.worst_us());
+  for (const training::OutputFigures& figures : outputs.close())
+    fmt::print("{}: {} of {} frames delivered {}\n", figures.receiver, figures.status.delivered,
+               figures.status.offered, figures.error);
+  print_end(session);
+  if (recording.hash.empty()) return 0;
+  const bool is_same = recording.hash == hash_text(session.hash());
+  comparison::print_now(is_same ? "the same bits as recorded\n"
+                                : "NOT the bits recorded: " + recording.hash + "\n");
+  return is_same ? 0 : 1;
+}
+
+/// Before whatever else runs here, where the system lets it: a step takes a small part of its period.
+bool ask_for_real_time() {
+  sched_param parameters{};
+  parameters.sched_priority = 1;
+  return pthread_setschedparam(pthread_self(), SCHED_RR, &parameters) == 0;
+}
+
+/// Judges and records, off the loop's path, until the loop has ended.
+class Clerk {
+ public:
+  Clerk(MergeJudge& judge, Recorder& recorder)
+      : thread_([this, &judge, &recorder] {
+          while (!stop_.load(std::memory_order_relaxed)) {
+            const bool any = recorder.work() | judge.work();
+            if (!any) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+          }
+        }) {}
+  ~Clerk() { end(); }
+  void end() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+int fly(const StationOptions& options, const fs::path& folder) {
+  const StationScenes scenes = load_scenes(options, folder);
+  const std::size_t scene = scene_to_fly(options.scene, scenes);
+  Session session(scenes, scene, options.methods);
+  Exchange exchange(most_frame_bytes(scenes));
+  MergeJudge judge(scenes);
+  Recorder recorder(scenes, {scenes[scene]->name, options.rate, options.methods, {}, 0, {}}, options.record);
+  Server server(options.server, exchange, scenes, scene, options.rate, &recorder);
+  Clerk clerk(judge, recorder);
+  StationLoop loop(session, exchange, judge, &recorder);
+  const std::string token = options.server.token.empty() ? "" : "?token=" + options.server.token;
+  comparison::print_now(fmt::format("http://{}:{}/{}\n", options.server.bind, server.port(), token));
+
+  std::atomic<bool> stop{false}, ended{false};
+  // A signal lets the frame end, so that the recording gets its end.
+  const comparison::OnInterrupt on_interrupt([&] {
+    stop = true;
+    while (!ended) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return fmt::format("frames {}, hash {}, deadlines missed {}", session.frame(), hash_text(session.hash()),
+                       exchange.figures.missed.load());
+  });
+  const bool is_first = ask_for_real_time();
+  comparison::print_now(is_first ? "" : "the loop runs at ordinary priority: a busy machine makes it late\n");
+  loop.run(stop, static_cast<std::uint64_t>(options.seconds * options.rate));
+  clerk.end();
+  recorder.end(session.frame(), session.hash());
+  ended = true;
+  comparison::stop_if_interrupted();
+  print_end(session);
+  return 0;
+}
+
+int run(int argc, char** argv) {
+  const std::optional<StationOptions> options =
+      parse_station_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "station/page"));
+  if (!options) return 0;
+  const fs::path folder = comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "station/scenes");
+  if (options->list) {
+    for (const auto& scene : load_scenes(*options, folder))
+      fmt::print("{:20}  {}\n", scene->name, scene->setting.script().name);
+    return 0;
+  }
+  return options->replay.empty() ? fly(*options, folder) : replay_file(*options, folder);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return touchstone::comparison::run_program("touchstone_station", [&] { return run(argc, argv); });
+}

@@ -1,0 +1,57 @@
+#include "touchstone/examples/station/options.hpp"
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/program.hpp"
+
+namespace touchstone::station {
+
+std::optional<StationOptions> parse_station_options(int argc, const char* const* argv,
+                                                    const std::filesystem::path& page) {
+  StationOptions out;
+  out.server.page = page;
+  CLI::App app(
+      "The training station: flies an arm from a page in a browser on this machine, with and without contact "
+      "detection.",
+      "touchstone_station");
+  std::vector<unsigned> methods;
+  bool has_token = false;
+  app.add_option("--scene", out.scene, "scene to begin with: a bundled one's name, or a script (YAML)");
+  app.add_option("--rate", out.rate, "frames a second")
+      ->check(CLI::Range(kLowestFrameRate, kHighestFrameRate))
+      ->capture_default_str();
+  app.add_option("--methods", methods, "0 no check, 1 Figure 1, 2 Figure 2; 3, ours, always runs")
+      ->check(CLI::Range(0U, 3U));
+  app.add_option("--record", out.record, "file for every input, with its frame");
+  app.add_option("--replay", out.replay, "fly a recording without a clock or page, and print its hash");
+  app.add_option("--poses", out.outputs.records,
+                 "with --replay: folder for a record of all poses and events of ours (CSV)");
+  app.add_option("--gltf", out.outputs.animations, "with --poses: folder for an animation");
+  app.add_option("--cigi", out.outputs.cigi, "with --replay: HOST:PORT of an image generator, in real time");
+  app.add_option("--seconds", out.seconds, "end after so long")->check(CLI::NonNegativeNumber);
+  app.add_option("--port", out.server.port, "of the page; 0: any")->capture_default_str();
+  app.add_option("--bind", out.server.bind, "address; beyond loopback a token is asked for")
+      ->capture_default_str();
+  app.add_option("--token", out.server.token, "instead of a random one");
+  app.add_option("--udp", out.server.udp_port, "port for datagrams of hands");
+  app.add_option("--page", out.server.page, "folder of the page's files")->check(CLI::ExistingDirectory);
+  app.add_flag("--list", out.list, "scenes");
+  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  has_token = !out.server.token.empty();
+  if (has_token && out.server.token.size() < 8) throw InputError("a token of fewer than 8 characters");
+  if (!has_token && out.server.bind != "127.0.0.1" && out.server.bind != "::1")
+    out.server.token = make_token();
+  if (!methods.empty()) {
+    out.methods = 0;
+    for (const unsigned method : methods) out.methods |= 1U << method;
+  }
+  const bool has_outputs =
+      !out.outputs.records.empty() || !out.outputs.animations.empty() || !out.outputs.cigi.empty();
+  if (has_outputs && out.replay.empty()) throw InputError("--poses, --gltf and --cigi are of a --replay");
+  if (std::filesystem::path(out.scene).extension() == ".yaml") {
+    out.scripts.emplace_back(out.scene);
+    out.scene = out.scripts.back().stem().string();
+  }
+  return out;
+}
+
+}  // namespace touchstone::station

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <optional>
+
+#include "touchstone/examples/station/server.hpp"
+#include "touchstone/examples/training_run/outputs.hpp"
+
+namespace touchstone::station {
+
+struct StationOptions {
+  ServerSettings server;
+  std::string scene;                           ///< name, or a script's path; empty: the first bundled one
+  std::vector<std::filesystem::path> scripts;  ///< of one's own, beside the bundled ones
+  double rate = 50.0;                          ///< [Hz]
+  std::filesystem::path record, replay;
+  training::OutputOptions outputs;  ///< of a replay
+  std::uint32_t methods = kAllMethods;
+  double seconds = 0.0;  ///< 0: until a signal
+  bool list = false;
+};
+
+/// Nothing: help or the version was asked for. @throws InputError
+std::optional<StationOptions> parse_station_options(int argc, const char* const* argv,
+                                                    const std::filesystem::path& page);
+
+}  // namespace touchstone::station

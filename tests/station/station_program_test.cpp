@@ -1,0 +1,56 @@
+#include <gtest/gtest.h>
+
+#include "touchstone/tests/support/program_test.hpp"
+
+// touchstone_station as a user runs it.
+
+namespace touchstone {
+namespace {
+
+class StationProgram : public ProgramTest {
+ protected:
+  StationProgram() : ProgramTest(TOUCHSTONE_STATION) {}
+};
+
+TEST_F(StationProgram, RecordsAFlightThatReplaysToTheSameBits) {
+  const std::string file = (folder_ / "flight.jsonl").string();
+  const Outcome flown = run("--port 0 --seconds 0.5 --record " + file);
+  ASSERT_EQ(flown.code, 0) << flown.err;
+  EXPECT_EQ(flown.out.rfind("http://127.0.0.1:", 0), 0U) << flown.out;
+  const Outcome replayed = run("--replay " + file);
+  EXPECT_EQ(replayed.code, 0) << replayed.err << replayed.out;
+  EXPECT_NE(replayed.out.find("the same bits as recorded"), std::string::npos) << replayed.out;
+  EXPECT_NE(replayed.out.find("frames 25, hash "), std::string::npos) << replayed.out;
+}
+
+TEST_F(StationProgram, AReplayWritesTheRecordAndAnimationOfItsFlight) {
+  const std::string file = (folder_ / "flight.jsonl").string(), out = (folder_ / "poses").string();
+  ASSERT_EQ(run("--port 0 --seconds 0.2 --scene grapple --record " + file).code, 0);
+  const Outcome replayed = run("--replay " + file + " --poses " + out + " --gltf " + out);
+  ASSERT_EQ(replayed.code, 0) << replayed.err;
+  EXPECT_NE(replayed.out.find("11 of 11 frames delivered"), std::string::npos) << replayed.out;
+  EXPECT_NE(read(out + "/flight.csv").find("ssrms.tip_lee"), std::string::npos);
+  EXPECT_NE(read(out + "/flight.gltf").find("ssrms.tip_lee"), std::string::npos);
+  EXPECT_EQ(run("--poses " + out).code, 2);
+}
+
+TEST_F(StationProgram, ASignalEndsItAndItsRecordingIsWhole) {
+  const std::string file = (folder_ / "flight.jsonl").string();
+  const auto [outcome, seconds] =
+      run_until("--port 0 --record " + file, std::chrono::milliseconds(700), SIGINT);
+  EXPECT_EQ(outcome.code, 130) << outcome.err;
+  EXPECT_LT(seconds, 1.0);
+  EXPECT_EQ(run("--replay " + file).code, 0);
+}
+
+TEST_F(StationProgram, SaysInOneLineWhatItCannotDo) {
+  EXPECT_EQ(run("--scene nowhere --port 0").err,
+            "touchstone_station: there is no scene 'nowhere': see --list\n");
+  EXPECT_EQ(run("--replay nothing").code, 2);
+  EXPECT_EQ(run("--bind elsewhere --port 0").code, 2);
+  const std::string list = run("--list").out;
+  EXPECT_EQ(list.rfind("worksite", 0), 0U) << list;
+}
+
+}  // namespace
+}  // namespace touchstone
