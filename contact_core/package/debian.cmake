@@ -1,6 +1,6 @@
 # Debian packages by `cpack -G DEB` in the build folder: libtouchstone-dev (headers, static libraries or links to shared
-# ones, CMake and pkg-config files), touchstone-tools (programs, man pages, scenes), libtouchstone-doc, and with
-# BUILD_SHARED_LIBS one package a library, so that who runs on Bullet needs no MuJoCo. `cmake --workflow --preset package`
+# ones, CMake and pkg-config files), touchstone-tools (programs, man pages, scenes), python3-touchstone, libtouchstone-doc, and
+# with BUILD_SHARED_LIBS one package a library, so that who runs on Bullet needs no MuJoCo. `cmake --workflow --preset package`
 # builds and packs all of them.
 set(TOUCHSTONE_MAINTAINER "Touchstone team <touchstone@example.org>" CACHE STRING "Who the Debian packages name")
 get_property(components GLOBAL PROPERTY TOUCHSTONE_COMPONENTS)
@@ -82,6 +82,15 @@ if(TOUCHSTONE_BUILD_EXAMPLES)
   touchstone_debian_package(programs touchstone-tools science "contact detection for convex hexahedra: programs"
     "${about} the programs that compare backends on one's\nown pairs and scenes, and fly training scenes.")
   set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SHLIBDEPS ON)
+endif()
+if(TARGET touchstone_python)
+  touchstone_debian_package(python python3-touchstone python "contact detection for convex hexahedra: Python"
+    "${about} the Python package touchstone: checks for NumPy's\nbatches, worlds and dynamics.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${TOUCHSTONE_PYTHON_VERSION}), python3 (<< ${TOUCHSTONE_PYTHON_NEXT}), python3-numpy")
+  if(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS)
+    string(APPEND CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS ", ${CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS}")
+  endif()
 endif()
 touchstone_debian_package(documentation libtouchstone-doc doc "contact detection for convex hexahedra: reference"
   "${about} the reference pages of every public header.")
