@@ -9,6 +9,7 @@
 #include <array>
 #include <chrono>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 
 namespace touchstone {
@@ -60,6 +61,7 @@ std::string type_of(const std::filesystem::path& file) {
 /// In the child: Chromium reads commands from descriptor 3 and answers on 4.
 [[noreturn]] void become_chromium(const std::string& program, int commands, int answers,
                                   const std::filesystem::path& profile) {
+  setpgid(0, 0);  // its processes are known by their group
   const int in = fcntl(commands, F_DUPFD, 10), out = fcntl(answers, F_DUPFD, 10);
   dup2(in, 3);
   dup2(out, 4);
@@ -173,6 +175,25 @@ void Browser::wait(double seconds) {
 void Browser::save_picture(const std::filesystem::path& file) {
   std::ofstream(file, std::ios::binary)
       << from_base64(call("Page.captureScreenshot", {{"format", "png"}})["data"].get<std::string>());
+}
+
+double Browser::processor_seconds() const {
+  double ticks = 0.0;
+  for (const std::filesystem::directory_entry& entry : std::filesystem::directory_iterator("/proc")) {
+    if (entry.path().filename().string().find_first_not_of("0123456789") != std::string::npos) continue;
+    const std::string stat = read_file(entry.path() / "stat");
+    const std::size_t name_end = stat.rfind(')');  // the name may hold blanks
+    if (name_end == std::string::npos) continue;
+    std::istringstream rest(stat.substr(name_end + 1));
+    std::string skipped;
+    pid_t group = 0;
+    double user = 0.0, system = 0.0;
+    rest >> skipped >> skipped >> group;                        // state, parent, group
+    for (int field = 6; field <= 13; ++field) rest >> skipped;  // session up to major faults of children
+    rest >> user >> system;
+    if (group == process_) ticks += user + system;
+  }
+  return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
 }
 
 json Browser::call(const std::string& method, json parameters) {

@@ -43,6 +43,8 @@ class Browser {
   void click(double x, double y);
   void wait(double seconds);
   void save_picture(const std::filesystem::path& file);
+  /// Processor time of all of Chromium's processes so far [s]: says on a busy machine too what drawing takes.
+  double processor_seconds() const;
 
   /// A command of the DevTools protocol. @throws std::runtime_error with the error or after a minute.
   nlohmann::json call(const std::string& method, nlohmann::json parameters = nlohmann::json::object());

@@ -23,6 +23,24 @@ TEST_F(StationPage, DrawsTheNewestFrameOnlyAndReportsEachAsSeen) {
   EXPECT_TRUE(becomes_true("touchstoneStation.station.frame.frame === " + found["frame"].dump()));
 }
 
+TEST_F(StationPage, DrawsNothingAnewWhileNothingChanges) {
+  open();
+  // Once the window and the camera have settled.
+  ASSERT_TRUE(
+      becomes_true("(() => { const {drawn, frame} = touchstoneStation.station, quiet = drawn === "
+                   "window.last; window.last = drawn; "
+                   "return quiet && frame.frame > (window.from = window.from ?? frame.frame) + 10; })()"));
+  const int drawn = value("touchstoneStation.station.drawn"),
+            frame = value("touchstoneStation.station.frame.frame");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.frame.frame > " + std::to_string(frame + 10)));
+  EXPECT_EQ(value("touchstoneStation.station.drawn"), drawn);
+  browser_->press(
+      "KeyA");  // along an axis that the made-up arm has not: nothing moves, yet the input counts as drawn
+  EXPECT_TRUE(becomes_true("fake.received.some(message => message.type === 'drawn')"));
+  value("fake.sockets[0].x[3] += 1e-3");
+  EXPECT_TRUE(becomes_true("touchstoneStation.station.drawn > " + std::to_string(drawn)));
+}
+
 TEST_F(StationPage, LeavesOutFramesThatItCannotRead) {
   open();
   value(R"((() => {

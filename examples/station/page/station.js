@@ -9,7 +9,7 @@ import {Panels, get, element, say, metres, blockedBy, cueOf} from './panels.js';
 import {Sound} from './sound.js';
 import {Latency} from './latency.js';
 import {Timeline} from './timeline.js';
-import {readFrame, positionOf, rotationOf, flag} from './frames.js';
+import {readFrame, looksLike, positionOf, rotationOf, flag} from './frames.js';
 import {add, turn, conjugate, subtract, scale, length, unit} from './algebra.js';
 
 const keys = {Space: 'brakes', KeyV: 'vernier', KeyM: 'mode', KeyT: 'frame', KeyG: 'latch', KeyH: 'release', Home: 'reset',
@@ -371,10 +371,10 @@ function handPose(frame) {
   return {position: add(positionOf(poses, object), arm ? turn(rotation, arm.tip.position) : [0, 0, 0]), rotation};
 }
 
-// The main camera starts beside the hand and a little behind it, and follows the hand.
+// The main camera starts beside the hand and a little behind it, and follows the hand. Whether it moved.
 function aim(frame) {
   const tip = handPose(frame);
-  if (!tip) return;
+  if (!tip) return false;
   if (!station.framed) {
     station.framed = true;
     station.orbit.target = tip.position;
@@ -382,8 +382,11 @@ function aim(frame) {
     const ahead = turn(tip.rotation, [1, 0, 0]);
     if (Math.hypot(ahead[0], ahead[1]) > 0.2) station.orbit.azimuth = Math.atan2(ahead[1], ahead[0]) - 2.0;
   }
-  if (get('follow').checked) station.orbit.target = add(station.orbit.target, scale(subtract(tip.position, station.orbit.target), 0.15));
+  const way = subtract(tip.position, station.orbit.target);
+  const moves = get('follow').checked && length(way) > 1e-4 * station.orbit.distance;  // less is less than a pixel
+  if (moves) station.orbit.target = add(station.orbit.target, scale(way, 0.15));
   picture.focus = station.orbit.target;
+  return moves;
 }
 
 function factOf(frame, screen) {
@@ -416,7 +419,6 @@ function showLabels(frame) {
 }
 
 function drawFrame(frame) {
-  aim(frame);
   Object.assign(picture, {edges: get('show-edges').checked, ghost: get('show-ghost').checked, distances: get('show-distances').checked});
   picture.draw(frame, station.screens, theme());
   for (const screen of station.screens) {
@@ -495,15 +497,18 @@ function turnOfLoop(now) {
   const buffer = link.newest, frame = link.take();
   if (frame && !station.looking && frame.objects === station.scene.objects.length && (station.scene.serial === undefined || frame.serial === station.scene.serial)) {
     timeline.add(buffer);
+    // What looks as it did is on the screen: drawing it again, by software, takes the processor from the station beside.
+    const drawn = aim(frame) || station.dirty || !looksLike(station.frame, frame);
     station.frame = frame;
     showCue(frame);
-    drawFrame(frame);
+    if (drawn) drawFrame(frame);
     if (station.drawnAt) keep(station.intervals, now - station.drawnAt, 20);
     station.drawnAt = now;
     station.pending = {frame};
     setDetail();
   } else if (station.frame && (station.dirty || station.playing)) {
     if (station.playing) playOn(now);
+    aim(station.frame);
     drawFrame(station.frame);
   }
   showPanels(now);
