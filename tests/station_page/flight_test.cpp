@@ -140,7 +140,7 @@ TEST_F(StationPage, SendsWhatTheKeysAndListsCommand) {
 
 TEST_F(StationPage, KeysDoNotFlyWhileSomethingIsTypedOrTheWindowIsLeft) {
   open();
-  value("document.getElementById('instructor').open = true; document.getElementById('fault-torque').focus()");
+  value("document.getElementById('instructor').open = true; document.getElementById('fault-late').focus()");
   browser_->press("KeyW");
   browser_->press("KeyW", false);
   value("document.activeElement.blur()");
