@@ -13,7 +13,9 @@ void register_bullet_dynamics(physics::EngineRegistry& registry) {
   entry.description =
       "Bullet " + std::to_string(version / 100) + "." + std::to_string(version % 100) + ", double precision";
   entry.checks = {std::string(physics::kOwnCheck), "native"};
-  entry.features = [](std::string_view) { return physics::EngineFeatures::usual(); };
+  entry.features = [](std::string_view) {
+    return physics::EngineFeatures::usual().with(physics::EngineFeature::body_joints);
+  };
   entry.make = [](const physics::DynamicScene& scene, const std::string& check) {
     return physics::bullet_dynamics::make_world(scene, check == "native");
   };

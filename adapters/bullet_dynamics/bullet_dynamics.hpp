@@ -27,8 +27,12 @@
 /// 3e-5 rad/s. A link's principal moment below 1e-6 of its largest is raised to that. Impacts are not told
 /// from forces, stops within a step are not located.
 ///
-/// Features: all. Refused by name: friction beyond 10 (Bullet cuts it there), latches on kinematic bodies,
-/// and latches whose carried body is a link (they would close a loop).
+/// Joints between rigid bodies are Bullet's constraints (fixed, hinge, slider, point to point), swept with
+/// the contacts, so that they give way a little; what their motors give is not told (NaN).
+///
+/// Features: the usual ones and joints between bodies. Refused by name: friction beyond 10 (Bullet cuts it
+/// there), latches on kinematic bodies, joints between bodies on a link, beside latches, or whose child is
+/// the ground, and latches whose carried body is a link (they would close a loop).
 
 namespace touchstone {
 

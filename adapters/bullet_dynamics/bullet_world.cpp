@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 
+#include "touchstone/adapters/bullet_dynamics/bullet_joints.hpp"
 #include "touchstone/adapters/bullet_dynamics/bullet_shapes.hpp"
 #include "touchstone/adapters/bullet_dynamics/bullet_tree.hpp"
 #include "touchstone/adapters/bullet_plugin/bullet_plugin.hpp"
@@ -112,6 +113,7 @@ class BulletEngine final : public SceneEngine {
     for (std::size_t b = 0; b < bodies().bodies().size(); ++b) add(b);
     set_rules();
     refuse_told_carriers();
+    add_body_joints();
     start();
     if (articulated_ != nullptr) regroup();
     is_started_ = true;
@@ -119,6 +121,7 @@ class BulletEngine final : public SceneEngine {
 
   ~BulletEngine() override {
     trees_.clear();
+    body_joints_.clear();
     for (const auto& body : bodies_)
       if (body) world_->removeRigidBody(body.get());
   }
@@ -138,8 +141,10 @@ class BulletEngine final : public SceneEngine {
       if (bodies().bodies()[b].kind == ContactSide::told)
         bodies_[b]->setWorldTransform(to_engine(target(b).X_WB));
     for (const auto& tree : trees_) tree->apply_torques();
+    for (const auto& joint : body_joints_) joint->apply();
     world_->stepSimulation(to_engine(step_size()), 0, to_engine(step_size()));
     for (const auto& tree : trees_) tree->read();
+    for (const auto& joint : body_joints_) joint->read();
     step.detection_us = rules_.check_us;
     for (int m = 0; m < dispatcher_.getNumManifolds(); ++m)
       step.contacts += static_cast<std::size_t>(dispatcher_.getManifoldByIndexInternal(m)->getNumContacts());
@@ -153,14 +158,24 @@ class BulletEngine final : public SceneEngine {
   }
 
   JointState read_joint(std::size_t joint) const override {
+    if (joint >= bodies().joints().size()) {
+      const BodyJoint& of_bodies = *body_joints_[joint - bodies().joints().size()];
+      return {of_bodies.value(), of_bodies.rate(), of_bodies.torque()};
+    }
     const Tree& tree = *tree_of_joint_[joint];
     const JointMotion now = tree.joint(joint);
     return {now.value, now.rate, tree.torque(joint, step_size())};
   }
 
   void set_drive(std::size_t joint, const JointDrive& drive) override {
+    if (joint >= bodies().joints().size())
+      return body_joints_[joint - bodies().joints().size()]->set_drive(drive);
     drives_[joint] = drive;
     if (tree_of_joint_[joint] != nullptr) tree_of_joint_[joint]->set_drive(joint, drive);
+  }
+
+  void switch_joint(std::size_t body_joint, bool is_on) override {
+    body_joints_[body_joint]->switch_to(is_on);
   }
 
   void latch(std::size_t carrier, std::size_t carried) override {
@@ -239,6 +254,28 @@ class BulletEngine final : public SceneEngine {
     for (const SceneAction& each : scene().actions)
       if (each.kind == SceneAction::Kind::latch)
         refuse(bodies().body_of(each.carrier), bodies().body_of(each.carried));
+  }
+
+  /// Of rigid bodies. Those of an articulated body are none, nor is what a latch makes part of one.
+  void add_body_joints() {
+    const auto body = [&](std::size_t b, const SceneBodyJoint& joint) -> btRigidBody* {
+      if (b == EngineScene::kNone) return nullptr;
+      if (bodies().bodies()[b].kind == ContactSide::link)
+        throw InputError("engine 'bullet': unsupported: a joint between bodies on a link (joint '" +
+                         joint.name + "')");
+      return bodies_[b].get();
+    };
+    for (const EngineScene::BodyJoint& joint : bodies().body_joints())
+      body_joints_.push_back(std::make_unique<BodyJoint>(*world_, *joint.source,
+                                                         body(joint.child, *joint.source),
+                                                         body(joint.parent, *joint.source), step_size()));
+    const bool any_latch = !scene().scene.latches.empty() ||
+                           std::any_of(scene().actions.begin(), scene().actions.end(), [](const auto& each) {
+                             return each.kind == SceneAction::Kind::latch;
+                           });
+    if (any_latch && !body_joints_.empty())
+      throw InputError("engine 'bullet': unsupported: joints between bodies beside latches (joint '" +
+                       scene().joints[0].name + "')");
   }
 
   void add(std::size_t index) {
@@ -401,6 +438,7 @@ class BulletEngine final : public SceneEngine {
   Shapes shapes_;
   std::vector<btCollisionShape*> made_shapes_;        // by body
   std::vector<std::unique_ptr<btRigidBody>> bodies_;  // null: a link
+  std::vector<std::unique_ptr<BodyJoint>> body_joints_;
   std::vector<std::unique_ptr<Tree>> trees_;
   std::vector<Tree*> tree_of_, tree_of_joint_;  // by body, by joint; null: in none
   std::vector<JointDrive> drives_;              // by joint

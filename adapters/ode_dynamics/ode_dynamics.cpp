@@ -17,7 +17,7 @@ void add(physics::EngineRegistry& registry, const std::string& name, const std::
     physics::EngineFeatures features = physics::EngineFeatures::usual();
     if (check != "native") features = features.without(physics::EngineFeature::hulls);
     using enum physics::EngineFeature;
-    if (is_direct) return features;
+    if (is_direct) return features.with(body_joints);
     // Sweeps do not converge on joints between unequal masses: an arm with 116 t makes 1e9 J in 10 s.
     for (const physics::EngineFeature each : {arms, joint_stops, torque_drives, rate_drives, brakes, latches})
       features = features.without(each);

@@ -10,8 +10,9 @@
 ///
 /// How a scene is modelled. Bodies at their centre of mass, boxes as dBox (own) or hexahedron geoms (native).
 /// Joints are hinges and sliders with motors (rate drives and brakes: dParamVel, dParamFMax; torques are
-/// added), latches are fixed joints. Friction and restitution are the scene's for every pair. Error reduction
-/// (0.2), softness (1e-10) and sweeps are ODE's defaults; nothing is put to sleep.
+/// added), latches are fixed joints; so are joints between bodies, balls besides, closed loops and all.
+/// Friction and restitution are the scene's for every pair. Error reduction (0.2), softness (1e-10) and
+/// sweeps are ODE's defaults; nothing is put to sleep.
 ///
 /// Errors of ODE's method. Steps are semi-implicit Euler: after t a body in free fall is g h t / 2
 /// lower than the parabola. Friction is a pyramid along two axes across the normal, not a cone: up to
@@ -19,7 +20,8 @@
 /// largest is raised to that: ODE has no slender rods. Impacts are not told from forces, stops within a step
 /// are not located.
 ///
-/// Features: `ode_direct` all, `ode` all but arms and latches: its sweeps do not converge on joints between
+/// Features: `ode_direct` the usual ones and joints between bodies (torque and rate drives, brakes and stops;
+/// the child must move), `ode` all but these, arms and latches: its sweeps do not converge on joints between
 /// unequal masses. Hexahedra that are no boxes with `native` alone (ODE's own check of convexes ends in
 /// numbers that are none). Stops further than pi from a joint's start are refused. ode_direct fails a step
 /// where ODE reports that its method broke down (LCP internal error). It did so where contacts say the same

@@ -14,15 +14,9 @@ Vector3 vector_of(const dReal* v) { return {v[0], v[1], v[2]}; }
 
 OdeJoint::OdeJoint(dWorldID world, const EngineScene::Joint& joint, dBodyID child, dBodyID parent)
     : source_(joint.source), child_(child), value_(joint.source->value) {
-  const Vector3 &p = source_->p_W, &axis = source_->axis_W;
   joint_ = is_hinge() ? dJointCreateHinge(world, nullptr) : dJointCreateSlider(world, nullptr);
   dJointAttach(joint_, child, parent);
-  if (is_hinge()) {
-    dJointSetHingeAnchor(joint_, p.x(), p.y(), p.z());
-    dJointSetHingeAxis(joint_, axis.x(), axis.y(), axis.z());
-  } else {
-    dJointSetSliderAxis(joint_, axis.x(), axis.y(), axis.z());
-  }
+  place(source_->p_W, source_->axis_W);
   dJointSetFeedback(joint_, &feedback_);
   const double lower = source_->lower - value_, upper = source_->upper - value_;
   for (const double stop : {lower, upper})
@@ -32,6 +26,13 @@ OdeJoint::OdeJoint(dWorldID world, const EngineScene::Joint& joint, dBodyID chil
   // In this order: ODE keeps the lower one from being above the higher.
   if (std::isfinite(upper)) set(dParamHiStop, upper);
   if (std::isfinite(lower)) set(dParamLoStop, lower);
+}
+
+void OdeJoint::place(const Vector3& p_W, const Vector3& axis_W) {
+  value_ = source_->value, last_angle_ = 0.0;
+  if (!is_hinge()) return dJointSetSliderAxis(joint_, axis_W.x(), axis_W.y(), axis_W.z());
+  dJointSetHingeAnchor(joint_, p_W.x(), p_W.y(), p_W.z());
+  dJointSetHingeAxis(joint_, axis_W.x(), axis_W.y(), axis_W.z());
 }
 
 void OdeJoint::set(int parameter, double value) {
@@ -83,6 +84,50 @@ double OdeJoint::torque() const {
   dJointGetHingeAnchor(joint_, anchor);
   const Vector3 lever = vector_of(anchor) - vector_of(dBodyGetPosition(child_));
   return dot(vector_of(axis), vector_of(feedback_.t1) - cross(lever, force));
+}
+
+OdeBodyJoint::OdeBodyJoint(dWorldID world, const EngineScene::BodyJoint& joint, dBodyID child, dBodyID parent)
+    : source_(joint.source), parent_(parent), p_P_(source_->p_W), axis_P_(source_->axis_W) {
+  if (child == nullptr)
+    throw InputError("engine 'ode': unsupported: a child that is the ground (joint '" + source_->name +
+                     "'): make it the parent");
+  if (parent_ != nullptr) {
+    dVector3 p, axis;
+    dBodyGetPosRelPoint(parent_, p_P_.x(), p_P_.y(), p_P_.z(), p);
+    dBodyVectorFromWorld(parent_, axis_P_.x(), axis_P_.y(), axis_P_.z(), axis);
+    p_P_ = vector_of(p), axis_P_ = vector_of(axis);
+  }
+  const bool is_hinge = source_->kind == BodyJointKind::hinge;
+  if (is_hinge || source_->kind == BodyJointKind::slider) {
+    as_joint_.kind = is_hinge ? JointKind::revolute : JointKind::prismatic;
+    as_joint_.p_W = source_->p_W, as_joint_.axis_W = source_->axis_W;
+    as_joint_.lower = source_->lower, as_joint_.upper = source_->upper;
+    axis_.emplace(world, EngineScene::Joint{{}, "joint '" + source_->name + "'", &as_joint_, 0, 0}, child,
+                  parent);
+    joint_ = axis_->id();
+  } else {
+    joint_ = source_->kind == BodyJointKind::ball ? dJointCreateBall(world, nullptr)
+                                                  : dJointCreateFixed(world, nullptr);
+    dJointAttach(joint_, child, parent);
+  }
+  switch_to(source_->is_on);
+}
+
+void OdeBodyJoint::switch_to(bool is_on) {
+  is_on_ = is_on;
+  if (!is_on) return dJointDisable(joint_);
+  dVector3 p = {p_P_.x(), p_P_.y(), p_P_.z()}, axis = {axis_P_.x(), axis_P_.y(), axis_P_.z()};
+  if (parent_ != nullptr) {
+    dBodyGetRelPointPos(parent_, p_P_.x(), p_P_.y(), p_P_.z(), p);
+    dBodyVectorToWorld(parent_, axis_P_.x(), axis_P_.y(), axis_P_.z(), axis);
+  }
+  if (axis_)
+    axis_->place(vector_of(p), vector_of(axis));
+  else if (source_->kind == BodyJointKind::ball)
+    dJointSetBallAnchor(joint_, p[0], p[1], p[2]);
+  else
+    dJointSetFixed(joint_);
+  dJointEnable(joint_);
 }
 
 }  // namespace touchstone::physics::ode_dynamics

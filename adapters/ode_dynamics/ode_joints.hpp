@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "touchstone/adapters/ode/ode_library.hpp"
@@ -16,6 +17,9 @@ class OdeJoint {
   OdeJoint(const OdeJoint&) = delete;
   OdeJoint& operator=(const OdeJoint&) = delete;
 
+  /// Holds both as they stand, the value as at the scene's start.
+  void place(const Vector3& p_W, const Vector3& axis_W);
+  dJointID id() const { return joint_; }
   void set_drive(const JointDrive& drive);
   /// Before each step: torques are gone after one.
   void apply();
@@ -37,6 +41,32 @@ class OdeJoint {
   dJointFeedback feedback_{};
   JointDrive drive_;
   double value_, last_angle_ = 0.0;
+};
+
+/// A joint between bodies, the child as ODE's first body.
+class OdeBodyJoint {
+ public:
+  /// Where both bodies stand as at the scene's start. @param parent may be null: the ground.
+  /// @throws InputError: as OdeJoint; a child that is the ground.
+  OdeBodyJoint(dWorldID world, const EngineScene::BodyJoint& joint, dBodyID child, dBodyID parent);
+  OdeBodyJoint(const OdeBodyJoint&) = delete;
+  OdeBodyJoint& operator=(const OdeBodyJoint&) = delete;
+
+  /// Lets go, or holds the bodies as they stand: the joint's frame is then where the parent has it.
+  void switch_to(bool is_on);
+  /// Of hinges and sliders; of others nothing.
+  OdeJoint* axis() { return axis_ ? &*axis_ : nullptr; }
+  const OdeJoint* axis() const { return axis_ ? &*axis_ : nullptr; }
+  bool is_on() const { return is_on_; }
+
+ private:
+  const SceneBodyJoint* source_;
+  SceneJoint as_joint_;  // with its axis
+  dJointID joint_ = nullptr;
+  dBodyID parent_;
+  Vector3 p_P_, axis_P_;  // in the parent's frame
+  std::optional<OdeJoint> axis_;
+  bool is_on_ = true;
 };
 
 }  // namespace touchstone::physics::ode_dynamics

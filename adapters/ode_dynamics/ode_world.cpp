@@ -74,6 +74,9 @@ class OdeEngine final : public SceneEngine {
     for (const EngineScene::Joint& joint : bodies().joints())
       joints_.emplace_back(ode_.world, joint, bodies_[joint.child],
                            joint.parent == EngineScene::kNone ? nullptr : bodies_[joint.parent]);
+    const auto body = [&](std::size_t b) { return b == EngineScene::kNone ? nullptr : bodies_[b]; };
+    for (const EngineScene::BodyJoint& joint : bodies().body_joints())
+      body_joints_.emplace_back(ode_.world, joint, body(joint.child), body(joint.parent));
     latches_.resize(bodies_.size(), nullptr);
     start();
   }
@@ -91,7 +94,7 @@ class OdeEngine final : public SceneEngine {
       dBodySetLinearVel(bodies_[b], to.v_W.x(), to.v_W.y(), to.v_W.z());
       dBodySetAngularVel(bodies_[b], to.w_W.x(), to.w_W.y(), to.w_W.z());
     }
-    for (OdeJoint& joint : joints_) joint.apply();
+    for_each_axis([](OdeJoint& joint) { joint.apply(); });
     find_contacts(step);
     if (!options_.is_direct) {
       dWorldQuickStep(ode_.world, step_size());
@@ -102,7 +105,7 @@ class OdeEngine final : public SceneEngine {
     dJointGroupEmpty(ode_.contacts);
     for (std::size_t b = 0; b < bodies_.size(); ++b)  // without what its integration rounds
       if (bodies().bodies()[b].kind == ContactSide::told) place(bodies_[b], target(b).X_WB);
-    for (OdeJoint& joint : joints_) joint.read();
+    for_each_axis([](OdeJoint& joint) { joint.read(); });
   }
 
   State read_state(std::size_t body) const override {
@@ -118,10 +121,18 @@ class OdeEngine final : public SceneEngine {
   }
 
   JointState read_joint(std::size_t joint) const override {
-    const OdeJoint& from = joints_[joint];
-    return {from.value(), from.rate(), from.torque()};
+    const OdeJoint* const from = axis_of(joint);
+    return from == nullptr ? JointState{} : JointState{from->value(), from->rate(), from->torque()};
   }
-  void set_drive(std::size_t joint, const JointDrive& drive) override { joints_[joint].set_drive(drive); }
+  void set_drive(std::size_t joint, const JointDrive& drive) override {
+    if (joint < joints_.size())
+      joints_[joint].set_drive(drive);
+    else if (OdeJoint* const axis = body_joints_[joint - joints_.size()].axis())
+      axis->set_drive(drive);
+  }
+  void switch_joint(std::size_t body_joint, bool is_on) override {
+    body_joints_[body_joint].switch_to(is_on);
+  }
   void latch(std::size_t carrier, std::size_t carried) override {
     dJointID joint = dJointCreateFixed(ode_.world, nullptr);
     dJointAttach(joint, bodies_[carried], bodies_[carrier]);
@@ -142,6 +153,19 @@ class OdeEngine final : public SceneEngine {
     double depth;
     dJointFeedback feedback;
   };
+
+  /// Those that hold.
+  template <class Action>
+  void for_each_axis(const Action& action) {
+    for (OdeJoint& joint : joints_) action(joint);
+    for (OdeBodyJoint& joint : body_joints_)
+      if (OdeJoint* const axis = joint.axis(); axis != nullptr && joint.is_on()) action(*axis);
+  }
+  const OdeJoint* axis_of(std::size_t joint) const {
+    if (joint < joints_.size()) return &joints_[joint];
+    const OdeBodyJoint& of_bodies = body_joints_[joint - joints_.size()];
+    return of_bodies.is_on() ? of_bodies.axis() : nullptr;
+  }
 
   static void place(dBodyID body, const Pose& X) {
     const ode::Rotation R(X.R);
@@ -256,6 +280,7 @@ class OdeEngine final : public SceneEngine {
   OdeHandles ode_;
   std::vector<dBodyID> bodies_;
   std::deque<OdeJoint> joints_;
+  std::deque<OdeBodyJoint> body_joints_;
   std::vector<dJointID> latches_;  // by body that is carried
   std::deque<Point> points_;       // stay where they are: ODE writes their feedback
   std::size_t point_count_ = 0;

@@ -108,7 +108,14 @@ std::vector<EngineNeed> needs_of(const DynamicScene& scene) {
   add_bodies(scene, needs);
   add_pairs(scene, needs);
   add_mechanisms(scene, needs);
-  if (!scene.joints.empty()) needs.add(EngineFeature::body_joints, "joint '" + scene.joints[0].name + "'");
+  for (const SceneBodyJoint& joint : scene.joints) {
+    const std::string who = "joint '" + joint.name + "'";
+    needs.add(EngineFeature::body_joints, who);
+    if (std::isfinite(joint.lower) || std::isfinite(joint.upper)) needs.add(EngineFeature::joint_stops, who);
+    needs.add_drive(joint.drive, who);
+    if (joint.losses.friction > 0.0 || joint.losses.damping > 0.0)
+      needs.add(EngineFeature::joint_losses, who);
+  }
   if (!scene.scene.latches.empty())
     needs.add(EngineFeature::latches, "object '" + scene.scene.latches[0].carried + "'");
   for (const SceneAction& action : scene.actions) {

@@ -54,6 +54,11 @@ class EngineFeatures {
     out.bits_ = (1U << kEngineFeatures) - 1U;
     return out;
   }
+  EngineFeatures with(EngineFeature feature) const {
+    EngineFeatures out = *this;
+    out.bits_ |= bit(feature);
+    return out;
+  }
   EngineFeatures without(EngineFeature feature) const {
     EngineFeatures out = *this;
     out.bits_ &= ~bit(feature);

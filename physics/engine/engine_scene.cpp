@@ -75,6 +75,7 @@ EngineScene::EngineScene(const DynamicScene& scene)
       solids_.push_back({&placed.solid, i, body_of_[i], is_at ? X_BO_[i] : compose(X_BO_[i], placed.X_OS)});
     }
   add_joints();
+  add_body_joints();
   start_links();
   list_exempt();
   compare_exempt();
@@ -174,6 +175,15 @@ void EngineScene::add_joints() {
   joints_ = std::move(sorted);
 }
 
+void EngineScene::add_body_joints() {
+  const auto body = [&](std::size_t object) {
+    const bool is_ground = object == kNoObject || bodies_[body_of_[object]].kind == ContactSide::ground;
+    return is_ground ? kNone : body_of_[object];
+  };
+  for (const SceneBodyJoint& joint : scene_->joints)
+    body_joints_.push_back({&joint, body(joint.parent), body(joint.child)});
+}
+
 /// Velocities of links, from the rates of the joints that carry them.
 void EngineScene::start_links() {
   for (const Joint& joint : joints_) {
@@ -208,6 +218,8 @@ void EngineScene::list_exempt() {
   for (const SceneMechanism& mechanism : scene_->mechanisms)
     for (const SceneJoint& joint : mechanism.joints)
       if (joint.parent != kNoObject) exempt_objects_.push_back(ordered(joint.parent, joint.child));
+  for (const SceneBodyJoint& joint : scene_->joints)
+    if (joint.parent != kNoObject) exempt_objects_.push_back(ordered(joint.parent, joint.child));
   sort_unique(exempt_solids_);
   sort_unique(exempt_objects_);
 }

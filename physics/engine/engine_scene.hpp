@@ -34,6 +34,11 @@ class EngineScene {
     std::size_t parent;  ///< body; kNone: the ground
     std::size_t child;
   };
+  /// One of DynamicScene::joints.
+  struct BodyJoint {
+    const SceneBodyJoint* source;
+    std::size_t parent, child;  ///< bodies; kNone: the ground
+  };
   /// A hexahedron of a body.
   struct Solid {
     const Hexahedron* solid;
@@ -46,8 +51,9 @@ class EngineScene {
 
   const DynamicScene& scene() const { return *scene_; }
   std::span<const Body> bodies() const { return bodies_; }
-  std::span<const Joint> joints() const { return joints_; }  ///< parents before children
-  std::span<const Solid> solids() const { return solids_; }  ///< as the scene counts them
+  std::span<const Joint> joints() const { return joints_; }                ///< parents before children
+  std::span<const BodyJoint> body_joints() const { return body_joints_; }  ///< as the scene counts them
+  std::span<const Solid> solids() const { return solids_; }                ///< as the scene counts them
   std::size_t body_of(std::size_t object) const { return body_of_[object]; }
   const Pose& X_BO(std::size_t object) const { return X_BO_[object]; }
   const Surface& surface(SolidIndex solid) const { return scene_->bodies[solids_[solid].object].surface; }
@@ -72,6 +78,7 @@ class EngineScene {
   void cluster_links();
   void place(std::size_t body);
   void add_joints();
+  void add_body_joints();
   void start_links();
   void list_exempt();
   void compare_exempt();
@@ -80,6 +87,7 @@ class EngineScene {
   SurfacePairs surfaces_;  // numbers are objects
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;
+  std::vector<BodyJoint> body_joints_;
   std::vector<Solid> solids_;
   std::vector<std::size_t> body_of_;  // by object
   std::vector<Pose> X_BO_;            // by object

@@ -83,18 +83,19 @@ SceneEngine::SceneEngine(const DynamicScene& scene)
     : bodies_(scene),
       states_(bodies_.bodies().size()),
       targets_(bodies_.bodies().size()),
-      joint_states_(bodies_.joints().size()),
-      drives_since_(bodies_.joints().size(), 0.0),
+      joint_states_(bodies_.joints().size() + bodies_.body_joints().size()),
+      drives_since_(joint_states_.size(), 0.0),
       root_(bodies_.bodies().size()) {
   for (std::size_t b = 0; b < root_.size(); ++b) {
     const EngineScene::Body& body = bodies_.bodies()[b];
     states_[b] = targets_[b] = {body.X_WB, body.v_W, body.w_W};
     root_[b] = b;
   }
-  for (std::size_t j = 0; j < drives_since_.size(); ++j) {
+  for (std::size_t j = 0; j < bodies_.joints().size(); ++j) {
     drives_.push_back(bodies_.joints()[j].source->drive);
     joint_states_[j] = {bodies_.joints()[j].source->value, bodies_.joints()[j].source->rate, 0.0};
   }
+  for (const EngineScene::BodyJoint& joint : bodies_.body_joints()) drives_.push_back(joint.source->drive);
 }
 
 void SceneEngine::start() {
@@ -119,10 +120,11 @@ void SceneEngine::carry_out(const SceneAction& action) {
     case SceneAction::Kind::release:
       let_go(bodies_.body_of(action.carried));
       break;
-    // No engine has EngineFeature::set_joints and body_joints.
-    case SceneAction::Kind::set_joint:
     case SceneAction::Kind::join:
     case SceneAction::Kind::part:
+      switch_joint(action.joint.joint, action.kind == SceneAction::Kind::join);
+      break;
+    case SceneAction::Kind::set_joint:  // no engine has EngineFeature::set_joints
       break;
   }
 }
@@ -145,7 +147,7 @@ void SceneEngine::tell_drives(bool all) {
   for (std::size_t j = 0; j < drives_.size(); ++j) {
     if (!all && drives_[j].ramp == 0.0) continue;
     JointDrive drive = drives_[j].drive;
-    drive.limit = std::min(drive.limit, bodies_.joints()[j].source->effort);
+    drive.limit = std::min(drive.limit, effort_of(j));
     drive.torque += drives_[j].ramp * ((time() + 0.5 * step_size()) - drives_since_[j]);
     if (drive.mode == JointDrive::Mode::torque)
       drive.torque = std::clamp(drive.torque, -drive.limit, drive.limit);
@@ -280,11 +282,18 @@ std::optional<Vector3> SceneEngine::angular_velocity(std::size_t object) const {
 }
 
 std::size_t SceneEngine::joint_index(const JointAddress& address) const {
+  if (address.is_of_bodies()) return bodies_.joints().size() + address.joint;
   for (std::size_t j = 0; j < bodies_.joints().size(); ++j) {
     const JointAddress& each = bodies_.joints()[j].address;
     if (each.mechanism == address.mechanism && each.joint == address.joint) return j;
   }
   return EngineScene::kNone;
+}
+
+double SceneEngine::effort_of(std::size_t joint) const {
+  const std::size_t of_mechanisms = bodies_.joints().size();
+  return joint < of_mechanisms ? bodies_.joints()[joint].source->effort
+                               : bodies_.body_joints()[joint - of_mechanisms].source->effort;
 }
 
 double SceneEngine::joint_value(const JointAddress& joint) const {
@@ -363,5 +372,6 @@ SceneEngine::JointState SceneEngine::read_joint(std::size_t) const { return {}; 
 void SceneEngine::set_drive(std::size_t, const JointDrive&) {}
 void SceneEngine::latch(std::size_t, std::size_t) {}
 void SceneEngine::release(std::size_t) {}
+void SceneEngine::switch_joint(std::size_t, bool) {}
 
 }  // namespace touchstone::physics

@@ -62,12 +62,15 @@ class SceneEngine : public DynamicsEngine {
   virtual void advance(EngineStep& step) = 0;
   /// The body's state now; of free bodies, told ones and links.
   virtual State read_state(std::size_t body) const = 0;
+  /// @param joint of EngineScene::joints(), then of its body_joints(), which have an axis or state 0.
   virtual JointState read_joint(std::size_t joint) const;
   /// For the steps from now on; the torque is that of the middle of the step, the limit within the joint's.
   virtual void set_drive(std::size_t joint, const JointDrive& drive);
   /// From now on the two bodies are one, as they stand; and no longer. `carrier` may be of any kind.
   virtual void latch(std::size_t carrier, std::size_t carried);
   virtual void release(std::size_t carried);
+  /// From now on the joint between bodies holds them as they stand, its value 0; or lets go.
+  virtual void switch_joint(std::size_t body_joint, bool is_on);
 
  private:
   struct Held {
@@ -83,6 +86,7 @@ class SceneEngine : public DynamicsEngine {
   void aim(double time);
   void read();
   std::size_t joint_index(const JointAddress& address) const;
+  double effort_of(std::size_t joint) const;
 
   EngineScene bodies_;
   std::vector<State> states_, targets_;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -177,6 +179,125 @@ TEST_P(EngineSuite, NamesWhatItCannotDo) {
     const std::string text = error.what();
     EXPECT_EQ(text.find("engine '" + GetParam().text() + "': unsupported: "), 0u) << text;
     for (const std::string& each : unsupported) EXPECT_NE(text.find(each), std::string::npos) << text;
+  }
+}
+
+/// A scene that asks for the feature, and for little else.
+DynamicScene scene_with(EngineFeature feature) {
+  using enum EngineFeature;
+  DynamicScene scene = empty_scene(0.1);
+  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 5}, 1.0);
+  const std::size_t other = add_box(scene, "other", {0.2, 0.2, 0.2}, {2, 0, 5}, 1.0);
+  const auto add_arm = [&]() -> physics::SceneJoint& {
+    scene.bodies[box].kind = BodyKind::link;
+    physics::SceneJoint joint;
+    joint.name = "joint";
+    joint.child = box;
+    joint.p_W = {0, 0, 5};
+    scene.mechanisms.push_back({"arm", {joint}, {}});
+    return scene.mechanisms[0].joints[0];
+  };
+  const auto drive_arm = [&](physics::JointDrive::Mode mode) {
+    physics::JointDrive& drive = add_arm().drive.drive;
+    drive.mode = mode;
+    drive.torque = drive.rate = drive.stiffness = 0.1, drive.limit = 10.0;
+  };
+  Pose aside;
+  aside.p = {0, 0.2, 0};
+  switch (feature) {
+    case hulls: {
+      std::array<Vector3, 8> v = Hexahedron::from_size({0.2, 0.2, 0.2}).vertices();
+      for (Vector3& p : v)
+        if (p.z() > 0.0) p.x() *= 0.5, p.y() *= 0.5;
+      scene.scene.objects[box].tree = HexahedronTree({{"box", Hexahedron::from_vertices(v), {}}}, "box");
+      break;
+    }
+    case kinematic_bodies:
+      scene.bodies[other].kind = BodyKind::kinematic;
+      break;
+    case mixed_friction:
+      scene.bodies[other].surface.friction = 0.1;
+      break;
+    case restitution:
+      scene.bodies[other].surface.restitution = 0.5;
+      break;
+    case exempt_parts:
+      scene.scene.objects[box].tree =
+          HexahedronTree({{"box", Hexahedron::from_size({0.2, 0.2, 0.2}), {}},
+                          {"side", Hexahedron::from_size({0.2, 0.2, 0.2}), aside}},
+                         "box");
+      scene.scene.exempt_pairs.push_back({"box/side", "other/box"});
+      break;
+    case arms:
+      add_arm();
+      break;
+    case joint_stops:
+      add_arm().upper = 1.0;
+      break;
+    case torque_drives:
+      drive_arm(physics::JointDrive::Mode::torque);
+      break;
+    case rate_drives:
+      drive_arm(physics::JointDrive::Mode::rate);
+      break;
+    case brakes:
+      drive_arm(physics::JointDrive::Mode::brake);
+      break;
+    case position_drives:
+      drive_arm(physics::JointDrive::Mode::position);
+      break;
+    case latches:
+      scene.scene.latches.push_back({"box", "other", {}});
+      break;
+    case set_joints: {
+      add_arm();
+      physics::SceneAction set;
+      set.kind = physics::SceneAction::Kind::set_joint;
+      scene.actions.push_back(set);
+      break;
+    }
+    case joint_losses:
+      add_arm().losses.friction = 0.1;
+      break;
+    case rotors:
+      add_arm().rotor = 0.1;
+      break;
+    case body_joints: {
+      physics::SceneBodyJoint joint;
+      joint.name = "ball";
+      joint.kind = physics::BodyJointKind::ball;
+      joint.parent = box, joint.child = other;
+      joint.p_W = {1, 0, 5};
+      scene.joints.push_back(joint);
+      break;
+    }
+  }
+  return scene;
+}
+
+TEST_P(EngineSuite, EveryFeatureIsTakenOrNamed) {
+  for (int i = 0; i < physics::kEngineFeatures; ++i) {
+    const auto feature = static_cast<EngineFeature>(i);
+    const DynamicScene scene = scene_with(feature);
+    const std::vector<physics::EngineNeed> needs = physics::needs_of(scene);
+    const auto is_it = [&](const physics::EngineNeed& need) { return need.feature == feature; };
+    ASSERT_TRUE(std::any_of(needs.begin(), needs.end(), is_it)) << to_string(feature);
+    const bool can_all =
+        physics::unsupported(engines().engine(GetParam()).features(GetParam().check), scene).empty();
+    EXPECT_TRUE(can(feature) || !can_all) << to_string(feature);
+    if (can_all) {
+      // What it says it does runs.
+      run(GetParam(), scene);
+      continue;
+    }
+    try {
+      engines().make(GetParam(), scene);
+      ADD_FAILURE() << to_string(feature) << " was taken";
+    } catch (const InputError& error) {
+      const std::string text = error.what();
+      EXPECT_EQ(text.find("engine '" + GetParam().text() + "': unsupported: "), 0u) << text;
+      EXPECT_EQ(text.find(to_string(feature)) != std::string::npos, !can(feature)) << text;
+    }
   }
 }
 
