@@ -1,0 +1,174 @@
+"""A campaign of random pairs judged against `exact`, cut into shards that run anywhere and merge to the same bytes.
+
+    campaign.py run --pairs 1000000 --shard 3/64 --out shards     # writes shards/shard_3_of_64.json
+    campaign.py merge shards/*.json --out campaign.json           # any order; names the shards that are lost
+
+Pairs come in blocks; block b's are drawn from Philox keyed by (seed, b) alone, and shard k of n has the blocks k - 1, k - 1 + n, ... So the
+merged file does not depend on how many shards there were, where they ran or in which order they come. A shard's file appears whole or not
+at all: one that was killed is lost, and is run again. One that is there twice counts once.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import sys
+
+import numpy as np
+import touchstone
+
+SCHEMA = "touchstone.campaign/1"
+BLOCK = 500
+FAMILIES = ("boxes", "sheared", "grid")
+FAULTS_KEPT = 100
+BOUND_OVER_S = 1e-14  # of the signed distance; S: max(size, largest |coordinate|)
+UNIT_CUBE = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+
+
+class Draw:
+    """Doubles in [0, 1) from Philox's raw bits: the same with every version of NumPy."""
+
+    def __init__(self, seed, block):
+        self.bits = np.random.Philox(key=np.array([seed, block], np.uint64))
+
+    def __call__(self, low, high, shape):
+        raw = self.bits.random_raw(int(np.prod(shape))) >> np.uint64(11)
+        return low + (high - low) * (raw * 2.0**-53).reshape(shape)
+
+
+def largest_coordinate(corners, poses):
+    """Of each solid's world vertices. Sums are written out: einsum's order is the machine's."""
+    x, y, z = (corners[:, :, k] for k in range(3))
+    rows = [(poses[:, i, 0, None] * x + poses[:, i, 1, None] * y) + poses[:, i, 2, None] * z + poses[:, i, 3, None] for i in range(3)]
+    return np.abs(rows).max(axis=(0, 2))
+
+
+def make_block(seed, block, count):
+    """Corners (2 n, 8, 3) and poses (2 n, 4, 4); solids 2 i and 2 i + 1 are pair i's."""
+    draw, n, family = Draw(seed, block), 2 * count, FAMILIES[block % len(FAMILIES)]
+    if family == "grid":  # sizes and places in eighths: faces, edges and corners meet exactly
+        corners = UNIT_CUBE * np.floor(draw(1, 9, (n, 1, 3))) / 4
+        poses = np.tile(np.eye(4), (n, 1, 1))
+        poses[:, :3, 3] = np.floor(draw(-9, 10, (n, 3))) / 8
+        return corners, poses
+    corners = UNIT_CUBE * draw(0.2, 2.0, (n, 1, 3))
+    if family == "sheared":
+        along = draw(-0.7, 0.7, (n, 2))
+        corners[:, :, 0] += along[:, :1] * corners[:, :, 1]
+        corners[:, :, 0] += along[:, 1:] * corners[:, :, 2]
+    poses = touchstone.Poses(np.zeros((n, 3)), draw(-1.0, 1.0, (n, 4))).matrices()
+    poses[:, :3, 3] = draw(-1.0, 1.0, (n, 3))
+    return corners, poses
+
+
+def judge(seed, block, count, tally, faults):
+    corners, poses = make_block(seed, block, count)
+    solids = [touchstone.Hexahedron(c) for c in corners]
+    pairs = np.arange(2 * count, dtype=np.uint32).reshape(-1, 2)
+    placed = touchstone.Poses(poses)
+    found = touchstone.Narrowphase("native", solids).distance(placed, pairs)
+    overlap = touchstone.Narrowphase("native", solids).overlap(placed, pairs)
+    truth = touchstone.Narrowphase("exact", solids).distance(placed, pairs)
+    size = np.array([solid.size for solid in solids])
+    scale = np.maximum(size, largest_coordinate(corners, poses)).reshape(-1, 2).max(axis=1)
+    error = np.abs(found.geometry["separation"] - truth.geometry["separation"]) / scale
+    contact = truth.status == touchstone.Status.OVERLAPPING
+    wrong = (found.status != truth.status) | (overlap.status != truth.status)
+    beyond = ~(error <= BOUND_OVER_S)  # NaN is, too
+    for name, value in (("pairs", count), ("contacts", contact.sum()), ("touching", (truth.geometry["separation"] == 0).sum()),
+                        ("missed", (wrong & contact).sum()), ("phantom", (wrong & ~contact).sum()), ("beyond", beyond.sum())):
+        tally[name] = tally.get(name, 0) + int(value)
+    tally["worst_over_S"] = max(tally.get("worst_over_S", 0.0), float(np.nanmax(error)))
+    for i in np.flatnonzero(wrong | beyond):
+        faults.append([block, int(i), "class" if wrong[i] else "distance", float(np.nan_to_num(error[i], nan=-1.0))])
+
+
+def parse_shard(text):
+    try:
+        k, n = (int(part) for part in text.split("/"))
+    except ValueError:
+        k, n = 0, 0
+    if not 1 <= k <= n:
+        raise argparse.ArgumentTypeError(f"'{text}' is no shard, 3/64 is the third of 64")
+    return k, n
+
+
+def run(options):
+    (k, n), blocks = options.shard, -(-options.pairs // BLOCK)
+    tallies, faults = {name: {} for name in FAMILIES}, []
+    mine = range(k - 1, blocks, n)
+    for done, block in enumerate(mine):
+        count = min(BLOCK, options.pairs - block * BLOCK)
+        judge(options.seed, block, count, tallies[FAMILIES[block % len(FAMILIES)]], faults)
+        if done % 20 == 19:
+            print(f"shard {k}/{n}: {done + 1} of {len(mine)} blocks", file=sys.stderr)
+    settings = {"seed": options.seed, "pairs": options.pairs, "block": BLOCK, "version": touchstone.__version__}
+    root = {"schema": SCHEMA, "settings": settings, "shard": [k, n], "families": tallies, "faults": faults[:FAULTS_KEPT]}
+    options.out.mkdir(parents=True, exist_ok=True)
+    write(options.out / f"shard_{k}_of_{n}.json", root)
+
+
+def write(path, root):
+    """Whole or not at all."""
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    part.write_text(json.dumps(root, indent=1, sort_keys=True) + "\n")
+    os.replace(part, path)
+    print(path)
+
+
+def load(path):
+    try:
+        root = json.loads(path.read_text())
+        shard = tuple(root["shard"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        sys.exit(f"{path}: no shard's file ({type(error).__name__})")
+    if root.get("schema") != SCHEMA:
+        sys.exit(f"{path}: schema is {root.get('schema')!r}, must be {SCHEMA!r}")
+    return shard, root
+
+
+def merge(options):
+    shards = {}
+    for path in options.files:
+        shard, root = load(path)
+        if shards.setdefault(shard, root) != root:
+            sys.exit(f"{path}: shard {shard[0]}/{shard[1]} is there twice, and the two differ")
+    (first, *others) = shards.values()
+    if any(root["settings"] != first["settings"] or root["shard"][1] != first["shard"][1] for root in others):
+        sys.exit("the files are of different campaigns")
+    n = first["shard"][1]
+    lost = [f"{k}/{n}" for k in range(1, n + 1) if (k, n) not in shards]
+    if lost:
+        sys.exit(f"lost: {' '.join(lost)}")
+    families = {name: {} for name in FAMILIES}
+    for root in shards.values():
+        for name, tally in root["families"].items():
+            for key, value in tally.items():
+                known = families[name].get(key)
+                families[name][key] = value if known is None else max(known, value) if key == "worst_over_S" else known + value
+    faults = sorted(fault for root in shards.values() for fault in root["faults"])[:FAULTS_KEPT]
+    write(options.out, {"schema": SCHEMA, "settings": first["settings"], "families": families, "faults": faults})
+    return 1 if faults else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    commands = parser.add_subparsers(required=True)
+    one = commands.add_parser("run", help="one shard, or all")
+    one.add_argument("--pairs", type=int, default=100_000)
+    one.add_argument("--seed", type=int, default=1)
+    one.add_argument("--shard", type=parse_shard, default=(1, 1), help="3/64: the third of 64")
+    one.add_argument("--out", type=pathlib.Path, default=pathlib.Path("shards"), help="folder")
+    one.set_defaults(call=run)
+    all_of = commands.add_parser("merge", help="the shards' files to one")
+    all_of.add_argument("files", type=pathlib.Path, nargs="+")
+    all_of.add_argument("--out", type=pathlib.Path, default=pathlib.Path("campaign.json"))
+    all_of.set_defaults(call=merge)
+    options = parser.parse_args()
+    if "exact" not in touchstone.backends():
+        sys.exit("this build has no exact (Debian: libgmp-dev)")
+    sys.exit(options.call(options))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+"""Shards of a campaign: any number, any order, some lost, some twice, one killed; the merged bytes are the same."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import touchstone
+
+FOLDER = pathlib.Path(os.environ["TOUCHSTONE_SOURCE"]) / "examples" / "python"
+PAIRS = 3300  # no multiple of a block
+
+
+@unittest.skipUnless("exact" in touchstone.backends(), "this build has no exact")
+class Campaign(unittest.TestCase):
+    def setUp(self):
+        made = tempfile.TemporaryDirectory()
+        self.addCleanup(made.cleanup)
+        self.folder = pathlib.Path(made.name)
+
+    def call(self, *arguments, **named):
+        command = [sys.executable, "-B", FOLDER / "campaign.py", *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, cwd=self.folder, **named)
+
+    def shard(self, k, n, folder="shards", pairs=PAIRS):
+        run = self.call("run", "--pairs", pairs, "--shard", f"{k}/{n}", "--out", folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return self.folder / folder / f"shard_{k}_of_{n}.json"
+
+    def merged(self, files, expected=0):
+        run = self.call("merge", *files, "--out", "campaign.json")
+        self.assertEqual(run.returncode, expected, run.stderr)
+        return (self.folder / "campaign.json").read_bytes()
+
+    def test_any_number_and_order_of_shards_merges_to_the_same_bytes(self):
+        whole = self.merged([self.shard(1, 1)])
+        self.assertIn(b'"pairs": 3300', whole)
+        self.assertIn(b'"faults": []', whole)
+        three = [self.shard(k, 3) for k in (1, 2, 3)]
+        self.assertEqual(self.merged(three), whole)
+        self.assertEqual(self.merged([three[2], three[0], three[1], three[0]]), whole)  # one twice
+        run = self.call("merge", three[0], three[2])
+        self.assertEqual((run.returncode, run.stderr), (1, "lost: 2/3\n"))
+
+    def test_a_killed_shard_leaves_nothing_and_is_run_again(self):
+        other = self.shard(2, 2)
+        command = [sys.executable, "-B", FOLDER / "campaign.py", "run", "--pairs", "3300", "--shard", "1/2", "--out", "shards"]
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+        worker = subprocess.Popen(list(map(str, command)), cwd=self.folder, env=environment)
+        try:
+            worker.wait(timeout=0.3)
+        except subprocess.TimeoutExpired:
+            worker.send_signal(signal.SIGKILL)
+            worker.wait()
+            self.assertFalse((self.folder / "shards" / "shard_1_of_2.json").exists())
+        again = self.shard(1, 2)
+        self.merged([again, other])
+
+    def test_what_does_not_fit_together_is_refused(self):
+        one, other = self.shard(1, 2, pairs=600), self.shard(2, 2, "others", pairs=601)
+        run = self.call("merge", one, other)
+        self.assertIn("different campaigns", run.stderr)
+        twin = self.folder / "twin.json"
+        twin.write_text(one.read_text().replace('"touching": ', '"touching": 1'))
+        self.assertIn("twice, and the two differ", self.call("merge", one, twin).stderr)
+        twin.write_text("{")
+        self.assertIn("twin.json: no shard's file", self.call("merge", twin).stderr)
+        for bad in ("0/3", "4/3", "3", "a/b"):
+            self.assertIn("is no shard", self.call("run", "--shard", bad).stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
