@@ -6,11 +6,15 @@
 #include <vector>
 
 #include "touchstone/examples/fit/certificate.hpp"
-#include "touchstone/examples/fit/length.hpp"
+#include "touchstone/examples/program/length.hpp"
 #include "touchstone/examples/program/progress.hpp"
 #include "touchstone/examples/program/report_files.hpp"
 
 namespace touchstone::fitting {
+
+using comparison::Length;
+using comparison::parse_length;
+using comparison::parse_unit;
 
 /// --region NAME=LENGTH:x,y,z:x,y,z
 struct RegionRequest {

@@ -1,4 +1,4 @@
-#include "touchstone/examples/fit/length.hpp"
+#include "touchstone/examples/program/length.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 
-namespace touchstone::fitting {
+namespace touchstone::comparison {
 namespace {
 
 const std::map<std::string, double>& units() {
@@ -47,4 +47,4 @@ double parse_unit(const std::string& text) {
   reject("--unit", "'" + text + "' is none of m, cm, mm, um, in, ft, and no number of metres");
 }
 
-}  // namespace touchstone::fitting
+}  // namespace touchstone::comparison
