@@ -16,9 +16,14 @@ namespace touchstone::sdf {
 /// as `expressed_in` says. Joint values and limits are the file's; the reference is what is nearest to 0
 /// within them. `world` as a parent is a link without solids. The first link without a joint above it is
 /// held.
-/// @throws InputError, one line `file:line: element 'x': reason`: no XML, no model, `<include>`, nested
-/// models, other joints, mimic joints unless the options free them, planes and other shapes, frames that are
-/// not there or go round in a ring, and as the readers of shapes.
+/// Models in the model, and those that `<include>` brings, are part of it: their links and joints are named
+/// `model::link`, merged ones as they are. An include's `uri` is `model://NAME` (its folder's model.config
+/// says which file), `package://`, `file://`, or a file or folder beside the file; names of meshes are
+/// looked for beside the file that has them.
+/// @throws InputError, one line `file:line: element 'x': reason`: no XML, no model, an included file that is
+/// not there, leaves its package or includes itself, `<placement_frame>`, other joints, mimic joints unless
+/// the options free them, planes and other shapes, frames that are not there or go round in a ring, and as
+/// the readers of shapes.
 Robot load_robot(const std::filesystem::path& file, const RobotOptions& options = {});
 /// @param source stands in messages for the file's name; relative names are looked for beside it.
 Robot parse_robot(const std::string& xml, const std::string& source = "sdf",

@@ -7,10 +7,12 @@
 #include <set>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 namespace touchstone {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 const std::string kMeshes = TOUCHSTONE_ROBOTS "/mesh_arm/meshes/";
@@ -150,7 +152,8 @@ TEST(Sdf, BadFilesAreRefusedByLine) {
   EXPECT_THAT(error("<robot/>"), HasSubstr("r.sdf: no <sdf>"));
   EXPECT_THAT(error("<sdf version='1.9'/>"), HasSubstr("r.sdf: no <model>"));
   EXPECT_THAT(error(model("")), HasSubstr("r.sdf:2: <model> 'arm': has no link"));
-  EXPECT_THAT(error(model("<include><uri>a</uri></include>")), HasSubstr("r.sdf:3: <include>: is not read"));
+  EXPECT_THAT(error(model("<include><uri>a</uri></include>")),
+              HasSubstr("r.sdf:3: <include>: mesh 'a': there is no file a"));
   EXPECT_THAT(error(model("<link/>")), HasSubstr("r.sdf:3: <link>: has no name"));
   EXPECT_THAT(error(model("<link name='a'><pose>0 0 nan 0 0 0</pose></link>")),
               HasSubstr("'nan' is no finite"));
@@ -179,6 +182,101 @@ TEST(Sdf, BadShapesAreRefusedByLink) {
   EXPECT_THAT(shape_error("<sphere/>"), HasSubstr("<sphere>: has no <radius>"));
   EXPECT_THAT(shape_error("<mesh><uri>model://x/../../a.stl</uri></mesh>"), HasSubstr("leaves its package"));
   EXPECT_THAT(shape_error("<mesh><uri>model://nowhere/a.stl</uri></mesh>"), HasSubstr("not found"));
+}
+
+/// A folder of models: `palm`, a link with a box and a mesh beside its file; `hand`, which includes it.
+class SdfInclude : public FolderTest {
+ protected:
+  SdfInclude() {
+    std::filesystem::create_directories(folder_ / "palm/meshes");
+    std::filesystem::create_directories(folder_ / "hand");
+    std::filesystem::copy_file(kMeshes + "hand.obj", folder_ / "palm/meshes/hand.obj");
+    write("palm/model.config",
+          "<model><sdf version='1.4'>old.sdf</sdf><sdf version='1.10'>palm.sdf</sdf></model>");
+    write(
+        "palm/palm.sdf",
+        "<sdf version='1.9'><model name='palm'><link name='bone'><pose>0 0 1 0 0 0</pose>" + collision(kBox) +
+            "<collision name='m'><geometry><mesh><uri>meshes/hand.obj</uri>" +
+            "<scale>0.001 0.001 0.001</scale></mesh></geometry></collision></link><link name='tip'/>" +
+            "<joint name='j' type='revolute'><parent>bone</parent><child>tip</child><axis><xyz>1 0 0</xyz>" +
+            "</axis></joint></model></sdf>");
+  }
+  Robot load(const std::string& body) const {
+    return sdf::load_robot(write("robot.sdf", model("<link name='base'/>" + body)));
+  }
+  std::string error_of(const std::string& body) const {
+    try {
+      load(body);
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      return error.what();
+    }
+    return "accepted";
+  }
+  /// A fixed joint from the base to the link.
+  static std::string held(const std::string& link) {
+    return "<joint name='to " + link + "' type='fixed'><parent>base</parent><child>" + link +
+           "</child></joint>";
+  }
+};
+
+TEST_F(SdfInclude, BringsAModelTwiceUnderNamesOfItsOwn) {
+  const Mechanism arm(load("<include><uri>model://palm</uri><name>left</name>"
+                           "<pose degrees='true'>0 5 0 0 0 90</pose></include><include><uri>palm</uri>"
+                           "<name>right</name></include>" +
+                           held("left::bone") + held("right::bone"))
+                          .mechanism);
+  ASSERT_EQ(arm.links().size(), 5u);
+  EXPECT_EQ(arm.links()[1].name, "left::bone");
+  EXPECT_EQ(arm.links()[4].name, "right::tip");
+  EXPECT_EQ(arm.value_count(), 2u);
+  std::vector<Pose> X(arm.links().size());
+  arm.link_poses({}, std::vector<double>{0, 0}, X);
+  EXPECT_LE(norm(X[1].p - Vector3(0, 5, 1)), 1e-15);
+  EXPECT_LE(norm(rotate(X[1].R, Vector3(1, 0, 0)) - Vector3(0, 1, 0)), 1e-15);
+  EXPECT_LE(norm(X[3].p - Vector3(0, 0, 1)), 1e-15);
+  EXPECT_LE(norm(rotate(X[2].R, Vector3(1, 0, 0)) - Vector3(0, 1, 0)), 1e-15);
+}
+
+TEST_F(SdfInclude, AMergedModelsLinksAreTheModelsOwn) {
+  const Mechanism arm(load("<include merge='true'><uri>model://palm</uri><pose relative_to='base'>0 0 3 0 0 0"
+                           "</pose></include>" +
+                           held("bone"))
+                          .mechanism);
+  std::vector<Pose> X(arm.links().size());
+  arm.link_poses({}, std::vector<double>{0}, X);
+  EXPECT_LE(norm(X[arm.find_link("bone")].p - Vector3(0, 0, 4)), 1e-15);
+}
+
+TEST_F(SdfInclude, NestsAndNamesThePlaceOfWhatIsWrong) {
+  write("hand/model.config", "<model><sdf>hand.sdf</sdf></model>");
+  write("hand/hand.sdf",
+        "<sdf version='1.9'><model name='hand'>\n<include><uri>model://palm</uri></include>"
+        "</model></sdf>");
+  const Robot robot = load("<include><uri>model://hand</uri></include>" + held("hand::palm::bone"));
+  EXPECT_EQ(robot.mechanism.links[1].name, "hand::palm::bone");
+  write("hand/hand.sdf",
+        "<sdf version='1.9'><model name='hand'>\n<include><uri>model://nowhere</uri>"
+        "</include></model></sdf>");
+  EXPECT_THAT(error_of("<include><uri>model://hand</uri></include>"),
+              AllOf(HasSubstr("hand.sdf:2: <include>: "), HasSubstr("not found")));
+}
+
+TEST_F(SdfInclude, BadIncludesAreRefused) {
+  write("robot.sdf", "");
+  EXPECT_THAT(error_of("<include><uri>robot.sdf</uri></include>"), HasSubstr("in itself"));
+  EXPECT_THAT(error_of("<include><uri>model://../palm</uri></include>"), HasSubstr("names no package"));
+  write("palm/model.config", "<model><sdf>../robot.sdf</sdf></model>");
+  EXPECT_THAT(error_of("<include><uri>model://palm</uri></include>"), HasSubstr("leaves its folder"));
+  EXPECT_THAT(error_of("<include/>"), HasSubstr("has no <uri>"));
+}
+
+TEST_F(SdfInclude, AWorldsFirstModelMayBeIncluded) {
+  const Robot robot = sdf::load_robot(
+      write("world.sdf",
+            "<sdf version='1.9'><world name='w'><include><uri>model://palm</uri></include></world></sdf>"));
+  EXPECT_EQ(robot.mechanism.name, "palm");
+  EXPECT_EQ(robot.mechanism.links[0].solids.size(), 2u);
 }
 
 }  // namespace
