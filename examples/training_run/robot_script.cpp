@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kGap = 0.05, kBlock = 0.2, kSpeed = 0.1;  // by the reach; the last a second
 constexpr double kOneWay = 1.5, kSideways = 1.0;           // [s]
+constexpr double kOfRate = 0.5;     // of what the joint may: the others that move along have theirs
+constexpr double kSlowest = 100.0;  // times: a joint whose rate is about 0 does not take for ever
 
 std::size_t joints_that_move(const Mechanism& robot, std::uint32_t link) {
   const auto chain = robot.chain(link);
@@ -71,11 +73,17 @@ double clearance(const Mechanism& robot, std::uint32_t end, std::span<const Pose
   return least;
 }
 
+/// Where the link's middle goes, and how fast its joint takes it there at most [m/s].
+struct Way {
+  Vector3 direction = Vector3::UnitZ();
+  double speed = std::numeric_limits<double>::infinity();
+};
+
 /// Of the ways in which one of its joints takes the link's middle, forwards or back, that where a block
 /// stands freest of the other links.
-Vector3 freest_way(const Mechanism& robot, std::uint32_t end, std::span<const Pose> X_WL,
-                   const Sphere& at_end, double away, double block_radius) {
-  Vector3 best = Vector3::UnitZ();
+Way freest_way(const Mechanism& robot, std::uint32_t end, std::span<const Pose> X_WL, const Sphere& at_end,
+               double away, double block_radius) {
+  Way best;
   double freest = -std::numeric_limits<double>::infinity();
   for (const std::uint32_t index : robot.chain(end)) {
     const Mechanism::Joint& joint = robot.joints()[index];
@@ -87,7 +95,7 @@ Vector3 freest_way(const Mechanism& robot, std::uint32_t end, std::span<const Po
     for (const double sign : {1.0, -1.0}) {
       const Vector3 way = sign / norm(v) * v;
       const double free = clearance(robot, end, X_WL, {at_end.centre + away * way, block_radius});
-      if (free > freest) freest = free, best = way;
+      if (free > freest) freest = free, best = {way, joint.rate * norm(v)};
     }
   }
   return best;
@@ -116,7 +124,10 @@ Script robot_script(const MechanismDescription& description) {
   const Sphere at_end = around(*robot, end, X_WL);
   const double block_radius = 0.87 * kBlock * reach;  // half a cube's diagonal
   const double away = at_end.radius + (kGap + 0.5 * kBlock) * reach;
-  const Vector3 way = freest_way(*robot, end, X_WL, at_end, away, block_radius);
+  const Way freest = freest_way(*robot, end, X_WL, at_end, away, block_radius);
+  const Vector3 way = freest.direction;
+  const double slower = std::clamp(kSpeed * reach / (kOfRate * freest.speed), 1.0, kSlowest);
+  const double speed = kSpeed * reach / slower;
   const Vector3 across = cross(way, std::abs(way.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX());
   const Vector3 aside = across / norm(across);
 
@@ -127,13 +138,13 @@ Script robot_script(const MechanismDescription& description) {
   script.scene.frame_rate = 50.0;
   script.scene.contact_gap = 1e-9;
   script.scene.policy = ContactPolicy::advance;
-  script.scene.duration = 2.0 * (kOneWay + kSideways);
+  script.scene.duration = slower * 2.0 * (kOneWay + kSideways);
   script.scene.objects.push_back(block(kBlock * reach, at_end.centre + away * way, way, aside));
   HandScript hand;
   hand.arm = ArmScript{description.name, robot, robot->links()[end].name, q, X_WL[end]};
-  const Vector3 fast = kSpeed * reach * way, to_side = kSpeed * reach * aside;
-  hand.rates = {
-      {0.0, fast}, {kOneWay, -fast}, {2.0 * kOneWay, to_side}, {2.0 * kOneWay + kSideways, -to_side}};
+  const Vector3 fast = speed * way, to_side = speed * aside;
+  const double back = slower * kOneWay, sideways = 2.0 * back, home = sideways + slower * kSideways;
+  hand.rates = {{0.0, fast}, {back, -fast}, {sideways, to_side}, {home, -to_side}};
   script.hands.push_back(std::move(hand));
   return script;
 }

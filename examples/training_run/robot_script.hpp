@@ -8,7 +8,8 @@ namespace touchstone::training {
 /// reference where there are none) with a block before the link that most joints move, a twentieth of its
 /// reach away in a direction that one of its joints takes it, where the block is freest of other links.
 /// The hand goes that way at a tenth of the reach a second for 1.5 s, so that it meets the block, back, and
-/// to either side. @throws InputError: no joint that moves a link with hexahedra.
+/// to either side; as much slower and longer as keeps the joint to half its rate. @throws InputError: no
+/// joint that moves a link with hexahedra.
 Script robot_script(const MechanismDescription& robot);
 
 }  // namespace touchstone::training
