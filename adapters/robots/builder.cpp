@@ -83,8 +83,8 @@ void RobotBuilder::add_ellipsoid(const ShapePlace& place, const Vector3& half_ax
   });
 }
 
-MeshCover RobotBuilder::cover(const TriangleMesh& mesh) const {
-  return options_->cover_mesh ? options_->cover_mesh(mesh, "mesh") : enclosing_box(mesh, "mesh");
+MeshCover RobotBuilder::cover(const TriangleMesh& mesh, const std::string& name) const {
+  return options_->cover_mesh ? options_->cover_mesh(mesh, name) : enclosing_box(mesh, name);
 }
 
 RobotBuilder::Loaded RobotBuilder::load(const std::filesystem::path& file, const Vector3& scale) {
@@ -101,7 +101,9 @@ RobotBuilder::Loaded RobotBuilder::load(const std::filesystem::path& file, const
     for (auto& t : loaded.mesh.triangles) std::swap(t[1], t[2]);
   if (!loaded.report.bounds_a_solid())
     robot_->notes.push_back(file.string() + ": " + to_string(loaded.report));
-  return loaded_.emplace(key, Loaded{cover(loaded.mesh), loaded.mesh.triangles.size()}).first->second;
+  return loaded_
+      .emplace(key, Loaded{cover(loaded.mesh, file.filename().string()), loaded.mesh.triangles.size()})
+      .first->second;
 }
 
 void RobotBuilder::add_cover(const ShapePlace& place, const Loaded& loaded, const std::string& file) {
@@ -129,7 +131,7 @@ void RobotBuilder::add_mesh_file(const ShapePlace& place, const std::string& uri
 }
 
 void RobotBuilder::add_mesh(const ShapePlace& place, const TriangleMesh& mesh, const std::string& file) {
-  at(place, [&] { add_cover(place, {cover(mesh), mesh.triangles.size()}, file); });
+  at(place, [&] { add_cover(place, {cover(mesh, file), mesh.triangles.size()}, file); });
 }
 
 std::string to_string(const ShapeReplacement& r) {

@@ -53,7 +53,8 @@ class RobotBuilder {
   void add_round(const ShapePlace& place, const char* shape, const Make& make);
   Loaded load(const std::filesystem::path& file, const Vector3& scale);
   void add_cover(const ShapePlace& place, const Loaded& loaded, const std::string& file);
-  MeshCover cover(const TriangleMesh& mesh) const;
+  /// @param name of the mesh, for messages.
+  MeshCover cover(const TriangleMesh& mesh, const std::string& name) const;
 
   Robot* robot_;
   const RobotOptions* options_;

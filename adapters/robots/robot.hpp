@@ -18,11 +18,11 @@ namespace touchstone {
 /// Hexahedra that stand for a mesh, in its frame.
 struct MeshCover {
   std::vector<PlacedHexahedron> solids;
-  double error = 0.0;  ///< no point of them is further than this from the mesh [m]
+  double error = 0.0;  ///< no point of them is further than this outside of the mesh's solid [m]
 };
 
-/// Turns a mesh in metres into hexahedra that hold it. @param name of the part; the hexahedra's names begin
-/// with it. @throws InputError for what it cannot hold.
+/// Turns a mesh in metres into hexahedra that hold it. @param name of the mesh, for messages; the hexahedra's
+/// own names are not used. @throws InputError for what it cannot hold.
 using CoverMesh = std::function<MeshCover(const TriangleMesh& mesh, const std::string& name)>;
 
 /// The treatment of joints that follow another one.
@@ -39,7 +39,7 @@ struct RobotOptions {
   /// hexahedra. They hold the round shape; 8: 16 % of the radius outside, 16: 4 %, 49 hexahedra. See
   /// shapes.hpp.
   int sphere_facets = 8;
-  CoverMesh cover_mesh = {};  ///< empty: enclosing_box()
+  CoverMesh cover_mesh = {};  ///< such as fitted_cover(); empty: enclosing_box()
   /// Folders that hold packages (or are one), in which `package://` and `model://` are looked for first. Then
   /// those of ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and GAZEBO_MODEL_PATH, and the file's own folders upwards.
   std::vector<std::filesystem::path> package_paths = {};

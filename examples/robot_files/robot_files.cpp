@@ -3,10 +3,17 @@
 #include <memory>
 #include <set>
 
+#include "touchstone/adapters/robots/enclosing_box.hpp"
+#include "touchstone/adapters/robots/fitted_cover.hpp"
 #include "touchstone/adapters/robots/simplify.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/examples/program/length.hpp"
+#include "touchstone/examples/program/progress.hpp"
+#ifdef TOUCHSTONE_HAS_COVER_PROOF
+#include "touchstone/adapters/cover_proof/cover_proof.hpp"
+#endif
 #ifdef TOUCHSTONE_HAS_URDF
 #include "touchstone/adapters/urdf/urdf.hpp"
 #endif
@@ -64,6 +71,32 @@ void take_srdf([[maybe_unused]] const std::string& file, [[maybe_unused]] Mechan
 #endif
 }
 
+void prove([[maybe_unused]] const TriangleMesh& mesh, [[maybe_unused]] const Fit& fit,
+           [[maybe_unused]] const std::string& name) {
+#ifdef TOUCHSTONE_HAS_COVER_PROOF
+  CoverClaim claim;
+  claim.excess = fit.excess;
+  for (const FittedHexahedron& each : fit.hexahedra) claim.hexahedra.push_back(each.vertices);
+  const CoverVerdict verdict = check_cover(mesh, claim);
+  if (!verdict.is_proven) throw InputError("mesh '" + name + "': its cover is not proven: " + verdict.reason);
+#endif
+}
+
+CoverMesh make_covers(const std::string& over) {
+  if (over == "box") return enclosing_box;
+  const Length length = parse_length(over, "--over");
+  FittedCoverOptions options;
+  (length.is_share ? options.over_share : options.over) = length.value;
+  options.check = prove;
+  options.progress = [line = std::make_shared<ProgressLine>(), last = std::string()](
+                         const std::string& mesh, std::string_view stage, double share) mutable {
+    if (mesh != last) line->step("cover " + (last = mesh));
+    if (stage == "search") line->share(share);
+    if (stage == "measure" && share == 1.0) line->finish(), last.clear();
+  };
+  return fitted_cover(options);
+}
+
 }  // namespace
 
 void add_robot_options(CLI::App& app, RobotChoices& choices) {
@@ -72,6 +105,11 @@ void add_robot_options(CLI::App& app, RobotChoices& choices) {
   app.add_option("--package-path", choices.package_paths,
                  "Folders in which package:// and model:// of robots are looked for (then ROS_PACKAGE_PATH, "
                  "GAZEBO_MODEL_PATH, AMENT_PREFIX_PATH and the robot's own folders upwards)");
+  app.add_option(
+         "--over", choices.over,
+         "Largest error, outwards, of the hexahedra that cover a robot's mesh: 5mm, 0.02m, or 5% of the "
+         "mesh's diagonal; box: one box each")
+      ->capture_default_str();
   app.add_option("--srdf", choices.srdf, "SRDF file with the pairs of links that are not checked");
 }
 
@@ -84,6 +122,8 @@ Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& cho
   RobotOptions options;
   options.mimic = MimicJoints::free;
   for (const std::string& path : choices.package_paths) options.package_paths.emplace_back(path);
+  if (!*choices.covers) *choices.covers = make_covers(choices.over);
+  options.cover_mesh = *choices.covers;
   Robot robot = read(file, options);
   if (!choices.srdf.empty()) take_srdf(choices.srdf, robot.mechanism);
   const std::unique_ptr<Narrowphase> native = make_native();

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,14 +18,20 @@ struct RobotChoices {
   std::vector<std::string> files;          ///< --robot
   std::vector<std::string> package_paths;  ///< --package-path
   std::string srdf;                        ///< --srdf: of all robots; empty: none
+  /// --over: error of what covers a mesh, a length, a share of the mesh's size, or "box": one box each
+  std::string over = "5%";
+  /// Covers of this run: copies share them, so that no mesh is fitted twice.
+  std::shared_ptr<CoverMesh> covers = std::make_shared<CoverMesh>();
 };
 void add_robot_options(CLI::App& app, RobotChoices& choices);
 
 /// By the extension: .urdf, and where it is built in .sdf and .xml or .mjcf. @throws nothing
 bool is_robot_file(const std::filesystem::path& file);
 
-/// Reads a robot. Links that overlap in the reference pose are exempt, and named in its notes.
-/// @throws InputError: a format that this build does not read, and as the readers.
+/// Reads a robot; its meshes are covered within `over`, with progress on stderr, and where the build has
+/// adapters/cover_proof each cover is proven. Links that overlap in the reference pose are exempt, and named
+/// in its notes. @throws InputError: a format that this build does not read, an `over` that is none, a cover
+/// that is not proven, and as the readers.
 Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& choices);
 
 /// The replacements, their errors and other notes for a user, a line each; may be empty.

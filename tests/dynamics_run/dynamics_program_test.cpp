@@ -51,9 +51,9 @@ std::size_t columns(const std::string& line) {
 #ifdef TOUCHSTONE_ROBOTS
 /// Half a second of free fall from the middle of its limits: the boom ends lower, and no energy is made.
 TEST_F(DynamicsRun, ARobotWithMeshesFalls) {
-  const Outcome outcome =
-      run("--robot " TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf --backend native --reference native" +
-          to_report());
+  const Outcome outcome = run("--robot " TOUCHSTONE_ROBOTS
+                              "/mesh_arm/urdf/mesh_arm.urdf --over box --backend native --reference native" +
+                              to_report());
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("upper/boom: mesh"));
   const json scene = json::parse(read(report() / "results.json"))["scenes"][0];

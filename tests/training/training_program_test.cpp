@@ -229,7 +229,8 @@ TEST_F(TrainingRun, ArmAtItsLimitsSlowsDown) {
 constexpr const char* kRobot = TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf";
 
 TEST_F(TrainingRun, ARobotWithMeshesFliesToABlockAndStops) {
-  const Outcome outcome = run("--robot " + std::string(kRobot) + " --out " + (folder_ / "run").string());
+  const Outcome outcome =
+      run("--robot " + std::string(kRobot) + " --over box --out " + (folder_ / "run").string());
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out,
               HasSubstr("shoulder/hub: sphere, is 9 hexahedra, off by up to 0.0158942 m\nupper/boom: mesh"));
@@ -241,6 +242,15 @@ TEST_F(TrainingRun, ARobotWithMeshesFliesToABlockAndStops) {
   expect_clean(script);
 }
 
+TEST_F(TrainingRun, ARobotsMeshesAreCoveredWithinTheErrorAskedFor) {
+  const auto fly_within = [&](const std::string& over) {
+    return run("--robot " + std::string(kRobot) + " --over " + over + " --out " + (folder_ / "run").string());
+  };
+  const std::string out = fly_within("10%").out;
+  EXPECT_THAT(out.substr(out.find("upper/boom: mesh")), HasSubstr("hexahedra, off"));
+  EXPECT_THAT(fly_within("8").err, HasSubstr("--over: '8' is no length such as 2mm"));
+}
+
 TEST_F(TrainingRun, AScriptFliesARobotsFile) {
   const fs::path script = folder_ / "robot.yaml";
   std::ofstream(script) << "name: Robot\nscene: {file: " TOUCHSTONE_SCENES
@@ -248,7 +258,7 @@ TEST_F(TrainingRun, AScriptFliesARobotsFile) {
                         << "duration: 1\nhands:\n  - arm: {model: " << kRobot
                         << ", link: hand, joints: [0, -1, 1, 0.3, 0.2, 0], pose: {position: [0, 0, 3]}}\n"
                         << "    rates: [{time: 0, velocity: [0, 0, 0.05]}]\n";
-  const json result = fly(script.string());
+  const json result = fly(script.string() + " --over box");
   EXPECT_NEAR(ours(result)["last"]["mesh_arm.hand"]["p_m"][2].get<double>(), 3.05, 1e-8);
   EXPECT_THAT(run("--robot " + (folder_ / "none.urdf").string() + " --out " + (folder_ / "run").string()).err,
               HasSubstr("none.urdf: cannot be read"));
