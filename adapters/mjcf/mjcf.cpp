@@ -148,6 +148,11 @@ struct Reader {
 
   void take_geom(int body, int geom) {
     if (!can_touch(geom)) return;  // to be looked at
+    if (body == 0 && model.geom_type[geom] == mjGEOM_PLANE) {
+      robot.notes.push_back(source + ": plane '" + name(mjOBJ_GEOM, geom, "geom.") +
+                            "' of the world is left out: a floor is the scene's, as a box");
+      return;
+    }
     const std::string geom_name = name(mjOBJ_GEOM, geom, "geom.");
     const std::string label = source + ": body '" + body_name(body) + "', geom '" + geom_name + "'";
     const Pose X_LS = rigid_frame(

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <set>
 #include <string_view>
 
 #include "touchstone/adapters/robots/builder.hpp"
@@ -52,6 +53,7 @@ struct Reader {
   std::vector<const Element*> models = {};                 ///< the outermost first
   std::map<const Element*, Scope> scopes = {};             ///< by model
   std::map<std::string, Frame> frames = {};                ///< by full name
+  std::set<const Element*> has_own_key = {};               ///< joints: see own_key()
   std::map<std::string, const Element*> joint_above = {};  // by child link
   std::map<std::string, std::size_t> link_index = {};
 
@@ -296,9 +298,18 @@ struct Reader {
     const Element* pose_element = child(element, "pose");
     const char* given = pose_element ? pose_element->Attribute("relative_to") : nullptr;
     const std::string in = full_name(given && *given ? given : usually_in, element);
-    if (!frames.emplace(full_name(name_of(element), element), Frame{&element, in, pose(element)}).second)
+    const std::string name = full_name(name_of(element), element);
+    const auto [taken, is_new] = frames.emplace(name, Frame{&element, in, pose(element)});
+    if (is_new) return;
+    // Until 1.6 a joint may be called as a link is: the name then means the link.
+    const bool is_joint = std::string_view(element.Name()) == "joint";
+    if (!is_joint || std::string_view(taken->second.element->Name()) != "link" ||
+        !frames.emplace(own_key(name), Frame{&element, in, pose(element)}).second)
       fail(element, "its name is taken");
+    has_own_key.insert(&element);
   }
+  /// Of a joint's frame whose name a link has: no file can write it.
+  static std::string own_key(const std::string& name) { return "joint\n" + name; }
 
   /// In the outermost model. @param name in full.
   Pose X_M(const std::string& name, const Element& asked_by) const {
@@ -318,7 +329,8 @@ struct Reader {
   Pose X_ML(const std::string& link, const Element& asked_by) const {
     const auto joint = joint_above.find(link);
     if (joint == joint_above.end()) return rigid_frame(X_M(link, asked_by));
-    return rigid_frame(X_M(full_name(name_of(*joint->second), *joint->second), asked_by));
+    const std::string name = full_name(name_of(*joint->second), *joint->second);
+    return rigid_frame(X_M(has_own_key.contains(joint->second) ? own_key(name) : name, asked_by));
   }
 
   void take_link(const Element& link) {

@@ -112,13 +112,20 @@ std::string error(const std::string& worldbody) {
   return "accepted";
 }
 
+TEST(Mjcf, AFloorOfTheWorldIsLeftOutAndNoted) {
+  const Robot robot =
+      load("<geom name='floor' type='plane' size='1 1 1'/><body><joint axis='0 0 1'/>" + kBox + "</body>");
+  EXPECT_TRUE(robot.mechanism.links[0].solids.empty());
+  ASSERT_EQ(robot.notes.size(), 1u);
+  EXPECT_THAT(robot.notes[0], HasSubstr("plane 'floor' of the world is left out"));
+}
+
 TEST(Mjcf, BadFilesAreRefused) {
   EXPECT_THAT(error("<body name='a'><freejoint/>" + kBox + "</body>"),
               HasSubstr("free joints are not supported"));
   EXPECT_THAT(error("<body name='a'><joint name='j' type='ball'/>" + kBox + "</body>"),
               HasSubstr("joint 'j' of body 'a': ball joints"));
-  EXPECT_THAT(error("<geom name='floor' type='plane' size='1 1 1'/>"),
-              HasSubstr("body 'world', geom 'floor': a plane is no hexahedra"));
+  EXPECT_THAT(error("<geom name='hills' type='hfield' hfield='h'/>"), HasSubstr("BadFilesAreRefused.xml: "));
   EXPECT_THAT(error("<body><geom type='mesh' mesh='none'/></body>"), HasSubstr("none"));
   EXPECT_THAT(error("<body><geom type='box' size='1 nan 1'/></body>"), HasSubstr("BadFilesAreRefused.xml: "));
   EXPECT_THAT(error("<body><unknown/></body>"), HasSubstr("unknown"));

@@ -39,7 +39,7 @@ TEST(FittedCover, HoldsAnAngleWithinTheErrorAskedFor) {
 TEST(FittedCover, AShareIsOfTheMeshsSize) {
   FittedCoverOptions options;
   options.repairs = 2;
-  options.over_share = 0.5;  // 1.5 m: one hexahedron will do
+  options.over_share = 0.7;  // 2.1 m: one hexahedron, 1.5 m off at its corner, will do
   EXPECT_EQ(fitted_cover(options)(test::angle_mesh(), "angle").solids.size(), 1u);
   options.over_share = 0.03;
   EXPECT_EQ(fitted_cover(options)(test::angle_mesh(), "angle").solids.size(), 2u);

@@ -96,6 +96,20 @@ TEST(Sdf, PosesAreRelativeToLinksAndFrames) {
   EXPECT_EQ(Mechanism(sdf::parse_robot(model(by_frame)).mechanism).joints()[0].X_PJ.p, Vector3(0, 4, 0));
 }
 
+TEST(Sdf, AJointMayBeCalledAsALinkIs) {
+  const auto named = [](const std::string& joint) {
+    return Mechanism(
+        sdf::parse_robot(model("<link name='a'/><link name='b'><pose>1 0 0 0 0 0</pose>" + collision(kBox) +
+                                   "</link><joint name='" + joint +
+                                   "' type='revolute'><pose>0 0 0.5 0 0 0</pose><parent>a</parent>"
+                                   "<child>b</child><axis><xyz>0 0 1</xyz></axis></joint>",
+                               "1.6"))
+            .mechanism);
+  };
+  EXPECT_EQ(named("b").joints()[0].X_PJ.p, Vector3(1, 0, 0.5));
+  EXPECT_EQ(named("b").joints()[0].X_PJ.p, named("j").joints()[0].X_PJ.p);
+}
+
 TEST(Sdf, EveryShapeIsRead) {
   const auto count = [](const std::string& geometry) {
     const Robot robot = sdf::parse_robot(model("<link name='a'>" + collision(geometry) + "</link>"));
