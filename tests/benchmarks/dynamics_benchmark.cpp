@@ -1,14 +1,13 @@
-// Time of dynamics.  dynamics_benchmark sets [per friction] [seed] | stacks [steps] | toppling [steps] | arm
-// [steps]
+// Time of dynamics.  dynamics_benchmark sets [per friction] [seed] | stacks|toppling [steps] [height] |
+// arm|rolling [steps]
 //
 // sets: the random contact problems of tests/physics, processor time and residual of each solve.
-// stacks: a hundred stacks of ten boxes, step by step in turn with Bullet's own dynamics in double precision
-// (its default solver, no box ever put to sleep). Each finds its own contacts in every step.
-// toppling: the same, every second box pushed off its place by 3 cm and each stack moving at up to 0.5 m/s:
-// stacks lean, slide and fall.
-// arm: one step of the SSRMS-type arm, brakes of 2332 N m, eight pads around its tip against those of a free
-// 100 t payload at 0.014 m/s. rolling: the same on the payload's face, anew every 500 steps: the rim rolls
-// and slips on it, so points arrive and joints stop in most steps.
+// stacks: a hundred stacks of ten boxes, or of another height, step by step in turn with Bullet's own
+// dynamics in double precision (its default solver, no box ever put to sleep). Each finds its own contacts in
+// every step. toppling: the same, every second box pushed off its place by 3 cm and each stack moving at up
+// to 0.5 m/s: stacks lean, slide and fall. arm: one step of the SSRMS-type arm, brakes of 2332 N m, eight
+// pads around its tip against those of a free 100 t payload at 0.014 m/s. rolling: the same on the payload's
+// face, anew every 500 steps: the rim rolls and slips on it, so points arrive and joints stop in most steps.
 
 #include <algorithm>
 #include <array>
@@ -78,7 +77,7 @@ void run_sets(int count, unsigned seed) {
   }
 }
 
-constexpr int kStacks = 100, kHeight = 10;
+constexpr int kStacks = 100;
 constexpr double kSide = 0.2, kMass = 1.0, kStep = 1e-3, kGravity = 9.81;
 
 Vector3 place_of(int stack, int level) {
@@ -86,12 +85,18 @@ Vector3 place_of(int stack, int level) {
   return {1.0 * (stack % 10), 1.0 * row, kSide * (0.5 + level)};
 }
 
+/// Boxes a stack.
+int& height() {
+  static int boxes = 10;
+  return boxes;
+}
+
 /// How stacks start: at rest, or toppling. Of its own generator, the same for both engines.
 struct Start {
   Vector3 p_W, v_W;
 };
 Start start_of(int box, bool topples) {
-  const int stack = box / kHeight, level = box % kHeight;
+  const int stack = box / height(), level = box % height();
   Start start{place_of(stack, level), Vector3::Zero()};
   if (!topples) return start;
   start.p_W.x() += level % 2 == 1 ? 0.03 : 0.0;
@@ -123,7 +128,7 @@ struct OurStacks {
     ground.p = {5, 5, -0.5};
     contacts->add(Mover::of_body(world->add_kinematic(ground, Vector3::Zero(), Vector3::Zero())), ground_tree,
                   {0.5, 0.0});
-    for (int i = 0; i < kStacks * kHeight; ++i) {
+    for (int i = 0; i < kStacks * height(); ++i) {
       Pose X_WB;
       const Start start = start_of(i, topples);
       X_WB.p = start.p_W;
@@ -131,7 +136,7 @@ struct OurStacks {
       contacts->add(Mover::of_body(body), box_tree, {0.5, 0.0});
     }
     contacts->build();
-    world->reserve(4 * kStacks * kHeight);
+    world->reserve(4 * kStacks * height());
   }
   void step() {
     std::span<const Contact> found;
@@ -143,9 +148,9 @@ struct OurStacks {
   }
   double worst_sinking() const {
     double worst = 0.0;
-    for (int i = 0; i < kStacks * kHeight; ++i)
-      worst = std::max(
-          worst, norm(world->pose(static_cast<std::uint32_t>(i) + 1).p - place_of(i / kHeight, i % kHeight)));
+    for (int i = 0; i < kStacks * height(); ++i)
+      worst = std::max(worst, norm(world->pose(static_cast<std::uint32_t>(i) + 1).p -
+                                   place_of(i / height(), i % height())));
     return worst;
   }
 };
@@ -164,7 +169,7 @@ struct BulletStacks {
   explicit BulletStacks(bool topples) {
     world.setGravity({0, 0, -kGravity});
     add(0.0, ground_shape, {5, 5, -0.5});
-    for (int i = 0; i < kStacks * kHeight; ++i) {
+    for (int i = 0; i < kStacks * height(); ++i) {
       const Start start = start_of(i, topples);
       add(kMass, box_shape, {start.p_W.x(), start.p_W.y(), start.p_W.z()});
       bodies.back()->setLinearVelocity({start.v_W.x(), start.v_W.y(), start.v_W.z()});
@@ -191,9 +196,9 @@ struct BulletStacks {
   }
   double worst_sinking() const {
     double worst = 0.0;
-    for (int i = 0; i < kStacks * kHeight; ++i) {
+    for (int i = 0; i < kStacks * height(); ++i) {
       const btVector3 p = bodies[static_cast<std::size_t>(i) + 1]->getWorldTransform().getOrigin();
-      worst = std::max(worst, norm(Vector3(p.x(), p.y(), p.z()) - place_of(i / kHeight, i % kHeight)));
+      worst = std::max(worst, norm(Vector3(p.x(), p.y(), p.z()) - place_of(i / height(), i % height())));
     }
     return worst;
   }
@@ -212,7 +217,7 @@ void run_stacks(int steps, bool topples) {
 #endif
   }
   std::printf("%d stacks of %d boxes, %d steps of %g s, %zu contact points; processor time [ms]\n", kStacks,
-              kHeight, steps, kStep, ours.points);
+              height(), steps, kStep, ours.points);
   std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
   const auto print = [](const char* what, std::vector<double> times) {
     double sum = 0.0;
@@ -291,16 +296,15 @@ int main(int argc, char** argv) {
   const int count = argc > 2 ? std::atoi(argv[2]) : what == "sets" ? 3500 : 200;
   if (what == "sets" && count > 0) {
     run_sets(count, argc > 3 ? static_cast<unsigned>(std::atoi(argv[3])) : 61);
-  } else if (what == "stacks" && count > 0) {
-    run_stacks(count, false);
-  } else if (what == "toppling" && count > 0) {
-    run_stacks(count, true);
+  } else if ((what == "stacks" || what == "toppling") && count > 0) {
+    if (argc > 3) height() = std::max(1, std::atoi(argv[3]));
+    run_stacks(count, what == "toppling");
   } else if ((what == "arm" || what == "rolling") && count > 0) {
     run_arm(argc > 2 ? count : 5000, what == "rolling");
   } else {
-    std::fprintf(
-        stderr,
-        "usage: dynamics_benchmark sets [per friction] [seed] | stacks|toppling|arm|rolling [steps]\n");
+    std::fprintf(stderr,
+                 "usage: dynamics_benchmark sets [per friction] [seed] | stacks|toppling [steps] [height] | "
+                 "arm|rolling [steps]\n");
     return 1;
   }
   return 0;
