@@ -1,5 +1,6 @@
-// motion_proof [MOTIONS [NARROWPHASE ...]]: MOTIONS random motions (100 000) with each narrowphase (native),
-// judged by `exact`. Exit code 1 where native or exact has a violation; those of others are counted.
+// motion_proof [--seed SEED] [MOTIONS [NARROWPHASE ...]]: MOTIONS random motions (100 000), drawn from SEED
+// (1), with each narrowphase (native), judged by `exact`. Exit code 1 where native or exact has a violation;
+// those of others are counted.
 
 #include <cstdlib>
 #include <iostream>
@@ -12,13 +13,21 @@
 int main(int argc, char** argv) {
   using namespace touchstone;
   try {
-    const std::uint64_t motions = argc > 1 ? std::stoull(argv[1]) : 100000;
-    std::vector<std::string> names(argv + std::min(argc, 2), argv + argc);
+    std::vector<std::string> names(argv + 1, argv + argc);
+    std::uint64_t motions = 100000, seed = 1;
+    if (names.size() > 1 && names[0] == "--seed") {
+      seed = std::stoull(names[1]);
+      names.erase(names.begin(), names.begin() + 2);
+    }
+    if (!names.empty()) {
+      motions = std::stoull(names[0]);
+      names.erase(names.begin());
+    }
     if (names.empty()) names = {"native"};
     std::vector<MotionFigures> figures;
     bool violated = false;
     for (const std::string& name : names) {
-      figures.push_back(prove_motions({name, "native", motions, 1}));
+      figures.push_back(prove_motions({name, "native", motions, seed}));
       violated = violated || ((name == "native" || name == "exact") && figures.back().violations() > 0);
     }
     print_table(std::cout, figures);
