@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "touchstone/contact_core/fit/stl_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/json.hpp"
 #include "touchstone/examples/program/sha256.hpp"
@@ -29,6 +28,7 @@ Certificate certificate_of(const Json& json) {
   result.mesh_file = mesh.at("file");
   result.mesh_sha256 = mesh.at("sha256");
   result.scale = mesh.at("metres_a_unit");
+  if (mesh.contains("up_axis")) result.up = parse_up(mesh.at("up_axis"));
   result.claim.excess = json.at("excess_m");
   for (const Json& region : json.at("regions"))
     result.claim.regions.push_back({region.at("name"), point_of(region.at("low_m")),
@@ -78,6 +78,7 @@ std::string certificate_text(const Certificate& certificate) {
                {"excess_m", certificate.claim.excess},
                {"regions", std::move(regions)},
                {"hexahedra_m", std::move(hexahedra)}};
+  if (certificate.up != UpAxis::as_written) json["mesh"]["up_axis"] = up_text(certificate.up);
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";  // names may be no UTF-8
 }
 
@@ -111,7 +112,7 @@ CoverVerdict check_certificate(const Certificate& certificate, const std::filesy
                      certificate.mesh_sha256;
     return verdict;
   }
-  return check_cover(parse_stl(bytes, certificate.scale, mesh.string()), certificate.claim);
+  return check_cover(read_mesh(mesh, {certificate.scale, certificate.up}).mesh, certificate.claim);
 }
 
 }  // namespace touchstone::fitting

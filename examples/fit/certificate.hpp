@@ -5,6 +5,7 @@
 
 #include "touchstone/adapters/cover_proof/cover_proof.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
+#include "touchstone/examples/fit/mesh_input.hpp"
 
 namespace touchstone::fitting {
 
@@ -12,7 +13,8 @@ namespace touchstone::fitting {
 struct Certificate {
   std::string mesh_file;    ///< name without folder
   std::string mesh_sha256;  ///< of the file's bytes
-  double scale = 1.0;       ///< metres a unit of the file
+  double scale = 1.0;       ///< metres a unit of the file; DAE, which states its own: 1
+  UpAxis up = UpAxis::as_written;
   CoverClaim claim;
 };
 

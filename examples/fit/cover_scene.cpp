@@ -14,13 +14,14 @@ std::string quote(const std::string& text) {
 
 }  // namespace
 
-std::string scene_text(const Fit& fit, const std::string& name, const std::string& description) {
+std::string scene_text(const Fit& fit, const std::string& name, const std::string& description,
+                       double duration) {
   const std::string quoted = quote(name);
   std::string text = fmt::format(
       "name: {}\ndescription: {}\nunits: {{length: m}}\nframe_rate: 50\ncontact_gap: 1.0e-6\npolicy: "
       "advance\n"
-      "duration: 1\nobjects:\n  - name: {}\n    static: true\n    hexahedra:\n",
-      quoted, quote(description), quoted);
+      "duration: {}\nobjects:\n  - name: {}\n    static: true\n    hexahedra:\n",
+      quoted, quote(description), duration, quoted);
   for (std::size_t i = 0; i < fit.hexahedra.size(); ++i) {
     text += fmt::format("      - name: h{}\n        hexahedron:\n          vertices:\n", i);
     for (const Vector3& p : fit.hexahedra[i].vertices)

@@ -7,6 +7,8 @@
 namespace touchstone::fitting {
 
 /// A scene file with the cover as one static object of that name, in metres; vertices with all their bits.
-std::string scene_text(const Fit& fit, const std::string& name, const std::string& description);
+/// Further objects may be appended. @param duration [s]
+std::string scene_text(const Fit& fit, const std::string& name, const std::string& description,
+                       double duration = 1.0);
 
 }  // namespace touchstone::fitting

@@ -5,10 +5,11 @@
 #include <ctime>
 #include <map>
 
-#include "touchstone/contact_core/fit/stl_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/fit/cover_scene.hpp"
+#include "touchstone/examples/fit/fit_page.hpp"
 #include "touchstone/examples/fit/samples.hpp"
+#include "touchstone/examples/fit/training_scene.hpp"
 #include "touchstone/examples/program/json.hpp"
 #include "touchstone/examples/program/sha256.hpp"
 #include "touchstone/examples/program/text_table.hpp"
@@ -27,19 +28,28 @@ Vector3 parse_corner(const std::string& text, const std::string& whole) {
   return p;
 }
 
-FitOptions options_for(const FitRequest& request, double diagonal, comparison::ProgressLine& progress) {
+FitOptions options_for(const FitRequest& request, double scale, double diagonal,
+                       comparison::ProgressLine& progress) {
   FitOptions options;
   options.over = request.over.metres(diagonal);
   options.repairs = request.repairs;
   for (const RegionRequest& region : request.regions)
-    options.regions.push_back({region.name,
-                               {request.scale * region.low, request.scale * region.high},
-                               region.over.metres(diagonal)});
+    options.regions.push_back(
+        {region.name, {scale * region.low, scale * region.high}, region.over.metres(diagonal)});
   options.progress = [&progress, stage = std::string()](std::string_view now, double share) mutable {
     if (now != stage) progress.step(stage = now);
     progress.share(share);
   };
   return options;
+}
+
+void add_pictures(const MeshDistance& solid, const FitRequest& request, comparison::ProgressLine& progress,
+                  FitRun& run) {
+  const std::vector<CurvePoint> curve = fit_curve(run, request, progress);
+  progress.step("draw");
+  const ExcessSurface surface = excess_surface(solid, run.fit);
+  run.more.emplace_back(run.name + ".html", fit_page(run, solid, surface, curve));
+  run.more.emplace_back(run.name + ".gltf", fit_gltf(run, solid, surface));
 }
 
 std::string percent(double share) { return fmt::format("{:.3f}", 100.0 * share); }
@@ -75,24 +85,27 @@ void check_names(const std::vector<std::filesystem::path>& meshes) {
 FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
                comparison::ProgressLine& progress) {
   const std::string bytes = comparison::read_file(mesh.string(), "touchstone_fit");
-  const TriangleMesh triangles = parse_stl(bytes, request.scale, mesh.string());
-  const MeshDistance solid(weld(triangles));
+  ReadMesh read = read_mesh(mesh, request.input);
   FitRun run;
+  run.mesh = std::move(read.mesh);
+  run.note = std::move(read.note);
+  const TriangleMesh& triangles = run.mesh;
+  const MeshDistance solid(weld(triangles));
   run.name = cover_name(mesh);
   run.triangles = triangles.triangles.size();
   run.shells = solid.shells().count();
   for (const std::uint8_t is_closed : solid.shells().is_closed) run.closed_shells += is_closed;
   run.open_edges = solid.shells().open_edges;
   run.diagonal = solid.bounds().diagonal();
-  const FitOptions options = options_for(request, run.diagonal, progress);
+  const FitOptions options = options_for(request, read.metres_per_unit, run.diagonal, progress);
   run.over = options.over;
   const double start = processor_seconds();
-  run.fit = request.count ? fit_count(solid, *request.count, options, &run.over)
-                          : fit_hexahedra(solid, options);
+  run.fit =
+      request.count ? fit_count(solid, *request.count, options, &run.over) : fit_hexahedra(solid, options);
   const double fitted = processor_seconds();
   run.fit_seconds = fitted - start;
-  run.certificate = {mesh.filename().string(), comparison::sha256(bytes), request.scale,
-                     claim_of(run.fit, options)};
+  run.certificate = {mesh.filename().string(), comparison::sha256(bytes), read.metres_per_unit,
+                     request.input.up, claim_of(run.fit, options)};
   progress.step("prove");
   run.verdict = check_cover(triangles, run.certificate.claim);
   run.proof_seconds = processor_seconds() - fitted;
@@ -102,15 +115,28 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
     run.samples = count.asked;
     run.uncovered = count.uncovered;
   }
+  if (request.page) add_pictures(solid, request, progress, run);
+  if (request.training)
+    for (comparison::ReportFile& file : training_files(run)) run.more.push_back(std::move(file));
   return run;
+}
+
+std::vector<std::string> cover_extensions(const FitRequest& request) {
+  std::vector<std::string> all{".yaml", ".certificate.json"};
+  if (request.page) all.insert(all.end(), {".html", ".gltf"});
+  if (request.training) all.insert(all.end(), {".scene.yaml", ".flight.yaml"});
+  return all;
 }
 
 std::vector<comparison::ReportFile> cover_files(const FitRun& run) {
   const std::string description =
       fmt::format("{} hexahedra cover {} ({} triangles); no point of them is farther outside than {:.6g} m",
                   run.fit.hexahedra.size(), run.certificate.mesh_file, run.triangles, run.fit.excess);
-  return {{run.name + ".yaml", scene_text(run.fit, run.name, description)},
-          {run.name + ".certificate.json", certificate_text(run.certificate)}};
+  std::vector<comparison::ReportFile> files = {
+      {run.name + ".yaml", scene_text(run.fit, run.name, description)},
+      {run.name + ".certificate.json", certificate_text(run.certificate)}};
+  files.insert(files.end(), run.more.begin(), run.more.end());
+  return files;
 }
 
 std::string table_text(const std::vector<FitRun>& runs) {

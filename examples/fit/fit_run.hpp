@@ -20,7 +20,7 @@ using comparison::parse_unit;
 struct RegionRequest {
   std::string name;
   Length over;
-  Vector3 low, high;  ///< in the file's units
+  Vector3 low, high;  ///< in the file's units, DAE: in metres; axes as they are read
 };
 
 /// @throws InputError for what is none.
@@ -31,7 +31,9 @@ struct FitRequest {
   Length over;
   std::optional<std::size_t> count;
   std::vector<RegionRequest> regions;
-  double scale = 1.0;  ///< metres a unit of the file
+  MeshInput input;
+  bool page = false;      ///< a page and a glTF model, too
+  bool training = false;  ///< a scene and a script to fly, too
   int repairs = FitOptions().repairs;
   std::size_t samples = 0;
 };
@@ -42,11 +44,14 @@ struct FitRun {
   std::size_t triangles = 0, shells = 0, closed_shells = 0, open_edges = 0;
   double diagonal = 0.0;  ///< [m]
   double over = 0.0;      ///< asked [m]
+  TriangleMesh mesh;      ///< as it was read [m]
+  std::string note;       ///< what a user should know of the mesh; may be empty
   Fit fit;
   double fit_seconds = 0.0, proof_seconds = 0.0;  ///< of the processor
   CoverVerdict verdict;
   std::size_t samples = 0, uncovered = 0;
   Certificate certificate;
+  std::vector<comparison::ReportFile> more;  ///< pictures and scenes where they are asked for
 };
 
 /// The name of a mesh's cover: the file's without extension; what is no UTF-8 is replaced.
@@ -59,7 +64,10 @@ void check_names(const std::vector<std::filesystem::path>& meshes);
 FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
                comparison::ProgressLine& progress);
 
-/// NAME.yaml, a scene file with the cover, and NAME.certificate.json.
+/// The extensions of what is written of each mesh.
+std::vector<std::string> cover_extensions(const FitRequest& request);
+
+/// NAME.yaml, a scene file with the cover, NAME.certificate.json, and what else was asked for.
 std::vector<comparison::ReportFile> cover_files(const FitRun& run);
 
 /// A line a mesh.

@@ -4,6 +4,10 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/fit/fit_run.hpp"
+#ifdef TOUCHSTONE_HAS_SCENE_FILES
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/examples/fit/serves.hpp"
+#endif
 #include "touchstone/examples/program/program.hpp"
 
 namespace {
@@ -12,10 +16,11 @@ using namespace touchstone;
 using namespace touchstone::fitting;
 
 struct Options {
-  std::string input, over, unit, check, output = "fit";
-  std::vector<std::string> regions;
+  std::string input, over, up = "as-written", size, check, serves, tolerance, margin, object, output = "fit";
+  std::vector<std::string> unit, regions;
   std::size_t count = 0, samples = 0;
   int repairs = FitOptions().repairs;
+  bool page = false, training = false, uniform = false;
 };
 
 bool parse(int argc, char** argv, Options& options) {
@@ -27,9 +32,18 @@ bool parse(int argc, char** argv, Options& options) {
       "proven before it is written: coverage in exact arithmetic, the error by branch and bound. Open shells "
       "are "
       "covered as sheets."};
-  app.add_option("mesh", options.input, "An STL file, or a folder of them")->required();
-  app.add_option("--unit", options.unit,
-                 "Unit of the file: m, cm, mm, um, in, ft, or metres a unit; files do not say");
+  app.add_option("mesh", options.input, "An STL, OBJ, PLY or DAE file, or a folder of them")->required();
+  app.add_option(
+         "--unit", options.unit,
+         "Unit of the file: m, cm, mm, um, in, ft, or metres a unit; only DAE files say it. Of one mesh of a "
+         "folder, by its name: part=in")
+      ->allow_extra_args(false);
+  app.add_option(
+         "--up", options.up,
+         "Axis of the file that points up and becomes z: x, y, z, stated (by a DAE file), or as-written")
+      ->capture_default_str();
+  app.add_option("--size", options.size,
+                 "About how large a mesh is, such as 2m: one that is 20 times larger or smaller is refused");
   app.add_option("--over", options.over,
                  "Largest error, outwards: 2mm, 0.5cm, 0.02m, 1in, or 2% of the diagonal");
   app.add_option("--count", options.count,
@@ -43,6 +57,23 @@ bool parse(int argc, char** argv, Options& options) {
   app.add_option("--repairs", options.repairs, "How hard to look for fewer: places that are covered anew")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000000));
+  app.add_flag(
+      "--training", options.training,
+      "Writes of each mesh a scene with a block that comes against it, and a script that training_run flies");
+  app.add_option(
+      "--serves", options.serves,
+      "A scene in which an object of the mesh's name stands: looks for the coarsest cover with which "
+      "clearances, stops and first contacts are the mesh's to --tolerance");
+  app.add_option("--tolerance", options.tolerance, "Of --serves: 1mm");
+  app.add_option("--margin", options.margin,
+                 "Of --serves: other motions that stay this near count, and clearances up to it (default: 10 "
+                 "times the tolerance)");
+  app.add_option("--object", options.object, "Of --serves: the object's name, where it is not the mesh's");
+  app.add_flag("--uniform", options.uniform,
+               "Of --serves: measures the tolerance everywhere as well, which may take long");
+  app.add_flag(
+      "--page", options.page,
+      "Writes a page to look at, with the excess as colours and hexahedra against error, and a glTF model");
   app.add_option("--check", options.check, "Checks this certificate against the mesh, and writes nothing");
   app.add_option("--out,--output", options.output, "Folder of scenes, certificates and the table")
       ->capture_default_str();
@@ -53,21 +84,32 @@ std::vector<std::filesystem::path> meshes_at(const std::filesystem::path& input)
   if (!std::filesystem::is_directory(input)) return {input};
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(input)) {
-    std::string extension = entry.path().extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    if (entry.is_regular_file() && extension == ".stl") files.push_back(entry.path());
+    if (entry.is_regular_file() && is_mesh_file(entry.path())) files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
-  if (files.empty()) reject(input.string(), "no STL file in this folder");
+  if (files.empty()) reject(input.string(), "no STL, OBJ, PLY or DAE file in this folder");
   return files;
+}
+
+/// The unit that is stated for this mesh, else the one for all.
+std::optional<double> unit_of(const std::vector<std::string>& units, const std::filesystem::path& mesh) {
+  std::optional<double> all, own;
+  for (const std::string& text : units) {
+    const std::size_t equals = text.rfind('=');
+    if (equals == std::string::npos)
+      all = parse_unit(text);
+    else if (text.substr(0, equals) == mesh.stem().string())
+      own = parse_unit(text.substr(equals + 1));
+  }
+  return own ? own : all;
 }
 
 int check(const Options& options) {
   const Certificate certificate = read_certificate(options.check);
-  if (!options.unit.empty() && parse_unit(options.unit) != certificate.scale)
-    reject("--unit", fmt::format("'{}' is {} m; the certificate is of {} m a unit of the file", options.unit,
-                                 parse_unit(options.unit), certificate.scale));
+  const std::optional<double> unit = unit_of(options.unit, options.input);
+  if (unit && *unit != certificate.scale)
+    reject("--unit",
+           fmt::format("is {} m; the certificate is of {} m a unit of the file", *unit, certificate.scale));
   const CoverVerdict verdict = check_certificate(certificate, options.input);
   if (!verdict.is_proven) {
     comparison::print_now(fmt::format("refused: {}\n", verdict.reason));
@@ -81,29 +123,82 @@ int check(const Options& options) {
   return 0;
 }
 
+double length_of(const std::string& text, const std::string& option) {
+  const Length length = parse_length(text, option);
+  if (length.is_share) reject(option, "'" + text + "' is a share, not a length");
+  return length.value;
+}
+
 FitRequest request_of(const Options& options) {
-  if (options.unit.empty()) reject("--unit", "is missing: an STL file does not say its unit");
-  if (options.over.empty() && options.count == 0) reject("--over", "is missing, and --count");
+  if (options.over.empty() && options.count == 0 && options.serves.empty())
+    reject("--over", "is missing, and --count");
   FitRequest request;
   request.over = parse_length(options.over.empty() ? "5%" : options.over, "--over");
   if (options.count > 0) request.count = options.count;
   for (const std::string& region : options.regions) request.regions.push_back(parse_region(region));
-  request.scale = parse_unit(options.unit);
+  request.input.up = parse_up(options.up);
+  if (!options.size.empty()) request.input.expected_size = length_of(options.size, "--size");
+  request.page = options.page;
+  request.training = options.training;
   request.repairs = options.repairs;
   request.samples = options.samples;
   return request;
+}
+
+/// A name that no mesh has is a slip.
+void check_units(const std::vector<std::string>& units, const std::vector<std::filesystem::path>& meshes) {
+  for (const std::string& text : units) {
+    const std::size_t equals = text.rfind('=');
+    if (equals == std::string::npos) continue;
+    const std::string name = text.substr(0, equals);
+    if (std::none_of(meshes.begin(), meshes.end(),
+                     [&](const auto& mesh) { return mesh.stem().string() == name; }))
+      reject("--unit", "'" + text + "': there is no mesh '" + name + "'");
+  }
+}
+
+int serve([[maybe_unused]] const Options& options, [[maybe_unused]] FitRequest fit,
+          [[maybe_unused]] const std::vector<std::filesystem::path>& meshes) {
+#ifndef TOUCHSTONE_HAS_SCENE_FILES
+  reject("--serves", "this build does not read scenes (Debian: libyaml-cpp-dev)");
+#else
+  if (meshes.size() != 1) reject("--serves", "takes one mesh, not a folder");
+  if (options.tolerance.empty()) reject("--tolerance", "is missing");
+  const std::filesystem::path& mesh = meshes[0];
+  fit.input.metres_per_unit = unit_of(options.unit, mesh);
+  ServesRequest request;
+  request.scene = load_scene(options.serves);
+  request.object = options.object.empty() ? cover_name(mesh) : options.object;
+  request.tolerance = length_of(options.tolerance, "--tolerance");
+  request.margin = options.margin.empty() ? 10.0 * request.tolerance : length_of(options.margin, "--margin");
+  request.with_uniform = options.uniform;
+  std::vector<std::string> names;
+  for (const std::string& extension : cover_extensions({})) names.push_back(cover_name(mesh) + extension);
+  comparison::check_report_folder(options.output, names);
+  comparison::ProgressLine progress;
+  const ServesResult result = find_coarsest(mesh, fit, request, progress);
+  progress.finish();
+  comparison::print_now(serves_text(result, request));
+  if (!result.coarsest) return 1;
+  const std::filesystem::path folder =
+      comparison::place_report(options.output, cover_files(result.rows[*result.coarsest].run), true, true);
+  comparison::print_now(fmt::format("scene and certificate: {}\n", folder.string()));
+  return 0;
+#endif
 }
 
 int run(int argc, char** argv) {
   Options options;
   if (!parse(argc, argv, options)) return 0;
   if (!options.check.empty()) return check(options);
-  const FitRequest request = request_of(options);
+  FitRequest request = request_of(options);
   const std::vector<std::filesystem::path> meshes = meshes_at(options.input);
+  check_units(options.unit, meshes);
+  if (!options.serves.empty()) return serve(options, request, meshes);
   check_names(meshes);
   std::vector<std::string> names{"fit.csv"};
   for (const auto& mesh : meshes)
-    for (const char* extension : {".yaml", ".certificate.json"})
+    for (const std::string& extension : cover_extensions(request))
       names.push_back(cover_name(mesh) + extension);
   comparison::check_report_folder(options.output, names);
   std::vector<FitRun> runs;
@@ -111,6 +206,7 @@ int run(int argc, char** argv) {
   bool is_proven = true;
   for (const auto& mesh : meshes) {
     comparison::ProgressLine progress;
+    request.input.metres_per_unit = unit_of(options.unit, mesh);
     try {
       runs.push_back(run_fit(mesh, request, progress));
     } catch (const InputError& error) {
@@ -121,7 +217,9 @@ int run(int argc, char** argv) {
       continue;
     }
     progress.finish();
-    const FitRun& last = runs.back();
+    FitRun& last = runs.back();
+    last.mesh = {};  // seen to
+    if (!last.note.empty()) comparison::print_now(fmt::format("{}: {}\n", last.name, last.note));
     comparison::print_now(fmt::format("{}: {} hexahedra, error {:.4g} mm, {}\n", last.name,
                                       last.fit.hexahedra.size(), 1e3 * last.fit.excess,
                                       last.verdict.is_proven ? "proven" : "refused: " + last.verdict.reason));

@@ -6,6 +6,7 @@
 #include "touchstone/examples/fit/fit_run.hpp"
 #include "touchstone/examples/fit/samples.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 namespace touchstone::fitting {
 namespace {
@@ -59,7 +60,7 @@ class FittedFile : public testing::Test {
   FitRun run() {
     FitRequest request;
     request.over = {0.06, true};
-    request.scale = 1e-3;
+    request.input.metres_per_unit = 1e-3;
     request.repairs = 2;
     request.samples = 20000;
     comparison::ProgressLine progress;
@@ -148,6 +149,58 @@ TEST_F(FittedFile, TablesHaveALineAMesh) {
   EXPECT_THAT(table_text(runs), HasSubstr("proven"));
   EXPECT_THAT(table_csv(runs), HasSubstr("\nfitted_angle,20,1,1,0,"));
   EXPECT_THAT(scene_text(runs[0].fit, "angle", "d"), HasSubstr("      - name: h1\n"));
+}
+
+/// A block of 2 x 1 x 3 of the file's units, standing along y.
+class OtherFormats : public FolderTest {
+ protected:
+  std::string obj() const {
+    std::string text;
+    for (int i = 0; i < 8; ++i)
+      text += "v " + std::to_string((i & 4) != 0 ? 2 : 0) + " " + std::to_string((i & 2) != 0 ? 1 : 0) + " " +
+              std::to_string((i & 1) != 0 ? 3 : 0) + "\n";
+    return text + "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n";
+  }
+  FitRun fit(const std::filesystem::path& file, const MeshInput& input) const {
+    FitRequest request;
+    request.over = {0.05, true};
+    request.input = input;
+    request.repairs = 1;
+    comparison::ProgressLine progress;
+    return run_fit(file, request, progress);
+  }
+};
+
+TEST_F(OtherFormats, AnObjIsFittedInItsUnitAndProvenAnew) {
+  const std::filesystem::path file = write("block.OBJ", obj());
+  const FitRun run = fit(file, {0.001});
+  EXPECT_TRUE(run.verdict.is_proven) << run.verdict.reason;
+  EXPECT_EQ(run.fit.hexahedra.size(), 1U);
+  EXPECT_NEAR(run.diagonal, 1e-3 * std::sqrt(14.0), 1e-15);
+  const std::filesystem::path certificate = write("certificate.json", certificate_text(run.certificate));
+  EXPECT_TRUE(check_certificate(read_certificate(certificate), file).is_proven);
+}
+
+TEST_F(OtherFormats, TheAxisThatPointsUpIsStatedAndKept) {
+  const std::filesystem::path file = write("block.obj", obj());
+  const FitRun run = fit(file, {1.0, UpAxis::y});
+  double low = 1e9, high = -1e9;
+  for (const Vector3& v : run.mesh.vertices) low = std::min(low, v.z()), high = std::max(high, v.z());
+  EXPECT_EQ(high - low, 1.0);  // the file's y
+  const std::filesystem::path certificate = write("certificate.json", certificate_text(run.certificate));
+  EXPECT_EQ(read_certificate(certificate).up, UpAxis::y);
+  EXPECT_TRUE(check_certificate(read_certificate(certificate), file).is_proven);
+}
+
+TEST_F(OtherFormats, UnitsAreAskedForAndWrongOnesRefused) {
+  const std::filesystem::path file = write("block.obj", obj());
+  EXPECT_THAT(error_of([&] { fit(file, {}); }),
+              HasSubstr("--unit: is missing: block.obj does not say its unit"));
+  EXPECT_THAT(error_of([&] { fit(file, {1.0, UpAxis::as_written, 0.004}); }), HasSubstr("block.obj: "));
+  EXPECT_THAT(error_of([&] { fit(file, {1.0, UpAxis::stated}); }), HasSubstr("block.obj: "));
+  EXPECT_THAT(error_of([&] { fit(write("block.step", "x"), {1.0}); }),
+              HasSubstr("a mesh is read from .stl, .obj, .ply or .dae"));
+  EXPECT_THAT(error_of([] { parse_up("up"); }), HasSubstr("--up: 'up' is none of"));
 }
 
 }  // namespace

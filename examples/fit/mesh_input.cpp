@@ -1,0 +1,62 @@
+#include "touchstone/examples/fit/mesh_input.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "touchstone/contact_core/fit/stl_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone::fitting {
+namespace {
+
+constexpr std::array<std::pair<const char*, UpAxis>, 5> kAxes = {{{"as-written", UpAxis::as_written},
+                                                                  {"stated", UpAxis::stated},
+                                                                  {"x", UpAxis::x},
+                                                                  {"y", UpAxis::y},
+                                                                  {"z", UpAxis::z}}};
+
+std::string extension_of(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return extension;
+}
+
+}  // namespace
+
+bool is_mesh_file(const std::filesystem::path& file) {
+  const std::string extension = extension_of(file);
+  return extension == ".stl" || extension == ".obj" || extension == ".ply" || extension == ".dae";
+}
+
+UpAxis parse_up(const std::string& text) {
+  for (const auto& [name, up] : kAxes)
+    if (text == name) return up;
+  reject("--up", "'" + text + "' is none of as-written, stated, x, y, z");
+}
+
+std::string up_text(UpAxis up) {
+  for (const auto& [name, each] : kAxes)
+    if (up == each) return name;
+  return "";
+}
+
+ReadMesh read_mesh(const std::filesystem::path& file, const MeshInput& input) {
+  const bool states_unit = extension_of(file) == ".dae";
+  if (!input.metres_per_unit && !states_unit)
+    reject("--unit", "is missing: " + file.filename().string() + " does not say its unit");
+  ReadMesh out;
+  out.metres_per_unit = states_unit ? 1.0 : *input.metres_per_unit;
+  const bool is_plain_stl = extension_of(file) == ".stl" && input.up == UpAxis::as_written;
+  if (is_plain_stl && !input.expected_size) {
+    out.mesh = read_stl(file.string(), out.metres_per_unit);
+    return out;
+  }
+  LoadedMesh loaded = load_mesh(file, {input.metres_per_unit, input.up, input.expected_size});
+  if (!loaded.report.bounds_a_solid() || loaded.report.rounding > 0.0) out.note = to_string(loaded.report);
+  out.mesh = is_plain_stl ? read_stl(file.string(), out.metres_per_unit) : std::move(loaded.mesh);
+  return out;
+}
+
+}  // namespace touchstone::fitting
