@@ -126,8 +126,8 @@ class Clerk {
   Clerk(MergeJudge& judge, Recorder& recorder)
       : thread_([this, &judge, &recorder] {
           while (!stop_.load(std::memory_order_relaxed)) {
-            const bool any = recorder.work() | judge.work();
-            if (!any) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            const bool wrote = recorder.work(), judged = judge.work();
+            if (!wrote && !judged) std::this_thread::sleep_for(std::chrono::milliseconds(5));
           }
         }) {}
   ~Clerk() { end(); }
@@ -170,6 +170,11 @@ int fly(const StationOptions& options, const fs::path& folder) {
   ended = true;
   comparison::stop_if_interrupted();
   print_end(session);
+  const LoopFigures& figures = exchange.figures;
+  comparison::print_now(fmt::format(
+      "deadlines missed {}; a step: median {:.0f} us, 99.9 % {:.0f} us, worst {:.0f} us; not judged {}\n",
+      figures.missed.load(), figures.step.quantile_us(0.5), figures.step.quantile_us(0.999),
+      figures.step.worst_us(), figures.not_judged.load()));
   return 0;
 }
 

@@ -289,9 +289,12 @@ void PageClient::send_text() {
 
 void PageClient::send_frame() {
   is_writing_ = true;
-  if (sent_serial_ > 0) overwritten_ += host_.frame_serial - sent_serial_ - 1;
-  host_.figures.frames_overwritten.fetch_add(sent_serial_ > 0 ? host_.frame_serial - sent_serial_ - 1 : 0,
-                                             std::memory_order_relaxed);
+  // Counted by the loop's own numbers: one frame may overwrite another before the server sees either.
+  const auto number = value_at<std::uint64_t>(host_.frame, 8);
+  const std::uint64_t between = sent_serial_ > 0 ? number - sent_frame_ - 1 : 0;
+  overwritten_ += between;
+  sent_frame_ = number;
+  host_.figures.frames_overwritten.fetch_add(between, std::memory_order_relaxed);
   sent_serial_ = host_.frame_serial;
   frame_.assign(host_.frame.begin(), host_.frame.end());
   set_client_part(frame_, station_us(), overwritten_);

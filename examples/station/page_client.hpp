@@ -98,7 +98,7 @@ class PageClient : public std::enable_shared_from_this<PageClient> {
   std::deque<std::shared_ptr<const std::string>> texts_;
   std::vector<std::uint8_t> frame_;  // on its way
   bool is_open_ = false, is_writing_ = false, is_closing_ = false;
-  std::uint64_t sent_serial_ = 0, overwritten_ = 0;
+  std::uint64_t sent_serial_ = 0, sent_frame_ = 0, overwritten_ = 0;
   bool tells_seen_ = false;
   std::uint64_t frames_sent_ = 0, frames_seen_ = 0;
   std::array<Sent, 64> sent_{};  // by frames_sent_

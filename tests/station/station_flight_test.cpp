@@ -186,10 +186,15 @@ TEST(StationLatch, ClosesWithinReachAloneAndCarriesInAllMethods) {
   EXPECT_EQ(answer.text, "ssrms.tip_lee carries oru");
   const auto oru = scenes[0]->latches[0].carried;
   const double before = session.flight().ours().poses()[oru].p.z();
+  EXPECT_EQ(session.flight().figures().done_at[0], 0.0);
   HandInput up;
   up.translation = {0.0, 0.0, 0.5};
   for (int frame = 0; frame < 50; ++frame) session.step(up);
   EXPECT_NEAR(session.flight().ours().poses()[oru].p.z() - before, 0.5 * 0.37, 0.01);
+  // Goals: it is grappled since the first frame after the latch, and not yet in its guide.
+  ASSERT_EQ(scenes[0]->tasks.size(), 2U);
+  EXPECT_NEAR(session.flight().figures().done_at[0], 161 * 0.02, 1e-9);
+  EXPECT_EQ(session.flight().figures().done_at[1], 0.0);
   EXPECT_TRUE(session.set({Control::Kind::release}).done);
   EXPECT_FALSE(session.set({Control::Kind::release}).done);
 }

@@ -83,6 +83,25 @@ TEST(StationMessages, OfTheSceneHaveEverySolidOnceInItsObjectsFrame) {
   EXPECT_EQ(scene["objects"][scene["arms"][0]["hand"].get<std::size_t>()]["name"], "ssrms.tip_lee");
 }
 
+TEST(StationMessages, OfTheDebriefHaveGoalsPathAndEvents) {
+  StateMessage state;
+  state.scene = 1;
+  state.figures.done_at[0] = 3.5;
+  state.figures.time = 9.0;
+  state.figures.path = 2.0;
+  const std::vector<std::array<double, 4>> path = {{0.0, 1.0, 2.0, 3.0}, {0.2, 1.0, 2.0, 2.9}};
+  StationEvent event;
+  event.kind = StationEvent::Kind::latched;
+  const nlohmann::json debrief =
+      nlohmann::json::parse(debrief_json(state, scenes(), path, {event_json(event)}));
+  EXPECT_EQ(debrief["tasks"][0]["done"], true);
+  EXPECT_EQ(debrief["tasks"][0]["elapsed"], 3.5);
+  EXPECT_EQ(debrief["tasks"][1]["done"], false);
+  EXPECT_EQ(debrief["path"][1][3], 2.9);
+  EXPECT_EQ(debrief["events"][0]["kind"], "latched");
+  EXPECT_EQ(nlohmann::json::parse(score_json(state, scenes()))["path"], 2.0);
+}
+
 TEST(StationFigures, QuantilesAreWithinABucketOfTheTruth) {
   TimeHistogram times;
   for (int i = 1; i <= 10000; ++i) times.add(i);
