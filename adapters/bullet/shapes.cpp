@@ -10,7 +10,7 @@
 #include <string>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/geometry/orientation.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {

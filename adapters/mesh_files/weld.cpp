@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/geometry/orientation.hpp"
 
 namespace touchstone::mesh_files {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/geometry/orientation.hpp"
 
 namespace touchstone {
 namespace {

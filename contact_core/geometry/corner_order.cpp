@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/geometry/orientation.hpp"
 
 namespace touchstone {
 namespace {

@@ -8,10 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/corner_order.hpp"
 #include "touchstone/contact_core/geometry/face_plane.hpp"
+#include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 namespace touchstone {
 namespace {
@@ -159,8 +160,7 @@ std::string worst_face(const OrderSearch& search, const CornerOrder& order) {
                                 std::string_view name) {
   const std::string no_hexahedron =
       "no convex hexahedron: in the given vertex order its quads are not faces of the hull, and ";
-  if (flattest.bend == std::numeric_limits<double>::infinity())
-    reject(name, no_hexahedron + "in no order of the vertices are they");
+  if (flattest.bend == kInfinity) reject(name, no_hexahedron + "in no order of the vertices are they");
   reject(name, no_hexahedron + "no order of the vertices gives six faces planar up to " +
                    figure(std::scalbn(search.warp == WarpPolicy::refuse ? search.planar : search.tolerance,
                                       search.unit.exponent)) +

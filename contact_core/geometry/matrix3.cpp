@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "touchstone/contact_core/numerics/trigonometry.hpp"
+#include "touchstone/contact_core/geometry/trigonometry.hpp"
 
 namespace touchstone {
 namespace {

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/numerics/trigonometry.hpp"
+#include "touchstone/contact_core/geometry/trigonometry.hpp"
 
 namespace touchstone {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "touchstone/contact_core/numerics/trigonometry.hpp"
+#include "touchstone/contact_core/geometry/trigonometry.hpp"
 
 namespace touchstone {
 

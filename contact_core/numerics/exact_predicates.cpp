@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "touchstone/contact_core/numerics/difference_determinant.hpp"
+#include "touchstone/contact_core/geometry/difference_determinant.hpp"
 #include "touchstone/contact_core/numerics/flat_hulls.hpp"
 #include "touchstone/contact_core/numerics/projection_filter.hpp"
 #include "touchstone/contact_core/numerics/vertex_hull.hpp"
@@ -158,13 +158,6 @@ bool edge_pair_separates(Pair& pair, const VertexHull& a, const FacetDirections&
 }
 
 }  // namespace
-
-int orient3d_sign(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d) noexcept {
-  const FilteredDeterminant det = filtered_determinant(b - a, c - a, d - a);
-  if (det.is_certain()) return det.sign();
-  const std::array points = {a, b, c, d};
-  return DifferenceDeterminant(points).sign({0, 1}, {0, 2}, {0, 3});
-}
 
 // Complete: two compact convex sets without a common point have the origin outside their Minkowski difference
 // D = {b - a}. When D has volume, the origin is strictly beyond some facet of D, that is, all b_j - a_i are

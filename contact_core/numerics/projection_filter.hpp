@@ -3,7 +3,7 @@
 #include <array>
 #include <span>
 
-#include "touchstone/contact_core/numerics/difference_determinant.hpp"
+#include "touchstone/contact_core/geometry/difference_determinant.hpp"
 
 namespace touchstone::numerics {
 

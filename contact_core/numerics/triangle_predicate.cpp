@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "touchstone/contact_core/numerics/difference_determinant.hpp"
+#include "touchstone/contact_core/geometry/difference_determinant.hpp"
 
 namespace touchstone::numerics {
 namespace {

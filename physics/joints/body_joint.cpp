@@ -3,7 +3,7 @@
 #include <string>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
-#include "touchstone/contact_core/numerics/trigonometry.hpp"
+#include "touchstone/contact_core/geometry/trigonometry.hpp"
 
 namespace touchstone::physics {
 namespace {

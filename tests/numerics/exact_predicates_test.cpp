@@ -1,3 +1,4 @@
+#include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 #include <gtest/gtest.h>

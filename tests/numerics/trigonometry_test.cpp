@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/numerics/trigonometry.hpp"
+#include "touchstone/contact_core/geometry/trigonometry.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/mechanism/resolved_rate.hpp"
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/contact_core/numerics/trigonometry.hpp"
+#include "touchstone/contact_core/geometry/trigonometry.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
 #include "touchstone/examples/measures/random.hpp"
 #include "touchstone/tests/proof/bit_sink.hpp"

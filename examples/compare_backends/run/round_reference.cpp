@@ -2,18 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <queue>
 #include <set>
 
-#include "touchstone/contact_core/numerics/trigonometry.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/trigonometry.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostAnswers = 20'000;
 constexpr std::uint32_t kFirstSectors = 16;
 // Halvings stop here: a sector of a metre's radius is then 3 nm wide.

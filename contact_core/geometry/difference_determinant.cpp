@@ -1,10 +1,10 @@
-#include "touchstone/contact_core/numerics/difference_determinant.hpp"
+#include "touchstone/contact_core/geometry/difference_determinant.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <limits>
 
-#include "touchstone/contact_core/numerics/big_integer.hpp"
+#include "touchstone/contact_core/geometry/big_integer.hpp"
 
 // How a sign is decided, cheapest first:
 //  1. doubles with an error bound (below);

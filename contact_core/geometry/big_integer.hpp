@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "touchstone/contact_core/numerics/fixed_integer.hpp"
+#include "touchstone/contact_core/geometry/fixed_integer.hpp"
 
 // Signed integers of a fixed capacity, on the stack: what decides a sign when a floating-point filter cannot.
 // Only the limbs in use are touched, so ordinary inputs (a few limbs) stay cheap whatever the capacity.

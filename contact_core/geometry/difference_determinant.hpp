@@ -6,7 +6,7 @@
 #include <span>
 
 #include "touchstone/contact_core/geometry/vector.hpp"
-#include "touchstone/contact_core/numerics/fixed_integer.hpp"
+#include "touchstone/contact_core/geometry/fixed_integer.hpp"
 
 namespace touchstone::numerics {
 

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/numerics/trigonometry.hpp"
+#include "touchstone/contact_core/geometry/trigonometry.hpp"
 
 #include <array>
 #include <bit>
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/contact_core/numerics/fixed_integer.hpp"
+#include "touchstone/contact_core/geometry/fixed_integer.hpp"
 
 // An angle is brought to within pi/4 of a multiple n of pi/2 (reduce()), where polynomials serve.
 //
