@@ -14,6 +14,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/engine_check/world.hpp"
+#include "touchstone/examples/measures/if_built.hpp"
 #include "touchstone/examples/program/engine_log.hpp"
 #include "touchstone/examples/program/interruption.hpp"
 #include "touchstone/examples/program/program.hpp"
@@ -81,16 +82,18 @@ std::vector<World> all_worlds() {
           stack(10, true),  wall(12, true),  frustum_stack(8), seams(true)};
 }
 
-constexpr std::pair<const char*, Run> kEngines[] = {
-#ifdef TOUCHSTONE_ENGINE_CHECK_BULLET
-    {"Bullet", run_bullet},
-#endif
-#ifdef TOUCHSTONE_ENGINE_CHECK_ODE
-    {"ODE", run_ode},
-#endif
-#ifdef TOUCHSTONE_ENGINE_CHECK_MUJOCO
-    {"MuJoCo", run_mujoco},
-#endif
+/// An engine that a build may lack.
+struct Engine {
+  const char* name;
+  Run run;              // null: not in this build
+  const char* missing;  // why, where it is not
+};
+
+constexpr Engine kEngines[] = {
+    {"Bullet", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_BULLET_RUN, run_bullet),
+     "no double-precision Bullet was found"},
+    {"ODE", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_ODE_RUN, run_ode), "no double-precision ODE was found"},
+    {"MuJoCo", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_MUJOCO_RUN, run_mujoco), "MuJoCo was not found"},
 };
 
 bool aborts(const char* engine, const World& world) {
@@ -101,16 +104,20 @@ bool may_abort(const char* engine, const World& world) {
   return world.by_hulls && std::string_view(engine) == "ODE";
 }
 
-bool is_asked(const char* engine, std::string_view only) { return only.empty() || only == engine; }
-
-/// @throws InputError for an engine that is not in this build.
-void check_engine(std::string_view only) {
+/// Those of this build, or the one asked for.
+/// @throws InputError for an engine that is unknown or not in this build.
+std::vector<Engine> asked_engines(std::string_view only) {
+  std::vector<Engine> asked;
   std::string known;
-  for (const auto& [engine, run] : kEngines) {
-    if (is_asked(engine, only)) return;
-    known += (known.empty() ? "" : ", ") + std::string(engine);
+  for (const Engine& engine : kEngines) {
+    if (only == engine.name && engine.run == nullptr)
+      throw InputError("engine '" + std::string(only) + "': not in this build: " + engine.missing);
+    if (engine.run == nullptr) continue;
+    if (only.empty() || only == engine.name) asked.push_back(engine);
+    known += (known.empty() ? "" : ", ") + std::string(engine.name);
   }
-  throw InputError("unknown engine '" + std::string(only) + "', this build has: " + known);
+  if (asked.empty()) throw InputError("unknown engine '" + std::string(only) + "', this build has: " + known);
+  return asked;
 }
 
 int run_all(int repetitions, std::string_view only) {
@@ -119,8 +126,7 @@ int run_all(int repetitions, std::string_view only) {
       "[rad/s] | contacts | check [us] | step [us] | step over own, same contacts |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   const std::vector<World> worlds = all_worlds();
-  for (const auto& [engine, run] : kEngines) {
-    if (!is_asked(engine, only)) continue;
+  for (const auto& [engine, run, missing] : asked_engines(only)) {
     for (const World& world : worlds) {
       std::vector<Check> checks = {Check::engine, Check::native};
       if (aborts(engine, world)) {
@@ -147,8 +153,7 @@ int run_starts(unsigned starts, std::string_view only) {
       "| engine | world | check | off [m] | in height [m] | speed at the end [m/s] |\n"
       "|---|---|---|---|---|---|\n");
   const World worlds[] = {stack(10, false), wall(12, false), frustum_stack(8), seams(false)};
-  for (const auto& [engine, run] : kEngines) {
-    if (!is_asked(engine, only)) continue;
+  for (const auto& [engine, run, missing] : asked_engines(only)) {
     for (const World& world : worlds) {
       for (const Check check : {Check::engine, Check::native}) {
         if (check == Check::engine && may_abort(engine, world)) continue;
@@ -176,15 +181,17 @@ int capture_all([[maybe_unused]] const std::string& prefix) {
 #ifdef TOUCHSTONE_ENGINE_CHECK_CAPTURE
   constexpr std::size_t kMost = 2000;
   const auto file_of = [&](const char* engine) { return prefix + engine + ".json"; };
-  for (const auto& [engine, run] : kEngines)
+  const std::vector<Engine> engines = asked_engines("");
+  for (const auto& [engine, run, missing] : engines)
     if (std::filesystem::exists(std::filesystem::symlink_status(file_of(engine))))
       throw InputError("--capture: " + file_of(engine) + " is there; move it away or name another prefix");
-  for (const auto& [engine, run] : kEngines) {
+  for (const auto& [engine, run, missing] : engines) {
     PairCapture capture(kMost);
     for (const World& world : all_worlds())
       if (!aborts(engine, world)) run(world, Check::engine, &capture);
     capture.save(file_of(engine));
-    print_now(fmt::format("{}: {} of {} pairs\n", file_of(engine), capture.cases().size(), capture.told()));
+    print_now(
+        fmt::format("{}: {} of {} pairs\n", file_of(engine), capture.cases().size(), capture.observed()));
   }
   return 0;
 #else
@@ -216,7 +223,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
   if (*count && *repetitions) throw InputError("--starts: has no repetitions");
   if (*count) options.starts = starts;
-  check_engine(options.engine);
+  asked_engines(options.engine);
   if (!options.log.empty() && std::filesystem::exists(std::filesystem::symlink_status(options.log)))
     throw InputError("--log: " + options.log + " is there; name another file");
   return options;

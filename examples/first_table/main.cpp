@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <thread>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/accuracy.hpp"
 #include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/measures/backend_run.hpp"
@@ -44,7 +44,7 @@ std::vector<std::string> row_of(const BackendAnswers& answers, const Judgement* 
   std::vector<std::string> row = {answers.name};
   for (const QueryKind kind : kQueryKinds) {
     const std::optional<Timing>& single = answers.queries[index_of(kind)].single;
-    row.push_back(format_ns(single ? single->median_ns : std::numeric_limits<double>::quiet_NaN()));
+    row.push_back(format_ns(single ? single->median_ns : kNaN));
     if (judgement == nullptr) continue;
     const Wrongness& wrong = judgement->wrongness[index_of(kind)];
     row.push_back(format_count(wrong.missed + wrong.phantom));

@@ -1,46 +1,38 @@
 #include "touchstone/examples/measures/all_backends.hpp"
 
-#ifdef TOUCHSTONE_HAS_EXACT
-#include "touchstone/adapters/exact/exact.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_BULLET
+#include <algorithm>
+
 #include "touchstone/adapters/bullet/bullet.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_ODE
-#include "touchstone/adapters/ode/ode.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_LIBCCD
-#include "touchstone/adapters/libccd/libccd.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_FCL
+#include "touchstone/adapters/exact/exact.hpp"
 #include "touchstone/adapters/fcl/fcl.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_MUJOCO
+#include "touchstone/adapters/libccd/libccd.hpp"
 #include "touchstone/adapters/mujoco/mujoco.hpp"
-#endif
+#include "touchstone/adapters/ode/ode.hpp"
+#include "touchstone/examples/measures/if_built.hpp"
 
 namespace touchstone::comparison {
+namespace {
+
+constexpr BackendSource kSources[] = {
+    {"bullet, bullet_gjk", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_BULLET, register_bullet),
+     "no double-precision Bullet was found"},
+    {"ode", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_ODE, register_ode), "ODE was not found"},
+    {"libccd_gjk, libccd_mpr", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_LIBCCD, register_libccd),
+     "libccd was not found"},
+    {"fcl, fcl_indep", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_FCL, register_fcl), "FCL was not found"},
+    {"mujoco", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_MUJOCO, register_mujoco), "MuJoCo was not found"},
+    {"exact", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_EXACT, register_exact),
+     "errors cannot be measured without it"},
+};
+
+}  // namespace
+
+std::span<const BackendSource> backend_sources() { return kSources; }
 
 void register_all_backends(BackendRegistry& registry) {
   register_core(registry);
-#ifdef TOUCHSTONE_HAS_BULLET
-  register_bullet(registry);
-#endif
-#ifdef TOUCHSTONE_HAS_ODE
-  register_ode(registry);
-#endif
-#ifdef TOUCHSTONE_HAS_LIBCCD
-  register_libccd(registry);
-#endif
-#ifdef TOUCHSTONE_HAS_FCL
-  register_fcl(registry);
-#endif
-#ifdef TOUCHSTONE_HAS_MUJOCO
-  register_mujoco(registry);
-#endif
-#ifdef TOUCHSTONE_HAS_EXACT
-  register_exact(registry);
-#endif
+  for (const BackendSource& source : kSources)
+    if (source.register_in != nullptr) source.register_in(registry);
 }
 
 std::vector<std::string> all_backend_names() {
@@ -49,6 +41,11 @@ std::vector<std::string> all_backend_names() {
   std::vector<std::string> names;
   for (const BackendRegistry::NarrowphaseEntry& entry : registry.narrowphases()) names.push_back(entry.name);
   return names;
+}
+
+bool has_backend(std::string_view narrowphase) {
+  const std::vector<std::string> names = all_backend_names();
+  return std::find(names.begin(), names.end(), narrowphase) != names.end();
 }
 
 }  // namespace touchstone::comparison

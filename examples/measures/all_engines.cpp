@@ -1,34 +1,39 @@
 #include "touchstone/examples/measures/all_engines.hpp"
 
-#ifdef TOUCHSTONE_HAS_BULLET_DYNAMICS
 #include "touchstone/adapters/bullet_dynamics/bullet_dynamics.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_ODE_DYNAMICS
-#include "touchstone/adapters/ode_dynamics/ode_dynamics.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_MUJOCO_DYNAMICS
 #include "touchstone/adapters/mujoco_dynamics/mujoco_dynamics.hpp"
-#endif
+#include "touchstone/adapters/ode_dynamics/ode_dynamics.hpp"
+#include "touchstone/examples/measures/if_built.hpp"
 
 namespace touchstone::comparison {
+namespace {
+
+/// An adapter of a dynamics engine that a build may lack.
+struct EngineSource {
+  const char* engine;
+  void (*register_in)(physics::EngineRegistry&);  // null: not in this build
+  const char* missing;                            // why, where it is not
+};
+
+constexpr EngineSource kSources[] = {
+    {"bullet", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_BULLET_DYNAMICS, register_bullet_dynamics),
+     "this build has no Bullet in double precision (Debian: libbullet-dev)"},
+    {"ode", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_ODE_DYNAMICS, register_ode_dynamics),
+     "this build has no ODE in double precision (Debian: libode-dev)"},
+    {"mujoco", TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_MUJOCO_DYNAMICS, register_mujoco_dynamics),
+     "this build has no MuJoCo (Debian: libmujoco-dev)"},
+};
+
+}  // namespace
 
 void register_all_engines(physics::EngineRegistry& registry, const BackendRegistry& backends) {
   register_own_engine(registry, backends);
-#ifdef TOUCHSTONE_HAS_BULLET_DYNAMICS
-  register_bullet_dynamics(registry);
-#else
-  registry.add_missing({"bullet", "this build has no Bullet in double precision (Debian: libbullet-dev)"});
-#endif
-#ifdef TOUCHSTONE_HAS_ODE_DYNAMICS
-  register_ode_dynamics(registry);
-#else
-  registry.add_missing({"ode", "this build has no ODE in double precision (Debian: libode-dev)"});
-#endif
-#ifdef TOUCHSTONE_HAS_MUJOCO_DYNAMICS
-  register_mujoco_dynamics(registry);
-#else
-  registry.add_missing({"mujoco", "this build has no MuJoCo (Debian: libmujoco-dev)"});
-#endif
+  for (const EngineSource& source : kSources) {
+    if (source.register_in != nullptr)
+      source.register_in(registry);
+    else
+      registry.add_missing({source.engine, source.missing});
+  }
 }
 
 }  // namespace touchstone::comparison

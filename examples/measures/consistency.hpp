@@ -1,8 +1,8 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/pair_set.hpp"
 
 namespace touchstone::comparison {
@@ -16,7 +16,7 @@ struct Change {
   /// Cases whose class is not compared, as rounding alone may change it.
   std::size_t left_out = 0;
   /// Largest change of the separation over S; +inf: only one of the two has one; NaN: none was ever given.
-  double worst = std::numeric_limits<double>::quiet_NaN();
+  double worst = kNaN;
 
   Change& operator+=(const Change& more);
 };

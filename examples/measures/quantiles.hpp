@@ -2,17 +2,18 @@
 
 #include <array>
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <vector>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::comparison {
 
 /// Of a sample; NaN and index 0 when it is empty. An infinite value is the worst.
 struct Quantiles {
-  double median = std::numeric_limits<double>::quiet_NaN();
-  double p99 = std::numeric_limits<double>::quiet_NaN();
-  double worst = std::numeric_limits<double>::quiet_NaN();
+  double median = kNaN;
+  double p99 = kNaN;
+  double worst = kNaN;
   std::size_t worst_case = 0;  ///< the case of `worst`
   std::size_t count = 0;
 };
@@ -34,9 +35,9 @@ Quantiles quantiles(std::span<CaseValue> sample);
 
 /// Of frames or steps [us]: nearest ranks; NaN of none.
 struct StepTimes {
-  double median_us = std::numeric_limits<double>::quiet_NaN();
-  double p999_us = std::numeric_limits<double>::quiet_NaN();
-  double worst_us = std::numeric_limits<double>::quiet_NaN();
+  double median_us = kNaN;
+  double p999_us = kNaN;
+  double worst_us = kNaN;
 };
 StepTimes step_times(std::vector<double> us);
 
@@ -55,7 +56,7 @@ struct Timing {
   std::array<double, kKeptRepetitions> repetition_ns = {};  ///< each repetition's median, the first ones
   /// Of single calls (a pair, or a frame), each timed on its own, reading the clock included; NaN where there
   /// were fewer than kLeastForP999.
-  double p999_ns = std::numeric_limits<double>::quiet_NaN();
+  double p999_ns = kNaN;
   std::size_t calls = 0;  ///< behind p999_ns
 };
 

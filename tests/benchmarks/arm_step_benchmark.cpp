@@ -11,13 +11,8 @@
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
-#ifdef TOUCHSTONE_BENCHMARK_BULLET
-#include "touchstone/adapters/bullet/bullet.hpp"
-#endif
-#ifdef TOUCHSTONE_BENCHMARK_EXACT
-#include "touchstone/adapters/exact/exact.hpp"
-#endif
 
 // One frame of a contact world: the SSRMS-type arm (47 hexahedra) in a scene of 500, policy slide. Rows are
 // backend/phase/frames a second; the arm's joints go at up to 4 deg/s. Phases:
@@ -52,13 +47,7 @@ double seconds() {
 
 BackendRegistry make_registry() {
   BackendRegistry registry;
-  register_core(registry);
-#ifdef TOUCHSTONE_BENCHMARK_BULLET
-  register_bullet(registry);
-#endif
-#ifdef TOUCHSTONE_BENCHMARK_EXACT
-  register_exact(registry);
-#endif
+  comparison::register_all_backends(registry);
   return registry;
 }
 
@@ -223,13 +212,8 @@ void register_runs(const std::string& backend, int frames) {
 }  // namespace touchstone
 
 int main(int argc, char** argv) {
-  touchstone::register_runs("native", 5000);
-#ifdef TOUCHSTONE_BENCHMARK_BULLET
-  touchstone::register_runs("bullet", 1000);
-#endif
-#ifdef TOUCHSTONE_BENCHMARK_EXACT
-  touchstone::register_runs("exact", 500);
-#endif
+  for (const auto& [backend, frames] : {std::pair{"native", 5000}, {"bullet", 1000}, {"exact", 500}})
+    if (touchstone::comparison::has_backend(backend)) touchstone::register_runs(backend, frames);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

@@ -8,12 +8,7 @@
 #include "touchstone/contact_core/broadphase/first_contact.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/threads/thread_team.hpp"
-#ifdef TOUCHSTONE_BENCHMARK_BULLET
-#include "touchstone/adapters/bullet/bullet.hpp"
-#endif
-#ifdef TOUCHSTONE_BENCHMARK_ODE
-#include "touchstone/adapters/ode/ode.hpp"
-#endif
+#include "touchstone/examples/measures/all_backends.hpp"
 
 // One frame of a broadphase: update(), with every object moved unless a row says else, then all of
 // find_pairs(). Counters hold the least time of a frame and of its parts [ms].
@@ -104,13 +99,7 @@ struct Frame {
   Frame(const std::string& name, int count, const Mix& wanted)
       : boxes(count, wanted), mix(wanted), team(static_cast<std::size_t>(wanted.threads)) {
     BackendRegistry registry;
-    register_core(registry);
-#ifdef TOUCHSTONE_BENCHMARK_BULLET
-    register_bullet(registry);
-#endif
-#ifdef TOUCHSTONE_BENCHMARK_ODE
-    register_ode(registry);
-#endif
+    comparison::register_all_backends(registry);
     broadphase = registry.make_broadphase(name);
     broadphase->build({boxes.pointers, 0.0, boxes.is_static, mix.threads > 1 ? &team : nullptr});
     narrowphase = registry.make_narrowphase("native");
@@ -244,12 +233,8 @@ void register_runs(const std::string& backend, std::int64_t largest) {
 int main(int argc, char** argv) {
   touchstone::register_runs("native", 1000000);
   touchstone::register_native_runs();
-#ifdef TOUCHSTONE_BENCHMARK_BULLET
-  touchstone::register_runs("bullet", 1000000);
-#endif
-#ifdef TOUCHSTONE_BENCHMARK_ODE
-  touchstone::register_runs("ode", 100000);
-#endif
+  for (const auto& [engine, largest] : {std::pair{"bullet", 1000000}, {"ode", 100000}})
+    if (touchstone::comparison::has_backend(engine)) touchstone::register_runs(engine, largest);
   touchstone::register_runs("brute_force", 1000);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;

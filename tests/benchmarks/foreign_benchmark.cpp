@@ -1,4 +1,4 @@
-// What it costs to ask from outside, in processor time (others may share the cores): a batch through the C
+// The cost of asking from outside, in processor time (others may share the cores): a batch through the C
 // interface over the same in C++, and pairs through the binary protocol to an engine that answers nothing.
 //   foreign_benchmark ENGINE_C        (tests/process_engine/engine_c of the build folder)
 

@@ -6,13 +6,8 @@
 #include <string_view>
 
 #include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
-#ifdef TOUCHSTONE_BENCHMARK_BULLET
-#include "touchstone/adapters/bullet/bullet.hpp"
-#endif
-#ifdef TOUCHSTONE_BENCHMARK_ODE
-#include "touchstone/adapters/ode/ode.hpp"
-#endif
 
 // A query over a shuffled pair family, whose data do not fit the first caches: one pair a call, as a batch,
 // and the engines' raw calls. The counter "pair" is the time of a pair.
@@ -25,13 +20,7 @@ constexpr std::size_t kPairs = 4096;
 BackendRegistry& registry() {
   static BackendRegistry* all = [] {
     auto* out = new BackendRegistry;
-    register_core(*out);
-#ifdef TOUCHSTONE_BENCHMARK_BULLET
-    register_bullet(*out);
-#endif
-#ifdef TOUCHSTONE_BENCHMARK_ODE
-    register_ode(*out);
-#endif
+    comparison::register_all_backends(*out);
     return out;
   }();
   return *all;

@@ -14,24 +14,9 @@ Backends build_backends(const std::filesystem::path& program) {
   Backends backends;
   register_all_backends(backends.registry);
   std::vector<Gap>& gaps = backends.gaps;
-#ifndef TOUCHSTONE_HAS_BULLET
-  gaps.push_back({"bullet, bullet_gjk", "not in this build: no double-precision Bullet was found"});
-#endif
-#ifndef TOUCHSTONE_HAS_ODE
-  gaps.push_back({"ode", "not in this build: ODE was not found"});
-#endif
-#ifndef TOUCHSTONE_HAS_LIBCCD
-  gaps.push_back({"libccd_gjk, libccd_mpr", "not in this build: libccd was not found"});
-#endif
-#ifndef TOUCHSTONE_HAS_FCL
-  gaps.push_back({"fcl, fcl_indep", "not in this build: FCL was not found"});
-#endif
-#ifndef TOUCHSTONE_HAS_MUJOCO
-  gaps.push_back({"mujoco", "not in this build: MuJoCo was not found"});
-#endif
-#ifndef TOUCHSTONE_HAS_EXACT
-  gaps.push_back({"exact", "not in this build: errors cannot be measured without it"});
-#endif
+  for (const BackendSource& source : backend_sources())
+    if (source.register_in == nullptr)
+      gaps.push_back({source.narrowphases, std::string("not in this build: ") + source.missing});
 #ifdef TOUCHSTONE_HAS_BULLET_SINGLE
   Worker worker = describe_worker(worker_beside(program, "compare_backends_bullet_single"));
   if (worker.failure.empty()) {
