@@ -30,7 +30,7 @@ PairCase case_of(const ObservedPair& pair, std::size_t number) {
 
 void PairCapture::observe(const ObservedPair& pair) noexcept {
   const std::scoped_lock lock(mutex_);
-  const std::size_t number = ++told_;
+  const std::size_t number = ++observed_;
   if (kept_.size() < most_) {
     kept_.push_back({number, case_of(pair, number)});
     return;
@@ -40,9 +40,9 @@ void PairCapture::observe(const ObservedPair& pair) noexcept {
   if (place < most_) kept_[place] = {number, case_of(pair, number)};
 }
 
-std::size_t PairCapture::told() const {
+std::size_t PairCapture::observed() const {
   const std::scoped_lock lock(mutex_);
-  return told_;
+  return observed_;
 }
 
 std::vector<PairCase> PairCapture::cases() const {

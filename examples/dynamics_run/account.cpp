@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/dynamics_run/results.hpp"
 
 namespace touchstone::dynamics {
@@ -20,7 +20,7 @@ Account::Account(const DynamicsEngine& engine)
       momentum_(engine.body_momentum()),
       energy_(energy_start_) {
   const physics::SceneConserved& conserved = engine.scene().conserved;
-  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double nan = kNaN;
   const bool any_angular = conserved.angular[0] || conserved.angular[1] || conserved.angular[2];
   linear_drift_ = conserved.linear ? 0.0 : nan;
   angular_drift_ = any_angular ? 0.0 : nan;
@@ -59,8 +59,8 @@ void Account::add_step_work(const DynamicsEngine& engine, std::span<const Engine
     step_work_ += engine.joint_torque(joints_[j]) * (engine.joint_value(joints_[j]) - q_[j]);
   for (const EngineContact& contact : contacts) {
     const Vector3 impulse = engine.scene().step * contact.force_W;  // on B
-    if (contact.side_a == ContactSide::told) step_work_ += dot(impulse, contact.told_v_A_W);
-    if (contact.side_b == ContactSide::told) step_work_ -= dot(impulse, contact.told_v_B_W);
+    if (contact.side_a == ContactSide::kinematic) step_work_ += dot(impulse, contact.kinematic_v_A_W);
+    if (contact.side_b == ContactSide::kinematic) step_work_ -= dot(impulse, contact.kinematic_v_B_W);
   }
   work_ += std::abs(step_work_);
 }

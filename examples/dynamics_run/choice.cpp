@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/dynamics_run/results.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
@@ -33,7 +33,7 @@ void set_slowness(std::vector<Standing>& standings) {
   const std::size_t scenes = standings.empty() ? 0 : standings[0].times.size();
   for (std::size_t s = 0; s < scenes; ++s)
     for (const auto figure : {&comparison::StepTimes::median_us, &comparison::StepTimes::p999_us}) {
-      double least = std::numeric_limits<double>::infinity();
+      double least = kInfinity;
       for (const Standing& each : standings) least = std::min(least, each.times[s].*figure);
       for (Standing& each : standings) each.slowness = std::max(each.slowness, each.times[s].*figure / least);
     }
@@ -42,7 +42,7 @@ void set_slowness(std::vector<Standing>& standings) {
 template <class Figure>
 void keep_least(std::vector<Standing>& standings, const Figure& figure, double factor = 1.0) {
   const auto value = [&](const Standing& each) { return static_cast<double>(figure(each)); };
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const Standing& each : standings) least = std::min(least, value(each));
   std::erase_if(standings, [&](const Standing& each) { return value(each) > factor * least; });
 }

@@ -1,17 +1,17 @@
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/quantiles.hpp"
 #include "touchstone/physics/scene/dynamic_scene.hpp"
 
 namespace touchstone::dynamics {
 
-inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kNone = kNaN;
 
 /// One contact in one step.
 struct ContactRow {
@@ -46,7 +46,7 @@ struct AnswerResult {
   Vector3 found = Vector3::Constant(kNone);
   double error = kNone;  ///< distance, in the answer's unit; nan: it never came out
   bool holds = false;
-  bool is_told = true;  ///< false: the engine does not give this figure, and it is not judged
+  bool is_given = true;  ///< false: the engine does not give this figure, and it is not judged
 };
 
 /// One scene in one engine, over the contacts of one backend.

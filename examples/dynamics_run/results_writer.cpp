@@ -32,7 +32,7 @@ Json json(const physics::DynamicScene& scene, const physics::SceneAnswer& answer
   out["error"] = number(result.error);
   out["tolerance"] = answer.tolerance;
   out["holds"] = result.holds;
-  if (!result.is_told) out["not_told"] = true;
+  if (!result.is_given) out["not_given"] = true;
   return out;
 }
 

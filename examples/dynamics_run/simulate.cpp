@@ -145,8 +145,8 @@ class Run {
       AnswerResult& result = out_.answers[i];
       const bool is_event =
           answer.figure == SceneAnswer::Figure::impact || answer.figure == SceneAnswer::Figure::stopped;
-      result.is_told = !is_event || engine_->locates_events();
-      if (!result.is_told) continue;
+      result.is_given = !is_event || engine_->locates_events();
+      if (!result.is_given) continue;
       result.found = figure(answer);
       result.error = norm(result.found - answer.value);
       result.holds = result.error <= answer.tolerance;

@@ -18,12 +18,12 @@ std::string time_text(double us) { return std::isnan(us) ? "-" : fmt::format("{:
 
 std::string answers_text(const SceneResult& result, const BackendRun& run) {
   if (result.scene->answers.empty() || !result.scene->answers_hold) return "-";
-  std::size_t held = 0, told = 0;
+  std::size_t held = 0, given = 0;
   for (const AnswerResult& answer : run.answers) {
     held += answer.holds ? 1 : 0;
-    told += answer.is_told ? 1 : 0;
+    given += answer.is_given ? 1 : 0;
   }
-  return fmt::format("{}/{}", held, told);
+  return fmt::format("{}/{}", held, given);
 }
 
 void add_row(const SceneResult& result, const BackendRun& run, TextTable& table) {
@@ -56,8 +56,8 @@ std::string remarks(const SceneResult& result, const BackendRun& run) {
   for (std::size_t i = 0; i < run.answers.size() && scene.answers_hold; ++i) {
     const SceneAnswer& answer = scene.answers[i];
     if (run.answers[i].holds) continue;
-    if (!run.answers[i].is_told) {
-      text += fmt::format("  {}: {}{}: not told by this engine\n", run.backend, subject(scene, answer),
+    if (!run.answers[i].is_given) {
+      text += fmt::format("  {}: {}{}: not given by this engine\n", run.backend, subject(scene, answer),
                           to_string(answer.figure));
       continue;
     }
@@ -82,7 +82,8 @@ std::string legend_text(const std::string& reference) {
       "answers: closed forms met; pose mm, rad: final poses from those over {}; depth mm: worst, by native;\n"
       "dp: momentum of free bodies from nothing [N s]; dP, dL: drift of total momenta that the scene says "
       "stay\n"
-      "[N s, N m s]; made, lost: energy beyond the work of drives and kinematic bodies [J]; m/s: fastest at "
+      "[N s, N m s]; J gained, lost: energy beyond the work of drives and kinematic bodies [J]; m/s: fastest "
+      "at "
       "the end; us: to find the\n"
       "contacts, and of a step (contacts and forces), median and 99.9 %; alloc: in all steps but the first\n",
       reference);
@@ -93,7 +94,7 @@ std::string terminal_text(const SceneResult& result) {
   std::string text = fmt::format("\n{}: {}\n  {} steps of {:g} s{}\n", result.file, scene.scene.name,
                                  comparison::format_count(scene.step_count()), scene.step,
                                  scene.answers_hold ? "" : "; parameters replaced: answers are not judged");
-  TextTable table({"", "answers", "pose mm", "rad", "depth mm", "dp", "dP", "dL", "made", "lost", "m/s",
+  TextTable table({"", "answers", "pose mm", "rad", "depth mm", "dp", "dP", "dL", "J gained", "J lost", "m/s",
                    "us find", "us med", "99.9%", "alloc"});
   for (const BackendRun& run : result.runs) add_row(result, run, table);
   text += table.str();

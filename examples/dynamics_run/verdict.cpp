@@ -37,11 +37,11 @@ void find_misses(const SceneResult& result, BackendRun& run) {
   miss(!run.not_run.empty(), "not run");
   miss(!run.stopped.empty(), "stopped " + run.stopped);
   if (!run.misses.empty()) return;
-  std::size_t wrong = 0, told = 0;
-  for (const AnswerResult& answer : run.answers) told += answer.is_told ? 1 : 0;
+  std::size_t wrong = 0, given = 0;
+  for (const AnswerResult& answer : run.answers) given += answer.is_given ? 1 : 0;
   if (result.scene->answers_hold)
-    for (const AnswerResult& answer : run.answers) wrong += answer.holds || !answer.is_told ? 0 : 1;
-  miss(wrong > 0, fmt::format("{} of {} answers off", wrong, told));
+    for (const AnswerResult& answer : run.answers) wrong += answer.holds || !answer.is_given ? 0 : 1;
+  miss(wrong > 0, fmt::format("{} of {} answers off", wrong, given));
   // NaN is no match.
   miss(!(run.deepest <= accept.depth), fmt::format("{:.2g} mm deep", 1e3 * run.deepest));
   const bool has_reference = std::isfinite(run.pose_error) && std::isfinite(run.angle_error);

@@ -45,10 +45,11 @@ int run(int argc, char** argv) {
     for (std::string& name : flight_names(script, backends)) flights.push_back(std::move(name));
   prepare_outputs(options->outputs, flights);
   comparison::print_now(
-      "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; on way: and between "
-      "frames;\n"
-      "merged: frames shown in contact; shown!: wrongly so or untold; told!: told of none there was;\n"
-      "blocked!: wrongly blocked of those blocked; us: control and check of a frame;\n"
+      "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; between: and "
+      "between frames;\n"
+      "merged: frames shown in contact; missed: of those, wrongly or not reported; phantom: contact "
+      "reported, none there;\n"
+      "false stops: wrongly stopped of frames with a mover stopped; us: control and check of a frame;\n"
       "cpu: the worst by the thread's own clock; alloc: in all frames (figure 2 lists anew what is "
       "in range)\n");
   const auto run_one = [&](const std::filesystem::path& script, ProgressLine& progress) {

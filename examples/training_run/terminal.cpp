@@ -105,8 +105,8 @@ std::string terminal_text(const ScriptResult& result) {
   std::string text = fmt::format("\n{}: {}\n  {}, {} Hz, gap {:g} m, {} frames\n", result.file,
                                  setting.script().name, to_string(scene.policy), scene.frame_rate,
                                  scene.contact_gap, format_count(setting.frame_count()));
-  TextTable table({"", "stopped s", "clear m", "deep mm", "on way", "merged", "shown!", "told!", "blocked!",
-                   "us med", "99.9%", "worst", "cpu", "alloc"});
+  TextTable table({"", "stopped s", "clear m", "deep mm", "between", "merged", "missed", "phantom",
+                   "false stops", "us med", "99.9%", "worst", "cpu", "alloc"});
   for (const WayResult& way : result.ways) add_row(way, table);
   text += table.str();
   for (const WayResult& way : result.ways) {
@@ -157,8 +157,8 @@ std::string summary_text(const std::vector<ScriptResult>& results) {
   for (const ScriptResult& result : results)
     for (const WayResult& way : result.ways)
       if (way.not_flown.empty()) add(way, sums);
-  TextTable table({"all scripts", "scripts", "frames", "merged", "passed through", "shown!", "told!",
-                   "blocked!", "worst cpu us", "alloc/frame"});
+  TextTable table({"all scripts", "scripts", "frames", "merged", "passed through", "missed", "phantom",
+                   "false stops", "cpu us", "alloc/frame"});
   for (const Sum& sum : sums)
     table.add(
         {sum.label, std::to_string(sum.scripts), format_count(sum.frames), format_count(sum.merged),

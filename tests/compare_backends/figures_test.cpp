@@ -383,7 +383,7 @@ TEST(DriftVerdict, BuildOnStandsInTheOpen) {
   report.drift = three_backends();
   report.backends = {{"never", ""}, {"off", ""}, {"quick", ""}, {"right", ""}};
   const std::string page = html_report(report);
-  const std::size_t from = page.find("What does it cost in dynamics");
+  const std::size_t from = page.find("Drift in dynamics");
   const std::size_t build_on = page.find("<strong>Build on ", from), fold = page.find("<details", from);
   ASSERT_NE(build_on, std::string::npos);
   EXPECT_LT(build_on, fold);

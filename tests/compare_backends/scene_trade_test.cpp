@@ -12,7 +12,8 @@
 #include "touchstone/examples/compare_backends/run/scene_trade.hpp"
 #include "touchstone/examples/measures/random.hpp"
 
-// The least that serves: its reference against closed forms, its errors and its choices against brute force.
+// The smallest sufficient model: its reference against closed forms, its errors and its choices against brute
+// force.
 
 namespace touchstone::comparison {
 namespace {

@@ -51,7 +51,7 @@ TEST(PairCapture, WritesWhatIsReadBackBitForBit) {
 TEST(PairCapture, KeepsAFairSampleInTheOrderOfTheRun) {
   PairCapture capture(100);
   for (int i = 1; i <= 5000; ++i) tell(capture, i <= 2500 ? -0.1 : 0.1);
-  EXPECT_EQ(capture.told(), 5000u);
+  EXPECT_EQ(capture.observed(), 5000u);
   const std::vector<PairCase> cases = capture.cases();
   ASSERT_EQ(cases.size(), 100u);
   int contacts = 0;

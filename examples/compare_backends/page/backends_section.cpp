@@ -8,7 +8,7 @@ namespace touchstone::comparison {
 std::string backends_section(const Page& page) {
   const Report& report = page.report;
   const Machine& machine = report.machine;
-  std::string html = "<h2>Who was compared</h2>\n<p class='legend'>";
+  std::string html = "<h2>Backends compared</h2>\n<p class='legend'>";
   for (const auto& [name, description] : report.backends) {
     html += fmt::format("<span data-backend='{}' title='{}'>{}</span>", xml_text(name), xml_text(description),
                         page.named(name));

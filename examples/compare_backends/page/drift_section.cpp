@@ -10,7 +10,7 @@
 namespace touchstone::comparison {
 namespace {
 
-constexpr const char* kHeading = "<h2>What does it cost in dynamics</h2>\n";
+constexpr const char* kHeading = "<h2>Drift in dynamics</h2>\n";
 
 std::string count_or_none(double value) {
   return std::isnan(value) ? "-" : format_count(static_cast<std::size_t>(value));

@@ -23,8 +23,8 @@ struct Part {
 constexpr Part kParts[] = {
     {"choose", "Choose", choose_section},          {"verdict", "Verdict", verdict_section},
     {"pairs", "Your pairs", pair_file_section},    {"backends", "Backends", backends_section},
-    {"short", "In short", ranking_section},        {"speed", "Speed against error", speed_section},
-    {"wrong", "Wrong answers", wrongness_section}, {"task", "What it costs the task", scenes_section},
+    {"short", "Summary", ranking_section},         {"speed", "Speed against error", speed_section},
+    {"wrong", "Wrong answers", wrongness_section}, {"task", "Cost to the task", scenes_section},
     {"dynamics", "In dynamics", drift_section},    {"worst", "Worst cases", gallery_section},
     {"errors", "Errors", errors_section},          {"times", "Times", times_section},
     {"scaling", "Scaling", scaling_section},       {"consistency", "Consistency", consistency_section},

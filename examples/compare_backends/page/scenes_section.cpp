@@ -59,7 +59,7 @@ std::string trade_text(const Page& page, const SceneResult& scene) {
   const SceneTrade& trade = scene.trade;
   if (trade.rows.empty()) return "";
   std::string html = fmt::format(
-      "<h4>The least that serves</h4><p>Models of the scene, all pairs or those that the motion needs, "
+      "<h4>Smallest sufficient model</h4><p>Models of the scene, all pairs or those that the motion needs, "
       "against {}; "
       "allowed: {} m, over {}</p>\n",
       trade.round ? "the true round parts" : "the hexahedra as written", format_error(trade.allowed),
@@ -81,7 +81,7 @@ std::string selection_text(const std::vector<SelectionRow>& rows) {
   for (const SelectionRow& row : rows)
     table.add({format_count(row.objects), format_count(row.switched_off), format_ns(row.candidate_pairs),
                format_ns(row.frame.median_ns * 1e-3)});
-  return "<h3>What selection saves</h3><p>A contact world of boxes that all move and turn, with objects "
+  return "<h3>Time saved by selection</h3><p>A contact world of boxes that all move and turn, with objects "
          "switched "
          "off: what a frame costs.</p>" +
          table.str();
@@ -124,7 +124,7 @@ std::string one_scene(const Page& page, const SceneResult& scene) {
 
 std::string scenes_section(const Page& page) {
   if (page.report.scenes.empty()) return "";
-  std::string html = R"(<h2>What it costs the task</h2>
+  std::string html = R"(<h2>Cost to the task</h2>
 <p>Every scene's commanded motion, frame by frame, each backend asked about the commanded poses alone. Bands: empty, free;
 full, blocked and rightly so; low, wrongly blocked (contact reported, or not decided, where there is none); high and
 crossed, merged (contact not seen, so the frame is shown). Clearance at the stop: the exact clearance of the last frame before

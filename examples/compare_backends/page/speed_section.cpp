@@ -26,7 +26,7 @@ std::string ranking_section(const Page& page) {
   const Report& report = page.report;
   if (report.rankings.empty()) return "";
   std::string html = fmt::format(
-      "<h2>In short</h2>\n<p>Over {} pair {}: the mean of the medians, one pair a call through the "
+      "<h2>Summary</h2>\n<p>Over {} pair {}: the mean of the medians, one pair a call through the "
       "interface, and the worst error over S. A backend with any wrong or missing answer has no place; its "
       "row says what it got wrong.</p>\n<div class='ranks'>\n",
       report.sets.size(), report.sets.size() == 1 ? "set" : "sets");

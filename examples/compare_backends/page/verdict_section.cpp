@@ -61,12 +61,12 @@ std::string first_controls(const Choice& choice) {
 }
 
 std::string pairs_controls(const Page& page, const Choice& choice) {
-  std::string html = "<fieldset><legend>Which pairs</legend>" + checkbox("apart", "apart", choice.apart) +
+  std::string html = "<fieldset><legend>Pairs</legend>" + checkbox("apart", "apart", choice.apart) +
                      limits("apart_up_to", "up to", choice.apart_up_to, kApartBins) +
                      checkbox("touching", "touching", choice.touching) +
                      checkbox("deep", "deeper than 1 % of size", choice.deep) +
                      limits("within", "coordinates up to", choice.within, kWithinBins) +
-                     "</fieldset>\n<fieldset id='sets'><legend>Of which sets</legend>";
+                     "</fieldset>\n<fieldset id='sets'><legend>Pair sets</legend>";
   for (const ChoiceSet& set : page.report.choices) {
     html += fmt::format("<label><input type='checkbox' value='{0}'{1}> {0}</label>", xml_text(set.name),
                         choice.has_set(set.name) ? " checked" : "");
@@ -78,7 +78,7 @@ std::string number_or_nothing(double value) { return std::isfinite(value) ? fmt:
 
 std::string answer_controls(const Choice& choice) {
   const std::size_t coverage = std::min(bin_of(choice.min_coverage, kCoverageBins), kCoverageBins.size() - 1);
-  return "<fieldset><legend>What of the answers</legend><span id='asked_figures'>" +
+  return "<fieldset><legend>Answers</legend><span id='asked_figures'>" +
          checkbox("normals", "normals", choice.normals) +
          checkbox("points", "closest or contact points", choice.points) + "</span>" +
          fmt::format(
@@ -96,7 +96,7 @@ std::string controls(const Page& page, const Choice& choice) {
   for (const std::string& title : kHeader) header += (header.empty() ? "[\"" : ",\"") + title + "\"";
   return "<form class='controls' id='controls' data-header='" + header + "]' hidden>\n" +
          first_controls(choice) +
-         "<details id='more'><summary>which pairs, which sets, what of the answers</summary>\n" +
+         "<details id='more'><summary>pairs, sets and answers to judge by</summary>\n" +
          pairs_controls(page, choice) + answer_controls(choice) + "</details></form>\n";
 }
 
@@ -120,7 +120,7 @@ std::string opening_backend(const Report& report) {
 
 std::string choose_section(const Page& page) {
   if (page.report.choices.empty()) return "";
-  return "<h2>What do you ask?</h2>\n" + controls(page, page.report.options.choice) +
+  return "<h2>Query and limits</h2>\n" + controls(page, page.report.options.choice) +
          "<noscript><p class='soft'>The controls need JavaScript.</p></noscript>\n";
 }
 
@@ -130,7 +130,7 @@ std::string verdict_section(const Page& page) {
   Choice choice = report.options.choice;
   const QueryKind asked = choice.query;
   std::string html =
-      "<div class='verdict'><h2>Which backend</h2>\n<div id='chosen' aria-live='polite'></div><div "
+      "<div class='verdict'><h2>Recommended backend</h2>\n<div id='chosen' aria-live='polite'></div><div "
       "id='static-verdicts'>\n" +
       verdict_block(page, decide(report.choices, choice), true);
   for (const QueryKind other : kQueryKinds) {

@@ -13,7 +13,7 @@
 namespace touchstone::comparison {
 namespace {
 
-constexpr const char* kIntroduction = R"(# The least that serves
+constexpr const char* kIntroduction = R"(# Smallest sufficient model
 
 A scene costs what it is modelled with. Each scene here is modelled with more and fewer hexahedra (facets of what is
 round; covers: one box around all that hangs below a node of an object's tree), asked about all pairs and about those alone

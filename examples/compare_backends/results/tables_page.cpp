@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/results/markdown.hpp"
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
@@ -17,8 +17,6 @@ namespace touchstone::comparison {
 namespace {
 
 using Cells = std::vector<std::string>;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<std::string> backend_names(const Json& results) {
   std::vector<std::string> names;
@@ -156,7 +154,7 @@ std::string summary(const Json& results) {
     }
     text += markdown_row(line);
   }
-  return "## In short\n\nMeans over the families of the medians [ns a pair], one pair a call and in batches, "
+  return "## Summary\n\nMeans over the families of the medians [ns a pair], one pair a call and in batches, "
          "and wrong "
          "answers of all:\n\n" +
          text + "\n";
