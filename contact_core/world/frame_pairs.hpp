@@ -31,7 +31,7 @@ struct FramePair : PairDistances {
   SolidPair solids;
   EffectiveRule rule;
   Impact impact;
-  std::uint32_t own = kNotOwn;      ///< of two links of a mechanism: see Travels
+  std::uint32_t link_pair = kNoLinkPair;  ///< of two links of a mechanism: see Travels
   double clear_until = kNotKnown;   ///< it stays further apart than `interest` while Travels has no more
   std::uint32_t watch = 0;          ///< its index among the watched pairs, while these are looked through
   double start_separation = 0.0;    ///< as the frame starts [m]; of an own pair: infinity

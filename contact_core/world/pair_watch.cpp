@@ -48,7 +48,7 @@ std::uint32_t PairWatch::add(const WatchedPair& pair) {
 void PairWatch::remove(std::uint32_t index) {
   take_out(2 * index, pairs_[index].a);
   take_out(2 * index + 1, pairs_[index].b);
-  pairs_[index] = {0, 0, kNotOwn, kForever};
+  pairs_[index] = {0, 0, kNoLinkPair, kForever};
   free_.push_back(index);
   --count_;
 }

@@ -9,14 +9,14 @@
 
 namespace touchstone {
 
-inline constexpr std::uint32_t kNotOwn = 0xffffffff;
+inline constexpr std::uint32_t kNoLinkPair = 0xffffffff;
 inline constexpr double kNotKnown = -1.0;
 
 /// Two solids that may come near while neither exceeds its limit (see Travels).
 struct WatchedPair {
-  std::uint32_t a, b;  ///< a < b
-  std::uint32_t own;   ///< index into Travels::of_own, or kNotOwn
-  double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or the own one's;
+  std::uint32_t a, b;       ///< a < b
+  std::uint32_t link_pair;  ///< index into Travels::of_link_pair, or kNoLinkPair
+  double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or of the pair of links;
                        ///< kNotKnown
   Vector3 axis_W = Vector3::Zero();  ///< from a to b: they were furthest apart along it when last looked at;
                                      ///< zero: not known

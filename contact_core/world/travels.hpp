@@ -12,13 +12,14 @@ namespace touchstone {
 /// stood at t cannot be nearer than c before they stand at t + d - c. What moves within a mechanism, relative
 /// to each other, is counted for each pair of its links apart.
 struct Travels {
-  std::vector<double> of_solid;     ///< [m]
-  std::vector<double> of_own;       ///< by pair of links [m]
-  std::vector<double> solid_limit;  ///< of_solid up to which the watched pairs are all that may come near
-  std::vector<double> lively_solid, lively_own;    ///< of_solid and of_own up to which the lively pairs are
-                                                   ///< all of the watched ones that may come near
-  std::vector<double> last_solid, last_own;        ///< of the path that was laid last [m]; 0: at rest
-  std::vector<double> planned_solid, planned_own;  ///< of a path that a slide may take [m]
+  std::vector<double> of_solid;      ///< [m]
+  std::vector<double> of_link_pair;  ///< by pair of links [m]
+  std::vector<double> solid_limit;   ///< of_solid up to which the watched pairs are all that may come near
+  std::vector<double> imminent_solid,
+      imminent_link_pair;  ///< of_solid and of_link_pair up to which the imminent pairs are
+                           ///< all of the watched ones that may come near
+  std::vector<double> last_solid, last_link_pair;        ///< of the path that was laid last [m]; 0: at rest
+  std::vector<double> planned_solid, planned_link_pair;  ///< of a path that a slide may take [m]
   std::uint64_t clearings = 0;          ///< of the two: what movers know of their plans there ends with each
   std::vector<double> needed;           ///< how far on slides of rigid bodies ask what is watched [m]
   std::vector<WorldVertices> vertices;  ///< as it stands, once asked for

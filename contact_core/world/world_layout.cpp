@@ -12,19 +12,19 @@ void reserve_more(std::vector<T>& list, std::size_t count) {
   if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
 }
 
-/// Each two links of a mechanism have a place in Travels::of_own.
+/// Each two links of a mechanism have a place in Travels::of_link_pair.
 void number_own_pairs(WorldModel& model) {
-  std::uint32_t own = 0;
+  std::uint32_t link_pair = 0;
   for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i) {
     MechanismMover* mover = model.mechanisms.at(i);
     if (mover == nullptr) continue;
-    mover->first_own = own;
-    own += static_cast<std::uint32_t>(mover->X_WL.size() * mover->X_WL.size());
+    mover->first_link_pair = link_pair;
+    link_pair += static_cast<std::uint32_t>(mover->X_WL.size() * mover->X_WL.size());
   }
   Travels& travels = model.travels;
-  for (std::vector<double>* values :
-       {&travels.of_own, &travels.lively_own, &travels.last_own, &travels.planned_own})
-    values->assign(own, 0.0);
+  for (std::vector<double>* values : {&travels.of_link_pair, &travels.imminent_link_pair,
+                                      &travels.last_link_pair, &travels.planned_link_pair})
+    values->assign(link_pair, 0.0);
 }
 
 /// Where the slot's solids stand in its body, whom it moves with, and that it rests.
@@ -84,7 +84,7 @@ void take_room(WorldModel& model, bool anew) {
   reserve_more(model.members, slots);
   model.from.resize(solids), model.X_BS.resize(solids), model.root_of_solid.resize(solids);
   Travels& travels = model.travels;
-  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
+  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
                                       &travels.last_solid, &travels.planned_solid, &travels.needed})
     size(*values, solids, 0.0);
   travels.vertices.resize(solids), travels.has_vertices.resize(solids, 0);
@@ -136,7 +136,7 @@ void begin_object(WorldModel& model, std::uint32_t slot) {
   model.in_motion[slot] = 0;
   Travels& travels = model.travels;
   for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i)
-    for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
+    for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
                                         &travels.last_solid, &travels.planned_solid, &travels.needed})
       (*values)[i] = 0.0;
   change_body(model, slot);

@@ -72,13 +72,13 @@ bool WorldModel::is_checked(const SolidPair& pair) const {
   return selection.is_on(objects, a, b) && !layout.is_exempt(pair);
 }
 
-std::uint32_t WorldModel::own_index(const SolidPair& pair) const {
+std::uint32_t WorldModel::link_pair_index(const SolidPair& pair) const {
   const std::uint32_t a = body_of(pair.a), b = body_of(pair.b);
-  if (objects[a].root != objects[b].root || !objects[a].is_link()) return kNotOwn;
+  if (objects[a].root != objects[b].root || !objects[a].is_link()) return kNoLinkPair;
   const MechanismMover& mover = *mechanisms.at(objects[a].mechanism);
   const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
   const auto [low, high] = std::minmax(objects[a].link, objects[b].link);
-  return mover.first_own + low * links + high;
+  return mover.first_link_pair + low * links + high;
 }
 
 FramePair WorldModel::frame_pair(const SolidPair& pair) const {
@@ -87,7 +87,7 @@ FramePair WorldModel::frame_pair(const SolidPair& pair) const {
   entry.rule = rules.find(objects, layout.slot_of[pair.a], layout.slot_of[pair.b]);
   entry.gap = gap_of(pair);
   entry.interest = std::max(2.0 * entry.gap, entry.rule.warn_distance);
-  entry.own = own_index(pair);
+  entry.link_pair = link_pair_index(pair);
   return entry;
 }
 
@@ -127,7 +127,7 @@ double WorldModel::travel_on(const MechanismMover& mover, SolidIndex solid) cons
 
 /// Of two links each joint between them moves the outer one's points about it: by its change times how far
 /// the joint is from the furthest of them, at most.
-void WorldModel::measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const {
+void WorldModel::measure_link_travels(const MechanismMover& mover, std::vector<double>& out) const {
   const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
   for (std::uint32_t a = 0; a < links; ++a)
     for (std::uint32_t b = a + 1; b < links; ++b) {
@@ -139,7 +139,7 @@ void WorldModel::measure_own_travels(const MechanismMover& mover, std::vector<do
         travel += std::abs(mover.path.to()[k] - mover.path.from()[k]) *
                   mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
       }
-      out[mover.first_own + a * links + b] = travel * kUp;
+      out[mover.first_link_pair + a * links + b] = travel * kUp;
     }
 }
 
@@ -161,7 +161,7 @@ Impact standing(const WorldModel& model, NarrowphaseQuery& query, const SolidPai
 }  // namespace
 
 Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pair, double until) {
-  const double now = model.travelled(pair.solids, pair.own);
+  const double now = model.travelled(pair.solids, pair.link_pair);
   if (now <= pair.clear_until) {
     Impact clear;
     clear.geometry.n_AB_W = clear.geometry.p_A_W = clear.geometry.p_B_W = Vector3::Zero();
@@ -172,10 +172,10 @@ Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pa
   query.set_pair(pair.solids);
   const auto [a, b] = pair.solids;
   MovingSolid first = model.moving_solid(a), second = model.moving_solid(b);
-  if (pair.own != kNotOwn) {  // two links: the first stands still
+  if (pair.link_pair != kNoLinkPair) {  // two links: the first stands still
     const std::uint32_t link = model.objects[model.body_of(a)].link;
     first = model.seen_from(link, a), second = model.seen_from(link, b);
-    first.travel = 0.0, second.travel = model.travels.last_own[pair.own];
+    first.travel = 0.0, second.travel = model.travels.last_link_pair[pair.link_pair];
   }
   const Impact impact = find_impact(first, second, {pair.gap}, query, pair.interest, until, false);
   if (query.judges_poses()) return impact;  // separations say nothing about what such a backend sees
@@ -183,7 +183,7 @@ Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pa
   const double room = impact.start_separation - pair.interest - pair.gap;
   if (impact.queries > 0 && room > 0.0 && now <= Travels::kMost)
     pair.clear_until =
-        now * (1.0 - 0x1p-50) - model.last_travel(pair.solids, pair.own) * (1.0 + 0x1p-19) + room;
+        now * (1.0 - 0x1p-50) - model.last_travel(pair.solids, pair.link_pair) * (1.0 + 0x1p-19) + room;
   return impact;
 }
 

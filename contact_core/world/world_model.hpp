@@ -119,8 +119,8 @@ struct WorldModel {
   bool is_checked(const SolidPair& pair) const;
   /// Its rule and distances; nothing is known of it yet.
   FramePair frame_pair(const SolidPair& pair) const;
-  /// Index of two links of one mechanism into Travels::of_own, or kNotOwn.
-  std::uint32_t own_index(const SolidPair& pair) const;
+  /// Index of two links of one mechanism into Travels::of_link_pair, or kNoLinkPair.
+  std::uint32_t link_pair_index(const SolidPair& pair) const;
 
   /// Travels' plan is of the mechanism's path.
   bool has_planned(const MechanismMover& mover) const {
@@ -128,16 +128,18 @@ struct WorldModel {
   }
   /// How far no point of the solid goes on the mechanism's path [m].
   double travel_on(const MechanismMover& mover, SolidIndex solid) const;
-  /// The same of each two links relative to each other: `out` by Travels::of_own.
-  void measure_own_travels(const MechanismMover& mover, std::vector<double>& out) const;
-  double travelled(const SolidPair& pair, std::uint32_t own) const {
-    return own != kNotOwn ? travels.of_own[own] : travels.of_solid[pair.a] + travels.of_solid[pair.b];
+  /// The same of each two links relative to each other: `out` by Travels::of_link_pair.
+  void measure_link_travels(const MechanismMover& mover, std::vector<double>& out) const;
+  double travelled(const SolidPair& pair, std::uint32_t link_pair) const {
+    return link_pair != kNoLinkPair ? travels.of_link_pair[link_pair]
+                                    : travels.of_solid[pair.a] + travels.of_solid[pair.b];
   }
-  double last_travel(const SolidPair& pair, std::uint32_t own) const {
-    return own != kNotOwn ? travels.last_own[own] : travels.last_solid[pair.a] + travels.last_solid[pair.b];
+  double last_travel(const SolidPair& pair, std::uint32_t link_pair) const {
+    return link_pair != kNoLinkPair ? travels.last_link_pair[link_pair]
+                                    : travels.last_solid[pair.a] + travels.last_solid[pair.b];
   }
   bool is_clear(const WatchedPair& watch) const {
-    return travelled({watch.a, watch.b}, watch.own) <= watch.clear_until;
+    return travelled({watch.a, watch.b}, watch.link_pair) <= watch.clear_until;
   }
 };
 

@@ -8,6 +8,7 @@
 #include "touchstone/contact_core/threads/thread_team.hpp"
 #include "touchstone/contact_core/world/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/contact_log.hpp"
+#include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/frame/frame_scope.hpp"
 #include "touchstone/contact_core/world/frame/moment_log.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
@@ -16,7 +17,6 @@
 #include "touchstone/contact_core/world/frame/stop_resolver.hpp"
 #include "touchstone/contact_core/world/frame/watched_pairs.hpp"
 #include "touchstone/contact_core/world/frame_lanes.hpp"
-#include "touchstone/contact_core/world/slide/followers.hpp"
 #include "touchstone/contact_core/world/slide/slides.hpp"
 #include "touchstone/contact_core/world/world_model.hpp"
 

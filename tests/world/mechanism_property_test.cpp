@@ -174,8 +174,8 @@ TEST_P(ArmMotions, NothingExecutedOverlaps) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, ArmMotions,
-                         ::testing::Values(ContactPolicy::hold, ContactPolicy::advance,
-                                           ContactPolicy::slide));
+                         ::testing::Values(ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide),
+                         [](const auto& test) { return std::string(to_string(test.param)); });
 
 // The arm over a floor of tiles: free, pressed, sliding, carrying.
 TEST(ArmAllocations, NoneOnceWarm) {

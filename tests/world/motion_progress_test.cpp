@@ -46,7 +46,9 @@ TEST_P(Progress, DrawersComeOutAndPegsGoIn) {
     expect_progress({scene, 3}, GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(Rates, Progress, ::testing::Values(10.0, 50.0));
+INSTANTIATE_TEST_SUITE_P(Rates, Progress, ::testing::Values(10.0, 50.0), [](const auto& test) {
+  return std::to_string(static_cast<int>(test.param)) + "Hz";
+});
 
 TEST(ProgressAtAKilohertz, ArmsGoOnAlongWhatTheyMeet) {
   for (const char* scene : {"edge", "corner"}) expect_progress({scene, 1, 4}, 1000.0);

@@ -23,7 +23,7 @@ TEST(PairWatch, HoldsWhatWasAddedAndNotRemoved) {
     const auto known = expected.find({a, b});
     ASSERT_EQ(found, known == expected.end() ? PairWatch::kNone : known->second);
     if (known == expected.end()) {
-      expected[{a, b}] = watch.add({a, b, kNotOwn, 1.0 * a});
+      expected[{a, b}] = watch.add({a, b, kNoLinkPair, 1.0 * a});
     } else {
       watch.remove(found);
       EXPECT_FALSE(watch.is_used(found));
@@ -46,8 +46,8 @@ TEST(PairWatch, HoldsWhatWasAddedAndNotRemoved) {
 TEST(PairWatch, PairsOfASolidMayBeRemovedWhileTheyAreVisited) {
   PairWatch watch;
   watch.set_solids(10);
-  for (SolidIndex other = 1; other < 10; ++other) watch.add({0, other, kNotOwn, kNotKnown});
-  watch.add({3, 4, kNotOwn, kNotKnown});
+  for (SolidIndex other = 1; other < 10; ++other) watch.add({0, other, kNoLinkPair, kNotKnown});
+  watch.add({3, 4, kNoLinkPair, kNotKnown});
   watch.for_each_of(0, [&](std::uint32_t index) { watch.remove(index); });
   EXPECT_EQ(watch.count(), 1u);
   EXPECT_NE(watch.find({3, 4}), PairWatch::kNone);

@@ -10,8 +10,8 @@
 #include "arm_fixture.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/world/executed_parts.hpp"
+#include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/slide/arm_plan.hpp"
-#include "touchstone/contact_core/world/slide/followers.hpp"
 #include "touchstone/contact_core/world/slide/hands.hpp"
 #include "touchstone/contact_core/world/slide/leading_paths.hpp"
 #include "touchstone/contact_core/world/slide/rigid_plan.hpp"
@@ -366,13 +366,13 @@ struct Row {
     }
     model.stops.assign(count, 1.0), model.in_motion.assign(count, 0), model.rides.take_room(count, true);
     Travels& travels = model.travels;
-    for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.lively_solid,
+    for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
                                         &travels.last_solid, &travels.planned_solid, &travels.needed})
       values->assign(count, 0.0);
     travels.vertices.resize(count), travels.has_vertices.assign(count, 0);
     sliders.index_of.assign(count, Sliders::kNone);
     watched.reserve(16), watched.set_solids(count);
-    for (std::uint32_t other = 1; other < count; ++other) watched.add({0, other, kNotOwn, kNotKnown});
+    for (std::uint32_t other = 1; other < count; ++other) watched.add({0, other, kNoLinkPair, kNotKnown});
   }
 
   /// The first box is to go so far along x.
@@ -438,7 +438,7 @@ TEST(SlidePairs, FindTheirPairsAgainUnderOtherIndices) {
   row.pairs.find_near(row.scope(), row.sliders.list[0]);
   ASSERT_EQ(row.pairs.pairs().size(), 2u);
   row.watched.clear(), row.watched.set_solids(3);
-  row.watched.add({0, 2, kNotOwn, kNotKnown});
+  row.watched.add({0, 2, kNoLinkPair, kNotKnown});
   row.pairs.renumber(row.watched);
   for (const FramePair& pair : row.pairs.pairs())
     EXPECT_EQ(pair.watch, pair.solids.b == 2 ? row.watched.find({0, 2}) : SlidePairs::kNone);

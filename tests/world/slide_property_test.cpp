@@ -170,7 +170,9 @@ TEST_P(SlideProperty, RegistrationOrderDoesNotShow) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Paces, SlideProperty, ::testing::Values(0.01, 0.05, 0.5));
+INSTANTIATE_TEST_SUITE_P(Paces, SlideProperty, ::testing::Values(0.01, 0.05, 0.5), [](const auto& test) {
+  return std::to_string(static_cast<int>(100 * test.param)) + "cm";
+});
 
 #endif
 

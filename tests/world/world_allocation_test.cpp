@@ -37,8 +37,8 @@ TEST_P(FrameAllocations, NoneWithAThousandObjects) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, FrameAllocations,
-                         ::testing::Values(ContactPolicy::hold, ContactPolicy::advance,
-                                           ContactPolicy::slide));
+                         ::testing::Values(ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide),
+                         [](const auto& test) { return std::string(to_string(test.param)); });
 
 TEST_P(FrameAllocations, NoneInTheFirstFramesAfterPrepare) {
   const auto world = make_world();

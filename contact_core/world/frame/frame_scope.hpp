@@ -4,12 +4,12 @@
 
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
 #include "touchstone/contact_core/world/executed_parts.hpp"
+#include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/frame/moment_log.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
 #include "touchstone/contact_core/world/frame/stop_resolver.hpp"
 #include "touchstone/contact_core/world/frame/watched_pairs.hpp"
 #include "touchstone/contact_core/world/frame_lanes.hpp"
-#include "touchstone/contact_core/world/slide/followers.hpp"
 #include "touchstone/contact_core/world/world_model.hpp"
 
 namespace touchstone {

@@ -6,7 +6,7 @@ std::uint32_t MomentLog::add(const WorldModel& model, NarrowphaseQuery& query, c
                              std::uint32_t part, double s) {
   PairGeometry geometry{};
   const bool is_known =
-      pair.own == kNotOwn && pair.impact.lo == s &&
+      pair.link_pair == kNoLinkPair && pair.impact.lo == s &&
       (pair.impact.status == ImpactStatus::blocked || pair.impact.status == ImpactStatus::iteration_limit);
   if (is_known) {
     geometry = pair.impact.geometry;

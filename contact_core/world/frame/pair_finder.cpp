@@ -95,8 +95,8 @@ PairFinder::Stage PairFinder::open_pair(const Scope& scope, std::uint32_t index,
   const SolidPair pair{watch.a, watch.b};
   entry = model.frame_pair(pair);
   entry.watch = index;
-  const double last = model.last_travel(pair, entry.own);
-  const double standing = model.travelled(pair, entry.own) * kDown - last * (1.0 + 0x1p-19);
+  const double last = model.last_travel(pair, entry.link_pair);
+  const double standing = model.travelled(pair, entry.link_pair) * kDown - last * (1.0 + 0x1p-19);
   if (is_apart_by_axis(model, watch, entry, standing, last * matters_until(model, pair))) return Stage::apart;
   entry.clear_until = watch.clear_until;
   return Stage::open;
@@ -114,11 +114,12 @@ double PairFinder::matters_until(const WorldModel& model, const SolidPair& pair)
 bool PairFinder::is_clear_to_bounds(const WorldModel& model, const WatchedPair& watch) const {
   const Travels& travels = model.travels;
   const double a = stop_bounds_[model.root_of(watch.a)], b = stop_bounds_[model.root_of(watch.b)];
-  const double gone = watch.own != kNotOwn
-                          ? a * travels.last_own[watch.own]
+  const double gone = watch.link_pair != kNoLinkPair
+                          ? a * travels.last_link_pair[watch.link_pair]
                           : a * travels.last_solid[watch.a] + b * travels.last_solid[watch.b];
   const SolidPair pair{watch.a, watch.b};
-  return (model.travelled(pair, watch.own) - model.last_travel(pair, watch.own)) + gone <= watch.clear_until;
+  return (model.travelled(pair, watch.link_pair) - model.last_travel(pair, watch.link_pair)) + gone <=
+         watch.clear_until;
 }
 
 /// Where all stand. Pairs of a mechanism's own links come last: they are seen from a link, and in other
@@ -126,7 +127,7 @@ bool PairFinder::is_clear_to_bounds(const WorldModel& model, const WatchedPair& 
 void PairFinder::measure_opened(const Scope& scope, std::span<FramePair> pairs) {
   ahead_.clear();
   for (const Opened& open : opened_)
-    if (pairs[open.index].own == kNotOwn) ahead_.push_back(pairs[open.index].solids);
+    if (pairs[open.index].link_pair == kNoLinkPair) ahead_.push_back(pairs[open.index].solids);
   answers_.resize(std::max(answers_.size(), ahead_.size()));
   scope.lanes.ask(ahead_, scope.model.from, answers_);
   std::size_t answer = 0;
@@ -134,7 +135,7 @@ void PairFinder::measure_opened(const Scope& scope, std::span<FramePair> pairs) 
     FramePair& pair = pairs[open.index];
     pair.start_separation = std::numeric_limits<double>::infinity();
     examined_[open.index].start = kNotAsked;
-    if (pair.own == kNotOwn) {
+    if (pair.link_pair == kNoLinkPair) {
       const double separation = answers_[answer].geometry.separation;
       if (separation < pair.start_separation) pair.start_separation = separation;
       examined_[open.index].start = static_cast<std::uint32_t>(answer++);
@@ -222,11 +223,11 @@ std::size_t PairFinder::gather_left_out(const Scope& scope, std::span<const Cont
       watches.for_each_of(solid, [&](std::uint32_t index) { take(index, solid); });
     });
   });
-  // Of an arm's many pairs those that are not lively are clear.
+  // Of an arm's many pairs those that are not imminent are clear.
   for (const std::uint32_t root : roots) {
     if (!is_short[root] || model.mechanism_of(root) == nullptr) continue;
-    if (watched.needs_lively()) watched.choose_lively(model);
-    for (const std::uint32_t index : watched.lively()) {
+    if (watched.needs_imminent()) watched.choose_imminent(model);
+    for (const std::uint32_t index : watched.imminent()) {
       const auto [a, b] = watches.solids(index);
       if (model.root_of(a) == root || model.root_of(b) == root) take(index, model.root_of(a) == root ? a : b);
     }
@@ -248,7 +249,7 @@ void PairFinder::add_unclear_left_out(const Scope& scope, std::span<const Contac
   scope.lanes.for_each(count, kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     WatchedPair& watch = watches[close_[i]];
     FramePair& entry = pairs[known + i] = model.frame_pair({watch.a, watch.b});
-    const double standing = model.travelled(entry.solids, watch.own) * kDown;
+    const double standing = model.travelled(entry.solids, watch.link_pair) * kDown;
     const bool is_apart = is_apart_by_axis(model, watch, entry, standing, 0.0);
     examined_[known + i].stage = is_apart ? Stage::apart : Stage::open;
   });

@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/frame/moment_log.hpp"
+#include "touchstone/contact_core/world/frame/stop_permits.hpp"
 #include "touchstone/contact_core/world/frame/stop_queue.hpp"
-#include "touchstone/contact_core/world/slide/followers.hpp"
-#include "touchstone/contact_core/world/slide/stop_permits.hpp"
 #include "touchstone/contact_core/world/world_model.hpp"
 
 namespace touchstone {

@@ -12,9 +12,9 @@ namespace {
 /// broadphase is asked again.
 constexpr double kReserveFrames = 8.0;
 constexpr double kReserveRadius = 0.125;
-/// The same of the lively ones of the watched pairs.
-constexpr double kLivelyFrames = 1.0;
-constexpr double kLivelyRadius = 0x1p-6;
+/// The same of the imminent ones of the watched pairs.
+constexpr double kImminentFrames = 1.0;
+constexpr double kImminentRadius = 0x1p-6;
 /// And so many times as far as slides ask.
 constexpr double kReserveNeeds = 1.5;
 /// Of more objects than one in so many the pairs are found together with all others.
@@ -39,7 +39,8 @@ bool may_be_watched(const WorldModel& model, const SolidPair& pair) {
 /// Clear where it stood before the path that is laid.
 bool is_clear_before(const WorldModel& model, const WatchedPair& watch) {
   const SolidPair pair{watch.a, watch.b};
-  return model.travelled(pair, watch.own) - model.last_travel(pair, watch.own) <= watch.clear_until;
+  return model.travelled(pair, watch.link_pair) - model.last_travel(pair, watch.link_pair) <=
+         watch.clear_until;
 }
 
 }  // namespace
@@ -57,7 +58,7 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
   if (pairs_.capacity() < 256 + 64 * solids) {
     const std::size_t room = std::max(256 + 64 * solids, anew ? 0 : 2 * pairs_.capacity());
     pairs_.reserve(room), pairs_before_.reserve(room);
-    for (std::vector<std::uint32_t>* indices : {&lively_, &unclear_, &off_}) indices->reserve(room);
+    for (std::vector<std::uint32_t>* indices : {&imminent_, &unclear_, &off_}) indices->reserve(room);
     gathered_.reserve(room), is_taken_.reserve(room);
   }
   pairs_.set_solids(solids), pairs_before_.set_solids(solids);
@@ -71,7 +72,7 @@ bool WatchedPairs::begin(const WorldModel& model, Broadphase& broadphase) {
   moved_.clear(), due_.clear(), unclear_.clear();
   pairs_.clear();
   pairs_.set_solids(model.layout.solids.size());
-  needs_watch_ = needs_lively_ = true;
+  needs_watch_ = needs_imminent_ = true;
   for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot) place(model, slot);
   return broadphase.update_paths({model.from, stands_, regions_}, {});
 }
@@ -93,7 +94,7 @@ void WatchedPairs::place(const WorldModel& model, std::uint32_t slot) {
 void WatchedPairs::forget(const WorldModel& model, std::uint32_t slot) {
   for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i)
     pairs_.for_each_of(i, [&](std::uint32_t index) { pairs_.remove(index); });
-  needs_lively_ = true;
+  needs_imminent_ = true;
 }
 
 void WatchedPairs::watch_anew(const WorldModel& model, std::uint32_t slot) {
@@ -123,7 +124,7 @@ void WatchedPairs::begin_frame(WorldModel& model) {
   if (!is_overflown_) return;
   is_overflown_ = false;
   std::fill(model.travels.of_solid.begin(), model.travels.of_solid.end(), 0.0);
-  std::fill(model.travels.of_own.begin(), model.travels.of_own.end(), 0.0);
+  std::fill(model.travels.of_link_pair.begin(), model.travels.of_link_pair.end(), 0.0);
   pairs_.clear();
   needs_watch_ = true;
 }
@@ -134,7 +135,7 @@ void WatchedPairs::lay_paths(WorldModel& model, std::span<const std::uint32_t> r
     for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
       model.travels.last_solid[solid] = 0.0;
   moved_.clear();
-  std::fill(model.travels.last_own.begin(), model.travels.last_own.end(), 0.0);
+  std::fill(model.travels.last_link_pair.begin(), model.travels.last_link_pair.end(), 0.0);
   for (const std::uint32_t root : roots)
     if (model.in_motion[root]) lay_travels(model, root);
   std::sort(moved_.begin(), moved_.end());
@@ -149,7 +150,7 @@ void WatchedPairs::lay_travels(WorldModel& model, std::uint32_t root) {
     for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
       lay_travel(model, solid, start);
   });
-  if (const MechanismMover* mover = model.mechanism_of(root)) lay_own_travels(model, *mover);
+  if (const MechanismMover* mover = model.mechanism_of(root)) lay_link_travels(model, *mover);
 }
 
 void WatchedPairs::lay_travel(WorldModel& model, SolidIndex solid, const BodyState& start) {
@@ -166,22 +167,23 @@ void WatchedPairs::lay_travel(WorldModel& model, SolidIndex solid, const BodySta
   travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
   if (!(travels.of_solid[solid] <= travels.solid_limit[solid])) note_due(slot);
   is_overflown_ = is_overflown_ || !(travels.of_solid[solid] <= Travels::kMost);
-  needs_lively_ = needs_lively_ || !(travels.of_solid[solid] <= travels.lively_solid[solid]);
+  needs_imminent_ = needs_imminent_ || !(travels.of_solid[solid] <= travels.imminent_solid[solid]);
 }
 
-void WatchedPairs::lay_own_travels(WorldModel& model, const MechanismMover& mover) {
+void WatchedPairs::lay_link_travels(WorldModel& model, const MechanismMover& mover) {
   Travels& travels = model.travels;
   const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
   if (model.has_planned(mover)) {
-    const auto planned = travels.planned_own.begin() + mover.first_own;
-    std::copy(planned, planned + links * links, travels.last_own.begin() + mover.first_own);
+    const auto planned = travels.planned_link_pair.begin() + mover.first_link_pair;
+    std::copy(planned, planned + links * links, travels.last_link_pair.begin() + mover.first_link_pair);
   } else {
-    model.measure_own_travels(mover, travels.last_own);
+    model.measure_link_travels(mover, travels.last_link_pair);
   }
-  for (std::uint32_t own = mover.first_own; own < mover.first_own + links * links; ++own)
-    travels.of_own[own] = Travels::sum(travels.of_own[own], travels.last_own[own]),
-    needs_lively_ = needs_lively_ || !(travels.of_own[own] <= travels.lively_own[own]),
-    is_overflown_ = is_overflown_ || !(travels.of_own[own] <= Travels::kMost);
+  const std::size_t begin = mover.first_link_pair, end = begin + links * links;
+  for (std::size_t k = begin; k < end; ++k)
+    travels.of_link_pair[k] = Travels::sum(travels.of_link_pair[k], travels.last_link_pair[k]),
+    needs_imminent_ = needs_imminent_ || !(travels.of_link_pair[k] <= travels.imminent_link_pair[k]),
+    is_overflown_ = is_overflown_ || !(travels.of_link_pair[k] <= Travels::kMost);
 }
 
 /// Rates are bounded, so that up to s a mover goes s times as far at most. A sum less its last term is not
@@ -198,8 +200,8 @@ void WatchedPairs::take_back(WorldModel& model, std::uint32_t root) const {
   const MechanismMover* mover = model.mechanism_of(root);
   if (mover == nullptr) return;
   const std::size_t links = mover->X_WL.size();
-  for (std::size_t own = mover->first_own; own < mover->first_own + links * links; ++own)
-    shorten(travels.of_own[own], travels.last_own[own]);
+  const std::size_t begin = mover->first_link_pair, end = begin + links * links;
+  for (std::size_t k = begin; k < end; ++k) shorten(travels.of_link_pair[k], travels.last_link_pair[k]);
 }
 
 void WatchedPairs::note_due(std::uint32_t slot) {
@@ -220,7 +222,7 @@ void WatchedPairs::update(WorldModel& model, Broadphase& broadphase) {
   for (const std::uint32_t slot : due_) is_noted_due_[slot] = 0;
   due_.clear();
   needs_watch_ = false;
-  needs_lively_ = true;
+  needs_imminent_ = true;
 }
 
 /// Where the object's solids may be until its pairs are found anew.
@@ -271,7 +273,7 @@ bool WatchedPairs::update_partners(const WorldModel& model, Broadphase& broadpha
     }
     const SolidPair pair{std::min(solid, other), std::max(solid, other)};
     if (may_be_watched(model, pair))
-      unclear_.push_back(pairs_.add({pair.a, pair.b, model.own_index(pair), kNotKnown}));
+      unclear_.push_back(pairs_.add({pair.a, pair.b, model.link_pair_index(pair), kNotKnown}));
   }
   for (; before != end; ++before) pairs_.remove(before->second);
   return true;
@@ -297,7 +299,7 @@ void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
     const std::size_t count = broadphase.find_pairs(cursor, block);
     for (const SolidPair& pair : std::span(block).first(count)) {
       if (!may_be_watched(model, pair)) continue;
-      WatchedPair watch{pair.a, pair.b, model.own_index(pair), kNotKnown};
+      WatchedPair watch{pair.a, pair.b, model.link_pair_index(pair), kNotKnown};
       const std::uint32_t before = pairs_before_.find(pair);
       if (before != PairWatch::kNone)
         watch.clear_until = pairs_before_[before].clear_until, watch.axis_W = pairs_before_[before].axis_W;
@@ -307,38 +309,39 @@ void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
 }
 
 /// Most watched pairs stay out of reach for many frames: those that may not are found now and then.
-void WatchedPairs::choose_lively(WorldModel& model) {
+void WatchedPairs::choose_imminent(WorldModel& model) {
   Travels& travels = model.travels;
   const Layout& layout = model.layout;
   for (SolidIndex solid = 0; solid < layout.solids.size(); ++solid)
     if (layout.is_static[layout.slot_of[solid]] == 0)
-      travels.lively_solid[solid] = travels.of_solid[solid] + kLivelyFrames * travels.last_solid[solid] +
-                                    2.0 * travels.planned_solid[solid] +
-                                    kLivelyRadius * layout.solids[solid].bounding_sphere().radius;
+      travels.imminent_solid[solid] = travels.of_solid[solid] + kImminentFrames * travels.last_solid[solid] +
+                                      2.0 * travels.planned_solid[solid] +
+                                      kImminentRadius * layout.solids[solid].bounding_sphere().radius;
   for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i) {
     const MechanismMover* mover = model.mechanisms.at(i);
     if (mover == nullptr) continue;
     const std::size_t links = mover->X_WL.size();
     for (std::size_t k = 0; k < links * links; ++k) {
-      const std::size_t own = mover->first_own + k;
-      travels.lively_own[own] = travels.of_own[own] + kLivelyFrames * travels.last_own[own] +
-                                2.0 * travels.planned_own[own] +
-                                kLivelyRadius * mover->radius_of_link[k % links];
+      const std::size_t link_pair = mover->first_link_pair + k;
+      travels.imminent_link_pair[link_pair] =
+          travels.of_link_pair[link_pair] + kImminentFrames * travels.last_link_pair[link_pair] +
+          2.0 * travels.planned_link_pair[link_pair] + kImminentRadius * mover->radius_of_link[k % links];
     }
   }
-  lively_.clear();
+  imminent_.clear();
   for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
     const WatchedPair& watch = pairs_[i];
-    const double limit = watch.own != kNotOwn ? travels.lively_own[watch.own]
-                                              : travels.lively_solid[watch.a] + travels.lively_solid[watch.b];
-    if (!(limit <= watch.clear_until)) lively_.push_back(i);
+    const double limit = watch.link_pair != kNoLinkPair
+                             ? travels.imminent_link_pair[watch.link_pair]
+                             : travels.imminent_solid[watch.a] + travels.imminent_solid[watch.b];
+    if (!(limit <= watch.clear_until)) imminent_.push_back(i);
   }
-  std::sort(lively_.begin(), lively_.end(),
+  std::sort(imminent_.begin(), imminent_.end(),
             [&](std::uint32_t x, std::uint32_t y) { return pairs_.solids(x) < pairs_.solids(y); });
-  needs_lively_ = false;
+  needs_imminent_ = false;
 }
 
-/// Roots that move or have moved since, but for arms: of their many pairs those that are lively are fewer.
+/// Roots that move or have moved since, but for arms: of their many pairs those that are imminent are fewer.
 void WatchedPairs::find_looked_at(const WorldModel& model, const Movers& movers) {
   looked_at_.clear();
   for (const std::vector<std::uint32_t>* roots : {&movers.told, &movers.told_before})
@@ -356,7 +359,7 @@ void WatchedPairs::gather(WorldModel& model, const Movers& movers, FrameLanes& l
   constexpr std::size_t kRootsAtOnce = 16;
   find_looked_at(model, movers);
   const bool has_links = model.mechanisms.size() > 0;
-  if (has_links && needs_lively_) choose_lively(model);
+  if (has_links && needs_imminent_) choose_imminent(model);
   const auto make_room = [&](auto& list) { list.resize(std::max(list.size(), std::size_t{pairs_.size()})); };
   make_room(gathered_), make_room(off_), make_room(is_taken_);
   std::atomic<std::size_t> count{0}, off_count{0};
@@ -383,7 +386,7 @@ void WatchedPairs::gather(WorldModel& model, const Movers& movers, FrameLanes& l
     take(i);
   };
   const std::array<std::span<const std::uint32_t>, 2> others{
-      unclear_, has_links ? std::span<const std::uint32_t>(lively_) : std::span<const std::uint32_t>()};
+      unclear_, has_links ? std::span<const std::uint32_t>(imminent_) : std::span<const std::uint32_t>()};
   for (const std::span<const std::uint32_t> list : others) std::for_each(list.begin(), list.end(), take_once);
   for (const std::span<const std::uint32_t> list : others)
     for (const std::uint32_t i : list) is_taken_[i] = 0;

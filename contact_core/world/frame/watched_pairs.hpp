@@ -61,10 +61,10 @@ class WatchedPairs {
               std::vector<std::uint32_t>& deferred);
 
   /// Of the pairs those that may come near within a few frames, by solids: enough for moving links.
-  /// @pre !needs_lively().
-  std::span<const std::uint32_t> lively() const { return lively_; }
-  bool needs_lively() const { return needs_lively_; }
-  void choose_lively(WorldModel& model);
+  /// @pre !needs_imminent().
+  std::span<const std::uint32_t> imminent() const { return imminent_; }
+  bool needs_imminent() const { return needs_imminent_; }
+  void choose_imminent(WorldModel& model);
 
   PairWatch& pairs() { return pairs_; }
   const PairWatch& pairs() const { return pairs_; }
@@ -73,7 +73,7 @@ class WatchedPairs {
   void place(const WorldModel& model, std::uint32_t slot);
   void lay_travels(WorldModel& model, std::uint32_t root);
   void lay_travel(WorldModel& model, SolidIndex solid, const BodyState& start);
-  void lay_own_travels(WorldModel& model, const MechanismMover& mover);
+  void lay_link_travels(WorldModel& model, const MechanismMover& mover);
   void set_region(WorldModel& model, std::uint32_t slot);
   bool update_due(WorldModel& model, Broadphase& broadphase);
   bool update_partners(const WorldModel& model, Broadphase& broadphase, SolidIndex solid);
@@ -81,7 +81,7 @@ class WatchedPairs {
   void find_looked_at(const WorldModel& model, const Movers& movers);
 
   PairWatch pairs_, pairs_before_;
-  bool needs_watch_ = true, needs_lively_ = true;
+  bool needs_watch_ = true, needs_imminent_ = true;
   bool is_overflown_ = false;               // Travels knows nothing any more
   std::vector<std::uint32_t> moved_;        // slots
   std::vector<std::uint32_t> due_;          // slots of objects whose pairs are to be found anew
@@ -89,8 +89,8 @@ class WatchedPairs {
   std::vector<double>
       reaches_;  // by slot: so much further than the default rule's warn distance it looks [m]
   std::vector<std::pair<ObjectHandle, double>> early_reaches_;  // of objects that are not laid out yet
-  std::vector<std::uint32_t> unclear_;  // by index: all that may not be clear, of what rests
-  std::vector<std::uint32_t> lively_;   // by index
+  std::vector<std::uint32_t> unclear_;   // by index: all that may not be clear, of what rests
+  std::vector<std::uint32_t> imminent_;  // by index
 
   // For the broadphase: where solids stand, and how far from there they may be.
   std::vector<Pose> stands_;     // by solid

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "touchstone/contact_core/world/executed_parts.hpp"
+#include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
 #include "touchstone/contact_core/world/frame_pairs.hpp"
 #include "touchstone/contact_core/world/pair_watch.hpp"
-#include "touchstone/contact_core/world/slide/followers.hpp"
 #include "touchstone/contact_core/world/world_model.hpp"
 
 /// @file

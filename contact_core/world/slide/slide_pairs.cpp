@@ -64,7 +64,7 @@ bool is_reached(const SlidePairs::Scope& scope, const Slider& slider, const Watc
   const SolidPair pair{watch.a, watch.b};
   if (go_as_one(scope, pair)) return false;
   // At rest it has at least so much left.
-  const double left = watch.clear_until - model.travelled(pair, watch.own);
+  const double left = watch.clear_until - model.travelled(pair, watch.link_pair);
   return !(left > reach_of_pair(model, slider, pair) + other_reach(scope, slider, pair));
 }
 
@@ -77,10 +77,10 @@ bool is_passed_by(const SlidePairs::Scope& scope, const Slider& slider, const Fr
     return false;
   const auto [a, b] = pair.solids;
   MovingSolid first = model.moving_solid(a), second = model.moving_solid(b);
-  if (pair.own != kNotOwn) {
+  if (pair.link_pair != kNoLinkPair) {
     const std::uint32_t link = model.objects[model.body_of(a)].link;
     first = model.seen_from(link, a), second = model.seen_from(link, b);
-    first.travel = 0.0, second.travel = model.travels.planned_own[pair.own];
+    first.travel = 0.0, second.travel = model.travels.planned_link_pair[pair.link_pair];
   } else {
     first.travel = model.travels.planned_solid[a], second.travel = model.travels.planned_solid[b];
   }
@@ -115,14 +115,15 @@ bool plan_goes_beyond(WorldModel& model, const Slider& slider) {
     for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i) {
       const double planned = is_carried_on ? model.travel_on(*slider.arm, i) : 0.0;
       travels.planned_solid[i] = planned;
-      is_beyond = is_beyond || !(travels.of_solid[i] + planned <= travels.lively_solid[i]);
+      is_beyond = is_beyond || !(travels.of_solid[i] + planned <= travels.imminent_solid[i]);
     }
   });
-  model.measure_own_travels(*slider.arm, travels.planned_own);
+  model.measure_link_travels(*slider.arm, travels.planned_link_pair);
   slider.arm->planned_path = slider.arm->paths, slider.arm->planned_after = travels.clearings;
-  const std::size_t links = slider.arm->X_WL.size(), first_own = slider.arm->first_own;
-  for (std::size_t own = first_own; own < first_own + links * links; ++own)
-    is_beyond = is_beyond || !(travels.of_own[own] + travels.planned_own[own] <= travels.lively_own[own]);
+  const std::size_t links = slider.arm->X_WL.size(), first_link_pair = slider.arm->first_link_pair;
+  for (std::size_t k = first_link_pair; k < first_link_pair + links * links; ++k)
+    is_beyond = is_beyond ||
+                !(travels.of_link_pair[k] + travels.planned_link_pair[k] <= travels.imminent_link_pair[k]);
   return is_beyond;
 }
 
@@ -172,12 +173,12 @@ void SlidePairs::renumber(const PairWatch& watched) {
 }
 
 void SlidePairs::gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders,
-                        std::span<const std::uint32_t> lively, FrameLanes& lanes) {
+                        std::span<const std::uint32_t> imminent, FrameLanes& lanes) {
   ranges_.clear();
   if (sliders.is_one_arm()) {
     const std::uint32_t root = sliders.list[0].root;
     met_.clear();
-    for (const std::uint32_t i : lively)
+    for (const std::uint32_t i : imminent)
       if (model.root_of(watched[i].a) == root || model.root_of(watched[i].b) == root) met_.push_back(i);
     ranges_.push_back({root, 0, static_cast<std::uint32_t>(met_.size())});
     return;
@@ -260,7 +261,7 @@ void SlidePairs::find_close(const Scope& scope) {
     const std::uint32_t index = pair_of_[each.watch];
     if (index == kNone) continue;
     close_.push_back(index);
-    if (watched[each.watch].own == kNotOwn) ahead_.push_back(each.solids);
+    if (watched[each.watch].link_pair == kNoLinkPair) ahead_.push_back(each.solids);
   }
 }
 
@@ -316,7 +317,7 @@ std::uint32_t SlidePairs::find_impacts(const Scope& scope) {
     FramePair& pair = pairs_[index];
     if (!in_lanes) find_impact_of(model, query, watched[pair.watch], pair, nullptr);
     if (pair.impact.queries > 0 &&
-        !(pair.impact.start_separation - model.last_travel(pair.solids, pair.own) > pair.interest))
+        !(pair.impact.start_separation - model.last_travel(pair.solids, pair.link_pair) > pair.interest))
       meter.add_pair();
     if (pair.impact.status == ImpactStatus::iteration_limit) ++limits;
   }
@@ -338,8 +339,8 @@ void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
   lanes.for_each(close_.size(), kClosePairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     FramePair& pair = pairs_[close_[i]];
     WatchedPair& watch = watched[pair.watch];
-    const double last = model.last_travel(pair.solids, pair.own);
-    const double standing = model.travelled(pair.solids, pair.own) * kDown - last * (1.0 + 0x1p-19);
+    const double last = model.last_travel(pair.solids, pair.link_pair);
+    const double standing = model.travelled(pair.solids, pair.link_pair) * kDown - last * (1.0 + 0x1p-19);
     if (is_apart_by_axis(model, watch, pair, standing, last)) watches_[i] = kNone;
   });
   // From here on: where each of them finds its answer.
@@ -347,8 +348,8 @@ void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
   for (std::size_t i = 0; i < close_.size(); ++i) {
     if (answer_of[i] == kNone) continue;
     const FramePair& pair = pairs_[close_[i]];
-    answer_of[i] = pair.own == kNotOwn ? static_cast<std::uint32_t>(ahead_.size()) : kSeenFromLink;
-    if (pair.own == kNotOwn) ahead_.push_back(pair.solids);
+    answer_of[i] = pair.link_pair == kNoLinkPair ? static_cast<std::uint32_t>(ahead_.size()) : kSeenFromLink;
+    if (pair.link_pair == kNoLinkPair) ahead_.push_back(pair.solids);
   }
   answers_.resize(std::max(answers_.size(), ahead_.size()));
   lanes.ask(ahead_, model.from, answers_);
@@ -438,7 +439,7 @@ void SlidePairs::find_near(const Scope& scope, const Slider& slider) {
   if (slider.arm != nullptr) {
     std::fill(is_near_.begin(), is_near_.end(), std::uint8_t{0});
     std::fill(model.travels.planned_solid.begin(), model.travels.planned_solid.end(), 0.0);
-    std::fill(model.travels.planned_own.begin(), model.travels.planned_own.end(), 0.0);
+    std::fill(model.travels.planned_link_pair.begin(), model.travels.planned_link_pair.end(), 0.0);
     ++model.travels.clearings;
     add_on_path(scope, slider);
     return;
@@ -470,7 +471,7 @@ bool SlidePairs::stays_apart(const Scope& scope, std::uint32_t watch, double way
   scope.watched[watch].axis_W = geometry.n_AB_W;
   if (!(room > 0.0)) return false;
   double& clear_until = scope.watched[watch].clear_until;
-  clear_until = std::max(clear_until, model.travelled(pair.solids, pair.own) * kDown + room);
+  clear_until = std::max(clear_until, model.travelled(pair.solids, pair.link_pair) * kDown + room);
   return room > way;
 }
 
@@ -483,15 +484,15 @@ void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
     WatchedPair& watch = scope.watched[index];
     const SolidPair pair{watch.a, watch.b};
     const Travels& travels = model.travels;
-    const double planned = watch.own != kNotOwn
-                               ? travels.planned_own[watch.own]
+    const double planned = watch.link_pair != kNoLinkPair
+                               ? travels.planned_link_pair[watch.link_pair]
                                : travels.planned_solid[watch.a] + travels.planned_solid[watch.b];
     const bool meets_slider = scope.sliders.list.size() > 1 && other_reach(scope, slider, pair) > 0.0;
     const double way = meets_slider ? planned + other_reach(scope, slider, pair) : planned;
-    if (model.travelled(pair, watch.own) + way <= watch.clear_until || is_near_[index]) return;
-    if (watch.own == kNotOwn && go_as_one(scope, pair)) return;
+    if (model.travelled(pair, watch.link_pair) + way <= watch.clear_until || is_near_[index]) return;
+    if (watch.link_pair == kNoLinkPair && go_as_one(scope, pair)) return;
     // Mostly it is, and its rule need not be looked up for that.
-    const double standing = model.travelled(pair, watch.own) * kDown;
+    const double standing = model.travelled(pair, watch.link_pair) * kDown;
     if (is_apart_by_axis(model, watch, most, standing, way)) return;
     const std::uint32_t source = take_in(model, scope.watched, index);
     if (source == kNone) return;
@@ -555,7 +556,7 @@ void merge_slide_pairs(const WorldModel& model, const PairWatch& watched,
       continue;
     }
     // Pairs known to be further apart than any distance of interest have nothing to report.
-    const bool is_apart = model.travelled(met.solids, met.own) <= met.clear_until;
+    const bool is_apart = model.travelled(met.solids, met.link_pair) <= met.clear_until;
     if (is_apart && !met.has_moment() && !is_among(contacts, met.solids)) continue;
     met.impact.is_far = false;
     met.impact.starts_overlapping = false;  // a sub-step's start is not the frame's

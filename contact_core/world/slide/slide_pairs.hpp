@@ -42,10 +42,10 @@ class SlidePairs {
   /// never grows, a body goes no further than there and beyond by the same.
   /// @returns slots of objects of whose pairs too few are watched.
   std::span<const std::uint32_t> begin(WorldModel& model, const Sliders& sliders);
-  /// Which of the watched pairs have a slider as part. An arm alone meets only those that are lively (see
-  /// plan_goes_beyond()); rigid bodies plan with all that they could reach. @param lively ascending solids.
+  /// Which of the watched pairs have a slider as part. An arm alone meets only those that are imminent (see
+  /// plan_goes_beyond()); rigid bodies plan with all that they could reach. @param imminent ascending solids.
   void gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders,
-              std::span<const std::uint32_t> lively, FrameLanes& lanes);
+              std::span<const std::uint32_t> imminent, FrameLanes& lanes);
   /// Updates the indices of watched pairs, which may have changed. Before gather().
   void renumber(const PairWatch& watched);
 
@@ -126,7 +126,7 @@ std::pair<std::uint32_t, std::uint32_t> links_of(const WorldModel& model, const 
                                                  const SolidPair& pair);
 
 /// How far the path that an arm has laid takes each solid, into the travels' plan. @returns whether that is
-/// further than the lively pairs were chosen for: then there is more to meet.
+/// further than the imminent pairs were chosen for: then there is more to meet.
 bool plan_goes_beyond(WorldModel& model, const Slider& slider);
 
 /// Takes up in a frame's pairs, which are sorted by solids, what slides looked at and is not known to be

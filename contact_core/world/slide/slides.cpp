@@ -51,7 +51,7 @@ bool may_pivot(const WorldModel& model, const StopPermits& permits, std::uint32_
 
 double longest_lever(double gap) { return gap / (16.0 * 8.0 * kUnitRoundoff); }
 
-/// Pairs for an arm's plan, from the slides' pairs; where a plan goes further than the lively pairs reach
+/// Pairs for an arm's plan, from the slides' pairs; where a plan goes further than the imminent pairs reach
 /// these are chosen anew.
 class Slides::ObstaclesOfArm final : public ArmObstacles {
  public:
@@ -67,7 +67,7 @@ class Slides::ObstaclesOfArm final : public ArmObstacles {
   bool take_up_held() override { return pairs().add_held(slides_.pair_scope(scope_), slider_); }
   bool take_up_on_path() override {
     if (plan_goes_beyond(scope_.model, slider_) && slides_.sliders_.list.size() == 1) {
-      scope_.watched.choose_lively(scope_.model);
+      scope_.watched.choose_imminent(scope_.model);
       slides_.gather_pairs(scope_);
     }
     return pairs().add_on_path(slides_.pair_scope(scope_), slider_);
@@ -251,8 +251,8 @@ void Slides::find_pairs(const FrameScope& scope) {
 
 void Slides::gather_pairs(const FrameScope& scope) {
   WatchedPairs& watched = scope.watched;
-  if (sliders_.is_one_arm() && watched.needs_lively()) watched.choose_lively(scope.model);
-  pairs_.gather(scope.model, watched.pairs(), sliders_, watched.lively(), scope.lanes);
+  if (sliders_.is_one_arm() && watched.needs_imminent()) watched.choose_imminent(scope.model);
+  pairs_.gather(scope.model, watched.pairs(), sliders_, watched.imminent(), scope.lanes);
 }
 
 /// Once paths are laid: those that go further than was looked ahead for have more to meet.
@@ -262,7 +262,7 @@ void Slides::take_up_pairs(const FrameScope& scope) {
     watched.update(scope.model, scope.broadphase);
     pairs_.renumber(watched.pairs());
     gather_pairs(scope);
-  } else if (watched.needs_lively() && sliders_.is_one_arm()) {
+  } else if (watched.needs_imminent() && sliders_.is_one_arm()) {
     gather_pairs(scope);
   }
 }

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "touchstone/contact_core/world/frame/frame_scope.hpp"
+#include "touchstone/contact_core/world/frame/stop_permits.hpp"
 #include "touchstone/contact_core/world/slide/hands.hpp"
 #include "touchstone/contact_core/world/slide/slide_pairs.hpp"
-#include "touchstone/contact_core/world/slide/stop_permits.hpp"
 
 namespace touchstone {
 
@@ -57,12 +57,12 @@ class Slides {
     }
   };
 
-  /// What a lane plans with.
+  /// Buffers in which a lane plans.
   struct PlanRoom {
     std::vector<NearPair> near;
     std::vector<SlideRow> rows;
   };
-  /// What came of a slider's plan besides its path.
+  /// A slider's plan but for its path.
   struct PlanResult {
     std::uint32_t near = 0;  ///< so many pairs were near
     int held_by = 0;
