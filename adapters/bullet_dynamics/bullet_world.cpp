@@ -138,7 +138,7 @@ class BulletEngine final : public SceneEngine {
  protected:
   void advance(EngineStep& step) override {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
-      if (bodies().bodies()[b].kind == ContactSide::told)
+      if (bodies().bodies()[b].kind == ContactSide::kinematic)
         bodies_[b]->setWorldTransform(to_engine(target(b).X_WB));
     for (const auto& tree : trees_) tree->apply_torques();
     for (const auto& joint : body_joints_) joint->apply();
@@ -241,7 +241,7 @@ class BulletEngine final : public SceneEngine {
   /// A body that a kinematic one carries would have to be kinematic, and dynamic again once let go.
   void refuse_told_carriers() const {
     const auto refuse = [&](std::size_t carrier, std::size_t carried) {
-      if (bodies().bodies()[carrier].kind == ContactSide::told)
+      if (bodies().bodies()[carrier].kind == ContactSide::kinematic)
         throw InputError("engine 'bullet': unsupported: a latch on a kinematic body (" +
                          bodies().bodies()[carrier].name + ")");
       if (bodies().bodies()[carried].kind != ContactSide::body)
@@ -299,7 +299,7 @@ class BulletEngine final : public SceneEngine {
       added.setLinearVelocity(to_engine(body.v_W));
       added.setAngularVelocity(to_engine(body.w_W));
     }
-    if (body.kind == ContactSide::told)
+    if (body.kind == ContactSide::kinematic)
       added.setCollisionFlags(added.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
     if (body.kind != ContactSide::ground) added.setActivationState(DISABLE_DEACTIVATION);
     world_->addRigidBody(&added);

@@ -89,7 +89,7 @@ class OdeEngine final : public SceneEngine {
  protected:
   void advance(EngineStep& step) override {
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      if (bodies().bodies()[b].kind != ContactSide::told) continue;
+      if (bodies().bodies()[b].kind != ContactSide::kinematic) continue;
       const State& to = target(b);
       dBodySetLinearVel(bodies_[b], to.v_W.x(), to.v_W.y(), to.v_W.z());
       dBodySetAngularVel(bodies_[b], to.w_W.x(), to.w_W.y(), to.w_W.z());
@@ -104,7 +104,7 @@ class OdeEngine final : public SceneEngine {
     }
     dJointGroupEmpty(ode_.contacts);
     for (std::size_t b = 0; b < bodies_.size(); ++b)  // without what its integration rounds
-      if (bodies().bodies()[b].kind == ContactSide::told) place(bodies_[b], target(b).X_WB);
+      if (bodies().bodies()[b].kind == ContactSide::kinematic) place(bodies_[b], target(b).X_WB);
     for_each_axis([](OdeJoint& joint) { joint.read(); });
   }
 
@@ -178,7 +178,7 @@ class OdeEngine final : public SceneEngine {
     if (body.kind == ContactSide::ground) return;
     dBodyID& added = bodies_.back();
     added = dBodyCreate(ode_.world);
-    if (body.kind == ContactSide::told) {
+    if (body.kind == ContactSide::kinematic) {
       dBodySetKinematic(added);
     } else {
       const dMass mass = mass_of(body);

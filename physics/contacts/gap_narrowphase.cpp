@@ -9,7 +9,7 @@
 namespace touchstone::physics {
 namespace {
 
-/// As a pair beyond max_separation is told.
+/// The answer about a pair beyond max_separation.
 PairGeometry far_apart() {
   const Vector3 none = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
   return {std::numeric_limits<double>::infinity(), none, none, none, 0};

@@ -20,9 +20,9 @@ namespace touchstone::physics {
 /// Who moves one side of a contact.
 enum class ContactSide : std::uint8_t {
   ground,  ///< at rest
-  told,    ///< a kinematic body
-  body,    ///< a free body
-  link,    ///< of a mechanism
+  kinematic,
+  body,  ///< a free body
+  link,  ///< of a mechanism
 };
 
 /// One contact of the last step.
@@ -35,7 +35,8 @@ struct EngineContact {
   /// Of impacts alone, on B [N s]; NaN where the engine does not tell them from forces.
   Vector3 impact_W;
   ContactSide side_a, side_b;
-  Vector3 told_v_A_W, told_v_B_W;  ///< of a told side's point at p_W, constant over the step [m/s]
+  Vector3 kinematic_v_A_W,
+      kinematic_v_B_W;  ///< of a kinematic side's point at p_W, constant over the step [m/s]
 };
 
 /// How a step went.
@@ -78,7 +79,8 @@ class DynamicsEngine {
   virtual void list_contacts(std::vector<EngineContact>& contacts) const = 0;
 
   virtual Pose object_pose(std::size_t object) const = 0;
-  /// Of the centre of mass of the dynamic object, with what moves with it; links and told objects: nothing.
+  /// Of the centre of mass of the dynamic object, with what moves with it; links and kinematic objects:
+  /// nothing.
   virtual std::optional<Vector3> velocity(std::size_t object) const = 0;
   virtual std::optional<Vector3> angular_velocity(std::size_t object) const = 0;
   virtual double joint_value(const JointAddress& joint) const = 0;

@@ -38,7 +38,7 @@ Matrix3 principal_axes(const Matrix3& I, Vector3& moments) {
 }
 
 ContactSide side_of(BodyKind kind) {
-  if (kind == BodyKind::kinematic) return ContactSide::told;
+  if (kind == BodyKind::kinematic) return ContactSide::kinematic;
   if (kind == BodyKind::dynamic) return ContactSide::body;
   return kind == BodyKind::link ? ContactSide::link : ContactSide::ground;
 }
@@ -228,7 +228,7 @@ bool EngineScene::is_checked(SolidIndex a, SolidIndex b) const {
   const Solid &solid_a = solids_[a], &solid_b = solids_[b];
   if (solid_a.body == solid_b.body) return false;
   const auto is_told = [](ContactSide kind) {
-    return kind == ContactSide::ground || kind == ContactSide::told;
+    return kind == ContactSide::ground || kind == ContactSide::kinematic;
   };
   if (is_told(bodies_[solid_a.body].kind) && is_told(bodies_[solid_b.body].kind)) return false;
   if (!has_exemptions()) return true;

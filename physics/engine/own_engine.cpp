@@ -104,16 +104,16 @@ class OwnEngine final : public DynamicsEngine {
 
  private:
   const DynamicsWorld& world() const { return simulation_.world(); }
-  bool is_told(const Mover& mover) const {
+  bool is_kinematic(const Mover& mover) const {
     return mover.kind == Mover::Kind::body && world().is_kinematic(mover.index);
   }
   ContactSide side_of(const Mover& mover) const {
     if (mover.kind == Mover::Kind::ground) return ContactSide::ground;
     if (mover.kind == Mover::Kind::link) return ContactSide::link;
-    return is_told(mover) ? ContactSide::told : ContactSide::body;
+    return is_kinematic(mover) ? ContactSide::kinematic : ContactSide::body;
   }
   Vector3 told_velocity(const Mover& mover, const Vector3& p_W) const {
-    if (!is_told(mover)) return Vector3::Zero();
+    if (!is_kinematic(mover)) return Vector3::Zero();
     return world().velocity(mover.index) +
            cross(world().angular_velocity(mover.index), p_W - world().state(mover.index).p_W);
   }

@@ -155,11 +155,11 @@ void SceneEngine::tell_drives(bool all) {
   }
 }
 
-/// Where told bodies are to be at `time`, and how fast they get there.
+/// Where kinematic bodies are to be at `time`, and how fast they get there.
 void SceneEngine::aim(double time) {
   for (std::size_t b = 0; b < targets_.size(); ++b) {
     const EngineScene::Body& body = bodies_.bodies()[b];
-    if (body.kind != ContactSide::told) continue;
+    if (body.kind != ContactSide::kinematic) continue;
     const SceneObject& object = scene().scene.objects[body.objects[0]];
     const Pose& now = states_[b].X_WB;
     State& target = targets_[b];
@@ -193,7 +193,7 @@ void SceneEngine::read() {
   for (std::size_t b = 0; b < states_.size(); ++b) {
     const ContactSide kind = bodies_.bodies()[b].kind;
     if (moves(kind)) states_[b] = read_state(b);
-    if (kind == ContactSide::told) states_[b] = targets_[b];
+    if (kind == ContactSide::kinematic) states_[b] = targets_[b];
   }
   for (std::size_t j = 0; j < joint_states_.size(); ++j) joint_states_[j] = read_joint(j);
 }
@@ -241,7 +241,7 @@ bool SceneEngine::is_checked(SolidIndex a, SolidIndex b) const {
 // ---- what there is
 
 Vector3 SceneEngine::told_velocity(std::size_t body, const Vector3& p_W) const {
-  if (bodies_.bodies()[body].kind != ContactSide::told) return Vector3::Zero();
+  if (bodies_.bodies()[body].kind != ContactSide::kinematic) return Vector3::Zero();
   const State& to = targets_[body];
   return to.v_W + cross(to.w_W, p_W - to.X_WB.p);
 }
@@ -250,8 +250,8 @@ void SceneEngine::finish_contact(EngineContact& contact) const {
   const std::size_t a = bodies_.solids()[contact.solids.a].body, b = bodies_.solids()[contact.solids.b].body;
   contact.side_a = bodies_.bodies()[root_[a]].kind;
   contact.side_b = bodies_.bodies()[root_[b]].kind;
-  contact.told_v_A_W = told_velocity(root_[a], contact.p_W);
-  contact.told_v_B_W = told_velocity(root_[b], contact.p_W);
+  contact.kinematic_v_A_W = told_velocity(root_[a], contact.p_W);
+  contact.kinematic_v_B_W = told_velocity(root_[b], contact.p_W);
   contact.impact_W = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
 }
 

@@ -51,16 +51,16 @@ class SceneEngine : public DynamicsEngine {
   /// Whether the pair is checked now, latches in force.
   bool is_checked(SolidIndex a, SolidIndex b) const;
   bool has_latches() const { return !held_.empty(); }
-  /// A told body's state at the next step's end, and its velocity until then.
+  /// A kinematic body's state at the next step's end, and its velocity until then.
   const State& target(std::size_t body) const { return targets_[body]; }
-  /// Velocity of a told body's point over the last step; of others 0.
+  /// Velocity of a kinematic body's point over the last step; of others 0.
   Vector3 told_velocity(std::size_t body, const Vector3& p_W) const;
   /// Fills what does not depend on the engine: sides and their velocities.
   void finish_contact(EngineContact& contact) const;
 
   /// Moves the engine's world by the scene's step. `step` has its failure empty and its times 0.
   virtual void advance(EngineStep& step) = 0;
-  /// The body's state now; of free bodies, told ones and links.
+  /// The body's state now; of free bodies, kinematic ones and links.
   virtual State read_state(std::size_t body) const = 0;
   /// @param joint of EngineScene::joints(), then of its body_joints(), which have an axis or state 0.
   virtual JointState read_joint(std::size_t joint) const;

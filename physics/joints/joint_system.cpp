@@ -40,7 +40,7 @@ Quaternion quaternion_at(const double* y) { return {y[0], {y[1], y[2], y[3]}}; }
 void JointSystem::clear() {
   bodies.clear();
   arms.clear();
-  told.clear();
+  kinematic.clear();
   joints.clear();
 }
 
@@ -51,7 +51,7 @@ void JointSystem::reserve(std::size_t most_bodies, std::size_t most_arms, std::s
   const std::size_t size = kBodySize * most_bodies + 2 * widest * most_arms;
   bodies.reserve(most_bodies);
   arms.reserve(most_arms);
-  told.reserve(2 * most_joints);
+  kinematic.reserve(2 * most_joints);
   joints.reserve(most_joints);
   placed_.reserve(most_bodies);
   first_rate_.reserve(most_bodies + most_arms);
@@ -140,8 +140,8 @@ FrameMotion JointSystem::motion_of(const Side& side, double t) const {
       out.w_W = arm.dynamics->angular_velocity(side.link, *arm.workspace);
       break;
     }
-    case Side::Kind::told: {
-      const Told& body = told[side.index];
+    case Side::Kind::kinematic: {
+      const Kinematic& body = kinematic[side.index];
       out = {body.X_WB, body.v_W, body.w_W};
       if (t == 0.0) break;
       out.X_WM.p += t * body.v_W;
@@ -157,8 +157,8 @@ Vector3 JointSystem::point_acceleration(const Side& side, const Vector3& p_W, do
     const Arm& arm = arms[side.index];
     return arm.dynamics->point_acceleration(side.link, p_W, gravity_W_, *arm.workspace);
   }
-  if (side.kind == Side::Kind::told) {
-    const Told& body = told[side.index];
+  if (side.kind == Side::Kind::kinematic) {
+    const Kinematic& body = kinematic[side.index];
     return cross(body.w_W, cross(body.w_W, Vector3(p_W - (body.X_WB.p + t * body.v_W))));
   }
   if (side.kind == Side::Kind::ground) return Vector3::Zero();

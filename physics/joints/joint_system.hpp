@@ -45,15 +45,15 @@ class JointSystem {
     std::span<double> q, qd;
     MechanismDynamics::Workspace* workspace;  ///< scratch
   };
-  /// A body that moves as told: its frame now, its velocities, constant.
-  struct Told {
+  /// A kinematic body: its frame now, its velocities, constant.
+  struct Kinematic {
     Pose X_WB;
     Vector3 v_W = Vector3::Zero(), w_W = Vector3::Zero();
   };
   /// One side of a joint.
   struct Side {
     /// The kind that `index` counts; the ground has none.
-    enum class Kind : std::uint8_t { ground, body, arm, told } kind = Kind::ground;
+    enum class Kind : std::uint8_t { ground, body, arm, kinematic } kind = Kind::ground;
     std::uint32_t index = 0;
     std::uint32_t link = 0;  ///< of an arm
   };
@@ -65,7 +65,7 @@ class JointSystem {
 
   std::vector<Body> bodies;
   std::vector<Arm> arms;
-  std::vector<Told> told;
+  std::vector<Kinematic> kinematic;
   std::vector<Joint> joints;
 
   void clear();
@@ -73,7 +73,7 @@ class JointSystem {
   /// than 64 joints get theirs when they come.
   void reserve(std::size_t bodies, std::size_t arms, std::size_t joints, std::size_t widest);
 
-  /// Moves everything by h under gravity [m/s2]; told bodies are left to the caller.
+  /// Moves everything by h under gravity [m/s2]; kinematic bodies are left to the caller.
   /// @return false, states unchanged, where an arm's joint moves no inertia or the result is not finite.
   bool fly(double h, const Vector3& gravity_W);
   /// Impulses of the last flight, on B, about its joint's origin, in world axes: one a joint.

@@ -54,7 +54,7 @@ struct SceneDrive {
   double ramp = 0.0;  ///< of the torque, from when the drive was set on [N m/s] or [N/s]
 };
 
-/// A joint, told by where it is while the objects stand in their initial poses.
+/// A joint, given by where it is while the objects stand in their initial poses.
 struct SceneJoint {
   std::string name;
   JointKind kind = JointKind::revolute;
@@ -74,8 +74,8 @@ struct SceneJoint {
   std::string where = {};
 };
 
-/// A joint between two objects that move by themselves, are links, told or the ground: told by where it is
-/// while they stand in their initial poses. It may close loops, hold both ends of an arm, or be let go.
+/// A joint between two objects that move by themselves, are links, kinematic or the ground: given by where it
+/// is while they stand in their initial poses. It may close loops, hold both ends of an arm, or be let go.
 struct SceneBodyJoint {
   std::string name;
   BodyJointKind kind = BodyJointKind::fixed;

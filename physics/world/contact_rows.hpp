@@ -36,7 +36,7 @@ struct RowUnit {
 struct ContactRows {
   /// A mover at a contact.
   struct Side {
-    std::uint32_t unit;  // kNoUnit: it does not move, or as told
+    std::uint32_t unit;  // kNoUnit: fixed or kinematic
     double sign;         // -1: A, 1: B
     Vector3 lever_W;     // a body's: from the middle of its path to where impulses act
     std::size_t first;   // a mechanism's: of its three rows in J and Y

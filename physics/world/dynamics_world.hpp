@@ -194,8 +194,8 @@ class DynamicsWorld {
 
   /// A free body. @throws InputError as RigidBody; a state that is not finite.
   std::uint32_t add_body(const RigidBody& body, const RigidBodyState& state);
-  /// A body that moves as told, as if of infinite mass. @throws InputError for a bad pose, velocities that
-  /// are not finite.
+  /// A kinematic body: it moves as commanded, as if of infinite mass. @throws InputError for a bad pose,
+  /// velocities that are not finite.
   std::uint32_t add_kinematic(const Pose& X_WB, const Vector3& v_W, const Vector3& w_W);
   /// Keeps a reference. All joints are free (torque 0) within their limits.
   /// @throws InputError: another number of values, values out of the joints' limits or not finite.

@@ -57,8 +57,8 @@ void fill_system(const Group& group, Movers& movers, const StateOf& state_of, co
     if (is_told(mover, movers)) {
       const Body& body = movers.bodies[mover.index];
       const FrameMotion motion = motion_now(mover, movers);
-      system.told.push_back({body.X_WB, motion.v_W, motion.w_W});
-      return {Side::Kind::told, static_cast<std::uint32_t>(system.told.size() - 1), 0};
+      system.kinematic.push_back({body.X_WB, motion.v_W, motion.w_W});
+      return {Side::Kind::kinematic, static_cast<std::uint32_t>(system.kinematic.size() - 1), 0};
     }
     const std::uint32_t index = movers.system_index[movers.unit_of(mover)];
     return {mover.kind == Mover::Kind::body ? Side::Kind::body : Side::Kind::arm, index, mover.link};
