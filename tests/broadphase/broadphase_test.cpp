@@ -43,11 +43,13 @@ Pairs surely_close(const Scene& scene, double margin) {
 }
 
 class BroadphaseTest : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Core, BroadphaseTest, testing::Values("brute_force", "native", "edge_face"));
+INSTANTIATE_TEST_SUITE_P(Core, BroadphaseTest, testing::Values("brute_force", "native", "edge_face"),
+                         [](const auto& test) { return std::string(test.param); });
 
 // Properties that the paper's broadphase lacks, and says so: edge_face_broadphase_test.cpp.
 class WholeContractTest : public BroadphaseTest {};
-INSTANTIATE_TEST_SUITE_P(Core, WholeContractTest, testing::Values("brute_force", "native"));
+INSTANTIATE_TEST_SUITE_P(Core, WholeContractTest, testing::Values("brute_force", "native"),
+                         [](const auto& test) { return std::string(test.param); });
 
 TEST_P(BroadphaseTest, NeverMissesAPairWithinMargin) {
   for (double offset : {0.0, 1e6, 1e12})

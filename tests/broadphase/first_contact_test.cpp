@@ -40,7 +40,8 @@ struct Check {
 };
 
 class FirstContactTest : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Core, FirstContactTest, testing::Values("brute_force", "native"));
+INSTANTIATE_TEST_SUITE_P(Core, FirstContactTest, testing::Values("brute_force", "native"),
+                         [](const auto& test) { return std::string(test.param); });
 
 TEST_P(FirstContactTest, IsTheLowestOfTheFullListForAnyBlockSize) {
   int contacts = 0, late = 0;

@@ -19,7 +19,8 @@ std::vector<std::uint8_t> every(std::size_t nth, std::size_t objects) {
 }
 
 class IncrementalTest : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Core, IncrementalTest, testing::Values("brute_force", "native"));
+INSTANTIATE_TEST_SUITE_P(Core, IncrementalTest, testing::Values("brute_force", "native"),
+                         [](const auto& test) { return std::string(test.param); });
 
 TEST_P(IncrementalTest, StaticObjectsPairWithMovingOnesOnly) {
   const Scene scene = random_scene(120, 12, 0, 31);

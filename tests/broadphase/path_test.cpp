@@ -91,7 +91,8 @@ Pairs surely_close(const Scene& scene, const std::vector<Pose>& poses_a, const s
 }
 
 class PathTest : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Core, PathTest, testing::Values("brute_force", "native"));
+INSTANTIATE_TEST_SUITE_P(Core, PathTest, testing::Values("brute_force", "native"),
+                         [](const auto& test) { return std::string(test.param); });
 
 TEST_P(PathTest, NeverMissesAPairThatComesWithinMarginAnywhereOnItsPaths) {
   for (double offset : {0.0, 1e6}) {

@@ -278,7 +278,8 @@ TEST_P(OdeOtherClasses, PosesThatAreNoneHaveNoContacts) {
   EXPECT_EQ(ode_native_refusals() - before, 2u);
 }
 
-INSTANTIATE_TEST_SUITE_P(BoxAndFrustum, OdeOtherClasses, testing::Values(0, 1));
+INSTANTIATE_TEST_SUITE_P(BoxAndFrustum, OdeOtherClasses, testing::Values(0, 1),
+                         [](const auto& test) { return test.param == 0 ? "Box" : "Frustum"; });
 
 TEST(OdeOtherClasses, ACollapsedFaceIsNoFaceOfTheTwin) {
   dInitODE2(0);

@@ -105,7 +105,7 @@ TEST(BoundedSteps, ASqueezeIsFoundInTheStepThatBeginsIt) {
 }
 
 TEST(BoundedSteps, AHeavyLoadRidesOnALightOneThatIsLifted) {
-  // What moves as told is no contradiction by itself, however hard it is pressed.
+  // A kinematic body is no contradiction by itself, however hard it is pressed.
   for (const double mass : {150.0, 1e3, 1e4}) {
     Cubes scene;
     scene.add_driven({0, 0, -0.5 * kCubeSide}, {0, 0, 0.1});

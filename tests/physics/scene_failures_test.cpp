@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -116,7 +117,8 @@ TEST(SceneSimulation, AReleaseThatNoInertiaFitsFailsTheStepAndChangesNothing) {
   for (const std::size_t object : {1u, 2u}) EXPECT_EQ(simulation.root_of(object), 0u);
 }
 
-TEST(DynamicScene, AddressesOfActionsAndAnswersAreChecked) {
+/// A crane of two links beside a ball; an action and an answer, each from a line of a file.
+DynamicScene scene_of_a_crane() {
   DynamicScene good = empty_scene(1.0);
   const Vector3 size(0.2, 0.2, 0.2);
   add(good, box("arm", size, {}), {.kind = BodyKind::link, .inertia = box_inertia(1, size)});
@@ -131,16 +133,22 @@ TEST(DynamicScene, AddressesOfActionsAndAnswersAreChecked) {
   SceneAnswer answer;
   answer.object = 2, answer.time = 1.0, answer.tolerance = 1e-3, answer.where = "file:9: ";
   good.answers = {answer};
-  const auto error = [&](const auto& spoil) {
-    DynamicScene scene = good;
-    spoil(scene);
-    try {
-      validate(scene);
-    } catch (const InputError& refusal) {
-      return std::string(refusal.what());
-    }
-    return std::string();
-  };
+  return good;
+}
+
+/// Why the scene is refused once spoilt; empty: it is not.
+std::string error(const std::function<void(DynamicScene&)>& spoil) {
+  DynamicScene scene = scene_of_a_crane();
+  spoil(scene);
+  try {
+    validate(scene);
+  } catch (const InputError& refusal) {
+    return refusal.what();
+  }
+  return "";
+}
+
+TEST(DynamicScene, AddressesOfActionsAreChecked) {
   EXPECT_EQ(error([](DynamicScene&) {}), "");
   EXPECT_EQ(error([](DynamicScene& s) { s.actions[0].joint.mechanism = 1; }),
             "file:7: drive: no mechanism 1");
@@ -150,7 +158,9 @@ TEST(DynamicScene, AddressesOfActionsAndAnswersAreChecked) {
             "file:7: drive: mechanism 'crane': joint 'weld' is fixed");
   EXPECT_EQ(error([](DynamicScene& s) { s.mechanisms[0].joints[1].drive.drive.torque = 1.0; }),
             "file:3: mechanism 'crane': joint 'weld': a fixed joint has no drive");
+}
 
+TEST(DynamicScene, AddressesAndFiguresOfAnswersAreChecked) {
   using Figure = SceneAnswer::Figure;
   EXPECT_EQ(error([](DynamicScene& s) { s.answers[0].object = 3; }),
             "file:9: answer 'position': no such object");
@@ -174,6 +184,9 @@ TEST(DynamicScene, AddressesOfActionsAndAnswersAreChecked) {
               "file:9: answer 'position': the tolerance is not above 0");
   EXPECT_EQ(error([](DynamicScene& s) { s.answers[0].value.z() = NAN; }),
             "file:9: answer 'position': the value is not finite");
+}
+
+TEST(DynamicScene, LimitsAndSpeedsAreChecked) {
   EXPECT_EQ(error([](DynamicScene& s) { s.accept.angle = NAN; }), "scene 'scene': accept: a limit below 0");
   for (double DynamicScene::*const figure : {&DynamicScene::bounce_speed, &DynamicScene::push_out,
                                              &DynamicScene::part_speed, &DynamicScene::sleep_speed})

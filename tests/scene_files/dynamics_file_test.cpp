@@ -54,42 +54,45 @@ std::string error_in_joint(const std::string& joint) {
       joint + "}\n");
 }
 
-TEST(DynamicsFile, ReadsBodiesJointsDrivesActionsAndAnswersInTheFilesUnits) {
-  const physics::DynamicScene scene = loaded(
-      "dynamics:\n"
-      "  gravity: [0, 0, -9810]\n"
-      "  step: 0.01\n"
-      "  contact_margin: 2\n"
-      "  friction: 0.25\n"
-      "  restitution: 0.125\n"
-      "  bounce_speed: 3\n"
-      "  push_out: 4\n"
-      "  part_speed: 5\n"
-      "  sleep_speed: 6\n"
-      "  sleep_time: 0.5\n"
-      "  bodies:\n"
-      "    - {object: a, kind: dynamic, mass: $mass, velocity: [10, 0, 0], turn: [0, 90, 0], friction: 1}\n"
-      "    - {object: b, mass: 3, inertia: {centre: [10, 0, 0], moments: [1, 2, 2.5], products: [0.1, 0.2, "
-      "0.3]}}\n"
-      "    - {object: c, mass: 12, inertia: {rod: [[-500, 0, 0], [500, 0, 0]]}}\n"
-      "  mechanisms:\n"
-      "    - name: m\n"
-      "      joints:\n"
-      "        - {name: turn, kind: revolute, child: b, position: [1000, 0, 0], axis: [0, 0, 2], value: 30, "
-      "rate: 6,\n"
-      "           limits: {position: [-90, 45], rate: 60, torque: 7}, drive: {brake: 5}}\n"
-      "        - {name: shift, kind: prismatic, parent: b, child: c, axis: [1, 0, 0], value: 100,\n"
-      "           drive: {torque: 2, ramp: 3, limit: 8}}\n"
-      "  actions:\n"
-      "    - {time: 0.25, drive: {joint: m.turn, rate: 9, limit: 2}}\n"
-      "    - {time: 0.5, latch: {carrier: b, carried: a}}\n"
-      "    - {time: 0.75, release: a}\n"
-      "  conserved: [momentum, angular_momentum_y, energy]\n"
-      "  accept: {depth: 1, position: 2, angle: 3, energy_made: 0.5}\n"
-      "  answers:\n"
-      "    - {of: a, figure: velocity, time: 0.2, value: [10, 0, 0], tolerance: 1}\n"
-      "    - {of: m.turn, figure: value, value: 30, tolerance: 1}\n"
-      "    - {figure: stopped, value: 0.3, tolerance: 0.1}\n");
+// All that a scene may say of dynamics.
+constexpr const char* kWhole =
+    "dynamics:\n"
+    "  gravity: [0, 0, -9810]\n"
+    "  step: 0.01\n"
+    "  contact_margin: 2\n"
+    "  friction: 0.25\n"
+    "  restitution: 0.125\n"
+    "  bounce_speed: 3\n"
+    "  push_out: 4\n"
+    "  part_speed: 5\n"
+    "  sleep_speed: 6\n"
+    "  sleep_time: 0.5\n"
+    "  bodies:\n"
+    "    - {object: a, kind: dynamic, mass: $mass, velocity: [10, 0, 0], turn: [0, 90, 0], friction: 1}\n"
+    "    - {object: b, mass: 3, inertia: {centre: [10, 0, 0], moments: [1, 2, 2.5], products: [0.1, 0.2, "
+    "0.3]}}\n"
+    "    - {object: c, mass: 12, inertia: {rod: [[-500, 0, 0], [500, 0, 0]]}}\n"
+    "  mechanisms:\n"
+    "    - name: m\n"
+    "      joints:\n"
+    "        - {name: turn, kind: revolute, child: b, position: [1000, 0, 0], axis: [0, 0, 2], value: 30, "
+    "rate: 6,\n"
+    "           limits: {position: [-90, 45], rate: 60, torque: 7}, drive: {brake: 5}}\n"
+    "        - {name: shift, kind: prismatic, parent: b, child: c, axis: [1, 0, 0], value: 100,\n"
+    "           drive: {torque: 2, ramp: 3, limit: 8}}\n"
+    "  actions:\n"
+    "    - {time: 0.25, drive: {joint: m.turn, rate: 9, limit: 2}}\n"
+    "    - {time: 0.5, latch: {carrier: b, carried: a}}\n"
+    "    - {time: 0.75, release: a}\n"
+    "  conserved: [momentum, angular_momentum_y, energy]\n"
+    "  accept: {depth: 1, position: 2, angle: 3, energy_made: 0.5}\n"
+    "  answers:\n"
+    "    - {of: a, figure: velocity, time: 0.2, value: [10, 0, 0], tolerance: 1}\n"
+    "    - {of: m.turn, figure: value, value: 30, tolerance: 1}\n"
+    "    - {figure: stopped, value: 0.3, tolerance: 0.1}\n";
+
+TEST(DynamicsFile, ReadsSettingsInTheFilesUnits) {
+  const physics::DynamicScene scene = loaded(kWhole);
   EXPECT_DOUBLE_EQ(scene.gravity_W.z(), -9.81);
   EXPECT_EQ(scene.step_count(), 100u);
   EXPECT_DOUBLE_EQ(scene.contact_margin, 0.002);
@@ -98,7 +101,11 @@ TEST(DynamicsFile, ReadsBodiesJointsDrivesActionsAndAnswersInTheFilesUnits) {
   EXPECT_DOUBLE_EQ(scene.part_speed, 0.005);
   EXPECT_DOUBLE_EQ(scene.sleep_speed, 0.006);
   EXPECT_EQ(scene.sleep_time, 0.5);
+}
+
+TEST(DynamicsFile, ReadsBodiesInTheFilesUnits) {
   using physics::BodyKind;
+  const physics::DynamicScene scene = loaded(kWhole);
   EXPECT_EQ(scene.bodies[0].kind, BodyKind::dynamic);
   EXPECT_EQ(scene.bodies[1].kind, BodyKind::link);
   EXPECT_EQ(scene.bodies[3].kind, BodyKind::kinematic);
@@ -114,6 +121,10 @@ TEST(DynamicsFile, ReadsBodiesJointsDrivesActionsAndAnswersInTheFilesUnits) {
   EXPECT_EQ(scene.bodies[1].inertia.inertia_B(2, 1), 0.3);
   EXPECT_NEAR(scene.bodies[2].inertia.inertia_B(1, 1), 1.0, 1e-15);  // 12 kg, 1 m
   EXPECT_EQ(scene.bodies[2].inertia.inertia_B(0, 0), 0.0);
+}
+
+TEST(DynamicsFile, ReadsJointsAndDrivesInTheFilesUnits) {
+  const physics::DynamicScene scene = loaded(kWhole);
   const physics::SceneJoint& turn = scene.mechanisms[0].joints[0];
   EXPECT_EQ(turn.parent, kNoObject);
   EXPECT_EQ(turn.child, 1u);
@@ -131,6 +142,10 @@ TEST(DynamicsFile, ReadsBodiesJointsDrivesActionsAndAnswersInTheFilesUnits) {
   EXPECT_DOUBLE_EQ(shift.value, 0.1);
   EXPECT_EQ(shift.p_W, Vector3(2, 0, 0));  // left out: where the child stands
   EXPECT_EQ(shift.drive.ramp, 3.0);
+}
+
+TEST(DynamicsFile, ReadsActionsAndAnswersInTheFilesUnits) {
+  const physics::DynamicScene scene = loaded(kWhole);
   ASSERT_EQ(scene.actions.size(), 3u);
   EXPECT_NEAR(scene.actions[0].drive.drive.rate, 9 * kDegree, 1e-15);
   EXPECT_EQ(scene.actions[1].carrier, 1u);
