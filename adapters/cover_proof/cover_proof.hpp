@@ -14,7 +14,7 @@
 
 namespace touchstone {
 
-/// What is claimed of a cover. The mesh's frame; metres.
+/// The claims about a cover. The mesh's frame; metres.
 struct CoverClaim {
   /// A claim of a part of space.
   struct Region {
@@ -28,7 +28,7 @@ struct CoverClaim {
   std::vector<Region> regions;
 };
 
-/// What came of a check.
+/// The outcome of a check.
 struct CoverVerdict {
   bool is_proven = false;
   std::string reason;                 ///< what failed, one line: the triangle or hexahedron, and a point

@@ -31,7 +31,7 @@ bool ExcessProof::is_within_one(const Tetrahedron& piece, std::uint32_t triangle
 
 namespace {
 
-// What of a convex polygon is at most `most` above the plane.
+// The part of a convex polygon that is at most `most` above the plane.
 std::vector<Vector3> below(const std::vector<Vector3>& polygon, const Vector3& n, const Vector3& foot,
                            double most) {
   std::vector<Vector3> kept;

@@ -8,7 +8,7 @@
 
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
-// What goes through the pipes: README.md.
+// README.md has what the pipes carry.
 
 namespace touchstone::process_engine {
 
@@ -30,7 +30,7 @@ struct Question {
   std::uint32_t batch;
 };
 
-/// What a reply was found to hold: the first `answered` pairs are written; `problem`, a literal, is why no
+/// The decoded part of a reply: the first `answered` pairs are written; `problem`, a literal, is why no
 /// more are, nullptr where all are.
 struct Decoded {
   std::size_t answered = 0;

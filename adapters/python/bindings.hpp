@@ -3,7 +3,7 @@
 #include <pybind11/pybind11.h>
 
 /// @file
-/// What each source adds to the module touchstone._core.
+/// Each source adds its part to the module touchstone._core.
 
 namespace touchstone {
 class BackendRegistry;

@@ -57,7 +57,7 @@ void bind_mesh(py::module_& module) {
       "InputError with the file and the triangle or line.");
 }
 
-/// What a long search calls now and then: Ctrl-C ends it.
+/// Called by a long search now and then: Ctrl-C ends it.
 std::function<void(std::string_view, double)> progress_of(const py::object& callback) {
   return [callback](std::string_view stage, double share) {
     const py::gil_scoped_acquire locked;

@@ -28,7 +28,7 @@ class AllowedSpace {
  public:
   AllowedSpace(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes);
 
-  /// What is allowed at a point [m].
+  /// The excess that is allowed at a point [m].
   double limit_at(const Vector3& p) const;
   /// Whether a point keeps to it.
   bool allows(const Vector3& p) const;

@@ -12,7 +12,7 @@
 
 namespace touchstone::fit {
 
-/// What must be covered, in pieces: the solid cut by a tree of axis-aligned boxes.
+/// The solid to be covered, in pieces: it is cut by a tree of axis-aligned boxes.
 ///
 /// A cell's points are the corners of its clipped triangles and those of its box's corners that are inside.
 /// Their hull holds all of the solid in the box: an extreme point of what is in the box is a corner of one or

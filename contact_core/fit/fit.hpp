@@ -23,7 +23,7 @@ struct FitRegion {
   double over;       ///< points of the cover in `box` are at most this far from the solid [m]
 };
 
-/// What a fit may cost, and how hard it looks.
+/// Bounds on a fit's excess, and its effort.
 struct FitOptions {
   double over = 0.0;               ///< no point of the cover is farther from the solid [m]; > 0
   std::vector<FitRegion> regions;  ///< each with an `over` of at most the one above

@@ -24,7 +24,7 @@ CoverClaim claim_of(const Fit& fit, const FitOptions& options);
 /// JSON; every double reads back to the same bits.
 std::string certificate_text(const Certificate& certificate);
 
-/// What is claimed, for people: the error, the file's unit, and each region's box and error.
+/// The claims, for people: the error, the file's unit, and each region's box and error.
 std::string claims_text(const Certificate& certificate);
 
 /// @throws InputError naming the file and the field: unreadable, malformed, another format.

@@ -26,7 +26,7 @@ struct RegionRequest {
 /// @throws InputError for what is none.
 RegionRequest parse_region(const std::string& text);
 
-/// What is asked of each mesh.
+/// The fit that each mesh gets.
 struct FitRequest {
   Length over;
   std::optional<std::size_t> count;

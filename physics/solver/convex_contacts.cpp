@@ -12,7 +12,8 @@ namespace {
 
 // R beside a contact's own W: soft at first, since that takes fewest steps, then harder from round to round,
 // so that few of them take it out. Far above rounding, as impulses are differences of velocities over R.
-// What leaves less than kHolds of the speeds holds already: the less, the less soft the first round is.
+// A start that leaves less than kHolds of the speeds holds already: the less it leaves, the less soft the
+// first round is.
 constexpr double kFirstSoftness = 1e-2, kHolds = 1e-5, kHarder = 0.03, kSoftness = 1e-5;
 // A round need not be solved better than to this share of the least that was left before it.
 constexpr double kInexact = 0.01;
@@ -20,15 +21,15 @@ constexpr int kMostRounds = 20, kMostSteps = 40;
 // Contacts are suspected of contradiction where a round that brings nothing presses so many times harder than
 // what stops everything; the soft answer tells, where it leaves a tenth of the speeds.
 constexpr double kSuspect = 1e3, kContradictory = 0.1 / ConvexContacts::kSoftAnswer;
-// What impulses move beside what they press against, in energies, where they prove a contradiction: with the
-// soft answer's R, what gives way by less than 1e-5 of each contact's W.
+// Impulses prove a contradiction where the energy that they move is below this share of the energy that they
+// press with: with the soft answer's R, contacts give way by less than 1e-5 of each one's W.
 constexpr double kCertain = 1e-2;
-// What there is to start from may give this share of the energy that it moves: a tenth too much of what
+// A start from the last step may give this share of the energy that it moves: a tenth too much of what
 // rests.
 constexpr double kStale = -0.4;
 // A round that leaves more than this share of the residual of the one before brings nothing.
 constexpr double kStuck = 0.7;
-// What a step's work counts beside factoring: of a contact whose blocks are added, of a row.
+// Work of a step beside factoring, in operations: of a contact whose blocks are added, of a row.
 constexpr double kAssembly = 450.0, kRowWork = 60.0;
 // Slopes along a step below this share of the first count as 0.
 constexpr double kFlat = 1e-3;
@@ -624,7 +625,7 @@ ConvexReport ConvexContacts::solve_softly(const SparseContacts& problem, std::sp
   return report_;
 }
 
-/// What there is to start from: of what held in a step of other velocities, as much as takes most energy.
+/// Starts from what held in a step of other velocities, scaled so that it takes most energy.
 void ConvexContacts::start() {
   report_.residual = residual_of(anchor_);
   if (take_energy(anchor_, kStale)) report_.residual = residual_of(anchor_);

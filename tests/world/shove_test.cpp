@@ -214,7 +214,7 @@ TEST(Shove, ALinkCarriesItsLoadHoweverItTurns) {
     ASSERT_EQ(joints_of(*scene.world, scene.arm), joints) << frame;
     ASSERT_EQ(kinds(report), std::vector{frame == 0 ? EventKind::began : EventKind::persists}) << frame;
     gone += norm(scene.world->actual_pose(scene.box).p - p);
-    // What was executed is what stands.
+    // The executed poses are those that stand.
     const Pose end = scene.world->executed_pose(scene.box, scene.world->executed_parts() - 1, 1.0);
     ASSERT_LT(norm(end.p - scene.world->actual_pose(scene.box).p), 1e-14);
   }

@@ -27,7 +27,7 @@ bool may_lead(const WorldModel& model, SolidIndex solid) {
   return model.in_motion[model.root_of(solid)] && !model.objects[model.body_of(solid)].is_static();
 }
 
-/// What goes on after it was stopped: see plan_arm_slide().
+/// Whether it goes on after it was stopped: see plan_arm_slide().
 bool may_shove(const WorldModel& model, SolidIndex solid) {
   const MechanismMover* arm = model.arm_of(model.layout.slot_of[solid]);
   return may_lead(model, solid) && (arm == nullptr || arm->actual.size() <= kMostSlideJoints);

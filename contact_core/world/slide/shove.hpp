@@ -18,7 +18,7 @@
 
 namespace touchstone {
 
-/// What take_loads() knows of who touches whom as a frame begins.
+/// Contacts as a frame begins, for take_loads().
 struct StandingContacts {
   std::span<const ContactState> known;  ///< as the frame before left them, by solids
   /// Set-up may have brought others together since. Then the watched pairs are up to date.
