@@ -2,6 +2,7 @@
 
 #include "touchstone/adapters/bullet/backends.hpp"
 #include "touchstone/adapters/bullet/checks.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
@@ -41,8 +42,7 @@ class BulletRawCheck final : public RawCheck {
                                         X_WB.getOrigin() - X_WA.getOrigin(), results);
     } else {
       // Manifolds are asked of contacts only: what is apart by more than is told from contact ends early.
-      const double looked_at = kind == QueryKind::distance ? std::numeric_limits<double>::infinity()
-                                                           : convex_resolution().absolute;
+      const double looked_at = kind == QueryKind::distance ? kInfinity : convex_resolution().absolute;
       check_convex(a, b, X_WA, X_WB, looked_at, solvers_);
     }
     bool touching = false;

@@ -3,14 +3,12 @@
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 
 #include <algorithm>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void tell(const ObjectPair& objects, const native::SolidStore& store, const native::SolidHandle (&solids)[2],
           PairStatus status, const PairGeometry& geometry, std::span<const ContactPoint> points,

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <limits>
 #include <mutex>
 #include <numeric>
 #include <string>
 
 #include "touchstone/adapters/mujoco/engine.hpp"
 #include "touchstone/adapters/mujoco_plugin/geom_solid.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -100,8 +100,8 @@ int collide_observed(const mjModel* model, Data* data, mjContact* contacts, int 
   std::iota(order.begin(), order.begin() + count, 0);
   std::stable_sort(order.begin(), order.begin() + count,
                    [&](int i, int k) { return contacts[i].dist < contacts[k].dist; });
-  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
-  PairGeometry geometry{std::numeric_limits<double>::quiet_NaN(), unknown, unknown, unknown, 0};
+  const Vector3 unknown = Vector3::Constant(kNaN);
+  PairGeometry geometry{kNaN, unknown, unknown, unknown, 0};
   std::array<ContactPoint, kMaxManifoldPoints> points;
   for (int i = 0; i < std::min(count, kMaxManifoldPoints) && contacts[order[i]].dist <= 0.0; ++i) {
     const mjContact& contact = contacts[order[i]];

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::ode_plugin {
 namespace {
@@ -39,7 +40,7 @@ Between between(const Vector3& p1, const Vector3& q1, const Vector3& p2, const V
 /// The axis along which the two overlap least, or are furthest apart.
 Nearest best_axis(const Vector3& a, const Vector3& b,
                   std::span<const Vector3, Hexahedron::kVertices> vertices, std::span<const double> planes) {
-  Nearest best{-std::numeric_limits<double>::infinity(), Vector3::Zero(), a};
+  Nearest best{-kInfinity, Vector3::Zero(), a};
   for (std::size_t i = 0; i < planes.size(); i += 4) {
     const Vector3 n(planes[i], planes[i + 1], planes[i + 2]);
     const double above_a = dot(n, a) - planes[i + 3], above_b = dot(n, b) - planes[i + 3];
@@ -53,7 +54,7 @@ Nearest best_axis(const Vector3& a, const Vector3& b,
     if (!(length > 1e-12 * norm(to - from) * norm(b - a))) return;  // parallel: a face's normal serves
     n = n / length;
     for (const double sign : {1.0, -1.0}) {
-      double most = -std::numeric_limits<double>::infinity();
+      double most = -kInfinity;
       for (const Vector3& vertex : vertices) most = std::max(most, sign * dot(n, vertex));
       const double least = sign * dot(n, a) - most;
       if (least > best.distance) best = {least, Vector3(sign * n), between(a, b, from, to).on_first};
@@ -78,7 +79,7 @@ Nearest nearest(const Vector3& a, const Vector3& b, std::span<const Vector3, Hex
     return true;
   };
   if (is_over_its_face(best.on_segment)) return best;
-  Nearest least{std::numeric_limits<double>::infinity(), best.n, best.on_segment};
+  Nearest least{kInfinity, best.n, best.on_segment};
   for (const Vector3& end : {a, b})
     for (std::size_t i = 0; i < planes.size(); i += 4) {
       const Vector3 n(planes[i], planes[i + 1], planes[i + 2]);

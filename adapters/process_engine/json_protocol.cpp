@@ -5,6 +5,7 @@
 
 #include "touchstone/adapters/plugin/engine_name.hpp"
 #include "touchstone/adapters/process_engine/protocol.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
@@ -128,7 +129,7 @@ class JsonProtocol final : public Protocol {
     output.status[i] = status_named(line.at("status").get<std::string>());
     if (query.kind == QueryKind::overlap) return;
     PairGeometry& geometry = output.geometry[i];
-    geometry = no_geometry(std::numeric_limits<double>::infinity());
+    geometry = no_geometry(kInfinity);
     if (output.status[i] > PairStatus::undecided || line.value("separation", json()).is_null()) return;
     geometry.separation = line.at("separation").get<double>();
     geometry.n_AB_W = vector_at(line, "n_AB_W");
@@ -175,7 +176,7 @@ Greeting parse_greeting(std::string_view line) {
     of.resolution.relative = greeting.value("relative_resolution", 0.0);
     // JSON has no infinity: null claims nothing of depths.
     const json depth = greeting.value("depth_resolution", json(0.0));
-    of.resolution.of_depth = depth.is_null() ? std::numeric_limits<double>::infinity() : depth.get<double>();
+    of.resolution.of_depth = depth.is_null() ? kInfinity : depth.get<double>();
     return out;
   } catch (const json::exception&) {
     throw InputError(lacks);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "touchstone/adapters/scene_files/arm_reader.hpp"
 #include "touchstone/adapters/scene_files/scene_head.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -554,8 +554,7 @@ void read_accept(const YamlReader& reader, DynamicScene& out) {
   const auto read = [&](const char* key, double unit, double& value) {
     if (!reader.has(key)) return;
     const bool is_any = reader.at(key).node().IsScalar() && reader.at(key).node().Scalar() == "any";
-    value = is_any ? std::numeric_limits<double>::infinity()
-                   : unit * read_at_least_0(reader.at(key), reader.at(key).number());
+    value = is_any ? kInfinity : unit * read_at_least_0(reader.at(key), reader.at(key).number());
   };
   const double length = 1.0 / reader.source().lengths_per_metre;
   read("depth", length, out.accept.depth);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone {
@@ -82,7 +83,7 @@ bool may_touch(const SweptSphere& a, const SweptSphere& b, double margin) {
 // The chord is rounded down by more than it can be off.
 double bulge_of_path_length(double length, const Vector3& from_W, const Vector3& to_W) {
   const double chord = norm(to_W - from_W) * (1.0 - 8 * kEps);
-  if (!std::isfinite(length) || !std::isfinite(chord)) return std::numeric_limits<double>::infinity();
+  if (!std::isfinite(length) || !std::isfinite(chord)) return kInfinity;
   if (!(length > chord)) return 4 * kEps * length;
   return 0.5 * std::sqrt(length - chord) * std::sqrt(length + chord) * (1.0 + 8 * kEps) + kLeast;
 }

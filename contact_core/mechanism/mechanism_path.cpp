@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 
 // Bounds on a chain's derivatives.
 //
@@ -38,10 +39,6 @@ namespace {
 
 constexpr double kUnitRoundoff = 0x1p-53;
 constexpr double kEnlarge = 1.0 + 0x1p-30;
-
-double largest_magnitude(const Vector3& v) {
-  return std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
-}
 
 Vector3 second_derivative(const Vector3& turn, const Vector3& turn_change, const Vector3& v) {
   return cross(turn_change, v) + cross(turn, cross(turn, v));
@@ -374,7 +371,7 @@ double MechanismPath::bulge(std::uint32_t link, const Vector3& p_L) const noexce
 // of them a joint. All lengths together are within `reach`.
 double MechanismPath::rounding(std::uint32_t link, const Vector3& p_L) const noexcept {
   const auto joints = static_cast<double>(mechanism_->chain(link).size() + 1);
-  const double reach = 2.0 * largest_magnitude(X_WB_.p) + reach_[link] + norm(p_L);
+  const double reach = 2.0 * norm_inf(X_WB_.p) + reach_[link] + norm(p_L);
   return joints * (72.0 + 2.0 * largest_value_) * kUnitRoundoff * reach;
 }
 

@@ -1,7 +1,8 @@
 #include "touchstone/contact_core/mechanism/reference_overlaps.hpp"
 
-#include <limits>
 #include <sstream>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone {
 namespace {
@@ -39,8 +40,7 @@ std::vector<ReferenceOverlap> find_reference_overlaps(const Mechanism& mechanism
     if (status[i] == PairStatus::separated) continue;
     const bool has_depth = query.kind == QueryKind::distance &&
                            (status[i] == PairStatus::overlapping || status[i] == PairStatus::undecided);
-    overlaps.push_back(
-        {pairs[i], status[i], has_depth ? geometry[i].separation : std::numeric_limits<double>::quiet_NaN()});
+    overlaps.push_back({pairs[i], status[i], has_depth ? geometry[i].separation : kNaN});
   }
   return overlaps;
 }

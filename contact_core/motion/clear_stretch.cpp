@@ -5,6 +5,9 @@
 #include <bit>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
+
 namespace touchstone {
 namespace {
 
@@ -87,7 +90,7 @@ Extent extent_along(const PlacedSolid& placed, const Direction& along, const Hei
 /// known to stay `least` apart from what is before them.
 struct Meeting {
   unsigned of_a = 0, of_b = 0;
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
 };
 
 Meeting meeting_vertices(const PlacedSolid& a, const PlacedSolid& b, const Heights& on_a, const Heights& on_b,
@@ -115,7 +118,7 @@ Meeting meeting_vertices(const PlacedSolid& a, const PlacedSolid& b, const Heigh
 /// The first t at which c + b t - q t^2 / 2 falls below 0; c is taken as at least 0.
 double first_root(double c, double b, double q) {
   if (c < 0.0) c = 0.0;
-  if (q <= 0.0) return b < 0.0 ? c / -b : std::numeric_limits<double>::infinity();
+  if (q <= 0.0) return b < 0.0 ? c / -b : kInfinity;
   const double root = std::sqrt(b * b + 2.0 * q * c);
   return b < 0.0 ? 2.0 * c / (root - b) : (root + b) / q;
 }
@@ -354,7 +357,7 @@ struct SeenPair {
     own = *from.moving, other = *at.moving;
     own.path = other.path = &path;
     own.vertices_at_start = other.vertices_at_start = nullptr;
-    own.travel = 0.0, other.travel = std::numeric_limits<double>::infinity();
+    own.travel = 0.0, other.travel = kInfinity;
     if (!is_own) {
       other.body = views->standing_body();
       other.X_OS = compose(inverse(path.at(other.body, 0.0).X_WO), at.X_WS);
@@ -465,8 +468,6 @@ class WidestStretch {
   Stretch widest_;
 };
 
-double largest(const Vector3& p) { return std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}); }
-
 }  // namespace
 
 bool is_at_rest(const MovingSolid& moving, double s) { return s >= moving.stop; }
@@ -511,7 +512,7 @@ double next_break(const MovingSolid& a, const MovingSolid& b, double s) {
 double scale_of(const PlacedSolid& a, const PlacedSolid& b) {
   const auto reach = [](const PlacedSolid& placed) {
     const Sphere& sphere = placed.moving->solid->bounding_sphere();
-    return largest(placed.X_WS.p) + (norm(sphere.centre) + 2.0 * sphere.radius);
+    return norm_inf(placed.X_WS.p) + (norm(sphere.centre) + 2.0 * sphere.radius);
   };
   return std::max(reach(a), reach(b));
 }

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
 #include "touchstone/physics/guarded/guarded_simulation.hpp"
@@ -19,7 +19,7 @@ using physics::GuardedStep;
 using physics::NarrowphaseContacts;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNone = kNaN;
 /// Of a joint's limit: it gives all that it has.
 constexpr double kAll = 1.0 - 1e-9;
 constexpr std::size_t kWarmFrames = 10;

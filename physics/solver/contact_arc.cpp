@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
 
 namespace touchstone::physics {
@@ -14,7 +14,6 @@ namespace {
 constexpr double kFirstSoftness = 16.0;
 constexpr int kFirstSweeps = 16;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Where log s changes less than this along the arc, all is taken for linear in its length.
 constexpr double kSlope = 1e-3;
 // Points closer together tell nothing of curvature, nor do points that lie on either side of a turn.

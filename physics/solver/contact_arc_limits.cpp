@@ -2,17 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/solver/contact_arc.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
 
 namespace touchstone::physics {
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-}  // namespace
+namespace {}  // namespace
 
 void ContactArc::add_velocity(std::size_t row, double factor) {
   double* const a = &A_[m_ * (m_ + 3)];

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::physics {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Lengths are in log softness, radians, and impulses over their size.
 constexpr double kFirstStep = 1.0, kLongestStep = 3.0, kShortestStep = 1e-5, kShorter = 0.35;
 constexpr int kMostCorrections = 5;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/solver/cholesky.hpp"
 #include "touchstone/physics/solver/implicit_share.hpp"
 #include "touchstone/physics/world/held_joints.hpp"
@@ -12,7 +12,6 @@
 namespace touchstone::physics::stepping {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A step's work for a point that is flown to, and whose rows are gathered.
 constexpr double kPointWork = 500.0;
 
@@ -295,7 +294,7 @@ void Gathering::add_drive(const Axis& axis) {
     return;
   }
   const double target = drive.mode == Mode::rate && !parts ? drive.rate : 0.0;
-  // What holds at rest is one with friction.
+  // A drive that holds at rest is one with friction.
   const double friction = target == 0.0 ? axis.losses.friction : 0.0;
   const double limit = drive.limit + friction;
   const double most = parts || limit == kInfinity ? kInfinity : limit * t;

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/world/held_joints.hpp"
 
 namespace touchstone::physics::stepping {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A piece of a step that is this close to its whole is the whole.
 constexpr double kWhole = 1.0 - 1e-6;
 // Of the contact gap, the shortest distance there is: what is off by no more than this share is where it

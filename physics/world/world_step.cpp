@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/world/flight.hpp"
 #include "touchstone/physics/world/held_joints.hpp"
 #include "touchstone/physics/world/impacts.hpp"
@@ -15,7 +15,6 @@
 namespace touchstone::physics::stepping {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Arrivals tried for one piece: each try lands closer by the square of what is left.
 constexpr int kMostTries = 6;
 // Where points stop one by one (a body that turns as it slides) their stops are many and none is sharp: this

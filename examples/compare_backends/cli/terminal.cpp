@@ -4,20 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/program/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
-double median(const std::optional<Timing>& timing) {
-  return timing ? timing->median_ns : std::numeric_limits<double>::quiet_NaN();
-}
+double median(const std::optional<Timing>& timing) { return timing ? timing->median_ns : kNaN; }
 
 // The reference of the ratio columns: native's one-pair-a-call median, else the fastest one's.
 double reference(const SetResult& set, QueryKind kind) {
-  double fastest = std::numeric_limits<double>::quiet_NaN();
+  double fastest = kNaN;
   for (const BackendResult& backend : set.backends) {
     const double ns = median(backend.rows[index_of(kind)].single);
     if (backend.name == "native" && !std::isnan(ns)) return ns;

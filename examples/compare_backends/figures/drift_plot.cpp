@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/figures/plot_scale.hpp"
 #include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
@@ -64,7 +64,7 @@ double contact_error(const std::vector<Ranking>& rankings, const std::string& ba
     for (const Standing& each : ranking.standings)
       if (each.backend == backend) return each.worst_error;
   }
-  return std::numeric_limits<double>::quiet_NaN();
+  return kNaN;
 }
 
 // Where a panel's marks stand along x: by their error, side by side in the column where it is not finite.

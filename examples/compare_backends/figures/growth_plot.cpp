@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/figures/plot_scale.hpp"
 #include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
@@ -245,9 +245,7 @@ std::vector<FittedSlope> fitted_slopes(std::span<const BroadphaseResult> broadph
   std::vector<FittedSlope> slopes;
   const auto add = [&](const char* along, const std::vector<Line>& lines) {
     for (const Line& line : lines) {
-      if (line.wrong == 0)
-        slopes.push_back({along, line.name,
-                          has_slope(line) ? slope(line.points) : std::numeric_limits<double>::quiet_NaN()});
+      if (line.wrong == 0) slopes.push_back({along, line.name, has_slope(line) ? slope(line.points) : kNaN});
     }
   };
   add("objects", lines_of(broadphases, Growth::objects));

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/figures/plot_scale.hpp"
 #include "touchstone/examples/program/svg_plot.hpp"
 #include "touchstone/examples/program/text_table.hpp"
@@ -79,7 +79,7 @@ std::string time_axis(const LogScale& x, double bottom) {
 }  // namespace
 
 Decades time_axis_for(std::span<const SetResult> sets) {
-  double least = std::numeric_limits<double>::infinity(), most = 0;
+  double least = kInfinity, most = 0;
   for (const SetResult& set : sets) {
     for (const BackendResult& backend : set.backends) {
       for (std::size_t q = 0; q < 3; ++q) {

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -16,7 +17,7 @@ GalleryCase::Answer answer_of(const BackendAnswers& answers, QueryKind query, st
   answer.status = given.status[index];
   const bool carries = !given.geometry.empty() && answer.status != PairStatus::failed &&
                        answer.status != PairStatus::unsupported;
-  answer.separation = carries ? given.geometry[index].separation : std::numeric_limits<double>::quiet_NaN();
+  answer.separation = carries ? given.geometry[index].separation : kNaN;
   if (carries) answer.n_AB_W = given.geometry[index].n_AB_W;
   return answer;
 }

@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/json.hpp"
 #include "touchstone/examples/program/json_error.hpp"
@@ -34,7 +33,7 @@ DriftRun run_of(const Json& scene, const Json& run) {
   drift.momentum = checked(run, "unexplained_momentum_ns", drift);
   // Where nothing has energy there is no share of it: 0 over 0 is no figure, and neither is more over 0.
   const double made = checked(run, "energy_made_j", drift), scale = checked(run, "energy_scale_j", drift);
-  drift.energy_made = scale > 0 ? made / scale : std::numeric_limits<double>::quiet_NaN();
+  drift.energy_made = scale > 0 ? made / scale : kNaN;
   drift.deepest = checked(run, "deepest_m", drift);
   drift.step_ns = 1e3 * checked(run.at("step_us"), "median", drift);
   drift.p999_ns = 1e3 * checked(run.at("step_us"), "p99_9", drift);

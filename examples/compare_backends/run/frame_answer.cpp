@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
+
 namespace touchstone::comparison {
 
 FrameAnswer frame_answer(const QueryAnswers& answers, std::size_t frame, std::size_t pairs) {
@@ -15,7 +17,7 @@ FrameAnswer frame_answer(const QueryAnswers& answers, std::size_t frame, std::si
     if (answers.geometry.empty()) continue;
     const double separation = answers.geometry[i].separation;
     if (std::isnan(separation) || std::isnan(result.least)) {
-      result.least = std::numeric_limits<double>::quiet_NaN();
+      result.least = kNaN;
     } else {
       result.least = std::min(result.least, separation);
     }

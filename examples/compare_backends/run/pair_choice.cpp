@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <mutex>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/parallel.hpp"
 
 namespace touchstone::comparison {
@@ -37,7 +37,7 @@ class Follower {
     order_.clear();
     for (std::size_t p = 0; p < memory_.size(); ++p) order_.emplace_back(lower_bound(p), p);
     std::sort(order_.begin(), order_.end());
-    double least = std::numeric_limits<double>::infinity();
+    double least = kInfinity;
     std::vector<std::size_t> closest;
     for (const auto& [bound, p] : order_) {
       if (bound > least && bound > reach_) break;
@@ -63,7 +63,7 @@ class Follower {
 
   double lower_bound(std::size_t p) const {
     const Memory& memory = memory_[p];
-    if (!memory.asked) return -std::numeric_limits<double>::infinity();
+    if (!memory.asked) return -kInfinity;
     const auto [a, b] = set_.pairs[p];
     return memory.separation - moved(memory.a, vertices_[a]) - moved(memory.b, vertices_[b]);
   }

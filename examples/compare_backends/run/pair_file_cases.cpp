@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/run/pair_file_run.hpp"
 
@@ -15,8 +15,8 @@ namespace touchstone::comparison {
 namespace {
 
 PairGeometry unknown_geometry() {
-  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
-  return {std::numeric_limits<double>::quiet_NaN(), unknown, unknown, unknown, 0};
+  const Vector3 unknown = Vector3::Constant(kNaN);
+  return {kNaN, unknown, unknown, unknown, 0};
 }
 
 /// One case's answer as the backends give theirs: a contact has a depth, a pair that is apart its class only.

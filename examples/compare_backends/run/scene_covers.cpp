@@ -1,7 +1,8 @@
 #include "touchstone/examples/compare_backends/run/scene_covers.hpp"
 
 #include <algorithm>
-#include <limits>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -14,7 +15,7 @@ int depth(const HexahedronTree& tree, std::int32_t at) {
 }
 
 struct Box {
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
+  Vector3 low = Vector3::Constant(kInfinity);
   Vector3 high = -low;
 };
 

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/frame_answer.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double exact_least(std::span<const PairTruth> truth, std::size_t frame, std::size_t pairs) {
   double least = kInfinity;
@@ -22,7 +20,7 @@ double exact_least(std::span<const PairTruth> truth, std::size_t frame, std::siz
 SceneBackend follow(const BackendAnswers& answers, const SceneFrames& frames, std::span<const double> exact) {
   SceneBackend result;
   result.name = answers.name;
-  result.clearance_at_stop = std::numeric_limits<double>::quiet_NaN();
+  result.clearance_at_stop = kNaN;
   const std::size_t pairs = frames.set.pairs.size();
   for (std::size_t f = 0; f < frames.times.size(); ++f) {
     const FrameAnswer overlap = frame_answer(answers.queries[index_of(QueryKind::overlap)], f, pairs);
@@ -44,7 +42,7 @@ SceneBackend follow(const BackendAnswers& answers, const SceneFrames& frames, st
     if (std::isfinite(error))
       result.worst_clearance_error = std::max(result.worst_clearance_error, error);
     else
-      result.worst_clearance_error = std::numeric_limits<double>::quiet_NaN();
+      result.worst_clearance_error = kNaN;
   }
   return result;
 }

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/run/frame_answer.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The difference that two separations of one frame, apart or in contact alike, make to a query. Manifolds are
 // asked of contacts only.

@@ -12,9 +12,9 @@
 #include "touchstone/examples/measures/oracle.hpp"
 
 /// @file
-/// The smallest sufficient model: a scene modelled with more and fewer hexahedra, asked about all pairs and
-/// only those that its motion needs, by every backend and query: what a frame costs, and how far its answers
-/// are off.
+/// The least that serves: a scene modelled with more and fewer hexahedra, asked about all pairs and only
+/// those that its motion needs, by every backend and query: what a frame costs, and how far its answers are
+/// off.
 
 namespace touchstone::comparison {
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/run/frame_answer.hpp"
 #include "touchstone/examples/compare_backends/run/pair_choice.hpp"
@@ -11,8 +11,6 @@
 
 namespace touchstone::comparison {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // A way to model the scene.
 struct Model {
