@@ -9,8 +9,8 @@
 #include <limits>
 #include <string>
 
-#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {

@@ -4,8 +4,8 @@
 #include <bit>
 #include <numeric>
 
-#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::mesh_files {
 namespace {

@@ -205,8 +205,8 @@ class BuiltNarrowphase {
   const Narrowphase& get() const { return *narrowphase_; }
   std::size_t solid_count() const { return solids_.size(); }
 
-  /// What calls cost without Python: processor seconds of this thread for `repeats` evaluations into the same
-  /// memory.
+  /// The cost of calls without Python: processor seconds of this thread for `repeats` evaluations into the
+  /// same memory.
   double seconds(const Query& query, Poses& poses, const py::object& pairs, int repeats) {
     check(query);
     const Pairs list(pairs);

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
-#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/geometry/trigonometry.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::scene_files {
 namespace {

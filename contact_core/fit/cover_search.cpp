@@ -172,7 +172,7 @@ std::size_t CoverSearch::count_open(const Bits& covered) const {
   return count;
 }
 
-// What a candidate gains only falls while more is covered: `at_most` are the last figures.
+// A candidate gains less and less while more is covered: `at_most` are the last figures.
 std::size_t CoverSearch::best(const Bits& covered, std::vector<std::size_t>& at_most,
                               std::size_t& most) const {
   for (std::size_t i = at_most.size(); i < pool_.size(); ++i) at_most.push_back(pool_[i].count);

@@ -9,7 +9,7 @@
 namespace touchstone {
 namespace {
 
-// What is known of a corner: pieces share them.
+// A corner, with all that is known of it: pieces share them.
 struct Corner {
   Vector3 p = Vector3::Zero();
   MeshDistance::Nearest nearest{0.0, 0};

@@ -54,10 +54,10 @@ struct Fit {
 /// The solid is cut into small cells; candidates grow from cells in the main axes of the mesh and those of
 /// its facets, as far as `over` lets them; greedily, then by taking some out and covering their place anew, a
 /// few are chosen that hold all cells; each is shrunk to what it alone must hold. Faces stand 2^-45 of the
-/// largest coordinate outside of what they hold, so that the cover stands exact checks. A hexahedron that turns
-/// out to go too far is replaced, the point that does being out of bounds from then on. The figures of excess
-/// are proven by branch and bound (see bound_excess()); coverage is by construction to rounding, and for
-/// proof there is adapters/cover_proof.
+/// largest coordinate outside of what they hold, so that the cover stands exact checks. A hexahedron that
+/// turns out to go too far is replaced, the point that does being out of bounds from then on. The figures of
+/// excess are proven by branch and bound (see bound_excess()); coverage is by construction to rounding, and
+/// for proof there is adapters/cover_proof.
 ///
 /// @param mesh welded or not
 /// @throws InputError: a bad mesh, an `over` that is not positive and finite or below 2^-20 of the largest

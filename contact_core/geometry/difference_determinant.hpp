@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "touchstone/contact_core/geometry/vector.hpp"
 #include "touchstone/contact_core/geometry/fixed_integer.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 
 namespace touchstone::numerics {
 

@@ -4,8 +4,8 @@
 
 namespace touchstone::numerics {
 
-/// Sign (-1, 0, +1) of det[b - a, c - a, d - a], exact for every finite double input: +1 when d lies on the side that
-/// (b-a) x (c-a) points to. No heap, no state: any thread may call at any time.
+/// Sign (-1, 0, +1) of det[b - a, c - a, d - a], exact for every finite double input: +1 when d lies on the
+/// side that (b-a) x (c-a) points to. No heap, no state: any thread may call at any time.
 int orient3d_sign(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d) noexcept;
 
 }  // namespace touchstone::numerics

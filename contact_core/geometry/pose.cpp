@@ -6,8 +6,8 @@
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
-#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/geometry/trigonometry.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "touchstone/contact_core/native/common/hull_pair.hpp"
 #include "touchstone/contact_core/geometry/difference_determinant.hpp"
+#include "touchstone/contact_core/native/common/hull_pair.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 // Complete but for flat pairs. Apart: where {b - a} has volume some facet of it has the origin strictly

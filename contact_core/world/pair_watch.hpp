@@ -16,8 +16,8 @@ inline constexpr double kNotKnown = -1.0;
 struct WatchedPair {
   std::uint32_t a, b;       ///< a < b
   std::uint32_t link_pair;  ///< index into Travels::of_link_pair, or kNoLinkPair
-  double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or of the pair of links;
-                       ///< kNotKnown
+  double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or of the pair of
+                       ///< links; kNotKnown
   Vector3 axis_W = Vector3::Zero();  ///< from a to b: they were furthest apart along it when last looked at;
                                      ///< zero: not known
 };

@@ -57,7 +57,7 @@ Moment moment_of(const BoxScene& scene, const BoxEngine& engine) {
   return out;
 }
 
-/// What a run came to, as its process passes it on.
+/// The outcome of a run, as its process passes it on.
 struct Row {
   double median = 0.0, late = 0.0, most = 0.0;  ///< [us]
   double speed = 0.0, late_speed = 0.0;         ///< [m/s]

@@ -7,8 +7,8 @@
 #include <limits>
 #include <sstream>
 
-#include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 #include "touchstone/tests/numerics/hull_oracle.hpp"
 #include "touchstone/tests/numerics/pair_generators.hpp"

@@ -1,5 +1,5 @@
-#include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/contact_core/geometry/orientation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/native/common/double_double.hpp"
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
-#include "touchstone/contact_core/geometry/orientation.hpp"
 
 // Which facets count as one, for the candidate axes. Depth is the least overlap over the facet normals of B -
 // A, which are facet normals of A, of B, and across an edge of each. Leaving out a facet whose normal is
