@@ -13,7 +13,7 @@ namespace touchstone {
 
 /// Triangles of one look in a glTF model.
 struct GltfPart {
-  std::string name;
+  std::string name;                                     ///< of its node, mesh and material
   std::vector<Vector3> vertices;                        ///< in the model's frame [m]
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise from outside
   /// Red, green, blue, linear, 0 to 1: one a vertex, or one for all.

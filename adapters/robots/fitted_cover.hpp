@@ -14,7 +14,7 @@ struct FittedCoverOptions {
   /// Of a mesh's size: the diagonal of its box along the axes, but no more than twice the middle side of
   /// that, so that a boom's error is not by its length.
   double over_share = 0.05;
-  int repairs = FitOptions().repairs;
+  int repairs = FitOptions().repairs;  ///< see FitOptions
   /// Called with the mesh's name, a stage and how much of it is done, 0 to 1; may be empty. Not for meshes
   /// that were covered before.
   std::function<void(const std::string& mesh, std::string_view stage, double share)> progress = {};

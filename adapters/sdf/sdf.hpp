@@ -21,7 +21,7 @@ namespace touchstone::sdf {
 /// says which file), `package://`, `file://`, or a file or folder beside the file; names of meshes are
 /// looked for beside the file that has them.
 /// @throws InputError, one line `file:line: element 'x': reason`: no XML, no model, an included file that is
-/// not there, leaves its package or includes itself, `<placement_frame>`, other joints, mimic joints unless
+/// not there, leaves its package or includes itself, a placement frame, other joints, mimic joints unless
 /// the options free them, planes and other shapes, frames that are not there or go round in a ring, and as
 /// the readers of shapes.
 Robot load_robot(const std::filesystem::path& file, const RobotOptions& options = {});
