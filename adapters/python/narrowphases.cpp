@@ -372,8 +372,7 @@ void bind_loading(py::module_& module) {
       [](std::vector<std::string> command) {
         ProcessEngineOptions options;
         options.command = std::move(command);
-        const py::gil_scoped_release unlocked;
-        return register_process_engine(backends(), options);
+        return register_process_engine(backends(), options);  // with Python's lock: others read the registry
       },
       py::arg("command"), "Starts a backend that is a program and its arguments; returns its name.");
 #endif

@@ -1,12 +1,16 @@
 """Batches from NumPy to any backend and back."""
 
 import gc
+import os
+import pathlib
+import sys
 import unittest
 
 import numpy as np
 import touchstone
 
 UNIT = [1.0, 0.0, 0.0, 0.0]
+OF_THE_BUILD = touchstone.backends()  # before a test adds to them
 
 
 def row_of_boxes(count, step):
@@ -174,7 +178,7 @@ class Conversions(unittest.TestCase):
 class Backends(unittest.TestCase):
     def test_every_backend_answers_two_boxes_or_says_that_it_cannot(self):
         boxes, positions, pairs = row_of_boxes(2, 1.0)
-        for name, description in touchstone.backends().items():
+        for name, description in OF_THE_BUILD.items():
             with self.subTest(name):
                 self.assertTrue(description)
                 check = touchstone.Narrowphase(name, boxes)
@@ -189,6 +193,24 @@ class Backends(unittest.TestCase):
                         self.assertTrue(np.isnan(answer.geometry["separation"][0]))
                     elif step > 1:  # depths of engines are off by percents
                         self.assertAlmostEqual(answer.geometry["separation"][0], 0.5, delta=1e-4)
+
+    @unittest.skipUnless(hasattr(touchstone, "start_engine"), "this build has no process engines")
+    def test_a_program_is_a_backend_like_any_other(self):
+        spheres = pathlib.Path(os.environ["TOUCHSTONE_SOURCE"]) / "adapters" / "process_engine" / "example" / "spheres.py"
+        name = touchstone.start_engine([sys.executable, str(spheres)])
+        self.assertIn(name, touchstone.backends())
+        boxes, positions, pairs = row_of_boxes(3, 4.0)
+        check = touchstone.Narrowphase(name, boxes)
+        answers = check.overlap(touchstone.Poses(positions, [UNIT] * 3), pairs)
+        np.testing.assert_array_equal(answers.status, [touchstone.Status.SEPARATED] * 2)
+        with self.assertRaisesRegex(touchstone.InputError, "no_such_engine"):
+            touchstone.start_engine(["/no_such_engine"])
+
+    def test_a_library_that_is_no_plugin_is_named(self):
+        if not hasattr(touchstone, "load_plugin"):
+            self.skipTest("this build loads no plug-ins")
+        with self.assertRaisesRegex(touchstone.InputError, "no_such_library"):
+            touchstone.load_plugin("/no_such_library.so")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,9 @@ import unittest
 import touchstone
 from touchstone import results
 
+PROGRAM = os.environ.get("TOUCHSTONE_COMPARE_BACKENDS", "")
+CASES = pathlib.Path(os.environ["TOUCHSTONE_SOURCE"]) / "tests" / "hard_cases" / "touching.json"
+
 
 class Written(unittest.TestCase):
     """Files as the program has them, with what is rare in them."""
@@ -63,6 +66,25 @@ class Written(unittest.TestCase):
         made = results.frame([{"a": 1, "b": math.inf}, {"a": 2}])
         self.assertEqual(list(made.columns), ["a", "b"])
         self.assertTrue(math.isnan(made["b"][1]))
+
+
+@unittest.skipUnless(PROGRAM and pathlib.Path(PROGRAM).exists(), "compare_backends was not built")
+class Measured(unittest.TestCase):
+    def test_a_report_of_the_program(self):
+        with tempfile.TemporaryDirectory() as folder:
+            run = subprocess.run([PROGRAM, "--pairs", str(CASES), "--backend", "native", "exact", "--quick",
+                                  "--repetitions", "1", "--output", folder], capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            read = results.read_results(folder)
+            answers = results.read_answers(f"{folder}/answers.json").answers()
+        self.assertLessEqual({"native", "exact"}, {row["name"] for row in read.backends()})
+        native = [row for row in read.queries() if row["backend"] == "native"]
+        self.assertEqual({row["query"] for row in native}, {"overlap", "distance", "manifold"})
+        self.assertTrue(all(row["wrong_missed"] == 0 and row["single_median_ns"] > 0 for row in native))
+        cases = json.loads(CASES.read_text())
+        self.assertEqual(len([row for row in answers if row["backend"] == "native"]), len(cases))
+        self.assertTrue(all(row["status"] == "overlapping" for row in answers if row.get("exact_class") == "touching"))
+        self.assertTrue(any(row["measure"] for row in read.errors()))
 
 
 if __name__ == "__main__":
