@@ -70,6 +70,7 @@ Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options);
 /// twentieth of it, or to a hundredth of the diagonal. `options.over` is where to begin.
 /// @throws InputError as above, or when even one diagonal of error takes more than `count`.
 Fit fit_count(const TriangleMesh& mesh, std::size_t count, FitOptions options, double* over = nullptr);
+/// The same of a mesh whose distances are known already.
 Fit fit_count(const MeshDistance& mesh, std::size_t count, FitOptions options, double* over = nullptr);
 
 /// The cover as an object's tree; hexahedra are named h0, h1, ...
