@@ -1,6 +1,7 @@
 #include "touchstone/adapters/cover_proof/solid_side.hpp"
 
 #include <array>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <tuple>
@@ -70,30 +71,87 @@ int height_sign(const Point& a, const Point& b, const Point& c, const Point& p) 
   return sgn(mpz_class(nx * (p.x - a.x * p.w) + ny * (p.y - a.y * p.w) + nz * (p.z - a.z * p.w)));
 }
 
+// The sign of a sum of products from its terms' sizes, 0 where rounding may have turned it: 2^-48 of them
+// holds the dozen roundings on the way, and what underflows is left to integers.
+int sure_sign(double value, double size) {
+  if (std::abs(value) <= 0x1p-48 * size + 0x1p-900) return 0;
+  return value > 0.0 ? 1 : -1;
+}
+
+int sure_turn(const Vector3& a, const Vector3& b, const Vector3& p, int axis) {
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const double left = (b(u) - a(u)) * (p(v) - a(v)), right = (b(v) - a(v)) * (p(u) - a(u));
+  return sure_sign(left - right, std::abs(left) + std::abs(right));
+}
+
+int sure_height_sign(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p) {
+  const Vector3 u = b - a, v = c - a, d = p - a;
+  double value = 0.0, size = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    value += d(i) * (u(j) * v(k) - u(k) * v(j));
+    size += std::abs(d(i)) * (std::abs(u(j) * v(k)) + std::abs(u(k) * v(j)));
+  }
+  return sure_sign(value, size);
+}
+
+// The same as SolidSide::crossing(); nothing where doubles do not tell.
+std::optional<int> sure_crossing(const std::array<Vector3, 3>& t, const Vector3& p, int axis,
+                                 bool is_upward) {
+  const int ab = sure_turn(t[0], t[1], p, axis), bc = sure_turn(t[1], t[2], p, axis);
+  if (ab * bc < 0) return 0;
+  const int ca = sure_turn(t[2], t[0], p, axis);
+  if (ab * ca < 0 || bc * ca < 0) return 0;
+  if (ab == 0 || bc == 0 || ca == 0) return std::nullopt;
+  const int over = sure_height_sign(t[0], t[1], t[2], p) * ab;
+  if (over == 0) return std::nullopt;
+  if (is_upward ? over < 0 : over > 0) return is_upward ? ab : -ab;
+  return 0;
+}
+
 }  // namespace
+
+std::optional<int> SolidSide::crossing(std::uint32_t t, const Point& p, int axis, bool is_upward) const {
+  const Point a = grid_.on_grid(boxes_.corner(t, 0)), b = grid_.on_grid(boxes_.corner(t, 1)),
+              c = grid_.on_grid(boxes_.corner(t, 2));
+  const int ab = turn(a, b, p, axis), bc = turn(b, c, p, axis), ca = turn(c, a, p, axis);
+  if ((ab > 0 || bc > 0 || ca > 0) && (ab < 0 || bc < 0 || ca < 0)) return 0;  // the line passes by
+  if (ab == 0 || bc == 0 || ca == 0) return std::nullopt;
+  // Seen along the axis the triangle turns as its normal's part there has its sign; p before it is below.
+  const int facing = ab, over = height_sign(a, b, c, p) * facing;
+  if (is_upward ? over < 0 : over > 0) return is_upward ? facing : -facing;
+  return 0;
+}
 
 std::optional<int> SolidSide::winding_beyond(const Point& p, int axis, bool is_upward) const {
   const Vector3 near = grid_.to_metres(p);
   const Vector3 slack = 0x1p-40 * near.cwiseAbs() + Vector3::Constant(0x1p-1000);
   Vector3 low = near - slack, high = near + slack;
   (is_upward ? high : low)(axis) = is_upward ? 1e300 : -1e300;
-  int winding = 0;
-  bool is_edge = false;
+  std::optional<int> winding = 0;
   boxes_.meeting(low, high, [&](std::uint32_t t) {
-    if (is_edge) return;
-    const Point a = grid_.on_grid(boxes_.corner(t, 0)), b = grid_.on_grid(boxes_.corner(t, 1)),
-                c = grid_.on_grid(boxes_.corner(t, 2));
-    const int ab = turn(a, b, p, axis), bc = turn(b, c, p, axis), ca = turn(c, a, p, axis);
-    if ((ab > 0 || bc > 0 || ca > 0) && (ab < 0 || bc < 0 || ca < 0)) return;  // the line passes by
-    if (ab == 0 || bc == 0 || ca == 0) {
-      is_edge = true;
-      return;
-    }
-    // Seen along the axis the triangle turns as its normal's part there has its sign; p before it is below.
-    const int facing = ab, over = height_sign(a, b, c, p) * facing;
-    if (is_upward ? over < 0 : over > 0) winding += is_upward ? facing : -facing;
+    if (!winding) return;
+    const std::optional<int> each = crossing(t, p, axis, is_upward);
+    winding = each ? std::optional<int>(*winding + *each) : std::nullopt;
   });
-  if (is_edge) return std::nullopt;
+  return winding;
+}
+
+std::optional<int> SolidSide::winding_beyond(const Vector3& p, int axis, bool is_upward) const {
+  Vector3 low = p, high = p;
+  (is_upward ? high : low)(axis) = is_upward ? 1e300 : -1e300;
+  std::optional<int> winding = 0;
+  std::optional<Point> exact;
+  boxes_.meeting(low, high, [&](std::uint32_t t) {
+    if (!winding) return;
+    std::optional<int> each =
+        sure_crossing({boxes_.corner(t, 0), boxes_.corner(t, 1), boxes_.corner(t, 2)}, p, axis, is_upward);
+    if (!each) {
+      if (!exact) exact = grid_.on_grid(p);
+      each = crossing(t, *exact, axis, is_upward);
+    }
+    winding = each ? std::optional<int>(*winding + *each) : std::nullopt;
+  });
   return winding;
 }
 
@@ -122,10 +180,9 @@ bool SolidSide::is_inside(const Vector3& p, double clearance) const {
       {{0, 0, 0}, {0.21, 0.13, -0.31}, {-0.17, 0.29, 0.11}, {0.07, -0.23, 0.19}, {-0.27, -0.09, -0.15}}};
   for (const auto& offset : kOffsets) {
     const Vector3 q = p + clearance * Vector3(offset[0], offset[1], offset[2]);
-    const Point exact = grid_.on_grid(q);
     for (int axis = 0; axis < 3; ++axis)
       for (const bool is_upward : {true, false})
-        if (const std::optional<int> winding = winding_beyond(exact, axis, is_upward)) return *winding != 0;
+        if (const std::optional<int> winding = winding_beyond(q, axis, is_upward)) return *winding != 0;
   }
   return false;  // not known: the proof looks at smaller pieces
 }

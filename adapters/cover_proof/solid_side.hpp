@@ -20,6 +20,8 @@ class SolidSide {
   /// How often the closed shells wind about a point just beyond p, where a ray along +-`axis` begins. Nothing
   /// where the ray meets an edge.
   std::optional<int> winding_beyond(const Point& p, int axis, bool is_upward) const;
+  /// The same, sooner: signs that doubles leave open are decided in integers.
+  std::optional<int> winding_beyond(const Vector3& p, int axis, bool is_upward) const;
   /// Parts of a piece of a facet; the closed shells pass into the facet's outer side in none of them. Just
   /// beyond a part the winding number is the same everywhere.
   std::vector<Polygon> uncrossed(const Polygon& piece, const FacetPlane& facet) const;
@@ -28,6 +30,8 @@ class SolidSide {
   bool is_inside(const Vector3& p, double clearance) const;
 
  private:
+  /// What a triangle adds to the winding number; nothing where the ray meets an edge of it.
+  std::optional<int> crossing(std::uint32_t triangle, const Point& p, int axis, bool is_upward) const;
   std::vector<std::uint32_t> closed_triangles() const;
 
   const TriangleMesh& mesh_;
