@@ -20,10 +20,10 @@ struct LimitBox {
 
 /// Where a cover may go: within `over` of the solid, in boxes of their own within these boxes' limits.
 ///
-/// An octree of distances, refined where it is asked. Its leaves, a sixth of the limit wide, give points at
-/// which what is allowed ends; every cell knows a box about those below it. So "how far may this face go" is
-/// one search for the lowest such point before the face. A filter, no proof: a corner or an edge can reach
-/// between points, by half their distance. For one thread.
+/// An octree of distances, refined where it is asked. Its leaves, a sixth of the limit wide or less, give
+/// points at which what is allowed ends; every cell knows a box about those below it. So "how far may this
+/// face go" is one search for the lowest such point before the face. A filter, no proof: a corner or an edge
+/// can reach between points, by half their distance. For one thread.
 class AllowedSpace {
  public:
   AllowedSpace(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes);

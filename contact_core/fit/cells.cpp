@@ -34,6 +34,47 @@ Polygon clipped(const Polygon& polygon, Eigen::Index axis, double at, double sig
   return kept;
 }
 
+// The part on the side of a plane that `sign` names.
+Polygon clipped(const Polygon& polygon, const Plane& plane, double sign) {
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const double hp = sign * plane.signed_distance(p), hq = sign * plane.signed_distance(q);
+    if (hp >= 0.0) kept.push_back(p);
+    if ((hp > 0.0 && hq < 0.0) || (hp < 0.0 && hq > 0.0)) kept.push_back(p + (q - p) * (hp / (hp - hq)));
+  }
+  return kept;
+}
+
+std::vector<Polygon> between(const std::vector<Polygon>& polygons, const Plane& from, const Plane& to) {
+  std::vector<Polygon> kept;
+  for (const Polygon& polygon : polygons) {
+    Polygon part = clipped(clipped(polygon, from, 1.0), to, -1.0);
+    if (!part.empty()) kept.push_back(std::move(part));
+  }
+  return kept;
+}
+
+Vector3 corner_of(const Vector3& low, const Vector3& high, int i) {
+  return {(i & 4) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
+          (i & 1) != 0 ? high.z() : low.z()};
+}
+
+// Whether none of the box is on the side of a plane that `sign` names, or on the plane.
+bool is_beyond(const Vector3& low, const Vector3& high, const Plane& plane, double sign) {
+  const Vector3 middle = 0.5 * (low + high), size = 0.5 * (high - low);
+  return -sign * plane.signed_distance(middle) > (1.0 + 1e-9) * dot(plane.normal.cwiseAbs(), size);
+}
+
+std::vector<Polygon> faces_of(const Vector3& low, const Vector3& high) {
+  std::vector<Polygon> faces;
+  for (const auto& loop : Hexahedron::kFaceVertices) {
+    Polygon& face = faces.emplace_back();
+    for (const int i : loop) face.push_back(corner_of(low, high, i));
+  }
+  return faces;
+}
+
 // Whether all corners are within `thickness` of one plane.
 bool is_flat(const std::vector<Polygon>& polygons, double thickness) {
   Vector3 normal = Vector3::Zero();
@@ -60,10 +101,12 @@ bool is_flat(const std::vector<Polygon>& polygons, double thickness) {
 
 class CellBuilder {
  public:
-  CellBuilder(Cells& cells, const MeshDistance& mesh, const AllowedSpace& allowed, double over)
+  CellBuilder(Cells& cells, const MeshDistance& mesh, const AllowedSpace& allowed, double over,
+              std::span<const Sectors> sectors)
       : cells_(cells),
         mesh_(mesh),
         allowed_(allowed),
+        sectors_(sectors),
         largest_(std::max(over / std::sqrt(3.0), mesh.bounds().diagonal() / 100.0)) {}
 
   void build() {
@@ -81,7 +124,7 @@ class CellBuilder {
     if (polygons.empty() && !mesh_.is_inside(middle)) return;
     Eigen::Index axis = 0;
     const double size = (high - low).maxCoeff(&axis);
-    if (!is_split(middle, size, polygons)) return add(low, high, polygons);
+    if (!is_split(middle, size, polygons)) return add_box(low, high, polygons);
     std::array<std::vector<Polygon>, 2> halves;
     for (const Polygon& polygon : polygons) {
       for (int side = 0; side < 2; ++side) {
@@ -108,14 +151,39 @@ class CellBuilder {
     return known->second;
   }
 
-  void add(const Vector3& low, const Vector3& high, const std::vector<Polygon>& polygons) {
+  void add_box(const Vector3& low, const Vector3& high, const std::vector<Polygon>& polygons) {
+    for (const Sectors& sectors : sectors_)  // of two bores that are near the first divides
+      if (sectors.touches(low, high)) return add_sectors(low, high, polygons, sectors);
+    std::vector<Vector3> corners;
+    for (int i = 0; i < 8; ++i) corners.push_back(corner_of(low, high, i));
+    add(corners, polygons);
+  }
+
+  // A sector's part of the box is convex, and its corners are on the box's faces.
+  void add_sectors(const Vector3& low, const Vector3& high, const std::vector<Polygon>& polygons,
+                   const Sectors& sectors) {
+    const std::vector<Polygon> faces = faces_of(low, high);
+    for (int i = 0; i < sectors.count; ++i) {
+      const Plane from = sectors.border(i), to = sectors.border((i + 1) % sectors.count);
+      if (is_beyond(low, high, from, 1.0) || is_beyond(low, high, to, -1.0)) continue;
+      std::vector<Vector3> corners;
+      for (const Polygon& face : between(faces, from, to))
+        corners.insert(corners.end(), face.begin(), face.end());
+      if (corners.empty()) continue;
+      std::sort(corners.begin(), corners.end(), ByCoordinates());
+      corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+      const std::vector<Polygon> own = between(polygons, from, to);
+      Vector3 middle = Vector3::Zero();
+      for (const Vector3& p : corners) middle += p / static_cast<double>(corners.size());
+      if (!own.empty() || mesh_.is_inside(middle)) add(corners, own);
+    }
+  }
+
+  void add(const std::vector<Vector3>& corners, const std::vector<Polygon>& polygons) {
     std::vector<Vector3> points;
     for (const Polygon& polygon : polygons) points.insert(points.end(), polygon.begin(), polygon.end());
-    for (int i = 0; i < 8; ++i) {
-      const Vector3 corner((i & 4) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
-                           (i & 1) != 0 ? high.z() : low.z());
+    for (const Vector3& corner : corners)
       if (polygons.empty() || is_inside(corner)) points.push_back(corner);
-    }
     std::sort(points.begin(), points.end(), ByCoordinates());
     points.erase(std::unique(points.begin(), points.end()), points.end());
     Bounds box;
@@ -128,12 +196,14 @@ class CellBuilder {
   Cells& cells_;
   const MeshDistance& mesh_;
   const AllowedSpace& allowed_;
+  std::span<const Sectors> sectors_;
   double largest_;
   std::map<Vector3, bool, ByCoordinates> inside_;
 };
 
-Cells::Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over) {
-  CellBuilder(*this, mesh, allowed, over).build();
+Cells::Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
+             std::span<const Sectors> sectors) {
+  CellBuilder(*this, mesh, allowed, over, sectors).build();
   index(0, static_cast<std::uint32_t>(cells_.size()));
 }
 

@@ -6,13 +6,15 @@
 
 #include "touchstone/contact_core/fit/allowed_space.hpp"
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
+#include "touchstone/contact_core/fit/sectors.hpp"
 #include "touchstone/contact_core/fit/six_planes.hpp"
 
 // Private to contact_core/fit.
 
 namespace touchstone::fit {
 
-/// The solid to be covered, in pieces: it is cut by a tree of axis-aligned boxes.
+/// The solid to be covered, in pieces: it is cut by a tree of axis-aligned boxes, and about bores by half
+/// planes from the axis, so that one hexahedron a sector can hold all of its cells.
 ///
 /// A cell's points are the corners of its clipped triangles and those of its box's corners that are inside.
 /// Their hull holds all of the solid in the box: an extreme point of what is in the box is a corner of one or
@@ -27,7 +29,8 @@ class Cells {
     bool has_surface = false;
   };
 
-  Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over);
+  Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
+        std::span<const Sectors> sectors = {});
 
   std::size_t size() const { return cells_.size(); }
   const Cell& cell(std::size_t i) const { return cells_[i]; }

@@ -64,10 +64,12 @@ double thickness(const SixPlanes& solid, int face) {
 }  // namespace
 
 CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSpace& space, double over,
-                         const SearchEffort& effort, const std::function<void(double)>& progress)
+                         std::span<const Sectors> sectors, const SearchEffort& effort,
+                         const std::function<void(double)>& progress)
     : mesh_(mesh),
       cells_(cells),
       space_(space),
+      sectors_(sectors),
       growth_(mesh, space, over / 16.0),
       effort_(effort),
       progress_(progress),
@@ -148,6 +150,43 @@ void CoverSearch::grow_from(std::size_t cell) {
   add(box);
 }
 
+// A hexahedron a sector, from the cells at the bore's wall outwards.
+void CoverSearch::grow_sectors(const Sectors& sectors) {
+  constexpr std::array<std::array<int, 3>, 2> kOutwards = {{{4, 5, 1}, {1, 4, 5}}};
+  const double slack = 1e-9 * mesh_.bounds().diagonal();
+  std::vector<std::vector<Vector3>> points(static_cast<std::size_t>(sectors.count));
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
+    if (!sectors.touches(cells_.cell(cell).low, cells_.cell(cell).high)) continue;
+    Vector3 middle = Vector3::Zero();
+    for (const Vector3& p : cells_.points(cell))
+      middle += p / static_cast<double>(cells_.points(cell).size());
+    const Vector3 off = middle - sectors.bore.foot;
+    const double along = dot(off, sectors.bore.axis);
+    if (along < 0.0 || along > sectors.bore.length ||
+        norm(off - along * sectors.bore.axis) > std::max(sectors.outer, 1.02 * sectors.bore.radius))
+      continue;
+    for (int i = 0; i < sectors.count; ++i)
+      if (sectors.border(i).signed_distance(middle) >= 0.0 &&
+          sectors.border((i + 1) % sectors.count).signed_distance(middle) <= 0.0)
+        points[i].insert(points[i].end(), cells_.points(cell).begin(), cells_.points(cell).end());
+  }
+  for (int i = 0; i < sectors.count; ++i) {
+    if (points[i].empty()) continue;
+    const Vector3 out = sectors.middle(i);
+    SixPlanes start = enclosing(
+        Normals{-out, out, -sectors.border(i).normal, sectors.border((i + 1) % sectors.count).normal,
+                -sectors.bore.axis, sectors.bore.axis},
+        points[i]);
+    for (Plane& plane : start.planes) plane.offset -= slack;
+    if (!growth_.allows(start)) continue;
+    for (const auto& order : kOutwards) {
+      SixPlanes solid = start;
+      growth_.push(solid, order);
+      add(solid);
+    }
+  }
+}
+
 std::size_t CoverSearch::gain(const Candidate& candidate, const Bits& covered) const {
   std::size_t count = 0;
   for (const Word& word : candidate.held)
@@ -215,6 +254,7 @@ void CoverSearch::choose(std::vector<std::size_t>& chosen, Bits& covered, int se
     std::size_t most = 0;
     std::size_t index = best(covered, at_most, most);
     if (most == 0) {
+      if (seeds == 0) return;
       grow_from(some_uncovered(covered));
       continue;
     }
@@ -340,7 +380,9 @@ std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin, const Ch
   if (cells_.size() == 0) return {};
   std::vector<std::size_t> chosen;
   Bits covered(all_.size(), 0);
-  for (int i = 0; i < effort_.first_seeds; ++i) grow_from(random() % cells_.size());
+  for (const Sectors& sectors : sectors_) grow_sectors(sectors);
+  choose(chosen, covered, 0, pool_.size());  // sectors first: the rest is what others have to cover
+  for (int i = 0; i < effort_.first_seeds && covered != all_; ++i) grow_from(some_uncovered(covered));
   choose(chosen, covered, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
   drop_redundant(chosen);
   look_for_fewer(chosen, effort_.repairs);

@@ -33,7 +33,8 @@ using Check = std::function<std::optional<Vector3>(const SixPlanes&)>;
 class CoverSearch {
  public:
   CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSpace& space, double over,
-              const SearchEffort& effort, const std::function<void(double)>& progress);
+              std::span<const Sectors> sectors, const SearchEffort& effort,
+              const std::function<void(double)>& progress);
 
   /// @return hexahedra that hold all cells, each shrunk to what it alone must hold.
   /// Each at least `thinnest` thick, and with its faces `margin` outside [m]. Those that `check` refuses are
@@ -54,7 +55,7 @@ class CoverSearch {
   };
 
   void grow_from(std::size_t cell);
-  void grow(SixPlanes start);
+  void grow_sectors(const Sectors& sectors);
   void add(const SixPlanes& solid);
   std::vector<Normals> frames_at(std::size_t cell) const;
   std::size_t gain(const Candidate& candidate, const Bits& covered) const;
@@ -76,6 +77,7 @@ class CoverSearch {
   const MeshDistance& mesh_;
   const Cells& cells_;
   AllowedSpace& space_;
+  std::span<const Sectors> sectors_;
   Growth growth_;
   SearchEffort effort_;
   const std::function<void(double)>& progress_;  ///< of a share from 0 to 1; may be empty

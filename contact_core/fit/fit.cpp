@@ -16,6 +16,7 @@ using fit::AllowedSpace;
 using fit::Cells;
 using fit::CoverSearch;
 using fit::LimitBox;
+using fit::Sectors;
 using fit::SixPlanes;
 
 constexpr double kLeastOver = 0x1p-20;  // of the largest coordinate: distances are still right to 2^-20 of it
@@ -118,17 +119,19 @@ bool keeps_to(const Fit& fit, const FitOptions& options) {
   return fit.excess <= options.over;
 }
 
-Fit fit_within(const MeshDistance& mesh, const FitOptions& options, double share) {
+Fit fit_within(const MeshDistance& mesh, std::span<const RoundPart> rounds, const FitOptions& options,
+               double share) {
   const std::vector<LimitBox> boxes = limit_boxes(options, share);
   AllowedSpace space(mesh, share * options.over, boxes);
   if (options.progress) options.progress("cut", 0.0);
-  const Cells cells(mesh, space, share * options.over);
+  const std::vector<Sectors> sectors = fit::sectors_about_bores(rounds, space);
+  const Cells cells(mesh, space, share * options.over, sectors);
   fit::SearchEffort effort;
   effort.repairs = options.repairs;
   const std::function<void(double)> progress = [&](double done) {
     if (options.progress) options.progress("search", done);
   };
-  CoverSearch search(mesh, cells, space, share * options.over, effort, progress);
+  CoverSearch search(mesh, cells, space, share * options.over, sectors, effort, progress);
   const double margin = 0x1p-45 * mesh.largest_coordinate();
   Measures measures(mesh, options);
   Fit fit = measures.fit(search.run(options.over / 64.0, margin,
@@ -141,9 +144,10 @@ Fit fit_within(const MeshDistance& mesh, const FitOptions& options, double share
 
 Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options) {
   validate(mesh, options);
+  const std::vector<RoundPart> rounds = find_round_parts(mesh);
   // The search filters; where that let something through, it looks again with less to spend.
   for (const double share : {0.96, 0.9, 0.8, 0.65}) {
-    Fit fit = fit_within(mesh, options, share);
+    Fit fit = fit_within(mesh, rounds, options, share);
     if (keeps_to(fit, options)) return fit;
   }
   reject("fit", "no cover within " + figure(options.over) + " m was found");

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <map>
 
+#include "touchstone/contact_core/fit/round_parts.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/fit/cover_scene.hpp"
 #include "touchstone/examples/fit/fit_page.hpp"
@@ -52,6 +53,13 @@ void add_pictures(const MeshDistance& solid, const FitRequest& request, comparis
   run.more.emplace_back(run.name + ".gltf", fit_gltf(run, solid, surface));
 }
 
+// A region about each bore that is wider than what it is kept open to.
+void keep_bores_open(const MeshDistance& mesh, double over, FitOptions& options) {
+  for (const RoundPart& part : find_round_parts(mesh))
+    if (part.is_bore && part.radius > over)
+      options.regions.push_back({fmt::format("bore {}", options.regions.size()), part.bounds(), over});
+}
+
 std::string percent(double share) { return fmt::format("{:.3f}", 100.0 * share); }
 
 }  // namespace
@@ -97,7 +105,8 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   for (const std::uint8_t is_closed : solid.shells().is_closed) run.closed_shells += is_closed;
   run.open_edges = solid.shells().open_edges;
   run.diagonal = solid.bounds().diagonal();
-  const FitOptions options = options_for(request, read.metres_per_unit, run.diagonal, progress);
+  FitOptions options = options_for(request, read.metres_per_unit, run.diagonal, progress);
+  if (request.keep_open) keep_bores_open(solid, request.keep_open->metres(run.diagonal), options);
   run.over = options.over;
   const double start = processor_seconds();
   run.fit =

@@ -31,6 +31,7 @@ struct FitRequest {
   Length over;
   std::optional<std::size_t> count;
   std::vector<RegionRequest> regions;
+  std::optional<Length> keep_open;  ///< largest error in bores that are found
   MeshInput input;
   bool page = false;      ///< a page and a glTF model, too
   bool training = false;  ///< a scene and a script to fly, too

@@ -16,7 +16,8 @@ using namespace touchstone;
 using namespace touchstone::fitting;
 
 struct Options {
-  std::string input, over, up = "as-written", size, check, serves, tolerance, margin, object, output = "fit";
+  std::string input, over, keep_open, up = "as-written", size, check, serves, tolerance, margin, object,
+                                      output = "fit";
   std::vector<std::string> unit, regions;
   std::size_t count = 0, samples = 0;
   int repairs = FitOptions().repairs;
@@ -52,6 +53,8 @@ bool parse(int argc, char** argv, Options& options) {
       "--region", options.regions,
       "NAME=LENGTH:x,y,z:x,y,z: a box with a smaller error of its own, such as a bore to keep open; corners "
       "in the file's units");
+  app.add_option("--keep-open", options.keep_open,
+                 "Largest error in round bores, which are found: 0.9mm keeps them open to that");
   app.add_option("--samples", options.samples,
                  "Random points of surface and inside to look for in the cover");
   app.add_option("--repairs", options.repairs, "How hard to look for fewer: places that are covered anew")
@@ -136,6 +139,7 @@ FitRequest request_of(const Options& options) {
   request.over = parse_length(options.over.empty() ? "5%" : options.over, "--over");
   if (options.count > 0) request.count = options.count;
   for (const std::string& region : options.regions) request.regions.push_back(parse_region(region));
+  if (!options.keep_open.empty()) request.keep_open = parse_length(options.keep_open, "--keep-open");
   request.input.up = parse_up(options.up);
   if (!options.size.empty()) request.input.expected_size = length_of(options.size, "--size");
   request.page = options.page;

@@ -2,6 +2,7 @@
 
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
+#include "touchstone/contact_core/fit/round_parts.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
 
@@ -80,7 +81,41 @@ TEST(Fit, KeepsToItsErrorAndToARegionsSmallerOne) {
   EXPECT_LE(open.excess, 0.15);
   ASSERT_EQ(open.region_excess.size(), 1U);
   EXPECT_LE(open.region_excess[0], 0.05);
-  EXPECT_GT(open.hexahedra.size(), coarse.hexahedra.size());
+  EXPECT_GT(coarse.excess, 0.05);  // the region is what keeps it
+}
+
+TriangleMesh turned_tube(double inner, double outer, double height, int facets) {
+  TriangleMesh tube = tube_mesh(inner, outer, height, facets);
+  for (Vector3& p : tube.vertices)
+    p = Vector3(0.8 * p.x() - 0.6 * p.z() + 1.0, p.y() + 2.0, 0.6 * p.x() + 0.8 * p.z());
+  return tube;
+}
+
+TEST(RoundParts, ATubeIsAPinAndABore) {
+  const std::vector<RoundPart> parts = find_round_parts(MeshDistance(weld(turned_tube(0.1, 0.15, 0.05, 40))));
+  ASSERT_EQ(parts.size(), 2U);
+  for (const RoundPart& part : parts) {
+    EXPECT_NEAR(part.radius, part.is_bore ? 0.1 : 0.15, 1e-12);
+    EXPECT_NEAR(part.length, 0.05, 1e-12);
+    EXPECT_NEAR(std::abs(dot(part.axis, Vector3(-0.6, 0, 0.8))), 1.0, 1e-12);
+    EXPECT_NEAR(norm(part.foot - Vector3(1, 2, 0)), 0.0, 1e-9);
+  }
+  EXPECT_NE(parts[0].is_bore, parts[1].is_bore);
+  EXPECT_TRUE(find_round_parts(MeshDistance(weld(angle_mesh()))).empty());
+}
+
+// Chords of 30 degrees leave 3.41 mm: fewer than twelve do not go around.
+TEST(Fit, ABoreStaysOpenWithAHexahedronASector) {
+  const MeshDistance ring(weld(tube_mesh(0.1, 0.15, 0.03, 48)));
+  FitOptions options = within(0.02);
+  options.repairs = 1;
+  for (const RoundPart& part : find_round_parts(ring))
+    if (part.is_bore) options.regions.push_back({"bore", part.bounds(), 3.6e-3});
+  ASSERT_EQ(options.regions.size(), 1U);
+  const Fit fit = fit_hexahedra(ring, options);
+  EXPECT_EQ(fit.hexahedra.size(), 12U);
+  EXPECT_LE(fit.region_excess[0], 3.6e-3);
+  EXPECT_GE(fit.region_excess[0], 0.1 * (1.0 - std::cos(std::numbers::pi / 12)));
 }
 
 TEST(Fit, AnOpenSheetIsCoveredByAPlate) {

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "touchstone/contact_core/fit/allowed_space.hpp"
+#include "touchstone/contact_core/fit/round_parts.hpp"
+
+// Private to contact_core/fit.
+
+namespace touchstone::fit {
+
+/// The room about a bore, divided by half planes from its axis: as many as chords within what is allowed
+/// there take to go around.
+struct Sectors {
+  RoundPart bore;
+  int count;
+  double outer;  ///< radius of the widest round part about the same axis, the bore's if there is none [m]
+
+  /// The half plane where sector i begins and i - 1 ends; positive on the side of sector i.
+  Plane border(int i) const;
+  /// To the middle of a sector, unit.
+  Vector3 middle(int i) const;
+  /// Whether the box comes near the bore's wall, or is between it and `outer`.
+  bool touches(const Vector3& low, const Vector3& high) const;
+};
+
+/// Of each bore; those that would take fewer than 6 or more than `most` have none.
+std::vector<Sectors> sectors_about_bores(std::span<const RoundPart> parts, const AllowedSpace& allowed,
+                                         int most = 72);
+
+}  // namespace touchstone::fit
