@@ -27,7 +27,7 @@ constexpr double kProbe = 1e-3;
 constexpr std::uint32_t kMostLargePieces = 4;
 // Contacts that a group's work is always for, and for each of its bodies at most: overlapped heaps have
 // dozens a body. How many a joint counts as.
-constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 4;
+constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 6;
 // Joints that a joint between movers counts as, by its rows.
 constexpr std::size_t kHeldShares = 3;
 
