@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <optional>
 
 #include "touchstone/adapters/mesh_files/soup.hpp"
 #include "touchstone/adapters/mesh_files/weld.hpp"
@@ -62,12 +63,8 @@ std::string read_bytes(const std::filesystem::path& file, const ReadTask& task) 
 
 /// Before memory is taken for what the header says. What is no binary file parse_stl() judges.
 void require_room_for_binary_stl(std::string_view bytes, const ReadTask& task) {
-  constexpr std::size_t kHeader = 84, kRecord = 50;
-  if (bytes.size() <= kHeader || (bytes.size() - kHeader) % kRecord != 0) return;
-  const std::size_t count = (bytes.size() - kHeader) / kRecord;
-  std::size_t stated = 0;
-  for (std::size_t i = 4; i-- > 0;) stated = stated << 8U | static_cast<unsigned char>(bytes[80 + i]);
-  if (stated == count) task.require_room(count - 1);
+  const std::optional<std::size_t> count = binary_stl_triangles(bytes);
+  if (count && *count > 0) task.require_room(*count - 1);
 }
 
 Soup read_soup(const std::filesystem::path& file, Format format, UpAxis up, const ReadTask& task) {

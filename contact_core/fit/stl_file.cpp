@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kHeader = 84, kRecord = 50;
 
 // STL is little-endian on every machine.
-std::uint32_t word_at(const std::string& bytes, std::size_t at) {
+std::uint32_t word_at(std::string_view bytes, std::size_t at) {
   std::uint32_t word = 0;
   for (std::size_t i = 0; i < 4; ++i)
     word |= std::uint32_t{static_cast<unsigned char>(bytes[at + i])} << (8 * i);
@@ -105,22 +105,34 @@ TriangleMesh parse_ascii(const std::string& bytes, double scale, const std::stri
   return mesh;
 }
 
+// A binary header is text, or zeros, but its count of triangles, below 2^24, ends with a zero.
+bool is_text(std::string_view bytes) { return bytes.find('\0') == std::string_view::npos; }
+
 }  // namespace
+
+std::optional<std::size_t> binary_stl_triangles(std::string_view bytes) {
+  if (bytes.size() < kHeader) return std::nullopt;
+  const std::size_t count = word_at(bytes, 80);
+  if (bytes.size() != kHeader + kRecord * count) return std::nullopt;
+  return count;
+}
 
 TriangleMesh parse_stl(const std::string& bytes, double scale, const std::string& name) {
   if (!(scale > 0.0) || !std::isfinite(scale))
     reject(name, "scale " + figure(scale) + " is not positive and finite");
   if (bytes.empty()) reject(name, "empty file");
-  const std::size_t count = bytes.size() >= kHeader ? word_at(bytes, 80) : 0;
   const bool is_ascii = bytes.starts_with("solid") && bytes.find("facet") != std::string::npos;
   TriangleMesh mesh;
-  if (bytes.size() >= kHeader && bytes.size() == kHeader + kRecord * count) {
-    mesh = parse_binary(bytes, count, scale);
+  if (const auto triangles = binary_stl_triangles(bytes)) {
+    mesh = parse_binary(bytes, *triangles, scale);
   } else if (is_ascii) {
     mesh = parse_ascii(bytes, scale, name);
   } else if (bytes.size() < kHeader) {
     reject(name, "no STL file: " + std::to_string(bytes.size()) + " bytes");
+  } else if (is_text(std::string_view(bytes).substr(0, kHeader))) {
+    reject(name, "no STL file: text that does not begin with 'solid', or has no facet");
   } else {
+    const std::size_t count = word_at(bytes, 80);
     const std::size_t whole = (bytes.size() - kHeader) / kRecord;
     reject(name, (whole < count ? "cut off in triangle " + std::to_string(whole)
                                 : "bytes after the last triangle") +

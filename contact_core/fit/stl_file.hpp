@@ -1,6 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "touchstone/contact_core/fit/triangle_mesh.hpp"
 
@@ -15,7 +17,10 @@ namespace touchstone {
 /// read, empty, cut off (ASCII: a solid without `endsolid`, too), no number, not finite, no triangle.
 TriangleMesh read_stl(const std::string& path, double scale);
 
-/// The same from a file's bytes; `name` stands in errors.
+/// How many triangles a binary STL file of these bytes has; empty where they are none.
+std::optional<std::size_t> binary_stl_triangles(std::string_view bytes);
+
+/// read_stl() from a file's bytes; `name` stands in errors.
 TriangleMesh parse_stl(const std::string& bytes, double scale, const std::string& name);
 
 }  // namespace touchstone

@@ -92,8 +92,8 @@ void check_names(const std::vector<std::filesystem::path>& meshes) {
 
 FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
                comparison::ProgressLine& progress) {
-  const std::string bytes = comparison::read_file(mesh.string(), "touchstone_fit");
   ReadMesh read = read_mesh(mesh, request.input);
+  const std::string bytes = comparison::read_file(mesh.string(), "the mesh");
   FitRun run;
   run.mesh = std::move(read.mesh);
   run.note = std::move(read.note);
@@ -105,6 +105,7 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   for (const std::uint8_t is_closed : solid.shells().is_closed) run.closed_shells += is_closed;
   run.open_edges = solid.shells().open_edges;
   run.diagonal = solid.bounds().diagonal();
+  if (!(run.diagonal > 0.0)) reject(mesh.string(), "all vertices are at one place");
   FitOptions options = options_for(request, read.metres_per_unit, run.diagonal, progress);
   if (request.keep_open) keep_bores_open(solid, request.keep_open->metres(run.diagonal), options);
   run.over = options.over;

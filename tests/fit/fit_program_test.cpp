@@ -103,6 +103,19 @@ TEST_F(FittedFile, SamplesFindAMissingHexahedron) {
   EXPECT_GT(count_uncovered(solid, scaled.fit, 20000).uncovered, 1000U);
 }
 
+TEST_F(FittedFile, WithoutSizeOrMissingIsNamedOnce) {
+  {
+    std::ofstream file(path_);
+    file << "solid x\nfacet\nouter loop\nvertex 1 1 1\nvertex 1 1 1\nvertex 1 1 "
+            "1\nendloop\nendfacet\nendsolid x\n";
+  }
+  const std::string place = error_of([&] { run(); });
+  EXPECT_THAT(place, HasSubstr("fitted_angle.stl"));
+  EXPECT_THAT(place, HasSubstr("at one place"));
+  std::filesystem::remove(path_);
+  EXPECT_EQ(error_of([&] { run(); }), path_.string() + ": cannot be read");
+}
+
 TEST(FitProgram, NamesThatAreNoUtf8AreReplaced) {
   EXPECT_EQ(cover_name("d/part.one.stl"), "part.one");
   const std::string name = cover_name("p\xff.stl");

@@ -62,9 +62,17 @@ TEST(StlFile, BothFormsGiveTheSameScaledTriangles) {
   EXPECT_EQ(binary.vertices[9], Vector3(1e-3, 0, 0));
 }
 
+TEST(StlFile, OnlyWholeBinaryFilesSayHowManyTrianglesTheyHave) {
+  EXPECT_EQ(binary_stl_triangles(binary_stl(4)), 4U);
+  EXPECT_EQ(binary_stl_triangles(binary_stl(0)), 0U);
+  EXPECT_FALSE(binary_stl_triangles(binary_stl(4).substr(1)));
+  EXPECT_FALSE(binary_stl_triangles(ascii_stl()));
+}
+
 TEST(StlFile, BadFilesEndInOneLineWithTheTriangle) {
   EXPECT_EQ(error_of(""), "part.stl: empty file");
   EXPECT_EQ(error_of("abc"), "part.stl: no STL file: 3 bytes");
+  EXPECT_THAT(error_of(std::string(200, 'a')), HasSubstr("no STL file: text"));
   EXPECT_THAT(error_of(binary_stl(4).substr(0, 200)), HasSubstr("cut off in triangle 2"));
   EXPECT_THAT(error_of(binary_stl(4) + "x"), HasSubstr("bytes after the last triangle"));
   EXPECT_THAT(error_of(binary_stl(2, std::numeric_limits<float>::quiet_NaN())),
