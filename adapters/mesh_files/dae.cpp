@@ -6,6 +6,7 @@
 #include <assimp/Importer.hpp>
 #include <assimp/ProgressHandler.hpp>
 
+#include "touchstone/adapters/mesh_files/dae_nodes.hpp"
 #include "touchstone/adapters/mesh_files/mesh_file.hpp"
 #include "touchstone/adapters/mesh_files/soup.hpp"
 
@@ -93,7 +94,8 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
-Soup read_dae(const std::filesystem::path& file, bool turn_up, const ReadTask& task) {
+Soup read_dae(const std::filesystem::path& file, std::string_view text, bool turn_up, const ReadTask& task) {
+  require_finite_nodes(text, task);
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, !turn_up);
   importer.SetProgressHandler(new Importing(task));  // which the importer owns

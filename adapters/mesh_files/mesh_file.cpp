@@ -69,7 +69,7 @@ void require_room_for_binary_stl(std::string_view bytes, const ReadTask& task) {
 
 Soup read_soup(const std::filesystem::path& file, Format format, UpAxis up, const ReadTask& task) {
   const std::string bytes = read_bytes(file, task);
-  if (format == Format::dae) return read_dae(file, up == UpAxis::stated, task);
+  if (format == Format::dae) return read_dae(file, bytes, up == UpAxis::stated, task);
   if (format == Format::ply) return read_ply(bytes, task);
   if (format == Format::obj) return read_obj(bytes, task);
   require_room_for_binary_stl(bytes, task);

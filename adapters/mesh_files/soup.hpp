@@ -43,6 +43,6 @@ struct ReadTask {
 Soup read_obj(std::string_view bytes, const ReadTask& task);
 Soup read_ply(std::string_view bytes, const ReadTask& task);
 /// By assimp. @param turn_up the up axis that the file states becomes z.
-Soup read_dae(const std::filesystem::path& file, bool turn_up, const ReadTask& task);
+Soup read_dae(const std::filesystem::path& file, std::string_view text, bool turn_up, const ReadTask& task);
 
 }  // namespace touchstone::mesh_files

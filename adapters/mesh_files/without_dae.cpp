@@ -4,7 +4,7 @@
 namespace touchstone {
 namespace mesh_files {
 
-Soup read_dae(const std::filesystem::path&, bool, const ReadTask& task) {
+Soup read_dae(const std::filesystem::path&, std::string_view, bool, const ReadTask& task) {
   task.fail("DAE needs assimp, which this build has not (Debian: libassimp-dev)");
 }
 

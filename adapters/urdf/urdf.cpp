@@ -191,6 +191,9 @@ Robot parse_robot(const std::string& xml, const std::string& source, const Robot
     model = ::urdf::parseURDF(xml);
     if (!model || !model->getRoot())
       throw InputError(source + ": " + (log.errors.empty() ? "not a URDF model" : log.errors));
+    // urdfdom gives a model all the same, without the rest of the link after the shape that it could not
+    // read.
+    if (!log.errors.empty()) throw InputError(source + ": " + log.errors);
   }
   Reader reader{*model, source, options};
   reader.read();

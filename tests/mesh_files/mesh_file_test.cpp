@@ -305,6 +305,26 @@ TEST(MeshFile, BadDaeIsRefused) {
   EXPECT_THAT(error("a.dae", dae("", "0 nan 0")), HasSubstr("not finite"));
 }
 
+TEST(MeshFile, NodesThatInstanceThemselvesAreRefusedByName) {
+  if (!reads_dae()) GTEST_SKIP() << "built without assimp";
+  const auto with = [](const std::string& nodes) {
+    std::string text = dae("");
+    text.insert(text.find("</visual_scene>"), nodes);
+    return text;
+  };
+  EXPECT_THAT(error("a.dae", with(R"(<node id="a"><instance_node url="#b"/></node><node id="b"><node id="c">
+<instance_node url="#a"/></node></node>)")),
+              HasSubstr("instances itself"));
+  EXPECT_THAT(error("a.dae", with(R"(<node name='own'><instance_node url="#own"/></node>)")),
+              HasSubstr("node 'own' instances itself"));
+  // Twice the same is no cycle, nor is one in a comment.
+  EXPECT_EQ(load("a.dae",
+                 with(R"(<node id="a"><instance_node url="#n"/><node id="b"><instance_node url="#n"/></node>
+</node><!-- <node id="d"><instance_node url="#d"/></node> -->)"))
+                .report.shells,
+            1u);
+}
+
 TEST(MeshFile, FilesThatAreNoneAndLimitsAreNamed) {
   EXPECT_THAT(message_of([] { load_mesh("not_there.stl", metres()); }),
               HasSubstr("not_there.stl: there is no such file"));

@@ -182,6 +182,19 @@ std::string with_geometry(const std::string& geometry) {
   return R"(<link name="a"><collision><geometry>)" + geometry + "</geometry></collision></link>";
 }
 
+TEST(Urdf, AShapeThatCannotBeReadTakesNoOthersAwayUnsaid) {
+  const auto link = [](const std::string& bad) {
+    return R"(<link name="a">)" + bad +
+           R"(<collision><geometry><box size="1 1 1"/></geometry></collision></link>)";
+  };
+  EXPECT_EQ(urdf_error(link("")), "accepted");
+  for (const char* bad :
+       {"<visual><geometry><capsule radius=\"0.1\" length=\"1\"/></geometry></visual>",
+        "<collision><geometry><box size=\"1,5 1 1\"/></geometry></collision>",
+        "<collision><geometry><mesh filename=\"a.stl\" scale=\"nan 1 1\"/></geometry></collision>"})
+    EXPECT_THAT(urdf_error(link(bad)), HasSubstr("r.urdf: ")) << bad;
+}
+
 TEST(Urdf, WhatIsNoArmOfHexahedraIsRefusedByName) {
   EXPECT_THAT(
       urdf_error(with_geometry("<sphere radius=\"-1\"/>")),
