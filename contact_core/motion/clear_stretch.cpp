@@ -318,9 +318,11 @@ Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const EdgePair&
   const double speed = std::min(motion.a.speed + motion.b.speed, norm(rate) + longest * acceleration);
   const double turning = edges * motion.turning() / size;
   const double tilt = std::min(edges * motion.turn() / size, norm(N_rate) / size + longest * turning);
-  // |N| grows by its share of turning.
-  const double bend = turning * (norm(d) + longest * speed) + (1.0 + longest * tilt) * acceleration +
-                      2.0 * (longest * (tilt * acceleration + turning * speed) - dot(N_rate, rate) / size);
+  // |N| grows by its share of turning. Where the edges turn apart the bound may curve upwards: it then falls
+  // below 0 and comes back, which its value at the end does not show. A straight one lies below it.
+  const double bend =
+      std::max(0.0, turning * (norm(d) + longest * speed) + (1.0 + longest * tilt) * acceleration +
+                        2.0 * (longest * (tilt * acceleration + turning * speed) - dot(N_rate, rate) / size));
   const double height = dot(N, d) / size - threshold;
   const double slope = (dot(N_rate, d) + dot(N, rate)) / size - std::max(threshold, 0.0) * tilt;
   if (!std::isfinite(bend) || !std::isfinite(slope)) return {0.0, false, 0.0};  // squares overflowed

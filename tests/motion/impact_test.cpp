@@ -245,5 +245,80 @@ TEST(Impact, NothingOnTheWayIsBelowHalfTheGap) {
   EXPECT_GT(moved, 300);
 }
 
+/// By rows.
+Pose exact_pose(const std::array<double, 9>& rows, const Vector3& p) {
+  Pose X;
+  for (int i = 0; i < 9; ++i) X.R(i / 3, i % 3) = rows[i];
+  X.p = p;
+  return X;
+}
+
+// Two edges in contact whose plane turns away from the motion while the bodies close at half a metre a frame:
+// the bound on their height curves upwards, below 0 and back.
+TEST(Impact, EdgesThatTurnApartWhileTheBodiesCloseAreCaught) {
+  const auto tapered = [](const Vector3& half, double top_x, double top_y) {
+    std::array<Vector3, 8> v;
+    for (int i = 0; i < 8; ++i) {
+      const bool top = (i & 1) != 0;
+      v[i] = {(i & 4 ? 1 : -1) * (top ? top_x : half.x()), (i & 2 ? 1 : -1) * (top ? top_y : half.y()),
+              (top ? 1 : -1) * half.z()};
+    }
+    return Hexahedron::from_vertices(v);
+  };
+  Pair pair({1, 1, 1}, {1, 1, 1});
+  pair.solids = {tapered({0x1.40543988c4106p-1, 0x1.a7f2368937d3ep-2, 0x1.de0e43a6df144p-3},
+                         0x1.40543988c4106p-1, 0x1.737ef128c5ad8p-3),
+                 tapered({0x1.5cfcdf569e6acp-1, 0x1.ed6becafeae98p-2, 0x1.180a5b60eae7cp-2},
+                         0x1.ea3997c621ccp-2, 0x1.ed6becafeae98p-2)};
+  pair.native->build(pair.solids);
+  const Pose X_WA = exact_pose({0x1.fd49f0b6d1475p-1, 0x1.f774a3bc3d342p-7, 0x1.a03b3115079fcp-4,
+                                -0x1.daaa98187119cp-8, 0x1.fe5a6de2ba87bp-1, -0x1.46e84b5277b74p-4,
+                                -0x1.a3ea485d2de86p-4, 0x1.422961ba5c5bep-4, 0x1.fbb5300906782p-1},
+                               {0x1.509adfbd8f7fap+0, 0x1.8529b9eea5721p+0, -0x1.8a485db6f070fp-9});
+  const RigidPath closing =
+      RigidPath::by(X_WA, {0x1.098f275c1d592p-1, 0x1.30a7f42360cbap-3, -0x1.10f0206417a77p-4},
+                    {-0x1.1344cb3d7a3cdp-2, 0x1.6b5dcb30743ccp-4, 0x1.56f333deacf0bp-4});
+  const Impact impact = pair.find(closing, RigidPath(at(0x1.4ccccccccccccp+1, 0x1.67d52bfb205d8p+0, 0)));
+  expect_stop_in_gap(impact);
+  EXPECT_LT(impact.lo, 1e-6);
+}
+
+// From a contact in any direction and turning fast, into it, along it and away: no sample on the way is below
+// half the gap.
+TEST(Impact, NothingOnTheWayFromAContactInAnyDirectionIsBelowHalfTheGap) {
+  std::mt19937_64 engine(18);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(engine() >> 11) * 0x1p-53);
+  };
+  const auto vector = [&](double size) {
+    const double x = uniform(-size, size), y = uniform(-size, size);
+    return Vector3(x, y, uniform(-size, size));
+  };
+  int contacts = 0;
+  for (int run = 0; run < 3000; ++run) {
+    Pair pair({uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1)},
+              {uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1)});
+    NarrowphaseQuery query(*pair.native, 2);
+    const Vector3 towards = vector(1);
+    const Pose far = RigidPath::by(Pose{}, 3.0 * towards / norm(towards), vector(2)).to();
+    const RigidPath approach = RigidPath::by(far, -2 * far.p, {0, 0, 0});
+    const Impact first = pair.find(approach, RigidPath(Pose{}));
+    if (first.status != ImpactStatus::blocked) continue;
+    ++contacts;
+    const double size = std::pow(10.0, uniform(-3, 0.3));
+    const RigidPath a = RigidPath::by(approach.pose_at(first.lo), vector(size), vector(size));
+    const RigidPath b = RigidPath::by(Pose{}, run % 2 ? vector(size) : Vector3(0, 0, 0),
+                                      run % 2 ? vector(size) : Vector3(0, 0, 0));
+    const Impact impact = pair.find(a, b);
+    ASSERT_NE(impact.status, ImpactStatus::failed);
+    for (int k = 0; k <= 64; ++k) {
+      PairGeometry geometry{};
+      query.separation(a.pose_at(impact.lo * k / 64), b.pose_at(impact.lo * k / 64), geometry);
+      ASSERT_GE(geometry.separation, 0.5 * kGap - 32 * 0x1p-53 * 5) << "run " << run << " sample " << k;
+    }
+  }
+  EXPECT_GT(contacts, 1000);
+}
+
 }  // namespace
 }  // namespace touchstone
