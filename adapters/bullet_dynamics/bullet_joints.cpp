@@ -51,6 +51,8 @@ BodyJoint::BodyJoint(btDiscreteDynamicsWorld& world, const SceneBodyJoint& sourc
   for (const double stop : {source_.lower, source_.upper})
     if (is_hinge() && std::isfinite(stop) && std::abs(stop) > std::numbers::pi)
       throw InputError("engine 'bullet': unsupported: a stop further than pi from the start" + who);
+  if (is_hinge() && std::isfinite(source_.lower) != std::isfinite(source_.upper))
+    throw InputError("engine 'bullet': unsupported: a hinge with a stop on one side alone" + who);
   Pose X_WJ;
   X_WJ.R = with_axis(source_.axis_W, is_slider() ? kSliderAxis : kHingeAxis);
   X_WJ.p = source_.p_W;

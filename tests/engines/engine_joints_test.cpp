@@ -59,6 +59,20 @@ DynamicScene two_cubes(BodyJointKind kind, double duration) {
   return scene;
 }
 
+/// Bullet's hinges have two stops or none; a second one that nobody asked for is no answer.
+TEST_P(EngineJoints, AHingeWithOneStopIsTakenAsItIsOrRefused) {
+  DynamicScene scene = two_cubes(BodyJointKind::hinge, 0.1);
+  scene.joints[0].upper = 0.5;
+  if (is_refused(scene)) return;
+  try {
+    engines().make(GetParam(), scene);
+    EXPECT_NE(GetParam().engine, "bullet");
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("a stop on one side alone (joint 'joint')"), std::string::npos)
+        << error.what();
+  }
+}
+
 /// Of the point of an object that is at p_W at the start.
 Vector3 point_of(const physics::DynamicsEngine& engine, std::size_t object, const Vector3& p_W) {
   const Pose& start = engine.scene().scene.objects[object].X_WO;

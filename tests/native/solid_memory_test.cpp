@@ -62,6 +62,17 @@ TEST(SolidMemory, HoldsBothSolidsOfAPairWhateverOthersAcquire) {
   }
 }
 
+TEST(SolidMemory, WhatIsNotANumberIsNobodyElsesSolid) {
+  SolidStore store;
+  ASSERT_TRUE(store.acquire(box(1, 2, 3)));
+  for (int k = 0; k < 3; ++k) {
+    SolidContent content = box(1, 2, 3);
+    content.points[0][k] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_FALSE(store.acquire(content)) << k;
+  }
+  EXPECT_EQ(store.size(), 1u);
+}
+
 TEST(SolidMemory, ForgetsWhatWasAskedForLongestAgo) {
   const std::vector<SolidContent> contents = random_boxes(SolidMemory::kPlaces + 1);
   const auto store = std::make_shared<SolidStore>();

@@ -44,6 +44,13 @@ std::optional<Hexahedron> make_solid(const SolidContent& content) {
   }
 }
 
+bool is_finite(const SolidContent& content) {
+  for (const auto& point : content.points)
+    for (const double coordinate : point)
+      if (!std::isfinite(coordinate)) return false;
+  return true;
+}
+
 /// The pose as the check may take it.
 bool make_valid(Pose& X) {
   if (is_valid_pose(X)) return true;
@@ -63,6 +70,8 @@ bool make_valid(Pose& X) {
 SolidStore::SolidStore() : kernels_(kernels()) {}
 
 std::optional<SolidHandle> SolidStore::acquire(const SolidContent& content) {
+  // No order finds what is not a number: it would be any other's equal.
+  if (!is_finite(content)) return std::nullopt;
   const auto use = [](Entries::value_type& entry) {
     ++entry.second.users;
     return SolidHandle{entry.second.key, &entry.first};
