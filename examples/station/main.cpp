@@ -24,11 +24,16 @@ using namespace touchstone;
 using namespace touchstone::station;
 namespace fs = std::filesystem;
 
-/// The bundled ones by name, `worksite` first; then the user's own.
+/// The bundled ones by name, `worksite` first; then the user's own, each instead of a bundled one of its
+/// name.
 StationScenes load_scenes(const StationOptions& options, const fs::path& folder) {
+  const auto is_given = [&](const fs::path& file) {
+    return std::any_of(options.scripts.begin(), options.scripts.end(),
+                       [&](const fs::path& script) { return script.stem() == file.stem(); });
+  };
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (entry.path().extension() == ".yaml") files.push_back(entry.path());
+    if (entry.path().extension() == ".yaml" && !is_given(entry.path())) files.push_back(entry.path());
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     const bool a_first = a.stem() == "worksite", b_first = b.stem() == "worksite";
     return a_first != b_first ? a_first : a < b;

@@ -43,6 +43,14 @@ TEST_F(StationProgram, ASignalEndsItAndItsRecordingIsWhole) {
   EXPECT_EQ(run("--replay " + file).code, 0);
 }
 
+TEST_F(StationProgram, FliesTheFileThatIsGivenNotTheBundledSceneOfItsName) {
+  const std::string file = write("worksite.yaml", "name: none\n").string();
+  const Outcome outcome = run("--port 0 --seconds 0.1 --scene " + file);
+  EXPECT_EQ(outcome.code, 2);
+  const std::string list = run("--list --scene " + std::string(STATION_SCENES) + "/worksite.yaml").out;
+  EXPECT_EQ(list.find("worksite"), list.rfind("\nworksite") + 1) << list;
+}
+
 TEST_F(StationProgram, SaysInOneLineWhatItCannotDo) {
   EXPECT_EQ(run("--scene nowhere --port 0").err,
             "touchstone_station: there is no scene 'nowhere': see --list\n");
