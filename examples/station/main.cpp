@@ -152,8 +152,9 @@ int fly(const StationOptions& options, const fs::path& folder) {
   Session session(scenes, scene, options.methods);
   Exchange exchange(most_frame_bytes(scenes));
   MergeJudge judge(scenes);
-  Recorder recorder(scenes, {scenes[scene]->name, options.rate, options.methods, {}, 0, {}}, options.record);
+  Recorder recorder(scenes, {scenes[scene]->name, options.rate, options.methods, {}, 0, {}});
   Server server(options.server, exchange, scenes, scene, options.rate, &recorder);
+  if (!options.record.empty()) recorder.open(options.record);
   Clerk clerk(judge, recorder);
   StationLoop loop(session, exchange, judge, &recorder);
   const std::string token = options.server.token.empty() ? "" : "?token=" + options.server.token;

@@ -96,7 +96,9 @@ std::string input_line(const RecordedInput& input, const StationScenes& scenes) 
 }
 
 std::string end_line(std::uint64_t frames, std::uint64_t hash) {
-  return json{{"frames", frames}, {"hash", hash_text(hash)}}.dump() + "\n";
+  return json{{"frames", frames}, {"hash", hash_text(hash)}}.dump(-1, ' ', false,
+                                                                  json::error_handler_t::replace) +
+         "\n";
 }
 
 Recording read_header(std::istream& in, const std::string& name) {
@@ -156,13 +158,18 @@ struct Recorder::State {
   std::ofstream file;
 };
 
-Recorder::Recorder(const StationScenes& scenes, const Recording& header, const std::filesystem::path& file)
+Recorder::Recorder(const StationScenes& scenes, const Recording& header)
     : scenes_(&scenes), ring_(kRoom), state_(std::make_unique<State>()) {
-  if (!file.empty()) {
-    state_->file.open(file);
-    if (!state_->file) throw InputError(file.string() + ": cannot be written");
-  }
   write(header_line(header));
+}
+
+void Recorder::open(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_regular_file(file, error) && std::filesystem::file_size(file, error) != 0)
+    throw InputError(file.string() + ": is there already, and is not overwritten");
+  state_->file.open(file, std::ios::app);
+  state_->file << kept() << std::flush;
+  if (!state_->file) throw InputError(file.string() + ": cannot be written");
 }
 
 Recorder::~Recorder() = default;

@@ -48,10 +48,11 @@ void replay(const Recording& recording, Session& session, std::uint64_t frames =
 /// recording is incomplete then, and its end says so.
 class Recorder {
  public:
-  /// Keeps a reference. @param file empty: kept in memory alone. @throws InputError when it cannot be
-  /// written.
-  Recorder(const StationScenes& scenes, const Recording& header, const std::filesystem::path& file);
+  /// Keeps a reference; in memory alone, until open().
+  Recorder(const StationScenes& scenes, const Recording& header);
   ~Recorder();
+  /// Before the first input. @throws InputError: it is there and not empty, or cannot be written.
+  void open(const std::filesystem::path& file);
 
   /// The loop's thread; no allocation.
   void offer(const RecordedInput& input) noexcept;

@@ -34,7 +34,7 @@ struct Flown {
 /// Flies with changing hands and all kinds of controls, through the recorder.
 Flown fly_and_record(const StationScenes& scenes) {
   Session session(scenes, 0);
-  Recorder recorder(scenes, {scenes[0]->name, 50.0, kAllMethods, {}, 0, {}}, {});
+  Recorder recorder(scenes, {scenes[0]->name, 50.0, kAllMethods, {}, 0, {}});
   const auto set = [&](const Control& control) {
     recorder.offer({session.frame(), control});
     session.set(control);
@@ -232,7 +232,7 @@ struct Bench {
         session(scenes, 0, methods),
         exchange(most_frame_bytes(scenes)),
         judge(scenes),
-        recorder(scenes, {scenes[0]->name, 50.0, methods, {}, 0, {}}, {}),
+        recorder(scenes, {scenes[0]->name, 50.0, methods, {}, 0, {}}),
         loop(session, exchange, judge, &recorder) {}
 
   void hold(const HandInput& hand) {

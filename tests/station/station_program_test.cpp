@@ -43,6 +43,14 @@ TEST_F(StationProgram, ASignalEndsItAndItsRecordingIsWhole) {
   EXPECT_EQ(run("--replay " + file).code, 0);
 }
 
+TEST_F(StationProgram, OverwritesNoRecording) {
+  const std::string file = write("flight.jsonl", "of another\n").string();
+  const Outcome outcome = run("--port 0 --seconds 0.1 --record " + file);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("is not overwritten"), std::string::npos) << outcome.err;
+  EXPECT_EQ(read(file), "of another\n");
+}
+
 TEST_F(StationProgram, FliesTheFileThatIsGivenNotTheBundledSceneOfItsName) {
   const std::string file = write("worksite.yaml", "name: none\n").string();
   const Outcome outcome = run("--port 0 --seconds 0.1 --scene " + file);
