@@ -245,6 +245,8 @@ void Server::State::listen() {
   if (error) throw InputError("'" + settings.bind + "' is no address");
   if (!address.is_loopback() && settings.token.empty())
     throw InputError("bound beyond loopback, the station needs a token");
+  if (!address.is_loopback() && settings.udp_port != 0)
+    throw InputError("datagrams of hands bring no token: no --udp with a --bind beyond loopback");
   const tcp::endpoint endpoint(address, settings.port);
   acceptor.open(endpoint.protocol(), error);
   if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);

@@ -283,6 +283,9 @@ TEST_F(StationServer, BeyondLoopbackAsksForATokenAndTakesItsCookie) {
   settings_.bind = "0.0.0.0";
   EXPECT_THROW(start(), InputError);
   settings_.token = "0123456789abcdef";
+  settings_.udp_port = 1;
+  EXPECT_THROW(start(), InputError);  // datagrams bring no token
+  settings_.udp_port = 0;
   start();
   EXPECT_EQ(get(server_->port(), "/", host()).status, 403U);
   EXPECT_EQ(get(server_->port(), "/?token=wrong", host()).status, 403U);
