@@ -18,6 +18,26 @@ window.seen = {
   inputs: (from = 0) => fake.received.slice(from).filter(message => message.type === 'input'),
   controls: () => fake.received.filter(message => message.type === 'control'),
 
+  // A saved flight's bytes, of these texts and frames.
+  flight({texts, frames}) {
+    const text = new TextEncoder().encode(typeof texts === 'string' ? texts : JSON.stringify(texts));
+    return new Blob(['TSR1', new Uint32Array([text.length]), text, ...frames.flatMap(frame => [new Uint32Array([frame.byteLength]), frame])]);
+  },
+
+  // What is shown, to be saved.
+  shown() {
+    const {station: {hello, scene}, timeline} = touchstoneStation;
+    return {texts: structuredClone({hello, scene}), frames: [...timeline.frames]};
+  },
+
+  // Opens a file as by hand.
+  openFile(bytes) {
+    const chosen = new DataTransfer(), input = document.getElementById('open');
+    chosen.items.add(new File([bytes], 'flight.tsf'));
+    input.files = chosen.files;
+    input.dispatchEvent(new Event('change'));
+  },
+
   // Texts whose contrast to what lies behind is less than WCAG 2.2's 4.5 to 1 (large or bold ones 3 to 1).
   faint() {
     const parse = colour => { const [r, g, b, a = 1] = colour.match(/[\d.]+/g).map(Number); return {rgb: [r, g, b], a}; };

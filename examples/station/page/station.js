@@ -28,8 +28,14 @@ const oursOf = frame => frame.methods.find(method => method.index === ours()) ||
 const theme = () => get('theme').value !== 'auto' ? get('theme').value : matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
 
 function trouble(text) {
+  clearTimeout(station.briefly);
   say(get('trouble'), text);
   get('trouble').hidden = !text;
+}
+
+function troubleBriefly(text) {
+  trouble(text);
+  station.briefly = setTimeout(() => trouble(''), 6000);
 }
 
 // ---- screens
@@ -182,7 +188,7 @@ const takes = {
     if (!get('debrief').open) get('debrief').showModal();
   },
   latency(message) { station.stages = message.stages_us; station.deadline = message.deadline; },
-  error(message) { trouble(`The station says: ${message.text}`); setTimeout(() => trouble(''), 6000); }};
+  error(message) { troubleBriefly(`The station says: ${message.text}`); }};
 
 // ---- what the hands do
 
@@ -336,16 +342,16 @@ function showLine() {
 
 async function openFlight(file) {
   try {
-    const {hello, scene} = timeline.open(await file.arrayBuffer());
-    const frames = timeline.frames;
+    const flight = new Timeline(), {hello, scene} = flight.open(await file.arrayBuffer());
     if (!station.liveScene) station.liveScene = station.scene;
     takes.hello(hello);
     takeScene(scene);
-    Object.assign(timeline, {frames, opened: true});
+    Object.assign(timeline, flight);
     get('line').value = '0';
     look('stop');
+    trouble('');
   } catch (fault) {
-    trouble(`Not opened: ${fault.message}`);
+    troubleBriefly(`Not opened: ${fault.message}`);
   }
 }
 
