@@ -197,8 +197,17 @@ const LatchOption* Flight::nearest_option(const Method& method, std::uint32_t ob
 
 ControlAnswer Flight::latch(std::uint32_t object) {
   ControlAnswer answer{false, "nothing within reach of the latch"};
-  for (Method& method : methods_) {
-    const LatchOption* const option = nearest_option(method, object);
+  // All methods are asked before any changes.
+  std::array<const LatchOption*, kMethods> options{};
+  for (std::size_t i = 0; i < methods_.size(); ++i) {
+    const LatchOption* const option = options[i] = nearest_option(methods_[i], object);
+    if (option != nullptr && methods_[i].way->formation().root_of(option->carrier) == option->carried)
+      return {false, scene_->setting.object_name(option->carried) + " carries " +
+                         scene_->setting.object_name(option->carrier) + ": a latch would close a cycle"};
+  }
+  for (std::size_t i = 0; i < methods_.size(); ++i) {
+    Method& method = methods_[i];
+    const LatchOption* const option = options[i];
     if (option == nullptr) continue;
     act(method, {OperatorAction::Kind::latch, 0.0, option->carried, option->carrier, option->allowed});
     if (method.kind == MethodKind::ours)

@@ -248,7 +248,7 @@ std::string hello_json(const StationScenes& scenes, std::size_t scene, std::uint
                 {"vernier", {{"translation", scales.vernier}, {"rotation", scales.vernier_turn}}},
                 {"joint", scales.joint}}},
               {"limits", {{"clients", most_clients}, {"message_bytes", most_bytes}, {"late_us", kLate}}}}
-      .dump();
+      .dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 std::string scene_json(const StationScene& scene, std::uint32_t serial) {
@@ -303,7 +303,7 @@ std::string state_json(const StateMessage& state, const StationScenes& scenes, s
               {"latched", latched},
               {"faults", faults},
               {"pilot", pilot}}
-      .dump();
+      .dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 namespace {
@@ -331,7 +331,7 @@ json score(const StateMessage& state, const StationScenes& scenes) {
 }  // namespace
 
 std::string score_json(const StateMessage& state, const StationScenes& scenes) {
-  return score(state, scenes).dump();
+  return score(state, scenes).dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 std::string debrief_json(const StateMessage& state, const StationScenes& scenes,
@@ -342,11 +342,12 @@ std::string debrief_json(const StateMessage& state, const StationScenes& scenes,
   for (const auto& point : path) out["path"].push_back(point);
   out["events"] = json::array();
   for (const std::string& event : events) out["events"].push_back(json::parse(event));
-  return out.dump();
+  return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 std::string pong_json(double stamp, double received_us, double sent_us) {
-  return json{{"type", "pong"}, {"stamp", stamp}, {"received_us", received_us}, {"sent_us", sent_us}}.dump();
+  return json{{"type", "pong"}, {"stamp", stamp}, {"received_us", received_us}, {"sent_us", sent_us}}.dump(
+      -1, ' ', false, json::error_handler_t::replace);
 }
 
 std::string error_json(std::string_view text) {
@@ -376,7 +377,7 @@ std::string latency_json(const LatencyFigures& latency, const LoopFigures& loop,
                 {"p999_step_us", loop.step.quantile_us(0.999)}}},
               {"offset_us", offset_us},
               {"rtt_us", rtt_us}}
-      .dump();
+      .dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 }  // namespace touchstone::station

@@ -235,7 +235,7 @@ std::string scene_json(const StationScene& scene) {
                     {"cameras", cameras_json(scene)},
                     {"latches", latches_json(scene)},
                     {"tasks", tasks_json(scene)}};
-  return out.dump();
+  return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 }  // namespace touchstone::station

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <thread>
 
@@ -197,6 +199,54 @@ TEST(StationLatch, ClosesWithinReachAloneAndCarriesInAllMethods) {
   EXPECT_EQ(session.flight().figures().done_at[1], 0.0);
   EXPECT_TRUE(session.set({Control::Kind::release}).done);
   EXPECT_FALSE(session.set({Control::Kind::release}).done);
+}
+
+/// Two blocks that a script latches one way and then the other, under a title that is no UTF-8.
+StationScenes two_blocks() {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) /
+      ("touchstone_station_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "blocks_scene.yaml") << R"(name: blocks
+frame_rate: 50
+duration: 60
+contact_gap: 1.0e-6
+policy: slide
+objects:
+  - {name: a, pose: {position: [0, 0, 0]}, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}
+  - {name: b, pose: {position: [1.01, 0, 0]}, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}
+)";
+  std::ofstream(folder / "blocks.yaml") << "name: MY \xff OWN\n"
+                                        << R"(scene: {file: blocks_scene.yaml}
+policy: slide
+duration: 60
+hands:
+  - {object: a, rates: [{time: 0}]}
+actions:
+  - {time: 1, latch: {carrier: a, carried: b}}
+  - {time: 2, release: b}
+  - {time: 3, latch: {carrier: b, carried: a}}
+)";
+  StationScenes out;
+  out.push_back(load_station_scene((folder / "blocks.yaml").string(), 50.0));
+  return out;
+}
+
+TEST(StationLatch, ACycleIsRefusedAndChangesNoMethod) {
+  const StationScenes scenes = two_blocks();
+  Session session(scenes, 0), with_one(scenes, 0);
+  ASSERT_TRUE(session.set({Control::Kind::latch, true, 1}).done);
+  ASSERT_TRUE(with_one.set({Control::Kind::latch, true, 1}).done);
+  const ControlAnswer answer = session.set({Control::Kind::latch, true, 0});
+  EXPECT_FALSE(answer.done);
+  EXPECT_EQ(answer.text, "a carries b: a latch would close a cycle");
+  for (int frame = 0; frame < 20; ++frame) session.step(ahead(0.2)), with_one.step(ahead(0.2));
+  EXPECT_EQ(session.hash(), with_one.hash());
+}
+
+TEST(StationScenes, ATitleThatIsNoUtf8IsSentWithAReplacement) {
+  const std::string text = scene_json(*two_blocks()[0]);
+  EXPECT_NE(text.find("MY \xef\xbf\xbd OWN"), std::string::npos) << text;
 }
 
 TEST(StationControls, ThatNameWhatIsNotThereChangeNothing) {
