@@ -1,16 +1,16 @@
 // A made-up station in the page itself, for tests: stands in for WebSocket and speaks protocol.md. A tip flies along x
 // towards a wall at x = 1; `no check` goes through, `figure 1` stops 100 ms late, `figure 2` and `ours` stop at it.
-// `fake.solids`: that many boxes move besides; `fake.rate`: frames a second.
+// `fake.solids`: that many boxes move besides; `fake.rate`: frames a second; `fake.choose(name)`: another scene, of the next serial.
 (() => {
 'use strict';
-const fake = window.fake = {solids: 0, rate: 50, received: [], sockets: [], down: false, dead: false, wall: 1, ...(window.fakeOptions || {})};
+const fake = window.fake = {solids: 0, rate: 50, received: [], sockets: [], down: false, dead: false, wall: 1, serial: 1, name: 'made_up', ...(window.fakeOptions || {})};
 const box = (x, y, z) => [...Array(8).keys()].flatMap(i => [(i >> 2 & 1 ? x : -x) / 2, (i >> 1 & 1 ? y : -y) / 2, (i & 1 ? z : -z) / 2]);
 const shapes = [['arm.boom', 'link', [2, 0.2, 0.2]], ['arm.tip_lee', 'link', [0.4, 0.3, 0.3]], ['wall', 'static', [0.3, 2, 2]], ['block', 'free', [0.4, 0.4, 0.4]]];
 const half = 0.2, gap = 1e-9;
 
 function scene() {
   const all = [...shapes, ...Array.from({length: fake.solids}, (_, i) => [`mote ${i}`, 'free', [0.12, 0.12, 0.12]])];
-  return {type: 'scene', name: 'made_up', title: 'Made up', description: '', serial: 1, gap,
+  return {type: 'scene', name: fake.name, title: 'Made up', description: '', serial: fake.serial, gap,
     objects: all.map(([name, kind], i) => ({name, kind, selectable: kind !== 'link', moves: kind !== 'static', solids: [i]})),
     solids: all.map(([name, , size], i) => ({object: i, name, vertices: box(...size)})),
     arms: [{name: 'arm', links: [0, 1], hand: 1, tip: {object: 1, position: [half, 0, 0], rotation: [0, 0, 0, 1]}, base: {position: [0, 0, 0], rotation: [0, 0, 0, 1]},
@@ -21,6 +21,12 @@ function scene() {
       {name: 'pan-tilt', object: -1, position: [-1.5, 2.5, 1.4], look: [1, -1, -0.5], up: [0, 0, 1], fov: 0.8}],
     tasks: [{name: 'touch', title: 'Touch the wall'}], latches: []};
 }
+
+// `lost`: its text does not arrive.
+fake.choose = (name, lost = false) => {
+  Object.assign(fake, {name, serial: fake.serial + 1});
+  if (!lost) fake.sockets.at(-1).text(scene());
+};
 
 class FakeSocket extends EventTarget {
   constructor(url, protocol) {
@@ -36,7 +42,7 @@ class FakeSocket extends EventTarget {
     this.readyState = 1;
     this.onopen?.({});
     const methods = [['no check', 'every command is carried out'], ['figure 1', 'the image generator reports contacts 100 ms late'], ['figure 2', 'the first build'], ['ours', 'contact world']];
-    this.text({type: 'hello', version: 1, client: 1, rate_hz: fake.rate, station_us: this.clock(), scenes: [{name: 'made_up', title: 'Made up'}, {name: 'other', title: 'Other'}], scene: 'made_up',
+    this.text({type: 'hello', version: 1, client: 1, rate_hz: fake.rate, station_us: this.clock(), scenes: [{name: 'made_up', title: 'Made up'}, {name: 'other', title: 'Other'}], scene: fake.name,
       methods: methods.map(([name, what]) => ({name, what})), limits: {late_us: 150000}});
     this.text(scene());
     this.text({type: 'state', frame: 0, ...this.state});
@@ -98,7 +104,7 @@ class FakeSocket extends EventTarget {
     view.setUint16(76, 4, true); view.setUint16(78, 2, true); view.setUint32(80, near, true); view.setUint32(84, 2, true);
     const touching = this.x[3] >= limit;
     view.setUint32(104, (this.state.brakes ? 1 : 0) | (this.state.vernier ? 2 : 0) | (blocked ? 256 : 0) | (touching ? 512 : 0), true);
-    view.setUint32(108, bytes, true); view.setUint32(112, 1, true);
+    view.setUint32(108, bytes, true); view.setUint32(112, fake.serial, true);
     let at = 128;
     this.x.forEach((x, i) => {
       const depth = Math.max(0, x - limit), stopped = i === 3 && blocked;

@@ -1,4 +1,5 @@
-// Saved flights, opened again: wrong ones change nothing.
+// Saved flights, opened again: wrong ones change nothing, right ones leave what is live as the station says
+// it.
 #include "touchstone/tests/station_page/station_page_test.hpp"
 
 namespace touchstone::station {
@@ -40,6 +41,72 @@ TEST_F(StationPage, RefusesAWrongSavedFlightInOneLineAndStaysAsItWas) {
     if (HasFailure()) return;
   }
   EXPECT_EQ(text("at"), "live");
+}
+
+TEST_F(StationPage, KeepsAnOpenedFlightApartFromWhatIsLive) {
+  open();
+  ASSERT_TRUE(becomes_true("touchstoneStation.timeline.frames.length > 2"));
+  value(R"((it => {
+    it.texts.hello = {methods: it.texts.hello.methods.map(({what}, i) => ({name: `saved ${i}`, what})), scenes: [], scene: 'saved'};
+    Object.assign(it.texts.scene, {name: 'saved', serial: 77});
+    it.texts.scene.objects[2].name = 'saved wall';
+    it.texts.scene.arms[0].joints.pop();
+    window.saved = seen.flight(it);
+  })(seen.shown()))");
+  const auto is_live = [&](const std::string& name) {
+    return becomes_true("(({station: {scene, hello, looking, frame}}) => !looking && scene.name === '" +
+                        name +
+                        "' && hello.methods[3].name === 'ours' && frame?.serial === "
+                        "fake.serial)(touchstoneStation)");
+  };
+  const std::string is_opened =
+      "(({station: {scene, hello, looking}, timeline}) => looking && scene.name === 'saved' && "
+      "hello.methods[3].name === 'saved 3' && timeline.frames.length > 2)(touchstoneStation)";
+  const std::string live = "document.getElementById('live').click()";
+
+  value("seen.openFile(window.saved)");
+  ASSERT_TRUE(becomes_true(is_opened));
+  // What the hands and the instructor choose from is the station's.
+  EXPECT_EQ(value("document.getElementById('scenes').options.length"), 2);
+  EXPECT_EQ(value("document.getElementById('joint').options.length"), 2);
+  value("fake.sockets[0].text({type: 'event', frame: 9, time: 1, kind: 'began', a: 1, b: 2})");
+  EXPECT_THAT(text("events"), testing::HasSubstr("arm.tip_lee – wall"));
+  value(live);
+  EXPECT_TRUE(is_live("made_up"));
+  EXPECT_THAT(text("methods"), testing::Not(testing::HasSubstr("saved")));
+
+  // Another scene, live; then a flight again.
+  value("fake.choose('second')");
+  ASSERT_TRUE(is_live("second"));
+  value("seen.openFile(window.saved)");
+  ASSERT_TRUE(becomes_true(is_opened));
+  value(live);
+  EXPECT_TRUE(is_live("second"));
+
+  // Another scene while a flight is open.
+  value("seen.openFile(window.saved)");
+  ASSERT_TRUE(becomes_true(is_opened));
+  value("fake.choose('third')");
+  browser_->wait(0.2);
+  EXPECT_EQ(value(is_opened), true);
+  value(live);
+  EXPECT_TRUE(is_live("third"));
+  EXPECT_EQ(value("fake.sockets.length"), 1);
+}
+
+TEST_F(StationPage, LooksBackOnWhileAnotherSceneIsChosen) {
+  open();
+  ASSERT_TRUE(becomes_true("touchstoneStation.timeline.frames.length > 5"));
+  value(
+      "(line => { line.value = '1'; line.dispatchEvent(new Event('input')); "
+      "})(document.getElementById('line'))");
+  const nlohmann::json at = text("at");
+  value("fake.choose('second')");
+  browser_->wait(0.2);
+  EXPECT_EQ(text("at"), at);
+  EXPECT_EQ(value("touchstoneStation.station.scene.name"), "made_up");
+  value("document.getElementById('live').click()");
+  EXPECT_TRUE(becomes_true("touchstoneStation.station.frame?.serial === 2"));
 }
 
 }  // namespace

@@ -74,6 +74,10 @@ export function cueOf(frame, method) {
 }
 
 export class Panels {
+  constructor() {
+    this.liveJoints = [];
+  }
+
   setMethods(methods, choose) {
     this.methods = methods;
     get('methods').replaceChildren(...methods.map((method, i) => element('tr', {},
@@ -81,14 +85,22 @@ export class Panels {
       element('td'), element('td'), element('td'))));
   }
 
-  setScene(scene) {
-    this.scene = scene;
-    this.joints = scene.arms.flatMap(arm => arm.joints);
-    const options = () => this.joints.map((joint, i) => element('option', {value: String(i)}, joint.name));
+  // What the station flies: its choices, events and score are of this scene also while another is looked back at.
+  setLive(scene) {
+    this.live = scene;
+    this.liveJoints = scene.arms.flatMap(arm => arm.joints);
+    const options = () => this.liveJoints.map((joint, i) => element('option', {value: String(i)}, joint.name));
     get('joint').replaceChildren(...options());
     get('fault-joint').replaceChildren(...options());
     get('off-object').replaceChildren(...scene.objects.map((object, i) => [object, i]).filter(([object]) => object.selectable)
       .map(([object, i]) => element('option', {value: String(i)}, object.name)));
+    get('events').replaceChildren();
+  }
+
+  // What is shown.
+  setScene(scene) {
+    this.scene = scene;
+    this.joints = scene.arms.flatMap(arm => arm.joints);
     for (const joint of this.joints) {  // null: no limit
       joint.lower ??= -2 * Math.PI;
       joint.upper ??= 2 * Math.PI;
@@ -146,7 +158,7 @@ export class Panels {
 
   showScore(score) {
     list(get('task-list'), (score.tasks || []).map(task => {
-      const described = (this.scene.tasks || []).find(one => one.name === task.name);
+      const described = (this.live.tasks || []).find(one => one.name === task.name);
       return [described?.title || task.name, task.done ? `done, ${task.elapsed.toFixed(1)} s` : 'open', task.done ? 'done' : ''];
     }), 'fly freely');
     // A debrief has the path's points in place of its length.
@@ -160,7 +172,7 @@ export class Panels {
   // facets ended says little: a slide along a tube's facets makes and ends many.
   addEvent(event) {
     if (event.kind === 'ended') return;
-    const objectOf = solid => this.scene.objects[this.scene.solids[solid]?.object]?.name;
+    const objectOf = solid => this.live.objects[this.live.solids[solid]?.object]?.name;
     const pair = event.a >= 0 && event.b >= 0 ? `${objectOf(event.a)} – ${objectOf(event.b)}` : '';
     const text = `${event.kind.replace(/_/g, ' ')} ${event.text && event.text !== event.kind ? event.text : pair}`.trim(), seconds = event.time === undefined ? '' : `${event.time.toFixed(2)} s`;
     const log = get('events'), again = [...log.children].slice(0, 8).find(row => row.dataset.text === text);
@@ -189,7 +201,7 @@ export class Panels {
     svg.innerHTML = path.length < 2 ? '<text x="10" y="20">no path yet</text>' :
       `<polyline points="${project(1, 2, 0)}"/><polyline points="${project(1, 3, 200)}"/><text x="10" y="14">from above</text><text x="210" y="14">from the side</text>`;
     list(get('debrief-events'), (debrief.events || []).slice(-200).map(event =>
-      [`${(event.kind || '').replace(/_/g, ' ')} ${event.text || (event.a >= 0 ? `${nameOf(this.scene, event.a)} – ${nameOf(this.scene, event.b)}` : '')}`, event.time === undefined ? '' : `${event.time.toFixed(2)} s`]), 'no events');
+      [`${(event.kind || '').replace(/_/g, ' ')} ${event.text || (event.a >= 0 ? `${nameOf(this.live, event.a)} – ${nameOf(this.live, event.b)}` : '')}`, event.time === undefined ? '' : `${event.time.toFixed(2)} s`]), 'no events');
   }
 
   showLatency(latency, stages) {

@@ -20,9 +20,13 @@ const keys = {Space: 'brakes', KeyV: 'vernier', KeyM: 'mode', KeyT: 'frame', Key
 
 const station = {hello: null, scene: null, state: {}, frame: null, shown: 3, sideBySide: false, selected: -1, stages: null,
   screens: [], orbit: new Orbit(), mounted: [], mainCamera: -1, drawn: 0, broken: 0, ages: [], intervals: []};
-const panels = new Panels(), sound = new Sound(), latency = new Latency(), timeline = new Timeline();
+// What the station said last, whatever is shown: `station` has hello, scene and flight of what is, which may be looked back at.
+const live = {hello: null, scene: null, flight: new Timeline(), faults: []};
+station.flight = live.flight;
+const panels = new Panels(), sound = new Sound(), latency = new Latency();
 let link, hand, renderer, picture;
 
+const showsLive = () => station.scene === live.scene;
 const ours = () => Math.max(0, station.hello.methods.findIndex(method => method.name === 'ours'));
 const oursOf = frame => frame.methods.find(method => method.index === ours()) || frame.methods[frame.methods.length - 1];
 const theme = () => get('theme').value !== 'auto' ? get('theme').value : matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
@@ -112,6 +116,7 @@ function layScreens() {
   station.mounted.slice(0, small).forEach(mounted => makeScreen(get('cctv'), mounted.described.name,
     {method: station.shown, mounted, camera: poses => mounted.at(poses)}));
   get('screens').classList.toggle('no-cctv', station.sideBySide || !get('show-cctv').checked || !scene.cameras.length);
+  showFailedCameras();
   redraw();
 }
 
@@ -121,20 +126,29 @@ function click(screen, event) {
   const method = frame.methods.find(one => one.index === screen.method) || oursOf(frame);
   station.selected = picture.pick(screen, event.clientX, event.clientY, method.poses);
   const object = station.scene.objects[station.selected];
-  if (object?.selectable) get('off-object').value = String(station.selected);
+  if (object?.selectable && showsLive()) get('off-object').value = String(station.selected);
   showSelected();
 }
 
 function showSelected() {
   const object = station.scene.objects[station.selected];
-  const off = (station.state.selected_off || []).includes(station.selected);
+  const off = showsLive() && (station.state.selected_off || []).includes(station.selected);
   say(get('selected'), object ? `${object.name}: ${object.kind}, ${object.solids.length} hexahedra, ${off ? 'not checked' : 'checked'}` :
     'Click a thing in the picture to select it.');
 }
 
-// ---- what the station says
+function showFailedCameras() {
+  for (const screen of station.screens)
+    screen.failed = Boolean(screen.mounted) && showsLive() && live.faults.some(fault => fault.kind === 'camera' && fault.camera === screen.mounted.index && fault.on !== false);
+}
 
-function takeScene(scene) {
+function showHello(hello) {
+  station.hello = hello;
+  station.shown = ours();
+  panels.setMethods(hello.methods, choose);
+}
+
+function showScene(scene) {
   station.scene = scene;
   station.frame = null;
   station.mounted = scene.cameras.map((camera, i) => new Mounted(camera, i));
@@ -144,12 +158,33 @@ function takeScene(scene) {
   picture.setScene(scene);
   picture.path = null;
   panels.setScene(scene);
-  timeline.clear();
+  layScreens();
+}
+
+// What is looked back at stays until one goes live.
+function showLive() {
+  if (!live.scene) return;
+  station.flight = live.flight;
+  if (station.hello !== live.hello) showHello(live.hello);
+  if (!showsLive()) showScene(live.scene);
+}
+
+// ---- what the station says
+
+function takeHello(hello) {
+  live.hello = hello;
+  get('scenes').replaceChildren(...hello.scenes.map(({name, title}) => element('option', {value: name}, title || name)));
+  get('scenes').value = hello.scene;
+  if (!station.looking) showLive();
+}
+
+function takeScene(scene) {
+  Object.assign(live, {scene, flight: new Timeline()});
+  panels.setLive(scene);
   latency.clear();
-  get('events').replaceChildren();
   get('fault-cameras').replaceChildren(...scene.cameras.map((camera, i) => element('label', {className: 'check'},
     element('input', {type: 'checkbox', onchange: event => link.control({fault: {kind: 'camera', camera: i, on: event.target.checked}})}), ` ${camera.name} fails`)));
-  layScreens();
+  if (!station.looking) showLive();
 }
 
 function takeState(state) {
@@ -164,27 +199,21 @@ function takeState(state) {
   if (state.scene) get('scenes').value = state.scene;
   say(get('pilot'), state.pilot === undefined || state.pilot === null || state.pilot < 0 ? '' : state.pilot === link.client ? 'you fly' : `client ${state.pilot} flies`);
   const faults = state.faults || [];
-  say(get('faults'), faults.length ? `Faults: ${faults.map(fault => [fault.kind, fault.joint !== undefined ? panels.joints[fault.joint]?.name : '', fault.share ?? fault.delay ?? ''].filter(part => part !== '').join(' ')).join('; ')}` : 'No faults.');
-  for (const screen of station.screens)
-    screen.failed = Boolean(screen.mounted) && faults.some(fault => fault.kind === 'camera' && fault.camera === screen.mounted.index && fault.on !== false);
+  say(get('faults'), faults.length ? `Faults: ${faults.map(fault => [fault.kind, fault.joint !== undefined ? panels.liveJoints[fault.joint]?.name : '', fault.share ?? fault.delay ?? ''].filter(part => part !== '').join(' ')).join('; ')}` : 'No faults.');
+  live.faults = faults;
+  showFailedCameras();
   if (station.scene) showSelected();
 }
 
 const takes = {
-  hello(hello) {
-    station.hello = hello;
-    station.shown = ours();
-    panels.setMethods(hello.methods, choose);
-    get('scenes').replaceChildren(...hello.scenes.map(({name, title}) => element('option', {value: name}, title || name)));
-    get('scenes').value = hello.scene;
-  },
+  hello: takeHello,
   scene: takeScene,
   state: takeState,
-  event(event) { if (station.scene) panels.addEvent(event); },
-  score(score) { if (station.scene) panels.showScore(score); },
+  event(event) { if (live.scene) panels.addEvent(event); },
+  score(score) { if (live.scene) panels.showScore(score); },
   debrief(debrief) {
     panels.showDebrief(debrief);
-    picture.path = (debrief.path || []).map(point => point.slice(1, 4));
+    if (showsLive()) picture.path = (debrief.path || []).map(point => point.slice(1, 4));
     if (!get('debrief').open) get('debrief').showModal();
   },
   latency(message) { station.stages = message.stages_us; station.deadline = message.deadline; },
@@ -213,7 +242,7 @@ function zoomMain(factor) {
 }
 
 function stepJoint(by) {
-  const joints = panels.joints.length;
+  const joints = panels.liveJoints.length;
   if (joints) link.control({mode: 'joint', joint: ((station.state.joint ?? 0) + by + joints) % joints});
 }
 
@@ -245,7 +274,7 @@ const commands = {
   assist() { setAssist(!station.assisting); },
   edges() { get('show-edges').click(); },
   ghost() { get('show-ghost').click(); },
-  play() { if (timeline.frames.length) look(!station.playing ? 'play' : 'stop'); },
+  play() { if (station.flight.frames.length) look(!station.playing ? 'play' : 'stop'); },
   live() { look('live'); },
   help() { if (get('help').open) get('help').close(); else get('help').showModal(); },
   'joint-back'() { stepJoint(-1); },
@@ -313,11 +342,8 @@ function sendHand() {
 function look(what) {
   station.playing = what === 'play';
   station.looking = what !== 'live';
-  if (what === 'live' && timeline.opened) {
-    timeline.clear();
-    takeScene(station.liveScene);
-  }
-  if (what === 'play' && Number(get('line').value) >= timeline.frames.length - 1) get('line').value = '0';
+  if (what === 'live') showLive();
+  if (what === 'play' && Number(get('line').value) >= station.flight.frames.length - 1) get('line').value = '0';
   get('live').setAttribute('aria-pressed', String(!station.looking));
   get('play').setAttribute('aria-pressed', String(station.playing));
   if (station.looking) hand.letGo();
@@ -325,13 +351,13 @@ function look(what) {
 }
 
 function showLine() {
-  const line = get('line'), last = Math.max(0, timeline.frames.length - 1);
+  const line = get('line'), last = Math.max(0, station.flight.frames.length - 1);
   if (Number(line.max) !== last) line.max = String(last);
   if (!station.looking) {
     line.value = String(last);
     return say(get('at'), 'live');
   }
-  const buffer = timeline.frames[Number(line.value)];
+  const buffer = station.flight.frames[Number(line.value)];
   const frame = buffer && readFrame(buffer);
   if (!frame) return;
   station.frame = frame;
@@ -343,10 +369,9 @@ function showLine() {
 async function openFlight(file) {
   try {
     const flight = new Timeline(), {hello, scene} = flight.open(await file.arrayBuffer());
-    if (!station.liveScene) station.liveScene = station.scene;
-    takes.hello(hello);
-    takeScene(scene);
-    Object.assign(timeline, flight);
+    station.flight = flight;
+    showHello(hello);
+    showScene(scene);
     get('line').value = '0';
     look('stop');
     trouble('');
@@ -356,7 +381,7 @@ async function openFlight(file) {
 }
 
 function saveFlight() {
-  const link = element('a', {href: URL.createObjectURL(timeline.file(station.hello, station.scene)), download: `${station.scene.name}.tsf`});
+  const link = element('a', {href: URL.createObjectURL(station.flight.file(station.hello, station.scene)), download: `${station.scene.name}.tsf`});
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
@@ -501,7 +526,7 @@ function turnOfLoop(now) {
   if (!station.scene || renderer.lost) return;
   const buffer = link.newest, frame = link.take();
   if (frame && !station.looking && frame.objects === station.scene.objects.length && (station.scene.serial === undefined || frame.serial === station.scene.serial)) {
-    timeline.add(buffer);
+    live.flight.add(buffer);
     // What looks as it did is on the screen: drawing it again, by software, takes the processor from the station beside.
     const drawn = aim(frame) || station.dirty || !looksLike(station.frame, frame);
     station.frame = frame;
@@ -522,8 +547,8 @@ function turnOfLoop(now) {
 // At the speed at which it was flown.
 function playOn(now) {
   const line = get('line'), at = Number(line.value);
-  if (at >= timeline.frames.length - 1) return look('stop');
-  const next = readFrame(timeline.frames[at + 1]);
+  if (at >= station.flight.frames.length - 1) return look('stop');
+  const next = readFrame(station.flight.frames[at + 1]);
   station.playFrom = station.playFrom && now - station.playFrom < 1000 ? station.playFrom : now;
   const gap = next ? (next.time - station.frame.time) * 1000 : 0;
   if (now - station.playFrom < gap && gap < 1000) return;
@@ -601,5 +626,5 @@ function start() {
 }
 
 // For tests and for the curious: everything at hand in the console.
-window.touchstoneStation = {station, latency, timeline, sound, get link() { return link; }, get hand() { return hand; }, get renderer() { return renderer; }, get picture() { return picture; }};
+window.touchstoneStation = {station, live, latency, sound, get timeline() { return station.flight; }, get link() { return link; }, get hand() { return hand; }, get renderer() { return renderer; }, get picture() { return picture; }};
 start();

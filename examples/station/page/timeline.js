@@ -52,15 +52,10 @@ function readTexts(bytes) {
 
 export class Timeline {
   constructor() {
-    this.clear();
-  }
-
-  clear() {
-    Object.assign(this, {frames: [], bytes: 0, opened: false});
+    Object.assign(this, {frames: [], bytes: 0});
   }
 
   add(buffer) {
-    if (this.opened) return;
     this.frames.push(buffer);
     this.bytes += buffer.byteLength;
     while (this.bytes > limit) this.bytes -= this.frames.shift().byteLength;
@@ -90,7 +85,7 @@ export class Timeline {
       at += 4 + bytes;
     }
     checkFrames(frames, described.scene);
-    Object.assign(this, {frames, bytes: size, opened: true});
+    Object.assign(this, {frames, bytes: size});
     return described;
   }
 }
