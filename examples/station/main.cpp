@@ -111,7 +111,10 @@ int replay_file(StationOptions options, const fs::path& folder) {
     fmt::print("{}: {} of {} frames delivered {}\n", figures.receiver, figures.status.delivered,
                figures.status.offered, figures.error);
   print_end(session);
-  if (recording.hash.empty()) return 0;
+  if (recording.hash.empty()) {
+    comparison::print_now("the recording has no end: its bits were NOT compared\n");
+    return 1;
+  }
   const bool is_same = recording.hash == hash_text(session.hash());
   comparison::print_now(is_same ? "the same bits as recorded\n"
                                 : "NOT the bits recorded: " + recording.hash + "\n");

@@ -191,7 +191,8 @@ void Recorder::offer(const RecordedInput& input) noexcept {
 }
 
 void Recorder::write(const std::string& line) {
-  if (state_->file.is_open()) state_->file << line << std::flush;
+  if (state_->file.is_open() && !(state_->file << line << std::flush))
+    lost_.fetch_add(1, std::memory_order_relaxed);  // a full disk
   const std::lock_guard lock(state_->mutex);
   if (state_->kept.size() + line.size() <= kMostKept) state_->kept += line;
 }
