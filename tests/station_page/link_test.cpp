@@ -70,6 +70,19 @@ TEST_F(StationPage, ConnectsAgainByItselfAndLetsGo) {
                    "touchstoneStation.station.frame.frame < 50"));
 }
 
+TEST_F(StationPage, ConnectsAgainWhereTheScenesTextWasLost) {
+  open();
+  value("fake.choose('second')");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.frame?.serial === 2"));
+  EXPECT_EQ(value("fake.sockets.length"), 1) << "its text came";
+  value("fake.choose('third', true)");
+  browser_->wait(0.5);
+  EXPECT_EQ(value("fake.sockets.length"), 1) << "it may still come";
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.frame?.serial === 3"));
+  EXPECT_EQ(value("touchstoneStation.station.scene.name"), "third");
+  EXPECT_EQ(value("fake.sockets.length"), 2);
+}
+
 TEST_F(StationPage, CountsHandToPictureInTheBrowsersClock) {
   open();
   browser_->press("KeyW");

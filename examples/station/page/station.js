@@ -520,11 +520,21 @@ function accountForDrawn(now) {
   link.drawn(frame.frame, stamp);
 }
 
+// Frames of a newer scene than the one told for a second: its text was lost. A new connection begins with it.
+function noticeLostScene(frame, now) {
+  if (!(frame.serial > live.scene?.serial)) station.behindSince = null;
+  else if (now - (station.behindSince ??= now) > 1000) {
+    station.behindSince = null;
+    link.socket.close();
+  }
+}
+
 function turnOfLoop(now) {
   requestAnimationFrame(turnOfLoop);
   accountForDrawn(now);
   if (!station.scene || renderer.lost) return;
   const buffer = link.newest, frame = link.take();
+  if (frame) noticeLostScene(frame, now);
   if (frame && !station.looking && frame.objects === station.scene.objects.length && (station.scene.serial === undefined || frame.serial === station.scene.serial)) {
     live.flight.add(buffer);
     // What looks as it did is on the screen: drawing it again, by software, takes the processor from the station beside.
