@@ -91,6 +91,12 @@ TEST_F(FlownStation, StopsAtContactWhereOthersMergeAndAgreesOnTheTimes) {
   EXPECT_GT(apart[0].get<int>(), 0);
   EXPECT_EQ(apart[0], apart[2]);
   EXPECT_NEAR(apart[1].get<double>(), apart[3].get<double>(), 1.0) << "ms";
+  // What it saves of the real station it opens again.
+  EXPECT_EQ(
+      value("(async () => { const {timeline, station: {hello, scene}} = touchstoneStation, bytes = await "
+            "timeline.file(hello, scene).arrayBuffer(), again = new timeline.constructor(); return "
+            "again.open(bytes).scene.name; })()"),
+      "worksite");
   for (const std::string& asked : browser_->requests())
     EXPECT_TRUE(asked.rfind(station.address(), 0) == 0 || asked.rfind("data:", 0) == 0 ||
                 asked.rfind("ws" + station.address().substr(4), 0) == 0)
