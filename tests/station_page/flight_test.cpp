@@ -91,6 +91,7 @@ TEST_F(StationPage, ShowsWhatTheSameHandMergesWithoutUs) {
   EXPECT_THAT(fact(3), testing::Not(HasSubstr("MERGED")));
   EXPECT_TRUE(becomes_true("document.getElementById('methods').rows[0].cells[1].textContent.endsWith('mm')"));
   EXPECT_EQ(value("document.getElementById('methods').rows[3].cells[2].textContent"), "none");
+  EXPECT_THAT(text("method-what"), HasSubstr("Merged, of what is checked: by exact arithmetic"));
   EXPECT_THAT(value("document.getElementById('methods').rows[3].cells[3].textContent").get<std::string>(),
               testing::StartsWith("0 of "));
   browser_->press("Digit1");

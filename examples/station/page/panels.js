@@ -125,7 +125,7 @@ export class Panels {
       row.cells[1].className = one.depth > 0 ? 'bad' : '';
       row.cells[2].className = one.worst > 0 ? 'bad' : one.judged ? 'good' : '';
     });
-    say(get('method-what'), `${this.methods[shown].name}: ${this.methods[shown].what}. Merged: by exact arithmetic, from the poses shown.`);
+    say(get('method-what'), `${this.methods[shown].name}: ${this.methods[shown].what}. Merged, of what is checked: by exact arithmetic, from the poses shown.`);
   }
 
   showContact(frame, method) {
