@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <utility>
+
+#include "touchstone/contact_core/fit/disjoint_sets.hpp"
 
 namespace touchstone {
 namespace {
@@ -20,15 +21,9 @@ Vector3 area_vector(const TriangleMesh& mesh, std::uint32_t t) {
   return cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]);
 }
 
-std::uint32_t root_of(std::vector<std::uint32_t>& parents, std::uint32_t i) {
-  while (parents[i] != i) i = parents[i] = parents[parents[i]];
-  return i;
-}
-
 // Triangles that meet in edges without a sharp turn, patch by patch.
 std::vector<std::vector<std::uint32_t>> smooth_patches(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parents(mesh.triangles.size());
-  std::iota(parents.begin(), parents.end(), 0U);
+  DisjointSets joined(mesh.triangles.size());
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> sides;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vector3 n = area_vector(mesh, t);
@@ -38,12 +33,11 @@ std::vector<std::vector<std::uint32_t>> smooth_patches(const TriangleMesh& mesh)
       if (is_new) continue;
       const Vector3 other = area_vector(mesh, known->second);
       if (dot(n, other) < kSmooth * norm(n) * norm(other)) continue;
-      const std::uint32_t from = root_of(parents, t), to = root_of(parents, known->second);
-      parents[std::max(from, to)] = std::min(from, to);
+      joined.join(t, known->second);
     }
   }
   std::map<std::uint32_t, std::vector<std::uint32_t>> patches;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) patches[root_of(parents, t)].push_back(t);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) patches[joined.least_of(t)].push_back(t);
   std::vector<std::vector<std::uint32_t>> result;
   for (auto& [root, patch] : patches)
     if (patch.size() >= kFewestFacets) result.push_back(std::move(patch));

@@ -4,6 +4,7 @@
 #include <numeric>
 #include <utility>
 
+#include "touchstone/contact_core/fit/disjoint_sets.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -16,22 +17,12 @@ bool is_before(const Vector3& a, const Vector3& b) {
   return a.y() != b.y() ? a.y() < b.y() : a.z() < b.z();
 }
 
-std::uint32_t root_of(std::vector<std::uint32_t>& parents, std::uint32_t i) {
-  while (parents[i] != i) i = parents[i] = parents[parents[i]];
-  return i;
-}
-
 // The vertices' shells, by joining the corners of each triangle.
-std::vector<std::uint32_t> join_corners(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parents(mesh.vertices.size());
-  std::iota(parents.begin(), parents.end(), 0U);
-  for (const auto& corners : mesh.triangles) {
-    for (int i = 1; i < 3; ++i) {
-      const std::uint32_t a = root_of(parents, corners[0]), b = root_of(parents, corners[i]);
-      parents[std::max(a, b)] = std::min(a, b);
-    }
-  }
-  return parents;
+DisjointSets join_corners(const TriangleMesh& mesh) {
+  DisjointSets out(mesh.vertices.size());
+  for (const auto& corners : mesh.triangles)
+    for (int i = 1; i < 3; ++i) out.join(corners[0], corners[i]);
+  return out;
 }
 
 // An edge with its lower vertex first; `turn` is +1 where the triangle runs up, else -1.
@@ -107,11 +98,11 @@ TriangleMesh weld(const TriangleMesh& mesh) {
 }
 
 MeshShells find_shells(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parents = join_corners(mesh);
+  DisjointSets joined = join_corners(mesh);
   std::vector<std::uint32_t> number(mesh.vertices.size(), static_cast<std::uint32_t>(-1));
   MeshShells shells;
   for (const auto& corners : mesh.triangles) {
-    std::uint32_t& shell = number[root_of(parents, corners[0])];
+    std::uint32_t& shell = number[joined.least_of(corners[0])];
     if (shell == static_cast<std::uint32_t>(-1)) {
       shell = static_cast<std::uint32_t>(shells.is_closed.size());
       shells.is_closed.push_back(1);
