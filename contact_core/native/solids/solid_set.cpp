@@ -61,20 +61,17 @@ const std::shared_ptr<const SolidHull>& hull_of_boxes() {
   return hull;
 }
 
-bool has_only_boxes(const SolidSet& set) {
-  return std::all_of(set.kinds.begin(), set.kinds.end(),
-                     [](SolidKind kind) { return kind == SolidKind::box; });
+void add_parallelepiped(SolidSet& set, std::size_t solid, const std::optional<Parallelepiped>& fit) {
+  const bool ordinary = set.ordinary[solid] != 0;
+  Parallelepiped& shape = set.parallelepipeds.emplace_back(fit.value_or(Parallelepiped{}));
+  set.parallelepiped_edges.push_back(edges_record(local_vertices(set, solid), shape, ordinary && fit));
+  if (!ordinary) std::fill_n(shape.centre, 3, kInfinity);
 }
 
 /// Fills what boxes among themselves do without.
 void add_parallelepipeds(SolidSet& set) {
-  for (std::size_t i = set.parallelepipeds.size(); i < set.kinds.size(); ++i) {
-    const WorldVertices& vertices_S = local_vertices(set, i);
-    const std::optional<Parallelepiped> fit = as_parallelepiped(vertices_S, set.solids[i].size);
-    Parallelepiped& shape = set.parallelepipeds.emplace_back(fit.value_or(Parallelepiped{}));
-    set.parallelepiped_edges.push_back(edges_record(vertices_S, shape, set.ordinary[i] && fit));
-    if (!set.ordinary[i]) std::fill_n(shape.centre, 3, kInfinity);
-  }
+  for (std::size_t i = set.parallelepipeds.size(); i < set.kinds.size(); ++i)
+    add_parallelepiped(set, i, as_parallelepiped(local_vertices(set, i), set.solids[i].size));
 }
 
 void reserve(SolidSet& set, std::size_t count) {
@@ -92,21 +89,24 @@ const VertexRecord* vertex_records(const SolidSet& set) {
 }
 
 SolidSet make_solid_set(std::span<const Hexahedron> solids) {
+  const auto is_box = [](const Hexahedron& solid) { return solid.is_box(); };
+  const bool only_boxes = std::all_of(solids.begin(), solids.end(), is_box);
   SolidSet out;
   reserve(out, solids.size());
   for (const Hexahedron& solid : solids) {
     const bool ordinary = is_ordinary(solid);
     const WorldVertices vertices_S = in_columns(solid);
-    out.kinds.push_back(solid.is_box()                                ? SolidKind::box
-                        : as_parallelepiped(vertices_S, solid.size()) ? SolidKind::parallelepiped
-                                                                      : SolidKind::general);
+    const auto fit = only_boxes ? std::nullopt : as_parallelepiped(vertices_S, solid.size());
+    out.kinds.push_back(solid.is_box() ? SolidKind::box
+                        : fit          ? SolidKind::parallelepiped
+                                       : SolidKind::general);
     out.ordinary.push_back(ordinary);
     out.boxes.push_back(box_record(solid, ordinary));
     out.vertices.push_back(ordinary ? vertices_S : not_a_number());
     out.solids.push_back({solid.size(), norm_inf(solid.bounding_sphere().centre),
                           solid.is_box() && ordinary ? hull_of_boxes() : make_hull(solid)});
+    if (!only_boxes) add_parallelepiped(out, out.solids.size() - 1, fit);
   }
-  if (!has_only_boxes(out)) add_parallelepipeds(out);
   return out;
 }
 
