@@ -45,18 +45,14 @@ struct FramedHull {
   int deepest = 0;   ///< the vertex furthest inside
 };
 
-DoubleDouble times(DoubleDouble x, double c) {
-  const DoubleDouble high = two_product(x.high, c);
-  return two_sum(high.high, high.low + x.low * c);
-}
-
 /// Returns the largest |p - p_W|_1.
 double to_frame(const WorldVertices& v_W, const TangentFrame& frame, const Vector3& p_W, FramedHull& out) {
+  const DoubleDouble3 n{{frame.n.x(), 0.0}, {frame.n.y(), 0.0}, {frame.n.z(), 0.0}};
   double reach = 0.0;
   for (int i = 0; i < 8; ++i) {
     const DoubleDouble3 d = difference(v_W.vertex(i), p_W);
     const Vector3 rounded = d.rounded();
-    const DoubleDouble height = (times(d.x, frame.n.x()) + times(d.y, frame.n.y())) + times(d.z, frame.n.z());
+    const DoubleDouble height = dot(d, n);
     out.p[i] = {dot(frame.x, rounded), dot(frame.y, rounded), height.high};
     reach = std::max(reach, norm_1(rounded));
   }

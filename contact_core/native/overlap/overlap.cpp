@@ -49,8 +49,7 @@ Vector3 best_face_normal(const PosedPair& pair) {
   double furthest = -kInfinity;
   const auto look_at = [&](const SolidFeatures& features, const Matrix3& R, double sign) {
     for (int f = 0; f < features.face_count; ++f) {
-      const Vector3& n = features.faces[f].normal;
-      const Vector3 n_W = sign * Vector3((R.col(0) * n.x() + R.col(1) * n.y()) + R.col(2) * n.z());
+      const Vector3 n_W = sign * rotate(R, features.faces[f].normal);
       const double separation = separation_along(pair.hulls, n_W);
       if (separation > furthest) furthest = separation, best = n_W;
     }
