@@ -1,4 +1,5 @@
 #include "touchstone/examples/fit/cover_scene.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 #include <fmt/format.h>
 
@@ -8,9 +9,7 @@ namespace touchstone::fitting {
 namespace {
 
 // YAML reads JSON's strings. What is no UTF-8 is replaced.
-std::string quote(const std::string& text) {
-  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string quote(const std::string& text) { return comparison::one_line(nlohmann::json(text)); }
 
 }  // namespace
 

@@ -77,7 +77,7 @@ RegionRequest parse_region(const std::string& text) {
 
 std::string cover_name(const std::filesystem::path& mesh) {
   using comparison::Json;
-  return Json::parse(Json(mesh.stem().string()).dump(-1, ' ', false, Json::error_handler_t::replace));
+  return Json::parse(comparison::one_line(Json(mesh.stem().string())));
 }
 
 void check_names(const std::vector<std::filesystem::path>& meshes) {

@@ -20,6 +20,12 @@ Json json(const Pose& X);     ///< {"p_m", "R_rows"}
 Json json(const Machine& machine);
 Json json(const StepTimes& times);
 
+/// In one line; bytes of names that are no UTF-8 are replaced, as by U+FFFD.
+template <class Document>
+std::string one_line(const Document& document) {
+  return document.dump(-1, ' ', false, Document::error_handler_t::replace);
+}
+
 /// Returns the file's bytes. @param who names the reader in an error: "diff".
 /// @throws InputError when there is no such file.
 std::string read_file(const std::string& path, const std::string& who);

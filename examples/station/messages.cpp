@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 namespace touchstone::station {
 namespace {
@@ -230,25 +231,25 @@ std::string hello_json(const StationScenes& scenes, std::size_t scene, std::uint
   for (const auto& each : scenes)
     names.push_back({{"name", each->name}, {"title", each->setting.script().name}});
   const HandScales scales;
-  return json{{"type", "hello"},
-              {"version", 1},
-              {"client", client},
-              {"rate_hz", rate},
-              {"station_us", station_us()},
-              {"scenes", names},
-              {"scene", scenes[scene]->name},
-              {"methods",
-               {{{"name", "no check"}, {"what", "every command is carried out"}},
-                {{"name", "figure 1"}, {"what", "the image generator reports contacts 100 ms late"}},
-                {{"name", "figure 2"},
-                 {"what", "the paper's first build: coarse and fine check of a step's end, and hold"}},
-                {{"name", "ours"}, {"what", "contact world, native, slide"}}}},
-              {"rates",
-               {{"coarse", {{"translation", scales.coarse}, {"rotation", scales.coarse_turn}}},
-                {"vernier", {{"translation", scales.vernier}, {"rotation", scales.vernier_turn}}},
-                {"joint", scales.joint}}},
-              {"limits", {{"clients", most_clients}, {"message_bytes", most_bytes}, {"late_us", kLate}}}}
-      .dump(-1, ' ', false, json::error_handler_t::replace);
+  return comparison::one_line(
+      json{{"type", "hello"},
+           {"version", 1},
+           {"client", client},
+           {"rate_hz", rate},
+           {"station_us", station_us()},
+           {"scenes", names},
+           {"scene", scenes[scene]->name},
+           {"methods",
+            {{{"name", "no check"}, {"what", "every command is carried out"}},
+             {{"name", "figure 1"}, {"what", "the image generator reports contacts 100 ms late"}},
+             {{"name", "figure 2"},
+              {"what", "the paper's first build: coarse and fine check of a step's end, and hold"}},
+             {{"name", "ours"}, {"what", "contact world, native, slide"}}}},
+           {"rates",
+            {{"coarse", {{"translation", scales.coarse}, {"rotation", scales.coarse_turn}}},
+             {"vernier", {{"translation", scales.vernier}, {"rotation", scales.vernier_turn}}},
+             {"joint", scales.joint}}},
+           {"limits", {{"clients", most_clients}, {"message_bytes", most_bytes}, {"late_us", kLate}}}});
 }
 
 std::string scene_json(const StationScene& scene, std::uint32_t serial) {
@@ -269,7 +270,7 @@ std::string event_json(const StationEvent& event) {
   } else {
     out["text"] = event.text.data();
   }
-  return out.dump(-1, ' ', false, json::error_handler_t::replace);
+  return comparison::one_line(out);
 }
 
 std::string state_json(const StateMessage& state, const StationScenes& scenes, std::uint32_t pilot,
@@ -287,23 +288,22 @@ std::string state_json(const StateMessage& state, const StationScenes& scenes, s
     if (failed_cameras >> i & 1U) faults.push_back({{"kind", "camera"}, {"camera", i}, {"on", true}});
   for (std::size_t i = 0; i < state.latched_count; ++i) latched.push_back(state.latched[i]);
   for (std::size_t i = 0; i < state.off_count; ++i) off.push_back(state.off[i]);
-  return json{{"type", "state"},
-              {"frame", state.frame},
-              {"scene", scenes[state.scene]->name},
-              {"serial", state.serial},
-              {"mode", flight.joint_mode ? "joint" : "hand"},
-              {"joint", flight.joint},
-              {"frame_of_command", kFrameNames[static_cast<std::size_t>(flight.frame)]},
-              {"vernier", flight.vernier},
-              {"brakes", flight.brakes},
-              {"dynamics", false},
-              {"methods", methods},
-              {"policy", to_string(flight.policy)},
-              {"selected_off", off},
-              {"latched", latched},
-              {"faults", faults},
-              {"pilot", pilot}}
-      .dump(-1, ' ', false, json::error_handler_t::replace);
+  return comparison::one_line(json{{"type", "state"},
+                                   {"frame", state.frame},
+                                   {"scene", scenes[state.scene]->name},
+                                   {"serial", state.serial},
+                                   {"mode", flight.joint_mode ? "joint" : "hand"},
+                                   {"joint", flight.joint},
+                                   {"frame_of_command", kFrameNames[static_cast<std::size_t>(flight.frame)]},
+                                   {"vernier", flight.vernier},
+                                   {"brakes", flight.brakes},
+                                   {"dynamics", false},
+                                   {"methods", methods},
+                                   {"policy", to_string(flight.policy)},
+                                   {"selected_off", off},
+                                   {"latched", latched},
+                                   {"faults", faults},
+                                   {"pilot", pilot}});
 }
 
 namespace {
@@ -331,7 +331,7 @@ json score(const StateMessage& state, const StationScenes& scenes) {
 }  // namespace
 
 std::string score_json(const StateMessage& state, const StationScenes& scenes) {
-  return score(state, scenes).dump(-1, ' ', false, json::error_handler_t::replace);
+  return comparison::one_line(score(state, scenes));
 }
 
 std::string debrief_json(const StateMessage& state, const StationScenes& scenes,
@@ -342,42 +342,41 @@ std::string debrief_json(const StateMessage& state, const StationScenes& scenes,
   for (const auto& point : path) out["path"].push_back(point);
   out["events"] = json::array();
   for (const std::string& event : events) out["events"].push_back(json::parse(event));
-  return out.dump(-1, ' ', false, json::error_handler_t::replace);
+  return comparison::one_line(out);
 }
 
 std::string pong_json(double stamp, double received_us, double sent_us) {
-  return json{{"type", "pong"}, {"stamp", stamp}, {"received_us", received_us}, {"sent_us", sent_us}}.dump(
-      -1, ' ', false, json::error_handler_t::replace);
+  return comparison::one_line(
+      json{{"type", "pong"}, {"stamp", stamp}, {"received_us", received_us}, {"sent_us", sent_us}});
 }
 
 std::string error_json(std::string_view text) {
-  return json{{"type", "error"}, {"text", text}}.dump(-1, ' ', false, json::error_handler_t::replace);
+  return comparison::one_line(json{{"type", "error"}, {"text", text}});
 }
 
 std::string latency_json(const LatencyFigures& latency, const LoopFigures& loop, double rate,
                          double offset_us, double rtt_us) {
-  return json{{"type", "latency"},
-              {"stages_us",
-               {{"input_to_received", stage_json(latency.input_to_received)},
-                {"received_to_started", stage_json(latency.received_to_started)},
-                {"started_to_decided", stage_json(latency.started_to_decided)},
-                {"decided_to_sent", stage_json(latency.decided_to_sent)},
-                {"sent_to_drawn", stage_json(latency.sent_to_drawn)},
-                {"input_to_drawn", stage_json(latency.input_to_drawn)}}},
-              {"sum_less_input_to_drawn_us", stage_json(latency.difference)},
-              {"count", latency.input_to_drawn.count()},
-              {"histogram_us", counts_json(latency.input_to_drawn)},
-              {"over_150_ms", latency.input_to_drawn.above(kLate)},
-              {"deadline",
-               {{"steps", loop.step.count()},
-                {"missed", loop.missed.load()},
-                {"period_us", 1e6 / rate},
-                {"worst_step_us", loop.step.worst_us()},
-                {"median_step_us", loop.step.quantile_us(0.5)},
-                {"p999_step_us", loop.step.quantile_us(0.999)}}},
-              {"offset_us", offset_us},
-              {"rtt_us", rtt_us}}
-      .dump(-1, ' ', false, json::error_handler_t::replace);
+  return comparison::one_line(json{{"type", "latency"},
+                                   {"stages_us",
+                                    {{"input_to_received", stage_json(latency.input_to_received)},
+                                     {"received_to_started", stage_json(latency.received_to_started)},
+                                     {"started_to_decided", stage_json(latency.started_to_decided)},
+                                     {"decided_to_sent", stage_json(latency.decided_to_sent)},
+                                     {"sent_to_drawn", stage_json(latency.sent_to_drawn)},
+                                     {"input_to_drawn", stage_json(latency.input_to_drawn)}}},
+                                   {"sum_less_input_to_drawn_us", stage_json(latency.difference)},
+                                   {"count", latency.input_to_drawn.count()},
+                                   {"histogram_us", counts_json(latency.input_to_drawn)},
+                                   {"over_150_ms", latency.input_to_drawn.above(kLate)},
+                                   {"deadline",
+                                    {{"steps", loop.step.count()},
+                                     {"missed", loop.missed.load()},
+                                     {"period_us", 1e6 / rate},
+                                     {"worst_step_us", loop.step.worst_us()},
+                                     {"median_step_us", loop.step.quantile_us(0.5)},
+                                     {"p999_step_us", loop.step.quantile_us(0.999)}}},
+                                   {"offset_us", offset_us},
+                                   {"rtt_us", rtt_us}});
 }
 
 }  // namespace touchstone::station

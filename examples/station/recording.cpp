@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 namespace touchstone::station {
 namespace {
@@ -69,11 +70,10 @@ void read_line(const json& line, const StationScenes& scenes, Recording& out) {
 std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 std::string header_line(const Recording& recording) {
-  return json{{"station", 1},
-              {"scene", recording.scene},
-              {"rate_hz", recording.rate},
-              {"methods", recording.methods}}
-             .dump(-1, ' ', false, json::error_handler_t::replace) +
+  return comparison::one_line(json{{"station", 1},
+                                   {"scene", recording.scene},
+                                   {"rate_hz", recording.rate},
+                                   {"methods", recording.methods}}) +
          "\n";
 }
 
@@ -92,13 +92,11 @@ std::string input_line(const RecordedInput& input, const StationScenes& scenes) 
     line["attitude"] = control.attitude;
     if (control.kind == Control::Kind::scene) line["scene"] = scenes.at(control.index)->name;
   }
-  return line.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
+  return comparison::one_line(line) + "\n";
 }
 
 std::string end_line(std::uint64_t frames, std::uint64_t hash) {
-  return json{{"frames", frames}, {"hash", hash_text(hash)}}.dump(-1, ' ', false,
-                                                                  json::error_handler_t::replace) +
-         "\n";
+  return comparison::one_line(json{{"frames", frames}, {"hash", hash_text(hash)}}) + "\n";
 }
 
 Recording read_header(std::istream& in, const std::string& name) {

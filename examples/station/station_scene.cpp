@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/json.hpp"
 
 namespace touchstone::station {
 namespace {
@@ -235,7 +236,7 @@ std::string scene_json(const StationScene& scene) {
                     {"cameras", cameras_json(scene)},
                     {"latches", latches_json(scene)},
                     {"tasks", tasks_json(scene)}};
-  return out.dump(-1, ' ', false, json::error_handler_t::replace);
+  return comparison::one_line(out);
 }
 
 }  // namespace touchstone::station
