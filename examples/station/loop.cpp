@@ -89,7 +89,7 @@ void StationLoop::take_controls() {
     ControlAnswer answer;
     try {
       answer = session_.set(control);
-    } catch (const std::exception& error) {  // a world that refuses a latch: nothing has changed
+    } catch (const std::exception& error) {  // refused by a world: said, and a replay does as much
       answer = {false, error.what()};
     }
     tell(control, answer);

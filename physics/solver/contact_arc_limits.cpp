@@ -8,7 +8,6 @@
 #include "touchstone/physics/solver/contact_laws.hpp"
 
 namespace touchstone::physics {
-namespace {}  // namespace
 
 void ContactArc::add_velocity(std::size_t row, double factor) {
   double* const a = &A_[m_ * (m_ + 3)];
