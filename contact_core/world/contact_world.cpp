@@ -5,8 +5,8 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/world/frame/execution.hpp"
+#include "touchstone/contact_core/world/set_up/world_state.hpp"
 #include "touchstone/contact_core/world/slide/shove.hpp"
-#include "touchstone/contact_core/world/world_state.hpp"
 
 namespace touchstone {
 

@@ -16,7 +16,7 @@
 #include "touchstone/contact_core/world/frame/selection_log.hpp"
 #include "touchstone/contact_core/world/frame/stop_resolver.hpp"
 #include "touchstone/contact_core/world/frame/watched_pairs.hpp"
-#include "touchstone/contact_core/world/world_layout.hpp"
+#include "touchstone/contact_core/world/model/world_layout.hpp"
 #include "world_fixture.hpp"
 
 // The parts that a frame goes through, each alone over a model: no world flies here.

@@ -13,7 +13,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/threads/thread_team.hpp"
-#include "touchstone/contact_core/world/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/frame_lanes.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random_solid.hpp"
 #include "world_fixture.hpp"

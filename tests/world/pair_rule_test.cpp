@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/world/pair_rules.hpp"
+#include "touchstone/contact_core/world/pairs/pair_rules.hpp"
 
 #include <gmock/gmock.h>
 

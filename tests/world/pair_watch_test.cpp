@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/world/pair_watch.hpp"
+#include "touchstone/contact_core/world/pairs/pair_watch.hpp"
 
 #include <gtest/gtest.h>
 

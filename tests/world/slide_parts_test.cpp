@@ -9,7 +9,7 @@
 
 #include "arm_fixture.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/contact_core/world/executed_parts.hpp"
+#include "touchstone/contact_core/world/frame/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/slide/arm_plan.hpp"
 #include "touchstone/contact_core/world/slide/hands.hpp"

@@ -4,7 +4,7 @@
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/contact_core/world/pair_rules.hpp"
+#include "touchstone/contact_core/world/pairs/pair_rules.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random.hpp"
 #include "world_fixture.hpp"

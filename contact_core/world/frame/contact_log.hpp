@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "touchstone/contact_core/world/frame/moment_log.hpp"
-#include "touchstone/contact_core/world/frame_lanes.hpp"
-#include "touchstone/contact_core/world/frame_pairs.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
+#include "touchstone/contact_core/world/pairs/frame_pairs.hpp"
 
 namespace touchstone {
 

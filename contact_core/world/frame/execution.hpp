@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "touchstone/contact_core/world/executed_parts.hpp"
+#include "touchstone/contact_core/world/frame/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
 #include "touchstone/contact_core/world/frame/watched_pairs.hpp"
-#include "touchstone/contact_core/world/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/frame_lanes.hpp"
 
 namespace touchstone {
 

@@ -3,14 +3,14 @@
 #include <span>
 
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
-#include "touchstone/contact_core/world/executed_parts.hpp"
+#include "touchstone/contact_core/world/frame/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/frame/moment_log.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
 #include "touchstone/contact_core/world/frame/stop_resolver.hpp"
 #include "touchstone/contact_core/world/frame/watched_pairs.hpp"
-#include "touchstone/contact_core/world/frame_lanes.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
 
 namespace touchstone {
 

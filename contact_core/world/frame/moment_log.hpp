@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/contact_core/world/frame_pairs.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
+#include "touchstone/contact_core/world/pairs/frame_pairs.hpp"
 
 namespace touchstone {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/world/contact_world.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
 
 namespace touchstone {
 

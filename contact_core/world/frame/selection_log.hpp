@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/contact_core/world/selection_state.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
+#include "touchstone/contact_core/world/pairs/selection_state.hpp"
 
 namespace touchstone {
 

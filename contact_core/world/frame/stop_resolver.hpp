@@ -8,7 +8,7 @@
 #include "touchstone/contact_core/world/frame/moment_log.hpp"
 #include "touchstone/contact_core/world/frame/stop_permits.hpp"
 #include "touchstone/contact_core/world/frame/stop_queue.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
 
 namespace touchstone {
 

@@ -7,9 +7,9 @@
 
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
-#include "touchstone/contact_core/world/frame_lanes.hpp"
-#include "touchstone/contact_core/world/pair_watch.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
+#include "touchstone/contact_core/world/pairs/pair_watch.hpp"
 
 namespace touchstone {
 

@@ -2,9 +2,9 @@
 
 #include <span>
 
-#include "touchstone/contact_core/world/frame_pairs.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
+#include "touchstone/contact_core/world/pairs/frame_pairs.hpp"
 #include "touchstone/contact_core/world/slide/slider.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
 
 // Paths of sub-steps that no rows plan: about a contact, on along the command, and beside a leader.
 

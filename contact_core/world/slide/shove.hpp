@@ -4,12 +4,12 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/contact_core/world/executed_parts.hpp"
+#include "touchstone/contact_core/world/frame/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
-#include "touchstone/contact_core/world/frame_pairs.hpp"
-#include "touchstone/contact_core/world/pair_watch.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
+#include "touchstone/contact_core/world/pairs/frame_pairs.hpp"
+#include "touchstone/contact_core/world/pairs/pair_watch.hpp"
 
 /// @file
 /// Objects without a command of their own that go along with a rigid mover, or a link of a mechanism: what is

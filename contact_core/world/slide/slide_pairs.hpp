@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "touchstone/contact_core/motion/slide_rows.hpp"
-#include "touchstone/contact_core/world/frame_lanes.hpp"
-#include "touchstone/contact_core/world/pair_watch.hpp"
+#include "touchstone/contact_core/world/model/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
+#include "touchstone/contact_core/world/pairs/pair_watch.hpp"
 #include "touchstone/contact_core/world/slide/slide_meter.hpp"
 #include "touchstone/contact_core/world/slide/slider.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
 
 namespace touchstone {
 

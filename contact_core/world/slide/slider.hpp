@@ -8,7 +8,7 @@
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/motion/slide_rows.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
-#include "touchstone/contact_core/world/mechanism_mover.hpp"
+#include "touchstone/contact_core/world/objects/mechanism_mover.hpp"
 
 namespace touchstone {
 

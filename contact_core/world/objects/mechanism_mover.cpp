@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/world/mechanism_mover.hpp"
+#include "touchstone/contact_core/world/objects/mechanism_mover.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/contact_core/world/world_layout.hpp"
-#include "touchstone/contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/world/model/world_layout.hpp"
+#include "touchstone/contact_core/world/set_up/world_state.hpp"
 
 // How set-up is taken up: all of it (build_all), or what changed since the last time (take_up_changes) where
 // the backends take objects one by one. Either way solids count through the slots in order, and a frame

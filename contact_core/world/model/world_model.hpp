@@ -8,13 +8,13 @@
 
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
-#include "touchstone/contact_core/world/frame_pairs.hpp"
-#include "touchstone/contact_core/world/mechanism_mover.hpp"
-#include "touchstone/contact_core/world/object_table.hpp"
-#include "touchstone/contact_core/world/pair_rules.hpp"
-#include "touchstone/contact_core/world/rides.hpp"
-#include "touchstone/contact_core/world/selection_state.hpp"
-#include "touchstone/contact_core/world/travels.hpp"
+#include "touchstone/contact_core/world/model/rides.hpp"
+#include "touchstone/contact_core/world/model/travels.hpp"
+#include "touchstone/contact_core/world/objects/mechanism_mover.hpp"
+#include "touchstone/contact_core/world/objects/object_table.hpp"
+#include "touchstone/contact_core/world/pairs/frame_pairs.hpp"
+#include "touchstone/contact_core/world/pairs/pair_rules.hpp"
+#include "touchstone/contact_core/world/pairs/selection_state.hpp"
 
 namespace touchstone {
 

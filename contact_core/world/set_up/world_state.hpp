@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "touchstone/contact_core/threads/thread_team.hpp"
-#include "touchstone/contact_core/world/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/contact_log.hpp"
+#include "touchstone/contact_core/world/frame/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/frame/frame_scope.hpp"
 #include "touchstone/contact_core/world/frame/moment_log.hpp"
@@ -16,9 +16,9 @@
 #include "touchstone/contact_core/world/frame/selection_log.hpp"
 #include "touchstone/contact_core/world/frame/stop_resolver.hpp"
 #include "touchstone/contact_core/world/frame/watched_pairs.hpp"
-#include "touchstone/contact_core/world/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
 #include "touchstone/contact_core/world/slide/slides.hpp"
-#include "touchstone/contact_core/world/world_model.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/world/object_table.hpp"
+#include "touchstone/contact_core/world/objects/object_table.hpp"
 
 #include <algorithm>
 #include <array>

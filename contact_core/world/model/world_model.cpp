@@ -1,10 +1,10 @@
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
-#include "touchstone/contact_core/world/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/frame_lanes.hpp"
 
 namespace touchstone {
 namespace {

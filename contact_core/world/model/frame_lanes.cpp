@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/world/frame_lanes.hpp"
+#include "touchstone/contact_core/world/model/frame_lanes.hpp"
 
 namespace touchstone {
 

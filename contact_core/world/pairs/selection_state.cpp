@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/world/selection_state.hpp"
+#include "touchstone/contact_core/world/pairs/selection_state.hpp"
 
 namespace touchstone {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "touchstone/contact_core/world/world_model.hpp"
+#include "touchstone/contact_core/world/model/world_model.hpp"
 
 /// @file
 /// Set-up of a world's model: what is kept by slot and by solid, from the objects and the layout.

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/world/set_up/world_state.hpp"
 
 // Mechanisms as movers: one object a link, one path for all of them.
 

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/world/world_layout.hpp"
+#include "touchstone/contact_core/world/model/world_layout.hpp"
 
 #include <algorithm>
 

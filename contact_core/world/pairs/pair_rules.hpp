@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/contact_core/world/object_table.hpp"
+#include "touchstone/contact_core/world/objects/object_table.hpp"
 
 namespace touchstone {
 

@@ -1,7 +1,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/world/world_state.hpp"
+#include "touchstone/contact_core/world/set_up/world_state.hpp"
 
 // How stiffly hands hold what they fly: set-up. Slides by it are in slide/slides.cpp.
 

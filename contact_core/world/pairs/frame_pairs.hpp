@@ -7,7 +7,7 @@
 
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
-#include "touchstone/contact_core/world/pair_watch.hpp"
+#include "touchstone/contact_core/world/pairs/pair_watch.hpp"
 
 namespace touchstone {
 

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "touchstone/contact_core/world/mechanism_mover.hpp"
-#include "touchstone/contact_core/world/object_table.hpp"
+#include "touchstone/contact_core/world/objects/mechanism_mover.hpp"
+#include "touchstone/contact_core/world/objects/object_table.hpp"
 #include "touchstone/contact_core/world/selection.hpp"
 
 namespace touchstone {
