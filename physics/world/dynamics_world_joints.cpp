@@ -5,9 +5,9 @@
 #include <string>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/physics/world/held_joints.hpp"
-#include "touchstone/physics/world/sleep.hpp"
-#include "touchstone/physics/world/world_parts.hpp"
+#include "touchstone/physics/world/groups/sleep.hpp"
+#include "touchstone/physics/world/rows/held_joints.hpp"
+#include "touchstone/physics/world/step/world_parts.hpp"
 
 namespace touchstone::physics {
 namespace {

@@ -1,12 +1,13 @@
 # Fails when a file includes one of a folder to the right of its own: the order of the parts, and of the folders in the larger ones,
 # as contact_core/documentation/architecture.md has them.
 # cmake -D ROOT=... -P one_way_includes.cmake
-set(parents . contact_core contact_core/native contact_core/world physics examples/compare_backends)
+set(parents . contact_core contact_core/native contact_core/world physics physics/world examples/compare_backends)
 set(folders_of_. contact_core physics adapters tests examples)
 set(folders_of_contact_core threads geometry numerics narrowphase broadphase native edge_face scene motion mechanism world output fit)
 set(folders_of_contact_core/native common simd solids overlap distance manifold engine)
 set(folders_of_contact_core/world objects pairs model frame slide set_up)
 set(folders_of_physics solver bodies joints world contacts scene engine guarded)
+set(folders_of_physics/world groups rows islands step)
 set(folders_of_examples/compare_backends judge run figures results diff page cli)
 
 file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/contact_core/*.hpp ${ROOT}/contact_core/*.cpp ${ROOT}/physics/*.hpp

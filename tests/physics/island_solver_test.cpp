@@ -1,6 +1,6 @@
 // Islands solved from rows that are written by hand: no world, no step.
 
-#include "touchstone/physics/world/island_solver.hpp"
+#include "touchstone/physics/world/islands/island_solver.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "touchstone/physics/world/warm_start.hpp"
+#include "touchstone/physics/world/groups/warm_start.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,97 @@
+#include "touchstone/physics/world/groups/sleep.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace touchstone::physics::stepping {
+namespace {
+
+bool is_still(const Body& body, double sleep_speed) {
+  const BodyInertia& inertia = body.body.inertia();
+  const double trace = (inertia.inertia_B(0, 0) + inertia.inertia_B(1, 1)) + inertia.inertia_B(2, 2);
+  const double turning = norm(body.body.angular_velocity(body.state)) * std::sqrt(trace / inertia.mass);
+  return norm(body.body.velocity(body.state)) + turning <= sleep_speed;
+}
+
+void put_to_sleep(std::span<const std::uint32_t> group, Movers& movers) {
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    Body& body = movers.bodies[group[i]];
+    body.is_asleep = true;
+    body.first_sleeper = group[0];
+    body.next_sleeper = group[(i + 1) % group.size()];
+    for (auto* vector : {&body.state.momentum_W, &body.state.angular_W, &body.state.low_W})
+      *vector = Vector3::Zero();
+    ++movers.sleepers, --movers.restless;
+  }
+}
+
+}  // namespace
+
+bool moves(const Body& body) {
+  return body.is_kinematic && (body.told_v_W != Vector3::Zero() || body.told_w_W != Vector3::Zero());
+}
+
+bool is_restless(const Movers& movers, const Mover& mover) {
+  if (mover.kind == Mover::Kind::link) return true;
+  if (mover.kind == Mover::Kind::ground) return false;
+  const Body& body = movers.bodies[mover.index];
+  return body.is_kinematic ? moves(body) : !body.is_asleep;
+}
+
+void count_restless(Movers& movers) {
+  movers.restless = movers.sleepers = 0;
+  for (const Body& body : movers.bodies) {
+    movers.sleepers += body.is_asleep ? 1 : 0;
+    movers.restless += (body.is_kinematic ? moves(body) : !body.is_asleep) ? 1 : 0;
+  }
+}
+
+void wake(Movers& movers, std::uint32_t first) {
+  if (!movers.bodies[first].is_asleep) return;
+  for (std::uint32_t i = first;;) {
+    Body& body = movers.bodies[i];
+    body.is_asleep = false;
+    body.still_for = 0.0;
+    --movers.sleepers, ++movers.restless;
+    i = body.next_sleeper;
+    if (i == first) return;
+  }
+}
+
+void wake_all(Movers& movers) {
+  for (Body& body : movers.bodies) body.is_asleep = false, body.still_for = 0.0;
+  count_restless(movers);
+}
+
+void wake_touched(Movers& movers, std::span<const Contact> contacts) {
+  if (movers.sleepers == 0) return;
+  const auto wake_by = [&](const Mover& mover, const Mover& other) {
+    if (other.kind == Mover::Kind::body && movers.bodies[other.index].is_asleep && is_restless(movers, mover))
+      wake(movers, other.index);
+  };
+  for (const HeldJoint& held : movers.joints) {
+    if (!held.joint.is_on) continue;
+    wake_by(held.joint.a, held.joint.b);
+    wake_by(held.joint.b, held.joint.a);
+  }
+  for (const Contact& contact : contacts) {
+    wake_by(contact.a, contact.b);
+    wake_by(contact.b, contact.a);
+  }
+}
+
+void count_stillness(const GroupState& group, const StepContext& step, Movers& movers) {
+  if (!(step.settings.sleep_time < std::numeric_limits<double>::infinity())) return;
+  bool is_due = group.members.mechanisms.empty() &&
+                std::none_of(group.kinematics.begin(), group.kinematics.end(),
+                             [&](std::uint32_t i) { return moves(movers.bodies[i]); });
+  for (const std::uint32_t i : group.members.bodies) {
+    Body& body = movers.bodies[i];
+    body.still_for = is_still(body, step.settings.sleep_speed) ? body.still_for + step.h : 0.0;
+    is_due = is_due && body.still_for >= step.settings.sleep_time;
+  }
+  if (is_due) put_to_sleep(group.members.bodies, movers);
+}
+
+}  // namespace touchstone::physics::stepping

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "touchstone/physics/world/groups/group_state.hpp"
+
+// Bodies that have come to rest sleep until something comes near.
+
+namespace touchstone::physics::stepping {
+
+/// A kinematic body that was told to move.
+bool moves(const Body& body);
+/// See DynamicsWorld::is_restless().
+bool is_restless(const Movers& movers, const Mover& mover);
+void count_restless(Movers& movers);
+/// A body and all it sleeps with.
+void wake(Movers& movers, std::uint32_t body);
+void wake_all(Movers& movers);
+/// Sleepers that something awake or driven touches.
+void wake_touched(Movers& movers, std::span<const Contact> contacts);
+/// At the end of the step: all bodies of the group go to sleep, or none.
+void count_stillness(const GroupState& group, const StepContext& step, Movers& movers);
+
+}  // namespace touchstone::physics::stepping

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+
+#include "touchstone/physics/solver/work_budget.hpp"
+#include "touchstone/physics/world/groups/contact_groups.hpp"
+#include "touchstone/physics/world/groups/movers.hpp"
+
+// The step on its way, as its stages share it.
+
+namespace touchstone::physics::stepping {
+
+/// The same for all groups of a step.
+struct StepContext {
+  const DynamicsWorld::Settings& settings;
+  double h;           // of the whole step [s]
+  WorkBudget budget;  // of the group; its clock is the step's
+  StepReport report = {};
+  std::uint32_t contradictory_before = 0;  // the group
+  bool is_soft = false;                    // the group overlaps: the soft answer does for it
+
+  bool is_bounded() const { return settings.accuracy == DynamicsWorld::Accuracy::bounded; }
+  /// Work is spent, or contacts contradict each other: more pieces and tries would not find more.
+  bool is_work_over() const {
+    return is_bounded() && (report.contradictory > contradictory_before || budget.is_spent());
+  }
+  /// Reports why the step is not taken, and for which contact, body or mechanism. Returns false.
+  bool fail(StepFailure failure, std::size_t index) {
+    report.failure = failure;
+    report.failed_index = static_cast<std::uint32_t>(index);
+    return false;
+  }
+};
+
+/// A group's work in a step, in multiplications. Accuracy::exact: without end.
+double work_of(const Group& group, const Movers& movers, const DynamicsWorld::Settings& settings);
+
+}  // namespace touchstone::physics::stepping

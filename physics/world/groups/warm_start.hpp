@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "touchstone/physics/world/groups/movers.hpp"
+
+// Warm start: each contact of a step starts from the force that its feature had in the last one.
+
+namespace touchstone::physics::stepping {
+
+/// Contact forces from step to step, by the contacts' keys. Owns its memory.
+class WarmStart {
+ public:
+  void reserve(std::size_t contacts);
+  /// Finds the last step's force for each contact. Forces whose names are gone go to the nearest points of
+  /// their pair.
+  void carry(std::span<const Contact> contacts, const Movers& movers);
+  /// By carry(), on B [N].
+  const Vector3& force_W(std::size_t contact) const { return carried_[contact].force_W; }
+  /// For the next step. @param p_A in A's frame [m]
+  void keep(std::size_t index, const Contact& contact, const Vector3& p_A, const Vector3& force_W) {
+    next_[index] = {contact.key, contact.a, contact.b, p_A, force_W, false};
+  }
+  /// The step was taken: what was kept is the last step's from now on.
+  void accept() { last_.swap(next_); }
+  /// The step was not taken.
+  void undo();
+
+ private:
+  /// A contact of the last step.
+  struct Entry {
+    std::uint64_t key = 0;
+    Mover a = {}, b = {};
+    Vector3 p_A = Vector3::Zero();  // in A's frame
+    Vector3 force_W = Vector3::Zero();
+    bool is_taken = false;
+  };
+  struct Carried {
+    Vector3 force_W;
+    Vector3 p_A;  // in A's frame, where its pair's forces are passed on
+  };
+
+  void take_by_key(const Contact& contact, Carried& carried, std::size_t& next);
+  void pass_on(std::span<const Contact> contacts, std::span<Carried> carried, const Movers& movers,
+               std::size_t& next);
+
+  std::vector<Entry> last_, next_;  // by contact
+  std::vector<Carried> carried_;    // by contact
+};
+
+}  // namespace touchstone::physics::stepping

@@ -1,0 +1,192 @@
+#include "touchstone/physics/world/islands/island_problem.hpp"
+
+#include <algorithm>
+
+#include "touchstone/contact_core/geometry/matrix3.hpp"
+
+namespace touchstone::physics::stepping {
+namespace {
+
+bool meet(const SparseContacts::Row& r, const SparseContacts::Row& s) {
+  for (int i = 0; i < r.count; ++i)
+    for (int k = 0; k < s.count; ++k)
+      if (r.units[i] == s.units[k]) return true;
+  return false;
+}
+
+/// An entry of J M^-1 J^T.
+double coupling(const SparseContacts::Row& r, const SparseContacts::Row& s, const ContactRows& rows) {
+  double sum = 0.0;
+  for (int i = 0; i < r.count; ++i)
+    for (int k = 0; k < s.count; ++k) {
+      if (r.units[i] != s.units[k]) continue;
+      const std::size_t size = rows.units[r.units[i]].width();
+      for (std::size_t c = 0; c < size; ++c) sum += rows.J[r.first[i] + c] * rows.Y[s.first[k] + c];
+    }
+  return sum;
+}
+
+/// M of a body, 6 x 6: of its centre, then of its turning.
+void write_body_mass(const RowUnit& unit, double* M) {
+  const Matrix3 I = symmetric_inverse(unit.inverse_inertia_W);
+  for (std::size_t r = 0; r < 3; ++r) {
+    M[r * 6 + r] = unit.mass;
+    for (std::size_t k = 0; k < 3; ++k) M[(r + 3) * 6 + k + 3] = I(static_cast<int>(r), static_cast<int>(k));
+  }
+}
+
+/// M = L L^T of a mechanism.
+void write_mechanism_mass(const RowUnit& unit, double* M) {
+  const std::span<const double> L = unit.M;  // the diagonal's inverses
+  const std::size_t n = unit.width();
+  const auto entry = [&](std::size_t i, std::size_t k) { return i == k ? 1.0 / L[i * n + i] : L[i * n + k]; };
+  for (std::size_t r = 0; r < n; ++r)
+    for (std::size_t c = 0; c <= r; ++c) {
+      double sum = 0.0;
+      for (std::size_t k = 0; k <= c; ++k) sum += entry(r, k) * entry(c, k);
+      M[r * n + c] = M[c * n + r] = sum;
+    }
+}
+
+}  // namespace
+
+void IslandProblem::reserve(const ContactRows& rows, std::size_t units, std::size_t widest) {
+  const std::size_t most_rows = rows.b.capacity();
+  for (auto* vector : {&rows_, &sparse_rows_}) vector->reserve(most_rows);
+  group_rows_.reserve(most_rows);
+  for (auto* vector : {&b, &x}) vector->reserve(most_rows);
+  levers_.reserve(rows.friction.capacity());
+  friction_.reserve(rows.friction.capacity());
+  bounds_.reserve(rows.bounds.capacity());
+  compliance_.reserve(rows.bounds.capacity());
+  // Of the largest island: who expects larger ones than a thousand rows pays for them when they come.
+  const std::size_t island_rows = std::min<std::size_t>(most_rows, 1024);
+  W_.reserve(island_rows * island_rows);
+  for (auto* vector : {&sizes_, &local_unit_}) vector->reserve(units);
+  masses_.reserve(units * widest * widest);
+}
+
+/// A row of a contact in full, after those of the mechanisms.
+void IslandProblem::write_out(const ContactRows::Contact& contact, std::size_t direction, ContactRows& all) {
+  Row& row = rows_.emplace_back();
+  row.count = 0;
+  std::vector<double>&J = all.J, &Y = all.Y;
+  const Vector3 direction_W = direction == 0 ? contact.n_W : direction == 1 ? contact.t1_W : contact.t2_W;
+  for (const ContactRows::Side& side : contact.sides) {
+    if (side.unit == kNoUnit) continue;
+    const RowUnit& unit = all.units[side.unit];
+    row.units[row.count] = side.unit;
+    if (!unit.is_body()) {
+      const std::size_t n = unit.width(), first = side.first + direction * n;
+      if (row.count == 1 && row.units[0] == side.unit) {  // two links of one mechanism
+        const std::size_t other = row.first[0];
+        row.first[0] = J.size();
+        for (std::size_t k = 0; k < n; ++k) {
+          J.push_back(J[other + k] + J[first + k]);
+          Y.push_back(Y[other + k] + Y[first + k]);
+        }
+        continue;
+      }
+      row.first[row.count++] = first;
+      continue;
+    }
+    const Vector3 linear = side.sign * direction_W, angular = cross(side.lever_W, linear);
+    const Vector3 v = linear / unit.mass, w = rotate(unit.inverse_inertia_W, angular);
+    row.first[row.count++] = J.size();
+    for (const Vector3& part : {linear, angular}) J.insert(J.end(), part.data(), part.data() + 3);
+    for (const Vector3& part : {v, w}) Y.insert(Y.end(), part.data(), part.data() + 3);
+  }
+}
+
+/// As write_out() has its sides.
+void IslandProblem::add_levers(const ContactRows::Contact& contact, const ContactRows& rows) {
+  SparseContacts::Levers& levers = levers_.emplace_back();
+  levers.are_of_bodies = true;
+  int count = 0;
+  for (const ContactRows::Side& side : contact.sides) {
+    if (side.unit == kNoUnit) continue;
+    levers.are_of_bodies = levers.are_of_bodies && rows.units[side.unit].is_body();
+    levers.of[count++] = side.lever_W;
+  }
+}
+
+void IslandProblem::load(const Islands& islands, const Island& island, ContactRows& rows) {
+  rows_.clear();
+  group_rows_.clear();
+  levers_.clear();
+  friction_.clear();
+  bounds_.clear();
+  compliance_.clear();
+  contacts_ = island.contacts;
+  group_entries_ = rows.J.size();
+  for (const std::size_t block : islands.blocks_of(island)) {
+    const std::size_t first = rows.first_row(block);
+    if (block < rows.contacts.size()) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        group_rows_.push_back(first + i);
+        write_out(rows.contacts[block], i, rows);
+      }
+      add_levers(rows.contacts[block], rows);
+      friction_.push_back(rows.friction[block]);
+      continue;
+    }
+    const std::size_t j = block - rows.contacts.size();
+    group_rows_.push_back(first);
+    const ContactRows::Joint& joint = rows.joints[j];
+    rows_.push_back({{joint.units[0], joint.units[1]}, {joint.first[0], joint.first[1]}, joint.count});
+    bounds_.push_back(rows.bounds[j]);
+    compliance_.push_back(rows.joints[j].compliance);
+  }
+  b.resize(row_count());
+  x.resize(row_count());
+  for (std::size_t r = 0; r < row_count(); ++r) {
+    b[r] = rows.b[group_rows_[r]];
+    x[r] = rows.x[group_rows_[r]];
+  }
+}
+
+/// Rows meet that act on the same body or mechanism, and the rows of one contact all act on the same.
+void IslandProblem::load_couplings(const ContactRows& rows) {
+  const std::size_t n = row_count(), contact_rows = 3 * contacts_;
+  W_.assign(n * n, 0.0);
+  const auto size_at = [&](std::size_t row) { return row < contact_rows ? 3U : 1U; };
+  for (std::size_t r = 0; r < n; r += size_at(r))
+    for (std::size_t s = 0; s <= r; s += size_at(s)) {
+      if (!meet(rows_[r], rows_[s])) continue;
+      for (std::size_t i = r; i < r + size_at(r); ++i)
+        for (std::size_t k = s; k < s + size_at(s) && k <= i; ++k)
+          W_[i * n + k] = W_[k * n + i] = coupling(rows_[i], rows_[k], rows);
+    }
+  for (std::size_t j = 0; j < compliance_.size(); ++j) W_[(contact_rows + j) * (n + 1)] += compliance_[j];
+}
+
+void IslandProblem::load_masses(const Islands& islands, const Island& island, const ContactRows& rows) {
+  sizes_.clear();
+  masses_.clear();
+  local_unit_.resize(rows.units.size());
+  for (const std::uint32_t member : islands.units_of(island)) {
+    const RowUnit& unit = rows.units[member];
+    const std::size_t n = unit.width(), first = masses_.size();
+    local_unit_[member] = static_cast<std::uint32_t>(sizes_.size());
+    sizes_.push_back(static_cast<std::uint32_t>(n));
+    masses_.resize(first + n * n, 0.0);
+    if (unit.is_body())
+      write_body_mass(unit, &masses_[first]);
+    else
+      write_mechanism_mass(unit, &masses_[first]);
+  }
+  sparse_rows_.assign(rows_.begin(), rows_.end());
+  for (Row& row : sparse_rows_)
+    for (int i = 0; i < row.count; ++i) row.units[i] = local_unit_[row.units[i]];
+}
+
+void IslandProblem::store_impulses(ContactRows& rows) const {
+  for (std::size_t k = 0; k < row_count(); ++k) rows.x[group_rows_[k]] = x[k];
+}
+
+void IslandProblem::unload(ContactRows& rows) const {
+  rows.J.resize(group_entries_);
+  rows.Y.resize(group_entries_);
+}
+
+}  // namespace touchstone::physics::stepping

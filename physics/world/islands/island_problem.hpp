@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "touchstone/physics/solver/contact_problem.hpp"
+#include "touchstone/physics/solver/convex_contacts.hpp"
+#include "touchstone/physics/world/islands/islands.hpp"
+
+// One island written out as the solvers take it.
+
+namespace touchstone::physics::stepping {
+
+/// The rows of one island, in order: dense for ContactSolver, sparse for ConvexContacts. Owns its memory.
+class IslandProblem {
+ public:
+  void reserve(const ContactRows& rows, std::size_t units, std::size_t widest);
+  /// Copies b and x, and writes the bodies' rows out after rows.J and rows.Y, until unload().
+  void load(const Islands& islands, const Island& island, ContactRows& rows);
+  /// W = J M^-1 J^T, for dense(). @pre load()
+  void load_couplings(const ContactRows& rows);
+  /// The units' masses, for sparse(). @pre load()
+  void load_masses(const Islands& islands, const Island& island, const ContactRows& rows);
+  void store_impulses(ContactRows& rows) const;
+  /// Takes back what load() wrote.
+  void unload(ContactRows& rows) const;
+
+  ContactProblem dense() const { return {contacts_, friction_, bounds_, W_, b}; }
+  SparseContacts sparse(const ContactRows& rows) const {
+    return {sizes_, masses_, contacts_, friction_,   bounds_, sparse_rows_,
+            rows.J, rows.Y,  b,         compliance_, levers_};
+  }
+  std::size_t row_count() const { return rows_.size(); }
+  /// Of all rows of the group.
+  std::size_t group_row(std::size_t row) const { return group_rows_[row]; }
+
+  std::vector<double> b, x;  // by row
+
+ private:
+  using Row = SparseContacts::Row;
+
+  void write_out(const ContactRows::Contact& contact, std::size_t direction, ContactRows& rows);
+  void add_levers(const ContactRows::Contact& contact, const ContactRows& rows);
+
+  std::vector<Row> rows_;                // units as the group counts them
+  std::vector<std::size_t> group_rows_;  // by row
+  std::vector<double> W_, friction_, compliance_;
+  std::vector<ContactProblem::Bounds> bounds_;
+  std::size_t contacts_ = 0, group_entries_ = 0;   // of rows.J before load()
+  std::vector<std::uint32_t> sizes_, local_unit_;  // by the island's unit; by unit
+  std::vector<double> masses_;                     // of the island's units
+  std::vector<SparseContacts::Levers> levers_;     // by contact
+  std::vector<Row> sparse_rows_;                   // units as the island counts them
+};
+
+}  // namespace touchstone::physics::stepping

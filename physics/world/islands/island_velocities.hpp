@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "touchstone/physics/world/islands/islands.hpp"
+
+// Velocities after an island's impulses, and how far these are from a solution.
+
+namespace touchstone::physics::stepping {
+
+struct IslandResidual {
+  double worst;   // the natural residual or a little more [m/s], [rad/s]
+  bool is_still;  // it is no more than rounding, or almost
+};
+
+/// Owns scratch memory.
+class IslandVelocities {
+ public:
+  void reserve(std::size_t blocks);
+  /// Writes rows.u = W x + b for the island's rows by way of its units' velocities, without W: the cost is
+  /// that of the rows, not of their square.
+  IslandResidual update(const Islands& islands, const Island& island, ContactRows& rows);
+
+ private:
+  std::vector<double> residuals_, scales_;  // by block of the island
+};
+
+}  // namespace touchstone::physics::stepping

@@ -1,0 +1,257 @@
+// A step: each group for itself, cut into pieces where something of it stops or arrives.
+
+#include <algorithm>
+#include <cmath>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/physics/world/groups/sleep.hpp"
+#include "touchstone/physics/world/rows/held_joints.hpp"
+#include "touchstone/physics/world/step/flight.hpp"
+#include "touchstone/physics/world/step/impacts.hpp"
+#include "touchstone/physics/world/step/parting.hpp"
+#include "touchstone/physics/world/step/step_stops.hpp"
+#include "touchstone/physics/world/step/world_parts.hpp"
+
+namespace touchstone::physics::stepping {
+namespace {
+
+// Arrivals tried for one piece: each try lands closer by the square of what is left.
+constexpr int kMostTries = 6;
+// Where points stop one by one (a body that turns as it slides) their stops are many and none is sharp: this
+// many pieces of a step end at one, each found in a few tries.
+constexpr std::uint32_t kMostStops = 4;
+constexpr int kStopTries = 2;
+// Of the rest of the step: after an impact joints move that brakes stop at once.
+constexpr double kProbe = 1e-3;
+// Of groups too large to be solved to the end at any price.
+constexpr std::uint32_t kMostLargePieces = 4;
+// Contacts that a group's work is always for, and for each of its bodies at most: overlapped heaps have
+// dozens a body. How many a joint counts as.
+constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 6;
+// Joints that a joint between movers counts as, by its rows.
+constexpr std::size_t kHeldShares = 3;
+
+/// How far a group is in the step.
+struct Clock {
+  double left;  // [s]
+  std::uint32_t pieces = 0;
+  double probe = kInfinity;  // length of the last piece, if something stopped at its end
+};
+
+bool check(std::span<const Contact> contacts, const Movers& movers, StepContext& step) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& c = contacts[i];
+    const bool is_good = movers.is_known(c.a) && movers.is_known(c.b) && touchstone::is_finite(c.p_A_W) &&
+                         touchstone::is_finite(c.p_B_W) &&
+                         std::abs(dot(c.n_AB_W, c.n_AB_W) - 1.0) <= kRotationTolerance && c.friction >= 0.0 &&
+                         std::isfinite(c.friction) && c.restitution >= 0.0 && c.restitution <= 1.0;
+    if (!is_good) return step.fail(StepFailure::bad_contact, i);
+  }
+  return true;
+}
+
+void keep_start(GroupState& group, Movers& movers) {
+  for (const std::uint32_t i : group.members.bodies) movers.bodies[i].start = movers.bodies[i].state;
+  for (const std::uint32_t m : group.members.mechanisms) {
+    Arm& arm = movers.arms[m];
+    arm.start_q = arm.q, arm.start_qd = arm.qd, arm.start_torque = arm.torque;
+  }
+  for (const std::uint32_t j : group.members.joints) {
+    HeldJoint& held = movers.joints[j];
+    held.start_torque = held.torque;
+    held.start_impulse_W = held.impulse_W, held.start_twist_W = held.twist_W;
+  }
+  for (GroupPoint& point : group.points) point.start_impulse_W = point.impulse_W;
+}
+
+/// To the start of the piece.
+void go_back(GroupState& group, Movers& movers) {
+  for (const std::uint32_t i : group.members.bodies) movers.bodies[i].state = movers.bodies[i].start;
+  for (const std::uint32_t m : group.members.mechanisms) {
+    Arm& arm = movers.arms[m];
+    arm.q = arm.start_q, arm.qd = arm.start_qd, arm.torque = arm.start_torque;
+    arm.place();
+  }
+  for (const std::uint32_t j : group.members.joints) {
+    HeldJoint& held = movers.joints[j];
+    held.torque = held.start_torque;
+    held.impulse_W = held.start_impulse_W, held.twist_W = held.start_twist_W;
+  }
+  for (GroupPoint& point : group.points) point.impulse_W = point.start_impulse_W;
+}
+
+/// Else the step fails.
+bool is_group_finite(const Group& group, const Movers& movers, StepContext& step) {
+  for (const std::uint32_t i : group.bodies)
+    if (!is_finite(movers.bodies[i].state)) return step.fail(StepFailure::body, i);
+  for (const std::uint32_t m : group.mechanisms) {
+    const Arm& arm = movers.arms[m];
+    for (std::size_t k = 0; k < arm.q.size(); ++k)
+      if (!std::isfinite(arm.q[k]) || !std::isfinite(arm.qd[k])) return step.fail(StepFailure::mechanism, m);
+  }
+  return true;
+}
+
+/// Goes on by at most the rest of the step; returns by how much, 0 on failure.
+double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) {
+  GroupState& group = world.group;
+  Movers& movers = world.movers;
+  ContactRows& rows = world.rows;
+  const double left = clock.left, elapsed = step.h - left;
+  const auto place = [&](double at) {
+    movers.place_kinematics(group.kinematics, at);
+    update_motions(group, movers);
+  };
+  // Impacts at the start.
+  place(elapsed);
+  refresh(movers, group);
+  group.joint_speed = refresh_joints(group.members, movers);
+  factor_masses(group.members, movers);
+  if (needs_impact(group, movers, step.settings)) {
+    impact(group, step, movers, rows, world.solver);
+    if (has_brakes(group.members, movers)) clock.probe = std::min(clock.probe, kProbe * left);
+  }
+  keep_start(group, movers);
+  if (!begin_flight(group.members, step, movers)) return 0.0;
+  // Try lengths until nothing stops or arrives within.
+  StopSearch search{!all && clock.pieces <= kMostStops ? kStopTries : 0};
+  search.is_probe = search.tries > 0 && clock.probe < left;
+  double t = search.is_probe ? clock.probe : left;
+  clock.probe = kInfinity;
+  for (int attempt = 0;; ++attempt) {
+    const bool is_last = all || attempt == kMostTries || (attempt > 0 && step.is_work_over());
+    if (is_last && !all) t = left;
+    if (!fly(group.members, t, step, movers)) return 0.0;
+    gather({Phase::forces, t, is_last, attempt == 0 || is_last}, group, step, movers, rows);
+    world.solver.solve(rows, step);
+    const TriedPiece tried{group, movers, rows, step.settings, t};
+    const Stop stop = first_stop(tried);
+    if (!is_last && !step.is_work_over() && seek_stop(tried, stop, left, t, search)) continue;
+    if (stop.is_any) step.report.last_stop = std::fmax(step.report.last_stop, elapsed + stop.when);
+    if (search.is_aimed && stop.is_any) clock.probe = t;
+    commit(t, step, group, movers, rows);
+    if (is_last) return t;
+    place(elapsed + t);
+    const double arrival = first_arrival(group, movers, step.settings.contact_gap, t);
+    if (arrival >= t) return t;
+    go_back(group, movers);
+    movers.place_kinematics(group.kinematics, elapsed);
+    t = arrival;
+    search.is_aimed = false;
+  }
+}
+
+void finish_group(double h, WorldParts& world) {
+  for (const GroupPoint& point : world.group.points) {
+    world.warm.keep(point.index, *point.contact, point.p_A, point.last_force_W);
+    world.forces[point.index] = {point.impulse_W / h, point.impact_W};
+  }
+  for (const std::uint32_t i : world.group.kinematics) world.movers.bodies[i].is_met = false;
+}
+
+bool step_group(const Group& members, std::span<const Contact> contacts, StepContext& step,
+                WorldParts& world) {
+  GroupState& group = world.group;
+  step.budget.grant(work_of(members, world.movers, step.settings));
+  step.contradictory_before = step.report.contradictory;
+  attach(members, contacts, world.warm, step, world.movers, group);
+  mark_jointed(members, world.movers);
+  const DynamicsWorld::Settings& settings = step.settings;
+  const bool is_large = 3 * group.points.size() > settings.solver.most_path_rows;
+  // Where bodies lie in each other, when in the step something stops or arrives says nothing.
+  step.is_soft =
+      step.is_bounded() && members.mechanisms.empty() && members.joints.empty() && is_deep(group, settings);
+  group.is_coarse = step.is_soft || (is_large && step.is_bounded());
+  const std::uint32_t most_pieces =
+      is_large ? std::min(kMostLargePieces, settings.most_substeps) : settings.most_substeps;
+  Clock clock{step.h};
+  while (clock.left > 0.0) {
+    ++clock.pieces;
+    const bool to_the_end = group.is_coarse || clock.pieces >= most_pieces || step.is_work_over();
+    const double t = take_piece(clock, to_the_end, step, world);
+    if (step.report.failure != StepFailure::none) return false;
+    clock.left = t >= clock.left ? 0.0 : clock.left - t;
+  }
+  step.report.substeps = std::max(step.report.substeps, clock.pieces);
+  part(group, step, world.movers, world.rows, world.solver);
+  finish_joints(group.members, step, world.movers);
+  if (!is_group_finite(group.members, world.movers, step)) return false;
+  finish_group(step.h, world);
+  count_stillness(group, step, world.movers);
+  return true;
+}
+
+/// Bodies that touch nothing; kinematic ones to where they were told.
+bool step_loose(StepContext& step, WorldParts& world) {
+  if (!fly_loose(world.groups.loose(), step, world.movers)) return false;
+  std::vector<std::uint32_t>& kinematics = world.group.kinematics;
+  kinematics.clear();
+  for (std::uint32_t i = 0; i < world.movers.bodies.size(); ++i)
+    if (world.movers.bodies[i].is_kinematic) kinematics.push_back(i);
+  world.movers.place_kinematics(kinematics, step.h);
+  for (const std::uint32_t i : kinematics)
+    if (!is_finite(world.movers.bodies[i].state)) return step.fail(StepFailure::body, i);
+  return true;
+}
+
+/// Contacts between sleepers: as they were when they fell asleep.
+void keep_sleepers_forces(std::span<const Contact> contacts, WorldParts& world) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (world.groups.is_grouped(i)) continue;
+    world.warm.keep(i, contacts[i], Vector3::Zero(), world.warm.force_W(i));
+    world.forces[i] = {world.warm.force_W(i), Vector3::Zero()};
+  }
+}
+
+}  // namespace
+
+double work_of(const Group& group, const Movers& movers, const DynamicsWorld::Settings& settings) {
+  if (settings.accuracy != DynamicsWorld::Accuracy::bounded) return WorkBudget::kNoEnd;
+  std::size_t joints = kHeldShares * group.joints.size();
+  for (const std::uint32_t m : group.mechanisms) joints += movers.arms[m].q.size();
+  std::size_t shares = kJointShares * joints;
+  const std::size_t movable = group.bodies.size() + group.mechanisms.size();
+  shares += std::min(group.contacts.size(), kMostSharesABody * movable);
+  return 1e3 * settings.work * static_cast<double>(std::max(shares, kLeastShares));
+}
+
+StepReport take_step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
+                     WorldParts& world) {
+  Movers& movers = world.movers;
+  StepContext step{world.settings, h, {}};
+  if (!(h > 0.0) || !std::isfinite(h)) {
+    step.report.failure = StepFailure::bad_step;
+    return step.report;
+  }
+  step.report.substeps = 1;
+  if (contacts.empty() && movers.restless == 0 && movers.arms.empty()) return step.report;
+  if (!check(contacts, movers, step)) return step.report;
+  // Before anything moves: who sleeps, what to go back to, what the last step left.
+  wake_touched(movers, contacts);
+  if (step.is_bounded()) step.budget.start(0.0, world.settings.most_microseconds);
+  movers.keep();
+  world.solver.keep(movers.unit_count());
+  for (Arm& arm : movers.arms) std::fill(arm.torque.begin(), arm.torque.end(), 0.0);
+  for (HeldJoint& joint : movers.joints)
+    joint.torque = 0.0, joint.impulse_W = joint.twist_W = Vector3::Zero();
+  world.warm.carry(contacts, movers);
+  world.groups.find(contacts, movers);
+  world.forces.resize(contacts.size());
+  keep_sleepers_forces(contacts, world);
+  // Groups, each by a clock of its own, then all that touches nothing.
+  bool is_good = true;
+  for (std::size_t g = 0; g < world.groups.groups().size() && is_good; ++g)
+    is_good = step_group(world.groups.groups()[g], contacts, step, world);
+  if (!is_good || !step_loose(step, world)) {
+    movers.undo();
+    world.warm.undo();
+    world.solver.undo();
+    return step.report;
+  }
+  world.warm.accept();
+  movers.forget_pushes();
+  std::copy_n(world.forces.begin(), std::min(forces.size(), world.forces.size()), forces.begin());
+  return step.report;
+}
+
+}  // namespace touchstone::physics::stepping
