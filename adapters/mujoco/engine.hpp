@@ -19,6 +19,34 @@ inline void require_version() {
                      std::to_string(mj_version()));
 }
 
+template <class Function>
+struct ContactOf;
+template <class Data, class Contact>
+struct ContactOf<int (*)(const mjModel*, Data*, Contact*, int, int, mjtNum)> {
+  using type = Contact;
+};
+/// What a collision function writes, by the installed header: mjContact, or mjPreContact in later versions.
+using EngineContact = ContactOf<mjfCollision>::type;
+
+/// The normal, whose place has two names.
+template <class Contact>
+auto& normal_of(Contact& contact) {
+  if constexpr (requires { contact.normal; })
+    return contact.normal;
+  else
+    return contact.frame;
+}
+
+/// How many contacts a collision function may write: each pair has as many places as the engine's own check
+/// fills at most, where there is mj_maxContact; before, mjMAXCONPAIR.
+template <class Model>
+int places_for_contacts(const Model* model, int geom1, int geom2, double margin) {
+  if constexpr (requires { mj_maxContact(model, geom1, geom2, 1); })
+    return mj_maxContact(model, geom1, geom2, margin > 0.0);
+  else
+    return mjMAXCONPAIR;
+}
+
 /// By how many of a pair are meshes: box-box, box-mesh, mesh-mesh. In MuJoCo's table the lesser type comes
 /// first.
 using CollisionFunctions = std::array<mjfCollision, 3>;

@@ -26,7 +26,7 @@ constexpr double kRelative = 16 * std::numeric_limits<double>::epsilon();
 /// Products of four coordinates are taken; beyond this, and for what is not finite, no answer is trusted.
 constexpr double kLargestCoordinate = 1e75;
 
-using Contacts = std::array<mjContact, mjMAXCONPAIR>;
+using Contacts = std::array<EngineContact, mjMAXCONPAIR>;
 
 struct MujocoWorkspace final : Narrowphase::Workspace {
   /// Nothing is done for those that it was made for already.
@@ -41,18 +41,23 @@ struct MujocoWorkspace final : Narrowphase::Workspace {
   Contacts contacts;
 };
 
-bool is_usable(const mjContact& contact) {
-  const Vector3 n(contact.frame[0], contact.frame[1], contact.frame[2]);
+Vector3 engine_normal(const EngineContact& contact) {
+  const auto& n_12_W = normal_of(contact);
+  return {n_12_W[0], n_12_W[1], n_12_W[2]};
+}
+
+bool is_usable(const EngineContact& contact) {
+  const Vector3 n = engine_normal(contact);
   return std::isfinite(contact.dist) && std::isfinite(contact.pos[0]) && std::isfinite(contact.pos[1]) &&
          std::isfinite(contact.pos[2]) && is_finite(n) && norm(n) > 0.5;  // a unit vector, or zero
 }
 
 /// MuJoCo's normal points from its geom 1 to its geom 2, its `pos` is half-way.
-Vector3 normal_of(const mjContact& contact, bool is_swapped) {
-  const Vector3 n_12_W(contact.frame[0], contact.frame[1], contact.frame[2]);
+Vector3 normal_AB(const EngineContact& contact, bool is_swapped) {
+  const Vector3 n_12_W = engine_normal(contact);
   return is_swapped ? Vector3(-n_12_W) : n_12_W;
 }
-ContactPoint to_contact_point(const mjContact& contact, const Vector3& n_AB_W) {
+ContactPoint to_contact_point(const EngineContact& contact, const Vector3& n_AB_W) {
   const Vector3 middle(contact.pos[0], contact.pos[1], contact.pos[2]);
   const Vector3 half = 0.5 * contact.dist * n_AB_W;
   return {middle - half, middle + half, contact.dist, 0};
@@ -110,7 +115,7 @@ class MujocoNarrowphase final : public Narrowphase {
     const auto [count, is_swapped] = geoms_->collide(pair, *scratch.data, scratch.contacts);
     const std::span found(scratch.contacts.data(), static_cast<std::size_t>(count));
     const bool in_contact =
-        std::any_of(found.begin(), found.end(), [](const mjContact& contact) { return contact.dist <= 0.0; });
+        std::any_of(found.begin(), found.end(), [](const EngineContact& contact) { return contact.dist <= 0.0; });
     if (query.kind == QueryKind::overlap) return in_contact ? PairStatus::overlapping : PairStatus::separated;
     if (in_contact) return report(found, is_swapped, scale, query, geometry, points);
     if (query.max_separation > 0.0) return PairStatus::unsupported;
@@ -119,7 +124,7 @@ class MujocoNarrowphase final : public Narrowphase {
   }
 
   /// Deepest first, ties in MuJoCo's order; as many as fit.
-  PairStatus report(std::span<const mjContact> found, bool is_swapped, double scale, const Query& query,
+  PairStatus report(std::span<const EngineContact> found, bool is_swapped, double scale, const Query& query,
                     PairGeometry& geometry, std::span<ContactPoint> points) const {
     if (!std::all_of(found.begin(), found.end(), &is_usable)) return PairStatus::failed;
     std::array<std::size_t, mjMAXCONPAIR> order;
@@ -127,7 +132,7 @@ class MujocoNarrowphase final : public Narrowphase {
     std::sort(order.begin(), order.begin() + found.size(), [&](std::size_t i, std::size_t k) {
       return std::pair(found[i].dist, i) < std::pair(found[k].dist, k);
     });
-    const Vector3 n_AB_W = normal_of(found[order[0]], is_swapped);
+    const Vector3 n_AB_W = normal_AB(found[order[0]], is_swapped);
     const ContactPoint deepest = to_contact_point(found[order[0]], n_AB_W);
     geometry = {deepest.separation, n_AB_W, deepest.p_A_W, deepest.p_B_W, 0};
     const std::size_t count = std::min(points.size(), found.size());

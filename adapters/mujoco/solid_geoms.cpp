@@ -110,7 +110,7 @@ void SolidGeoms::place(SolidIndex solid, const Pose& X_WS, mjData& data) const {
   mujoco::place(data, geom.id, is_mesh(geom.id) ? compose(X_WS, geom.X_SG) : X_WS);
 }
 
-SolidGeoms::Found SolidGeoms::collide(SolidPair pair, mjData& data, std::span<mjContact> contacts) const {
+SolidGeoms::Found SolidGeoms::collide(SolidPair pair, mjData& data, std::span<EngineContact> contacts) const {
   const int a = geoms_[pair.a].id, b = geoms_[pair.b].id;
   const bool is_swapped = is_mesh(a) && !is_mesh(b);
   const mjfCollision check = own_collision_functions()[is_mesh(a) + is_mesh(b)];

@@ -34,7 +34,7 @@ class SolidGeoms {
     bool is_swapped;  ///< MuJoCo's geom 1 is b
   };
   /// MuJoCo's own function for the pair, as placed. @pre has() both; room for mjMAXCONPAIR contacts.
-  Found collide(SolidPair pair, mjData& data, std::span<mjContact> contacts) const;
+  Found collide(SolidPair pair, mjData& data, std::span<EngineContact> contacts) const;
 
  private:
   struct Geom {

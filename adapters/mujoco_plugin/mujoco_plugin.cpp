@@ -15,6 +15,8 @@ namespace touchstone {
 namespace {
 
 using namespace mujoco_plugin;
+using mujoco::EngineContact;
+using mujoco::normal_of;
 using native::SolidHandle;
 
 static_assert(kMaxManifoldPoints <= mjMAXCONPAIR);
@@ -56,25 +58,27 @@ void tell(PairObserver& observer, const SolidPairHandles& pair, const Pose& X_1,
   observer.observe({{&a, &b}, {X_1, X_2}, status, geometry, points, by});
 }
 
-void write_contact(const ContactPoint& point, const Vector3& n_12_W, mjContact& contact) {
+void write_contact(const ContactPoint& point, const Vector3& n_12_W, EngineContact& contact) {
+  contact = {};  // the engine makes the axes that are zero
   contact.dist = point.separation;
-  std::fill_n(contact.frame, 9, 0.0);  // the engine makes the axes that are zero
   for (int k = 0; k < 3; ++k) {
     contact.pos[k] = 0.5 * (point.p_A_W[k] + point.p_B_W[k]);
-    contact.frame[k] = n_12_W[k];
+    normal_of(contact)[k] = n_12_W[k];
   }
 }
 
 /// mjfCollision, whose mjData is const in some versions.
 template <class Data>
-int collide(const mjModel* model, Data* data, mjContact* contacts, int geom1, int geom2, mjtNum margin) {
+int collide(const mjModel* model, Data* data, EngineContact* contacts, int geom1, int geom2, mjtNum margin) {
   const SolidPairHandles pair(*model, geom1, geom2);
   if (!pair.known()) return before(*model, geom1, geom2)(model, data, contacts, geom1, geom2, margin);
   Overrides& shared = overrides();
   shared.checks.fetch_add(1, std::memory_order_relaxed);
   const Pose X_1 = pose_of(*data, geom1), X_2 = pose_of(*data, geom2);
   native::PairAnswer answer;
-  const Query query{QueryKind::manifold, margin, shared.options.most_contacts, margin};
+  const int most = std::min(shared.options.most_contacts,
+                            mujoco::places_for_contacts(model, geom1, geom2, margin));
+  const Query query{QueryKind::manifold, margin, most, margin};
   solid_store().compute_manifold(*pair.first, X_1, *pair.second, X_2, query, answer);
   if (shared.options.observer != nullptr && answer.status != PairStatus::failed)
     tell(*shared.options.observer, pair, X_1, X_2, answer.status, answer.geometry,
@@ -89,7 +93,7 @@ int collide(const mjModel* model, Data* data, mjContact* contacts, int geom1, in
 
 /// The collider that was there before, observed.
 template <class Data>
-int collide_observed(const mjModel* model, Data* data, mjContact* contacts, int geom1, int geom2,
+int collide_observed(const mjModel* model, Data* data, EngineContact* contacts, int geom1, int geom2,
                      mjtNum margin) {
   const int count = before(*model, geom1, geom2)(model, data, contacts, geom1, geom2, margin);
   const SolidPairHandles pair(*model, geom1, geom2);
@@ -104,8 +108,9 @@ int collide_observed(const mjModel* model, Data* data, mjContact* contacts, int 
   PairGeometry geometry{kNaN, unknown, unknown, unknown, 0};
   std::array<ContactPoint, kMaxManifoldPoints> points;
   for (int i = 0; i < std::min(count, kMaxManifoldPoints) && contacts[order[i]].dist <= 0.0; ++i) {
-    const mjContact& contact = contacts[order[i]];
-    const Vector3 n_12_W(contact.frame[0], contact.frame[1], contact.frame[2]);
+    const EngineContact& contact = contacts[order[i]];
+    const auto& normal = normal_of(contact);
+    const Vector3 n_12_W(normal[0], normal[1], normal[2]);
     const Vector3 middle(contact.pos[0], contact.pos[1], contact.pos[2]);
     points[i] = {middle - 0.5 * contact.dist * n_12_W, middle + 0.5 * contact.dist * n_12_W, contact.dist, 0};
     if (i == 0) geometry = {contact.dist, n_12_W, points[0].p_A_W, points[0].p_B_W, 0};

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/adapters/mujoco/engine.hpp"
 #include "touchstone/adapters/mujoco/geom_pose.hpp"
 #include "touchstone/adapters/mujoco/xml_model.hpp"
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
@@ -87,19 +88,20 @@ class CollisionScene {
 };
 
 /// One pair, through MuJoCo's table: without its bounding volumes, which know less than its checks.
-inline std::vector<mjContact> collide_pair(CollisionScene& scene) {
+inline std::vector<mujoco::EngineContact> collide_pair(CollisionScene& scene) {
   const int* const type = scene.model->geom_type;
   const bool swapped = type[0] > type[1];
-  std::vector<mjContact> contacts(mjMAXCONPAIR);
+  std::vector<mujoco::EngineContact> contacts(mjMAXCONPAIR);
   const mjfCollision check = mjCOLLISIONFUNC[type[swapped]][type[!swapped]];
   contacts.resize(static_cast<std::size_t>(
       check(scene.model.get(), scene.data.get(), contacts.data(), swapped, !swapped, 0.0)));
   return contacts;
 }
 
-inline std::optional<double> least_distance(std::span<const mjContact> contacts) {
+template <class Contacts>
+std::optional<double> least_distance(const Contacts& contacts) {
   std::optional<double> least;
-  for (const mjContact& contact : contacts)
+  for (const auto& contact : contacts)
     if (!least || contact.dist < *least) least = contact.dist;
   return least;
 }

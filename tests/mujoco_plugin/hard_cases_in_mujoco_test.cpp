@@ -47,13 +47,18 @@ Verdict judge(std::optional<double> least, const Truth& truth, bool native) {
 
 struct Tally {
   int cases = 0, wrong_class[2] = {}, wrong_depth[2] = {};
-  std::vector<std::string> of_another_class, ours_wrong;  ///< once stored
+  std::vector<std::string> refused, of_another_class, ours_wrong;  ///< once stored
 };
 
 void ask_both(const PairCase& hard, Narrowphase& exact, Tally& tally) {
   const PosedPair& pair = *hard.pair;
   std::optional<CollisionScene> scene;
-  scene.emplace(std::vector<GeomText>{geom_of(pair.solids[0]), geom_of(pair.solids[1])});
+  try {
+    scene.emplace(std::vector<GeomText>{geom_of(pair.solids[0]), geom_of(pair.solids[1])});
+  } catch (const InputError&) {  // versions 3 to 3.17 do not read a size of 5e-151
+    tally.refused.push_back(hard.id);
+    return;
+  }
   for (int i = 0; i < 2; ++i) scene->place(i, pair.X_WS[i]);
   const Truth truth = truth_of(*scene, exact);
   ++tally.cases;
@@ -85,7 +90,9 @@ TEST(MujocoPluginHardCases, AreRightWithOurCheckWhereTheEnginesIsWrong) {
             << tally.wrong_depth[0] << " of wrong depth; ours " << tally.wrong_class[1] << ", "
             << tally.wrong_depth[1] << "\n";
   EXPECT_THAT(tally.ours_wrong, testing::IsEmpty());
-  EXPECT_EQ(tally.cases, 144);
+  EXPECT_EQ(tally.cases + tally.refused.size(), 144u);
+  EXPECT_LE(tally.refused.size(), mjVERSION_HEADER == 222 ? 0u : 4u) << testing::PrintToString(tally.refused);
+#if mjVERSION_HEADER == 222  // facts about Debian's
   // Their vertices are floats there.
   EXPECT_THAT(
       tally.of_another_class,
@@ -93,6 +100,7 @@ TEST(MujocoPluginHardCases, AreRightWithOurCheckWhereTheEnginesIsWrong) {
                                     "touching-vertex-face-apart-2^-45", "touching-vertex-face-apart-2^-50"));
   EXPECT_EQ(tally.wrong_class[0], 6);
   EXPECT_EQ(tally.wrong_depth[0], 34);
+#endif
 }
 
 }  // namespace
