@@ -33,25 +33,25 @@ Vector3 clamped(const Vector3& axes) {
   return {std::clamp(axes.x(), -1.0, 1.0), std::clamp(axes.y(), -1.0, 1.0), std::clamp(axes.z(), -1.0, 1.0)};
 }
 
-std::unique_ptr<training::Way> make_way(MethodKind kind, const training::Setting& setting,
-                                        double report_delay) {
+std::unique_ptr<training::Method> make_method(MethodKind kind, const training::Setting& setting,
+                                              double report_delay) {
   switch (kind) {
     case MethodKind::unchecked:
-      return training::make_unchecked_way(setting);
+      return training::make_unchecked_method(setting);
     case MethodKind::late_report:
-      return training::make_late_report_way(setting, report_delay);
+      return training::make_late_report_method(setting, report_delay);
     case MethodKind::first_build:
-      return training::make_first_build_way(setting);
+      return training::make_first_build_method(setting);
     case MethodKind::ours:
       break;
   }
-  return std::make_unique<training::ContactWorldWay>(setting, make_native(), make_native_broadphase());
+  return std::make_unique<training::ContactWorldMethod>(setting, make_native(), make_native_broadphase());
 }
 
 }  // namespace
 
-Method::Method(MethodKind given, std::unique_ptr<training::Way> given_way, const StationScene& scene)
-    : kind(given), way(std::move(given_way)), log(scene.setting) {
+Method::Method(MethodKind given, std::unique_ptr<training::Method> given_method, const StationScene& scene)
+    : kind(given), flown(std::move(given_method)), log(scene.setting) {
   log.slide_steps.assign(1, 0);
   if (scene.arm() != nullptr) {
     hand = std::make_unique<training::ArmHand>(*scene.arm());
@@ -84,16 +84,16 @@ void Flight::make_methods() {
   for (std::size_t i = 0; i < kMethods; ++i) {
     if (!(state_.methods >> i & 1U)) continue;
     const auto kind = static_cast<MethodKind>(i);
-    methods.emplace_back(kind, make_way(kind, scene_->setting, state_.report_delay), *scene_);
+    methods.emplace_back(kind, make_method(kind, scene_->setting, state_.report_delay), *scene_);
     for (const Action& action : scene_->initial) act(methods.back(), action);
   }
   methods_ = std::move(methods);
-  ours_ = static_cast<training::ContactWorldWay*>(methods_.back().way.get());
+  ours_ = static_cast<training::ContactWorldMethod*>(methods_.back().flown.get());
   ours_->world().set_default_rule(
       {state_.policy, {}, scene_->setting.script().translation_only, scene_->setting.scene().passive});
   ours_->world().prepare();
   for (Method& method : methods_)
-    method.formation = std::make_shared<const training::Formation>(method.way->formation());
+    method.formation = std::make_shared<const training::Formation>(method.flown->formation());
   if (scene_->arm() != nullptr) ghost_hand_ = std::make_unique<training::ArmHand>(*scene_->arm());
   figures_ = {};
   std::copy(ours_->joints().begin(),
@@ -104,8 +104,8 @@ void Flight::make_methods() {
 }
 
 void Flight::act(Method& method, const Action& action) {
-  method.way->act(action);
-  method.formation = std::make_shared<const training::Formation>(method.way->formation());
+  method.flown->act(action);
+  method.formation = std::make_shared<const training::Formation>(method.flown->formation());
 }
 
 // ---- between frames
@@ -186,8 +186,8 @@ const LatchOption* Flight::nearest_option(const Method& method, std::uint32_t ob
   double least = kLatchReach;
   for (const LatchOption& option : scene_->latches) {
     if (object != Control::kAny && object != option.carried) continue;
-    if (method.way->formation().carrier[option.carried] != kNone) continue;
-    const double separation = near_.between(option.carrier, option.carried, method.way->poses());
+    if (method.flown->formation().carrier[option.carried] != kNone) continue;
+    const double separation = near_.between(option.carrier, option.carried, method.flown->poses());
     if (!(separation <= least)) continue;
     least = separation;
     best = &option;
@@ -201,7 +201,7 @@ ControlAnswer Flight::latch(std::uint32_t object) {
   std::array<const LatchOption*, kMethods> options{};
   for (std::size_t i = 0; i < methods_.size(); ++i) {
     const LatchOption* const option = options[i] = nearest_option(methods_[i], object);
-    if (option != nullptr && methods_[i].way->formation().root_of(option->carrier) == option->carried)
+    if (option != nullptr && methods_[i].flown->formation().root_of(option->carrier) == option->carried)
       return {false, scene_->setting.object_name(option->carried) + " carries " +
                          scene_->setting.object_name(option->carrier) + ": a latch would close a cycle"};
   }
@@ -221,7 +221,7 @@ ControlAnswer Flight::release() {
   ControlAnswer answer{false, "nothing is carried"};
   for (Method& method : methods_)
     for (const LatchOption& option : scene_->latches) {
-      if (method.way->formation().carrier[option.carried] != option.carrier) continue;
+      if (method.flown->formation().carrier[option.carried] != option.carrier) continue;
       act(method, {OperatorAction::Kind::release, 0.0, option.carried, kNone, {}});
       if (method.kind == MethodKind::ours)
         answer = {true, scene_->setting.object_name(option.carried) + " released"};
@@ -251,7 +251,7 @@ HandRates Flight::rates_of(const HandInput& input) const noexcept {
 
 void Flight::command_arm(Method& method, const HandRates& rates, double joint) noexcept {
   const Arm& arm = *scene_->arm();
-  const std::span<const double> q = method.way->joints().subspan(arm.first_value, method.goals.size());
+  const std::span<const double> q = method.flown->joints().subspan(arm.first_value, method.goals.size());
   std::copy(q.begin(), q.end(), method.goals.begin());
   const double duration = 1.0 / rate();
   if (state_.brakes) return;
@@ -279,20 +279,20 @@ void Flight::fly(Method& method, const HandRates& rates, double joint) noexcept 
     command_arm(method, rates, joint);
   } else {
     const std::uint32_t object = scene_->hand_object();
-    if (!is_zero(rates) && method.way->formation().carrier[object] == kNone)
-      commands_.push_back({object, training::flown(method.way->poses()[object], rates, 1.0 / rate())});
+    if (!is_zero(rates) && method.flown->formation().carrier[object] == kNone)
+      commands_.push_back({object, training::flown(method.flown->poses()[object], rates, 1.0 / rate())});
   }
-  method.way->frame(commands_, arm_commands_, method.log);
+  method.flown->frame(commands_, arm_commands_, method.log);
   take_log(method);
   method.decide_us = clock_us() - start;
 }
 
 void Flight::take_log(Method& method) noexcept {
-  method.blocked = method.told = false;
+  method.blocked = method.reports_contact = false;
   for (const training::LoggedEvent& event : method.log.events) {
-    const bool tells = event.kind == EventKind::began || event.kind == EventKind::persists ||
-                       event.kind == EventKind::penetrating_at_start;
-    method.told = method.told || tells;
+    const bool reports = event.kind == EventKind::began || event.kind == EventKind::persists ||
+                         event.kind == EventKind::penetrating_at_start;
+    method.reports_contact = method.reports_contact || reports;
     if (event.kind != EventKind::blocked || method.blocked) continue;
     method.blocked = true;
     method.blocked_by = event.solids;
@@ -323,7 +323,7 @@ void Flight::step(const HandInput& input) noexcept {
 }
 
 /// The commanded pose leads on from where contact stopped the arm, up to the leash; else it is where the arm
-/// was told to go.
+/// was commanded to go.
 void Flight::move_ghost(const HandRates& rates, double joint) noexcept {
   const Method& mine = methods_.back();
   const bool leads = mine.blocked && mine.hand && !is_zero(rates) && joint == 0.0;
@@ -374,7 +374,7 @@ void Flight::add_figures(const Pose& X_before) noexcept {
   const Method& mine = methods_.back();
   for (const training::LoggedEvent& event : mine.log.events)
     figures_.contacts += event.kind == EventKind::began;
-  if (mine.told) figures_.cue_seconds += 1.0 / rate();
+  if (mine.reports_contact) figures_.cue_seconds += 1.0 / rate();
 }
 
 void Flight::add_to_hash() noexcept {
@@ -382,7 +382,7 @@ void Flight::add_to_hash() noexcept {
     hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(value)) * kHashPrime;
   };
   for (const Method& method : methods_)
-    for (const Pose& X : method.way->poses()) {
+    for (const Pose& X : method.flown->poses()) {
       for (int column = 0; column < 3; ++column)
         for (int row = 0; row < 3; ++row) add(X.R(row, column));
       for (int i = 0; i < 3; ++i) add(X.p[i]);

@@ -11,8 +11,8 @@
 #include "touchstone/examples/station/inputs.hpp"
 #include "touchstone/examples/station/near_distances.hpp"
 #include "touchstone/examples/station/station_scene.hpp"
-#include "touchstone/examples/training_run/contact_world_way.hpp"
 #include "touchstone/examples/training_run/hand.hpp"
+#include "touchstone/examples/training_run/methods/contact_world_method.hpp"
 
 namespace touchstone::station {
 
@@ -31,21 +31,21 @@ struct HandScales {
 /// One method's flight: the same hand, its own arm.
 struct Method {
   MethodKind kind;
-  std::unique_ptr<training::Way> way;
+  std::unique_ptr<training::Method> flown;
   std::unique_ptr<training::ArmHand> hand;  ///< null: a free object is flown
   training::FlightLog log;                  ///< of the last frame
   std::vector<double> goals;                ///< joint values that the last frame commanded
   std::shared_ptr<const training::Formation>
       formation;  ///< a copy for those who judge; renewed between frames
   double decide_us = 0.0;
-  bool blocked = false, told = false, slid = false;
+  bool blocked = false, reports_contact = false, slid = false;
   SolidPair blocked_by{0, 0};
   std::uint32_t blocked_frames = 0;
 
-  Method(MethodKind given, std::unique_ptr<training::Way> given_way, const StationScene& scene);
+  Method(MethodKind given, std::unique_ptr<training::Method> given_method, const StationScene& scene);
 };
 
-/// What is set, as `state` of protocol.md tells it.
+/// What is set, as `state` of protocol.md.
 struct FlightState {
   CommandFrame frame = CommandFrame::end_effector;
   std::array<double, 4> camera = {0.0, 0.0, 0.0, 1.0};
@@ -75,7 +75,7 @@ struct FlightFigures {
 
 /// All that is decided in a session, frame by frame, from inputs alone: the same inputs at the same frames
 /// give the same bits of all poses. set() is between frames and may allocate; step() allocates nothing but
-/// what Figure 2's method does (training_run/way.hpp). One thread.
+/// what Figure 2's method does (training_run/methods/method.hpp). One thread.
 class Flight {
  public:
   /// Keeps a reference. @throws InputError as training_run's methods.
@@ -95,9 +95,9 @@ class Flight {
 
   std::span<const Method> methods() const { return methods_; }
   const Method* method(MethodKind kind) const;
-  const training::ContactWorldWay& ours() const { return *ours_; }
+  const training::ContactWorldMethod& ours() const { return *ours_; }
   /// Commanded poses of `ours`: where the hand leads on from a stop, no further from there than kLeash; else
-  /// where the last frame told it to go.
+  /// where the last frame commanded it to go.
   std::span<const Pose> commanded() const { return ghost_poses_; }
   std::span<const double> commanded_joints() const { return ghost_joints_; }
   /// Of `ours`: from the flown object, or what it carries, to others.
@@ -106,7 +106,7 @@ class Flight {
   bool was_damped() const { return was_damped_; }
   bool is_at_limit() const { return is_at_limit_; }
 
-  static constexpr double kLeash = 0.5;  ///< [m], and turns as ways on 1 m
+  static constexpr double kLeash = 0.5;  ///< [m], and turns as lengths at 1 m
   /// A latch closes where the carrier is this near to what it shall carry [m]; assumed.
   static constexpr double kLatchReach = 0.1;
 
@@ -134,7 +134,7 @@ class Flight {
   FlightFigures figures_;
   HandScales scales_;
   std::vector<Method> methods_;
-  training::ContactWorldWay* ours_ = nullptr;
+  training::ContactWorldMethod* ours_ = nullptr;
   std::unique_ptr<training::ArmHand> ghost_hand_;
   std::vector<double> ghost_joints_, ghost_next_;
   std::vector<Pose> ghost_links_, ghost_poses_, ghost_next_poses_;

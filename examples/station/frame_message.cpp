@@ -29,7 +29,7 @@ enum HeaderFlag : std::uint32_t {
 };
 enum MethodFlag : std::uint16_t {
   kMethodBlocked = 1,
-  kMethodTold = 2,
+  kMethodReports = 2,
   kMethodSlid = 4,
   kMethodJudgedLate = 8
 };
@@ -82,7 +82,7 @@ std::uint32_t header_flags(const Flight& flight, const FrameFacts& facts) {
   return flag(state.brakes, kBrakes) | flag(state.vernier, kVernier) | flag(state.joint_mode, kJointMode) |
          flag(flight.was_limited(), kRateLimited) | flag(flight.is_at_limit(), kAtLimit) |
          flag(flight.was_damped(), kNearSingularity) | flag(facts.is_replay, kReplay) |
-         flag(mine.blocked, kBlocked) | flag(mine.told, kInContact);
+         flag(mine.blocked, kBlocked) | flag(mine.reports_contact, kInContact);
 }
 
 void write_header(const Session& session, const FrameFacts& facts, std::size_t contacts, std::uint32_t bytes,
@@ -116,9 +116,9 @@ void write_header(const Session& session, const FrameFacts& facts, std::size_t c
 void write_method(const Method& method, const MergeFigures& judged, std::uint64_t frame, Writer& out) {
   const auto flag = [](bool is_set, std::uint16_t bit) { return is_set ? static_cast<unsigned>(bit) : 0U; };
   out.put(static_cast<std::uint16_t>(method.kind));
-  out.put(static_cast<std::uint16_t>(flag(method.blocked, kMethodBlocked) | flag(method.told, kMethodTold) |
-                                     flag(method.slid, kMethodSlid) |
-                                     flag(judged.judged_frame < frame, kMethodJudgedLate)));
+  out.put(static_cast<std::uint16_t>(
+      flag(method.blocked, kMethodBlocked) | flag(method.reports_contact, kMethodReports) |
+      flag(method.slid, kMethodSlid) | flag(judged.judged_frame < frame, kMethodJudgedLate)));
   out.put(judged.merged);
   out.put(judged.depth_now);
   out.put(judged.depth_worst);
@@ -142,7 +142,7 @@ void write_pose(const Pose& X, std::uint32_t flags, Writer& out) {
 
 std::uint32_t pose_flags(const Flight& flight, const Method& method, std::uint32_t object) {
   const SceneInstance& instance = flight.scene().setting.instance();
-  const training::Formation& formation = method.way->formation();
+  const training::Formation& formation = method.flown->formation();
   std::uint32_t flags = 0;
   for (const training::LoggedEvent& event : method.log.events) {
     if (event.kind == EventKind::refused || event.kind == EventKind::at_limit) continue;
@@ -158,7 +158,7 @@ std::uint32_t pose_flags(const Flight& flight, const Method& method, std::uint32
 
 void write_poses(const Flight& flight, Writer& out) {
   for (const Method& method : flight.methods()) {
-    const std::span<const Pose> poses = method.way->poses();
+    const std::span<const Pose> poses = method.flown->poses();
     for (std::uint32_t i = 0; i < poses.size(); ++i) write_pose(poses[i], pose_flags(flight, method, i), out);
   }
   for (const Pose& X : flight.commanded()) write_pose(X, 0, out);
@@ -175,7 +175,7 @@ void write_joints(const Flight& flight, Writer& out) {
   }
 }
 
-void write_contact(const training::ContactWorldWay& ours, const ContactEvent& event, Writer& out) {
+void write_contact(const training::ContactWorldMethod& ours, const ContactEvent& event, Writer& out) {
   const ContactKind kind = event.kind == EventKind::near      ? kIsNear
                            : event.kind == EventKind::blocked ? kIsBlocked
                                                               : kIsInContact;

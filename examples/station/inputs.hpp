@@ -50,7 +50,7 @@ struct Control {
 struct InputStamp {
   std::uint32_t client = 0;  ///< 0: no browser
   std::uint32_t number = 0;  ///< the client's own
-  double browser_us = 0.0;   ///< when the hand moved, on the browser's clock; NaN: not told
+  double browser_us = 0.0;   ///< when the hand moved, on the browser's clock; NaN: not given
   double received_us = 0.0;  ///< on the station's
 };
 

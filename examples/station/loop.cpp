@@ -61,7 +61,7 @@ void StationLoop::tell(const Control& control, const ControlAnswer& answer) {
 
 void StationLoop::push_state(bool changed) {
   StateMessage* const slot = exchange_.states.slot();
-  if (slot == nullptr) return;  // a server that takes none is told when it does: figures follow
+  if (slot == nullptr) return;  // the server has not taken the last one: figures follow later
   StateMessage& state = *slot;
   const Flight& flight = session_.flight();
   state.frame = session_.frame();
@@ -111,7 +111,7 @@ HandInput StationLoop::take_hand(double now) {
 }
 
 void StationLoop::tell_contacts() {
-  const training::ContactWorldWay& ours = session_.flight().ours();
+  const training::ContactWorldMethod& ours = session_.flight().ours();
   const Method& mine = session_.flight().methods().back();
   StationEvent out;
   out.frame = session_.frame();
@@ -119,7 +119,7 @@ void StationLoop::tell_contacts() {
   out.method = static_cast<std::uint32_t>(MethodKind::ours);
   out.has_pair = true;
   for (const ContactEvent& event : ours.report().events) {
-    // A stop is told when it begins or passes to another pair, not in each frame that it lasts.
+    // A stop is reported when it begins or passes to another pair, not in each frame that it lasts.
     const bool is_new_stop = event.kind == EventKind::blocked && mine.blocked &&
                              (!was_blocked_ || !(mine.blocked_by == blocked_by_));
     if (event.kind != EventKind::began && event.kind != EventKind::ended &&

@@ -37,7 +37,7 @@ void MergeJudge::offer(const Session& session) noexcept {
     job->frame = session.frame();
     job->method = static_cast<std::size_t>(method.kind);
     job->formation = method.formation;
-    job->X_WO.assign(method.way->poses().begin(), method.way->poses().end());
+    job->X_WO.assign(method.flown->poses().begin(), method.flown->poses().end());
     jobs_.push();
   }
 }

@@ -205,7 +205,7 @@ void PageClient::take(const ControlMessage& message) {
 }
 
 void PageClient::take(const SeenMessage& message) {
-  tells_seen_ = true;
+  reports_seen_ = true;
   // Frames are seen in the order in which they were sent.
   for (std::uint64_t i = frames_seen_; i < frames_sent_; ++i)
     if (sent_[i % sent_.size()].frame == message.frame) frames_seen_ = i + 1;
@@ -264,7 +264,7 @@ void PageClient::tell(std::shared_ptr<const std::string> text) {
 
 bool PageClient::may_send_frame() const {
   return sent_serial_ < host_.frame_serial && host_.frame.size() >= kFrameHeader &&
-         (!tells_seen_ || frames_sent_ - frames_seen_ < kMostUnseen);
+         (!reports_seen_ || frames_sent_ - frames_seen_ < kMostUnseen);
 }
 
 void PageClient::pump() {

@@ -33,7 +33,7 @@ struct ClientHost {
   std::uint32_t next_client = 1;
   std::uint32_t pilot = 0;  ///< whose hand it is; 0: nobody's
   HandMessage pilot_hand = {};
-  double offset_us = 0.0, rtt_us = 0.0;  ///< as the last page told
+  double offset_us = 0.0, rtt_us = 0.0;  ///< as the last page reported
   std::uint32_t failed_cameras = 0;      ///< a bit a camera
   /// For the debrief: since the last reset, at most kMostPath and kMostLogged of them.
   std::vector<std::array<double, 4>> path = {};
@@ -99,7 +99,7 @@ class PageClient : public std::enable_shared_from_this<PageClient> {
   std::vector<std::uint8_t> frame_;  // on its way
   bool is_open_ = false, is_writing_ = false, is_closing_ = false;
   std::uint64_t sent_serial_ = 0, sent_frame_ = 0, overwritten_ = 0;
-  bool tells_seen_ = false;
+  bool reports_seen_ = false;
   std::uint64_t frames_sent_ = 0, frames_seen_ = 0;
   std::array<Sent, 64> sent_{};  // by frames_sent_
   std::uint32_t drawn_input_ = 0;

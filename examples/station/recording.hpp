@@ -24,8 +24,8 @@ struct Recording {
   double rate = 50.0;
   std::uint32_t methods = kAllMethods;
   std::vector<RecordedInput> inputs;
-  std::uint64_t frames = 0;  ///< 0: not told
-  std::string hash;          ///< empty: not told
+  std::uint64_t frames = 0;  ///< 0: not given
+  std::string hash;          ///< empty: not given
 };
 
 std::string header_line(const Recording& recording);

@@ -20,7 +20,7 @@ ShownFlight::ShownFlight(const Session& session, std::span<FrameOutput* const> r
 
 bool ShownFlight::send(const Session& session) noexcept {
   if (session.scene() != scene_) return false;
-  const training::ContactWorldWay& ours = session.flight().ours();
+  const training::ContactWorldMethod& ours = session.flight().ours();
   for (std::uint32_t i = 0; i < poses_.size(); ++i) poses_[i].X_WO = ours.poses()[i];
   events_.clear();
   for (const ContactEvent& event : ours.report().events) {

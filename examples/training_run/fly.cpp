@@ -32,15 +32,15 @@ bool is_zero(const HandRates& rates) {
 /// One flight's loop. What is timed and counted is step(): control, check and log.
 class Flight {
  public:
-  Flight(const Setting& setting, Way& way, bool in_real_time)
+  Flight(const Setting& setting, Method& method, bool in_real_time)
       : setting_(setting),
-        way_(way),
+        method_(method),
         in_real_time_(in_real_time),
         log_(setting),
         hands_(make_arm_hands(setting)) {
     commands_.reserve(hands_.size());
     arm_commands_.reserve(setting.arms().size());
-    way_.send(0.0);
+    method_.send(0.0);
   }
 
   FlightLog take(const comparison::Progress& progress) {
@@ -66,8 +66,8 @@ class Flight {
     const std::span<const Action> actions = setting_.actions();
     for (; next_action_ < actions.size() && actions[next_action_].time <= setting_.time(frame);
          ++next_action_) {
-      way_.act(actions[next_action_]);
-      log_.formations.push_back(way_.formation());
+      method_.act(actions[next_action_]);
+      log_.formations.push_back(method_.formation());
     }
   }
 
@@ -83,14 +83,14 @@ class Flight {
     const double cpu_start = thread_ns();
     const Clock::time_point start = Clock::now();
     command(frame, duration);
-    way_.frame(commands_, arm_commands_, log_);
+    method_.frame(commands_, arm_commands_, log_);
     const std::chrono::duration<double, std::nano> elapsed = Clock::now() - start;
     log_.frame_us.push_back(1e-3 * elapsed.count());
     log_.frame_cpu_us.push_back(1e-3 * (thread_ns() - cpu_start));
-    log_.X_WO.insert(log_.X_WO.end(), way_.poses().begin(), way_.poses().end());
-    log_.joints.insert(log_.joints.end(), way_.joints().begin(), way_.joints().end());
+    log_.X_WO.insert(log_.X_WO.end(), method_.poses().begin(), method_.poses().end());
+    log_.joints.insert(log_.joints.end(), method_.joints().begin(), method_.joints().end());
     ++log_.frames;
-    way_.send(setting_.time(frame + 1));
+    method_.send(setting_.time(frame + 1));
   }
 
   void command(std::size_t frame, double duration) noexcept {
@@ -99,13 +99,13 @@ class Flight {
     for (std::size_t i = 0; i < hands_.size(); ++i) {
       if (hands_[i]) continue;
       const std::uint32_t object = setting_.object_of_hand(i);
-      const Pose& X_WO = way_.poses()[object];
+      const Pose& X_WO = method_.poses()[object];
       const HandRates rates = setting_.rates(i, frame);
-      const bool is_flying = !is_zero(rates) && way_.formation().carrier[object] == kNone;
+      const bool is_flying = !is_zero(rates) && method_.formation().carrier[object] == kNone;
       if (is_flying) commands_.push_back({object, flown(X_WO, rates, duration)});
       log_.paths[frame * hands_.size() + i] = is_flying ? commands_.back().path : RigidPath(X_WO);
     }
-    log_.joint_goals.insert(log_.joint_goals.end(), way_.joints().begin(), way_.joints().end());
+    log_.joint_goals.insert(log_.joint_goals.end(), method_.joints().begin(), method_.joints().end());
     for (const Arm& arm : setting_.arms()) command(arm, frame, duration);
   }
 
@@ -114,12 +114,13 @@ class Flight {
     if (is_zero(rates)) return;
     const std::span<double> goals =
         std::span(log_.joint_goals).subspan(frame * log_.values + arm.first_value, arm.joints.size());
-    hands_[arm.hand]->command(way_.joints().subspan(arm.first_value, goals.size()), rates, duration, goals);
+    hands_[arm.hand]->command(method_.joints().subspan(arm.first_value, goals.size()), rates, duration,
+                              goals);
     arm_commands_.push_back({&arm, goals});
   }
 
   const Setting& setting_;
-  Way& way_;
+  Method& method_;
   bool in_real_time_;
   Clock::time_point start_ = Clock::now();
   FlightLog log_;
@@ -131,8 +132,9 @@ class Flight {
 
 }  // namespace
 
-FlightLog fly(const Setting& setting, Way& way, bool in_real_time, const comparison::Progress& progress) {
-  return Flight(setting, way, in_real_time).take(progress);
+FlightLog fly(const Setting& setting, Method& method, bool in_real_time,
+              const comparison::Progress& progress) {
+  return Flight(setting, method, in_real_time).take(progress);
 }
 
 }  // namespace touchstone::training

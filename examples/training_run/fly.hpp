@@ -4,13 +4,14 @@
 
 #include "touchstone/examples/measures/oracle.hpp"
 #include "touchstone/examples/training_run/flight_log.hpp"
-#include "touchstone/examples/training_run/way.hpp"
+#include "touchstone/examples/training_run/methods/method.hpp"
 
 namespace touchstone::training {
 
-/// Flies the script: hands to commands, commands to the way, what is shown to its outputs, frame by frame.
+/// Flies the script: hands to commands, commands to the method, what is shown to its outputs, frame by frame.
 /// @param in_real_time frames begin no sooner than by the clock on the wall.
 /// @throws InputError: an arm that does not fit, an action that is refused.
-FlightLog fly(const Setting& setting, Way& way, bool in_real_time, const comparison::Progress& progress = {});
+FlightLog fly(const Setting& setting, Method& method, bool in_real_time,
+              const comparison::Progress& progress = {});
 
 }  // namespace touchstone::training

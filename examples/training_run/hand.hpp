@@ -20,14 +20,14 @@ struct HandFigures {
   std::size_t limited_frames = 0;  ///< a joint's rate or position limit scaled the step
   std::size_t damped_frames = 0;   ///< near a singularity
   /// Between where the hand asked the flown link to be at a frame's end and where the commanded joint values
-  /// put it [m], turns as ways on 1 m; frames at a limit left out.
+  /// put it [m], turns as lengths at 1 m; frames at a limit left out.
   double largest_residual = 0.0;
 };
 
 /// Turns what a hand controller asks of an arm's link into joint values at the frame's end: resolved rates
 /// (ResolvedRate), repeated from where they lead until that gains nothing, so that the link is at a frame's
 /// end where the hand asked it to be. Within the frame all joints go evenly, and the link strays from the
-/// straight way.
+/// straight line.
 class ArmHand {
  public:
   /// Keeps a reference.

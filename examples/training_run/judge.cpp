@@ -219,7 +219,7 @@ struct Judge::State {
   }
 
   /// No point of the object goes further than this in the frame [m].
-  double way_of(std::uint32_t object, const FramePaths& paths, const Formation& formation) const {
+  double travel_of(std::uint32_t object, const FramePaths& paths, const Formation& formation) const {
     const Sphere& sphere = setting.instance().trees()[object]->nodes()[0].sphere_O;
     const BodyPath on = path_of(object, paths, formation);
     if (const Arm* arm = setting.arm_of(formation.root_of(object))) {
@@ -233,9 +233,10 @@ struct Judge::State {
   }
 
   std::size_t looks_for(const FramePaths& paths, const Formation& formation) const {
-    double way = 0.0;
-    for (std::uint32_t i = 0; i < paths.free.size(); ++i) way = std::max(way, way_of(i, paths, formation));
-    return std::min(kMostLooks, static_cast<std::size_t>(std::ceil(way / kLookEvery)));
+    double longest = 0.0;
+    for (std::uint32_t i = 0; i < paths.free.size(); ++i)
+      longest = std::max(longest, travel_of(i, paths, formation));
+    return std::min(kMostLooks, static_cast<std::size_t>(std::ceil(longest / kLookEvery)));
   }
 
   /// The deepest depth between the ends of a frame.
@@ -325,8 +326,7 @@ struct Judge::State {
     return std::equal(before.begin(), before.end(), values_of(*arm, log.shown_joints(frame + 1)).begin());
   }
 
-  bool is_wrongly_blocked(const FlightLog& log, std::size_t frame,
-                          std::span<const LoggedEvent> events) const {
+  bool is_false_stop(const FlightLog& log, std::size_t frame, std::span<const LoggedEvent> events) const {
     const Formation& formation = log.formations[log.formation[frame]];
     const FramePaths paths = commanded_paths(log, frame);
     for (std::size_t hand = 0; hand < log.hands; ++hand) {
@@ -335,7 +335,7 @@ struct Judge::State {
       bool is_blocked = false, rightly = false;
       for (const LoggedEvent& event : events) {
         if (event.kind != EventKind::blocked || rightly) continue;
-        // Who takes a passive object along is not told; what that one met stops both.
+        // Who takes a passive object along is not reported; what that one met stops both.
         if (is_passive(event.solids.a, formation) || is_passive(event.solids.b, formation))
           is_blocked = rightly = true;
         if (mover_of(event.solids.a, formation) != mover && mover_of(event.solids.b, formation) != mover)
@@ -348,36 +348,36 @@ struct Judge::State {
     return false;
   }
 
-  // ---- what was told
+  // ---- reports
 
-  static bool tells_contact(EventKind kind) {
+  static bool reports_contact(EventKind kind) {
     return kind == EventKind::began || kind == EventKind::persists || kind == EventKind::penetrating_at_start;
   }
 
-  static bool is_told(const SolidPair& pair, std::span<const LoggedEvent> events) {
+  static bool is_reported(const SolidPair& pair, std::span<const LoggedEvent> events) {
     return std::any_of(events.begin(), events.end(), [&](const LoggedEvent& event) {
-      return tells_contact(event.kind) && event.solids == pair;
+      return reports_contact(event.kind) && event.solids == pair;
     });
   }
 
   /// Contact that came and went within the frame, as its `ended` says, is none at its end.
-  static bool is_told_over(const LoggedEvent& event, std::span<const LoggedEvent> events) {
+  static bool has_ended(const LoggedEvent& event, std::span<const LoggedEvent> events) {
     return std::any_of(events.begin(), events.end(), [&](const LoggedEvent& other) {
       return other.kind == EventKind::ended && other.solids == event.solids;
     });
   }
 
-  bool is_wrongly_told(std::span<const LoggedEvent> events, std::span<const Pose> X_WO,
-                       const Resolution& resolution) const {
-    bool told = false;
+  bool is_phantom(std::span<const LoggedEvent> events, std::span<const Pose> X_WO,
+                  const Resolution& resolution) const {
+    bool any = false;
     for (const LoggedEvent& event : events) {
-      if (!tells_contact(event.kind) || is_told_over(event, events)) continue;
-      told = true;
+      if (!reports_contact(event.kind) || has_ended(event, events)) continue;
+      any = true;
       const double gap =
           std::max(setting.scene().contact_gap, 4.0 * resolution.at(scale_of(event.solids, X_WO)));
       if (separation(event.solids, X_WO) <= 2.0 * gap + 0x1p-48 * scale_of(event.solids, X_WO)) return false;
     }
-    return told;
+    return any;
   }
 };
 
@@ -441,12 +441,12 @@ Verdict Judge::judge(const FlightLog& log, const Resolution& resolution,
     for (const Contact& contact : contacts) {
       verdict.deepest_shown = std::max(verdict.deepest_shown, -contact.separation);
       const bool may = s.setting.scene().policy == ContactPolicy::cue || s.is_old(contact, shown);
-      wrong = wrong || !may || !State::is_told(s.setting.pairs()[contact.pair], events);
+      wrong = wrong || !may || !State::is_reported(s.setting.pairs()[contact.pair], events);
     }
-    verdict.deepest_on_way = std::max({verdict.deepest_on_way, within, verdict.deepest_shown});
+    verdict.deepest_between = std::max({verdict.deepest_between, within, verdict.deepest_shown});
     verdict.merged += !contacts.empty();
-    verdict.wrongly_shown += wrong;
-    verdict.wrongly_told += s.is_wrongly_told(events, shown, resolution);
+    verdict.missed += wrong;
+    verdict.phantom += s.is_phantom(events, shown, resolution);
 
     bool blocked = false;
     for (const LoggedEvent& event : events) {
@@ -461,7 +461,7 @@ Verdict Judge::judge(const FlightLog& log, const Resolution& resolution,
         verdict.stops.push_back({time, event.solids, s.separation(event.solids, shown)});
     }
     verdict.blocked += blocked;
-    if (blocked) verdict.wrongly_blocked += s.is_wrongly_blocked(log, frame, events);
+    if (blocked) verdict.false_stops += s.is_false_stop(log, frame, events);
     events_before = events;
     if (progress) progress(static_cast<double>(frame + 1) / static_cast<double>(log.frames));
   }

@@ -19,7 +19,7 @@ struct Stop {
   double clearance;  ///< exact separation of what was shown then [m]
 };
 
-/// A pair of which a way began or ceased to say that it is in contact.
+/// A pair that a method began or ceased to report in contact.
 struct Cue {
   EventKind kind;  ///< penetrating_at_start, began or ended
   double time;     ///< [s]
@@ -32,19 +32,19 @@ struct Verdict {
   std::vector<Stop> stops;
   std::vector<Cue> cues;
   double deepest_shown = 0.0;      ///< depth of the deepest pair of any shown frame; 0: none overlaps [m]
-  double deepest_on_way = 0.0;     ///< and between the frames too, looked at every millimetre [m]
+  double deepest_between = 0.0;    ///< between frames too, sampled every millimetre [m]
   std::size_t merged = 0;          ///< shown frames with a pair in contact
   std::size_t passed_through = 0;  ///< frames that took a pair through each other, apart at both ends
-  /// Shown frames with a pair in contact that should not be, or that the way did not tell. It may be where
-  /// the policy is `cue`, and where the pair overlapped at the start and is no deeper.
-  std::size_t wrongly_shown = 0;
-  /// Frames in which the way told of a contact, but no such pair was within twice the gap.
-  std::size_t wrongly_told = 0;
+  /// Shown frames with a pair in contact that should not be, or that the method did not report. It may be
+  /// where the policy is `cue`, and where the pair overlapped at the start and is no deeper.
+  std::size_t missed = 0;
+  /// Frames in which the method reported a contact, but no such pair was within twice the gap.
+  std::size_t phantom = 0;
   std::size_t blocked = 0;  ///< frames in which a mover was stopped
   /// Of those, the ones in which a mover was stopped by pairs of which none would have come below the gap
   /// rule's threshold on the commanded path, or was held though no pair of its own was named. Where a pair is
   /// in a contact that it was not in at the start, only what would bring it out of there is wrongly stopped.
-  std::size_t wrongly_blocked = 0;
+  std::size_t false_stops = 0;
   std::vector<Pose> last;  ///< of all objects
 };
 
@@ -65,7 +65,7 @@ class Judge {
   explicit Judge(const Setting& setting);
   ~Judge();
 
-  /// @param resolution of the backend's distances, none where it has none: a way may tell of contact within
+  /// @param resolution of the backend's distances, none where it has none: a method may report contact within
   /// twice max(g, 4 resolutions).
   Verdict judge(const FlightLog& log, const Resolution& resolution,
                 const comparison::Progress& progress = {}) const;

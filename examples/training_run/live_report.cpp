@@ -32,7 +32,7 @@ void LiveReport::put_tables(std::size_t done) {
       {{"results.json", results_json(results_, missing)}, {"results.csv", results_csv(results_, missing)}});
 }
 
-void LiveReport::see_way(const ScriptResult& so_far) {
+void LiveReport::see_method(const ScriptResult& so_far) {
   const std::size_t done = results_.size();
   results_.push_back(so_far);
   put_tables(done);

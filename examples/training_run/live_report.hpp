@@ -14,8 +14,8 @@ class LiveReport {
   /// @param scripts in the order of the run. @throws InputError as ReportRun, and for a script given twice.
   LiveReport(const std::string& folder, std::vector<std::string> scripts);
 
-  /// Takes a script that is not flown every way yet.
-  void see_way(const ScriptResult& so_far);
+  /// Takes a script that is not flown by every method yet.
+  void see_method(const ScriptResult& so_far);
   void see_script(ScriptResult result);
   /// Writes the complete report. @throws std::runtime_error as ReportRun::finish().
   void finish();
@@ -23,7 +23,7 @@ class LiveReport {
   const std::vector<ScriptResult>& results() const { return results_; }
 
  private:
-  /// @param done how many of the scripts are flown every way.
+  /// @param done how many of the scripts are flown by every method.
   void put_tables(std::size_t done);
 
   std::vector<std::string> scripts_;

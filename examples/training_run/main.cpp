@@ -54,7 +54,7 @@ int run(int argc, char** argv) {
       "in range)\n");
   const auto run_one = [&](const std::filesystem::path& script, ProgressLine& progress) {
     return run_script(script, *options, registry, backends, progress,
-                      [&](const ScriptResult& so_far) { report.see_way(so_far); });
+                      [&](const ScriptResult& so_far) { report.see_method(so_far); });
   };
   comparison::run_each(scripts, run_one, [&](ScriptResult result) {
     const std::string text = comparison::wrapped(terminal_text(result));

@@ -11,9 +11,9 @@
 
 namespace touchstone::training {
 
-/// One script flown one way.
-struct WayResult {
-  std::string way;
+/// One script flown by one method.
+struct MethodResult {
+  std::string method;
   std::string backend;
   MotionCheck check = MotionCheck::proven;  ///< of the contact world
   std::string not_flown;                    ///< why; empty: it was
@@ -30,7 +30,7 @@ struct WayResult {
 struct ScriptResult {
   std::string file;  ///< the script's name without .yaml
   std::shared_ptr<const Setting> setting;
-  std::vector<WayResult> ways;
+  std::vector<MethodResult> methods;
 };
 
 /// `object/hexahedron` of both.
@@ -40,14 +40,14 @@ std::string pair_name(const Setting& setting, const SolidPair& pair);
 /// @param not_measured scripts that a run which ended early did not come to the end of; empty: complete.
 std::string results_json(const std::vector<ScriptResult>& results,
                          const std::vector<std::string>& not_measured = {});
-/// One row a script, way and backend; the last column tells a partial run.
+/// One row a script, method and backend; the last column tells a partial run.
 std::string results_csv(const std::vector<ScriptResult>& results,
                         const std::vector<std::string>& not_measured = {});
 /// Tables for a terminal of 120 columns.
 std::string terminal_text(const ScriptResult& result);
-/// One row a way and backend: sums over all scripts that it flew.
+/// One row a method and backend: sums over all scripts that it flew.
 std::string summary_text(const std::vector<ScriptResult>& results);
-/// Separation over time for the ways that have it; empty without any.
+/// Separation over time for the methods that have it; empty without any.
 std::string separation_plot(const ScriptResult& result);
 
 }  // namespace touchstone::training

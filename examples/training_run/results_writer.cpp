@@ -45,14 +45,14 @@ Json json(const OutputFigures& output) {
           {"error", output.error}};
 }
 
-Json json(const Setting& setting, const WayResult& way) {
-  Json out = {{"way", way.way}, {"backend", way.backend}};
-  if (!way.not_flown.empty()) {
-    out["not_flown"] = way.not_flown;
+Json json(const Setting& setting, const MethodResult& method) {
+  Json out = {{"method", method.method}, {"backend", method.backend}};
+  if (!method.not_flown.empty()) {
+    out["not_flown"] = method.not_flown;
     return out;
   }
-  const Verdict& v = way.verdict;
-  out["check"] = std::string(to_string(way.check));
+  const Verdict& v = method.verdict;
+  out["check"] = std::string(to_string(method.check));
   out["frames"] = v.frames;
   out["stops"] = Json::array();
   for (const Stop& stop : v.stops)
@@ -65,22 +65,22 @@ Json json(const Setting& setting, const WayResult& way) {
                            {"time_s", number(cue.time)},
                            {"pair", json(setting, cue.solids)}});
   out["deepest_shown_m"] = number(v.deepest_shown);
-  out["deepest_on_way_m"] = number(v.deepest_on_way);
+  out["deepest_between_m"] = number(v.deepest_between);
   out["merged_frames"] = v.merged;
   out["passed_through_frames"] = v.passed_through;
-  out["wrongly_shown_frames"] = v.wrongly_shown;
-  out["wrongly_told_frames"] = v.wrongly_told;
+  out["missed_frames"] = v.missed;
+  out["phantom_frames"] = v.phantom;
   out["blocked_frames"] = v.blocked;
-  out["wrongly_blocked_frames"] = v.wrongly_blocked;
-  out["frame_us"] = json(way.times);
-  out["frame_cpu_us"] = json(way.cpu_times);
-  out["allocations"] = way.allocations ? Json(*way.allocations) : Json(nullptr);
-  out["queries"] = way.queries;
-  out["iteration_limits"] = way.iteration_limits;
+  out["false_stop_frames"] = v.false_stops;
+  out["frame_us"] = json(method.times);
+  out["frame_cpu_us"] = json(method.cpu_times);
+  out["allocations"] = method.allocations ? Json(*method.allocations) : Json(nullptr);
+  out["queries"] = method.queries;
+  out["iteration_limits"] = method.iteration_limits;
   out["hands"] = Json::array();
-  for (const HandFigures& hand : way.hands) out["hands"].push_back(json(hand));
+  for (const HandFigures& hand : method.hands) out["hands"].push_back(json(hand));
   out["outputs"] = Json::array();
-  for (const OutputFigures& output : way.outputs) out["outputs"].push_back(json(output));
+  for (const OutputFigures& output : method.outputs) out["outputs"].push_back(json(output));
   out["last"] = last_poses(setting, v);
   return out;
 }
@@ -107,8 +107,8 @@ std::string results_json(const std::vector<ScriptResult>& results,
                    {"frame_rate_hz", setting.scene().frame_rate},
                    {"gap_m", setting.scene().contact_gap},
                    {"duration_s", setting.scene().duration}};
-    script["ways"] = Json::array();
-    for (const WayResult& way : result.ways) script["ways"].push_back(json(setting, way));
+    script["methods"] = Json::array();
+    for (const MethodResult& method : result.methods) script["methods"].push_back(json(setting, method));
     out["scripts"].push_back(std::move(script));
   }
   return out.dump(1) + "\n";
@@ -119,35 +119,35 @@ std::string results_csv(const std::vector<ScriptResult>& results,
   using comparison::csv_number;
   using comparison::csv_text;
   std::string text =
-      "script,way,backend,check,not_flown,policy,frame_rate_hz,gap_m,frames,stops,first_stop_s,first_"
+      "script,method,backend,check,not_flown,policy,frame_rate_hz,gap_m,frames,stops,first_stop_s,first_"
       "clearance_m,"
-      "deepest_shown_m,deepest_on_way_m,merged_frames,passed_through_frames,wrongly_shown_frames,"
-      "wrongly_told_frames,blocked_frames,wrongly_blocked_frames,median_us,p99_9_us,worst_us,median_cpu_us,"
+      "deepest_shown_m,deepest_between_m,merged_frames,passed_through_frames,missed_frames,"
+      "phantom_frames,blocked_frames,false_stop_frames,median_us,p99_9_us,worst_us,median_cpu_us,"
       "p99_9_cpu_us,worst_cpu_us,allocations,"
       "queries,iteration_limits,partial\n";
   const int partial = not_measured.empty() ? 0 : 1;
   for (const ScriptResult& result : results) {
     const Scene& scene = result.setting->scene();
-    for (const WayResult& way : result.ways) {
-      text +=
-          fmt::format("{},{},{},{},{},{},{},{},", csv_text(result.file), csv_text(way.way),
-                      csv_text(way.backend), way.not_flown.empty() ? to_string(way.check) : "",
-                      csv_text(way.not_flown), to_string(scene.policy), scene.frame_rate, scene.contact_gap);
-      if (!way.not_flown.empty()) {
+    for (const MethodResult& method : result.methods) {
+      text += fmt::format("{},{},{},{},{},{},{},{},", csv_text(result.file), csv_text(method.method),
+                          csv_text(method.backend), method.not_flown.empty() ? to_string(method.check) : "",
+                          csv_text(method.not_flown), to_string(scene.policy), scene.frame_rate,
+                          scene.contact_gap);
+      if (!method.not_flown.empty()) {
         text += std::string(20, ',') + fmt::format(",{}\n", partial);
         continue;
       }
-      const Verdict& v = way.verdict;
+      const Verdict& v = method.verdict;
       const double nan = std::nan("");
       text += fmt::format("{},{},{},{},", v.frames, v.stops.size(),
                           csv_number(v.stops.empty() ? nan : v.stops[0].time),
                           csv_number(v.stops.empty() ? nan : v.stops[0].clearance));
       text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", v.deepest_shown,
-                          v.deepest_on_way, v.merged, v.passed_through, v.wrongly_shown, v.wrongly_told,
-                          v.blocked, v.wrongly_blocked, way.times.median_us, way.times.p999_us,
-                          way.times.worst_us, way.cpu_times.median_us, way.cpu_times.p999_us,
-                          way.cpu_times.worst_us, way.allocations ? std::to_string(*way.allocations) : "",
-                          way.queries, way.iteration_limits, partial);
+                          v.deepest_between, v.merged, v.passed_through, v.missed, v.phantom, v.blocked,
+                          v.false_stops, method.times.median_us, method.times.p999_us, method.times.worst_us,
+                          method.cpu_times.median_us, method.cpu_times.p999_us, method.cpu_times.worst_us,
+                          method.allocations ? std::to_string(*method.allocations) : "", method.queries,
+                          method.iteration_limits, partial);
     }
   }
   return text;

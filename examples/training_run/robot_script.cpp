@@ -11,7 +11,7 @@ namespace touchstone::training {
 namespace {
 
 constexpr double kGap = 0.05, kBlock = 0.2, kSpeed = 0.1;  // by the reach; the last a second
-constexpr double kOneWay = 1.5, kSideways = 1.0;           // [s]
+constexpr double kOutward = 1.5, kSideways = 1.0;          // [s]
 constexpr double kOfRate = 0.5;     // of what the joint may: the others that move along have theirs
 constexpr double kSlowest = 100.0;  // times: a joint whose rate is about 0 does not take for ever
 
@@ -74,16 +74,16 @@ double clearance(const Mechanism& robot, std::uint32_t end, std::span<const Pose
 }
 
 /// Where the link's middle goes, and how fast its joint takes it there at most [m/s].
-struct Way {
+struct Approach {
   Vector3 direction = Vector3::UnitZ();
   double speed = std::numeric_limits<double>::infinity();
 };
 
-/// Of the ways in which one of its joints takes the link's middle, forwards or back, that where a block
+/// Of the directions in which one of its joints takes the link's middle, the one in which a block
 /// stands freest of the other links.
-Way freest_way(const Mechanism& robot, std::uint32_t end, std::span<const Pose> X_WL, const Sphere& at_end,
-               double away, double block_radius) {
-  Way best;
+Approach freest_approach(const Mechanism& robot, std::uint32_t end, std::span<const Pose> X_WL,
+                         const Sphere& at_end, double away, double block_radius) {
+  Approach best;
   double freest = -std::numeric_limits<double>::infinity();
   for (const std::uint32_t index : robot.chain(end)) {
     const Mechanism::Joint& joint = robot.joints()[index];
@@ -93,19 +93,19 @@ Way freest_way(const Mechanism& robot, std::uint32_t end, std::span<const Pose> 
     const Vector3 v = joint.kind == JointKind::prismatic ? axis : cross(axis, at_end.centre - X_WJ.p);
     if (!(norm(v) > at_end.radius)) continue;  // turns it about itself
     for (const double sign : {1.0, -1.0}) {
-      const Vector3 way = sign / norm(v) * v;
-      const double free = clearance(robot, end, X_WL, {at_end.centre + away * way, block_radius});
-      if (free > freest) freest = free, best = {way, joint.rate * norm(v)};
+      const Vector3 direction = sign / norm(v) * v;
+      const double free = clearance(robot, end, X_WL, {at_end.centre + away * direction, block_radius});
+      if (free > freest) freest = free, best = {direction, joint.rate * norm(v)};
     }
   }
   return best;
 }
 
-/// With a face towards what comes along `way`.
-SceneObject block(double side, const Vector3& p_W, const Vector3& way, const Vector3& aside) {
+/// With a face towards what comes along `direction`.
+SceneObject block(double side, const Vector3& p_W, const Vector3& direction, const Vector3& aside) {
   HexahedronTree tree({{"block", Hexahedron::from_size({side, side, side}, "block"), {}}}, "block");
   Matrix3 R;
-  R.col(0) = way, R.col(1) = aside, R.col(2) = cross(way, aside);
+  R.col(0) = direction, R.col(1) = aside, R.col(2) = cross(direction, aside);
   return {std::move(tree), rigid_frame({R, p_W}), {}, {}};
 }
 
@@ -124,11 +124,12 @@ Script robot_script(const MechanismDescription& description) {
   const Sphere at_end = around(*robot, end, X_WL);
   const double block_radius = 0.87 * kBlock * reach;  // half a cube's diagonal
   const double away = at_end.radius + (kGap + 0.5 * kBlock) * reach;
-  const Way freest = freest_way(*robot, end, X_WL, at_end, away, block_radius);
-  const Vector3 way = freest.direction;
+  const Approach freest = freest_approach(*robot, end, X_WL, at_end, away, block_radius);
+  const Vector3 direction = freest.direction;
   const double slower = std::clamp(kSpeed * reach / (kOfRate * freest.speed), 1.0, kSlowest);
   const double speed = kSpeed * reach / slower;
-  const Vector3 across = cross(way, std::abs(way.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX());
+  const Vector3 across =
+      cross(direction, std::abs(direction.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX());
   const Vector3 aside = across / norm(across);
 
   Script script;
@@ -138,12 +139,12 @@ Script robot_script(const MechanismDescription& description) {
   script.scene.frame_rate = 50.0;
   script.scene.contact_gap = 1e-9;
   script.scene.policy = ContactPolicy::advance;
-  script.scene.duration = slower * 2.0 * (kOneWay + kSideways);
-  script.scene.objects.push_back(block(kBlock * reach, at_end.centre + away * way, way, aside));
+  script.scene.duration = slower * 2.0 * (kOutward + kSideways);
+  script.scene.objects.push_back(block(kBlock * reach, at_end.centre + away * direction, direction, aside));
   HandScript hand;
   hand.arm = ArmScript{description.name, robot, robot->links()[end].name, q, X_WL[end]};
-  const Vector3 fast = speed * way, to_side = speed * aside;
-  const double back = slower * kOneWay, sideways = 2.0 * back, home = sideways + slower * kSideways;
+  const Vector3 fast = speed * direction, to_side = speed * aside;
+  const double back = slower * kOutward, sideways = 2.0 * back, home = sideways + slower * kSideways;
   hand.rates = {{0.0, fast}, {back, -fast}, {sideways, to_side}, {home, -to_side}};
   script.hands.push_back(std::move(hand));
   return script;

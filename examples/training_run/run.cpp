@@ -22,9 +22,9 @@ constexpr double kMostFrames = 1e6, kMostPoses = 2e7;
 
 constexpr std::string_view kContactWorld = "contact world";
 
-std::string flight_name(const std::string& script, std::string_view way, std::string_view backend) {
-  std::string name = fmt::format("{}_{}", script, way);
-  if (way == kContactWorld) name += fmt::format("_{}", backend);
+std::string flight_name(const std::string& script, std::string_view method, std::string_view backend) {
+  std::string name = fmt::format("{}_{}", script, method);
+  if (method == kContactWorld) name += fmt::format("_{}", backend);
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
 }
@@ -41,29 +41,30 @@ Script read_script(const std::filesystem::path& file, const Options& options,
 class Runner {
  public:
   Runner(ScriptResult& result, const OutputOptions& outputs, comparison::ProgressLine& progress,
-         const OnWay& on_way)
+         const OnMethod& on_method)
       : result_(result),
         setting_(*result.setting),
         outputs_(outputs),
         judge_(setting_),
         progress_(progress),
-        on_way_(on_way) {}
+        on_method_(on_method) {}
 
   /// Flies and judges; the log is kept for plots if asked. @param is_shown on the image generator.
-  void run(Way& way, const Resolution& resolution, bool keep, bool is_shown) {
-    const std::string what = fmt::format("{}: {}, {}", result_.file, way.name(), way.backend());
+  void run(Method& method, const Resolution& resolution, bool keep, bool is_shown) {
+    const std::string what = fmt::format("{}: {}, {}", result_.file, method.name(), method.backend());
     const auto share = [&](double done) { progress_.share(done); };
     progress_.step(what + ": flying");
-    FlightOutputs outputs(outputs_, setting_, flight_name(result_.file, way.name(), way.backend()), is_shown);
-    for (FrameOutput* receiver : outputs.receivers()) way.attach(*receiver);
-    FlightLog log = fly(setting_, way, outputs.is_in_real_time(), share);
+    FlightOutputs outputs(outputs_, setting_, flight_name(result_.file, method.name(), method.backend()),
+                          is_shown);
+    for (FrameOutput* receiver : outputs.receivers()) method.attach(*receiver);
+    FlightLog log = fly(setting_, method, outputs.is_in_real_time(), share);
     if (log.lost_events > 0)
       throw InputError(fmt::format("{}: {} events found no room in the log", what, log.lost_events));
     progress_.step(what + ": judging");
-    WayResult out;
-    out.way = way.name();
-    out.backend = way.backend();
-    out.check = way.check();
+    MethodResult out;
+    out.method = method.name();
+    out.backend = method.backend();
+    out.check = method.check();
     out.verdict = judge_.judge(log, resolution, share);
     out.times = comparison::step_times(log.frame_us);
     out.cpu_times = comparison::step_times(log.frame_cpu_us);
@@ -72,12 +73,12 @@ class Runner {
     out.iteration_limits = log.iteration_limits;
     out.hands = log.hand_figures;
     out.outputs = outputs.close();
-    result_.ways.push_back(std::move(out));
-    if (on_way_) on_way_(result_);
-    if (keep) kept_.emplace_back(result_.ways.size() - 1, std::move(log));
+    result_.methods.push_back(std::move(out));
+    if (on_method_) on_method_(result_);
+    if (keep) kept_.emplace_back(result_.methods.size() - 1, std::move(log));
   }
 
-  /// Where contact is only cued, all ways show the same.
+  /// Where contact is only cued, all methods show the same.
   void plot() {
     if (setting_.scene().policy == ContactPolicy::cue) return;
     const std::optional<double> centre = first_contact();
@@ -91,14 +92,14 @@ class Runner {
     const std::size_t last =
         std::min(frame_at(*centre + std::max(kPlotAfter, 4.0 / rate)), first + kMostPlotPoints);
     for (const auto& [index, log] : kept_)
-      result_.ways[index].separations = judge_.separations(log, first, last);
+      result_.methods[index].separations = judge_.separations(log, first, last);
   }
 
  private:
   std::optional<double> first_contact() const {
-    for (auto way = result_.ways.rbegin(); way != result_.ways.rend(); ++way) {
-      if (!way->verdict.stops.empty()) return way->verdict.stops[0].time;
-      if (!way->verdict.cues.empty()) return way->verdict.cues[0].time;
+    for (auto method = result_.methods.rbegin(); method != result_.methods.rend(); ++method) {
+      if (!method->verdict.stops.empty()) return method->verdict.stops[0].time;
+      if (!method->verdict.cues.empty()) return method->verdict.cues[0].time;
     }
     return std::nullopt;
   }
@@ -108,7 +109,7 @@ class Runner {
   const OutputOptions& outputs_;
   Judge judge_;
   comparison::ProgressLine& progress_;
-  const OnWay& on_way_;
+  const OnMethod& on_method_;
   std::vector<std::pair<std::size_t, FlightLog>> kept_;
 };
 
@@ -116,7 +117,8 @@ class Runner {
 
 std::vector<std::string> flight_names(const std::string& script, const std::vector<std::string>& backends) {
   std::vector<std::string> names;
-  for (const char* way : {"no check", "figure 1", "figure 2"}) names.push_back(flight_name(script, way, ""));
+  for (const char* method : {"no check", "figure 1", "figure 2"})
+    names.push_back(flight_name(script, method, ""));
   for (const std::string& backend : backends) names.push_back(flight_name(script, kContactWorld, backend));
   return names;
 }
@@ -137,34 +139,34 @@ std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, c
 
 ScriptResult run_script(const std::filesystem::path& file, const Options& options,
                         const BackendRegistry& registry, const std::vector<std::string>& backends,
-                        comparison::ProgressLine& progress, const OnWay& on_way) {
+                        comparison::ProgressLine& progress, const OnMethod& on_method) {
   ScriptResult result;
   result.file = file.stem().string();
   result.setting = load_setting(file, options);
-  Runner runner(result, options.outputs, progress, on_way);
-  runner.run(*make_unchecked_way(*result.setting), {}, true, false);
-  runner.run(*make_late_report_way(*result.setting), {}, true, false);
-  runner.run(*make_first_build_way(*result.setting), {}, true, false);
+  Runner runner(result, options.outputs, progress, on_method);
+  runner.run(*make_unchecked_method(*result.setting), {}, true, false);
+  runner.run(*make_late_report_method(*result.setting), {}, true, false);
+  runner.run(*make_first_build_method(*result.setting), {}, true, false);
   bool is_first = true;
   for (const std::string& backend : backends) {
     std::unique_ptr<Narrowphase> narrowphase = registry.make_narrowphase(backend);
-    std::unique_ptr<Way> way;
+    std::unique_ptr<Method> method;
     const Narrowphase& asked =
-        *narrowphase;  // its resolution is known once it is built, and it lives in the way
+        *narrowphase;  // its resolution is known once it is built, and the method owns it
     try {
-      way =
-          make_contact_world_way(*result.setting, std::move(narrowphase), registry.make_broadphase("native"));
+      method = make_contact_world_method(*result.setting, std::move(narrowphase),
+                                         registry.make_broadphase("native"));
     } catch (const InputError& error) {
-      WayResult refused;
-      refused.way = kContactWorld;
+      MethodResult refused;
+      refused.method = kContactWorld;
       refused.backend = backend;
       refused.not_flown = error.what();
-      result.ways.push_back(std::move(refused));
+      result.methods.push_back(std::move(refused));
       continue;
     }
     // A sampled world takes native's separations: the backend's resolution of depths says nothing there.
-    const bool is_proven = way->check() == MotionCheck::proven;
-    runner.run(*way, is_proven ? asked.capabilities().resolution : Resolution{}, is_first, is_first);
+    const bool is_proven = method->check() == MotionCheck::proven;
+    runner.run(*method, is_proven ? asked.capabilities().resolution : Resolution{}, is_first, is_first);
     is_first = false;
   }
   runner.plot();

@@ -22,14 +22,14 @@ std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, c
 /// The names of the flights' files, without extension, in the order of the flights.
 std::vector<std::string> flight_names(const std::string& script, const std::vector<std::string>& backends);
 
-/// Told of a script that is not flown every way yet; the last one is new.
-using OnWay = std::function<void(const ScriptResult&)>;
+/// Gets a script that is not flown by every method yet; the last one is new.
+using OnMethod = std::function<void(const ScriptResult&)>;
 
-/// Flies one script all ways and judges them: no check, late reports, the paper's first build, and the
+/// Flies one script by all methods and judges them: no check, late reports, the paper's first build, and the
 /// contact world with each backend. Every flight is recorded where the options ask for it; the first
-/// backend's is plotted beside the other three ways, and shown on the image generator.
+/// backend's is plotted beside the other three methods, and shown on the image generator.
 ScriptResult run_script(const std::filesystem::path& file, const Options& options,
                         const BackendRegistry& registry, const std::vector<std::string>& backends,
-                        comparison::ProgressLine& progress, const OnWay& on_way = {});
+                        comparison::ProgressLine& progress, const OnMethod& on_method = {});
 
 }  // namespace touchstone::training

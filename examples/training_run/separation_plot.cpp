@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kWidth = 640, kHeight = 330, kLeft = 66, kRight = 470, kTop = 46, kBottom = 284;
 constexpr std::array<const char*, 4> kColours = {"--c2", "--c4", "--c6",
-                                                 "--c0"};  // of the ways, in their order
+                                                 "--c0"};  // of the methods, in their order
 constexpr std::array<const char*, 4> kDashes = {"7 4", "2 3", "10 3 2 3", "none"};
 
 struct Scale {
@@ -49,9 +49,9 @@ std::string grid(const Scale& x, const Scale& y) {
          fmt::format("<text class='small' x='{}' y='{:.1f}'>in contact below</text>", kLeft + 6, y(0.0) + 12);
 }
 
-std::string line(const WayResult& way, std::size_t place, const Scale& x, const Scale& y) {
+std::string line(const MethodResult& method, std::size_t place, const Scale& x, const Scale& y) {
   std::string path;
-  for (const SeparationPoint& point : way.separations)
+  for (const SeparationPoint& point : method.separations)
     path +=
         fmt::format("{}{:.2f} {:.2f}", path.empty() ? "M" : "L", x(point.time), y(1e3 * point.separation));
   return fmt::format("<path d='{}' style='fill:none;stroke:var({});stroke-width:2;stroke-dasharray:{}'/>",
@@ -64,34 +64,35 @@ std::string length_text(double length) {
   return fmt::format("{:.4g} mm", 1e3 * length);
 }
 
-std::string legend(const WayResult& way, std::size_t place) {
+std::string legend(const MethodResult& method, std::size_t place) {
   const double at = kTop + 14 + 40 * static_cast<double>(place);
-  double least = way.separations[0].separation;
-  for (const SeparationPoint& point : way.separations) least = std::min(least, point.separation);
+  double least = method.separations[0].separation;
+  for (const SeparationPoint& point : method.separations) least = std::min(least, point.separation);
   return fmt::format(
       "<path d='M{} {:.1f}h26' style='stroke:var({});stroke-width:2;stroke-dasharray:{}'/>"
       "<text class='label' x='{}' y='{:.1f}'>{}</text><text class='small' x='{}' y='{:.1f}'>{}{}</text>",
-      kRight + 8, at - 4, kColours[place], kDashes[place], kRight + 40, at, comparison::xml_text(way.way),
-      kRight + 40, at + 14, length_text(least), way.verdict.passed_through > 0 ? ", went through" : "");
+      kRight + 8, at - 4, kColours[place], kDashes[place], kRight + 40, at,
+      comparison::xml_text(method.method), kRight + 40, at + 14, length_text(least),
+      method.verdict.passed_through > 0 ? ", went through" : "");
 }
 
 }  // namespace
 
 std::string separation_plot(const ScriptResult& result) {
-  std::vector<const WayResult*> ways;
-  for (const WayResult& way : result.ways)
-    if (!way.separations.empty() && ways.size() < kColours.size()) ways.push_back(&way);
-  if (ways.empty()) return "";
+  std::vector<const MethodResult*> methods;
+  for (const MethodResult& method : result.methods)
+    if (!method.separations.empty() && methods.size() < kColours.size()) methods.push_back(&method);
+  if (methods.empty()) return "";
   double low = 0.0, high = 0.0;
-  for (const WayResult* way : ways) {
-    for (const SeparationPoint& point : way->separations) {
+  for (const MethodResult* method : methods) {
+    for (const SeparationPoint& point : method->separations) {
       low = std::min(low, 1e3 * point.separation);
       high = std::max(high, 1e3 * point.separation);
     }
   }
   const double room = 0.06 * (high - low);
   if (!(room > 0.0)) return "";
-  const Scale x{ways[0]->separations.front().time, ways[0]->separations.back().time, kLeft, kRight};
+  const Scale x{methods[0]->separations.front().time, methods[0]->separations.back().time, kLeft, kRight};
   const Scale y{low - room, high + room, kBottom, kTop};
   std::string svg = fmt::format(
       "<svg class='plot' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' width='{0}' height='{1}' "
@@ -101,10 +102,10 @@ std::string separation_plot(const ScriptResult& result) {
   svg += fmt::format(
       "<text class='title' x='{0}' y='20'>{1}</text>"
       "<text class='small' x='{0}' y='37'>separation shown [mm], by exact; its least value beside each "
-      "way</text>",
+      "method</text>",
       kLeft, comparison::xml_text(result.setting->script().name));
   svg += grid(x, y);
-  for (std::size_t i = 0; i < ways.size(); ++i) svg += line(*ways[i], i, x, y) + legend(*ways[i], i);
+  for (std::size_t i = 0; i < methods.size(); ++i) svg += line(*methods[i], i, x, y) + legend(*methods[i], i);
   return svg + "</svg>\n";
 }
 

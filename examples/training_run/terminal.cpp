@@ -23,10 +23,10 @@ std::string length_m(double length) {
 
 std::string time_us(double time) { return fmt::format("{:.{}f}", time, time < 100.0 ? 1 : 0); }
 
-std::string label(const WayResult& way) {
-  if (way.backend == "-") return way.way;
-  if (way.way != "contact world") return way.way + ", " + way.backend;
-  return "world, " + way.backend + (way.check == MotionCheck::sampled ? " (sampled)" : "");
+std::string label(const MethodResult& method) {
+  if (method.backend == "-") return method.method;
+  if (method.method != "contact world") return method.method + ", " + method.backend;
+  return "world, " + method.backend + (method.check == MotionCheck::sampled ? " (sampled)" : "");
 }
 
 /// Stops of one time, between the same two objects, are one line.
@@ -42,17 +42,17 @@ std::size_t end_of_group(const Setting& setting, const std::vector<Stop>& stops,
   return end;
 }
 
-/// When, what and how close, one line a stop; the words that the way itself has for it.
-std::string stops_text(const ScriptResult& result, const WayResult& way) {
+/// When, what and how close, one line a stop; in the method's own words.
+std::string stops_text(const ScriptResult& result, const MethodResult& method) {
   std::string text;
   std::size_t lines = 0;
   const auto add = [&](double time, const std::string& what) {
     if (++lines <= kMostStops) text += fmt::format("    {:12.6f} s  {}\n", time, what);
   };
-  for (const Cue& cue : way.verdict.cues)
+  for (const Cue& cue : method.verdict.cues)
     if (result.setting->scene().policy == ContactPolicy::cue || cue.kind == EventKind::penetrating_at_start)
       add(cue.time, fmt::format("{}: {}", to_string(cue.kind), pair_name(*result.setting, cue.solids)));
-  const std::vector<Stop>& stops = way.verdict.stops;
+  const std::vector<Stop>& stops = method.verdict.stops;
   for (std::size_t i = 0, end = 0; i < stops.size(); i = end) {
     end = end_of_group(*result.setting, stops, i);
     double least = stops[i].clearance;
@@ -65,9 +65,9 @@ std::string stops_text(const ScriptResult& result, const WayResult& way) {
   return text;
 }
 
-std::string arm_text(const WayResult& way) {
+std::string arm_text(const MethodResult& method) {
   std::string text;
-  for (const HandFigures& hand : way.hands)
+  for (const HandFigures& hand : method.hands)
     if (hand.is_arm)
       text += fmt::format("    arm: {} frames at a joint's limit, {} damped, {} m off where the hand asked\n",
                           hand.limited_frames, hand.damped_frames, length_m(hand.largest_residual));
@@ -75,9 +75,9 @@ std::string arm_text(const WayResult& way) {
 }
 
 /// Of receivers that lost something.
-std::string losses_text(const WayResult& way) {
+std::string losses_text(const MethodResult& method) {
   std::string text;
-  for (const OutputFigures& output : way.outputs) {
+  for (const OutputFigures& output : method.outputs) {
     if (output.status.dropped > 0 || output.status.errors > 0)
       text += fmt::format("    {}: {} of {} frames lost, {} errors\n", output.receiver, output.status.dropped,
                           output.status.offered, output.status.errors);
@@ -86,15 +86,16 @@ std::string losses_text(const WayResult& way) {
   return text;
 }
 
-void add_row(const WayResult& way, TextTable& table) {
-  if (!way.not_flown.empty()) return;
-  const Verdict& v = way.verdict;
-  table.add({label(way), v.stops.empty() ? "-" : fmt::format("{:.6f}", v.stops[0].time),
+void add_row(const MethodResult& method, TextTable& table) {
+  if (!method.not_flown.empty()) return;
+  const Verdict& v = method.verdict;
+  table.add({label(method), v.stops.empty() ? "-" : fmt::format("{:.6f}", v.stops[0].time),
              v.stops.empty() ? "-" : length_m(v.stops[0].clearance), depth_mm(v.deepest_shown),
-             depth_mm(v.deepest_on_way), format_count(v.merged), format_count(v.wrongly_shown),
-             format_count(v.wrongly_told), format_count(v.wrongly_blocked) + "/" + format_count(v.blocked),
-             time_us(way.times.median_us), time_us(way.times.p999_us), time_us(way.times.worst_us),
-             time_us(way.cpu_times.worst_us), way.allocations ? std::to_string(*way.allocations) : "-"});
+             depth_mm(v.deepest_between), format_count(v.merged), format_count(v.missed),
+             format_count(v.phantom), format_count(v.false_stops) + "/" + format_count(v.blocked),
+             time_us(method.times.median_us), time_us(method.times.p999_us), time_us(method.times.worst_us),
+             time_us(method.cpu_times.worst_us),
+             method.allocations ? std::to_string(*method.allocations) : "-"});
 }
 
 }  // namespace
@@ -107,15 +108,15 @@ std::string terminal_text(const ScriptResult& result) {
                                  scene.contact_gap, format_count(setting.frame_count()));
   TextTable table({"", "stopped s", "clear m", "deep mm", "between", "merged", "missed", "phantom",
                    "false stops", "us med", "99.9%", "worst", "cpu", "alloc"});
-  for (const WayResult& way : result.ways) add_row(way, table);
+  for (const MethodResult& method : result.methods) add_row(method, table);
   text += table.str();
-  for (const WayResult& way : result.ways) {
-    if (!way.not_flown.empty()) {
-      text += fmt::format("  {}: not flown: {}\n", label(way), way.not_flown);
+  for (const MethodResult& method : result.methods) {
+    if (!method.not_flown.empty()) {
+      text += fmt::format("  {}: not flown: {}\n", label(method), method.not_flown);
       continue;
     }
-    const std::string lines = stops_text(result, way) + arm_text(way) + losses_text(way);
-    if (!lines.empty()) text += "  " + label(way) + "\n" + lines;
+    const std::string lines = stops_text(result, method) + arm_text(method) + losses_text(method);
+    if (!lines.empty()) text += "  " + label(method) + "\n" + lines;
   }
   return text;
 }
@@ -124,28 +125,28 @@ namespace {
 
 struct Sum {
   std::string label;
-  std::size_t scripts = 0, frames = 0, merged = 0, passed_through = 0, shown = 0, told = 0, blocked = 0,
-              wrongly_blocked = 0;
+  std::size_t scripts = 0, frames = 0, merged = 0, passed_through = 0, missed = 0, phantom = 0, blocked = 0,
+              false_stops = 0;
   double worst_cpu_us = 0.0;
   std::optional<std::uint64_t> allocations = 0;  ///< none where they cannot be counted
 };
 
-void add(const WayResult& way, std::vector<Sum>& sums) {
+void add(const MethodResult& method, std::vector<Sum>& sums) {
   auto sum =
-      std::find_if(sums.begin(), sums.end(), [&](const Sum& each) { return each.label == label(way); });
-  if (sum == sums.end()) sum = sums.insert(sums.end(), Sum{label(way)});
-  const Verdict& v = way.verdict;
+      std::find_if(sums.begin(), sums.end(), [&](const Sum& each) { return each.label == label(method); });
+  if (sum == sums.end()) sum = sums.insert(sums.end(), Sum{label(method)});
+  const Verdict& v = method.verdict;
   ++sum->scripts;
   sum->frames += v.frames;
   sum->merged += v.merged;
   sum->passed_through += v.passed_through;
-  sum->shown += v.wrongly_shown;
-  sum->told += v.wrongly_told;
+  sum->missed += v.missed;
+  sum->phantom += v.phantom;
   sum->blocked += v.blocked;
-  sum->wrongly_blocked += v.wrongly_blocked;
-  sum->worst_cpu_us = std::max(sum->worst_cpu_us, way.cpu_times.worst_us);
-  if (way.allocations && sum->allocations)
-    *sum->allocations += *way.allocations;
+  sum->false_stops += v.false_stops;
+  sum->worst_cpu_us = std::max(sum->worst_cpu_us, method.cpu_times.worst_us);
+  if (method.allocations && sum->allocations)
+    *sum->allocations += *method.allocations;
   else
     sum->allocations.reset();
 }
@@ -155,15 +156,15 @@ void add(const WayResult& way, std::vector<Sum>& sums) {
 std::string summary_text(const std::vector<ScriptResult>& results) {
   std::vector<Sum> sums;
   for (const ScriptResult& result : results)
-    for (const WayResult& way : result.ways)
-      if (way.not_flown.empty()) add(way, sums);
+    for (const MethodResult& method : result.methods)
+      if (method.not_flown.empty()) add(method, sums);
   TextTable table({"all scripts", "scripts", "frames", "merged", "passed through", "missed", "phantom",
                    "false stops", "cpu us", "alloc/frame"});
   for (const Sum& sum : sums)
     table.add(
         {sum.label, std::to_string(sum.scripts), format_count(sum.frames), format_count(sum.merged),
-         format_count(sum.passed_through), format_count(sum.shown), format_count(sum.told),
-         format_count(sum.wrongly_blocked) + "/" + format_count(sum.blocked),
+         format_count(sum.passed_through), format_count(sum.missed), format_count(sum.phantom),
+         format_count(sum.false_stops) + "/" + format_count(sum.blocked),
          fmt::format("{:.1f}", sum.worst_cpu_us),
          sum.allocations && sum.frames > 0
              ? fmt::format("{:.3g}", static_cast<double>(*sum.allocations) / static_cast<double>(sum.frames))

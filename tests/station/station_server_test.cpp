@@ -369,7 +369,7 @@ TEST_F(StationServer, TenClientsThatDoNotReadFillNoQueue) {
   const std::uint64_t flown = frames_in(std::chrono::milliseconds(500));
   EXPECT_GT(flown, 20U);  // of 100: the machine may be busy
   EXPECT_TRUE(becomes([&] { return server_->figures().clients.load() == 9; }));
-  // One frame and what a page is told at once, a client; the scene's text is the largest.
+  // One frame and what a page gets at once, a client; the scene's text is the largest.
   const std::size_t most = most_frame_bytes(scenes_) + 64 * 1024;
   EXPECT_LT(server_->figures().most_bytes_waiting.load(), 10 * most);
   EXPECT_GT(server_->figures().frames_overwritten.load() + server_->figures().frames_sent.load(), 0U);

@@ -32,12 +32,12 @@ class LatchedScript : public FolderTest {
         write("script.yaml", std::string("name: x\nscene: {file: scene.yaml}\n") + kHand + actions)));
     BackendRegistry registry;
     register_core(registry);
-    const auto way = make_contact_world_way(setting, registry.make_narrowphase("native"),
-                                            registry.make_broadphase("native"));
-    fly(setting, *way, false);
-    const Formation& formation = way->formation();
+    const auto method = make_contact_world_method(setting, registry.make_narrowphase("native"),
+                                                  registry.make_broadphase("native"));
+    fly(setting, *method, false);
+    const Formation& formation = method->formation();
     is_checked_at_end_ = formation.is_checked({1, 2}, setting.instance());
-    return way->poses()[2].p.x();
+    return method->poses()[2].p.x();
   }
   mutable bool is_checked_at_end_ = false;
 };
@@ -84,17 +84,17 @@ TEST_F(LatchedScript, ALinkCarriesItsPayloadInEveryWay) {
   const Setting setting(load_script(write("script.yaml", kArmScript + kHold)));
   BackendRegistry registry;
   register_core(registry);
-  const auto world = make_contact_world_way(setting, registry.make_narrowphase("native"),
-                                            registry.make_broadphase("native"));
+  const auto world = make_contact_world_method(setting, registry.make_narrowphase("native"),
+                                               registry.make_broadphase("native"));
   fly(setting, *world, false);
   // The payload's lower face stands at -0.51, the floor's upper one at -0.615.
   EXPECT_NEAR(world->poses()[0].p.z(), -0.365, 1e-8);
   // Within a frame the joints go evenly and stray by (0.1 / 4 / 10)^2 x 17 / 8.
   EXPECT_NEAR(world->poses()[0].p.x(), 0.0, 1.4e-5);
-  const auto first_build = make_first_build_way(setting);
+  const auto first_build = make_first_build_method(setting);
   fly(setting, *first_build, false);
   EXPECT_NEAR(first_build->poses()[0].p.z(), -0.36, 1e-9);  // what is left of a step before
-  const auto unchecked = make_unchecked_way(setting);
+  const auto unchecked = make_unchecked_method(setting);
   fly(setting, *unchecked, false);
   EXPECT_NEAR(unchecked->poses()[0].p.z(), -0.46, 1e-9);
 }
@@ -105,8 +105,8 @@ TEST_F(LatchedScript, ALinkLetsGo) {
       load_script(write("script.yaml", kArmScript + kHold + "  - {time: 0.5, release: payload}\n")));
   BackendRegistry registry;
   register_core(registry);
-  const auto world = make_contact_world_way(setting, registry.make_narrowphase("native"),
-                                            registry.make_broadphase("native"));
+  const auto world = make_contact_world_method(setting, registry.make_narrowphase("native"),
+                                               registry.make_broadphase("native"));
   fly(setting, *world, false);
   // Let go, it stands where it is, 10 mm below the mouth, and stops the arm.
   EXPECT_NEAR(world->poses()[0].p.z(), -0.31, 1e-9);

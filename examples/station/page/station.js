@@ -520,7 +520,7 @@ function accountForDrawn(now) {
   link.drawn(frame.frame, stamp);
 }
 
-// Frames of a newer scene than the one told for a second: its text was lost. A new connection begins with it.
+// Frames of a newer scene than the one known for a second: its text was lost. A new connection begins with it.
 function noticeLostScene(frame, now) {
   if (!(frame.serial > live.scene?.serial)) station.behindSince = null;
   else if (now - (station.behindSince ??= now) > 1000) {

@@ -13,29 +13,29 @@
 
 namespace touchstone::training {
 
-/// Where one object is told to go in a frame.
+/// One object's commanded path over a frame.
 struct Command {
   std::uint32_t object;  ///< index in the scene
   RigidPath path;        ///< from its actual pose
 };
 
-/// Where an arm's joints are told to go in a frame, evenly from where they are.
+/// An arm's commanded joint values at a frame's end; they change evenly from the actual ones.
 struct ArmCommand {
   const Arm* arm;
   std::span<const double> values;
 };
 
-/// A way to answer commands: what is shown at a frame's end.
-class Way {
+/// Answers commands: decides what is shown at a frame's end.
+class Method {
  public:
-  virtual ~Way() = default;
+  virtual ~Method() = default;
   virtual std::string_view name() const noexcept = 0;
   virtual std::string_view backend() const noexcept = 0;
   /// How the poses that it shows were checked.
   virtual MotionCheck check() const noexcept { return MotionCheck::proven; }
   /// Between frames; may allocate.
   virtual void act(const Action& action) = 0;
-  /// Moves what may move and adds events to the log. Allocates only where the way says so.
+  /// Moves what may move and adds events to the log. Allocates only where the method says so.
   virtual void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
                      FlightLog& log) noexcept = 0;
   /// Set-up. @throws InputError as FrameOutput::add_object.
@@ -50,7 +50,7 @@ class Way {
 };
 
 /// (i) No check: every command is carried out.
-std::unique_ptr<Way> make_unchecked_way(const Setting& setting);
+std::unique_ptr<Method> make_unchecked_method(const Setting& setting);
 
 inline constexpr double kImageGeneratorDelay = 0.1;  ///< round trip [s]
 inline constexpr double kLongestDelay = 10.0;        ///< a report's [s]
@@ -61,18 +61,19 @@ inline constexpr double kLongestDelay = 10.0;        ///< a report's [s]
 /// or after that. While the newest report there names a mover in a pair whose policy is not `cue`, the host
 /// does not carry out its commands.
 /// @throws InputError: a delay below 0 or above kLongestDelay.
-std::unique_ptr<Way> make_late_report_way(const Setting& setting, double delay = kImageGeneratorDelay);
+std::unique_ptr<Method> make_late_report_method(const Setting& setting, double delay = kImageGeneratorDelay);
 
 /// (iii) The paper's Figure 2, its first build. The host checks where all that is commanded in a frame would
 /// be at the frame's end, poses alone, with the paper's coarse check and its fine check behind it (both
 /// `edge_face`). If any pair whose policy is not `cue` is in contact there, no command of that frame is
 /// carried out. The paper speaks of a step as a whole; that it means all movers of a frame is a reading.
 /// Frames allocate: the coarse check's list.
-std::unique_ptr<Way> make_first_build_way(const Setting& setting);
+std::unique_ptr<Method> make_first_build_method(const Setting& setting);
 
 /// (iv) The contact world with the scene's policy and gap.
 /// @throws InputError where it cannot work with the narrowphase.
-std::unique_ptr<Way> make_contact_world_way(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
-                                            std::unique_ptr<Broadphase> broadphase);
+std::unique_ptr<Method> make_contact_world_method(const Setting& setting,
+                                                  std::unique_ptr<Narrowphase> narrowphase,
+                                                  std::unique_ptr<Broadphase> broadphase);
 
 }  // namespace touchstone::training

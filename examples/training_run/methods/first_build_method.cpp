@@ -3,8 +3,8 @@
 
 #include "touchstone/contact_core/edge_face/edge_face.hpp"
 #include "touchstone/contact_core/edge_face/edge_face_broadphase.hpp"
-#include "touchstone/examples/training_run/fleet.hpp"
-#include "touchstone/examples/training_run/way.hpp"
+#include "touchstone/examples/training_run/methods/fleet.hpp"
+#include "touchstone/examples/training_run/methods/method.hpp"
 
 namespace touchstone::training {
 namespace {
@@ -77,14 +77,14 @@ class PoseCheck {
   std::vector<char> in_contact_;  // by pair of the setting
 };
 
-class FirstBuildWay final : public FleetWay {
+class FirstBuildMethod final : public FleetMethod {
  public:
-  explicit FirstBuildWay(const Setting& setting)
-      : FleetWay(setting),
+  explicit FirstBuildMethod(const Setting& setting)
+      : FleetMethod(setting),
         check_(setting),
         X_WO_before_(fleet_.X_WO),
         joints_before_(fleet_.joints),
-        is_told_(setting.pairs().size(), 0) {}
+        is_reported_(setting.pairs().size(), 0) {}
 
   std::string_view name() const noexcept override { return "figure 2"; }
   std::string_view backend() const noexcept override { return "edge_face"; }
@@ -117,7 +117,7 @@ class FirstBuildWay final : public FleetWay {
   /// Nothing moved: contacts that were shown still are.
   void log_refusal(std::span<const char> in_contact, FlightLog& log) const noexcept {
     for (std::size_t i = 0; i < in_contact.size(); ++i) {
-      if (is_told_[i]) log_event(EventKind::persists, i, 0.0, log);
+      if (is_reported_[i]) log_event(EventKind::persists, i, 0.0, log);
       if (in_contact[i]) log_event(EventKind::blocked, i, 0.0, log);
     }
   }
@@ -125,23 +125,23 @@ class FirstBuildWay final : public FleetWay {
   /// Known of the pose at the frame's end.
   void log_changes(std::span<const char> in_contact, FlightLog& log) noexcept {
     for (std::size_t i = 0; i < in_contact.size(); ++i) {
-      if (in_contact[i]) log_event(is_told_[i] ? EventKind::persists : EventKind::began, i, 1.0, log);
-      if (!in_contact[i] && is_told_[i]) log_event(EventKind::ended, i, 1.0, log);
-      is_told_[i] = in_contact[i];
+      if (in_contact[i]) log_event(is_reported_[i] ? EventKind::persists : EventKind::began, i, 1.0, log);
+      if (!in_contact[i] && is_reported_[i]) log_event(EventKind::ended, i, 1.0, log);
+      is_reported_[i] = in_contact[i];
     }
   }
 
   PoseCheck check_;
   std::vector<Pose> X_WO_before_;
   std::vector<double> joints_before_;
-  std::vector<char> is_told_;  // by pair of the setting
+  std::vector<char> is_reported_;  // by pair of the setting
   std::uint32_t frame_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<Way> make_first_build_way(const Setting& setting) {
-  return std::make_unique<FirstBuildWay>(setting);
+std::unique_ptr<Method> make_first_build_method(const Setting& setting) {
+  return std::make_unique<FirstBuildMethod>(setting);
 }
 
 }  // namespace touchstone::training

@@ -6,16 +6,16 @@
 
 #include "touchstone/contact_core/output/output_feed.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
-#include "touchstone/examples/training_run/way.hpp"
+#include "touchstone/examples/training_run/methods/method.hpp"
 
 namespace touchstone::training {
 
-/// (iv) of way.hpp, for those who look into its world.
-class ContactWorldWay final : public Way {
+/// (iv) of method.hpp, for those who look into its world.
+class ContactWorldMethod final : public Method {
  public:
   /// @throws InputError where it cannot work with the narrowphase.
-  ContactWorldWay(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
-                  std::unique_ptr<Broadphase> broadphase);
+  ContactWorldMethod(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
+                     std::unique_ptr<Broadphase> broadphase);
 
   std::string_view name() const noexcept override { return "contact world"; }
   std::string_view backend() const noexcept override { return backend_; }

@@ -1,12 +1,12 @@
-#include "touchstone/examples/training_run/fleet.hpp"
-#include "touchstone/examples/training_run/way.hpp"
+#include "touchstone/examples/training_run/methods/fleet.hpp"
+#include "touchstone/examples/training_run/methods/method.hpp"
 
 namespace touchstone::training {
 namespace {
 
-class UncheckedWay final : public FleetWay {
+class UncheckedMethod final : public FleetMethod {
  public:
-  using FleetWay::FleetWay;
+  using FleetMethod::FleetMethod;
 
   std::string_view name() const noexcept override { return "no check"; }
   std::string_view backend() const noexcept override { return "-"; }
@@ -19,8 +19,8 @@ class UncheckedWay final : public FleetWay {
 
 }  // namespace
 
-std::unique_ptr<Way> make_unchecked_way(const Setting& setting) {
-  return std::make_unique<UncheckedWay>(setting);
+std::unique_ptr<Method> make_unchecked_method(const Setting& setting) {
+  return std::make_unique<UncheckedMethod>(setting);
 }
 
 }  // namespace touchstone::training

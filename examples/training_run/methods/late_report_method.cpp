@@ -5,8 +5,8 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/examples/training_run/fleet.hpp"
-#include "touchstone/examples/training_run/way.hpp"
+#include "touchstone/examples/training_run/methods/fleet.hpp"
+#include "touchstone/examples/training_run/methods/method.hpp"
 
 namespace touchstone::training {
 namespace {
@@ -62,10 +62,10 @@ class ImageGenerator {
   std::vector<PairStatus> reports_;  // by frame modulo delay_ + 1, and pair
 };
 
-class LateReportWay final : public FleetWay {
+class LateReportMethod final : public FleetMethod {
  public:
-  LateReportWay(const Setting& setting, double delay)
-      : FleetWay(setting), image_generator_(setting, delay), was_named_(setting.pairs().size(), 0) {
+  LateReportMethod(const Setting& setting, double delay)
+      : FleetMethod(setting), image_generator_(setting, delay), was_named_(setting.pairs().size(), 0) {
     image_generator_.show(0, fleet_);
   }
 
@@ -122,10 +122,10 @@ class LateReportWay final : public FleetWay {
 
 }  // namespace
 
-std::unique_ptr<Way> make_late_report_way(const Setting& setting, double delay) {
+std::unique_ptr<Method> make_late_report_method(const Setting& setting, double delay) {
   if (!(delay >= 0.0 && delay <= kLongestDelay))
     throw InputError("a report's delay of " + std::to_string(delay) + " s is not within 0 and 10 s");
-  return std::make_unique<LateReportWay>(setting, delay);
+  return std::make_unique<LateReportMethod>(setting, delay);
 }
 
 }  // namespace touchstone::training

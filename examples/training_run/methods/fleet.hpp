@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "touchstone/examples/training_run/way.hpp"
+#include "touchstone/examples/training_run/methods/method.hpp"
 
 namespace touchstone::training {
 
@@ -58,10 +58,10 @@ struct Fleet {
   }
 };
 
-/// A way that shows its fleet.
-class FleetWay : public Way {
+/// A method that shows its fleet.
+class FleetMethod : public Method {
  public:
-  explicit FleetWay(const Setting& setting) : setting_(&setting), fleet_(setting) {}
+  explicit FleetMethod(const Setting& setting) : setting_(&setting), fleet_(setting) {}
 
   void act(const Action& action) final { fleet_.formation.apply(action, fleet_.X_WO); }
   void attach(FrameOutput& output) final { fleet_.attach(*setting_, output); }

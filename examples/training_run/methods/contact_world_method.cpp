@@ -1,4 +1,4 @@
-#include "touchstone/examples/training_run/contact_world_way.hpp"
+#include "touchstone/examples/training_run/methods/contact_world_method.hpp"
 
 #include <algorithm>
 
@@ -6,8 +6,8 @@
 
 namespace touchstone::training {
 
-ContactWorldWay::ContactWorldWay(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
-                                 std::unique_ptr<Broadphase> broadphase)
+ContactWorldMethod::ContactWorldMethod(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
+                                       std::unique_ptr<Broadphase> broadphase)
     : setting_(&setting),
       backend_(narrowphase->name()),
       world_(std::move(narrowphase), std::move(broadphase), setting.scene().contact_gap),
@@ -25,7 +25,7 @@ ContactWorldWay::ContactWorldWay(const Setting& setting, std::unique_ptr<Narrowp
   world_.prepare();
 }
 
-void ContactWorldWay::act(const Action& action) {
+void ContactWorldMethod::act(const Action& action) {
   using Kind = OperatorAction::Kind;
   if (action.kind == Kind::latch)
     world_.latch(objects_[action.carrier], objects_[action.object], exemptions(action.allowed));
@@ -36,8 +36,8 @@ void ContactWorldWay::act(const Action& action) {
   world_.prepare();
 }
 
-void ContactWorldWay::frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
-                            FlightLog& log) noexcept {
+void ContactWorldMethod::frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
+                               FlightLog& log) noexcept {
   commands_.clear();
   for (const Command& command : commands) commands_.push_back({objects_[command.object], command.path});
   joint_commands_.clear();
@@ -53,28 +53,28 @@ void ContactWorldWay::frame(std::span<const Command> commands, std::span<const A
   ++frame_;
 }
 
-void ContactWorldWay::send(double time) noexcept {
+void ContactWorldMethod::send(double time) noexcept {
   report_.frame = frame_;  // poses at the end of that many frames
   feed_.send(report_, time);
 }
 
-std::size_t ContactWorldWay::index_of(const Arm& arm) const noexcept {
+std::size_t ContactWorldMethod::index_of(const Arm& arm) const noexcept {
   return static_cast<std::size_t>(&arm - setting_->arms().data());
 }
 
-void ContactWorldWay::take_joints(const Arm& arm) noexcept {
+void ContactWorldMethod::take_joints(const Arm& arm) noexcept {
   const std::span<const double> values = world_.joint_values(mechanisms_[index_of(arm)]);
   std::copy(values.begin(), values.end(), joints_.begin() + static_cast<std::ptrdiff_t>(arm.first_value));
 }
 
-ObjectHandle ContactWorldWay::add_link(const Arm& arm, std::uint32_t object) {
+ObjectHandle ContactWorldMethod::add_link(const Arm& arm, std::uint32_t object) {
   if (object == arm.first_object)
     mechanisms_.push_back(world_.add_mechanism({arm.mechanism, arm.X_WB, arm.joints, {}, {}}));
   const std::uint32_t link = arm.link_of_object[object - arm.first_object];
   return world_.link(mechanisms_.back(), arm.mechanism->links()[link].name);
 }
 
-void ContactWorldWay::add_objects() {
+void ContactWorldMethod::add_objects() {
   for (std::uint32_t i = 0; i < setting_->object_count(); ++i) {
     const SceneObject& object = setting_->scene().objects[i];
     // The setting outlives this, so the world's share of the tree owns nothing.
@@ -88,7 +88,7 @@ void ContactWorldWay::add_objects() {
   }
 }
 
-std::vector<Exemption> ContactWorldWay::exemptions(std::span<const SolidPair> pairs) const {
+std::vector<Exemption> ContactWorldMethod::exemptions(std::span<const SolidPair> pairs) const {
   const SceneInstance& instance = setting_->instance();
   const auto name = [&](SolidIndex solid, std::uint32_t object) {
     return instance.trees()[object]->solids()[solid - instance.first_solid(object)].name;
@@ -101,7 +101,7 @@ std::vector<Exemption> ContactWorldWay::exemptions(std::span<const SolidPair> pa
   return out;
 }
 
-void ContactWorldWay::log_event(const ContactEvent& event, FlightLog& log) const noexcept {
+void ContactWorldMethod::log_event(const ContactEvent& event, FlightLog& log) const noexcept {
   // Sub-steps of a slide have no time of their own: they fill the frame up to its end.
   const double s = event.part == 0 ? event.s : 1.0;
   LoggedEvent logged{frame_, event.kind, {0, 0}, s, event.geometry.separation};
@@ -112,9 +112,10 @@ void ContactWorldWay::log_event(const ContactEvent& event, FlightLog& log) const
   log.add(logged);
 }
 
-std::unique_ptr<Way> make_contact_world_way(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
-                                            std::unique_ptr<Broadphase> broadphase) {
-  return std::make_unique<ContactWorldWay>(setting, std::move(narrowphase), std::move(broadphase));
+std::unique_ptr<Method> make_contact_world_method(const Setting& setting,
+                                                  std::unique_ptr<Narrowphase> narrowphase,
+                                                  std::unique_ptr<Broadphase> broadphase) {
+  return std::make_unique<ContactWorldMethod>(setting, std::move(narrowphase), std::move(broadphase));
 }
 
 }  // namespace touchstone::training
