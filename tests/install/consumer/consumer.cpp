@@ -45,6 +45,9 @@
 #ifdef WITH_mujoco_plugin
 #include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
 #endif
+#ifdef WITH_dart_plugin
+#include "touchstone/adapters/dart_plugin/dart_plugin.hpp"
+#endif
 #ifdef WITH_scene_files
 #include "touchstone/adapters/scene_files/pair_file.hpp"
 #include "touchstone/adapters/scene_files/scene_file.hpp"
@@ -179,6 +182,10 @@ int wrong_plugins() {
 #ifdef WITH_mujoco_plugin
   const MujocoOverride mujoco;
   wrong += mujoco_native_checks() != 0;
+#endif
+#ifdef WITH_dart_plugin
+  register_dart_detector();
+  wrong += dart_native_checks() != 0;
 #endif
   return wrong;
 }
