@@ -114,8 +114,8 @@ class MujocoNarrowphase final : public Narrowphase {
     geoms_->place(pair.b, X_WB, *scratch.data);
     const auto [count, is_swapped] = geoms_->collide(pair, *scratch.data, scratch.contacts);
     const std::span found(scratch.contacts.data(), static_cast<std::size_t>(count));
-    const bool in_contact =
-        std::any_of(found.begin(), found.end(), [](const EngineContact& contact) { return contact.dist <= 0.0; });
+    const bool in_contact = std::any_of(found.begin(), found.end(),
+                                        [](const EngineContact& contact) { return contact.dist <= 0.0; });
     if (query.kind == QueryKind::overlap) return in_contact ? PairStatus::overlapping : PairStatus::separated;
     if (in_contact) return report(found, is_swapped, scale, query, geometry, points);
     if (query.max_separation > 0.0) return PairStatus::unsupported;
