@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/fit/fit_run.hpp"
@@ -23,6 +24,23 @@ struct Options {
   int repairs = FitOptions().repairs;
   bool page = false, training = false, uniform = false;
 };
+
+void add_serves(CLI::App& app, Options& options) {
+  auto* const serves = app.add_option(
+      "--serves", options.serves,
+      "A scene in which an object of the mesh's name stands: looks for the coarsest cover with which "
+      "clearances, stops and first contacts are the mesh's to --tolerance");
+  app.add_option("--tolerance", options.tolerance, "Of --serves: 1mm")->needs(serves);
+  app.add_option("--margin", options.margin,
+                 "Of --serves: other motions that stay this near count, and clearances up to it (default: 10 "
+                 "times the tolerance)")
+      ->needs(serves);
+  app.add_option("--object", options.object, "Of --serves: the object's name, where it is not the mesh's")
+      ->needs(serves);
+  app.add_flag("--uniform", options.uniform,
+               "Of --serves: measures the tolerance everywhere as well, which may take long")
+      ->needs(serves);
+}
 
 bool parse(int argc, char** argv, Options& options) {
   CLI::App app{
@@ -48,36 +66,31 @@ bool parse(int argc, char** argv, Options& options) {
   app.add_option("--over", options.over,
                  "Largest error, outwards: 2mm, 0.5cm, 0.02m, 1in, or 2% of the diagonal");
   app.add_option("--count", options.count,
-                 "At most so many hexahedra, with the least error; --over is where to begin");
+                 "At most so many hexahedra, with the least error; --over is where to begin")
+      ->check(CLI::Range(1, 1000000));
   app.add_option(
       "--region", options.regions,
       "NAME=LENGTH:x,y,z:x,y,z: a box with a smaller error of its own, such as a bore to keep open; corners "
       "in the file's units");
   app.add_option("--keep-open", options.keep_open,
                  "Largest error in round bores, which are found: 0.9mm keeps them open to that");
-  app.add_option("--samples", options.samples,
-                 "Random points of surface and inside to look for in the cover");
+  app.add_option("--samples", options.samples, "Random points of surface and inside to look for in the cover")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{10'000'000'000}));
   app.add_option("--repairs", options.repairs, "How hard to look for fewer: places that are covered anew")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000000));
   app.add_flag(
       "--training", options.training,
       "Writes of each mesh a scene with a block that comes against it, and a script that training_run flies");
-  app.add_option(
-      "--serves", options.serves,
-      "A scene in which an object of the mesh's name stands: looks for the coarsest cover with which "
-      "clearances, stops and first contacts are the mesh's to --tolerance");
-  app.add_option("--tolerance", options.tolerance, "Of --serves: 1mm");
-  app.add_option("--margin", options.margin,
-                 "Of --serves: other motions that stay this near count, and clearances up to it (default: 10 "
-                 "times the tolerance)");
-  app.add_option("--object", options.object, "Of --serves: the object's name, where it is not the mesh's");
-  app.add_flag("--uniform", options.uniform,
-               "Of --serves: measures the tolerance everywhere as well, which may take long");
+  add_serves(app, options);
   app.add_flag(
       "--page", options.page,
       "Writes a page to look at, with the excess as colours and hexahedra against error, and a glTF model");
-  app.add_option("--check", options.check, "Checks this certificate against the mesh, and writes nothing");
+  auto* const check = app.add_option("--check", options.check,
+                                     "Checks this certificate against the mesh, and writes nothing");
+  for (const char* fits :
+       {"--over", "--count", "--region", "--keep-open", "--samples", "--repairs", "--serves"})
+    check->excludes(app.get_option(fits));
   app.add_option("--out,--output", options.output, "Folder of scenes, certificates and the table")
       ->capture_default_str();
   return comparison::parse_command_line(app, argc, argv);
@@ -140,6 +153,9 @@ FitRequest request_of(const Options& options) {
   if (options.count > 0) request.count = options.count;
   for (const std::string& region : options.regions) request.regions.push_back(parse_region(region));
   if (!options.keep_open.empty()) request.keep_open = parse_length(options.keep_open, "--keep-open");
+  if (request.keep_open && request.keep_open->is_share == request.over.is_share &&
+      request.keep_open->value > request.over.value)
+    reject("--keep-open", "is '" + options.keep_open + "', more than --over, which bores keep anyway");
   request.input.up = parse_up(options.up);
   if (!options.size.empty()) request.input.expected_size = length_of(options.size, "--size");
   request.page = options.page;
@@ -149,12 +165,14 @@ FitRequest request_of(const Options& options) {
   return request;
 }
 
-/// A name that no mesh has is a slip.
+/// A name that no mesh has is a slip, and so is a second unit of the same.
 void check_units(const std::vector<std::string>& units, const std::vector<std::filesystem::path>& meshes) {
+  std::set<std::string> seen;
   for (const std::string& text : units) {
     const std::size_t equals = text.rfind('=');
+    const std::string name = equals == std::string::npos ? "" : text.substr(0, equals);
+    if (!seen.insert(name).second) reject("--unit", "'" + text + "' comes after another for the same");
     if (equals == std::string::npos) continue;
-    const std::string name = text.substr(0, equals);
     if (std::none_of(meshes.begin(), meshes.end(),
                      [&](const auto& mesh) { return mesh.stem().string() == name; }))
       reject("--unit", "'" + text + "': there is no mesh '" + name + "'");

@@ -116,6 +116,36 @@ TEST_F(FittedFile, WithoutSizeOrMissingIsNamedOnce) {
   EXPECT_EQ(error_of([&] { run(); }), path_.string() + ": cannot be read");
 }
 
+class FitProgramRun : public ProgramTest {
+ protected:
+  FitProgramRun() : ProgramTest(TOUCHSTONE_FIT) {
+    std::ofstream file(folder_ / "part.stl");
+    file << "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+            "endloop\nendfacet\nendsolid\n";
+  }
+  std::string part() const { return (folder_ / "part.stl").string(); }
+};
+
+TEST_F(FitProgramRun, OptionsThatWouldBeIgnoredAreRefused) {
+  const std::pair<const char*, const char*> slips[] = {
+      {"--unit mm --over 2mm --count -1", "--count"},
+      {"--unit mm --over 2mm --count 0", "--count"},
+      {"--unit mm --over 2mm --samples -5", "--samples"},
+      {"--unit mm --over 2mm --tolerance 1mm", "--tolerance requires --serves"},
+      {"--unit mm --over 2mm --uniform", "--uniform requires --serves"},
+      {"--unit mm --over 2mm --keep-open 3mm", "--keep-open: is '3mm', more than --over"},
+      {"--unit mm --unit in --over 2mm", "--unit: 'in' comes after another"},
+      {"--unit part=mm --unit part=in --over 2mm", "--unit: 'part=in' comes after another"},
+      {"--check part.certificate --over 2mm", "--over excludes --check"},
+  };
+  for (const auto& [arguments, error] : slips) {
+    const Outcome outcome = run(part() + " --output " + (folder_ / "fit").string() + " " + arguments);
+    EXPECT_NE(outcome.code, 0) << arguments;
+    EXPECT_THAT(outcome.err, HasSubstr(error)) << arguments;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "fit")) << arguments;
+  }
+}
+
 TEST(FitProgram, NamesThatAreNoUtf8AreReplaced) {
   EXPECT_EQ(cover_name("d/part.one.stl"), "part.one");
   const std::string name = cover_name("p\xff.stl");
