@@ -53,6 +53,11 @@ Matrix3 matrix3(const py::handle& from, const char* name) {
   return made;
 }
 
+py::array frozen(py::array copy) {
+  copy.attr("setflags")(py::arg("write") = false);
+  return copy;
+}
+
 Doubles array_of(const Vector3& v) { return Doubles(3, v.data()); }
 
 Doubles array_of(const Matrix3& m) {

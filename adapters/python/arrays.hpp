@@ -31,6 +31,9 @@ std::vector<double> numbers(const py::handle& from, const char* name);
 Vector3 vector3(const py::handle& from, const char* name);
 Matrix3 matrix3(const py::handle& from, const char* name);
 
+/// The same array, which refuses writes: of a property's copy they would be lost without a word.
+py::array frozen(py::array copy);
+
 Doubles array_of(const Vector3& v);
 Doubles array_of(const Matrix3& m);
 Doubles array_of(std::span<const double> values);

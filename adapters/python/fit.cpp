@@ -39,14 +39,14 @@ void bind_mesh(py::module_& module) {
   py::class_<TriangleMesh>(module, "Mesh", "Triangles, counter-clockwise seen from outside; metres.")
       .def(py::init(&mesh_from), py::arg("vertices"), py::arg("triangles"),
            "vertices: (n, 3) [m]; triangles: (m, 3) indices.")
-      .def_property_readonly("vertices",
-                             [](const TriangleMesh& self) { return array_of(std::span(self.vertices)); })
+      .def_property_readonly(
+          "vertices", [](const TriangleMesh& self) { return frozen(array_of(std::span(self.vertices))); })
       .def_property_readonly("triangles",
                              [](const TriangleMesh& self) {
                                const auto* first =
                                    self.triangles.empty() ? nullptr : self.triangles[0].data();
-                               return py::array_t<std::uint32_t>(
-                                   {static_cast<py::ssize_t>(self.triangles.size()), py::ssize_t{3}}, first);
+                               return frozen(py::array_t<std::uint32_t>(
+                                   {static_cast<py::ssize_t>(self.triangles.size()), py::ssize_t{3}}, first));
                              })
       .def(
           "welded", [](const TriangleMesh& self) { return weld(self); },

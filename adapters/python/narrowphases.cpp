@@ -131,7 +131,8 @@ class Pairs {
     for (py::ssize_t i = 0; i < wide.size(); ++i) {
       const std::int64_t index = wide.data()[i];
       if (index < 0 || index > std::numeric_limits<SolidIndex>::max())
-        reject("pair " + std::to_string(i / 2), std::to_string(index) + " is no index");
+        reject("pair " + std::to_string(i / 2),
+               std::string(py::str(given.attr("flat")[py::int_(i)])) + " is no index");
       narrow.mutable_data()[i] = static_cast<SolidIndex>(index);
     }
     array_ = narrow;
@@ -336,9 +337,11 @@ void bind_poses(py::module_& module) {
           "reads them.")
       .def("matrices", &Poses::matrices, "A copy as (n, 4, 4), every bit as in the poses.")
       .def("__len__", [](const Poses& self) { return self.span().size(); })
-      .def("__getitem__", [](const Poses& self, std::size_t i) {
-        if (i >= self.span().size()) throw py::index_error("poses: " + std::to_string(i));
-        return array_of(self.span()[i]);
+      .def("__getitem__", [](const Poses& self, std::ptrdiff_t i) {
+        const auto count = static_cast<std::ptrdiff_t>(self.span().size());
+        if (i < -count || i >= count)
+          throw py::index_error("poses: " + std::to_string(i) + " of " + std::to_string(count));
+        return frozen(array_of(self.span()[static_cast<std::size_t>(i < 0 ? i + count : i)]));
       });
 }
 

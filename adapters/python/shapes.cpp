@@ -35,7 +35,7 @@ Doubles face_planes(const Hexahedron& solid) {
 
 template <std::size_t kRows, std::size_t kColumns>
 py::array index_table(const std::array<std::array<std::uint8_t, kColumns>, kRows>& table) {
-  return py::array_t<std::uint8_t>({kRows, kColumns}, table.front().data());
+  return frozen(py::array_t<std::uint8_t>({kRows, kColumns}, table.front().data()));
 }
 
 void bind_hexahedron(py::module_& module) {
@@ -54,17 +54,18 @@ void bind_hexahedron(py::module_& module) {
           },
           py::arg("size"), py::arg("name") = "box", "A box about its origin; size: (3,) full sides [m].")
       .def_property_readonly(
-          "vertices", [](const Hexahedron& self) { return array_of(std::span(self.vertices())); },
-          "(8, 3) [m].")
+          "vertices", [](const Hexahedron& self) { return frozen(array_of(std::span(self.vertices()))); },
+          "(8, 3) [m]. Not writeable.")
       .def_property_readonly("is_box", &Hexahedron::is_box)
       .def_property_readonly(
-          "half_extents", [](const Hexahedron& self) { return array_of(self.half_extents()); },
-          "(3,) [m] of a box; else 0.")
+          "half_extents", [](const Hexahedron& self) { return frozen(array_of(self.half_extents())); },
+          "(3,) [m] of a box; else 0. Not writeable.")
       .def_property_readonly("is_warped", &Hexahedron::is_warped)
       .def_property_readonly("out_of_plane", &Hexahedron::out_of_plane, "How far faces are bent [m].")
       .def_property_readonly("size", &Hexahedron::size, "Largest distance of two vertices [m].")
-      .def_property_readonly("face_planes", &face_planes,
-                             "(6, 4): outward unit normal and offset d [m] of n . p + d = 0.")
+      .def_property_readonly(
+          "face_planes", [](const Hexahedron& self) { return frozen(face_planes(self)); },
+          "(6, 4): outward unit normal and offset d [m] of n . p + d = 0. Not writeable.")
       .def("__repr__", [](const Hexahedron& self) {
         return "<touchstone.Hexahedron: " + std::string(self.is_box() ? "box" : "convex") + ", size " +
                figure(self.size()) + " m>";

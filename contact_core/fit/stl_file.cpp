@@ -4,6 +4,7 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string_view>
@@ -144,6 +145,7 @@ TriangleMesh parse_stl(const std::string& bytes, double scale, const std::string
 }
 
 TriangleMesh read_stl(const std::string& path, double scale) {
+  if (std::filesystem::is_directory(path)) reject(path, "is a folder, not a file");
   std::ifstream file(path, std::ios::binary);
   if (!file) reject(path, "cannot be read");
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};

@@ -22,6 +22,23 @@ class BadInput(unittest.TestCase):
             call(*arguments, **named)
         self.assertIn(text, str(caught.exception))
 
+    def test_writes_that_would_be_lost_are_refused(self):
+        mesh = touchstone.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        for copy in (self.box.vertices, self.box.half_extents, self.box.face_planes, self.poses[0], mesh.vertices,
+                     mesh.triangles, touchstone.Hexahedron.FACE_VERTICES, touchstone.Hexahedron.EDGE_VERTICES):
+            with self.assertRaises(ValueError):
+                copy[0] = 5
+
+    def test_indices_are_python_s(self):
+        np.testing.assert_array_equal(self.poses[-1], self.matrices[2])
+        for index in (3, -4):
+            self.refused(IndexError, f"poses: {index} of 3", self.poses.__getitem__, index)
+        self.refused(InputError, f"pair 0: {2**63} is no index", self.check.overlap, self.poses,
+                     np.array([[2**63, 0]], dtype=np.uint64))
+
+    def test_a_folder_is_no_mesh(self):
+        self.refused(InputError, "is a folder", touchstone.read_stl, ".", 1.0)
+
     def test_an_input_error_is_a_value_error(self):
         self.assertTrue(issubclass(InputError, ValueError))
 

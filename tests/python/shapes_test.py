@@ -43,7 +43,7 @@ class Hexahedra(unittest.TestCase):
         self.assertEqual({tuple(v) for v in solid.vertices}, {tuple(v) for v in corners})
 
     def test_pickles_keep_every_bit(self):
-        corners = touchstone.Hexahedron.box([1, 2, 3]).vertices
+        corners = touchstone.Hexahedron.box([1, 2, 3]).vertices.copy()
         corners[7] += 0.001
         for solid in (touchstone.Hexahedron.box([0.1, 0.2, 0.3]), touchstone.Hexahedron(corners, warp="accept")):
             twin = pickle.loads(pickle.dumps(solid))
