@@ -157,7 +157,7 @@ bool operator<(const SlideRow& a, const SlideRow& b) {
     if (a.e[i] != b.e[i]) return a.e[i] < b.e[i];
   for (int i = 0; i < 3; ++i)
     if (a.f[i] != b.f[i]) return a.f[i] < b.f[i];
-  return false;
+  return a.link != b.link ? a.link < b.link : a.other_link < b.other_link;
 }
 
 double inner_product(const TwistMetric& metric, const Twist& a, const Twist& b) {

@@ -24,6 +24,8 @@ struct SlideRow {
   /// Not zero: the plane is spanned by the mover's edge e and the obstacle's f, n = e x f, and turns with e.
   Vector3 e = Vector3::Zero(), f = Vector3::Zero();
   std::uint32_t source = 0;  ///< whose contact it is; not read
+  /// Of an arm's: the links that the row is of. Rows that are equal otherwise are not the same then.
+  std::uint32_t link = 0, other_link = 0;
 
   /// Signs and places alone decide, so that rows in this order do not depend on where they came from.
   friend bool operator<(const SlideRow& a, const SlideRow& b);
@@ -54,6 +56,8 @@ struct ActiveRows {
   std::array<int, kTwistSize> row{};
   /// M (u - goal) = sum of f_i (n_i, r_i x n_i), M the metric's matrix; f_i >= 0 [m].
   std::array<double, kTwistSize> force{};
+
+  std::span<const int> rows() const { return std::span(row).first(static_cast<std::size_t>(count)); }
 };
 
 /// The twist closest to `goal` that fulfils every row: min |u - goal|. Dual active set (Goldfarb, Idnani

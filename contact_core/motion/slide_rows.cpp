@@ -130,7 +130,9 @@ int rows_of_face(const NearPair& pair, const FacePlane& face, Rows& rows) {
                face.turns,
                Vector3::Zero(),
                Vector3::Zero(),
-               pair.source};
+               pair.source,
+               pair.link,
+               pair.other_link};
   }
   return Hexahedron::kVertices;
 }
@@ -148,7 +150,9 @@ int rows_of_points(const NearPair& pair, Rows& rows) {
                turns,
                edges.e,
                edges.f,
-               pair.source};
+               pair.source,
+               pair.link,
+               pair.other_link};
   }
   return pair.point_count;
 }

@@ -22,8 +22,9 @@ struct NearPair {
   double share = 1.0;    ///< of the slack that is the mover's: a half where the other moves too
   double reach;          ///< no point of the mover's solid goes further [m]
   std::uint32_t source;  ///< copied into the rows
-  double separation;     ///< [m]
-  Vector3 n;             ///< unit, from the obstacle to the mover
+  std::uint32_t link = 0, other_link = 0;  ///< the same
+  double separation;                       ///< [m]
+  Vector3 n;                               ///< unit, from the obstacle to the mover
   int point_count;
   std::array<ContactPoint, kMaxManifoldPoints> points;  ///< A: the obstacle's, B: the mover's
 
@@ -51,5 +52,18 @@ void order_rows(std::vector<SlideRow>& rows);
 /// The rows of all these pairs, in their order, instead of what was in `rows`. @param all else only of those
 /// that are sure.
 void collect_rows(std::span<const NearPair> near, bool all, std::vector<SlideRow>& rows);
+
+/// Calls visit(source) for each pair that holds a plan by one of its active rows. Pairs may share a row to
+/// the last bit, where a corner is equally deep in two solids: then all of them hold, whichever came first.
+/// @param rows in their order. @param active indices into it.
+template <class Visit>
+void for_each_holding(std::span<const SlideRow> rows, std::span<const int> active, Visit visit) {
+  for (const int row : active) {
+    const auto k = static_cast<std::size_t>(row);
+    visit(rows[k].source);
+    for (std::size_t i = k; i > 0 && !(rows[i - 1] < rows[k]); --i) visit(rows[i - 1].source);
+    for (std::size_t i = k + 1; i < rows.size() && !(rows[k] < rows[i]); ++i) visit(rows[i].source);
+  }
+}
 
 }  // namespace touchstone

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/world/model/frame_lanes.hpp"
@@ -107,12 +108,19 @@ MovingSolid WorldModel::moving_solid(SolidIndex solid) const {
   return out;
 }
 
-MovingSolid WorldModel::seen_from(std::uint32_t link, SolidIndex solid) const {
-  MechanismMover& mover = *mechanism_of(layout.slot_of[solid]);
-  MovingSolid seen = moving_solid(solid);
-  seen.path = &mover.relative.seen_from(link, mover.path);
-  seen.vertices_at_start = nullptr;
-  return seen;
+std::pair<MovingSolid, MovingSolid> WorldModel::seen_from_earlier_link(const SolidPair& pair,
+                                                                       double travel) const {
+  const bool is_a = is_a_on_earlier_link(pair);
+  MechanismMover& mover = *mechanism_of(layout.slot_of[pair.a]);
+  const std::uint32_t link = objects[body_of(is_a ? pair.a : pair.b)].link;
+  const auto seen = [&](SolidIndex solid, double own_travel) {
+    MovingSolid out = moving_solid(solid);
+    out.path = &mover.relative.seen_from(link, mover.path);
+    out.vertices_at_start = nullptr;
+    out.travel = own_travel;
+    return out;
+  };
+  return {seen(pair.a, is_a ? 0.0 : travel), seen(pair.b, is_a ? travel : 0.0)};
 }
 
 double WorldModel::travel_on(const MechanismMover& mover, SolidIndex solid) const {
@@ -172,11 +180,9 @@ Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pa
   query.set_pair(pair.solids);
   const auto [a, b] = pair.solids;
   MovingSolid first = model.moving_solid(a), second = model.moving_solid(b);
-  if (pair.link_pair != kNoLinkPair) {  // two links: the first stands still
-    const std::uint32_t link = model.objects[model.body_of(a)].link;
-    first = model.seen_from(link, a), second = model.seen_from(link, b);
-    first.travel = 0.0, second.travel = model.travels.last_link_pair[pair.link_pair];
-  }
+  if (pair.link_pair != kNoLinkPair)
+    std::tie(first, second) =
+        model.seen_from_earlier_link(pair.solids, model.travels.last_link_pair[pair.link_pair]);
   const Impact impact = find_impact(first, second, {pair.gap}, query, pair.interest, until, false);
   if (query.judges_poses()) return impact;  // separations say nothing about what such a backend sees
   // The gap is far more than separations and sums round.

@@ -92,16 +92,24 @@ struct WorldModel {
       for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) visit(i);
     });
   }
-  /// A mover's solid, then the other one's; of an arm's own pair b counts as the mover's.
+  /// A mover's solid, then the other one's; of an arm's own pair the one on the later link counts as the
+  /// mover's: which of the two is a depends on the order of registration.
   std::pair<SolidIndex, SolidIndex> mover_first(const SolidPair& pair, std::uint32_t root) const {
-    return root_of(pair.b) == root ? std::pair{pair.b, pair.a} : std::pair{pair.a, pair.b};
+    const bool is_own = root_of(pair.a) == root_of(pair.b);
+    const bool is_b = is_own ? is_a_on_earlier_link(pair) : root_of(pair.b) == root;
+    return is_b ? std::pair{pair.b, pair.a} : std::pair{pair.a, pair.b};
+  }
+  /// Of an arm's own pair: whether a is on the earlier link.
+  bool is_a_on_earlier_link(const SolidPair& pair) const {
+    return objects[body_of(pair.a)].link < objects[body_of(pair.b)].link;
   }
 
   /// On its path.
   BodyState state_at(std::uint32_t slot, double s) const;
   MovingSolid moving_solid(SolidIndex solid) const;
-  /// As a link of the same mechanism sees it.
-  MovingSolid seen_from(std::uint32_t link, SolidIndex solid) const;
+  /// Of an arm's own pair, a and b as the earlier link of the two sees them, which stands.
+  /// @param travel how far the other one goes at most [m].
+  std::pair<MovingSolid, MovingSolid> seen_from_earlier_link(const SolidPair& pair, double travel) const;
 
   /// At least what any pair keeps that is no further from the origin [m].
   double gap_at(double distance) const;

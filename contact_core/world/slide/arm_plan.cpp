@@ -145,7 +145,7 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
   out.is_near_end = slider.trust == 1.0 && plan.is_whole && !shares_room(obstacles.near()) &&
                     leaves_little(slider, plan.left_over);
   out.held_by = plan.active_count;
-  for (int i = 0; i < out.held_by; ++i) out.sources[i] = rows[plan.active[i]].source;
+  out.active = plan.active;
   for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
   const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.weights));
   out.moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0 && !obstacles.is_over();

@@ -36,14 +36,18 @@ class ArmObstacles {
 /// An arm's motion in one sub-step of a slide: the path that it has laid.
 struct ArmPlan {
   bool moves = false;
-  bool is_near_end = false;                               ///< see Slider
-  int held_by = 0;                                        ///< rows that hold it back
-  std::array<std::uint32_t, kMostSlideJoints> sources{};  ///< of those rows: NearPair::source
+  bool is_near_end = false;                    ///< see Slider
+  int held_by = 0;                             ///< rows that hold it back
+  std::array<int, kMostSlideJoints> active{};  ///< these, among its rows
+
+  std::span<const int> active_rows() const {
+    return std::span(active).first(static_cast<std::size_t>(held_by));
+  }
 };
 
 /// As plan_rigid_slide(), in joint values. Rows of what the plan could meet only: with the others it would be
 /// the same.
-/// @param rows, joint_rows room, as there.
+/// @param rows, joint_rows room; then the plan's.
 ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vector<SlideRow>& rows,
                        std::vector<JointRow>& joint_rows);
 

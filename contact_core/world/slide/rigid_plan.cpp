@@ -68,8 +68,7 @@ RigidPlan plan_rigid_slide(const Slider& slider, const Pose& X_WR, bool translat
     twist = plan_with(true);
   }
   RigidPlan plan{RigidPath(X_WR)};
-  plan.held_by = twist.active.count;
-  for (int i = 0; i < plan.held_by; ++i) plan.sources[i] = rows[twist.active.row[i]].source;
+  plan.active = twist.active;
   feel(slider, goal, metric_W, translation_only, rows, twist.active, plan);
   plan.is_near_end =
       slider.trust == 1.0 && twist.is_whole && !shares_room(near) && leaves_little(slider, twist.left_over);

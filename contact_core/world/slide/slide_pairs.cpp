@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <tuple>
 
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 
@@ -78,9 +79,8 @@ bool is_passed_by(const SlidePairs::Scope& scope, const Slider& slider, const Fr
   const auto [a, b] = pair.solids;
   MovingSolid first = model.moving_solid(a), second = model.moving_solid(b);
   if (pair.link_pair != kNoLinkPair) {
-    const std::uint32_t link = model.objects[model.body_of(a)].link;
-    first = model.seen_from(link, a), second = model.seen_from(link, b);
-    first.travel = 0.0, second.travel = model.travels.planned_link_pair[pair.link_pair];
+    const double travel = model.travels.planned_link_pair[pair.link_pair];
+    std::tie(first, second) = model.seen_from_earlier_link(pair.solids, travel);
   } else {
     first.travel = model.travels.planned_solid[a], second.travel = model.travels.planned_solid[b];
   }
@@ -129,7 +129,7 @@ bool plan_goes_beyond(WorldModel& model, const Slider& slider) {
 
 void SlidePairs::reserve(std::size_t slots, std::size_t solids, std::size_t mechanisms) {
   reserve_more(pairs_, 64 + 16 * solids), reserve_more(near_, 64 + 16 * solids);
-  held_.reserve(mechanisms * kMostSlideJoints);
+  held_.reserve(mechanisms * kMostSlideRows);
   reserve_more(wanting_, slots), reserve_more(ranges_, slots), reserve_more(answers_, 64 + 16 * solids);
 }
 
@@ -388,6 +388,7 @@ bool SlidePairs::make_near(const Scope& scope, NarrowphaseQuery& query, const Sl
   near.X_WM = model.from[mover], near.X_WB = model.from[obstacle];
   near.gap = pair.gap;
   near.source = source;
+  if (slider.arm != nullptr) std::tie(near.link, near.other_link) = links_of(model, slider, pair.solids);
   near.separation = geometry.separation;
   near.n = is_b ? geometry.n_AB_W : Vector3(-geometry.n_AB_W);
   near.point_count = geometry.point_count;
@@ -530,14 +531,15 @@ bool SlidePairs::add_held(const Scope& scope, const Slider& slider) {
   return near_.size() > before;
 }
 
-void SlidePairs::note_held(const Slider& slider, std::span<const std::uint32_t> sources) {
+void SlidePairs::forget_held(const Slider& slider) {
   std::erase_if(held_, [&](const HeldPair& held) { return held.root == slider.root; });
-  for (const std::uint32_t source : sources) {
-    const bool is_noted = std::any_of(held_.begin(), held_.end(), [&](const HeldPair& held) {
-      return held.root == slider.root && held.source == source;
-    });
-    if (!is_noted) held_.push_back({slider.root, source});
-  }
+}
+
+void SlidePairs::note_held(const Slider& slider, std::uint32_t source) {
+  const bool is_noted = std::any_of(held_.begin(), held_.end(), [&](const HeldPair& held) {
+    return held.root == slider.root && held.source == source;
+  });
+  if (!is_noted) held_.push_back({slider.root, source});
 }
 
 void merge_slide_pairs(const WorldModel& model, const PairWatch& watched,

@@ -68,8 +68,9 @@ class SlidePairs {
   bool add_on_path(const Scope& scope, const Slider& slider);
   /// The same of what held the arm's last sub-step.
   bool add_held(const Scope& scope, const Slider& slider);
-  /// @param sources of near pairs, in the order in which their rows held.
-  void note_held(const Slider& slider, std::span<const std::uint32_t> sources);
+  void forget_held(const Slider& slider);
+  /// @param source of a near pair of which a row held; more than once is as once.
+  void note_held(const Slider& slider, std::uint32_t source);
 
   std::span<NearPair> near() { return near_; }
   std::span<FramePair> pairs() { return pairs_; }
@@ -109,7 +110,7 @@ class SlidePairs {
   std::vector<std::uint8_t> is_near_;   // by watched pair: in near_, within one plan
   std::vector<Range> ranges_;           // by root: each slider's in met_
   std::vector<std::uint8_t> taken_in_;  // within take_in_all(); by place in met_, within take_in_reached()
-  std::vector<HeldPair> held_;          // in the order in which rows held
+  std::vector<HeldPair> held_;
   std::vector<NearPair> near_;
   std::vector<std::uint32_t> close_;             // indices into pairs_ of those that are asked about next
   std::vector<SolidPair> ahead_;                 // the same pairs

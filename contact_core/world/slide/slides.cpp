@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/world/slide/slides.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
@@ -350,15 +351,16 @@ void Slides::plan_in_lanes(const FrameScope& scope) {
     pairs_.find_near_taken_in(among, asking, slider, room.near);
     const bool translation_only = permits_.translation_only[slider.root] != 0;
     const RigidPlan plan = plan_rigid_slide(slider, X_WR, translation_only, room.near, room.rows);
-    results_[k] = {static_cast<std::uint32_t>(room.near.size()), plan.held_by, plan.sources};
+    results_[k] = {static_cast<std::uint32_t>(room.near.size())};
+    // Two sliders may note the same pair at once.
+    for_each_holding(room.rows, plan.active.rows(), [&](std::uint32_t source) {
+      std::atomic_ref<bool>(pairs_[source].is_active).store(true, std::memory_order_relaxed);
+    });
     slider.force_W = plan.force_W, slider.moment_W = plan.moment_W;
     slider.is_near_end = plan.is_near_end;
     path = CarriedPath(plan.path, model.objects.poses_in_body());
   });
-  for (const PlanResult& result : results_) {
-    meter_.add_pairs(result.near);
-    for (int i = 0; i < result.held_by; ++i) pairs_[result.sources[i]].is_active = true;
-  }
+  for (const PlanResult& result : results_) meter_.add_pairs(result.near);
 }
 
 /// The path of one that shoves or pivots: no rows plan it.
@@ -382,7 +384,7 @@ RigidPath Slides::plan_rigid(const FrameScope& scope, Slider& slider) {
   if (meter_.is_over()) return RigidPath(X_WR);
   const bool translation_only = permits_.translation_only[slider.root] != 0;
   const RigidPlan plan = plan_rigid_slide(slider, X_WR, translation_only, pairs_.near(), rows_);
-  for (int i = 0; i < plan.held_by; ++i) pairs_[plan.sources[i]].is_active = true;
+  for_each_holding(rows_, plan.active.rows(), [&](std::uint32_t source) { pairs_[source].is_active = true; });
   slider.force_W = plan.force_W, slider.moment_W = plan.moment_W;
   slider.is_near_end = plan.is_near_end;
   return plan.path;
@@ -391,9 +393,12 @@ RigidPath Slides::plan_rigid(const FrameScope& scope, Slider& slider) {
 bool Slides::plan_arm(const FrameScope& scope, Slider& slider) {
   ObstaclesOfArm obstacles(*this, scope, slider);
   const ArmPlan plan = plan_arm_slide(slider, obstacles, rows_, joint_rows_);
-  const auto sources = std::span(plan.sources).first(static_cast<std::size_t>(plan.held_by));
-  for (const std::uint32_t source : sources) pairs_[source].is_active = true;
-  pairs_.note_held(slider, sources);
+  if (meter_.is_over()) return false;  // what held it so far depends on who came first
+  pairs_.forget_held(slider);
+  for_each_holding(rows_, plan.active_rows(), [&](std::uint32_t source) {
+    pairs_[source].is_active = true;
+    pairs_.note_held(slider, source);
+  });
   slider.is_near_end = plan.is_near_end;
   return plan.moves;
 }

@@ -65,8 +65,6 @@ class Slides {
   /// A slider's plan but for its path.
   struct PlanResult {
     std::uint32_t near = 0;  ///< so many pairs were near
-    int held_by = 0;
-    std::array<std::uint32_t, kTwistSize> sources{};
   };
 
   bool begin(const FrameScope& scope);
