@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iostream>
 #include <numeric>
 
+#include "edited_worlds.hpp"
 #include "touchstone/tests/support/random_solid.hpp"
 #include "world_fixture.hpp"
 
@@ -75,6 +77,21 @@ TEST(RegistrationOrder, DoesNotShowInLatchedChains) {
     }
   }
   EXPECT_GT(slid, 50);
+}
+
+// A slice of what `registration_order` flies. An arm's own pair was seen from the link whose solid was
+// registered first (46, 54, 55), a plan that its budget cut off told of what it had come to by then (35, 53),
+// and of two pairs that one row stands for either was told of (101, 125).
+TEST(RegistrationOrder, DoesNotShowWhereSetUpChangesWorldsAsTheyRun) {
+  for (const auto& [seed, worlds] : {std::pair{31, 25}, {101, 1}, {125, 1}}) {
+    const OrderFigures figures = fly_edited_worlds(seed, worlds);
+    if (!figures.findings.empty()) print(std::cout, figures);
+    EXPECT_TRUE(figures.findings.empty());
+    if (worlds == 1) continue;
+    EXPECT_GT(figures.edits, 100u);
+    EXPECT_GT(figures.arms_slid, 80u);
+    EXPECT_GT(figures.overlaps, 100u);
+  }
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ TEST(RigidPlan, GoesToTheGoalWhereNothingIsNear) {
   const Slider slider = cube_slider({}, goal);
   std::vector<SlideRow> rows = room_for_rows();
   const RigidPlan plan = plan_rigid_slide(slider, {}, false, {}, rows);
-  EXPECT_EQ(plan.held_by, 0);
+  EXPECT_EQ(plan.active.count, 0);
   EXPECT_EQ(plan.force_W, Vector3::Zero());
   EXPECT_LT(distance_to_goal(slider, plan.path.to()), 1e-3 * slider.distance);
   const RigidPlan straight = plan_rigid_slide(slider, {}, true, {}, rows);
@@ -86,8 +86,8 @@ TEST(RigidPlan, GoesAlongAFloorAndFeelsIt) {
   near[0].source = 7;
   std::vector<SlideRow> rows = room_for_rows();
   const RigidPlan plan = plan_rigid_slide(slider, X_WR, false, near, rows);
-  ASSERT_GT(plan.held_by, 0);
-  EXPECT_EQ(plan.sources[0], 7u);
+  ASSERT_GT(plan.active.count, 0);
+  EXPECT_EQ(rows[plan.active.row[0]].source, 7u);
   const Pose& end = plan.path.to();
   EXPECT_NEAR(end.p.x(), 0.2, 1e-6);
   EXPECT_NEAR(end.p.y(), 0.1, 1e-6);
