@@ -14,19 +14,60 @@ constexpr double kLongestChange = 0.25;
 
 using Lifts = std::array<double, kMostRows>;
 
-/// Scaled by the roots of the weights the metric is Euclid's.
+/// Changes of joint values y = L^T dq, of which the metric is Euclid's; L may be diagonal.
 template <int N>
-bool project(const JointVector& goal, std::span<const double> weights, std::span<const JointRow> rows,
+class Scaling {
+ public:
+  using Row = std::array<double, N>;
+
+  explicit Scaling(const JointMetric& metric) : size_(metric.weights.size()), root_(metric.root) {
+    for (std::size_t k = 0; k < size_; ++k)
+      scale_[k] = root_ != nullptr ? (*root_)[k][k] : std::sqrt(metric.weights[k]);
+  }
+  Row to_scaled(const JointVector& dq) const {
+    Row y{};
+    for (std::size_t k = 0; k < size_; ++k) {
+      y[k] = scale_[k] * dq[k];
+      for (std::size_t i = k + 1; root_ != nullptr && i < size_; ++i) y[k] += (*root_)[i][k] * dq[i];
+    }
+    return y;
+  }
+  JointVector from_scaled(const Row& y) const {
+    JointVector dq{};
+    for (std::size_t k = size_; k-- > 0;) {
+      double rest = y[k];
+      for (std::size_t i = k + 1; root_ != nullptr && i < size_; ++i) rest -= (*root_)[i][k] * dq[i];
+      dq[k] = rest / scale_[k];
+    }
+    return dq;
+  }
+  /// g . dq = row(g) . y.
+  Row row(const JointVector& g) const {
+    Row out{};
+    for (std::size_t k = 0; k < size_; ++k) {
+      double rest = g[k];
+      for (std::size_t j = 0; root_ != nullptr && j < k; ++j) rest -= (*root_)[k][j] * out[j];
+      out[k] = rest / scale_[k];
+    }
+    return out;
+  }
+
+ private:
+  std::size_t size_;
+  const JointMatrix* root_;
+  Row scale_{};
+};
+
+template <int N>
+bool project(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
              const Lifts& lift, JointSlidePlan& plan) {
   using Solver = ClosestPoint<N>;
   typename Solver::Rows scaled;
-  std::array<double, N> scale{};
-  for (std::size_t k = 0; k < weights.size(); ++k) scale[k] = std::sqrt(weights[k]);
+  const Scaling<N> scaling(metric);
   std::array<int, kMostRows> row_of;
   std::array<double, kMostRows> length_of;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    typename Solver::Row g{};
-    for (std::size_t k = 0; k < weights.size(); ++k) g[k] = rows[i].g[k] / scale[k];
+    typename Solver::Row g = scaling.row(rows[i].g);
     const double length = std::sqrt(Solver::row_product(g, g));
     if (!(length > 0.0)) continue;  // no joint moves it
     for (double& component : g) component /= length;
@@ -35,25 +76,25 @@ bool project(const JointVector& goal, std::span<const double> weights, std::span
     scaled.slack[scaled.count++] = (rows[i].slack - lift[i]) / length;
   }
   typename Solver::State state;
-  for (std::size_t k = 0; k < weights.size(); ++k) state.x[k] = scale[k] * goal[k];
+  state.x = scaling.to_scaled(goal);
   const bool found = Solver::find(scaled, state);
   plan = {};
   plan.active_count = state.count;
   for (int i = 0; i < state.count; ++i) {
     const int row = row_of[state.active[i]];
     plan.active[i] = row;
+    plan.force[i] = state.multiplier[i] / length_of[state.active[i]];
     // Half the square of the distance grows by the multiplier for each unit that a row is raised.
     plan.left_over += 2.0 * state.multiplier[i] * ((lift[row] + rows[row].room) / length_of[state.active[i]]);
   }
-  if (!found) return false;
-  for (std::size_t k = 0; k < weights.size(); ++k) plan.dq[k] = state.x[k] / scale[k];
-  return true;
+  if (found) plan.dq = scaling.from_scaled(state.x);
+  return found;
 }
 
-bool project_any(const JointVector& goal, std::span<const double> weights, std::span<const JointRow> rows,
+bool project_any(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
                  const Lifts& lift, JointSlidePlan& plan) {
-  return weights.size() <= 8 ? project<8>(goal, weights, rows, lift, plan)
-                             : project<kMostSlideJoints>(goal, weights, rows, lift, plan);
+  return metric.weights.size() <= 8 ? project<8>(goal, metric, rows, lift, plan)
+                                    : project<kMostSlideJoints>(goal, metric, rows, lift, plan);
 }
 
 /// How far a row is from where it binds.
@@ -63,16 +104,16 @@ double row_left(const JointRow& row, const JointVector& dq, std::size_t size) {
   return sum;
 }
 
-bool project_lifted(const JointVector& goal, std::span<const double> weights, std::span<const JointRow> rows,
+bool project_lifted(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
                     JointBends& bends, JointSlidePlan& plan) {
   Lifts lift{};
   for (int round = 0; round < kLiftRounds; ++round) {
-    if (!project_any(goal, weights, rows, lift, plan)) return false;
+    if (!project_any(goal, metric, rows, lift, plan)) return false;
     bends.lay(plan.dq);
     bool raised = false;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       // A row that would hold when raised changes nothing.
-      const double left = row_left(rows[i], plan.dq, weights.size());
+      const double left = row_left(rows[i], plan.dq, metric.weights.size());
       if (0.5 * bends.most(i) - rows[i].room <= std::max(lift[i], left)) continue;
       const double needed = 0.5 * bends.bend(i) - rows[i].room;
       if (needed <= std::max(lift[i], left)) continue;
@@ -92,8 +133,8 @@ void scale(JointVector& v, double factor) {
 constexpr double kWhole = 1.0 - 0x1p-12;
 
 /// As far as the distance to the goal shrinks. @returns the share that is left; 0: nothing is to be gained.
-double shorten(const JointVector& goal, std::span<const double> weights, JointVector& dq) {
-  const double forward = joint_product(dq, goal, weights), square = joint_product(dq, dq, weights);
+double shorten(const JointVector& goal, const JointMetric& metric, JointVector& dq) {
+  const double forward = joint_product(dq, goal, metric), square = joint_product(dq, dq, metric);
   const bool gains = forward > 0.0 && square > 0.0;
   const double share = !gains ? 0.0 : forward < square ? forward / square : 1.0;
   scale(dq, share);
@@ -163,13 +204,36 @@ Twist JointFrame::twist(const JointVector& dq, std::uint32_t link, std::uint32_t
   return sum;
 }
 
-double joint_product(const JointVector& a, const JointVector& b, std::span<const double> weights) {
+void find_root(const JointMatrix& M, std::span<const double> weights, JointMatrix& L) noexcept {
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      double rest = M[i][j];
+      for (std::size_t k = 0; k < j; ++k) rest -= L[i][k] * L[j][k];
+      // What is left of M without some of its values is no less stiff than their weights.
+      L[i][j] = i == j ? std::sqrt(std::max(rest, weights[i])) : rest / L[j][j];
+    }
+  }
+}
+
+double joint_product(const JointVector& a, const JointVector& b, const JointMetric& metric) {
   double sum = 0.0;
-  for (std::size_t k = 0; k < weights.size(); ++k) sum += weights[k] * (a[k] * b[k]);
+  const std::size_t size = metric.weights.size();
+  if (metric.root != nullptr) {
+    const Scaling<kMostSlideJoints> scaling(metric);
+    const auto x = scaling.to_scaled(a), y = scaling.to_scaled(b);
+    for (std::size_t k = 0; k < size; ++k) sum += x[k] * y[k];
+    return sum;
+  }
+  for (std::size_t k = 0; k < size; ++k) sum += metric.weights[k] * (a[k] * b[k]);
   return sum;
 }
 
-JointSlidePlan plan_joint_slide(const JointVector& goal, std::span<const double> weights,
+bool project_joints(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
+                    JointSlidePlan& plan) {
+  return project_any(goal, metric, rows, Lifts{}, plan);
+}
+
+JointSlidePlan plan_joint_slide(const JointVector& goal, const JointMetric& metric,
                                 std::span<const JointRow> rows, JointBends& bends) {
   double longest = 0.0;
   for (const double change : goal) longest = std::max(longest, std::abs(change));
@@ -177,8 +241,8 @@ JointSlidePlan plan_joint_slide(const JointVector& goal, std::span<const double>
   if (longest > kLongestChange) scale(wanted, kLongestChange / longest);
   JointSlidePlan plan;
   for (int i = 0; i <= kHalvings; ++i, scale(wanted, 0.5)) {
-    if (!project_lifted(wanted, weights, rows, bends, plan)) continue;
-    const double share = shorten(goal, weights, plan.dq);
+    if (!project_lifted(wanted, metric, rows, bends, plan)) continue;
+    const double share = shorten(goal, metric, plan.dq);
     if (!(share > 0.0)) continue;
     plan.is_whole = i == 0 && longest <= kLongestChange && share >= kWhole;
     return plan;
@@ -187,8 +251,8 @@ JointSlidePlan plan_joint_slide(const JointVector& goal, std::span<const double>
   std::array<JointRow, kMostRows> kept;
   std::copy(rows.begin(), rows.end(), kept.begin());
   for (std::size_t i = 0; i < rows.size(); ++i) kept[i].slack = std::max(kept[i].slack, 0.0);
-  if (!project_any(wanted, weights, std::span(kept).first(rows.size()), Lifts{}, plan) ||
-      !(shorten(goal, weights, plan.dq) > 0.0))
+  if (!project_any(wanted, metric, std::span(kept).first(rows.size()), Lifts{}, plan) ||
+      !(shorten(goal, metric, plan.dq) > 0.0))
     plan.dq.fill(0.0);
   return plan;
 }

@@ -17,6 +17,16 @@ namespace touchstone {
 /// Mechanisms with more joint values do not slide.
 inline constexpr int kMostSlideJoints = 32;
 using JointVector = std::array<double, kMostSlideJoints>;  ///< unused values are 0
+/// By rows; of a triangular one the lower half.
+using JointMatrix = std::array<JointVector, kMostSlideJoints>;
+
+/// How long a change of joint values is: |dq|^2 = sum of w dq^2, or dq . M dq. Keeps references.
+struct JointMetric {
+  std::span<const double> weights;    ///< w, one a value, > 0
+  const JointMatrix* root = nullptr;  ///< L of M = L L^T, M - diag(w) >= 0; null: M is diag(w)
+};
+/// Cholesky's L of the lower half of M. @pre M - diag(weights) >= 0, to rounding.
+void find_root(const JointMatrix& M, std::span<const double> weights, JointMatrix& L) noexcept;
 
 /// Axes and reaches of a mechanism as it stands. set() does not allocate.
 class JointFrame {
@@ -80,17 +90,22 @@ struct JointSlidePlan {
   JointVector dq{};  ///< zero: nothing is to be gained
   int active_count = 0;
   std::array<int, kMostSlideJoints> active{};  ///< rows that hold it back
+  JointVector force{};                         ///< of these, f >= 0: M (dq - goal) = sum of f g
   bool is_whole = false;                       ///< planned for all of the goal, and not shortened
   double left_over = 0.0;  ///< what raising rows for bends added to the square of the distance left, about
 };
 
-/// As plan_slide(), in joint space: min sum of w (dq - goal)^2 under the rows, raised by what the path bends;
-/// no longer than the distance to the goal shrinks.
+/// As plan_slide(), in joint space: min |dq - goal| under the rows, raised by what the path bends; no longer
+/// than the distance to the goal shrinks.
 /// @pre at most kMostRows rows, at most kMostSlideJoints weights.
-JointSlidePlan plan_joint_slide(const JointVector& goal, std::span<const double> weights,
+JointSlidePlan plan_joint_slide(const JointVector& goal, const JointMetric& metric,
                                 std::span<const JointRow> rows, JointBends& bends);
+/// The same without bends and without an end: only how the rows hold it.
+/// @returns false where none fulfils the rows (to rounding).
+bool project_joints(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
+                    JointSlidePlan& plan);
 
-/// sum of w a b.
-double joint_product(const JointVector& a, const JointVector& b, std::span<const double> weights);
+/// a . M b.
+double joint_product(const JointVector& a, const JointVector& b, const JointMetric& metric);
 
 }  // namespace touchstone

@@ -116,15 +116,32 @@ struct HandStiffness {
   Vector3 turning = {500.0, 500.0, 500.0};  ///< c about T's axes [N m/rad]; as k, and 1e-6 to 1e6 m2 of it
 };
 
+/// How stiffly a hand holds a mechanism: each joint by a spring at its commanded value, and a tool frame T on
+/// one of its links by springs at where the commanded values have it. A slide goes where these are slackest:
+/// with d and t the way and the turn of T that are left, to first order about where the slide begins and
+/// along T's axes there, sum of w dq^2 + sum of k d^2 + sum of c t^2 never grows. So an arm that is held back
+/// keeps its tool on its way by all of its joints, where weights of the joints alone keep each of these near
+/// its value and let the tool go aside.
+struct ArmHandStiffness {
+  std::string link;                             ///< with or without hexahedra; some joint moves it
+  Pose X_LT = {};                               ///< T in the link
+  Vector3 translation = {500.0, 500.0, 500.0};  ///< k along T's axes [N/m]; as HandStiffness's
+  Vector3 turning = {500.0, 500.0, 500.0};      ///< c about T's axes [N m/rad]; as HandStiffness's
+  /// w of each joint value [N m/rad] or [N/m], none below a millionth of the least k; they decide where the
+  /// tool leaves the joints free. Empty: all a hundredth of the least k, instead of MechanismPlacement's.
+  std::vector<double> joints = {};
+};
+
 /// Forces on the hand of a mover that slid, at a frame's end (Ortega, Redon, Coquillart 2007, section 5: the
 /// forces that keep the god-object back, here those of the contacts that hold the last sub-step's plan).
 struct HandFeel {
-  ObjectHandle object;
-  Vector3 p_W;         ///< of the tool frame's origin
-  Vector3 lag_W;       ///< from there to where the command has it [m]
-  Vector3 turn_lag_W;  ///< the turn from the actual to the commanded pose, axis times angle [rad]
-  Vector3 force_W;     ///< of the contacts on the object [N]
-  Vector3 moment_W;    ///< the same, about p_W [N m]
+  ObjectHandle object;  ///< of a mechanism its first link
+  Vector3 p_W;          ///< of the tool frame's origin
+  Vector3 lag_W;        ///< from there to where the command has it [m]
+  Vector3 turn_lag_W;   ///< the turn from the actual to the commanded pose, axis times angle [rad]
+  Vector3
+      force_W;  ///< of the contacts on the object, or on all of the mechanism's links but each other's [N]
+  Vector3 moment_W;  ///< the same, about p_W [N m]
 };
 
 /// An event of a pair, or of a command, in a frame. ContactEvent::part, s and geometry say when in the frame
@@ -189,7 +206,8 @@ struct FrameReport {
   /// Movers whose slides the budget ended before they came to rest, by ObjectHandle::slot: a rigid body by
   /// the object that was commanded, a mechanism by its first link. Valid until the next frame.
   std::span<const ObjectHandle> cut_off;
-  /// Of every rigid body that slid or was told to, by ObjectHandle::slot; valid until the next frame.
+  /// Of every rigid body that slid or was told to, and of every mechanism that did and has an
+  /// ArmHandStiffness, by ObjectHandle::slot; valid until the next frame.
   std::span<const HandFeel> felt;
   MotionCheck check = MotionCheck::proven;  ///< what stands behind this frame's poses
 };
@@ -297,6 +315,12 @@ class ContactWorld {
   /// @throws InputError: an unknown handle, a link, a frame that is no pose or further from the object's
   /// origin than a pose that turns about it can keep the gap, stiffnesses out of bounds.
   void set_hand(ObjectHandle object, const std::optional<HandStiffness>& hand);
+  /// The same of a mechanism. None, as before the first call: MechanismPlacement's weights of the joints
+  /// alone, and nothing felt. Slides plan in joint values either way, so a mechanism of more than 32 does not
+  /// slide.
+  /// @throws InputError: an unknown handle or link, a link that no joint moves, a frame that is no pose,
+  /// stiffnesses out of bounds or of another number.
+  void set_hand(MechanismHandle mechanism, const std::optional<ArmHandStiffness>& hand);
   /// Of objects that were given none of their own, HandStiffness{} unless this is called.
   /// @throws InputError: as before; a tool frame.
   void set_default_hand(const std::optional<HandStiffness>& hand);

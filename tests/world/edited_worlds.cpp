@@ -81,6 +81,7 @@ class Flight {
       case Kind::add_arm: {
         const MechanismHandle arm = world_->add_mechanism({make_arm(edit.a, kBars), edit.X_WO, {}});
         arms_[edit.a] = arm;
+        if (edit.in_group) world_->set_hand(arm, ArmHandStiffness{"tip"});
         for (int k = 1; k <= kBars; ++k)
           keep(edit.a + "." + std::to_string(k), world_->link(arm, std::to_string(k)));
         return;
@@ -257,6 +258,7 @@ class Script {
     const int index = arm_count_++;
     Edit edit{Edit::Kind::add_arm, "arm " + std::to_string(index)};
     edit.X_WO = at(0, 2.2 * index, 0.05 * index);
+    edit.in_group = index % 2 == 0;  // held by a hand
     arms_.push_back(edit.a);
     for (int k = 1; k <= kBars; ++k) bodies_[edit.a + "." + std::to_string(k)].is_link = true;
     return edit;

@@ -18,7 +18,7 @@ std::shared_ptr<const Mechanism> checked(std::shared_ptr<const Mechanism> mechan
 MechanismMover::MechanismMover(MechanismPlacement placement)
     : mechanism(checked(std::move(placement.mechanism))),
       initial(std::move(placement.initial)),
-      weights(std::move(placement.weights)),
+      own_weights(std::move(placement.weights)),
       slot_of_link(mechanism->links().size(), Mechanism::kNone),
       rigid_with(mechanism->links().size()),
       X_WL(mechanism->links().size()),
@@ -34,13 +34,14 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
                      std::to_string(mechanism->value_count()) + " joints that move");
   if (!mechanism->is_within_limits(initial))
     throw InputError(label + ": an initial joint value is not finite or beyond its limits");
-  if (weights.empty()) weights.assign(mechanism->value_count(), 1.0);
-  if (weights.size() != mechanism->value_count())
-    throw InputError(label + ": " + std::to_string(weights.size()) + " joint weights for " +
+  if (own_weights.empty()) own_weights.assign(mechanism->value_count(), 1.0);
+  if (own_weights.size() != mechanism->value_count())
+    throw InputError(label + ": " + std::to_string(own_weights.size()) + " joint weights for " +
                      std::to_string(mechanism->value_count()) + " joints that move");
-  for (const double weight : weights)
+  for (const double weight : own_weights)
     if (!std::isfinite(weight) || !(weight > 0.0))
       throw InputError(label + ": joint weight " + std::to_string(weight) + " is not a number above 0");
+  weights = own_weights;
   for (std::uint32_t link = 0; link < rigid_with.size(); ++link) rigid_with[link] = link;
   for (const Mechanism::Joint& joint : mechanism->joints())
     if (joint.value == Mechanism::kNone) rigid_with[joint.outer] = rigid_with[joint.inner];

@@ -11,13 +11,23 @@
 
 namespace touchstone {
 
+/// The hand that holds a mechanism: ContactWorld::set_hand().
+struct ArmHand {
+  std::uint32_t link;  ///< the tool's
+  Pose X_LT;
+  Vector3 translation, turning;  ///< stiffnesses of the tool frame
+  JointMatrix root{};            ///< of the metric of the slide at hand
+};
+
 /// A mechanism in the world: one mover, of which every link with hexahedra is an object.
 struct MechanismMover final : PathViews {
   explicit MechanismMover(MechanismPlacement placement);
 
   std::shared_ptr<const Mechanism> mechanism;
   std::vector<double> initial, actual, commanded;
-  std::vector<double> weights;              ///< of the slide's metric
+  std::vector<double> own_weights;          ///< MechanismPlacement::weights
+  std::vector<double> weights;              ///< of the slide's metric: these, or the hand's of the joints
+  std::unique_ptr<ArmHand> hand;            ///< null: none, so that the metric is the weights'
   std::vector<std::uint32_t> slot_of_link;  ///< kNone: no hexahedra
   std::vector<std::uint32_t> rigid_with;    ///< by link: the innermost one that no joint moves it against
   std::vector<Pose> X_WL;                   ///< actual, by link
@@ -35,6 +45,8 @@ struct MechanismMover final : PathViews {
 
   const MotionPath& seen_from(std::uint32_t body) noexcept override { return relative.seen_from(body, path); }
   std::uint32_t standing_body() const noexcept override { return mechanism->base(); }
+
+  JointMetric metric() const { return {weights, hand == nullptr ? nullptr : &hand->root}; }
 
   /// Lays the path from the actual joint values; `to` may be a member.
   void go(std::span<const double> to) noexcept;

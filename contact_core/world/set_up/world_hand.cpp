@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "touchstone/contact_core/input_error.hpp"
@@ -19,6 +20,14 @@ void check_stiffness(const Vector3& values, double least, double most, const std
                        std::to_string(least) + " and " + std::to_string(most));
 }
 
+void check_tool(const Vector3& translation, const Vector3& turning, const std::string& label) {
+  const double least = translation.minCoeff();
+  if (!std::isfinite(least) || !(least > 0.0))
+    throw InputError(label + ": a stiffness against translation is not a number above 0");
+  check_stiffness(translation, least, kMostRatio * least, label + ": a stiffness against translation");
+  check_stiffness(turning, least / kMostRatio, kMostRatio * least, label + ": a stiffness against turning");
+}
+
 void check_hand(const HandStiffness& hand, double longest_lever, const std::string& label) {
   if (hand.X_OT) {
     validate_pose(*hand.X_OT, label + ", tool frame");
@@ -26,12 +35,24 @@ void check_hand(const HandStiffness& hand, double longest_lever, const std::stri
       throw InputError(label + ": its tool frame is " + std::to_string(norm(hand.X_OT->p)) +
                        " m from the object's origin, where poses round by more than the gap allows");
   }
+  check_tool(hand.translation, hand.turning, label);
+}
+
+/// Of the least stiffness against translation: what joints hold by where their hand does not say.
+constexpr double kJointShare = 0.01;
+
+std::vector<double> joint_stiffness(const ArmHandStiffness& hand, std::size_t values,
+                                    const std::string& label) {
   const double least = hand.translation.minCoeff();
-  if (!std::isfinite(least) || !(least > 0.0))
-    throw InputError(label + ": a stiffness against translation is not a number above 0");
-  check_stiffness(hand.translation, least, kMostRatio * least, label + ": a stiffness against translation");
-  check_stiffness(hand.turning, least / kMostRatio, kMostRatio * least,
-                  label + ": a stiffness against turning");
+  if (hand.joints.empty()) return std::vector<double>(values, kJointShare * least);
+  if (hand.joints.size() != values)
+    throw InputError(label + ": " + std::to_string(hand.joints.size()) + " stiffnesses for " +
+                     std::to_string(values) + " joints that move");
+  for (const double stiffness : hand.joints)
+    if (!(stiffness >= least / kMostRatio && stiffness <= kMostRatio * least))
+      throw InputError(label + ": a joint's stiffness of " + std::to_string(stiffness) + " is not within " +
+                       std::to_string(least / kMostRatio) + " and " + std::to_string(kMostRatio * least));
+  return hand.joints;
 }
 
 }  // namespace
@@ -43,6 +64,27 @@ void ContactWorld::set_hand(ObjectHandle object, const std::optional<HandStiffne
   if (s.objects[slot].is_link()) throw InputError(label + ": it is a mechanism's link, which joints move");
   if (hand) check_hand(*hand, longest_lever(s.gap), label);
   s.slides.hands.set(object, hand);
+}
+
+void ContactWorld::set_hand(MechanismHandle mechanism, const std::optional<ArmHandStiffness>& hand) {
+  MechanismMover& arm = state_->mechanisms.get(mechanism);
+  if (!hand) {
+    arm.weights = arm.own_weights;
+    arm.hand = nullptr;
+    return;
+  }
+  const std::string label = "mechanism '" + arm.mechanism->name() + "', hand";
+  const std::uint32_t link = arm.mechanism->find_link(hand->link);
+  const auto chain = arm.mechanism->chain(link);
+  const bool moves = std::any_of(chain.begin(), chain.end(), [&](std::uint32_t joint) {
+    return arm.mechanism->joints()[joint].value != Mechanism::kNone;
+  });
+  if (!moves) throw InputError(label + ": no joint moves link '" + hand->link + "'");
+  validate_pose(hand->X_LT, label + ", tool frame");
+  check_tool(hand->translation, hand->turning, label);
+  std::vector<double> joints = joint_stiffness(*hand, arm.own_weights.size(), label);
+  arm.hand = std::make_unique<ArmHand>(ArmHand{link, hand->X_LT, hand->translation, hand->turning});
+  arm.weights = std::move(joints);
 }
 
 void ContactWorld::set_default_hand(const std::optional<HandStiffness>& hand) {

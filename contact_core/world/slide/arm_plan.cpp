@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/world/slide/arm_hand.hpp"
 
 namespace touchstone {
 namespace {
@@ -100,6 +101,7 @@ bool choose_planes(const MechanismMover& arm, ArmObstacles& obstacles, const Joi
 
 void begin_arm_slide(const Slider& slider) {
   MechanismMover& arm = *slider.arm;
+  if (arm.hand != nullptr) weigh_by_hand(arm);
   // No value is ever further from its goal than now in the metric.
   const double distance = distance_left(slider, {});
   double shift_limit = 0.0;
@@ -119,7 +121,7 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
     collect_rows(obstacles.near(), all, rows);
     find_joint_rows(arm, obstacles, rows, joint_rows);
     ArmBends bends(arm, rows, joint_rows);
-    return plan_joint_slide(wanted, arm.weights, joint_rows, bends);
+    return plan_joint_slide(wanted, arm.metric(), joint_rows, bends);
   };
   JointSlidePlan plan = plan_with(false);
   const std::span<const NearPair> standing = obstacles.near();
@@ -146,8 +148,9 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
                     leaves_little(slider, plan.left_over);
   out.held_by = plan.active_count;
   out.active = plan.active;
+  if (arm.hand != nullptr) feel(arm, rows, joint_rows, out.active_rows(), out.force_W, out.moment_W);
   for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
-  const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.weights));
+  const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.metric()));
   out.moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0 && !obstacles.is_over();
   ArmBends::lay_path(arm, out.moves ? plan.dq : JointVector{});
   if (out.moves) arm.path.finish();

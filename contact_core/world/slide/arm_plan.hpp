@@ -36,9 +36,10 @@ class ArmObstacles {
 /// An arm's motion in one sub-step of a slide: the path that it has laid.
 struct ArmPlan {
   bool moves = false;
-  bool is_near_end = false;                    ///< see Slider
-  int held_by = 0;                             ///< rows that hold it back
-  std::array<int, kMostSlideJoints> active{};  ///< these, among its rows
+  bool is_near_end = false;                                       ///< see Slider
+  int held_by = 0;                                                ///< rows that hold it back
+  std::array<int, kMostSlideJoints> active{};                     ///< these, among its rows
+  Vector3 force_W = Vector3::Zero(), moment_W = Vector3::Zero();  ///< HandFeel's, where a hand holds the arm
 
   std::span<const int> active_rows() const {
     return std::span(active).first(static_cast<std::size_t>(held_by));

@@ -46,7 +46,7 @@ double distance_to_goal(const Slider& slider, const Pose& X_WR) {
 double distance_left(const Slider& slider, const Pose& X_WR) {
   if (slider.arm == nullptr) return distance_to_goal(slider, X_WR);
   const JointVector left = joints_left(*slider.arm);
-  return std::sqrt(joint_product(left, left, slider.arm->weights));
+  return std::sqrt(joint_product(left, left, slider.arm->metric()));
 }
 
 JointVector joints_left(const MechanismMover& arm) {

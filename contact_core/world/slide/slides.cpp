@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/world/frame/execution.hpp"
+#include "touchstone/contact_core/world/slide/arm_hand.hpp"
 #include "touchstone/contact_core/world/slide/arm_plan.hpp"
 #include "touchstone/contact_core/world/slide/leading_paths.hpp"
 #include "touchstone/contact_core/world/slide/rigid_plan.hpp"
@@ -394,6 +395,7 @@ bool Slides::plan_arm(const FrameScope& scope, Slider& slider) {
   ObstaclesOfArm obstacles(*this, scope, slider);
   const ArmPlan plan = plan_arm_slide(slider, obstacles, rows_, joint_rows_);
   if (meter_.is_over()) return false;  // what held it so far depends on who came first
+  slider.force_W = plan.force_W, slider.moment_W = plan.moment_W;
   pairs_.forget_held(slider);
   for_each_holding(rows_, plan.active_rows(), [&](std::uint32_t source) {
     pairs_[source].is_active = true;
@@ -467,7 +469,12 @@ void Slides::report_feel(const WorldModel& model, FrameReport& report) {
   for (const Slider& slider : sliders_.list) {
     const ObjectHandle object = model.objects.handle(slider.root);
     if (slider.is_cut_off) cut_off_.push_back(object);
-    if (slider.arm != nullptr || slider.pivots || slider.start_distance == 0.0) continue;
+    if (slider.pivots || slider.start_distance == 0.0) continue;
+    if (slider.arm != nullptr) {
+      if (slider.arm->hand != nullptr)
+        felt_.push_back(feel_of(*slider.arm, object, slider.force_W, slider.moment_W));
+      continue;
+    }
     const Pose& X_WR = model.objects[slider.root].X_WO;
     const Twist left = twist_to_goal(slider, X_WR);
     felt_.push_back(
