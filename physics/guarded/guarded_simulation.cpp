@@ -192,11 +192,7 @@ GuardedStep GuardedSimulation::step() {
   GuardedStep report;
   drive_hands();
   simulation_.begin_step();
-  if (latched_ != simulation_.worlds()) {
-    take_up_latches();
-    fill_touching();
-    world_.prepare();
-  }
+  if (latched_ != simulation_.worlds()) follow_latches();
   simulation_.find_contacts();
   report.dynamics = simulation_.advance();
   if (report.dynamics.failure != StepFailure::none) return report;

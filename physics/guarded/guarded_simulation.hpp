@@ -110,6 +110,16 @@ class GuardedSimulation {
   bool is_over() const { return simulation_.is_over(); }
   GuardedStep step();
 
+  // Between steps; these allocate.
+
+  /// As SceneSimulation's, the proof with it. @throws InputError where ContactWorld refuses.
+  bool latch_now(std::size_t option);
+  bool release_now(std::size_t carried);
+  /// Off: the object meets nothing, by force or proof. @throws InputError: no such object.
+  void select(std::size_t object, bool is_on);
+  /// Of pairs that no rule names.
+  void set_policy(GuardPolicy policy);
+
   /// X_WO, what an image generator gets. (Of links, to rounding: the world's objects are in the links'
   /// frames.)
   Pose shown_pose(std::size_t object) const {
@@ -140,6 +150,9 @@ class GuardedSimulation {
   // guarded_simulation_setup.cpp
   void set_policies();
   void set_policy(std::size_t a, std::size_t b, GuardPolicy policy);
+  void see(std::size_t a, std::size_t b);
+  void set_pair_rules();
+  void follow_latches();
   bool names(const std::string& name, std::size_t object) const;
   void fill_world();
   void exempt_in_world();
@@ -168,6 +181,7 @@ class GuardedSimulation {
   MakeNarrowphase make_proof_;
   MakeBroadphase make_broadphase_;
   std::vector<GuardPolicy> policies_;  // by object and object
+  std::vector<std::uint8_t> is_on_;    // by object
   std::vector<std::uint32_t> object_of_solid_;
   std::shared_ptr<SeenPairs> pushed_, sliding_;  // push; push and slide
   SceneSimulation simulation_;

@@ -83,12 +83,20 @@ bool GuardedSimulation::names(const std::string& name, std::size_t object) const
 void GuardedSimulation::set_policy(std::size_t a, std::size_t b, GuardPolicy policy) {
   const std::size_t n = scene_->scene.objects.size();
   policies_[a * n + b] = policies_[b * n + a] = policy;
-  pushed_->set(a, b, policy == GuardPolicy::push);
-  sliding_->set(a, b, policy == GuardPolicy::push || policy == GuardPolicy::slide);
+  see(a, b);
+}
+
+/// Who is switched off meets nothing.
+void GuardedSimulation::see(std::size_t a, std::size_t b) {
+  const bool are_on = is_on_[a] != 0 && is_on_[b] != 0;
+  const GuardPolicy rule = policies_[a * is_on_.size() + b];  // before there are objects, too
+  pushed_->set(a, b, are_on && rule == GuardPolicy::push);
+  sliding_->set(a, b, are_on && (rule == GuardPolicy::push || rule == GuardPolicy::slide));
 }
 
 void GuardedSimulation::set_policies() {
   const std::size_t n = scene_->scene.objects.size();
+  is_on_.resize(n, 1);
   policies_.assign(n * n, settings_.policy);
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = 0; b < n; ++b) set_policy(a, b, settings_.policy);
@@ -133,10 +141,7 @@ void GuardedSimulation::fill_world() {
     if (object_of_slot_.size() <= objects_[i].slot) object_of_slot_.resize(objects_[i].slot + 1);
     object_of_slot_[objects_[i].slot] = i;
   }
-  for (std::size_t a = 0; a < objects_.size(); ++a)
-    for (std::size_t b = a + 1; b < objects_.size(); ++b)
-      if (policy_in_world(policy(a, b)) != policy_in_world(settings_.policy))
-        world_.set_pair_rule(objects_[a], objects_[b], {.policy = policy_in_world(policy(a, b))});
+  set_pair_rules();
   exempt_in_world();
   carrier_.assign(objects_.size(), kNoObject);
   take_up_latches();
@@ -202,6 +207,50 @@ void GuardedSimulation::fill_touching() {
   simulation_.fill(*touching_);
   touching_->reserve(SceneSimulation::kReservedContacts, kMostPairsListed);
   touching_->find(simulation_.world());
+}
+
+/// Pairs that rules name keep the rule that they were given, whatever the others' is.
+void GuardedSimulation::set_pair_rules() {
+  for (std::size_t a = 0; a < objects_.size(); ++a)
+    for (std::size_t b = a + 1; b < objects_.size(); ++b)
+      if (policy_in_world(policy(a, b)) != policy_in_world(settings_.policy))
+        world_.set_pair_rule(objects_[a], objects_[b], {.policy = policy_in_world(policy(a, b))});
+}
+
+void GuardedSimulation::set_policy(GuardPolicy policy) {
+  settings_.policy = policy;
+  set_policies();
+  world_.set_default_rule({.policy = policy_in_world(policy)});
+  set_pair_rules();
+  world_.prepare();
+}
+
+void GuardedSimulation::select(std::size_t object, bool is_on) {
+  if (object >= objects_.size()) throw InputError("guard: no object " + std::to_string(object));
+  is_on_[object] = is_on ? 1 : 0;
+  for (std::size_t b = 0; b < objects_.size(); ++b)
+    if (b != object) see(object, b);
+  world_.select(SelectionChange::of(objects_[object], is_on));
+  world_.prepare();
+}
+
+/// What follows a latch or a release in the proof and in what impulses act at.
+void GuardedSimulation::follow_latches() {
+  take_up_latches();
+  fill_touching();
+  world_.prepare();
+}
+
+bool GuardedSimulation::latch_now(std::size_t option) {
+  if (!simulation_.latch_now(option)) return false;
+  follow_latches();
+  return true;
+}
+
+bool GuardedSimulation::release_now(std::size_t carried) {
+  if (!simulation_.release_now(carried)) return false;
+  follow_latches();
+  return true;
 }
 
 std::size_t GuardedSimulation::add_hand(const GuardedHand& hand) {

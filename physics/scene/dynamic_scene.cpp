@@ -131,12 +131,20 @@ class LatchPlan {
   std::vector<std::size_t> carrier_;
 };
 
-void validate_allowed(const DynamicScene& scene, const SceneAction& action) {
+void validate_allowed(const DynamicScene& scene, std::span<const ExemptPair> allowed,
+                      const std::string& where) {
   try {
-    for (const ExemptPair& pair : action.allowed)
+    for (const ExemptPair& pair : allowed)
       for (const std::string* name : {&pair.first, &pair.second}) find_solids(scene.scene, *name);
   } catch (const InputError& error) {
-    throw InputError(action.where + "latch: " + error.what());
+    throw InputError(where + "latch: " + error.what());
+  }
+}
+
+void validate_latch_options(const DynamicScene& scene) {
+  for (const SceneLatchOption& option : scene.latch_options) {
+    LatchPlan(scene).latch(option.carrier, option.carried, "");
+    validate_allowed(scene, option.allowed, "");
   }
 }
 
@@ -151,7 +159,7 @@ void validate_actions(const DynamicScene& scene) {
     earliest = action.time;
     if (action.kind == SceneAction::Kind::latch) {
       plan.latch(action.carrier, action.carried, action.where);
-      validate_allowed(scene, action);
+      validate_allowed(scene, action.allowed, action.where);
     }
     if (action.kind == SceneAction::Kind::release) plan.release(action.carried, action.where);
     if (action.kind == SceneAction::Kind::set_joint) {
@@ -195,6 +203,8 @@ std::vector<std::uint8_t> carried_objects(const DynamicScene& scene) {
   for (const SceneAction& action : scene.actions)
     if (action.kind == SceneAction::Kind::latch && action.carried < carried.size())
       carried[action.carried] = 1;
+  for (const SceneLatchOption& option : scene.latch_options)
+    if (option.carried < carried.size()) carried[option.carried] = 1;
   return carried;
 }
 
@@ -381,6 +391,7 @@ void validate(const DynamicScene& scene) {
   validate_pairs(scene);
   validate_body_joints(scene);
   validate_actions(scene);
+  validate_latch_options(scene);
   if (!touchstone::is_finite(scene.gravity_W)) reject(name, "gravity is not finite");
   if (!(scene.step > 0.0) || !std::isfinite(scene.step)) reject(name, "the step is not above 0");
   // Two figures from a file and their quotient: a whole number to rounding.

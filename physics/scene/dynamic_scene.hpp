@@ -122,6 +122,13 @@ struct SceneAction {
   std::string where = {};
 };
 
+/// A latch that closes when somebody asks for it: SceneSimulation::latch_now().
+struct SceneLatchOption {
+  std::size_t carrier = 0;               ///< object
+  std::size_t carried = 0;               ///< object, dynamic
+  std::vector<ExemptPair> allowed = {};  ///< not checked as well, while it holds
+};
+
 /// A figure that the scene is known to come to, from a closed form.
 struct SceneAnswer {
   /// Which figure of the run is held against `value`.
@@ -193,6 +200,7 @@ struct DynamicScene {
   double part_speed = 0.05;             ///< the same [m/s]
   /// The same [m/s], [s]: what has been slower for so long sleeps. Infinite: nothing does.
   double sleep_speed = 1e-3, sleep_time = std::numeric_limits<double>::infinity();
+  std::vector<SceneLatchOption> latch_options = {};
 
   std::uint64_t step_count() const;
 };

@@ -145,7 +145,9 @@ std::optional<Vector3> SceneSimulation::angular_velocity(std::size_t object) con
 std::span<const ExemptPair> SceneSimulation::allowed_with(std::size_t object) const {
   const std::size_t latch = pieces_[object].latch, first = scene_->scene.latches.size();
   if (latch == kNoLatch) return {};
-  return latch < first ? scene_->scene.latches[latch].allowed : scene_->actions[latch - first].allowed;
+  if (latch < first) return scene_->scene.latches[latch].allowed;
+  if (latch >= first_option()) return scene_->latch_options[latch - first_option()].allowed;
+  return scene_->actions[latch - first].allowed;
 }
 
 double SceneSimulation::joint_value(const JointAddress& joint) const {

@@ -50,6 +50,12 @@ class SceneSimulation {
   /// solid_name() counts.
   const TouchEvents& touches() const { return touches_; }
 
+  /// Closes DynamicScene::latch_options[option], or opens what carries the object. Between steps; the next
+  /// step moves as it then stands. @return false: carried already, or by nothing, a cycle, or an inertia that
+  /// begin_step() would refuse; nothing has changed then.
+  bool latch_now(std::size_t option);
+  bool release_now(std::size_t carried);
+
   /// A joint's value and rate from now on, as if it had always been there; its drive stays. What it carries
   /// goes along, through whatever is in its way. Between steps; does not allocate.
   /// @throws InputError: no such joint, a fixed one, a value out of its limits, figures that are not finite.
@@ -120,7 +126,7 @@ class SceneSimulation {
   std::string failed_name(const StepReport& report) const;
 
  private:
-  /// Latches are counted through the scene's own, then its actions.
+  /// Latches are counted through the scene's own, then its actions, then its options.
   static constexpr std::size_t kNoLatch = static_cast<std::size_t>(-1);
 
   /// Where an object is: in the frame F of what it moves with (of a body or of a mechanism's link).
@@ -166,6 +172,7 @@ class SceneSimulation {
 
   // scene_simulation_latches.cpp
   bool carry_out(const SceneAction& action);
+  std::size_t first_option() const { return scene_->scene.latches.size() + scene_->actions.size(); }
   void latch(std::size_t carrier, std::size_t carried, std::size_t latch);
   void capture_by_link(const Mover& link, const RigidBody& body, const RigidBodyState& state);
   void release(std::size_t carried);

@@ -83,6 +83,30 @@ bool SceneSimulation::carry_out(const SceneAction& action) {
   return true;
 }
 
+bool SceneSimulation::latch_now(std::size_t option) {
+  if (option >= scene_->latch_options.size()) return false;
+  const SceneLatchOption& told = scene_->latch_options[option];
+  if (pieces_[told.carried].carrier != kNoObject || is_carried_by(told.carrier, told.carried)) return false;
+  try {
+    latch(told.carrier, told.carried, first_option() + option);
+  } catch (const InputError&) {
+    return false;
+  }
+  change_contacts();
+  return true;
+}
+
+bool SceneSimulation::release_now(std::size_t carried) {
+  if (carried >= pieces_.size() || pieces_[carried].carrier == kNoObject) return false;
+  try {
+    release(carried);
+  } catch (const InputError&) {
+    return false;
+  }
+  change_contacts();
+  return true;
+}
+
 void SceneSimulation::latch(std::size_t carrier, std::size_t carried, std::size_t latch) {
   const std::size_t root = pieces_[carrier].root;
   Piece &to = pieces_[root], &from = pieces_[carried];

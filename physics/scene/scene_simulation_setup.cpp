@@ -215,6 +215,8 @@ void SceneSimulation::list_exempt() {
     list_exempt(scene.latches[i].allowed, find_object(scene, scene.latches[i].carried), i);
   for (std::size_t i = 0; i < scene_->actions.size(); ++i)
     list_exempt(scene_->actions[i].allowed, scene_->actions[i].carried, scene.latches.size() + i);
+  for (std::size_t i = 0; i < scene_->latch_options.size(); ++i)
+    list_exempt(scene_->latch_options[i].allowed, scene_->latch_options[i].carried, first_option() + i);
   cluster_ = find_clusters();
 }
 
