@@ -1,5 +1,6 @@
 #include "touchstone/examples/station/page_client.hpp"
 
+#include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <cmath>
 #include <cstring>
@@ -45,12 +46,12 @@ void ClientHost::take_hand(std::uint32_t client, const HandMessage& message) {
   if (changed) tell_state();
 }
 
-void ClientHost::tell_all(const std::string& text) {
+void ClientHost::tell_all(const std::string& text, Text about) {
   const auto shared = std::make_shared<const std::string>(text);
-  for (const auto& client : clients) client->tell(shared);
+  for (const auto& client : clients) client->tell(shared, about);
 }
 
-void ClientHost::tell_state() { tell_all(state_json(state, scenes, pilot, failed_cameras)); }
+void ClientHost::tell_state() { tell_all(state_json(state, scenes, pilot, failed_cameras), Text::state); }
 
 void ClientHost::take_state(const StateMessage& given) {
   const bool is_other_scene = given.serial != state.serial,
@@ -63,15 +64,15 @@ void ClientHost::take_state(const StateMessage& given) {
   }
   if (path.size() < kMostPath)
     path.push_back({state.figures.time, state.figures.tip.x(), state.figures.tip.y(), state.figures.tip.z()});
-  if (is_other_scene) tell_all(scene_json(*scenes[state.scene], state.serial));
+  if (is_other_scene) tell_all(scene_json(*scenes[state.scene], state.serial), Text::scene);
   if (state.changed) tell_state();
-  if (is_whole_second && !clients.empty()) tell_all(score_json(state, scenes));
+  if (is_whole_second && !clients.empty()) tell_all(score_json(state, scenes), Text::score);
 }
 
 void ClientHost::take_event(const StationEvent& event) {
   log.push_back(event_json(event));
   if (log.size() > kMostLogged) log.pop_front();
-  tell_all(log.back());
+  tell_all(log.back(), Text::passing);
 }
 
 PageClient::PageClient(beast::tcp_stream&& stream, ClientHost& host)
@@ -109,11 +110,14 @@ void PageClient::greet() {
   is_open_ = true;
   frame_.reserve(host_.frame.size());
   const StateMessage& state = host_.state;
-  const auto say = [this](std::string text) { tell(std::make_shared<const std::string>(std::move(text))); };
+  const auto say = [this](std::string text, Text about) {
+    tell(std::make_shared<const std::string>(std::move(text)), about);
+  };
   say(hello_json(host_.scenes, state.scene, id_, host_.rate, host_.settings.most_clients,
-                 host_.settings.most_message));
-  say(scene_json(*host_.scenes[state.scene], state.serial));
-  say(state_json(state, host_.scenes, host_.pilot, host_.failed_cameras));
+                 host_.settings.most_message),
+      Text::hello);
+  say(scene_json(*host_.scenes[state.scene], state.serial), Text::scene);
+  say(state_json(state, host_.scenes, host_.pilot, host_.failed_cameras), Text::state);
   read();
 }
 
@@ -201,7 +205,8 @@ void PageClient::take(const ControlMessage& message) {
     host_.tell_state();
   }
   if (message.debrief)
-    tell(std::make_shared<const std::string>(debrief_json(host_.state, host_.scenes, host_.path, host_.log)));
+    tell(std::make_shared<const std::string>(debrief_json(host_.state, host_.scenes, host_.path, host_.log)),
+         Text::debrief);
 }
 
 void PageClient::take(const SeenMessage& message) {
@@ -247,18 +252,24 @@ void PageClient::take(const DrawnMessage& message) {
 
 std::size_t PageClient::bytes_waiting() const {
   std::size_t bytes = frame_.capacity();
-  for (const auto& text : texts_) bytes += text->size();
+  for (const Waiting& each : texts_) bytes += each.text->size();
   return bytes;
 }
 
-void PageClient::tell(std::shared_ptr<const std::string> text) {
+void PageClient::tell(std::shared_ptr<const std::string> text, Text about) {
   if (!is_open_ || is_closing_) return;
-  if (texts_.size() >= kMostTexts) {
-    // The first may be on its way.
-    texts_.erase(texts_.begin() + 1);
-    host_.figures.texts_dropped.fetch_add(1, std::memory_order_relaxed);
+  // The first may be on its way.
+  const auto waiting = texts_.begin() + (is_writing_ && !texts_.empty() ? 1 : 0);
+  const auto is_passing = [](const Waiting& each) { return each.about == Text::passing; };
+  const bool is_full =
+      std::count_if(texts_.begin(), texts_.end(), is_passing) >= static_cast<std::ptrdiff_t>(kMostTexts);
+  const auto replaced =
+      std::find_if(waiting, texts_.end(), [about](const Waiting& each) { return each.about == about; });
+  if (replaced != texts_.end() && (about != Text::passing || is_full)) {
+    host_.figures.texts_dropped.fetch_add(about == Text::passing ? 1 : 0, std::memory_order_relaxed);
+    texts_.erase(replaced);
   }
-  texts_.push_back(std::move(text));
+  texts_.push_back({std::move(text), about});
   pump();
 }
 
@@ -278,7 +289,7 @@ void PageClient::pump() {
 void PageClient::send_text() {
   is_writing_ = true;
   socket_.text(true);
-  const std::shared_ptr<const std::string> text = texts_.front();
+  const std::shared_ptr<const std::string> text = texts_.front().text;
   socket_.async_write(boost::asio::buffer(*text),
                       [self = shared_from_this(), text](beast::error_code error, std::size_t) {
                         self->is_writing_ = false;

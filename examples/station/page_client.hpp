@@ -18,6 +18,9 @@ namespace touchstone::station {
 
 class PageClient;
 
+/// What a text to a page is about. Events, answers and the like pass; of the others the newest says it all.
+enum class Text : std::uint8_t { passing, hello, scene, state, score, latency, debrief };
+
 /// What all clients of the page share. Of the server's thread only.
 struct ClientHost {
   const ServerSettings& settings;
@@ -45,11 +48,12 @@ struct ClientHost {
   /// A hand's message. Who holds something takes over from a pilot who holds nothing, or has gone; nothing
   /// held by others is passed by.
   void take_hand(std::uint32_t client, const HandMessage& message);
-  void tell_all(const std::string& text);
+  void tell_all(const std::string& text, Text about);
   void tell_state();
 };
 
-/// One WebSocket. Holds at most one frame and kMostTexts texts on their way out, whatever the other end does.
+/// One WebSocket. Holds at most one frame, kMostTexts passing texts and one of each other kind on
+/// their way out, whatever the other end does.
 class PageClient : public std::enable_shared_from_this<PageClient> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::string_body>;
@@ -57,7 +61,8 @@ class PageClient : public std::enable_shared_from_this<PageClient> {
   PageClient(boost::beast::tcp_stream&& stream, ClientHost& host);
 
   void start(const Request& request);
-  void tell(std::shared_ptr<const std::string> text);
+  /// If there is no room the oldest `passing` text is dropped; of the others the newest of a kind waits.
+  void tell(std::shared_ptr<const std::string> text, Text about = Text::passing);
   /// Sends what waits, if nothing is on its way: texts first, then the newest frame.
   void pump();
   void close(boost::beast::websocket::close_code code);
@@ -95,7 +100,11 @@ class PageClient : public std::enable_shared_from_this<PageClient> {
   ClientHost& host_;
   std::uint32_t id_;
   boost::beast::flat_buffer buffer_;
-  std::deque<std::shared_ptr<const std::string>> texts_;
+  struct Waiting {
+    std::shared_ptr<const std::string> text;
+    Text about;
+  };
+  std::deque<Waiting> texts_;
   std::vector<std::uint8_t> frame_;  // on its way
   bool is_open_ = false, is_writing_ = false, is_closing_ = false;
   std::uint64_t sent_serial_ = 0, sent_frame_ = 0, overwritten_ = 0;

@@ -347,7 +347,8 @@ void Server::State::tick() {
   timer.async_wait([this](beast::error_code error) {
     if (error) return;
     if (!host.clients.empty())
-      host.tell_all(latency_json(latency, host.exchange.figures, host.rate, host.offset_us, host.rtt_us));
+      host.tell_all(latency_json(latency, host.exchange.figures, host.rate, host.offset_us, host.rtt_us),
+                    Text::latency);
     tick();
   });
 }
