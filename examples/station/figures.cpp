@@ -7,6 +7,7 @@ namespace touchstone::station {
 
 std::size_t TimeHistogram::bucket_of(double us) noexcept {
   if (!(us > 1.0)) return 0;
+  if (!(us < std::ldexp(1.0, kOctaves))) return kBuckets - 1;  // infinity has no octave
   int octave = 0;
   const double mantissa = std::frexp(us, &octave);  // [0.5, 1)
   const auto within = static_cast<int>((mantissa - 0.5) * 2.0 * kPerOctave);
