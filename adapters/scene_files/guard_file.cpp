@@ -46,6 +46,12 @@ SceneHand read_hand(const YamlReader& item, const Scene& scene) {
 
 }  // namespace
 
+bool has_guard(const std::filesystem::path& path) {
+  const YAML::Node document = scene_files::parse_yaml(path);
+  return document.IsMap() && document["dynamics"] && document["dynamics"].IsMap() &&
+         document["dynamics"]["guard"];
+}
+
 GuardedScene load_guarded_scene(const std::filesystem::path& path, const SceneParameters& parameters) {
   GuardedScene out{load_dynamic_scene(path, parameters), {}, {}};
   YamlSource source;

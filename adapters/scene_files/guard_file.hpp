@@ -37,5 +37,7 @@ struct GuardedScene {
 /// @throws InputError as load_dynamic_scene(); further: no guard, unknown policies, names and keys, rows out
 /// of order.
 GuardedScene load_guarded_scene(const std::filesystem::path& path, const SceneParameters& parameters = {});
+/// Whether the file has a `guard`. @throws InputError: it is no YAML.
+bool has_guard(const std::filesystem::path& path);
 
 }  // namespace touchstone

@@ -174,6 +174,7 @@ Script read_script(const YamlReader& root, YamlSource& source, const std::filesy
   script.name = root.at("name").text();
   if (root.has("description")) script.description = root.at("description").text();
   script.scene = read_scene(root.at("scene"), path);
+  script.scene_file = path.parent_path() / root.at("scene").at("file").text();
   for (SceneObject& object : script.scene.objects) object.motion = {};
   read_frames(root, script.scene);
   if (root.has("policy")) script.scene.policy = scene_files::read_policy(root.at("policy"));

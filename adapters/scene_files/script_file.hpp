@@ -59,7 +59,8 @@ struct Script {
   Scene scene;                    ///< with the script's own policy, frame rate and duration
   bool translation_only = false;  ///< slide: without turning
   std::vector<HandScript> hands;
-  std::vector<OperatorAction> actions;  ///< by time
+  std::vector<OperatorAction> actions;    ///< by time
+  std::filesystem::path scene_file = {};  ///< that load_script() read; for those who want its dynamics, too
 };
 
 /// Frame rates that scripts may ask for, from the first to the second [Hz].

@@ -59,10 +59,12 @@ Method::Method(MethodKind given, std::unique_ptr<training::Method> given_method,
   }
 }
 
-Flight::Flight(const StationScene& scene, std::uint32_t methods)
+Flight::Flight(const StationScene& scene, std::uint32_t methods, bool dynamics)
     : scene_(&scene), ghost_poses_(scene.setting.object_count()), near_(scene.setting), hash_(kHashStart) {
   state_.methods = methods | 1U << static_cast<unsigned>(MethodKind::ours);
   state_.policy = scene.setting.scene().policy;
+  state_.dynamics = dynamics && scene.dynamics != nullptr;
+  if (scene.dynamics) state_.guard = scene.dynamics->settings.policy;
   if (const Arm* arm = scene.arm()) {
     ghost_joints_ = ghost_next_ = arm->joints;
     ghost_links_.resize(arm->mechanism->links().size());
@@ -84,14 +86,19 @@ void Flight::make_methods() {
   for (std::size_t i = 0; i < kMethods; ++i) {
     if (!(state_.methods >> i & 1U)) continue;
     const auto kind = static_cast<MethodKind>(i);
-    methods.emplace_back(kind, make_method(kind, scene_->setting, state_.report_delay), *scene_);
+    std::unique_ptr<training::Method> flown;
+    if (state_.dynamics && kind == MethodKind::ours)
+      flown = std::make_unique<GuardedMethod>(scene_->setting, *scene_->dynamics);
+    else
+      flown = make_method(kind, scene_->setting, state_.report_delay);
+    methods.emplace_back(kind, std::move(flown), *scene_);
     for (const Action& action : scene_->initial) act(methods.back(), action);
   }
   methods_ = std::move(methods);
-  ours_ = static_cast<training::ContactWorldMethod*>(methods_.back().flown.get());
-  ours_->world().set_default_rule(
-      {state_.policy, {}, scene_->setting.script().translation_only, scene_->setting.scene().passive});
-  ours_->world().prepare();
+  ours_ = methods_.back().flown.get();
+  guarded_ = state_.dynamics ? static_cast<GuardedMethod*>(ours_) : nullptr;
+  world_ = state_.dynamics ? nullptr : static_cast<training::ContactWorldMethod*>(ours_);
+  tell_policy();
   for (Method& method : methods_)
     method.formation = std::make_shared<const training::Formation>(method.flown->formation());
   if (scene_->arm() != nullptr) ghost_hand_ = std::make_unique<training::ArmHand>(*scene_->arm());
@@ -143,11 +150,10 @@ ControlAnswer Flight::set(const Control& control) {
     case Kind::policy:
       return set_policy(control.index);
     case Kind::joint_brake:
-      if (control.index >= joints) return {false, "no joint " + std::to_string(control.index)};
-      state_.braked_joints = (state_.braked_joints & ~(1U << control.index)) |
-                             static_cast<unsigned>(control.on) << control.index;
-      return {true, std::string(control.on ? "brake stuck on joint " : "brake freed on joint ") +
-                        std::to_string(control.index)};
+    case Kind::torque_loss:
+      return break_joint(control);
+    case Kind::dynamics:
+      return set_dynamics(control.on);
     case Kind::late_report:
       if (!(control.value >= 0.0 && control.value <= training::kLongestDelay))
         return {false, "no such delay"};
@@ -165,13 +171,47 @@ ControlAnswer Flight::reset(std::string text) {
   return {true, std::move(text)};
 }
 
-ControlAnswer Flight::set_policy(std::uint32_t policy) {
-  if (policy > static_cast<std::uint32_t>(ContactPolicy::slide)) return {false, "no such policy"};
-  state_.policy = static_cast<ContactPolicy>(policy);
-  ours_->world().set_default_rule(
+void Flight::tell_policy() {
+  if (guarded_) return guarded_->set_policy(state_.guard);
+  world_->world().set_default_rule(
       {state_.policy, {}, scene_->setting.script().translation_only, scene_->setting.scene().passive});
-  ours_->world().prepare();
-  return {true, "policy " + std::string(to_string(state_.policy))};
+  world_->world().prepare();
+}
+
+/// The first four are the same with dynamics and without; `push` needs forces.
+ControlAnswer Flight::set_policy(std::uint32_t policy) {
+  if (policy == kPush && !state_.dynamics) return {false, "push needs dynamics"};
+  if (policy != kPush && policy > static_cast<std::uint32_t>(ContactPolicy::slide))
+    return {false, "no such policy"};
+  if (state_.dynamics)
+    state_.guard = policy == kPush ? physics::GuardPolicy::push : static_cast<physics::GuardPolicy>(policy);
+  else
+    state_.policy = static_cast<ContactPolicy>(policy);
+  tell_policy();
+  return {true,
+          "policy " + std::string(state_.dynamics ? to_string(state_.guard) : to_string(state_.policy))};
+}
+
+ControlAnswer Flight::set_dynamics(bool on) {
+  if (on && !scene_->dynamics) return {false, "this scene has no dynamics"};
+  state_.dynamics = on;
+  return reset(on ? "dynamics on; reset" : "dynamics off; reset");
+}
+
+ControlAnswer Flight::break_joint(const Control& control) {
+  const std::string joint = std::to_string(control.index);
+  if (control.index >= std::min(ghost_joints_.size(), JointFaults::kMost))
+    return {false, "no joint " + joint};
+  if (control.kind == Control::Kind::joint_brake) {
+    state_.joints.braked = (state_.joints.braked & ~(1U << control.index)) | static_cast<unsigned>(control.on)
+                                                                                 << control.index;
+    return {true, (control.on ? "brake stuck on joint " : "brake freed on joint ") + joint};
+  }
+  if (!state_.dynamics) return {false, "a loss of torque needs dynamics"};
+  if (!(control.value >= 0.0 && control.value <= 1.0)) return {false, "no such share of a torque"};
+  state_.joints.torque_share[control.index] = control.value;
+  return {true, "joint " + joint + " has " + std::to_string(std::lround(100.0 * control.value)) +
+                    " % of its torque"};
 }
 
 ControlAnswer Flight::select(std::uint32_t object, bool on) {
@@ -265,12 +305,13 @@ void Flight::command_arm(Method& method, const HandRates& rates, double joint) n
     method.hand->command(q, rates, duration, method.goals);
   }
   for (std::size_t i = 0; i < method.goals.size(); ++i)
-    if (state_.braked_joints >> i & 1U) method.goals[i] = q[i];
+    if (i < JointFaults::kMost && (state_.joints.braked >> i & 1U)) method.goals[i] = q[i];
   if (!std::equal(q.begin(), q.end(), method.goals.begin())) arm_commands_.push_back({&arm, method.goals});
 }
 
 void Flight::fly(Method& method, const HandRates& rates, double joint) noexcept {
   const double start = clock_us();
+  if (guarded_ && method.kind == MethodKind::ours) guarded_->set_joints(state_.joints, state_.brakes);
   method.log.events.clear();
   method.log.slide_steps.back() = 0;
   commands_.clear();
@@ -375,6 +416,18 @@ void Flight::add_figures(const Pose& X_before) noexcept {
   for (const training::LoggedEvent& event : mine.log.events)
     figures_.contacts += event.kind == EventKind::began;
   if (mine.reports_contact) figures_.cue_seconds += 1.0 / rate();
+  if (guarded_) add_forces();
+}
+
+void Flight::add_forces() noexcept {
+  figures_.force = guarded_->contact_force();
+  figures_.largest_force = std::max(figures_.largest_force, figures_.force);
+  figures_.failed_steps = guarded_->failed_steps();
+  figures_.torque_share = 0.0;
+  for (const Mechanism::Joint& joint : scene_->arm()->mechanism->joints())
+    if (joint.value != Mechanism::kNone && joint.effort > 0.0)
+      figures_.torque_share =
+          std::max(figures_.torque_share, std::abs(guarded_->torques()[joint.value]) / joint.effort);
 }
 
 void Flight::add_to_hash() noexcept {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/station/guarded_method.hpp"
 #include "touchstone/examples/station/inputs.hpp"
 #include "touchstone/examples/station/near_distances.hpp"
 #include "touchstone/examples/station/station_scene.hpp"
@@ -53,7 +54,9 @@ struct FlightState {
   std::uint32_t joint = 0;
   std::uint32_t methods = kAllMethods;
   ContactPolicy policy = ContactPolicy::slide;
-  std::uint32_t braked_joints = 0;  ///< a bit a joint
+  bool dynamics = false;
+  physics::GuardPolicy guard = physics::GuardPolicy::push;  ///< with dynamics, instead of `policy`
+  JointFaults joints;                                       ///< torques count with dynamics alone
   double report_delay = training::kImageGeneratorDelay;
 };
 
@@ -69,6 +72,9 @@ struct FlightFigures {
   double path = 0.0;                         ///< of the hand's object's origin, in `ours` [m]
   std::uint32_t contacts = 0;                ///< that began, in `ours`
   double cue_seconds = 0.0;                  ///< with a contact, in `ours`
+  double force = 0.0, largest_force = 0.0;   ///< GuardedMethod::contact_force(); 0 without dynamics [N]
+  double torque_share = 0.0;                 ///< the largest of any joint's torque over its limit, this frame
+  std::uint64_t failed_steps = 0;            ///< that dynamics did not take
   std::array<double, kMostTasks> done_at{};  ///< by task of the scene, when it was done first [s]; 0: not yet
   Vector3 tip = Vector3::Zero();             ///< of the flown frame [m]
 };
@@ -79,7 +85,8 @@ struct FlightFigures {
 class Flight {
  public:
   /// Keeps a reference. @throws InputError as training_run's methods.
-  explicit Flight(const StationScene& scene, std::uint32_t methods = kAllMethods);
+  /// @param dynamics where the scene has them.
+  explicit Flight(const StationScene& scene, std::uint32_t methods = kAllMethods, bool dynamics = false);
 
   /// Of all kinds but `scene`, which needs another flight.
   ControlAnswer set(const Control& control);
@@ -95,7 +102,19 @@ class Flight {
 
   std::span<const Method> methods() const { return methods_; }
   const Method* method(MethodKind kind) const;
-  const training::ContactWorldMethod& ours() const { return *ours_; }
+  const training::Method& ours() const { return *ours_; }
+  /// Null without dynamics.
+  const GuardedMethod* guarded() const { return guarded_; }
+  // Of `ours`, the last frame's: events, and what their handles and solids are in the scene.
+  std::span<const ContactEvent> events() const {
+    return guarded_ ? guarded_->events() : world_->report().events;
+  }
+  std::uint32_t object_of(ObjectHandle object) const {
+    return guarded_ ? guarded_->object_of(object) : world_->object_of(object);
+  }
+  SolidIndex solid_in_scene(ObjectHandle object, SolidIndex within) const {
+    return scene_->setting.instance().first_solid(object_of(object)) + within;
+  }
   /// Commanded poses of `ours`: where the hand leads on from a stop, no further from there than kLeash; else
   /// where the last frame commanded it to go.
   std::span<const Pose> commanded() const { return ghost_poses_; }
@@ -125,6 +144,10 @@ class Flight {
   ControlAnswer release();
   ControlAnswer select(std::uint32_t object, bool on);
   ControlAnswer set_policy(std::uint32_t policy);
+  ControlAnswer set_dynamics(bool on);
+  ControlAnswer break_joint(const Control& control);
+  void tell_policy();
+  void add_forces() noexcept;
   ControlAnswer reset(std::string text);
   void act(Method& method, const training::Action& action);
   const LatchOption* nearest_option(const Method& method, std::uint32_t object);
@@ -134,7 +157,9 @@ class Flight {
   FlightFigures figures_;
   HandScales scales_;
   std::vector<Method> methods_;
-  training::ContactWorldMethod* ours_ = nullptr;
+  training::Method* ours_ = nullptr;
+  training::ContactWorldMethod* world_ = nullptr;  // ours_, without dynamics
+  GuardedMethod* guarded_ = nullptr;               // ours_, with them
   std::unique_ptr<training::ArmHand> ghost_hand_;
   std::vector<double> ghost_joints_, ghost_next_;
   std::vector<Pose> ghost_links_, ghost_poses_, ghost_next_poses_;

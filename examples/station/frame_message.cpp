@@ -20,6 +20,7 @@ enum HeaderFlag : std::uint32_t {
   kBrakes = 1,
   kVernier = 2,
   kJointMode = 4,
+  kDynamics = 8,
   kRateLimited = 16,
   kAtLimit = 32,
   kNearSingularity = 64,
@@ -59,6 +60,8 @@ class Writer {
 struct Contacts {
   std::array<const ContactEvent*, kMostContacts> events;
   std::size_t count = 0;
+  std::span<const PushingContact> pushing;  // behind them
+  std::size_t size() const { return count + pushing.size(); }
 };
 
 bool is_shown(EventKind kind) {
@@ -69,9 +72,11 @@ bool is_shown(EventKind kind) {
 Contacts contacts_of(const Flight& flight) {
   Contacts out;
   if (flight.frame() == 0) return out;
-  for (const ContactEvent& event : flight.ours().report().events)
+  for (const ContactEvent& event : flight.events())
     if (is_shown(event.kind) && std::isfinite(event.geometry_at_end.separation) && out.count < kMostContacts)
       out.events[out.count++] = &event;
+  if (flight.guarded()) out.pushing = flight.guarded()->pushing();
+  out.pushing = out.pushing.first(std::min(out.pushing.size(), kMostContacts - out.count));
   return out;
 }
 
@@ -81,8 +86,9 @@ std::uint32_t header_flags(const Flight& flight, const FrameFacts& facts) {
   const auto flag = [](bool is_set, std::uint32_t bit) { return is_set ? bit : 0U; };
   return flag(state.brakes, kBrakes) | flag(state.vernier, kVernier) | flag(state.joint_mode, kJointMode) |
          flag(flight.was_limited(), kRateLimited) | flag(flight.is_at_limit(), kAtLimit) |
-         flag(flight.was_damped(), kNearSingularity) | flag(facts.is_replay, kReplay) |
-         flag(mine.blocked, kBlocked) | flag(mine.reports_contact, kInContact);
+         flag(flight.was_damped(), kNearSingularity) | flag(state.dynamics, kDynamics) |
+         flag(facts.is_replay, kReplay) | flag(mine.blocked, kBlocked) |
+         flag(mine.reports_contact, kInContact);
 }
 
 void write_header(const Session& session, const FrameFacts& facts, std::size_t contacts, std::uint32_t bytes,
@@ -171,22 +177,34 @@ void write_joints(const Flight& flight, Writer& out) {
     out.put(static_cast<float>(actual[i]));
     out.put(static_cast<float>(commanded[i]));
     out.put(static_cast<float>((goals[i] - actual[i]) * flight.rate()));
-    out.put(0.0F);
+    out.put(flight.guarded() ? static_cast<float>(flight.guarded()->torques()[i]) : 0.0F);
   }
 }
 
-void write_contact(const training::ContactWorldMethod& ours, const ContactEvent& event, Writer& out) {
+void write_contact(const Flight& flight, const ContactEvent& event, Writer& out) {
   const ContactKind kind = event.kind == EventKind::near      ? kIsNear
                            : event.kind == EventKind::blocked ? kIsBlocked
                                                               : kIsInContact;
   out.put(static_cast<std::uint16_t>(MethodKind::ours));
   out.put(static_cast<std::uint16_t>(kind));
-  out.put(ours.solid_in_scene(event.a, event.solids.a));
-  out.put(ours.solid_in_scene(event.b, event.solids.b));
+  out.put(flight.solid_in_scene(event.a, event.solids.a));
+  out.put(flight.solid_in_scene(event.b, event.solids.b));
   out.put(static_cast<float>(event.geometry_at_end.separation));
   out.put_floats(event.geometry_at_end.p_A_W);
   out.put_floats(event.geometry_at_end.n_AB_W);
   out.zeros(24);
+}
+
+void write_pushing(const PushingContact& contact, Writer& out) {
+  out.put(static_cast<std::uint16_t>(MethodKind::ours));
+  out.put(static_cast<std::uint16_t>(kIsInContact));
+  out.put(contact.solids.a);
+  out.put(contact.solids.b);
+  out.put(static_cast<float>(contact.separation));
+  out.put_floats(contact.p_A_W);
+  out.put_floats(contact.n_AB_W);
+  out.put_floats(contact.force_W);
+  out.zeros(12);
 }
 
 void write_distance(const NearDistance& distance, Writer& out) {
@@ -222,16 +240,17 @@ void write_frame(const Session& session, const JudgeFigures& judged, const Frame
   const Contacts contacts = contacts_of(flight);
   const std::size_t bytes =
       frame_bytes(flight.scene().setting.object_count(), flight.methods().size(),
-                  flight.commanded_joints().size(), contacts.count, flight.distances().size());
+                  flight.commanded_joints().size(), contacts.size(), flight.distances().size());
   Writer writer(out);
-  write_header(session, facts, contacts.count, static_cast<std::uint32_t>(bytes), writer);
+  write_header(session, facts, contacts.size(), static_cast<std::uint32_t>(bytes), writer);
   const bool counts = judged.epoch == session.epoch();
   for (const Method& method : flight.methods())
     write_method(method, counts ? judged.methods[static_cast<std::size_t>(method.kind)] : MergeFigures{},
                  session.frame(), writer);
   write_poses(flight, writer);
   write_joints(flight, writer);
-  for (std::size_t i = 0; i < contacts.count; ++i) write_contact(flight.ours(), *contacts.events[i], writer);
+  for (std::size_t i = 0; i < contacts.count; ++i) write_contact(flight, *contacts.events[i], writer);
+  for (const PushingContact& contact : contacts.pushing) write_pushing(contact, writer);
   for (const NearDistance& distance : flight.distances()) write_distance(distance, writer);
 }
 

@@ -34,9 +34,11 @@ struct Control {
     scene,        ///< index
     select,       ///< index: object; on
     methods,      ///< index: a bit a method; resets
-    policy,       ///< index: ContactPolicy, of `ours`
+    policy,       ///< index: ContactPolicy, of `ours`, or kPush
     joint_brake,  ///< a fault. index: joint; on
     late_report,  ///< a fault. value: the report's delay of Figure 1 [s]; resets
+    dynamics,     ///< on; resets
+    torque_loss,  ///< a fault, with dynamics. index: joint; value: the share of its limit that is left
   } kind = Kind::reset;
   bool on = false;
   std::uint32_t index = 0;
@@ -45,6 +47,9 @@ struct Control {
 
   static constexpr std::uint32_t kAny = 0xffffffff;
 };
+
+/// The policy that a world without dynamics has no answer to.
+inline constexpr std::uint32_t kPush = 100;
 
 /// Where an input came from, and when.
 struct InputStamp {

@@ -21,11 +21,13 @@ StationEvent::Kind kind_of(const Control& control, const ControlAnswer& answer) 
       return Kind::released;
     case Control::Kind::reset:
     case Control::Kind::methods:
+    case Control::Kind::dynamics:
       return Kind::reset;
     case Control::Kind::scene:
       return Kind::scene;
     case Control::Kind::joint_brake:
     case Control::Kind::late_report:
+    case Control::Kind::torque_loss:
       return Kind::fault;
     default:
       return Kind::note;
@@ -111,14 +113,14 @@ HandInput StationLoop::take_hand(double now) {
 }
 
 void StationLoop::tell_contacts() {
-  const training::ContactWorldMethod& ours = session_.flight().ours();
+  const Flight& flight = session_.flight();
   const Method& mine = session_.flight().methods().back();
   StationEvent out;
   out.frame = session_.frame();
   out.time = session_.time();
   out.method = static_cast<std::uint32_t>(MethodKind::ours);
   out.has_pair = true;
-  for (const ContactEvent& event : ours.report().events) {
+  for (const ContactEvent& event : flight.events()) {
     // A stop is reported when it begins or passes to another pair, not in each frame that it lasts.
     const bool is_new_stop = event.kind == EventKind::blocked && mine.blocked &&
                              (!was_blocked_ || !(mine.blocked_by == blocked_by_));
@@ -129,7 +131,8 @@ void StationLoop::tell_contacts() {
                : event.kind == EventKind::ended ? Kind::ended
                : is_new_stop                    ? Kind::blocked
                                                 : Kind::penetrating_at_start;
-    out.solids = {ours.solid_in_scene(event.a, event.solids.a), ours.solid_in_scene(event.b, event.solids.b)};
+    out.solids = {flight.solid_in_scene(event.a, event.solids.a),
+                  flight.solid_in_scene(event.b, event.solids.b)};
     out.separation = event.geometry.separation;
     push_event(out);
     if (is_new_stop) was_blocked_ = true, blocked_by_ = mine.blocked_by;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <thread>
 
@@ -76,16 +77,28 @@ void print_verdict(const Session& session, MergeJudge& judge) {
     const MergeFigures& merge = figures.methods[index];
     fmt::print("{:9}  merged {:6} of {:6} frames, worst {:10.3e} m, stopped in {:6}\n", kNames[index],
                merge.merged, merge.judged, merge.depth_worst, method.blocked_frames);
+    if (merge.with_off > 0)
+      fmt::print("           in {} of them something was switched off: its pairs were not judged\n",
+                 merge.with_off);
   }
 }
 
 int replay_file(StationOptions options, const fs::path& folder) {
   std::ifstream head = open_recording(options.replay);
-  options.rate = read_header(head, options.replay.string()).rate;
+  const Recording header = read_header(head, options.replay.string());
+  options.rate = header.rate;
+  // A scene of one's own: from where it was, unless --scene says where it is now.
+  if (options.scripts.empty() && fs::path(header.script).parent_path() != fs::absolute(folder) &&
+      fs::is_regular_file(header.script))
+    options.scripts.emplace_back(header.script);
   const StationScenes scenes = load_scenes(options, folder);
   std::ifstream in = open_recording(options.replay);
   const Recording recording = read_recording(in, options.replay.string(), scenes);
-  Session session(scenes, scene_to_fly(recording.scene, scenes), recording.methods);
+  const std::size_t scene = scene_to_fly(recording.scene, scenes);
+  if (!recording.files.empty() && recording.files != scenes[scene]->files)
+    comparison::print_now("the files of scene '" + recording.scene +
+                          "' are others than when it was recorded: " + scenes[scene]->file.string() + "\n");
+  Session session(scenes, scene, recording.methods, recording.dynamics);
   const std::string name = options.replay.stem().string();
   training::prepare_outputs(options.outputs, {name});
   training::FlightOutputs outputs(options.outputs, session.flight().scene().setting, name, true);
@@ -152,16 +165,28 @@ class Clerk {
 int fly(const StationOptions& options, const fs::path& folder) {
   const StationScenes scenes = load_scenes(options, folder);
   const std::size_t scene = scene_to_fly(options.scene, scenes);
-  Session session(scenes, scene, options.methods);
+  if (options.dynamics && !scenes[scene]->dynamics)
+    throw InputError("--dynamics: the scene '" + scenes[scene]->name + "' has none (dynamics with a guard)");
+  Session session(scenes, scene, options.methods, options.dynamics);
   Exchange exchange(most_frame_bytes(scenes));
   MergeJudge judge(scenes);
-  Recorder recorder(scenes, {scenes[scene]->name, options.rate, options.methods, {}, 0, {}});
+  Recorder recorder(scenes, {scenes[scene]->name,
+                             options.rate,
+                             options.methods,
+                             {},
+                             0,
+                             {},
+                             options.dynamics,
+                             scenes[scene]->file.string(),
+                             scenes[scene]->files});
   Server server(options.server, exchange, scenes, scene, options.rate, &recorder);
   if (!options.record.empty()) recorder.open(options.record);
   Clerk clerk(judge, recorder);
   StationLoop loop(session, exchange, judge, &recorder);
+  const bool is_v6 = options.server.bind.find(':') != std::string::npos;
+  const std::string host = is_v6 ? "[" + options.server.bind + "]" : options.server.bind;
   const std::string token = options.server.token.empty() ? "" : "?token=" + options.server.token;
-  comparison::print_now(fmt::format("http://{}:{}/{}\n", options.server.bind, server.port(), token));
+  comparison::print_now(fmt::format("http://{}:{}/{}\n", host, server.port(), token));
 
   std::atomic<bool> stop{false}, ended{false};
   // A signal lets the frame end, so that the recording gets its end.
@@ -173,7 +198,8 @@ int fly(const StationOptions& options, const fs::path& folder) {
   });
   const bool is_first = ask_for_real_time();
   comparison::print_now(is_first ? "" : "the loop runs at ordinary priority: a busy machine makes it late\n");
-  loop.run(stop, static_cast<std::uint64_t>(options.seconds * options.rate));
+  // At least one frame of however little: 0 would be without end.
+  loop.run(stop, static_cast<std::uint64_t>(std::ceil(options.seconds * options.rate)));
   clerk.end();
   recorder.end(session.frame(), session.hash());
   ended = true;

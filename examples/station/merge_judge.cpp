@@ -86,6 +86,8 @@ void MergeJudge::judge(const Job& job) {
   }
   figures.judged_frame = job.frame;
   ++figures.judged;
+  const std::vector<char>& is_on = job.formation->is_on;
+  figures.with_off += std::find(is_on.begin(), is_on.end(), 0) != is_on.end();
   figures.merged += figures.has_pair;
   figures.depth_worst = std::max(figures.depth_worst, figures.depth_now);
 }

@@ -15,7 +15,8 @@ struct MergeFigures {
   std::uint64_t judged_frame = 0;  ///< the last one
   std::uint32_t judged = 0, merged = 0;
   double depth_now = 0.0, depth_worst = 0.0;  ///< [m]
-  bool has_pair = false;                      ///< of the last one: the deepest pair
+  std::uint32_t with_off = 0;  ///< judged while something was switched off: its pairs were left out
+  bool has_pair = false;       ///< of the last one: the deepest pair
   SolidPair pair{0, 0};
 };
 

@@ -145,6 +145,7 @@ Control policy_control(const json& message) {
   for (const ContactPolicy policy :
        {ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide})
     if (name == to_string(policy)) return {Kind::policy, true, static_cast<std::uint32_t>(policy)};
+  if (name == to_string(physics::GuardPolicy::push)) return {Kind::policy, true, kPush};
   throw InputError("no policy '" + name + "'");
 }
 
@@ -159,7 +160,8 @@ void read_fault(const json& fault, ControlMessage& out) {
   else if (kind == "camera")
     out.camera = {static_cast<std::uint32_t>(index(fault, "camera", 31)), flag(fault, "on")};
   else if (kind == "torque loss")
-    throw InputError("a loss of torque needs dynamics, which this station does not have");
+    out.controls.push_back({Kind::torque_loss, true, static_cast<std::uint32_t>(index(fault, "joint", 31)),
+                            number(fault, "share")});
   else
     throw InputError("no fault '" + kind + "'");
 }
@@ -167,6 +169,7 @@ void read_fault(const json& fault, ControlMessage& out) {
 ControlMessage read_control(const json& message, const StationScenes& scenes) {
   ControlMessage out;
   if (message.contains("scene")) out.controls.push_back(scene_control(message, scenes));
+  if (message.contains("dynamics")) out.controls.push_back({Kind::dynamics, flag(message, "dynamics")});
   if (message.contains("methods")) out.controls.push_back(methods_control(message));
   if (message.contains("reset") && flag(message, "reset")) out.controls.push_back({Kind::reset});
   if (message.contains("frame_of_command")) out.controls.push_back(frame_control(message));
@@ -174,14 +177,13 @@ ControlMessage read_control(const json& message, const StationScenes& scenes) {
   if (message.contains("brakes")) out.controls.push_back({Kind::brakes, flag(message, "brakes")});
   if (message.contains("mode")) out.controls.push_back(mode_control(message));
   if (message.contains("release") && flag(message, "release")) out.controls.push_back({Kind::release});
-  if (message.contains("latch")) out.controls.push_back(latch_control(message));
+  if (message.contains("latch") && message.at("latch") != false)
+    out.controls.push_back(latch_control(message));
   if (message.contains("select")) out.controls.push_back(select_control(message));
   if (message.contains("policy")) out.controls.push_back(policy_control(message));
   if (message.contains("fault")) read_fault(message.at("fault"), out);
   out.debrief = message.contains("debrief") && flag(message, "debrief");
-  if (message.contains("dynamics") && flag(message, "dynamics"))
-    throw InputError("this station has no dynamics");
-  if (out.controls.empty() && !out.debrief && !out.camera && !message.contains("dynamics"))
+  if (out.controls.empty() && !out.debrief && !out.camera)
     throw InputError("a control that sets nothing known");
   return out;
 }
@@ -279,31 +281,35 @@ std::string state_json(const StateMessage& state, const StationScenes& scenes, s
   json methods = json::array(), faults = json::array(), latched = json::array(), off = json::array();
   for (std::uint32_t i = 0; i < kMethods; ++i)
     if (flight.methods >> i & 1U) methods.push_back(i);
-  for (std::uint32_t i = 0; i < 32; ++i)
-    if (flight.braked_joints >> i & 1U)
+  for (std::uint32_t i = 0; i < JointFaults::kMost; ++i) {
+    if (flight.joints.braked >> i & 1U)
       faults.push_back({{"kind", "joint brake"}, {"joint", i}, {"on", true}});
+    if (flight.joints.torque_share[i] < 1.0)
+      faults.push_back({{"kind", "torque loss"}, {"joint", i}, {"share", flight.joints.torque_share[i]}});
+  }
   if (flight.report_delay != training::kImageGeneratorDelay)
     faults.push_back({{"kind", "late report"}, {"delay", flight.report_delay}});
   for (std::uint32_t i = 0; i < 32; ++i)
     if (failed_cameras >> i & 1U) faults.push_back({{"kind", "camera"}, {"camera", i}, {"on", true}});
   for (std::size_t i = 0; i < state.latched_count; ++i) latched.push_back(state.latched[i]);
   for (std::size_t i = 0; i < state.off_count; ++i) off.push_back(state.off[i]);
-  return comparison::one_line(json{{"type", "state"},
-                                   {"frame", state.frame},
-                                   {"scene", scenes[state.scene]->name},
-                                   {"serial", state.serial},
-                                   {"mode", flight.joint_mode ? "joint" : "hand"},
-                                   {"joint", flight.joint},
-                                   {"frame_of_command", kFrameNames[static_cast<std::size_t>(flight.frame)]},
-                                   {"vernier", flight.vernier},
-                                   {"brakes", flight.brakes},
-                                   {"dynamics", false},
-                                   {"methods", methods},
-                                   {"policy", to_string(flight.policy)},
-                                   {"selected_off", off},
-                                   {"latched", latched},
-                                   {"faults", faults},
-                                   {"pilot", pilot}});
+  return comparison::one_line(
+      json{{"type", "state"},
+           {"frame", state.frame},
+           {"scene", scenes[state.scene]->name},
+           {"serial", state.serial},
+           {"mode", flight.joint_mode ? "joint" : "hand"},
+           {"joint", flight.joint},
+           {"frame_of_command", kFrameNames[static_cast<std::size_t>(flight.frame)]},
+           {"vernier", flight.vernier},
+           {"brakes", flight.brakes},
+           {"dynamics", flight.dynamics},
+           {"methods", methods},
+           {"policy", flight.dynamics ? to_string(flight.guard) : to_string(flight.policy)},
+           {"selected_off", off},
+           {"latched", latched},
+           {"faults", faults},
+           {"pilot", pilot}});
 }
 
 namespace {
@@ -311,6 +317,7 @@ namespace {
 json score(const StateMessage& state, const StationScenes& scenes) {
   json tasks = json::array();
   const std::vector<StationTask>& all = scenes[state.scene]->tasks;
+  const bool has_forces = state.flight.dynamics;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const double done_at = state.figures.done_at[i];
     tasks.push_back({{"name", all[i].name},
@@ -323,7 +330,11 @@ json score(const StateMessage& state, const StationScenes& scenes) {
           {"elapsed", state.figures.time},
           {"contacts", state.figures.contacts},
           {"cue_seconds", state.figures.cue_seconds},
-          {"largest_force", nullptr},  // no dynamics: not known
+          // Without dynamics none is known.
+          {"largest_force", has_forces ? json(state.figures.largest_force) : json(nullptr)},
+          {"force", has_forces ? json(state.figures.force) : json(nullptr)},
+          {"torque_share", has_forces ? json(state.figures.torque_share) : json(nullptr)},
+          {"failed_steps", state.figures.failed_steps},
           {"path", state.figures.path},
           {"path_length", state.figures.path}};
 }

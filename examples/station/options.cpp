@@ -21,6 +21,8 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
       ->capture_default_str();
   app.add_option("--methods", methods, "0 no check, 1 Figure 1, 2 Figure 2; 3, ours, always runs")
       ->check(CLI::Range(0U, 3U));
+  app.add_flag("--dynamics", out.dynamics,
+               "begin with forces, where the scene's file has dynamics with a guard");
   app.add_option("--record", out.record, "file for every input, with its frame");
   app.add_option("--replay", out.replay, "fly a recording without a clock or page, and print its hash");
   app.add_option("--poses", out.outputs.records,
@@ -46,6 +48,11 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
   }
   const bool has_outputs =
       !out.outputs.records.empty() || !out.outputs.animations.empty() || !out.outputs.cigi.empty();
+  if (!out.replay.empty())
+    for (const char* option : {"--rate", "--methods", "--dynamics", "--record", "--seconds", "--port",
+                               "--bind", "--token", "--udp", "--page"})
+      if (app.count(option) > 0)
+        throw InputError(std::string(option) + " is not of a --replay: the recording says how it was flown");
   if (has_outputs && out.replay.empty()) throw InputError("--poses, --gltf and --cigi are of a --replay");
   if (std::filesystem::path(out.scene).extension() == ".yaml") {
     out.scripts.emplace_back(out.scene);

@@ -16,6 +16,7 @@ struct StationOptions {
   training::OutputOptions outputs;  ///< of a replay
   std::uint32_t methods = kAllMethods;
   double seconds = 0.0;  ///< 0: until a signal
+  bool dynamics = false;
   bool list = false;
 };
 

@@ -16,9 +16,9 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kRoom = 4096;
-constexpr std::array<const char*, 13> kControlNames = {
-    "frame_of_command", "vernier", "brakes", "joint_mode",  "latch",      "release", "reset", "scene",
-    "select",           "methods", "policy", "joint_brake", "late_report"};
+constexpr std::array<const char*, 15> kControlNames = {
+    "frame_of_command", "vernier", "brakes", "joint_mode",  "latch",       "release",  "reset",      "scene",
+    "select",           "methods", "policy", "joint_brake", "late_report", "dynamics", "torque_loss"};
 
 json numbers(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -73,7 +73,10 @@ std::string header_line(const Recording& recording) {
   return comparison::one_line(json{{"station", 1},
                                    {"scene", recording.scene},
                                    {"rate_hz", recording.rate},
-                                   {"methods", recording.methods}}) +
+                                   {"methods", recording.methods},
+                                   {"dynamics", recording.dynamics},
+                                   {"script", recording.script},
+                                   {"files", recording.files}}) +
          "\n";
 }
 
@@ -103,13 +106,16 @@ Recording read_header(std::istream& in, const std::string& name) {
   std::string text;
   std::getline(in, text);
   const json line = json::parse(text, nullptr, false);
-  if (!line.is_object() || line.value("station", 0) != 1)
+  if (!line.is_object() || !line.contains("station") || line.at("station") != 1)
     throw InputError(name + ":1: no recording of the station");
   try {
     Recording out;
     out.scene = line.at("scene");
     out.rate = line.at("rate_hz");
     out.methods = line.at("methods");
+    out.dynamics = line.value("dynamics", false);
+    out.script = line.value("script", "");
+    out.files = line.value("files", "");
     return out;
   } catch (const json::exception& error) {
     throw InputError(name + ":1: " + error.what());

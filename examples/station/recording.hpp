@@ -17,8 +17,9 @@ struct RecordedInput {
   std::variant<HandInput, Control> input;
 };
 
-/// A recording is lines of JSON: a header {"station": 1, "scene": NAME, "rate_hz": R, "methods": BITS},
-/// inputs as they came into force, and {"frames": N, "hash": HEX} at the end, if it was ended.
+/// A recording is lines of JSON: a header {"station": 1, "scene": NAME, "rate_hz": R, "methods": BITS,
+/// "dynamics": BOOL, "script": FILE, "files": HEX}, inputs as they came into force, and {"frames": N, "hash":
+/// HEX} at the end, if it was ended.
 struct Recording {
   std::string scene;
   double rate = 50.0;
@@ -26,6 +27,8 @@ struct Recording {
   std::vector<RecordedInput> inputs;
   std::uint64_t frames = 0;  ///< 0: not given
   std::string hash;          ///< empty: not given
+  bool dynamics = false;
+  std::string script = {}, files = {};  ///< of the scene: its file, and StationScene::files; empty: not given
 };
 
 std::string header_line(const Recording& recording);

@@ -12,16 +12,17 @@ std::size_t find_scene(const StationScenes& scenes, std::string_view name) {
   return static_cast<std::size_t>(found - scenes.begin());
 }
 
-Session::Session(const StationScenes& scenes, std::size_t scene, std::uint32_t methods)
+Session::Session(const StationScenes& scenes, std::size_t scene, std::uint32_t methods, bool dynamics)
     : scenes_(&scenes), scene_(scene) {
   if (scene >= scenes.size()) throw InputError("the station has no scene to fly");
-  flight_ = std::make_unique<Flight>(*scenes[scene], methods);
+  flight_ = std::make_unique<Flight>(*scenes[scene], methods, dynamics);
 }
 
 ControlAnswer Session::set(const Control& control) {
   if (control.kind != Control::Kind::scene) return flight_->set(control);
   if (control.index >= scenes_->size()) return {false, "no such scene"};
-  auto next = std::make_unique<Flight>(*(*scenes_)[control.index], flight_->state().methods);
+  auto next = std::make_unique<Flight>(*(*scenes_)[control.index], flight_->state().methods,
+                                       flight_->state().dynamics);
   earlier_hash_ = hash();
   epoch_ += flight_->resets() + 1;
   ++serial_;

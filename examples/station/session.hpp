@@ -18,7 +18,9 @@ std::size_t find_scene(const StationScenes& scenes, std::string_view name);
 class Session {
  public:
   /// Keeps a reference. @throws InputError: no scenes, or as Flight.
-  Session(const StationScenes& scenes, std::size_t scene, std::uint32_t methods = kAllMethods);
+  /// @param dynamics where the scene has them.
+  Session(const StationScenes& scenes, std::size_t scene, std::uint32_t methods = kAllMethods,
+          bool dynamics = false);
 
   /// Between frames; may allocate.
   ControlAnswer set(const Control& control);

@@ -20,15 +20,15 @@ ShownFlight::ShownFlight(const Session& session, std::span<FrameOutput* const> r
 
 bool ShownFlight::send(const Session& session) noexcept {
   if (session.scene() != scene_) return false;
-  const training::ContactWorldMethod& ours = session.flight().ours();
-  for (std::uint32_t i = 0; i < poses_.size(); ++i) poses_[i].X_WO = ours.poses()[i];
+  const Flight& flight = session.flight();
+  for (std::uint32_t i = 0; i < poses_.size(); ++i) poses_[i].X_WO = flight.ours().poses()[i];
   events_.clear();
-  for (const ContactEvent& event : ours.report().events) {
+  for (const ContactEvent& event : flight.events()) {
     if (events_.size() == kMostEvents) break;
     events_.push_back(event);
     const bool has_pair = event.kind != EventKind::refused && event.kind != EventKind::at_limit;
-    events_.back().a = {ours.object_of(event.a), 0};
-    if (has_pair) events_.back().b = {ours.object_of(event.b), 0};
+    events_.back().a = {flight.object_of(event.a), 0};
+    if (has_pair) events_.back().b = {flight.object_of(event.b), 0};
   }
   for (FrameOutput* receiver : receivers_)
     receiver->write({session.frame(), session.time(), poses_, events_});

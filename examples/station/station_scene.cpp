@@ -1,5 +1,7 @@
 #include "touchstone/examples/station/station_scene.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -143,6 +145,16 @@ Pose tip_in_hand(const StationScene& scene) {
   return compose(inverse(X_WL[link]), X_WL[arm->flown_link]);
 }
 
+/// FNV-1a over all bytes: which files a recording was flown with.
+std::string hash_of(std::span<const std::filesystem::path> files) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const std::filesystem::path& file : files) {
+    std::ifstream in(file, std::ios::binary);
+    for (char byte = 0; in.get(byte);) hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3;
+  }
+  return fmt::format("{:016x}", hash);
+}
+
 constexpr std::array<const char*, 3> kTaskKinds = {"carry", "place", "reach"};
 
 StationTask read_task(const json& from, const StationScene& scene) {
@@ -197,6 +209,7 @@ StationScene::StationScene(std::string given_name, Script script, double rate)
     latches.push_back({action.carrier, action.object, action.allowed});
   }
   X_HT = tip_in_hand(*this);
+  dynamics = load_station_dynamics(setting, latches);
 }
 
 std::uint32_t StationScene::hand_object() const {
@@ -218,7 +231,10 @@ std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::pa
   script.scene.frame_rate = rate;
   script.scene.duration = 2.0 / rate;
   auto scene = std::make_unique<StationScene>(file.stem().string(), std::move(script), rate);
-  scene->tasks = read_tasks(std::filesystem::path(file).replace_extension(".tasks.json"), *scene);
+  const std::filesystem::path tasks = std::filesystem::path(file).replace_extension(".tasks.json");
+  scene->tasks = read_tasks(tasks, *scene);
+  scene->file = std::filesystem::absolute(file);
+  scene->files = hash_of(std::array{file, scene->setting.script().scene_file, tasks});
   return scene;
 }
 
@@ -232,6 +248,7 @@ std::string scene_json(const StationScene& scene) {
                     {"objects", objects_json(scene)},
                     {"solids", solids_json(scene)},
                     {"arms", arms_json(scene)},
+                    {"dynamics", scene.dynamics != nullptr},
                     {"hand", scene.hand_object()},
                     {"cameras", cameras_json(scene)},
                     {"latches", latches_json(scene)},

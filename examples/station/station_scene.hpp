@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/station/station_dynamics.hpp"
 #include "touchstone/examples/training_run/setting.hpp"
 
 namespace touchstone::station {
@@ -34,12 +35,15 @@ struct StationScene {
   /// @throws InputError as training::Setting.
   StationScene(std::string name, Script script, double rate);
 
-  std::string name;  ///< the file's
+  std::string name;            ///< the file's
+  std::filesystem::path file;  ///< it; absolute
+  std::string files;           ///< a hash of what is in it, in the scene's file and in its tasks'
   training::Setting setting;
   std::vector<training::Action> initial;
   std::vector<LatchOption> latches;
   std::vector<StationTask> tasks;  ///< at most kMostTasks
   Pose X_HT;                       ///< the flown frame in the object that stands for the hand
+  std::shared_ptr<const StationDynamics> dynamics;  ///< null: the scene's file has no guarded dynamics
 
   /// Null: the hand flies a free object.
   const training::Arm* arm() const { return setting.arms().empty() ? nullptr : setting.arms().data(); }

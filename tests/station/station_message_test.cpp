@@ -60,7 +60,8 @@ TEST(StationMessages, ThatSayWhatCannotBeAreRefusedWithAReason) {
         R"({"type": "control", "select": 3})",
         R"({"type": "control", "methods": [9]})",
         R"({"type": "control", "methods": {}})",
-        R"({"type": "control", "policy": "push"})",
+        R"({"type": "control", "policy": "shove"})",
+        R"({"type": "control", "latch": false})",
         R"({"type": "control", "fault": {"kind": "joint brake", "joint": 99, "on": true}})",
         R"({"type": "drawn", "frame": 1e300, "stamp": 0})"}) {
     const PageMessage message = read_message(text, scenes());
@@ -69,6 +70,31 @@ TEST(StationMessages, ThatSayWhatCannotBeAreRefusedWithAReason) {
         std::holds_alternative<RefusedMessage>(message) || std::holds_alternative<GarbageMessage>(message);
     EXPECT_TRUE(is_refused) << text;
   }
+}
+
+TEST(StationMessages, OfForcesAreRead) {
+  const auto only = [](const std::string& text) {
+    const PageMessage message = read_message(text, scenes());
+    const auto* control = std::get_if<ControlMessage>(&message);
+    return control != nullptr && control->controls.size() == 1 ? control->controls[0] : Control{};
+  };
+  EXPECT_EQ(only(R"({"type": "control", "policy": "push"})").index, kPush);
+  const Control dynamics = only(R"({"type": "control", "dynamics": true})");
+  EXPECT_EQ(dynamics.kind, Control::Kind::dynamics);
+  EXPECT_TRUE(dynamics.on);
+  const Control loss =
+      only(R"({"type": "control", "fault": {"kind": "torque loss", "joint": 3, "share": 0.25}})");
+  EXPECT_EQ(loss.kind, Control::Kind::torque_loss);
+  EXPECT_EQ(loss.index, 3U);
+  EXPECT_EQ(loss.value, 0.25);
+}
+
+TEST(StationFigures, AnInfiniteTimeIsALongOne) {
+  TimeHistogram times;
+  times.add(std::numeric_limits<double>::infinity());
+  times.add(1e300);
+  EXPECT_EQ(times.count(), 2U);
+  EXPECT_EQ(times.above(1e6), 2U);
 }
 
 TEST(StationMessages, OfTheSceneHaveEverySolidOnceInItsObjectsFrame) {

@@ -23,6 +23,60 @@ TEST_F(StationProgram, RecordsAFlightThatReplaysToTheSameBits) {
   EXPECT_NE(replayed.out.find("frames 25, hash "), std::string::npos) << replayed.out;
 }
 
+TEST_F(StationProgram, AFlightWithDynamicsReplaysToTheSameBits) {
+  const std::string file = (folder_ / "flight.jsonl").string();
+  ASSERT_EQ(run("--port 0 --seconds 0.5 --dynamics --record " + file).code, 0);
+  EXPECT_NE(read(file).find("\"dynamics\":true"), std::string::npos);
+  const Outcome replayed = run("--replay " + file);
+  EXPECT_EQ(replayed.code, 0) << replayed.err << replayed.out;
+  EXPECT_NE(replayed.out.find("the same bits as recorded"), std::string::npos) << replayed.out;
+  EXPECT_EQ(run("--port 0 --seconds 0.1 --dynamics --scene elbow_over_lab").err,
+            "touchstone_station: --dynamics: the scene 'elbow_over_lab' has none (dynamics with a guard)\n");
+}
+
+TEST_F(StationProgram, AReplayFindsTheSceneOfTheFlightAndSaysWhereItsFilesChanged) {
+  const std::string blocks = R"(name: blocks
+frame_rate: 50
+duration: 60
+contact_gap: 1.0e-6
+policy: slide
+objects:
+  - {name: a, pose: {position: [0, 0, 0]}, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}
+)";
+  write("own_scene.yaml", blocks);
+  const std::string script = write("own.yaml",
+                                   "name: own\nscene: {file: own_scene.yaml}\nduration: 60\nhands: [{object: "
+                                   "a, rates: [{time: 0}]}]\n")
+                                 .string();
+  const std::string file = (folder_ / "flight.jsonl").string();
+  ASSERT_EQ(run("--port 0 --seconds 0.1 --scene " + script + " --record " + file).code, 0);
+  Outcome replayed = run("--replay " + file);
+  EXPECT_EQ(replayed.code, 0) << replayed.err;
+  EXPECT_EQ(replayed.out.find("are others"), std::string::npos) << replayed.out;
+  write("own_scene.yaml", blocks + "# changed\n");
+  replayed = run("--replay " + file);
+  EXPECT_EQ(replayed.code, 0) << replayed.err;
+  EXPECT_NE(replayed.out.find("are others than when it was recorded"), std::string::npos) << replayed.out;
+}
+
+TEST_F(StationProgram, AReplayRefusesWhatTheRecordingSays) {
+  const std::string file = (folder_ / "flight.jsonl").string();
+  ASSERT_EQ(run("--port 0 --seconds 0.1 --record " + file).code, 0);
+  for (const char* option : {"--rate 100", "--methods 3", "--dynamics", "--seconds 1", "--port 0"}) {
+    const Outcome outcome = run("--replay " + file + " " + option);
+    EXPECT_EQ(outcome.code, 2) << option;
+    EXPECT_EQ(outcome.err.rfind("touchstone_station: --", 0), 0U) << outcome.err;
+  }
+  const std::string bad = write("bad.jsonl", "{\"station\": \"one\"}\n").string();
+  EXPECT_NE(run("--replay " + bad).err.find("bad.jsonl:1: no recording"), std::string::npos);
+}
+
+TEST_F(StationProgram, EndsAfterAFrameOfHoweverLittleTime) {
+  const auto [outcome, seconds] = run_until("--port 0 --seconds 0.001", std::chrono::seconds(3), SIGINT);
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.out.find("frames 1,"), std::string::npos) << outcome.out;
+}
+
 TEST_F(StationProgram, AReplayWritesTheRecordAndAnimationOfItsFlight) {
   const std::string file = (folder_ / "flight.jsonl").string(), out = (folder_ / "poses").string();
   ASSERT_EQ(run("--port 0 --seconds 0.2 --scene grapple --record " + file).code, 0);

@@ -133,6 +133,7 @@ export class Panels {
     say(get('blocked'), stopped ? `Blocked by ${nameOf(scene, obstacle)} (met by ${nameOf(scene, own)})` : method.blocked ? 'Blocked' :
       method.slid ? 'Slides along what it touches' : frame.flags & flag.brakes ? 'Brakes are on' :
         frame.flags & flag.atLimit ? 'At a joint\'s limit' : frame.flags & flag.singular ? 'Near a singularity' : '');
+    this.showForces(frame);
     list(get('distances'), frame.distances.slice(0, 6).map(one => [nameOf(scene, one.b), metres(one.separation), one.separation <= 1e-6 ? 'now' : '']), 'nothing within 2 m');
     const kinds = ['', 'near', 'blocks'];
     const mine = frame.contacts.filter(one => one.method === method.index);
@@ -141,6 +142,21 @@ export class Panels {
       return [`${nameOf(scene, one.a)} – ${nameOf(scene, one.b)} ${kinds[one.kind]}`,
         force > 0 ? `${force.toFixed(0)} N` : metres(one.separation), one.kind === contactKind.near ? '' : 'now'];
     }).concat(mine.length > 8 ? [[`and ${mine.length - 8} more`, '']] : []), 'none');
+  }
+
+  // Of ours: what presses on the arm and what it carries, and how much of its limit the most loaded joint gives.
+  showForces(frame) {
+    get('forces').hidden = !(frame.flags & flag.dynamics);
+    if (get('forces').hidden) return;
+    const own = solid => {
+      const index = this.scene.solids[solid]?.object;
+      return this.scene.objects[index]?.kind === 'link' || Boolean(frame.methods.at(-1).flags[8 * index + 7] & objectFlag.carried);
+    };
+    const force = frame.contacts.filter(one => own(one.a) !== own(one.b)).reduce((sum, one) => sum + length(one.force), 0);
+    say(get('force'), `${force.toFixed(0)} N`);
+    const share = Math.max(0, ...frame.joints.map((joint, i) => this.joints[i]?.effort ? Math.abs(joint.torque) / this.joints[i].effort : 0));
+    say(get('torque'), `${(100 * share).toFixed(0)} %`);
+    get('torque').parentNode.classList.toggle('bad', share > 0.99);
   }
 
   showJoints(frame, chosen, jointMode) {
@@ -152,7 +168,8 @@ export class Panels {
       row.children[1].firstChild.style.left = part(joint.commanded);
       row.children[1].lastChild.style.left = part(joint.actual);
       row.className = jointMode && i === chosen ? 'chosen' : '';
-      say(row.children[2], joint.torque && described.effort ? `${(100 * Math.abs(joint.torque) / described.effort).toFixed(0)} % torque` : `${(joint.actual * 180 / Math.PI).toFixed(1)}°`);
+      const torque = frame.flags & flag.dynamics && described.effort ? ` ${(100 * Math.abs(joint.torque) / described.effort).toFixed(0)} %` : '';
+      say(row.children[2], `${(joint.actual * 180 / Math.PI).toFixed(1)}°${torque}`);
     });
   }
 

@@ -195,6 +195,9 @@ function takeState(state) {
   press('mode', state.mode === 'joint');
   get('frame-of-command').value = state.frame_of_command;
   get('joint').value = String(state.joint ?? 0);
+  get('dynamics').checked = Boolean(state.dynamics);
+  get('dynamics').disabled = !live.scene?.dynamics;
+  for (const node of [get('policy').querySelector('[value=push]'), get('fault-torque')]) node.disabled = !state.dynamics;
   if (state.policy) get('policy').value = state.policy;
   if (state.scene) get('scenes').value = state.scene;
   say(get('pilot'), state.pilot === undefined || state.pilot === null || state.pilot < 0 ? '' : state.pilot === link.client ? 'you fly' : `client ${state.pilot} flies`);
@@ -579,6 +582,8 @@ function bindPage() {
   get('policy').onchange = event => link.control({policy: event.target.value});
   const joint = () => Number(get('fault-joint').value);
   get('fault-brake').onchange = event => link.control({fault: {kind: 'joint brake', joint: joint(), on: event.target.checked}});
+  get('fault-torque').onchange = event => link.control({fault: {kind: 'torque loss', joint: joint(), share: Number(event.target.value)}});
+  get('dynamics').onchange = event => { hand.letGo(); link.control({dynamics: event.target.checked}); };
   get('fault-late').onchange = event => link.control({fault: {kind: 'late report', delay: Number(event.target.value)}});
   get('off').onclick = () => {
     const object = Number(get('off-object').value);
