@@ -72,9 +72,17 @@ bool is_shown(EventKind kind) {
 Contacts contacts_of(const Flight& flight) {
   Contacts out;
   if (flight.frame() == 0) return out;
-  for (const ContactEvent& event : flight.events())
-    if (is_shown(event.kind) && std::isfinite(event.geometry_at_end.separation) && out.count < kMostContacts)
+  for (const ContactEvent& event : flight.events()) {
+    if (!is_shown(event.kind) || !std::isfinite(event.geometry_at_end.separation)) continue;
+    // A pair may begin in several of a frame's steps: it is one contact.
+    const auto is_same = [&event](const ContactEvent* other) {
+      return event.kind != EventKind::blocked && other->kind != EventKind::blocked && other->a == event.a &&
+             other->b == event.b && other->solids == event.solids;
+    };
+    const auto shown = std::span(out.events).first(out.count);
+    if (out.count < kMostContacts && std::none_of(shown.begin(), shown.end(), is_same))
       out.events[out.count++] = &event;
+  }
   if (flight.guarded()) out.pushing = flight.guarded()->pushing();
   out.pushing = out.pushing.first(std::min(out.pushing.size(), kMostContacts - out.count));
   return out;

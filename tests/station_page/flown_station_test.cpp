@@ -14,14 +14,15 @@ namespace {
 /// The station as a user starts it, on a port that is free.
 class RunningStation {
  public:
-  explicit RunningStation(const std::string& scene) {
+  explicit RunningStation(const std::string& scene, bool dynamics = false) {
     std::array<int, 2> said{};
     if (pipe(said.data()) != 0) throw std::runtime_error("no pipe");
     process_ = fork();
     if (process_ == 0) {
       dup2(said[1], 1);
       close(said[0]);
-      execl(STATION, STATION, "--port", "0", "--scene", scene.c_str(), static_cast<char*>(nullptr));
+      execl(STATION, STATION, "--port", "0", "--scene", scene.c_str(), dynamics ? "--dynamics" : nullptr,
+            static_cast<char*>(nullptr));
       _exit(127);
     }
     close(said[1]);
@@ -101,6 +102,35 @@ TEST_F(FlownStation, StopsAtContactWhereOthersMergeAndAgreesOnTheTimes) {
     EXPECT_TRUE(asked.rfind(station.address(), 0) == 0 || asked.rfind("data:", 0) == 0 ||
                 asked.rfind("ws" + station.address().substr(4), 0) == 0)
         << asked;
+}
+
+TEST_F(FlownStation, ShowsForcesAndTorquesAndWhatAnInstructorBreaks) {
+  const RunningStation station("worksite", true);
+  ASSERT_NE(station.address(), "");
+  browser_->open(station.address() + "?fly");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.drawn > 0"));
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.state.dynamics"));
+  EXPECT_EQ(value("document.getElementById('forces').hidden"), false);
+  EXPECT_EQ(value("document.getElementById('policy').value"), "push");
+
+  // On to what is nearest, and pressed against it: the read-outs are those of the frames.
+  browser_->press("KeyY");
+  browser_->press("KeyY", false);
+  ASSERT_TRUE(becomes_true("parseFloat(document.getElementById('force').textContent) > 20"));
+  EXPECT_TRUE(becomes_true("parseFloat(document.getElementById('torque').textContent) > 1"));
+  EXPECT_GT(value("touchstoneStation.station.frame.joints.filter(joint => joint.torque).length").get<int>(),
+            3);
+  EXPECT_EQ(value("touchstoneStation.station.frame.methods[3].worst"), 0.0);
+  ASSERT_TRUE(becomes_true("document.getElementById('score').textContent.includes('largest force')"));
+  //  An instructor takes a joint's torque, and is shown what is broken.
+  value(
+      "(() => { const fault = document.getElementById('fault-torque'); fault.value = '0.1'; "
+      "fault.dispatchEvent(new Event('change')); })()");
+  EXPECT_TRUE(becomes_true("document.getElementById('faults').textContent.includes('torque loss')"));
+  // Without forces again: none is shown.
+  value("document.getElementById('dynamics').click()");
+  EXPECT_TRUE(
+      becomes_true("document.getElementById('forces').hidden && !touchstoneStation.station.state.dynamics"));
 }
 
 }  // namespace

@@ -137,6 +137,7 @@ export class Panels {
     list(get('distances'), frame.distances.slice(0, 6).map(one => [nameOf(scene, one.b), metres(one.separation), one.separation <= 1e-6 ? 'now' : '']), 'nothing within 2 m');
     const kinds = ['', 'near', 'blocks'];
     const mine = frame.contacts.filter(one => one.method === method.index);
+    mine.sort((one, other) => length(other.force) - length(one.force));
     list(get('contacts'), mine.slice(0, 8).map(one => {
       const force = length(one.force);
       return [`${nameOf(scene, one.a)} – ${nameOf(scene, one.b)} ${kinds[one.kind]}`,
