@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iomanip>
 #include <iostream>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "touchstone/adapters/exact/exact.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/tests/support/random_solid.hpp"
 #include "touchstone/tests/world/near_spheres.hpp"
@@ -25,10 +29,88 @@ using Poses = std::array<Pose, kSolids>;
 
 struct Setting {
   ContactPolicy policy;
-  double pace;
+  bool is_cluster = false;  ///< see draw_cluster()
+  double pace = 0.0;
   std::vector<Hexahedron> solids;
   Poses X_WO;
 };
+
+/// A frustum or a block of which the upper face is drawn in, along each axis for itself, and moved aside.
+Hexahedron draw_sheared_solid(Random& random) {
+  const Vector3 half(random.uniform(0.2, 0.7), random.uniform(0.2, 0.7), random.uniform(0.1, 0.5));
+  const std::array<double, 2> taper{random.uniform(0.3, 1.0), random.uniform(0.3, 1.0)};
+  const std::array<double, 2> shift{random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4)};
+  std::array<Vector3, 8> v;
+  for (int i = 0; i < 8; ++i) {
+    const bool up = i & 1;
+    const double x = (i & 4 ? 1 : -1) * half.x(), y = (i & 2 ? 1 : -1) * half.y();
+    v[i] =
+        up ? Vector3(taper[0] * x + shift[0], taper[1] * y + shift[1], half.z()) : Vector3(x, y, -half.z());
+  }
+  return Hexahedron::from_vertices(v, WarpPolicy::accept);
+}
+
+/// Places solids one after the other in contact with one that stands already, as they turn up: edges across
+/// each other, a corner on a face, tilted. Who finds no place that is clear of all others stands alone.
+class ClusterBuilder {
+ public:
+  explicit ClusterBuilder(Setting& setting) : setting_(setting), native_(make_native()) {
+    native_->build(setting.solids);
+    query_.emplace(*native_, *native_, setting.solids.size());
+  }
+
+  void place(SolidIndex solid, Random& random) {
+    Pose& X = setting_.X_WO[solid];
+    for (int attempt = 0; attempt < 8 && !placed_.empty(); ++attempt) {
+      const SolidIndex other = placed_[random.below(static_cast<std::uint32_t>(placed_.size()))];
+      const Vector3 from = random.vector(1.0);
+      if (!(norm(from) > 0.1)) continue;
+      const Pose far =
+          RigidPath::by(setting_.X_WO[other], (4.0 / norm(from)) * from, random.vector(2.0)).to();
+      if (meet(solid, other, far, -4.0 / norm(from) * from, X) && is_clear(solid)) return keep(solid);
+    }
+    X = RigidPath::by(at(6.0 * solid, 0, 0), {0, 0, 0}, random.vector(2.0)).to();
+    keep(solid);
+  }
+
+ private:
+  void keep(SolidIndex solid) { placed_.push_back(solid); }
+  /// Where the solid that goes `by` from `far` meets the other one. @returns false: it does not.
+  bool meet(SolidIndex solid, SolidIndex other, const Pose& far, const Vector3& by, Pose& X) {
+    const RigidPath path = RigidPath::by(far, by, {0, 0, 0}), stands(setting_.X_WO[other]);
+    const MovingSolid a{&setting_.solids[solid], Pose{}, &path};
+    const MovingSolid b{&setting_.solids[other], Pose{}, &stands};
+    const bool is_first = solid < other;
+    query_->set_pair(is_first ? SolidPair{solid, other} : SolidPair{other, solid});
+    const Impact impact = find_impact(is_first ? a : b, is_first ? b : a, {kGap}, *query_);
+    if (impact.status != ImpactStatus::blocked) return false;
+    X = path.pose_at(impact.lo);
+    return true;
+  }
+  bool is_clear(SolidIndex solid) {
+    return std::all_of(placed_.begin(), placed_.end(), [&](SolidIndex other) {
+      const SolidPair pair{std::min(solid, other), std::max(solid, other)};
+      query_->set_pair(pair);
+      PairGeometry geometry{};
+      query_->separation(setting_.X_WO[pair.a], setting_.X_WO[pair.b], geometry);
+      return geometry.separation > 0.25 * kGap;
+    });
+  }
+
+  Setting& setting_;
+  std::unique_ptr<Narrowphase> native_;
+  std::optional<NarrowphaseQuery> query_;
+  std::vector<SolidIndex> placed_;
+};
+
+/// Solids of any shape in contacts of any direction, to be moved and turned whichever way.
+void draw_cluster(Random& random, Setting& setting) {
+  setting.is_cluster = true;
+  for (int i = 0; i < kSolids; ++i)
+    setting.solids.push_back(random.one_in(2) ? draw_sheared_solid(random) : random_solid(random, 1.0));
+  ClusterBuilder builder(setting);
+  for (int i = kSolids; i > 0; --i) builder.place(static_cast<SolidIndex>(i - 1), random);
+}
 
 Setting draw_setting(Random& random) {
   constexpr std::array kPolicies{ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide};
@@ -36,6 +118,10 @@ Setting draw_setting(Random& random) {
   Setting out;
   out.policy = kPolicies[random.below(3)];
   out.pace = kPaces[random.below(4)];
+  if (random.one_in(2)) {
+    draw_cluster(random, out);
+    return out;
+  }
   const double thin = random.one_in(3) ? 0.05 : 1.0;
   // Every fourth world starts with neighbours that overlap.
   const double spacing = random.one_in(4) ? 0.6 : 1.45;
@@ -108,9 +194,49 @@ class Judge {
   std::unique_ptr<Narrowphase::Workspace> workspace_;
 };
 
-std::vector<MotionCommand> draw_commands(const Crowd& crowd, Random& random, double pace) {
+/// Of each mover the way into one of its contacts, or zero.
+using Contacts = std::array<Vector3, kMovers>;
+
+Contacts contacts_in(const Crowd& crowd, const FrameReport& report) {
+  Contacts out;
+  out.fill(Vector3::Zero());
+  for (const ContactEvent& event : report.events)
+    for (int i = 0; i < kMovers; ++i) {
+      if (event.kind != EventKind::began && event.kind != EventKind::persists) continue;
+      if (!(norm(event.geometry_at_end.n_AB_W) > 0.5)) continue;
+      if (event.a == crowd.objects[i]) out[i] = event.geometry_at_end.n_AB_W;
+      if (event.b == crowd.objects[i]) out[i] = -event.geometry_at_end.n_AB_W;
+    }
+  return out;
+}
+
+/// Any way; or, where it is in contact, along that and a little into it, while it turns.
+MotionCommand draw_cluster_command(const Crowd& crowd, Random& random, int mover, const Vector3& into_W) {
+  const auto any_size = [&](double least, double most) {
+    return std::pow(10.0, random.uniform(least, most));
+  };
+  const ObjectHandle object = crowd.objects[mover];
+  if (into_W == Vector3::Zero() || random.one_in(4)) {
+    const double size = any_size(-2.5, 0.0);
+    const Vector3 home = -crowd.world->actual_pose(object).p;
+    const Vector3 by = random.vector(size) + (0.5 * size / (1.0 + norm(home))) * home;
+    return crowd.world->move_by(object, by, random.vector(any_size(-2.5, 0.5)));
+  }
+  const double size = any_size(-1.0, 0.2);
+  Vector3 by = random.vector(size);
+  by += (size * any_size(-3.0, -0.5) - dot(by, into_W)) * into_W;
+  return crowd.world->move_by(object, by, random.vector(any_size(-1.0, 0.3)));
+}
+
+std::vector<MotionCommand> draw_commands(const Crowd& crowd, Random& random, const Setting& setting,
+                                         const Contacts& contact_of) {
+  const double pace = setting.pace;
   std::vector<MotionCommand> commands;
   for (int i = 0; i < kMovers; ++i) {
+    if (setting.is_cluster) {
+      if (random.one_in(2)) commands.push_back(draw_cluster_command(crowd, random, i, contact_of[i]));
+      continue;
+    }
     const Vector3 home = -crowd.world->actual_pose(crowd.objects[i]).p;
     const Vector3 by = 0.4 * pace * (home + Vector3(0, 0, -1)) + random.vector(pace);
     Vector3 turn = random.vector(1.5 * pace);
@@ -182,10 +308,13 @@ void fly_world(Random& random, MotionFigures& figures) {
   figures.is_sampled = crowd.world->capabilities().check == MotionCheck::sampled;
   Flight flight(setting, figures);
   bool agrees = true;
+  Contacts contacts = contacts_in(crowd, crowd.world->frame({}));
+  twin.world->frame({});
   for (int frame = 0; frame < kFramesOfAWorld && figures.motions < figures.proof.motions; ++frame) {
-    std::vector<MotionCommand> commands = draw_commands(crowd, random, setting.pace);
+    std::vector<MotionCommand> commands = draw_commands(crowd, random, setting, contacts);
     const Poses before = crowd.poses();
     const FrameReport report = crowd.world->frame(commands);
+    contacts = contacts_in(crowd, report);
     ++figures.frames;
     figures.motions += commands.size();
     figures.blocked += report.blocked_movers;

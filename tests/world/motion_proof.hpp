@@ -36,9 +36,11 @@ struct MotionFigures {
   std::uint64_t violations() const { return actual_overlaps + path_overlaps + deepened + order_shows; }
 };
 
-/// Worlds of five movers in a trough, drawn anew every 25 frames: policy, pace (0.01 to 0.5 m and rad a
-/// frame; now and then a whole turn), thin or bulky solids, some that overlap at the start; and each with a
-/// twin that registered and commanded its objects the other way round.
+/// Worlds of five movers, drawn anew every 25 frames, each with a twin that registered and commanded its
+/// objects the other way round. Half of them are in a trough: policy, pace (0.01 to 0.5 m and rad a frame;
+/// now and then a whole turn), thin or bulky solids, some that overlap at the start. The others start in
+/// contacts of any direction, edges across each other, corners on faces, tilted, tapered and sheared solids;
+/// they are moved and turned any way, by 1e-3 to 1 m and rad a frame.
 MotionFigures prove_motions(const MotionProof& proof);
 
 void print_table(std::ostream& out, std::span<const MotionFigures> figures);
