@@ -1,20 +1,11 @@
 #include <pybind11/stl.h>
 
+#include "touchstone/adapters/all/all_engines.hpp"
 #include "touchstone/adapters/python/arrays.hpp"
 #include "touchstone/adapters/python/bindings.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/physics/engine/engine_registry.hpp"
 #ifdef TOUCHSTONE_HAS_DYNAMICS_FILES
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_BULLET_DYNAMICS
-#include "touchstone/adapters/bullet_dynamics/bullet_dynamics.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_ODE_DYNAMICS
-#include "touchstone/adapters/ode_dynamics/ode_dynamics.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_MUJOCO_DYNAMICS
-#include "touchstone/adapters/mujoco_dynamics/mujoco_dynamics.hpp"
 #endif
 
 namespace touchstone::python {
@@ -25,16 +16,7 @@ using namespace touchstone::physics;
 const EngineRegistry& engines() {
   static const EngineRegistry* const registry = [] {
     auto made = std::make_unique<EngineRegistry>();
-    register_own_engine(*made, backends());
-#ifdef TOUCHSTONE_HAS_BULLET_DYNAMICS
-    register_bullet_dynamics(*made);
-#endif
-#ifdef TOUCHSTONE_HAS_ODE_DYNAMICS
-    register_ode_dynamics(*made);
-#endif
-#ifdef TOUCHSTONE_HAS_MUJOCO_DYNAMICS
-    register_mujoco_dynamics(*made);
-#endif
+    register_all_engines(*made, backends());
     return made.release();
   }();
   return *registry;

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
+#include "touchstone/adapters/all/all_backends.hpp"
+#include "touchstone/adapters/all/all_engines.hpp"
 #include "touchstone/examples/dynamics_run/live_report.hpp"
 #include "touchstone/examples/dynamics_run/run.hpp"
 #include "touchstone/examples/dynamics_run/simulate.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
-#include "touchstone/examples/measures/all_engines.hpp"
 #include "touchstone/examples/program/bundled_folder.hpp"
 #include "touchstone/examples/program/choices.hpp"
 #include "touchstone/examples/program/program.hpp"
@@ -72,9 +72,9 @@ int run(int argc, char** argv) {
       parse_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "dynamics_run/scenes"));
   if (!options) return 0;
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   physics::EngineRegistry engines;
-  comparison::register_all_engines(engines, registry);
+  physics::register_all_engines(engines, registry);
   if (options->list) {
     print_list(*options, registry, engines);
     return 0;

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/adapters/all/if_built.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/engine_check/world.hpp"
-#include "touchstone/examples/measures/if_built.hpp"
 #include "touchstone/examples/program/engine_log.hpp"
 #include "touchstone/examples/program/interruption.hpp"
 #include "touchstone/examples/program/program.hpp"

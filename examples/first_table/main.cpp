@@ -8,9 +8,9 @@
 #include <thread>
 #include <vector>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/accuracy.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/measures/backend_run.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
 #include "touchstone/examples/program/text_table.hpp"

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/guarded_run/run.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/program/bundled_folder.hpp"
 #include "touchstone/examples/program/choices.hpp"
 #include "touchstone/examples/program/program.hpp"
@@ -44,7 +44,7 @@ int run(int argc, char** argv) {
   Options options;
   if (!parse(argc, argv, options)) return 0;
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   const std::vector<std::filesystem::path> files =
       comparison::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
   if (options.list) {

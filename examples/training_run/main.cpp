@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/examples/program/bundled_folder.hpp"
 #include "touchstone/examples/program/choices.hpp"
 #include "touchstone/examples/program/program.hpp"
@@ -28,7 +28,7 @@ int run(int argc, char** argv) {
       parse_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "training_run/scripts"));
   if (!options) return 0;
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   if (options->list) {
     print_list(*options, registry);
     return 0;

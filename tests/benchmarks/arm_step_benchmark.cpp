@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 
 // One frame of a contact world: the SSRMS-type arm (47 hexahedra) in a scene of 500, policy slide. Rows are
@@ -47,7 +47,7 @@ double seconds() {
 
 BackendRegistry make_registry() {
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   return registry;
 }
 
@@ -213,7 +213,7 @@ void register_runs(const std::string& backend, int frames) {
 
 int main(int argc, char** argv) {
   for (const auto& [backend, frames] : {std::pair{"native", 5000}, {"bullet", 1000}, {"exact", 500}})
-    if (touchstone::comparison::has_backend(backend)) touchstone::register_runs(backend, frames);
+    if (touchstone::has_backend(backend)) touchstone::register_runs(backend, frames);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

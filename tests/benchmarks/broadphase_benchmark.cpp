@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/broadphase/first_contact.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/threads/thread_team.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 
 // One frame of a broadphase: update(), with every object moved unless a row says else, then all of
 // find_pairs(). Counters hold the least time of a frame and of its parts [ms].
@@ -99,7 +99,7 @@ struct Frame {
   Frame(const std::string& name, int count, const Mix& wanted)
       : boxes(count, wanted), mix(wanted), team(static_cast<std::size_t>(wanted.threads)) {
     BackendRegistry registry;
-    comparison::register_all_backends(registry);
+    register_all_backends(registry);
     broadphase = registry.make_broadphase(name);
     broadphase->build({boxes.pointers, 0.0, boxes.is_static, mix.threads > 1 ? &team : nullptr});
     narrowphase = registry.make_narrowphase("native");
@@ -234,7 +234,7 @@ int main(int argc, char** argv) {
   touchstone::register_runs("native", 1000000);
   touchstone::register_native_runs();
   for (const auto& [engine, largest] : {std::pair{"bullet", 1000000}, {"ode", 100000}})
-    if (touchstone::comparison::has_backend(engine)) touchstone::register_runs(engine, largest);
+    if (touchstone::has_backend(engine)) touchstone::register_runs(engine, largest);
   touchstone::register_runs("brute_force", 1000);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;

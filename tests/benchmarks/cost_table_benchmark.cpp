@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "cost_table_families.hpp"
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/measures/random.hpp"
 
 // The cost of a pair, by family, query and backend, in one process: the table of the contact costs.
@@ -213,7 +213,7 @@ bool is_wanted(const Row& row, const std::vector<std::string>& arguments) {
 int main(int argc, char** argv) {
   using namespace touchstone;
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   for (const auto& entry : registry.narrowphases())
     std::printf("# %s: %s\n", entry.name.c_str(), entry.description.c_str());
   std::printf("# %-14s %-9s %-12s %-6s %35s %35s\n", "", "", "", "", "hot [ns]", "cold [ns]");

@@ -14,9 +14,9 @@
 #include <exception>
 #include <string_view>
 
+#include "touchstone/adapters/all/all_backends.hpp"
+#include "touchstone/adapters/all/all_engines.hpp"
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
-#include "touchstone/examples/measures/all_engines.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;
@@ -94,9 +94,9 @@ int main(int argc, char** argv) try {
     return 2;
   }
   BackendRegistry backends;
-  comparison::register_all_backends(backends);
+  register_all_backends(backends);
   EngineRegistry engines;
-  comparison::register_all_engines(engines, backends);
+  physics::register_all_engines(engines, backends);
   const DynamicScene scene = load_dynamic_scene(argv[1]);
   const std::string wanted = argc > 2 ? "," + std::string(argv[2]) + "," : "";
   const double seconds = argc > 3 ? std::atof(argv[3]) : 60.0;

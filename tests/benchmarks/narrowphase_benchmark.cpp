@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
 
 // A query over a shuffled pair family, whose data do not fit the first caches: one pair a call, as a batch,
@@ -20,7 +20,7 @@ constexpr std::size_t kPairs = 4096;
 BackendRegistry& registry() {
   static BackendRegistry* all = [] {
     auto* out = new BackendRegistry;
-    comparison::register_all_backends(*out);
+    register_all_backends(*out);
     return out;
   }();
   return *all;

@@ -7,13 +7,13 @@
 #include <cmath>
 #include <set>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/judge/upper_bound.hpp"
 #include "touchstone/examples/compare_backends/judge/verdict.hpp"
 #include "touchstone/examples/compare_backends/results/json_writer.hpp"
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
 #include "touchstone/tests/compare_backends/random_choices.hpp"
 

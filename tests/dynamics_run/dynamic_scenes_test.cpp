@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <numbers>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #include "touchstone/examples/dynamics_run/run.hpp"
 #include "touchstone/examples/dynamics_run/simulate.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone::dynamics {
 namespace {
@@ -40,7 +40,7 @@ const SceneAnswer& answer(const DynamicScene& scene, SceneAnswer::Figure figure,
 
 BackendRun run(const DynamicScene& scene, const std::string& backend) {
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   physics::EngineRegistry engines;
   register_own_engine(engines, registry);
   comparison::ProgressLine progress;
@@ -184,7 +184,7 @@ TEST(DynamicScenes, SlidesToAStopAndRestsAndBumps) {
 }
 
 TEST(DynamicScenes, MeetTheClosedFormsOverExactContactsToo) {
-  if (!comparison::has_backend("exact")) GTEST_SKIP() << "this build has no exact";
+  if (!has_backend("exact")) GTEST_SKIP() << "this build has no exact";
   for (const char* name : {"08_pushed_offset", "08_arm_pushes", "09_both_saturate", "bump_off_centre"})
     expect_met(name, "exact");
 }

@@ -4,8 +4,8 @@
 
 #include <cstdio>
 
-#include "touchstone/examples/measures/all_backends.hpp"
-#include "touchstone/examples/measures/all_engines.hpp"
+#include "touchstone/adapters/all/all_backends.hpp"
+#include "touchstone/adapters/all/all_engines.hpp"
 #include "touchstone/tests/engines/engine_scenes.hpp"
 
 // Shared by the suites over all engines: every engine with each of its checks.
@@ -17,7 +17,7 @@ inline constexpr double kStep = 1e-3;
 inline const BackendRegistry& backends() {
   static const BackendRegistry registry = [] {
     BackendRegistry out;
-    comparison::register_all_backends(out);
+    register_all_backends(out);
     return out;
   }();
   return registry;
@@ -26,7 +26,7 @@ inline const BackendRegistry& backends() {
 inline const physics::EngineRegistry& engines() {
   static const physics::EngineRegistry registry = [] {
     physics::EngineRegistry out;
-    comparison::register_all_engines(out, backends());
+    physics::register_all_engines(out, backends());
     return out;
   }();
   return registry;

@@ -4,9 +4,9 @@
 
 #include <string>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/guarded_run/run.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/tests/support/written_file.hpp"
 
 namespace touchstone::guarded {
@@ -16,7 +16,7 @@ const std::filesystem::path kScenes = TOUCHSTONE_GUARDED_SCENES;
 
 GuardedRun flown(const std::string& contacts, double duration) {
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   GuardedScene scene = load_guarded_scene(kScenes / "oru_pushed_home.yaml");
   scene.scene.scene.duration = duration;
   scene.scene.actions.clear();

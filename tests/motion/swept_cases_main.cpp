@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "swept_cases.hpp"
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone {
 namespace {
@@ -73,7 +73,7 @@ SweptCase swept_of(const json& entry) {
 
 bool run(const json& entries, const std::string& name) {
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   bool holds = true;
   std::cout << name << '\n';
   for (const json& entry : entries) {

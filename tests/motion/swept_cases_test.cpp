@@ -7,9 +7,9 @@
 #include <set>
 #include <vector>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone {
 namespace {
@@ -56,7 +56,7 @@ const std::map<std::string, std::vector<std::string>> kKnownViolations = {
 // `swept_cases`).
 TEST(SweptCases, EveryBackendIsHeldAgainstTheExactTimes) {
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   for (const BackendRegistry::NarrowphaseEntry& entry : registry.narrowphases()) {
     std::vector<std::string> violating;
     for (const SweptCase& swept : cases()) {

@@ -13,9 +13,9 @@
 #include <numbers>
 #include <set>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 
 namespace touchstone {
 namespace {
@@ -90,7 +90,7 @@ double scale_of(const Scene& scene) {
 
 Flight fly(const Scene& scene, const std::string& backend) {
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   auto narrowphase = registry.make_narrowphase(backend);
   const Narrowphase& checked = *narrowphase;
   SceneWorld flown(scene, std::move(narrowphase), registry.make_broadphase("native"));
@@ -292,7 +292,7 @@ TEST_P(FlownBackends, ScenesWithinWhatIsDeclared) {
   for (const Row& row : rows.rows) EXPECT_EQ(row.check, sampled ? MotionCheck::sampled : MotionCheck::proven);
 }
 
-INSTANTIATE_TEST_SUITE_P(AllBackends, FlownBackends, ::testing::ValuesIn(comparison::all_backend_names()),
+INSTANTIATE_TEST_SUITE_P(AllBackends, FlownBackends, ::testing::ValuesIn(all_backend_names()),
                          [](const auto& test) { return test.param; });
 
 }  // namespace

@@ -9,11 +9,11 @@
 #include <optional>
 #include <vector>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/adapters/exact/exact.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 #include "touchstone/tests/support/random_solid.hpp"
 #include "touchstone/tests/world/near_spheres.hpp"
 #include "world_fixture.hpp"
@@ -141,7 +141,7 @@ struct Crowd {
 
   Crowd(const Setting& setting, const MotionProof& proof, bool reversed) {
     BackendRegistry registry;
-    comparison::register_all_backends(registry);
+    register_all_backends(registry);
     world = std::make_unique<ContactWorld>(registry.make_narrowphase(proof.narrowphase),
                                            registry.make_broadphase(proof.broadphase), kGap);
     world->set_default_rule(rule(setting.policy));

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <iostream>
 
-#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/adapters/all/all_backends.hpp"
 
 namespace touchstone {
 namespace {
 
 std::vector<std::string> known(const std::vector<std::string>& wanted) {
-  const std::vector<std::string> all = comparison::all_backend_names();
+  const std::vector<std::string> all = all_backend_names();
   std::vector<std::string> out;
   for (const std::string& name : wanted)
     if (std::find(all.begin(), all.end(), name) != all.end()) out.push_back(name);
@@ -53,7 +53,7 @@ TEST(MotionProof, BroadphaseDoesNotShow) {
   const MotionFigures native = prove_motions({"native", "native", 600, 9});
   for (const char* name : {"brute_force", "bullet", "ode"}) {
     BackendRegistry registry;
-    comparison::register_all_backends(registry);
+    register_all_backends(registry);
     bool has = false;
     for (const BackendRegistry::BroadphaseEntry& entry : registry.broadphases()) has |= entry.name == name;
     if (!has) continue;

@@ -6,9 +6,9 @@
 #include <array>
 #include <iostream>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/examples/measures/all_backends.hpp"
 #include "world_fixture.hpp"
 
 namespace touchstone {
@@ -30,13 +30,13 @@ class Seams : public ::testing::TestWithParam<std::string> {
  protected:
   std::unique_ptr<ContactWorld> make() const {
     BackendRegistry registry;
-    comparison::register_all_backends(registry);
+    register_all_backends(registry);
     return std::make_unique<ContactWorld>(registry.make_narrowphase(GetParam()),
                                           registry.make_broadphase("native"), kGap);
   }
   double gap() const {
     BackendRegistry registry;
-    comparison::register_all_backends(registry);
+    register_all_backends(registry);
     const auto narrowphase = registry.make_narrowphase(GetParam());
     if (!gives_signed_distance(*narrowphase)) return kGap;
     return std::max(kGap, 4 * narrowphase->capabilities().resolution.at(3.0));
@@ -70,7 +70,7 @@ TEST_P(Seams, DoNotShowInASlide) {
 // in a hundred, straight or turning about the normal.
 TEST_P(Seams, SlidingParallelTakesAtMost16CallsAPair) {
   BackendRegistry registry;
-  comparison::register_all_backends(registry);
+  register_all_backends(registry);
   const double above = 2 * gap();
   int worst = 0, frames = 0;
   for (const int parts : {1, kParts}) {
@@ -108,7 +108,7 @@ TEST_P(Seams, SlidingParallelTakesAtMost16CallsAPair) {
 /// But for libccd_gjk: what is 1e-7 m apart is contact to it now and then (backend_suite's accuracy table),
 /// and this is about gaps of 1e-9 m.
 std::vector<std::string> exact_enough() {
-  std::vector<std::string> names = comparison::all_backend_names();
+  std::vector<std::string> names = all_backend_names();
   std::erase(names, "libccd_gjk");
   return names;
 }

@@ -1,6 +1,6 @@
 #include "touchstone/examples/compare_backends/cli/backends.hpp"
 
-#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/adapters/all/all_backends.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,16 +1,16 @@
-#include "touchstone/examples/measures/all_backends.hpp"
+#include "touchstone/adapters/all/all_backends.hpp"
 
 #include <algorithm>
 
+#include "touchstone/adapters/all/if_built.hpp"
 #include "touchstone/adapters/bullet/bullet.hpp"
 #include "touchstone/adapters/exact/exact.hpp"
 #include "touchstone/adapters/fcl/fcl.hpp"
 #include "touchstone/adapters/libccd/libccd.hpp"
 #include "touchstone/adapters/mujoco/mujoco.hpp"
 #include "touchstone/adapters/ode/ode.hpp"
-#include "touchstone/examples/measures/if_built.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone {
 namespace {
 
 constexpr BackendSource kSources[] = {
@@ -48,4 +48,4 @@ bool has_backend(std::string_view narrowphase) {
   return std::find(names.begin(), names.end(), narrowphase) != names.end();
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone

@@ -6,7 +6,7 @@
 
 #include "touchstone/contact_core/registry.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone {
 
 /// An adapter of narrowphases and broadphases that a build may lack.
 struct BackendSource {
@@ -27,4 +27,4 @@ std::vector<std::string> all_backend_names();
 /// True where this build has such a narrowphase.
 bool has_backend(std::string_view narrowphase);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone

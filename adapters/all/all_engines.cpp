@@ -1,18 +1,18 @@
-#include "touchstone/examples/measures/all_engines.hpp"
+#include "touchstone/adapters/all/all_engines.hpp"
 
+#include "touchstone/adapters/all/if_built.hpp"
 #include "touchstone/adapters/bullet_dynamics/bullet_dynamics.hpp"
 #include "touchstone/adapters/mujoco_dynamics/mujoco_dynamics.hpp"
 #include "touchstone/adapters/ode_dynamics/ode_dynamics.hpp"
-#include "touchstone/examples/measures/if_built.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::physics {
 namespace {
 
 /// An adapter of a dynamics engine that a build may lack.
 struct EngineSource {
   const char* engine;
-  void (*register_in)(physics::EngineRegistry&);  // null: not in this build
-  const char* missing;                            // why, where it is not
+  void (*register_in)(EngineRegistry&);  // null: not in this build
+  const char* missing;                   // why, where it is not
 };
 
 constexpr EngineSource kSources[] = {
@@ -26,7 +26,7 @@ constexpr EngineSource kSources[] = {
 
 }  // namespace
 
-void register_all_engines(physics::EngineRegistry& registry, const BackendRegistry& backends) {
+void register_all_engines(EngineRegistry& registry, const BackendRegistry& backends) {
   register_own_engine(registry, backends);
   for (const EngineSource& source : kSources) {
     if (source.register_in != nullptr)
@@ -36,4 +36,4 @@ void register_all_engines(physics::EngineRegistry& registry, const BackendRegist
   }
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::physics
