@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::physics::bullet_dynamics {
@@ -162,7 +162,7 @@ double BodyJoint::rate() const {
 double BodyJoint::torque() const {
   if (!constraint_) return 0.0;
   if (drive_.mode == JointDrive::Mode::torque) return drive_.torque;
-  return std::numeric_limits<double>::quiet_NaN();  // Bullet sums it with what the joint holds
+  return kNaN;  // Bullet sums it with what the joint holds
 }
 
 }  // namespace touchstone::physics::bullet_dynamics

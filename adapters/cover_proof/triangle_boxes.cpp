@@ -1,4 +1,5 @@
 #include "touchstone/adapters/cover_proof/triangle_boxes.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -84,7 +85,7 @@ double TriangleBoxes::squared_distance(const Vector3& p, std::uint32_t triangle)
 }
 
 double TriangleBoxes::nearest(const Vector3& p, std::uint32_t& triangle) const {
-  double best = std::numeric_limits<double>::infinity();
+  double best = kInfinity;
   if (!order_.empty()) nearest(0, p, best, triangle);
   return best;
 }

@@ -6,6 +6,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #ifdef TOUCHSTONE_HAS_DYNAMICS_FILES
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #endif
 
 namespace touchstone::python {
@@ -193,7 +194,7 @@ py::array poses_of(Run& self) {
 template <class Ask>
 py::array velocities_of(Run& self, Ask ask) {
   Doubles made({static_cast<py::ssize_t>(self.object_count()), py::ssize_t{3}});
-  const Vector3 nothing = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  const Vector3 nothing = Vector3::Constant(kNaN);
   for (std::size_t i = 0; i < self.object_count(); ++i) {
     const Vector3 v = ask(self.get(), i).value_or(nothing);
     std::copy_n(v.data(), 3, made.mutable_data() + 3 * i);

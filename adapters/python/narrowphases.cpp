@@ -17,6 +17,7 @@
 #endif
 #ifdef TOUCHSTONE_HAS_PROCESS_ENGINE
 #include "touchstone/adapters/process_engine/process_engine.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #endif
 
 namespace touchstone::python {
@@ -40,7 +41,7 @@ NarrowphaseOutput Answers::output() {
 
 void Answers::clear_unused_points() {
   if (!points_) return;
-  const Vector3 nowhere = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  const Vector3 nowhere = Vector3::Constant(kNaN);
   const ContactPoint unused{nowhere, nowhere, nowhere.x(), 0};
   for (std::size_t i = 0; i < count_; ++i) {
     ContactPoint* const slots = points_.get() + i * static_cast<std::size_t>(slots_);
@@ -381,8 +382,6 @@ void bind_loading(py::module_& module) {
 #endif
   static_cast<void>(module);
 }
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 

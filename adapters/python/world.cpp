@@ -4,6 +4,7 @@
 
 #include "touchstone/adapters/python/arrays.hpp"
 #include "touchstone/adapters/python/bindings.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/registry.hpp"
 
@@ -231,11 +232,8 @@ void bind_parts(py::module_& module) {
                  effort};
            }),
            py::arg("name"), py::arg("kind"), py::arg("parent"), py::arg("child"),
-           py::arg("X_PJ") = py::none(), py::arg("axis") = py::none(),
-           py::arg("lower") = -std::numeric_limits<double>::infinity(),
-           py::arg("upper") = std::numeric_limits<double>::infinity(),
-           py::arg("rate") = std::numeric_limits<double>::infinity(),
-           py::arg("effort") = std::numeric_limits<double>::infinity(),
+           py::arg("X_PJ") = py::none(), py::arg("axis") = py::none(), py::arg("lower") = -kInfinity,
+           py::arg("upper") = kInfinity, py::arg("rate") = kInfinity, py::arg("effort") = kInfinity,
            "kind: 'fixed', 'revolute' [rad] or 'prismatic' [m]. X_PJ: the joint's frame in the parent; axis: "
            "(3,) "
            "unit, in it.")

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -26,8 +26,7 @@ struct Extent {
 };
 
 Extent extent(const std::vector<Vector3>& vertices, const Matrix3& R) {
-  Extent out{Vector3::Constant(std::numeric_limits<double>::infinity()),
-             Vector3::Constant(-std::numeric_limits<double>::infinity())};
+  Extent out{Vector3::Constant(kInfinity), Vector3::Constant(-kInfinity)};
   for (const Vector3& v : vertices) {
     const Vector3 p = rotate_back(R, v);
     out.low = out.low.cwiseMin(p);
@@ -65,7 +64,7 @@ std::vector<Point2> hull_of(std::vector<Point2> points) {
 /// The direction of the hull's edge along which the rectangle around it is least.
 Point2 best_edge(const std::vector<Point2>& hull) {
   Point2 best{1.0, 0.0};
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   // Long outlines are judged by every n-th edge: the search only has to find a good box.
   const std::size_t every = 1 + hull.size() / 500;
   for (std::size_t i = 0; i < hull.size(); i += every) {
@@ -188,7 +187,7 @@ double error_bound(const TriangleMesh& mesh, const PlacedHexahedron& box) {
       for (int k = 0; k < cells[2]; ++k) {
         const Vector3 centre = Vector3(i + 0.5, j + 0.5, k + 0.5).cwiseProduct(cell) - half;
         const Vector3 p = transform(box.X_OS, centre);
-        double nearest = std::numeric_limits<double>::infinity();
+        double nearest = kInfinity;
         for (const auto& t : triangles) nearest = std::min(nearest, distance(p, t));
         farthest = std::max(farthest, nearest);
       }

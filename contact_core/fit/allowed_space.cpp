@@ -1,8 +1,8 @@
 #include "touchstone/contact_core/fit/allowed_space.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace touchstone::fit {
@@ -11,7 +11,7 @@ namespace {
 constexpr double kRoot3 = 1.7320508075688772;
 constexpr double kLeaf = 1.0 / 12.0;   // half a leaf's width, of the limit
 constexpr double kSlack = 1.0 / 32.0;  // a face stops so much of the limit before a point
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNever = kInfinity;
 
 bool touches(const Bounds& box, const Vector3& centre, double half) {
   return ((box.low - centre).array() <= half).all() && ((centre - box.high).array() <= half).all();

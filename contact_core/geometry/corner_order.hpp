@@ -2,8 +2,8 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/face_plane.hpp"
 
 /// @file
@@ -38,8 +38,8 @@ bool fits_hull(const HullEdges& hull, const CornerOrder& order);
 /// The cube that bends least among those that fit the hull.
 struct FlattestOrder {
   CornerOrder order{};
-  double bend = std::numeric_limits<double>::infinity();       ///< infinite: none fits
-  double next_bend = std::numeric_limits<double>::infinity();  ///< of the cube that bends least but for it
+  double bend = kInfinity;       ///< infinite: none fits
+  double next_bend = kInfinity;  ///< of the cube that bends least but for it
 };
 
 /// Point 0 becomes vertex 0, or, where the order would be mirrored, vertex 4.

@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 #include "touchstone/contact_core/scene/scene.hpp"
 
@@ -45,11 +45,11 @@ struct JointDescription {
   std::string parent;
   std::string child;
   Pose X_PJ = {};
-  Vector3 axis_J = Vector3::UnitZ();                        ///< unit; not read if fixed
-  double lower = -std::numeric_limits<double>::infinity();  ///< [rad] or [m]
-  double upper = std::numeric_limits<double>::infinity();
-  double rate = std::numeric_limits<double>::infinity();    ///< largest |dq/dt| [rad/s] or [m/s], >= 0
-  double effort = std::numeric_limits<double>::infinity();  ///< largest torque [N m] or force [N], >= 0
+  Vector3 axis_J = Vector3::UnitZ();  ///< unit; not read if fixed
+  double lower = -kInfinity;          ///< [rad] or [m]
+  double upper = kInfinity;
+  double rate = kInfinity;    ///< largest |dq/dt| [rad/s] or [m/s], >= 0
+  double effort = kInfinity;  ///< largest torque [N m] or force [N], >= 0
 };
 
 /// A mechanism as plain data, nothing checked: what Mechanism is made from.

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 // The point closest to a given one that fulfils linear inequalities, in N dimensions of which any number may
 // be unused (zero throughout): dual active set (Goldfarb, Idnani 1983). Ties fall to the first row.
@@ -139,14 +140,14 @@ struct ClosestPoint {
       const auto r = span.solve(coefficient);
       const double square = row_product(z, z);
       const double lacking = -(row_product(rows.g[p], s.x) + rows.slack[p]);
-      double longest = std::numeric_limits<double>::infinity();
+      double longest = kInfinity;
       int blocking = -1;
       for (int k = 0; k < s.count; ++k)
         if (r[k] > 0.0 && s.multiplier[k] / r[k] < longest) longest = s.multiplier[k] / r[k], blocking = k;
       const bool free = s.count < N && square > kDependent * kDependent;
-      const double whole = free ? std::max(lacking, 0.0) / square : std::numeric_limits<double>::infinity();
+      const double whole = free ? std::max(lacking, 0.0) / square : kInfinity;
       const double step = std::min(longest, whole);
-      if (!(step < std::numeric_limits<double>::infinity())) return false;
+      if (!(step < kInfinity)) return false;
       if (free)
         for (int i = 0; i < N; ++i) s.x[i] += step * z[i];
       for (int k = 0; k < s.count; ++k) s.multiplier[k] = std::max(s.multiplier[k] - step * r[k], 0.0);

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <string_view>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/motion/path.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
@@ -25,7 +25,7 @@ struct MovingSolid {
   std::uint32_t body = 0;
   double stop = 1.0;  ///< the body goes no further than this s and rests there
   /// No point of the solid goes faster than this anywhere on the path [m per unit of s].
-  double travel = std::numeric_limits<double>::infinity();
+  double travel = kInfinity;
   PathViews* views = nullptr;  ///< of a mechanism's path; null: none
   /// Where it is at s = 0, bit for bit what path and pose would give there; both or none, which is null.
   const Pose* X_WS_at_start = nullptr;
@@ -69,9 +69,9 @@ struct Impact {
   double hi = 1.0;          ///< beyond this s the pair is below the threshold, as far as is known; lo <= hi
   bool is_far = false;      ///< from the last query on it stays further away than asked about
   PairGeometry geometry{};  ///< at lo; where is_far, or not asked at the end, at the last query
-  double start_separation = 0;                                        ///< at s = 0
-  bool starts_overlapping = false;                                    ///< there, as the backend says
-  double least_separation = std::numeric_limits<double>::infinity();  ///< queried on [0, lo]
+  double start_separation = 0;          ///< at s = 0
+  bool starts_overlapping = false;      ///< there, as the backend says
+  double least_separation = kInfinity;  ///< queried on [0, lo]
   int queries = 0;
 };
 
@@ -103,7 +103,6 @@ inline constexpr int kImpactIterations = 256;
 /// the query before.
 /// @pre rule.gap > 0.
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
-                   double interest = std::numeric_limits<double>::infinity(), double until = 1.0,
-                   bool ask_at_end = true) noexcept;
+                   double interest = kInfinity, double until = 1.0, bool ask_at_end = true) noexcept;
 
 }  // namespace touchstone

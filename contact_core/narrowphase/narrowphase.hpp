@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <string_view>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 
@@ -80,7 +80,7 @@ struct Query {
   QueryKind kind = QueryKind::overlap;
   /// Pairs further apart than this [m] are `separated` with separation +inf (never a bound) and NaN
   /// elsewhere.
-  double max_separation = std::numeric_limits<double>::infinity();
+  double max_separation = kInfinity;
   /// Slots per pair in NarrowphaseOutput::points, 1 to kMaxManifoldPoints; manifold only.
   int max_points = kMaxManifoldPoints;
   /// Points further apart than this [m], and than the pair, are not in the manifold; see above. Infinite: the

@@ -1,15 +1,14 @@
 #pragma once
 
-#include <limits>
-
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
 
 /// Nothing but a separation [m], NaN where that is not known either: no normal, no witness points, no
 /// manifold.
-inline PairGeometry no_geometry(double separation = std::numeric_limits<double>::quiet_NaN()) {
-  const Vector3 unknown = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+inline PairGeometry no_geometry(double separation = kNaN) {
+  const Vector3 unknown = Vector3::Constant(kNaN);
   return {separation, unknown, unknown, unknown, 0};
 }
 

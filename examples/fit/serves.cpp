@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -122,7 +123,7 @@ ServedFlight fly_scene(const ServesRequest& request, const Fit& fit) {
       scene.rules.push_back({request.object, scene.objects[i].tree.name(), {}, request.margin, {}, {}});
   SceneWorld world(scene, make_native(), make_native_broadphase());
   ServedFlight flight;
-  flight.least_clearance = std::numeric_limits<double>::infinity();
+  flight.least_clearance = kInfinity;
   Sweep sweep(scene, target);
   sweep.add(world);
   std::vector<double> times;

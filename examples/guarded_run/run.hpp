@@ -1,12 +1,12 @@
 #pragma once
 
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "touchstone/adapters/scene_files/guard_file.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/examples/measures/quantiles.hpp"
 #include "touchstone/examples/program/progress.hpp"
@@ -37,7 +37,7 @@ struct GuardedRun {
   std::size_t driven_back = 0;  ///< of them, against where it was asked to go
   std::size_t merged = 0;       ///< pairs and steps, by `exact` where it is built, on what is shown
   std::string judge;
-  double least_separation = std::numeric_limits<double>::infinity();  ///< shown [m]
+  double least_separation = kInfinity;  ///< shown [m]
   double linear = 0.0;  ///< momentum of cuts that impulses and standing do not explain, the largest [N s]
   double energy = 0.0;  ///< that cuts took, sum [J]; below 0: they gave it
   double way = 0.0;     ///< farthest that anything was held back in a step [m]

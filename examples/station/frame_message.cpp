@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 
 namespace touchstone::station {
@@ -107,7 +107,7 @@ void write_header(const Session& session, const FrameFacts& facts, std::size_t c
   out.put(static_cast<std::uint16_t>(kFrameHeader));
   out.put(session.frame());
   out.put(session.time());
-  out.put(facts.has_input ? facts.input.browser_us : std::numeric_limits<double>::quiet_NaN());
+  out.put(facts.has_input ? facts.input.browser_us : kNaN);
   out.put(facts.input.received_us);
   out.put(facts.started_us);
   out.put(facts.decided_us);

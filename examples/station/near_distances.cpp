@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 
 namespace touchstone::station {
 namespace {
-
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 std::size_t largest_tree(const SceneInstance& instance) {
   std::size_t most = 0;
@@ -52,7 +51,7 @@ NearDistance NearDistances::nearest(std::uint32_t a, std::uint32_t b) noexcept {
       {std::span(status_).first(pairs_.size()), std::span(geometry_).first(pairs_.size()), {}}, *workspace_);
   NearDistance out;
   out.object = b;
-  out.separation = kInfinite;
+  out.separation = kInfinity;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     if (!(geometry_[i].separation < out.separation)) continue;
     out.separation = geometry_[i].separation;
@@ -86,13 +85,13 @@ void NearDistances::find(std::uint32_t object, std::span<const Pose> X_WO,
         setting_->arm_of(object) != nullptr && setting_->arm_of(other) == setting_->arm_of(object);
     if (moves_along(other) || is_own || !formation.is_on[other]) continue;
     NearDistance least;
-    least.separation = kInfinite;
+    least.separation = kInfinity;
     for (std::uint32_t mine = 0; mine < count; ++mine) {
       if (!moves_along(mine) || !spheres_are_near(mine, other)) continue;
       const NearDistance found = nearest(mine, other);
       if (found.separation < least.separation) least = found;
     }
-    if (least.separation < kInfinite) found_[count_++] = least;
+    if (least.separation < kInfinity) found_[count_++] = least;
   }
   std::sort(found_.begin(), found_.begin() + static_cast<std::ptrdiff_t>(count_),
             [](const NearDistance& a, const NearDistance& b) {

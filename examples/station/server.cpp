@@ -7,11 +7,11 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstring>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <thread>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/station/frame_message.hpp"
 #include "touchstone/examples/station/page_client.hpp"
@@ -302,7 +302,7 @@ void Server::State::take_datagram(std::size_t bytes) {
   figures.datagrams.fetch_add(1, std::memory_order_relaxed);
   message.hand = {{axes[0], axes[1], axes[2]}, {axes[3], axes[4], axes[5]}, axes[6]};
   message.stamp.client = kDatagramClient;
-  message.stamp.browser_us = std::numeric_limits<double>::quiet_NaN();
+  message.stamp.browser_us = kNaN;
   message.stamp.received_us = station_us();
   host.take_hand(kDatagramClient, message);
 }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/json.hpp"
@@ -17,8 +18,6 @@ using nlohmann::json;
 using training::Action;
 using training::kNone;
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
 json numbers(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 json attitude(const Matrix3& R) {
@@ -27,7 +26,7 @@ json attitude(const Matrix3& R) {
 }
 
 /// JSON has no infinity: null stands for no limit.
-json limit(double value) { return std::abs(value) < kInfinite ? json(value) : json(nullptr); }
+json limit(double value) { return std::abs(value) < kInfinity ? json(value) : json(nullptr); }
 
 json objects_json(const StationScene& scene) {
   json out = json::array();

@@ -1,8 +1,8 @@
 #include "touchstone/examples/training_run/hand.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace touchstone::training {
 namespace {
@@ -72,7 +72,7 @@ bool ArmHand::limit(std::span<const double> q, double duration, std::span<double
 void ArmHand::resolve(std::span<const double> q, const HandRates& rates, double duration,
                       std::span<double> next) noexcept {
   std::copy(q.begin(), q.end(), next.begin());
-  double left = std::numeric_limits<double>::infinity();
+  double left = kInfinity;
   bool limited = false, damped = false;
   for (int i = 0; i < kResolveSteps && !limited; ++i) {
     const Pose now = pose_at(next);

@@ -6,6 +6,7 @@
 
 #include "touchstone/adapters/exact/exact.hpp"
 #include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/mechanism/mechanism_path.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
@@ -485,7 +486,7 @@ std::vector<SeparationPoint> Judge::separations(const FlightLog& log, std::size_
         order.emplace_back(distance_of_boxes(solids[pair.a], solids[pair.b]), i);
     }
     std::sort(order.begin(), order.end());
-    double least = std::numeric_limits<double>::infinity();
+    double least = kInfinity;
     for (const auto& [bound, i] : order) {
       if (bound > least) break;
       const SolidPair& pair = s.setting.pairs()[i];

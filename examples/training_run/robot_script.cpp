@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::training {
@@ -63,7 +63,7 @@ std::vector<double> start_values(const Mechanism& robot) {
 
 /// How far a ball is from the other links' hexahedra, by their balls [m].
 double clearance(const Mechanism& robot, std::uint32_t end, std::span<const Pose> X_WL, const Sphere& ball) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (std::uint32_t i = 0; i < robot.solids().size(); ++i) {
     if (robot.link_of(i) == end) continue;
     const Sphere& solid = robot.solids()[i].bounding_sphere();
@@ -76,7 +76,7 @@ double clearance(const Mechanism& robot, std::uint32_t end, std::span<const Pose
 /// Where the link's middle goes, and how fast its joint takes it there at most [m/s].
 struct Approach {
   Vector3 direction = Vector3::UnitZ();
-  double speed = std::numeric_limits<double>::infinity();
+  double speed = kInfinity;
 };
 
 /// Of the directions in which one of its joints takes the link's middle, the one in which a block
@@ -84,7 +84,7 @@ struct Approach {
 Approach freest_approach(const Mechanism& robot, std::uint32_t end, std::span<const Pose> X_WL,
                          const Sphere& at_end, double away, double block_radius) {
   Approach best;
-  double freest = -std::numeric_limits<double>::infinity();
+  double freest = -kInfinity;
   for (const std::uint32_t index : robot.chain(end)) {
     const Mechanism::Joint& joint = robot.joints()[index];
     if (joint.value == Mechanism::kNone) continue;

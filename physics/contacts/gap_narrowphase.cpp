@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::physics {
@@ -11,8 +11,8 @@ namespace {
 
 /// The answer about a pair beyond max_separation.
 PairGeometry far_apart() {
-  const Vector3 none = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
-  return {std::numeric_limits<double>::infinity(), none, none, none, 0};
+  const Vector3 none = Vector3::Constant(kNaN);
+  return {kInfinity, none, none, none, 0};
 }
 
 }  // namespace

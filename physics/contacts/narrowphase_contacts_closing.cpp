@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <span>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/motion/advancement.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
@@ -100,7 +100,7 @@ double NarrowphaseContacts::clear_time(const SolidPair& pair, const PairGeometry
     return moved(touchstone::transform(poses_[solid], sphere.centre), part.p_W, part.v_W, part.w_W, t);
   };
   const double speed = closing_speed(pair, geometry.n_AB_W, centre_of(pair.a), centre_of(pair.b));
-  if (!(speed > 0.0) || !std::isfinite(geometry.separation)) return std::numeric_limits<double>::infinity();
+  if (!(speed > 0.0) || !std::isfinite(geometry.separation)) return kInfinity;
   return (geometry.separation - 0.5 * margin_) / speed;
 }
 

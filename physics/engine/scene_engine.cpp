@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
@@ -252,7 +252,7 @@ void SceneEngine::finish_contact(EngineContact& contact) const {
   contact.side_b = bodies_.bodies()[root_[b]].kind;
   contact.kinematic_v_A_W = told_velocity(root_[a], contact.p_W);
   contact.kinematic_v_B_W = told_velocity(root_[b], contact.p_W);
-  contact.impact_W = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  contact.impact_W = Vector3::Constant(kNaN);
 }
 
 Pose SceneEngine::object_pose(std::size_t object) const {

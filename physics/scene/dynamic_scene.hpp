@@ -3,12 +3,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 #include "touchstone/contact_core/scene/scene.hpp"
 #include "touchstone/physics/bodies/inertia.hpp"
@@ -64,10 +64,10 @@ struct SceneJoint {
   Vector3 axis_W = Vector3::UnitZ();  ///< unit; the child turns or shifts about or along it, the parent held
   double value = 0.0;                 ///< of the joint in the initial poses [rad] or [m]
   double rate = 0.0;                  ///< at the start [rad/s] or [m/s]
-  double lower = -std::numeric_limits<double>::infinity();
-  double upper = std::numeric_limits<double>::infinity();
-  double most_rate = std::numeric_limits<double>::infinity();  ///< of commanded rates
-  double effort = std::numeric_limits<double>::infinity();     ///< most that a drive gives [N m] or [N]
+  double lower = -kInfinity;
+  double upper = kInfinity;
+  double most_rate = kInfinity;  ///< of commanded rates
+  double effort = kInfinity;     ///< most that a drive gives [N m] or [N]
   SceneDrive drive = {};
   JointLosses losses = {};
   double rotor = 0.0;  ///< inertia of what turns with the joint alone, as it sees it [kg m2] or [kg]
@@ -83,9 +83,9 @@ struct SceneBodyJoint {
   std::size_t child = kNoObject;      ///< object
   Vector3 p_W = Vector3::Zero();      ///< its origin, a point of the axis [m]
   Vector3 axis_W = Vector3::UnitZ();  ///< unit; of hinges and sliders. Their value is 0 there
-  double lower = -std::numeric_limits<double>::infinity();  ///< [rad] or [m]
-  double upper = std::numeric_limits<double>::infinity();
-  double effort = std::numeric_limits<double>::infinity();  ///< most that a drive gives [N m] or [N]
+  double lower = -kInfinity;          ///< [rad] or [m]
+  double upper = kInfinity;
+  double effort = kInfinity;  ///< most that a drive gives [N m] or [N]
   SceneDrive drive = {};
   JointLosses losses = {};
   bool is_on = true;  ///< it holds from the start; an action may join them later, as they then stand
@@ -175,7 +175,7 @@ struct SceneAccept {
   double angle = 1e-3;        ///< the same [rad]
   double energy_made = 1e-3;  ///< as a share of the largest energy seen
   /// Of the fastest point at the end [m/s]; infinite: nothing is to be at rest.
-  double rest = std::numeric_limits<double>::infinity();
+  double rest = kInfinity;
 };
 
 /// A scene and all that its dynamics need, nothing checked: see validate().
@@ -199,7 +199,7 @@ struct DynamicScene {
   double push_out = 0.0;                ///< see DynamicsWorld::Settings [1/s]
   double part_speed = 0.05;             ///< the same [m/s]
   /// The same [m/s], [s]: what has been slower for so long sleeps. Infinite: nothing does.
-  double sleep_speed = 1e-3, sleep_time = std::numeric_limits<double>::infinity();
+  double sleep_speed = 1e-3, sleep_time = kInfinity;
   std::vector<SceneLatchOption> latch_options = {};
 
   std::uint64_t step_count() const;

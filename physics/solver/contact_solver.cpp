@@ -1,9 +1,9 @@
 #include "touchstone/physics/solver/contact_solver.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace touchstone::physics {
 namespace {
@@ -72,7 +72,7 @@ double ContactSolver::newton(bool with_line_search) {
   work_ += newton_.work() + scaled_.work();
   if (!is_found) return before;
   const int halvings = with_line_search ? 6 : 1;
-  double best = std::numeric_limits<double>::infinity();
+  double best = kInfinity;
   double factor = 1.0, best_factor = 0.0;
   for (int i = 0; i < halvings; ++i, factor *= 0.5) {
     for (std::size_t k = 0; k < y_.size(); ++k) trial_[k] = y_[k] + factor * step_[k];
@@ -87,7 +87,7 @@ double ContactSolver::newton(bool with_line_search) {
 
 /// Newton's steps from y_ as long as they help. @return whether the best found is good enough.
 bool ContactSolver::polish(int steps) {
-  double last = std::numeric_limits<double>::infinity();
+  double last = kInfinity;
   for (int i = 0; i < steps; ++i) {
     const double residual = newton(false);
     if (keep_better(residual)) return true;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
 
@@ -487,7 +487,7 @@ void ConvexContacts::go_along(double along) {
 /// Of V, for the anchor and slips as they are, by a step at least; u_ and gamma_ are those of V in the end,
 /// impulses_ make it.
 ConvexContacts::Outcome ConvexContacts::minimise(double tolerance, WorkBudget& budget, int most_steps) {
-  double last = std::numeric_limits<double>::infinity();
+  double last = kInfinity;
   find_velocities(V_, u_, true);
   for (int i = 0;; ++i) {
     project(u_);

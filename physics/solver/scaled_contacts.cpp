@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
 
 namespace touchstone::physics {
@@ -31,7 +31,7 @@ void ScaledProblem::load(const ContactProblem& problem, std::span<const double> 
   bounds_.assign(problem.bounds.begin(), problem.bounds.end());
   const auto scale_block = [&](std::size_t row, std::size_t size) {
     const double w = block_scale(problem.W, n, row, size);
-    const double scale = std::isfinite(w) ? 1.0 / std::sqrt(w) : std::numeric_limits<double>::quiet_NaN();
+    const double scale = std::isfinite(w) ? 1.0 / std::sqrt(w) : kNaN;
     for (std::size_t i = row; i < row + size; ++i) scale_[i] = w <= 0.0 ? 0.0 : scale;
   };
   for (std::size_t c = 0; c < problem.contacts; ++c) scale_block(3 * c, 3);

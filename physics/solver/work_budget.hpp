@@ -1,7 +1,8 @@
 #pragma once
 
 #include <chrono>
-#include <limits>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 /// @file
 /// How much work a step may take.
@@ -12,7 +13,7 @@ namespace touchstone::physics {
 /// every machine; or, where a time is set, ends by the clock, which it does not.
 class WorkBudget {
  public:
-  static constexpr double kNoEnd = std::numeric_limits<double>::infinity();
+  static constexpr double kNoEnd = kInfinity;
 
   /// @param multiplications left from now on. @param microseconds of this process's steady clock.
   void start(double multiplications, double microseconds = kNoEnd) {

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <random>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/backend_suite/suite.hpp"
 
 // A pose that is none gives no number: its pair has failed, and the batch's other pairs do not notice.
@@ -116,11 +116,10 @@ void expect_only_failed(const Narrowphase& narrowphase, const Batch& bad, std::s
 }
 
 TEST_P(BadPoseSuite, NoNumberFromAPoseThatIsNone) {
-  constexpr double kInf = std::numeric_limits<double>::infinity();
   const Batch batch = mixed_batch(19);
   narrowphase->build(batch.solids);
   for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold}) {
-    for (const double limit : {0.0, kInf}) {
+    for (const double limit : {0.0, kInfinity}) {
       const Query query{.kind = kind, .max_separation = limit};
       std::vector<PairCacheEntry> cache(batch.pairs.size());
       Answers good;
@@ -130,7 +129,8 @@ TEST_P(BadPoseSuite, NoNumberFromAPoseThatIsNone) {
                                   std::size_t{17}, std::size_t{18}}) {
         for (int which = 0; which < 12; ++which) {
           for (const SolidIndex solid : {batch.pairs[i].a, batch.pairs[i].b}) {
-            const double value = std::array{double(NAN), kInf, double(NAN), -kInf}[(which + i + solid) % 4];
+            const double value =
+                std::array{double(NAN), kInfinity, double(NAN), -kInfinity}[(which + i + solid) % 4];
             Batch bad = batch;
             entry(bad.poses[solid], which) = value;
             SCOPED_TRACE(std::string(to_string(kind)) + " up to " + std::to_string(limit) + ", pair " +

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/surface_measure.hpp"
 #include "touchstone/tests/backend_suite/accuracy_table.hpp"
 #include "touchstone/tests/backend_suite/suite.hpp"
@@ -10,8 +10,6 @@
 
 namespace touchstone::suite {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 struct Case {
   std::string what;
@@ -76,7 +74,7 @@ class ManifoldSuite : public testing::TestWithParam<std::string> {
 TEST_P(ManifoldSuite, HasNoPointBeyondItsLimit) {
   if (!narrowphase->capabilities().manifold) return;
   for (const Case& c : cases()) {
-    for (const double limit : {0.0, 1e-9, 1e-4, 0.05, kInf}) {
+    for (const double limit : {0.0, 1e-9, 1e-4, 0.05, kInfinity}) {
       for (const int max_points : {kMaxManifoldPoints, 3}) {
         SCOPED_TRACE(c.what + " limit " + std::to_string(limit));
         const Answer answer = ask_manifold(c, limit, max_points);
@@ -104,7 +102,7 @@ TEST_P(ManifoldSuite, HasTheDeepestPointWithThePairsSeparation) {
   if (!narrowphase->capabilities().manifold) return;
   const bool is_ours = GetParam() == "native" || GetParam() == "exact";
   for (const Case& c : cases()) {
-    for (const double limit : {0.0, 1e-4, kInf}) {
+    for (const double limit : {0.0, 1e-4, kInfinity}) {
       for (const int max_points : {kMaxManifoldPoints, 3, 1}) {
         SCOPED_TRACE(c.what + " limit " + std::to_string(limit));
         const Answer answer = ask_manifold(c, limit, max_points);
@@ -118,7 +116,7 @@ TEST_P(ManifoldSuite, HasTheDeepestPointWithThePairsSeparation) {
         }
         ASSERT_GE(answer.points.size(), 1u);
         ASSERT_LE(static_cast<int>(answer.points.size()), max_points);
-        double deepest = kInf;
+        double deepest = kInfinity;
         for (const ContactPoint& point : answer.points) deepest = std::min(deepest, point.separation);
         EXPECT_NEAR(deepest, separation, is_ours ? 1e-14 * scale_of(c.a, c.b) : 0.0);
       }
@@ -134,7 +132,7 @@ TEST_P(ManifoldSuite, HasItsPointsOnBothSurfaces) {
     WorldVertices a, b;
     world_vertices(c.a.solid, c.a.X_WS, a), world_vertices(c.b.solid, c.b.X_WS, b);
     const comparison::SurfaceMeasure surface_a(a), surface_b(b);
-    for (const double limit : {0.0, 1e-4, kInf}) {
+    for (const double limit : {0.0, 1e-4, kInfinity}) {
       SCOPED_TRACE(c.what + " limit " + std::to_string(limit));
       const Answer answer = ask_manifold(c, limit);
       const Vector3& n = answer.geometry.n_AB_W;
@@ -163,8 +161,8 @@ TEST_P(ManifoldSuite, OfFlatFacesApartHasAllCornersByDefault) {
   if (GetParam() != "native" && GetParam() != "exact") return;
   for (const Case& c : cases()) {
     if (c.what.find("tilt 0.000000") == std::string::npos) continue;
-    const Answer wide = ask_manifold(c, kInf), answer = ask_manifold(c, 0.0);
-    double highest = -kInf;
+    const Answer wide = ask_manifold(c, kInfinity), answer = ask_manifold(c, 0.0);
+    double highest = -kInfinity;
     for (const ContactPoint& point : wide.points) highest = std::max(highest, point.separation);
     if (highest - answer.geometry.separation > 1e-15) continue;
     EXPECT_EQ(answer.points.size(), 4u) << c.what;

@@ -2,6 +2,7 @@
 #include <limits>
 #include <thread>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/backend_suite/accuracy_table.hpp"
 #include "touchstone/tests/backend_suite/suite.hpp"
 
@@ -9,8 +10,6 @@
 
 namespace touchstone::suite {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 class NarrowphaseSuite : public testing::TestWithParam<std::string> {
  protected:
@@ -181,7 +180,7 @@ TEST_P(NarrowphaseSuite, BeyondMaxSeparationIsInfiniteNeverABound) {
   EXPECT_NEAR(within.geometry.separation, 0.5, resolution(a, b));
   const Answer beyond = ask(*narrowphase, a, b, {.kind = QueryKind::distance, .max_separation = 0.25});
   EXPECT_EQ(beyond.status, PairStatus::separated);
-  EXPECT_EQ(beyond.geometry.separation, kInf);
+  EXPECT_EQ(beyond.geometry.separation, kInfinity);
   EXPECT_TRUE(std::isnan(beyond.geometry.n_AB_W.x()));
   EXPECT_TRUE(std::isnan(beyond.geometry.p_A_W.x()));
 }
@@ -198,7 +197,7 @@ TEST_P(NarrowphaseSuite, ManifoldOfARestingFaceHoldsTheDeepestPointAndItsArea) {
   ASSERT_GE(answer.points.size(), 1u);
   ASSERT_LE(answer.points.size(), 8u);
   const double bound = resolution(a, b);
-  double deepest = kInf;
+  double deepest = kInfinity;
   for (const ContactPoint& point : answer.points) {
     deepest = std::min(deepest, point.separation);
     EXPECT_LE(norm((point.p_A_W + point.separation * answer.geometry.n_AB_W) - point.p_B_W),
@@ -231,7 +230,7 @@ TEST_P(NarrowphaseSuite, ManifoldKeepsToItsSlots) {
     for (int i = 0; i < 2; ++i) {
       ASSERT_GE(geometry[i].point_count, 1);
       ASSERT_LE(geometry[i].point_count, max_points);
-      double deepest = kInf;
+      double deepest = kInfinity;
       for (int k = 0; k < geometry[i].point_count; ++k)
         deepest = std::min(deepest, points[i * max_points + k].separation);
       EXPECT_NEAR(deepest, geometry[i].separation, 2 * capabilities().resolution.at(6.0) + 1e-14);

@@ -12,9 +12,9 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
 
 #include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -122,7 +122,7 @@ struct Score {
 };
 
 double quantile(std::vector<double>& values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (values.empty()) return kNaN;
   std::sort(values.begin(), values.end());
   return values[std::min(values.size() - 1,
                          static_cast<std::size_t>(share * static_cast<double>(values.size())))];
@@ -131,7 +131,7 @@ double quantile(std::vector<double>& values, double share) {
 /// The least of three calls: what else the machine does is not the method's.
 std::optional<double> timed(Method& method, Score& score) {
   std::optional<double> said;
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (int i = 0; i < 3; ++i) {
     const Clock::time_point start = Clock::now();
     said = method.impact();

@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <regex>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/cli/terminal.hpp"
 #include "touchstone/examples/compare_backends/figures/speed_error_plot.hpp"
@@ -140,7 +140,7 @@ TEST_F(Judged, WhatIsNotAskedForCostsNothing) {
       each[a] = errors.charges[index_of(QueryKind::distance)][a].cost;
     return each;
   };
-  geometry.p_A_W.x() = std::numeric_limits<double>::quiet_NaN();
+  geometry.p_A_W.x() = kNaN;
   const double missing = 0.25 + 2 * size_;
   EXPECT_THAT(costs(), ::testing::ElementsAre(0.0, 0.0, missing, missing));
   geometry = {0.25, Vector3::UnitY(), {0.5, 0, 0}, {0.75, 0, 0}, 0};  // B is 1 m behind A along y

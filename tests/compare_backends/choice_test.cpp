@@ -8,6 +8,7 @@
 #include <set>
 
 #include "touchstone/adapters/all/all_backends.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/judge/upper_bound.hpp"
 #include "touchstone/examples/compare_backends/judge/verdict.hpp"
@@ -21,8 +22,6 @@ namespace touchstone::comparison {
 namespace {
 
 using ::testing::HasSubstr;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // ---- grids
 

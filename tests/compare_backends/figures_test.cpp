@@ -2,10 +2,10 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <limits>
 #include <regex>
 #include <set>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/figures/drift_plot.hpp"
 #include "touchstone/examples/compare_backends/figures/error_plots.hpp"
@@ -358,11 +358,9 @@ TEST(DriftVerdict, SaysHowItGoesWithTheHeadline) {
 
 TEST(DriftVerdict, EveryBackendIsDrawnAndThoseThatFailAreHollow) {
   const std::vector<std::string> names = {"never", "off", "quick", "right"};
-  const Ranking ranking{QueryKind::manifold,
-                        {{"off", 1, 1e-3, {}},
-                         {"quick", 1, 1e-9, {}},
-                         {"right", 1, 0, {}},
-                         {"never", 1, std::numeric_limits<double>::infinity(), {}}}};
+  const Ranking ranking{
+      QueryKind::manifold,
+      {{"off", 1, 1e-3, {}}, {"quick", 1, 1e-9, {}}, {"right", 1, 0, {}}, {"never", 1, kInfinity, {}}}};
   const std::string svg = drift_plot(three_backends(), {ranking}, names, false);
   const auto count = [&](const std::string& text) {
     std::size_t found = 0;

@@ -4,13 +4,11 @@
 
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/run/options.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // The truth of a case, the same for every backend.
 struct Truth {

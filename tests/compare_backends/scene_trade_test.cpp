@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
 #include "touchstone/examples/compare_backends/results/least_that_serves_page.hpp"
@@ -22,7 +23,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // The bracket's width, and what rounding of coordinates of up to 2 m adds.
 constexpr double kTolerance = kBracketWidth + 4e-15;
 

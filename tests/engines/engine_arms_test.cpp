@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/engines/engine_suite.hpp"
 
@@ -18,7 +19,6 @@ using physics::EngineFeature;
 using physics::JointDrive;
 using physics::SceneJoint;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMass = 3.0, kLength = 2.0;
 /// Of the rod about its end.
 constexpr double kInertia = kMass * kLength * kLength / 3.0;

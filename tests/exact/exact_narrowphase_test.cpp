@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <vector>
 
 #include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {
@@ -37,7 +37,7 @@ TEST(ExactNarrowphase, TheDeepestPointHasTheSeparation) {
   for (const Vector3& p :
        {Vector3(0.9, 0.1, 0.2), Vector3(0, 0, 0.999), Vector3(1.5, 1.5, 1.5), Vector3(1, 1, 0)}) {
     const Answer answer = ask(p, {QueryKind::manifold});
-    double deepest = std::numeric_limits<double>::infinity();
+    double deepest = kInfinity;
     for (int k = 0; k < answer.geometry.point_count; ++k)
       deepest = std::min(deepest, answer.points[k].separation);
     EXPECT_NEAR(deepest, answer.geometry.separation, 1e-14);
@@ -50,7 +50,7 @@ TEST(ExactNarrowphase, BeyondMaxSeparationIsInfinite) {
   EXPECT_EQ(ask({2.5, 0, 0}, query).geometry.separation, 1.5);
   const Answer beyond = ask({3, 0, 0}, query);
   EXPECT_EQ(beyond.status, PairStatus::separated);
-  EXPECT_EQ(beyond.geometry.separation, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(beyond.geometry.separation, kInfinity);
   EXPECT_TRUE(beyond.geometry.n_AB_W.hasNaN());
 }
 

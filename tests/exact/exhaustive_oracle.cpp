@@ -1,4 +1,5 @@
 #include "touchstone/tests/exact/exhaustive_oracle.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <gmpxx.h>
 
@@ -140,7 +141,6 @@ bool is_signed_distance(const WorldVertices& a, const WorldVertices& b, double s
   square /= mpq_class(Number(1) << (2 * 1074));
   if (sgn(square) == 0) return separation == 0.0;
   if (!std::isfinite(separation)) return false;
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return midpoint_square(std::nextafter(separation, -kInfinity), separation) <= square &&
          square <= midpoint_square(separation, std::nextafter(separation, kInfinity));
 }

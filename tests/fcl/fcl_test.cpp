@@ -4,8 +4,8 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {
@@ -52,7 +52,7 @@ TEST(Fcl, ApartHasTheDistanceOfTheNearestPoints) {
       EXPECT_NEAR(answer.geometry.p_B_W.x(), 0.75, 1e-12);
       const Answer beyond =
           ask(*narrowphase, at_distance(1.25), {.kind = QueryKind::distance, .max_separation = 0.125});
-      EXPECT_EQ(beyond.geometry.separation, std::numeric_limits<double>::infinity());
+      EXPECT_EQ(beyond.geometry.separation, kInfinity);
     }
   }
 }

@@ -1,8 +1,7 @@
 #include "touchstone/adapters/cover_proof/cover_proof.hpp"
 
-#include <limits>
-
 #include "touchstone/contact_core/fit/fit.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
 
@@ -178,11 +177,10 @@ TEST(CoverProof, AFaceThatTheSurfaceLeavesIsJudgedOnBothSides) {
 TEST(CoverProof, ClaimsThatNobodyCanMeetAreErrors) {
   const TriangleMesh box = box_mesh({0, 0, 0}, {1, 1, 1});
   const std::array<Vector3, 8> longer = box_vertices({0, 0, 0}, {1, 1, 2});
-  const double infinite = std::numeric_limits<double>::infinity();
+  const double infinite = kInfinity;
   const Vector3 low(0, 0, 0), high(2, 2, 2);
   for (const CoverClaim::Region& region :
-       {CoverClaim::Region{"port", low, high, -3.0},
-        CoverClaim::Region{"port", low, high, std::numeric_limits<double>::quiet_NaN()},
+       {CoverClaim::Region{"port", low, high, -3.0}, CoverClaim::Region{"port", low, high, kNaN},
         CoverClaim::Region{"port", low, high, infinite}, CoverClaim::Region{"port", high, low, 1e-9},
         CoverClaim::Region{"port", low, {2, 2, infinite}, 1e-9}}) {
     CoverClaim claim = claim_of({longer}, 2.0);

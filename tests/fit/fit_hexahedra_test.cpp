@@ -1,8 +1,8 @@
-#include <limits>
 
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
 
@@ -149,7 +149,7 @@ TEST(Fit, ACountThatABoxNeverReachesEnds) {
 
 TEST(Fit, BadRequestsAreNamed) {
   const TriangleMesh box = box_mesh({0, 0, 0}, {1, 1, 1});
-  for (const double over : {0.0, -1.0, 1e-9, std::numeric_limits<double>::quiet_NaN()})
+  for (const double over : {0.0, -1.0, 1e-9, kNaN})
     EXPECT_THROW(fit_hexahedra(box, within(over)), InputError) << over;
   FitOptions options = within(0.1);
   options.regions.push_back({"port", {Vector3(0, 0, 0), Vector3(1, 1, 1)}, 0.2});

@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
@@ -95,7 +96,7 @@ TEST(Box, VerticesFacesAndSizesAreExact) {
 }
 
 TEST(Box, BadSizesAreRefusedNamingTheSide) {
-  const double inf = std::numeric_limits<double>::infinity();
+  const double inf = kInfinity;
   for (double bad : {0.0, -1.0, double(NAN), inf, -inf, 5e-324})
     for (int axis = 0; axis < 3; ++axis) {
       Vector3 size(1, 1, 1);

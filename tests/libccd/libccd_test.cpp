@@ -5,9 +5,9 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "touchstone/adapters/libccd/libccd_narrowphase.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
@@ -48,7 +48,7 @@ TEST(Libccd, WhatItCannotAnswerIsUnsupported) {
   const Answer apart =
       ask(*cubes("libccd_mpr"), at_distance(1.1), {.kind = QueryKind::distance, .max_separation = 0.0});
   EXPECT_EQ(apart.status, PairStatus::separated);
-  EXPECT_EQ(apart.geometry.separation, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(apart.geometry.separation, kInfinity);
   EXPECT_EQ(ask(*cubes("libccd_gjk"), at_distance(0.9), {.kind = QueryKind::distance}).status,
             PairStatus::unsupported);
 }
@@ -66,7 +66,7 @@ TEST(Libccd, ASearchThatEndsAtItsLimitIsUndecided) {
 
 TEST(Libccd, WhatIsNotFiniteOrTooLargeFails) {
   for (const char* name : {"libccd_gjk", "libccd_mpr"})
-    for (const double x : {std::numeric_limits<double>::quiet_NaN(), 1e80})
+    for (const double x : {kNaN, 1e80})
       EXPECT_EQ(ask(*cubes(name), at_distance(x), {}).status, PairStatus::failed);
 }
 

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <numbers>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -225,7 +225,7 @@ TEST(ConfigurationCheck, ValuesThatAreNotFiniteAreNotFree) {
   const ConfigurationCheck check(scene, make_native());
   ConfigurationCheck::Scratch scratch = check.make_scratch();
   EXPECT_TRUE(check.is_free(std::vector{0.0}, scratch));
-  for (const double value : {std::nan(""), std::numeric_limits<double>::infinity()})
+  for (const double value : {std::nan(""), kInfinity})
     EXPECT_FALSE(check.is_free(std::vector{value}, scratch));
 }
 

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -240,7 +240,7 @@ TEST(MeshFile, BadStlIsRefusedByTriangleOrLine) {
   EXPECT_THAT(error("a.stl", whole.substr(0, whole.size() - 10)), HasSubstr("a.stl"));
   EXPECT_THAT(error("a.stl", ""), HasSubstr("a.stl"));
   Triangles bad = kTetrahedron;
-  bad[2][1].y() = std::numeric_limits<double>::quiet_NaN();
+  bad[2][1].y() = kNaN;
   EXPECT_THAT(error("a.stl", binary_stl(bad)), HasSubstr("triangle 2"));
   EXPECT_THAT(error("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 zero\n"),
               HasSubstr(":5"));
@@ -337,7 +337,7 @@ TEST(MeshFile, FilesThatAreNoneAndLimitsAreNamed) {
   few.most_triangles = 3;
   EXPECT_THAT(error("a.stl", binary_stl(kTetrahedron), few), HasSubstr("more than 3 triangles"));
   Triangles not_read = kTetrahedron;
-  not_read[0][0].x() = std::numeric_limits<double>::quiet_NaN();
+  not_read[0][0].x() = kNaN;
   EXPECT_THAT(error("a.stl", binary_stl(not_read), few), HasSubstr("more than 3 triangles"));
   EXPECT_THAT(error("a.obj", kObj, few), HasSubstr("more than 3 triangles"));
   few = metres();

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -51,7 +52,7 @@ TEST(Mjcf, BodiesTurnAboutTheirJointsAnchors) {
   // The anchor is at (0.9, 0); half a turn takes x = 1 to 0.8.
   EXPECT_LE(norm(middle(arm, {std::acos(-1.0), 0}, 0) - Vector3(0.8, 0, 2)), 1e-14);
   EXPECT_EQ(arm.joints()[0].lower, -1.0);
-  EXPECT_EQ(arm.joints()[1].upper, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(arm.joints()[1].upper, kInfinity);
   EXPECT_EQ(arm.links()[1].mass.mass, 3.0);
   EXPECT_LE(norm(arm.links()[1].mass.centre_L - Vector3(0, -0.1, 0)), 1e-15);
 }

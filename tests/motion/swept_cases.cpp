@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -86,7 +87,7 @@ SweptAnswer answer(const SweptCase& swept, Narrowphase& narrowphase) {
   out.separation = separation_at(swept, truth, impact.lo);
   const bool is_straight = swept.paths[0].at(0, 0).angular_velocity_W == Vector3::Zero() &&
                            swept.paths[1].at(0, 0).angular_velocity_W == Vector3::Zero();
-  out.least_separation = std::numeric_limits<double>::quiet_NaN();
+  out.least_separation = kNaN;
   if (swept.exact_time == SweptCase::kNever && is_straight)
     out.least_separation = least_separation(swept, truth);
   if (impact.status == ImpactStatus::iteration_limit) out.violation = "iteration limit";

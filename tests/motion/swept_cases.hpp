@@ -1,9 +1,9 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <string>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/motion/path.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
@@ -13,7 +13,7 @@
 namespace touchstone {
 
 struct SweptCase {
-  static constexpr double kNever = std::numeric_limits<double>::infinity();
+  static constexpr double kNever = kInfinity;
 
   std::string name;
   std::array<Hexahedron, 2> solids;
@@ -30,7 +30,7 @@ struct SweptAnswer {
   double start_separation, separation;  ///< at the start and at lo, by `exact` [m]
   /// Of the whole path, by `exact`; only where it never meets and goes straight, where the distance is
   /// convex in time [m].
-  double least_separation = std::numeric_limits<double>::quiet_NaN();
+  double least_separation = kNaN;
   int queries = 0;
   bool is_sampled = false;
   /// Empty, or what is wrong: late, too far away, a stop that nothing calls for.

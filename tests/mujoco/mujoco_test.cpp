@@ -4,19 +4,17 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "touchstone/adapters/mujoco/engine.hpp"
 #include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
 #include "touchstone/tests/mujoco_plugin/collision_scene.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::unique_ptr<Narrowphase> built(const std::vector<Hexahedron>& solids) {
   BackendRegistry registry;
@@ -163,7 +161,7 @@ TEST(Mujoco, AMeshThatItRefusesIsUnsupportedAndTheOthersAreAnswered) {
 
 TEST(Mujoco, WhatIsNotFiniteOrTooLargeFails) {
   for (const bool boxes : {false, true})
-    for (const double x : {std::numeric_limits<double>::quiet_NaN(), 1e80})
+    for (const double x : {kNaN, 1e80})
       EXPECT_EQ(ask(*built({cube(boxes), cube(boxes)}), at_distance(x), {}).status, PairStatus::failed);
 }
 

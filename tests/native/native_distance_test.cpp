@@ -5,6 +5,7 @@
 
 #include "all_features_reference.hpp"
 #include "native_fixture.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/distance/kernel_distances.hpp"
 
 // Pairs that are apart: the kernels in lanes against each other, against single calls and the reference.
@@ -16,8 +17,6 @@ using native::DistanceRecord;
 using native::Kernels;
 using native::PairIndices;
 using native::SolidKind;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool same_bits(double x, double y) {
   return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);

@@ -2,10 +2,10 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/tests/support/all_pairs.hpp"
@@ -25,7 +25,6 @@ inline Answer ask(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, co
 
 /// For manifolds of the whole clip, however far apart its corners are.
 inline Query whole_clip(QueryKind kind = QueryKind::manifold) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return {kind, kInfinity, kMaxManifoldPoints, kInfinity};
 }
 

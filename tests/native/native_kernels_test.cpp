@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "native_fixture.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/overlap/overlap.hpp"
 #include "touchstone/contact_core/native/simd/kernels.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
@@ -165,7 +166,7 @@ TEST(NativeKernels, PosesThatAreNotFiniteFailInBatches) {
   const native::SolidSet set = native::make_solid_set(crowd.solids);
   std::vector<PairStatus> status(crowd.pairs.size());
   const native::KernelList& list = native::available_kernels();
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), HUGE_VAL, -HUGE_VAL}) {
+  for (const double bad : {kNaN, HUGE_VAL, -HUGE_VAL}) {
     for (int number = 0; number < 12; ++number) {
       std::vector<Pose> poses = crowd.poses;
       for (std::size_t i = 0; i < poses.size(); i += 2 + i % 4)

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "native_fixture.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/manifold/manifold.hpp"
 #include "touchstone/contact_core/native/solids/placed_pair.hpp"
 #include "touchstone/examples/measures/surface_measure.hpp"
@@ -78,7 +79,7 @@ double worst_point(const PairOfSolids& pair, const Answer& answer) {
   WorldVertices va, vb;
   world_vertices(pair.a, pair.X_WA, va), world_vertices(pair.b, pair.X_WB, vb);
   const comparison::SurfaceMeasure a(va), b(vb);
-  if (a.is_flat() || b.is_flat()) return std::numeric_limits<double>::quiet_NaN();
+  if (a.is_flat() || b.is_flat()) return kNaN;
   double worst = 0.0;
   for (int i = 0; i < answer.geometry.point_count; ++i) {
     const ContactPoint& p = answer.points[i];

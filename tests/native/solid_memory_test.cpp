@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <random>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
@@ -67,7 +67,7 @@ TEST(SolidMemory, WhatIsNotANumberIsNobodyElsesSolid) {
   ASSERT_TRUE(store.acquire(box(1, 2, 3)));
   for (int k = 0; k < 3; ++k) {
     SolidContent content = box(1, 2, 3);
-    content.points[0][k] = std::numeric_limits<double>::quiet_NaN();
+    content.points[0][k] = kNaN;
     EXPECT_FALSE(store.acquire(content)) << k;
   }
   EXPECT_EQ(store.size(), 1u);
@@ -99,7 +99,7 @@ TEST(SolidMemory, ForgetsWhatWasAskedForLongestAgo) {
 TEST(SolidMemory, RemembersWhatIsNoHexahedron) {
   const auto store = std::make_shared<SolidStore>();
   SolidMemory memory(store);
-  const SolidContent flat = box(1, 1, 0), none = box(1, 1, std::numeric_limits<double>::quiet_NaN());
+  const SolidContent flat = box(1, 1, 0), none = box(1, 1, kNaN);
   EXPECT_FALSE(memory.find(flat));
   EXPECT_FALSE(memory.find(none));
   const std::size_t before = allocation_count();

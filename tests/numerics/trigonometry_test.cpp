@@ -1,4 +1,5 @@
 #include "touchstone/contact_core/geometry/trigonometry.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <gtest/gtest.h>
 
@@ -95,8 +96,7 @@ TEST(Trigonometry, OddAndEvenToTheBitAndSpecialAnglesAreExact) {
   EXPECT_EQ(sine(5e-324), 5e-324);
   EXPECT_EQ(sine(1.5707963267948966), 1.0);
   EXPECT_NEAR(sine(0.5235987755982988), 0.5, 0x1p-53);
-  for (const double none : {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
-                            std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double none : {kInfinity, -kInfinity, kNaN}) {
     EXPECT_TRUE(std::isnan(sine(none)));
     EXPECT_TRUE(std::isnan(cosine(none)));
   }
@@ -118,7 +118,7 @@ TEST(Trigonometry, ArcTangentIsWithinTheStatedErrorInEveryDirectionAndScale) {
 }
 
 TEST(Trigonometry, ArcTangentHasTheStandardsZerosAndInfinities) {
-  const double infinity = std::numeric_limits<double>::infinity();
+  const double infinity = kInfinity;
   const double values[] = {0.0, -0.0, 1.0, -1.0, infinity, -infinity, 5e-324, -5e-324, 1.7e308, -1.7e308};
   for (const double y : values)
     for (const double x : values) {

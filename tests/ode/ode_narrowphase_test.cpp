@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <thread>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/ode/ode_scenes.hpp"
 
 namespace touchstone::ode_test {
@@ -72,7 +73,7 @@ TEST_P(OdeConventions, ApartIsSeparatedWhereNoPositiveSeparationIsAsked) {
   const Answers answers =
       ask(*narrowphase_, kPair, poses, Query{.kind = QueryKind::manifold, .max_separation = 0.0});
   EXPECT_EQ(answers.status[0], PairStatus::separated);
-  EXPECT_EQ(answers.geometry[0].separation, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(answers.geometry[0].separation, kInfinity);
 }
 
 TEST_P(OdeConventions, NonFinitePoseIsFailedNotSeparated) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "touchstone/adapters/ode/ode.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/tests/support/ask.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
@@ -85,7 +86,7 @@ inline double reference_depth(const Hexahedron& a, const Pose& X_WA, const Hexah
     const Vector3 e = rotate(X.R, s.vertices()[4 >> k] - s.vertices()[0]);
     return Vector3(e / norm(e));
   };
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   const auto test = [&](const Vector3& axis) {
     const double length = norm(axis);
     if (length < 1e-9) return;

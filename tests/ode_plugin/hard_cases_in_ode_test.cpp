@@ -9,6 +9,7 @@
 #include "touchstone/adapters/ode/convex_data.hpp"
 #include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 #include "touchstone/adapters/scene_files/pair_file.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/support/ask.hpp"
 #include "touchstone/tests/support/scale_of.hpp"
 
@@ -69,7 +70,7 @@ TEST(OdePluginHardCases, AreRightWithOurCheckWhereTheEnginesIsWrong) {
         const Geom a(pair.solids[0], pair.X_WS[0], native), b(pair.solids[1], pair.X_WS[1], native);
         std::array<dContactGeom, 8> contacts;
         const int count = dCollide(a.id, b.id, 8, contacts.data(), sizeof(dContactGeom));
-        double depth = -std::numeric_limits<double>::infinity();
+        double depth = -kInfinity;
         for (int i = 0; i < count; ++i) depth = std::max(depth, contacts[i].depth);
         const double tolerance = (native ? 1e-12 : 1e-4) * scale;  // the engine is forgiven a lot
         Verdict verdict = Verdict::right;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone {
 namespace {
@@ -273,7 +274,7 @@ TEST_P(OdeOtherClasses, Convexes) {
 TEST_P(OdeOtherClasses, PosesThatAreNoneHaveNoContacts) {
   const dGeomID sphere = keep(dCreateSphere(nullptr, 0.3));
   const std::uint64_t before = ode_native_refusals();
-  dGeomSetPosition(sphere, std::numeric_limits<double>::quiet_NaN(), 0, 0);
+  dGeomSetPosition(sphere, kNaN, 0, 0);
   expect_apart(sphere);
   EXPECT_EQ(ode_native_refusals() - before, 2u);
 }

@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/physics/random_contact_sets.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 
@@ -187,7 +187,7 @@ TEST(ContactSolver, WhatIsNoNumberIsNotSolved) {
   std::mt19937_64 random(3);
   const RandomSet good(random, 0.5, false);
   ContactSolver solver;
-  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const double nan = kNaN, inf = kInfinity;
   std::vector<double> x(RandomSet::kRows), u = x;
   const auto expect_unsolved = [&](const RandomSet& set) {
     std::fill(x.begin(), x.end(), 0.0);

@@ -15,6 +15,7 @@
 #include "touchstone/tests/support/counting_allocator.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #endif
 
 namespace touchstone::physics {
@@ -39,10 +40,10 @@ class Blind final : public Narrowphase {
   std::unique_ptr<Workspace> make_workspace() const override { return native_->make_workspace(); }
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace&) const noexcept override {
-    const Vector3 none = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+    const Vector3 none = Vector3::Constant(kNaN);
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       output.status[i] = PairStatus::separated;
-      output.geometry[i] = {std::numeric_limits<double>::infinity(), none, none, none, 0};
+      output.geometry[i] = {kInfinity, none, none, none, 0};
     }
   }
 

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/bodies/inertia.hpp"
 #include "touchstone/physics/solver/cholesky.hpp"
@@ -207,7 +207,7 @@ TEST(IslandSolver, TheBodyOfFiguresThatAreNotFiniteIsNamed) {
   Rows group;
   group.stand(kNoUnit, group.add_cube(1.0), kFallen, 0.5);
   const std::uint32_t bad = group.add_cube(1.0);
-  group.stand(kNoUnit, bad, {0, 0, std::numeric_limits<double>::quiet_NaN()}, 0.5);
+  group.stand(kNoUnit, bad, {0, 0, kNaN}, 0.5);
   const StepReport report = Solver().solve(group.rows);
   EXPECT_EQ(report.failure, StepFailure::body);
   EXPECT_EQ(report.failed_index, bad);

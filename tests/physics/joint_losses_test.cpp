@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/physics/solver/implicit_share.hpp"
 #include "touchstone/physics/world/dynamics_world.hpp"
@@ -16,7 +16,6 @@
 namespace touchstone::physics {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Vector3 kZero = Vector3::Zero();
 
 TEST(ImplicitShare, DecaysAsTheMotionDoes) {

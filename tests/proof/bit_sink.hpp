@@ -3,9 +3,9 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <span>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/tests/proof/result_hash.hpp"
 
@@ -15,10 +15,7 @@ namespace touchstone::proof {
 class BitSink {
  public:
   void put(std::uint64_t word) { hash_.put(word); }
-  void put(double value) {
-    hash_.put(
-        std::bit_cast<std::uint64_t>(std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value));
-  }
+  void put(double value) { hash_.put(std::bit_cast<std::uint64_t>(std::isnan(value) ? kNaN : value)); }
   void put(const Vector3& v) { put(v.x()), put(v.y()), put(v.z()); }
   void put(const Matrix3& A) {
     for (int j = 0; j < 3; ++j) put(Vector3(A.col(j)));

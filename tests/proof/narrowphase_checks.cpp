@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/proof/result_bits.hpp"
 
 namespace touchstone::proof {
@@ -113,7 +114,7 @@ class Checker {
     for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold})
       check_query(kind);
     check_geometry(bench_.ask({0, 1}, {.kind = QueryKind::distance}).geometry);
-    for (const double limit : {0.0, 1e-3 * S_, std::numeric_limits<double>::infinity()}) {
+    for (const double limit : {0.0, 1e-3 * S_, kInfinity}) {
       check_manifold({.kind = QueryKind::manifold, .max_point_separation = limit});
       check_manifold({.kind = QueryKind::manifold, .max_points = 3, .max_point_separation = limit});
     }
@@ -191,7 +192,7 @@ class Checker {
     expect(g.point_count >= 1 && g.point_count <= max_points,
            "1 to " + std::to_string(max_points) + " points", std::to_string(g.point_count));
     const int count = std::clamp(g.point_count, 0, max_points);
-    double deepest = std::numeric_limits<double>::infinity();
+    double deepest = kInfinity;
     for (int i = 0; i < count; ++i) {
       const ContactPoint& point = answer.points[i];
       deepest = std::min(deepest, point.separation);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <limits>
 #include <thread>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/proof/families.hpp"
 #include "touchstone/tests/proof/result_bits.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 /// Pairs built together, so that memory does not grow with the count.
 constexpr std::size_t kBlock = 4096;
 
-constexpr double kWhole = std::numeric_limits<double>::infinity();
+constexpr double kWhole = kInfinity;
 
 /// Asked of every pair, manifolds of the whole clip. The third cuts off pairs apart by more than a tenth of a
 /// metre.

@@ -7,13 +7,13 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <set>
 #include <sstream>
 #include <thread>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
@@ -317,8 +317,6 @@ class SoakRun {
   MotionCommand draw_command(std::uint32_t i) {
     const ObjectHandle handle = items_[i].handle;
     const Vector3 home = -0.1 * pose_of(i).p;
-    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
     switch (random_.below(16)) {
       case 0: {  // a whole turn and a long way
         Vector3 turn = random_.vector(1.0);

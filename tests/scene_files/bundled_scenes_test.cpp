@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone {
@@ -26,7 +26,7 @@ Scene scene(const std::string& file, const SceneParameters& parameters = {}) {
 void widen(const WorldVertices& a, const WorldVertices& b, const Vector3& axis, double& best) {
   const double length = norm(axis);
   if (length < 1e-12) return;
-  double low_a = std::numeric_limits<double>::infinity(), high_a = -low_a, low_b = low_a, high_b = -low_a;
+  double low_a = kInfinity, high_a = -low_a, low_b = low_a, high_b = -low_a;
   for (int i = 0; i < 8; ++i) {
     const double pa = dot(axis, a.vertex(i)), pb = dot(axis, b.vertex(i));
     low_a = std::min(low_a, pa), high_a = std::max(high_a, pa);
@@ -38,7 +38,7 @@ void widen(const WorldVertices& a, const WorldVertices& b, const Vector3& axis, 
 // Greatest separation over the face normals and edge pairs: the signed distance where the solids overlap, and
 // with the right sign everywhere.
 double greatest_separation(const WorldVertices& a, const WorldVertices& b) {
-  double best = -std::numeric_limits<double>::infinity();
+  double best = -kInfinity;
   for (const WorldVertices* w : {&a, &b})
     for (const auto& f : Hexahedron::kFaceVertices)
       widen(a, b, cross(w->vertex(f[2]) - w->vertex(f[0]), w->vertex(f[3]) - w->vertex(f[1])), best);
@@ -54,7 +54,7 @@ double clearance(const SceneInstance& instance, double time) {
   instance.poses_at(time, poses);
   std::vector<WorldVertices> world(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) world_vertices(instance.solids()[i], poses[i], world[i]);
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const SolidPair& pair : instance.checked_pairs())
     least = std::min(least, greatest_separation(world[pair.a], world[pair.b]));
   return least;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <set>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
@@ -63,8 +64,8 @@ TEST(Sdf, LinksStandAsTheFileHasThemAndTurnAboutTheJoint) {
   const Mechanism::Joint& joint = arm.joints()[0];
   EXPECT_EQ(joint.lower, -1.0);
   EXPECT_EQ(joint.upper, 2.0);
-  EXPECT_EQ(joint.rate, std::numeric_limits<double>::infinity());
-  EXPECT_EQ(joint.effort, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(joint.rate, kInfinity);
+  EXPECT_EQ(joint.effort, kInfinity);
   const MassProperties& mass = arm.links()[1].mass;
   EXPECT_EQ(mass.mass, 2.0);
   EXPECT_LE(norm(mass.centre_L - Vector3(0, 0.5, 0.1)), 1e-14);

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <set>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/support/listener.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
@@ -20,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::HasSubstr;
+using touchstone::kInfinity;
 using touchstone::Listener;
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -59,7 +61,7 @@ bool names(const json& stop, const std::string& object) {
 
 /// When a pair with the object was first stopped.
 double stopped(const json& method, const std::string& object, double after = -1.0) {
-  double first = std::numeric_limits<double>::infinity();
+  double first = kInfinity;
   for (const json& stop : method["stops"]) {
     const double time = stop["time_s"];
     if (names(stop, object) && time > after) first = std::min(first, time);
@@ -453,7 +455,7 @@ TEST_F(TrainingRun, FigureTwoHoldsAllMoversOfAFrame) {
   // The other jaw is 6.1 mm from the stem when this one's step is refused.
   const json flown = first_build(fly("02_jaws_offset"));
   EXPECT_NEAR(stopped(flown, "right jaw"), 1.58, 1e-12);
-  EXPECT_EQ(stopped(flown, "left jaw"), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(stopped(flown, "left jaw"), kInfinity);
   EXPECT_EQ(flown["blocked_frames"], 121);
   EXPECT_EQ(flown["false_stop_frames"], 121);
   EXPECT_EQ(flown["merged_frames"], 0);
@@ -495,7 +497,8 @@ TEST_F(TrainingRun, EveryBackendFliesAndSaysWhatItProves) {
 }
 
 TEST_F(TrainingRun, EdgeFaceMergesWhereItIsBlind) {
-  // The paper's check sees no contact in a contained cube: edges that cross no face. It is shown so, untold.
+  // The paper's check sees no contact in a contained cube: edges that cross no face. It is shown so,
+  // unreported.
   const json script = fly("07_contained_solid", "--backend edge_face");
   const json world = ours(script);
   EXPECT_EQ(world["check"], "sampled");

@@ -7,6 +7,7 @@
 #include <functional>
 #include <numbers>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
 
@@ -42,7 +43,7 @@ TEST(Urdf, LimitsAndReferenceAreTaken) {
   EXPECT_EQ(elbow.effort, 2332);
   EXPECT_EQ(arm.reference()[3], 0.5);  // 0 is out of its limits
   EXPECT_EQ(arm.reference()[0], 0.0);
-  EXPECT_EQ(arm.joints()[arm.find_joint("wrist_pitch")].upper, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(arm.joints()[arm.find_joint("wrist_pitch")].upper, kInfinity);
 }
 
 TEST(Urdf, SolidsFillTheirShapesAndFacetsAreStated) {

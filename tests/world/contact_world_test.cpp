@@ -4,10 +4,10 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <thread>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "world_fixture.hpp"
 
@@ -287,10 +287,10 @@ TEST(ContactWorld, BadInputIsAnErrorOrARefusalAndChangesNothing) {
   EXPECT_THROW(scene.world->add({box_tree("cube", {1, 1, 1}), at(0, 0, 5)}), InputError);
   EXPECT_THROW(scene.world->add({nullptr, at(0, 0, 5)}), InputError);
   Pose bad = at(0, 0, 5);
-  bad.R(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  bad.R(0, 0) = kNaN;
   EXPECT_THROW(scene.world->add({box_tree("x", {1, 1, 1}), bad}), InputError);
   EXPECT_THROW(scene.world->find("x"), InputError);
-  const FrameReport report = scene.move({0, 0, std::numeric_limits<double>::infinity()});
+  const FrameReport report = scene.move({0, 0, kInfinity});
   EXPECT_THAT(kinds(report), ElementsAre(EventKind::refused));
   EXPECT_EQ(scene.height(), 0.5);
   EXPECT_THAT(kinds(scene.world->frame(std::array{MotionCommand{ObjectHandle{77, 1}, RigidPath()}})),

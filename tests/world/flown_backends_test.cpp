@@ -8,20 +8,20 @@
 #include <cmath>
 #include <iomanip>
 #include <iostream>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <set>
 
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
 
 namespace touchstone {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNever = kInfinity;
 
 Scene scene_from(const std::string& file, const SceneParameters& parameters = {}) {
   return load_scene(std::string(TOUCHSTONE_SCENES) + "/" + file, parameters);

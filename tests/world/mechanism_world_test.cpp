@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "arm_fixture.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 // Mechanisms as movers of the contact world.
@@ -22,7 +22,7 @@ double contact_angle(double reach, double height) {
 }
 
 double separation(ContactWorld& world, const FrameReport& report) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const ContactEvent& event : report.events)
     if (event.kind == EventKind::blocked) least = std::min(least, event.geometry.separation);
   static_cast<void>(world);
@@ -231,10 +231,8 @@ TEST(MechanismWorld, RefusesAndClamps) {
   const MechanismHandle arm = world->add_mechanism({make_arm("arm", 2)});
   move_joints(*world, arm, {0.1, 0.2});
   const std::vector<double> good = {0.1, 0.2};
-  for (const std::vector<double>& bad : {std::vector<double>{0.1, std::nan("")},
-                                         {0.1},
-                                         {0.1, 0.2, 0.3},
-                                         {std::numeric_limits<double>::infinity(), 0.0}}) {
+  for (const std::vector<double>& bad :
+       {std::vector<double>{0.1, std::nan("")}, {0.1}, {0.1, 0.2, 0.3}, {kInfinity, 0.0}}) {
     const FrameReport report = move_joints(*world, arm, bad);
     EXPECT_EQ(kinds(report), std::vector{EventKind::refused});
     EXPECT_EQ(report.events[0].a, world->link(arm, "1"));

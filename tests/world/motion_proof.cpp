@@ -11,6 +11,7 @@
 
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -173,7 +174,7 @@ class Judge {
 
   /// The signed distance where they overlap or touch; +inf where they do not.
   double depth(SolidPair pair, const Poses& poses) {
-    constexpr double kApart = std::numeric_limits<double>::infinity();
+    constexpr double kApart = kInfinity;
     if (!may_be_within(solids_[pair.a], poses[pair.a], solids_[pair.b], poses[pair.b])) return kApart;
     if (ask(pair, poses, QueryKind::overlap).first == PairStatus::separated) return kApart;
     return ask(pair, poses, QueryKind::distance).second;

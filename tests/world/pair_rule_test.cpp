@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include <array>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "world_fixture.hpp"
 
@@ -98,8 +98,7 @@ TEST(PairRule, RuleOfAPairEndsWithItsObjects) {
 TEST(PairRule, WarnDistanceThatIsNoLengthIsRefusedAndChangesNothing) {
   BoxAndWall scene;
   scene.world->set_default_rule({ContactPolicy::advance, 0.1});
-  for (const double bad :
-       {-1e-9, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (const double bad : {-1e-9, kNaN, kInfinity}) {
     EXPECT_THROW(scene.world->set_default_rule({.warn_distance = bad}), InputError);
     EXPECT_THROW(scene.world->set_group_rule("cargo", "scenery", {.warn_distance = bad}), InputError);
     EXPECT_THROW(scene.world->set_pair_rule(scene.box, scene.wall, {.warn_distance = bad}), InputError);

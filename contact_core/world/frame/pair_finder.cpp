@@ -1,8 +1,8 @@
 #include "touchstone/contact_core/world/frame/pair_finder.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>
 #include <atomic>
-#include <limits>
 
 namespace touchstone {
 namespace {
@@ -133,7 +133,7 @@ void PairFinder::measure_opened(const Scope& scope, std::span<FramePair> pairs) 
   std::size_t answer = 0;
   for (Opened& open : opened_) {
     FramePair& pair = pairs[open.index];
-    pair.start_separation = std::numeric_limits<double>::infinity();
+    pair.start_separation = kInfinity;
     examined_[open.index].start = kNotAsked;
     if (pair.link_pair == kNoLinkPair) {
       const double separation = answers_[answer].geometry.separation;

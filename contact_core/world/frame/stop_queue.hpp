@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone {
 
@@ -47,7 +48,7 @@ class StopQueue {
   template <class Is>
   double take_first(Is is) {
     due_.clear();
-    double least = std::numeric_limits<double>::infinity();
+    double least = kInfinity;
     while (!times_.empty() && (due_.empty() || times_.front().first == least)) {
       const auto [s, pair] = times_.front();
       std::pop_heap(times_.begin(), times_.end(), std::greater<>());

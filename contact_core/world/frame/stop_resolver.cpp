@@ -1,7 +1,7 @@
 #include "touchstone/contact_core/world/frame/stop_resolver.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace touchstone {
 
@@ -23,7 +23,7 @@ void StopResolver::resolve(const Scope& scope, std::span<FramePair> among, std::
   while (round < most) {
     const double least = queue_.take_first(
         [&](double s, std::uint32_t i) { return among[i].is_open() && among[i].impact.lo == s; });
-    if (least == std::numeric_limits<double>::infinity()) return;
+    if (least == kInfinity) return;
     if (settle(scope, among, least, part)) {
       begin_again(scope, among);
       round = 0;

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
@@ -70,7 +70,7 @@ class PairWatch {
   void put_in(std::uint32_t place, SolidIndex solid);
   void take_out(std::uint32_t place, SolidIndex solid);
 
-  static constexpr double kForever = std::numeric_limits<double>::infinity();
+  static constexpr double kForever = kInfinity;
 
   std::vector<WatchedPair> pairs_;
   std::vector<Link> links_;           // by place

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 
 namespace touchstone {
@@ -15,7 +16,7 @@ class SlideMeter {
  public:
   void begin(const SlideBudget& budget) {
     budget_ = budget;
-    is_timed_ = budget.seconds < std::numeric_limits<double>::infinity();
+    is_timed_ = budget.seconds < kInfinity;
     seen_ = 0;
     if (is_timed_) start_ = Clock::now();
   }

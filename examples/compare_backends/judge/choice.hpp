@@ -1,11 +1,11 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/judge/set_result.hpp"
 
 namespace touchstone::comparison {
@@ -19,17 +19,17 @@ struct Choice {
   // ---- the domain: which pairs
   std::vector<std::string> sets;                    ///< names of families, scenes, or "pairs"; empty: all
   bool apart = true, touching = true, deep = true;  ///< by exact class, see kDeepOverSize
-  double apart_up_to = std::numeric_limits<double>::infinity();  ///< [m]; of pairs that are apart
-  double within = std::numeric_limits<double>::infinity();  ///< [m]; largest |world coordinate| of a pair
+  double apart_up_to = kInfinity;                   ///< [m]; of pairs that are apart
+  double within = kInfinity;                        ///< [m]; largest |world coordinate| of a pair
   // ---- what is asked of an answer
   bool normals = true;  ///< of distance and manifold
   bool points = true;   ///< of distance: witness points; of manifold: contact points
   // ---- what is allowed
   double max_error = kDefaultBudget;  ///< [m]
-  double share = 0;         ///< of the domain's pairs that may be beyond max_error or below min_coverage
-  double min_coverage = 0;  ///< manifold: share of the true patch, on kCoverageBins
-  double deadline = std::numeric_limits<double>::infinity();  ///< [s] a call, at the 99.9th percentile
-  bool no_allocations = false;                                ///< in steady state
+  double share = 0;             ///< of the domain's pairs that may be beyond max_error or below min_coverage
+  double min_coverage = 0;      ///< manifold: share of the true patch, on kCoverageBins
+  double deadline = kInfinity;  ///< [s] a call, at the 99.9th percentile
+  bool no_allocations = false;  ///< in steady state
 
   /// Returns the parts of an answer that are asked for, as an index into StratumCosts::asked.
   std::size_t asked() const {
@@ -47,10 +47,10 @@ struct ChoiceSet {
   std::string name;
   std::size_t cases = 0;
   struct Answers {
-    double nanoseconds = std::numeric_limits<double>::quiet_NaN();  ///< verdict_speed()
-    double p999_ns = std::numeric_limits<double>::quiet_NaN();      ///< of a call: a pair, in scenes a frame
-    double allocations = std::numeric_limits<double>::quiet_NaN();  ///< a query
-    CostCurves curves;                                              ///< AskedCosts::worst_index counts `ids`
+    double nanoseconds = kNaN;  ///< verdict_speed()
+    double p999_ns = kNaN;      ///< of a call: a pair, in scenes a frame
+    double allocations = kNaN;  ///< a query
+    CostCurves curves;          ///< AskedCosts::worst_index counts `ids`
   };
   struct Backend {
     std::string name;

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/run/report.hpp"
 
 namespace touchstone::comparison {
@@ -35,9 +35,7 @@ std::string source_note(const std::string& json_path, const std::string& svg = "
 /// "the averages of blocks of 128 pairs, not of single queries": what the percentiles of times are of.
 std::string blocks_text(const Report& report);
 
-inline double median(const std::optional<Timing>& timing) {
-  return timing ? timing->median_ns : std::numeric_limits<double>::quiet_NaN();
-}
+inline double median(const std::optional<Timing>& timing) { return timing ? timing->median_ns : kNaN; }
 
 /// "3 missed", "12 undecided", each in a span.
 std::string wrong_lines(const Wrongness& wrong, const char* between);

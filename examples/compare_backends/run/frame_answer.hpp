@@ -1,7 +1,6 @@
 #pragma once
 
-#include <limits>
-
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/backend_run.hpp"
 
 namespace touchstone::comparison {
@@ -11,7 +10,7 @@ struct FrameAnswer {
   bool contact = false;  ///< some pair overlaps
   bool unsure = false;   ///< some pair is undecided, failed or unsupported
   /// Least separation [m]; NaN when some pair's is missing.
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
 };
 FrameAnswer frame_answer(const QueryAnswers& answers, std::size_t frame, std::size_t pairs);
 

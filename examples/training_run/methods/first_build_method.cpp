@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <limits>
 
 #include "touchstone/contact_core/edge_face/edge_face.hpp"
 #include "touchstone/contact_core/edge_face/edge_face_broadphase.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/training_run/methods/fleet.hpp"
 #include "touchstone/examples/training_run/methods/method.hpp"
 
@@ -111,7 +111,7 @@ class FirstBuildMethod final : public FleetMethod {
 
  private:
   void log_event(EventKind kind, std::size_t pair, double s, FlightLog& log) const noexcept {
-    log.add({frame_, kind, setting_->pairs()[pair], s, std::numeric_limits<double>::quiet_NaN()});
+    log.add({frame_, kind, setting_->pairs()[pair], s, kNaN});
   }
 
   /// Nothing moved: contacts that were shown still are.

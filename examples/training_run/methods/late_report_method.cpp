@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/examples/training_run/methods/fleet.hpp"
@@ -86,8 +86,7 @@ class LateReportMethod final : public FleetMethod {
 
  private:
   void log_event(EventKind kind, std::size_t pair, FlightLog& log) const noexcept {
-    log.add({static_cast<std::uint32_t>(frame_), kind, setting_->pairs()[pair], 0.0,
-             std::numeric_limits<double>::quiet_NaN()});
+    log.add({static_cast<std::uint32_t>(frame_), kind, setting_->pairs()[pair], 0.0, kNaN});
   }
 
   void log_changes(std::span<const PairStatus> report, FlightLog& log) noexcept {

@@ -1,8 +1,8 @@
 #include "touchstone/physics/world/groups/sleep.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace touchstone::physics::stepping {
 namespace {
@@ -82,7 +82,7 @@ void wake_touched(Movers& movers, std::span<const Contact> contacts) {
 }
 
 void count_stillness(const GroupState& group, const StepContext& step, Movers& movers) {
-  if (!(step.settings.sleep_time < std::numeric_limits<double>::infinity())) return;
+  if (!(step.settings.sleep_time < kInfinity)) return;
   bool is_due = group.members.mechanisms.empty() &&
                 std::none_of(group.kinematics.begin(), group.kinematics.end(),
                              [&](std::uint32_t i) { return moves(movers.bodies[i]); });
