@@ -21,14 +21,14 @@
 /// each iteration.
 ///
 /// Errors of Bullet's method. Steps are semi-implicit Euler: after t a body in free fall is
-/// g h t / 2 lower than the parabola. Where a kinematic body is told to be at a step's end it stands when the
+/// g h t / 2 lower than the parabola. A kinematic body already stands at its pose of the step's end when the
 /// step's contacts are found. A stop acts once it is passed, by up to rate times step. Joints' drives and
 /// contacts are swept, not solved: of an arm of seven joints with 100 t at its end a braked joint crept at
 /// 3e-5 rad/s. A link's principal moment below 1e-6 of its largest is raised to that. Impacts are not told
 /// from forces, stops within a step are not located.
 ///
 /// Joints between rigid bodies are Bullet's constraints (fixed, hinge, slider, point to point), swept with
-/// the contacts, so that they give way a little; what their motors give is not told (NaN).
+/// the contacts, so that they give way a little; what their motors give is not reported (NaN).
 ///
 /// Features: the usual ones and joints between bodies. Refused by name: friction beyond 10 (Bullet cuts it
 /// there), latches on kinematic bodies, joints between bodies on a link, beside latches, or whose child is

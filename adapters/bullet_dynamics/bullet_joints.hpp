@@ -30,8 +30,8 @@ class BodyJoint {
 
   double value() const { return value_; }
   double rate() const;
-  /// The drive's over the last step as it is told; NaN of motors, whose share of the joint's impulses Bullet
-  /// does not tell.
+  /// The drive's torque over the last step, as commanded; NaN of motors: Bullet does not report their share
+  /// of the joint's impulses.
   double torque() const;
 
  private:

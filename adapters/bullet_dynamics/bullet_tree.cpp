@@ -100,7 +100,7 @@ void Tree::add_collider(int index, std::size_t body, btCollisionShape* shape) {
     tree_->setBaseCollider(&collider);
   else
     tree_->getLink(index).m_collider = &collider;
-  // A dynamics world takes what is no rigid body for static unless it is told otherwise.
+  // A dynamics world takes what is no rigid body for static unless it is set otherwise.
   world_.addCollisionObject(&collider, btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
 }
 
@@ -170,7 +170,7 @@ void Tree::catch_up(std::span<const BodyMotion> bodies) {
 void Tree::set_drive(std::size_t joint, const JointDrive& drive) {
   for (Drive& each : drives_) {
     if (each.joint != joint) continue;
-    each.told = drive;
+    each.command = drive;
     const bool has_motor = drive.mode != JointDrive::Mode::torque;
     each.motor->setVelocityTarget(drive.mode == JointDrive::Mode::rate ? drive.rate : 0.0);
     each.motor->setMaxAppliedImpulse(has_motor ? std::min(drive.limit * scene_.scene().step, kNoLimit) : 0.0);
@@ -179,7 +179,8 @@ void Tree::set_drive(std::size_t joint, const JointDrive& drive) {
 
 void Tree::apply_torques() {
   for (const Drive& drive : drives_)
-    if (drive.told.mode == JointDrive::Mode::torque) tree_->addJointTorque(drive.link, drive.told.torque);
+    if (drive.command.mode == JointDrive::Mode::torque)
+      tree_->addJointTorque(drive.link, drive.command.torque);
 }
 
 void Tree::read() {
@@ -206,7 +207,7 @@ JointMotion Tree::joint(std::size_t joint) const {
 
 double Tree::torque(std::size_t joint, double step) const {
   const Drive& drive = drive_of(joint);
-  if (drive.told.mode == JointDrive::Mode::torque) return drive.told.torque;
+  if (drive.command.mode == JointDrive::Mode::torque) return drive.command.torque;
   return drive.motor->getAppliedImpulse(0) / step;
 }
 

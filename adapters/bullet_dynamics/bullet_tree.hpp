@@ -73,7 +73,7 @@ class Tree {
     int link;
     std::unique_ptr<btMultiBodyJointMotor> motor;
     std::unique_ptr<btMultiBodyJointLimitConstraint> stops;
-    JointDrive told;
+    JointDrive command;
   };
 
   void set_up(int index, const TreeLink& link);

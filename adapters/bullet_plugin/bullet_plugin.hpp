@@ -40,7 +40,8 @@
 /// solver gets, not in the answer to a query.
 ///
 /// Capture. With an observer (say, a PairCapture of adapters/scene_files) each pair, its poses and the answer
-/// are told, ours or, with EngineCheck::own, the engine's; a hull's margin is taken out of the answer then.
+/// are passed to it, ours or, with EngineCheck::own, the engine's; a hull's margin is taken out of the answer
+/// then.
 ///
 /// Memory. An algorithm is smaller than an element of the default configuration's pool; the constructor
 /// throws where it is not (Bullet would write beyond the element in release builds). Nothing is allocated in

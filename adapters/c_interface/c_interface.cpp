@@ -30,7 +30,7 @@ struct touchstone_workspace {
 
 namespace {
 
-/// A line of fixed size, so that a failure for want of memory can be told.
+/// A line of fixed size, so that a failure for want of memory can be reported.
 thread_local char error_text[512] = "";
 
 touchstone_code fail(touchstone_code code, const char* text) noexcept {

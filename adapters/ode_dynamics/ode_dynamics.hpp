@@ -17,15 +17,15 @@
 /// Errors of ODE's method. Steps are semi-implicit Euler: after t a body in free fall is g h t / 2
 /// lower than the parabola. Friction is a pyramid along two axes across the normal, not a cone: up to
 /// sqrt(2) mu between them. Joints drift and are drawn back. A link's principal moment below 1e-6 of its
-/// largest is raised to that: ODE has no slender rods. Impacts are not told from forces, stops within a step
-/// are not located.
+/// largest is raised to that: ODE has no slender rods. Impacts are not distinguished from forces, stops
+/// within a step are not located.
 ///
 /// Features: `ode_direct` the usual ones and joints between bodies (torque and rate drives, brakes and stops;
 /// the child must move), `ode` all but these, arms and latches: its sweeps do not converge on joints between
 /// unequal masses. Hexahedra that are no boxes with `native` alone (ODE's own check of convexes ends in
 /// numbers that are none). Stops further than pi from a joint's start are refused. ode_direct fails a step
 /// where ODE reports that its method broke down (LCP internal error). It did so where contacts say the same
-/// to the bit, as the corners of a box at rest do with our check, so that pivots tie: each of ours is told
+/// to the bit, as the corners of a box at rest do with our check, so that pivots tie: ODE gets each of ours
 /// 1e-15 to 3e-15 m deeper, by turns.
 
 namespace touchstone {

@@ -19,9 +19,9 @@ using Clock = std::chrono::steady_clock;
 constexpr double kThinnest = 1e-6;
 
 /// Contacts of our check that say the same to the bit (corners of a box at rest) tie in pivots of ODE's
-/// direct method (Dantzig's), which then breaks down. So each is told this much deeper [m], times 1 to 3.2 in
-/// turn: the perturbation of Charnes (Cottle, Pang, Stone, The Linear Complementarity Problem, 4.9). Between
-/// corners that share a load it shifts some mN (0.2 / h of it against a softness of 1e-10).
+/// direct method (Dantzig's), which then breaks down. So ODE gets each this much deeper [m], times 1 to 3.2
+/// in turn: the perturbation of Charnes (Cottle, Pang, Stone, The Linear Complementarity Problem, 4.9).
+/// Between corners that share a load it shifts some mN (0.2 / h of it against a softness of 1e-10).
 constexpr double kTieBreak = 1e-15;
 
 /// World, space and joint group, as ODE wants them made and destroyed.

@@ -23,7 +23,7 @@ class EngineTwin {
   EngineTwin& operator=(const EngineTwin&) = delete;
 
   bool is_box() const { return planes_.empty(); }
-  /// Contacts of the solid where `geom` stands, told of `geom`. @param flags, contacts, skip dCollide's
+  /// Contacts of the solid where `geom` stands, attributed to `geom`. @param flags, contacts, skip dCollide's
   /// @pre a class that it meets
   int collide(dGeomID geom, dGeomID other, int flags, dContactGeom* contacts, int skip);
 

@@ -16,7 +16,7 @@ using native::SolidHandle;
 using native::SolidStore;
 
 std::atomic<std::uint64_t> checks{0}, refused{0};
-std::atomic<PairObserver*> told{nullptr};
+std::atomic<PairObserver*> current_observer{nullptr};
 
 /// Points further apart than this [m] are no contacts: ODE's have no negative depth. With 1e-6 for corners
 /// that noise lifted a stack of ten crept 24 mm in 10 s instead of 22, and a small wall ended at 0.07 m/s.
@@ -125,8 +125,8 @@ int collide_boxes_as_ode(dGeomID box1, dGeomID box2, int flags, dContactGeom* co
   return count;
 }
 
-PairObserver* observer() { return told.load(std::memory_order_acquire); }
-void set_observer(PairObserver* who) { told.store(who, std::memory_order_release); }
+PairObserver* observer() { return current_observer.load(std::memory_order_acquire); }
+void set_observer(PairObserver* who) { current_observer.store(who, std::memory_order_release); }
 
 void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int skip, int count, int code,
                       PairObserver& who) {

@@ -14,8 +14,8 @@
 /// may ask.
 ///
 /// Nothing that the engine does is ours: where it crashes, hangs, ends, answers too little, too much or
-/// something else than was asked, the pair it was busy with is `failed`, the reason is told ("failed, signal
-/// 11 on pair 31"), it is started anew, and the other pairs are asked on. Answers are held against
+/// something else than was asked, the pair it was busy with is `failed`, the reason is reported ("failed,
+/// signal 11 on pair 31"), it is started anew, and the other pairs are asked on. Answers are held against
 /// narrowphase/answer_check.hpp.
 
 namespace touchstone {
@@ -27,7 +27,7 @@ struct ProcessEngineOptions {
   std::chrono::milliseconds time_limit{2000};
   /// Of one workspace; then its pairs are `failed` unasked.
   int max_restarts = 16;
-  /// Is told each failure, one line; from any thread, one at a time. Must not throw. Empty: to stderr.
+  /// Gets each failure, one line; from any thread, one at a time. Must not throw. Empty: to stderr.
   std::function<void(std::string_view)> on_failure = {};
 };
 

@@ -282,7 +282,7 @@ std::string with_overflows_marked(const std::string& text) {
   return out;
 }
 
-// The column is told only where the text is as in the file.
+// The column is named only where the text is as in the file.
 [[noreturn]] void malformed(const std::filesystem::path& path, const std::string& text, bool marked,
                             const Json::parse_error& error) {
   const std::size_t end = std::min(error.byte == 0 ? 0 : error.byte - 1, text.size());

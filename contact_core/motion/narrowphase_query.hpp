@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/separation_memo.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
@@ -117,7 +118,7 @@ class NarrowphaseQuery final : public SeparationQuery {
     PairGeometry unused{};
     std::array<ContactPoint, kMaxManifoldPoints> points;
     set_pair({0, 1});
-    manifold(poses_[0], poses_[1], std::numeric_limits<double>::infinity(), unused, points);
+    manifold(poses_[0], poses_[1], kInfinity, unused, points);
   }
 
   /// Remembers an answer, unless it is known. @pre remember().
@@ -126,7 +127,7 @@ class NarrowphaseQuery final : public SeparationQuery {
       memo_->put(pair, X_WA, X_WB, answer.status, answer.geometry);
   }
 
-  /// Asks about many pairs in one call, which costs less than one by one, and remembers what it is told.
+  /// Asks about many pairs in one call, which costs less than one by one, and remembers the answers.
   /// @param poses X_WS of every solid. @pre remember().
   void look_ahead(std::span<const SolidPair> pairs, std::span<const Pose> poses) noexcept {
     std::array<SolidPair, kBatch> wanted;

@@ -8,7 +8,7 @@
 
 namespace touchstone {
 
-/// Is told what validate() found broken: one line, valid during the call. May be called from several threads
+/// Gets what validate() found broken: one line, valid during the call. May be called from several threads
 /// at once. Must not throw: evaluate() is noexcept. When it returns, the call is not passed on, and the
 /// status of every pair that has a slot is `failed`, without geometry.
 using BrokenCallHandler = std::function<void(std::string_view what)>;

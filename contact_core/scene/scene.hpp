@@ -38,7 +38,7 @@ enum class Passive : std::uint8_t {
 /// The enumerator's name, as scene files have it.
 std::string_view to_string(Passive passive);
 
-/// One rigid object: its hexahedra, where it starts and how it is told to move.
+/// One rigid object: its hexahedra, initial pose and commanded motion.
 struct SceneObject {
   HexahedronTree tree;  ///< tree.name() is the object's name
   Pose X_WO;            ///< initial pose

@@ -180,7 +180,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   // Commands become paths.
   s.selections.take(model, s.frame);
   begin_frame(model, s.movers);
-  s.slides.begin_frame(s.movers.told_before);
+  s.slides.begin_frame(s.movers.commanded_before);
   accept(model, commands, s.movers, s.events);
   accept(model, joint_commands, s.movers, s.events);
   order_movers(model, s.movers);

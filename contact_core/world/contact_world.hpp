@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
@@ -87,15 +88,15 @@ struct MechanismPlacement {
   std::vector<double> weights = {};
 };
 
-/// Where one object is told to go in a frame.
+/// The commanded motion of one object over a frame.
 struct MotionCommand {
   ObjectHandle object;
   RigidPath path;  ///< path.from() is replaced by the actual pose when it differs: see go_to(), move_by()
 };
 
-/// Where a mechanism's joints are told to go in a frame, all evenly over it. Values beyond a joint's limits
-/// are taken as the limit and reported as `at_limit`; a wrong number of values, or one that is not finite, is
-/// refused: the mechanism stays, and the command before stays the last good one.
+/// The commanded joint values of a mechanism at a frame's end, all reached evenly. Values beyond a joint's
+/// limits are taken as the limit and reported as `at_limit`; a wrong number of values, or one that is not
+/// finite, is refused: the mechanism stays, and the command before stays the last good one.
 struct JointCommand {
   MechanismHandle mechanism;
   std::span<const double> values;  ///< read by frame() only; in the order of Mechanism::joints()
@@ -163,11 +164,11 @@ enum class EventKind : std::uint8_t {
   /// Stopped its movers, where this was last undone by none: at the s of the stop, within the gap unless the
   /// check gave up or found no answer there. In a slide: held back the plan of a sub-step, where it was first
   /// within twice the gap at an end of that. By a pair that holds: at the s at which the motion that was not
-  /// executed would have met it; stops that went with that motion are not told.
+  /// executed would have met it; stops that went with that motion are not reported.
   blocked,
   refused,   ///< a command that is no pose, or for an object that is static, carried or gone;
              ///< joint values that are not finite or too few or many (a: the first link)
-  at_limit,  ///< a joint was told to go beyond its limits (a: the link that it moves)
+  at_limit,  ///< a joint was commanded to go beyond its limits (a: the link that it moves)
 };
 /// The enumerator's name.
 std::string_view to_string(EventKind kind);
@@ -206,7 +207,7 @@ struct FrameReport {
   /// Movers whose slides the budget ended before they came to rest, by ObjectHandle::slot: a rigid body by
   /// the object that was commanded, a mechanism by its first link. Valid until the next frame.
   std::span<const ObjectHandle> cut_off;
-  /// Of every rigid body that slid or was told to, and of every mechanism that did and has an
+  /// Of every rigid body that slid or was commanded to, and of every mechanism that did and has an
   /// ArmHandStiffness, by ObjectHandle::slot; valid until the next frame.
   std::span<const HandFeel> felt;
   MotionCheck check = MotionCheck::proven;  ///< what stands behind this frame's poses
@@ -222,7 +223,7 @@ struct SlideBudget {
   /// three narrowphase calls, kImpactIterations at most. The same on every machine.
   std::uint64_t pairs = std::numeric_limits<std::uint64_t>::max();
   /// By the clock, from when slides begin [s]; >= 0. What is cut off differs from run to run.
-  double seconds = std::numeric_limits<double>::infinity();
+  double seconds = kInfinity;
 };
 
 /// The guarantees of a world's answers: those of its narrowphase.
@@ -234,11 +235,11 @@ struct WorldCapabilities {
   MotionCheck check = MotionCheck::proven;
 };
 
-/// The gap that worlds keep unless told otherwise [m]; how far motion gets at it: motion/README.md, Progress.
+/// The gap that worlds keep unless set otherwise [m]; how far motion gets at it: motion/README.md, Progress.
 inline constexpr double kDefaultGap = 1e-7;
 /// Most sub-steps of slides in one frame.
 inline constexpr std::uint32_t kMostSlideSteps = 16;
-/// Changes that ContactWorld::selection_record() has room for unless told otherwise.
+/// Changes that ContactWorld::selection_record() has room for unless set otherwise.
 inline constexpr std::size_t kSelectionRoom = 4096;
 
 /// Objects and mechanisms at run time, moved frame by frame as far as no pair gets closer than the gap
@@ -347,7 +348,7 @@ class ContactWorld {
   /// (Broadphase::update_paths()).
   void prepare();
   /// Initial poses, no latches, everything selected, whatever waits in the queue; objects, rules and
-  /// exemptions stay. Contacts are forgotten: no `ended` tells of them.
+  /// exemptions stay. Contacts are forgotten: no `ended` is reported for them.
   void reset();
 
   // ---- selection, from any thread

@@ -17,7 +17,7 @@ void set_rules(const Scene& scene, std::span<const ObjectHandle> objects, Contac
 
 /// A scene flown through a contact world: its objects, exemptions, latches with what they allow, rules and
 /// gap, commanded frame by frame along their prescribed motions. Frame k goes from frame_time(k) to
-/// frame_time(k + 1). An object that was stopped is told to go from where it is to where it should be.
+/// frame_time(k + 1). An object that was stopped is commanded to go from where it is to where it should be.
 class SceneWorld {
  public:
   /// Keeps a pointer to `scene`, which must outlive it. Objects without motion that nothing

@@ -57,7 +57,7 @@ class Panels {
     return panel;
   }
 
-  /// Objects that are pushed most; what is told or at rest has no say in it.
+  /// Objects that are pushed most; not what is commanded or at rest.
   PlotPanel forces() const {
     PlotPanel panel{"contact force on an object, magnitude, mean of the step [N]", {}};
     const std::size_t objects = result_->scene->bodies.size();

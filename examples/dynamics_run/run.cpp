@@ -30,15 +30,15 @@ void check_length(const std::filesystem::path& file, const physics::DynamicScene
 }
 
 physics::DynamicScene read_scene(const std::filesystem::path& file, const Options& options,
-                                 const std::function<void(const std::string&)>& told) {
+                                 const std::function<void(const std::string&)>& on_account) {
   if (comparison::is_robot_file(file)) {
     const Robot robot = comparison::load_robot_file(file, options.robots);
-    if (told) told(comparison::account_of(robot));
+    if (on_account) on_account(comparison::account_of(robot));
     return robot_scene(robot.mechanism);
   }
   SceneParameters parameters;
   for (const comparison::SceneSetting& setting : options.settings) parameters[setting.name] = setting.value;
-  return load_dynamic_scene(file, parameters, comparison::arm_models(options.robots, told));
+  return load_dynamic_scene(file, parameters, comparison::arm_models(options.robots, on_account));
 }
 
 /// Of every figure that a run is judged by, in its unit.
@@ -51,8 +51,8 @@ void allow(double error, physics::DynamicScene& scene) {
 }  // namespace
 
 physics::DynamicScene load_scene(const std::filesystem::path& file, const Options& options,
-                                 const std::function<void(const std::string&)>& told) {
-  physics::DynamicScene scene = read_scene(file, options, told);
+                                 const std::function<void(const std::string&)>& on_account) {
+  physics::DynamicScene scene = read_scene(file, options, on_account);
   check_length(file, scene, options.every);
   if (options.error > 0.0) allow(options.error, scene);
   return scene;

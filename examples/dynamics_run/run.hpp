@@ -10,11 +10,11 @@
 
 namespace touchstone::dynamics {
 
-/// The scene with the options' parameters, or a robot that falls (robot_scene()). @param told gets what
+/// The scene with the options' parameters, or a robot that falls (robot_scene()). @param on_account gets what
 /// robots came to. @throws InputError naming the file: as load_dynamic_scene, and for more steps or recorded
 /// rows than there is room for.
 physics::DynamicScene load_scene(const std::filesystem::path& file, const Options& options,
-                                 const std::function<void(const std::string&)>& told = {});
+                                 const std::function<void(const std::string&)>& on_account = {});
 
 /// Told of a scene whose runs are not all there yet; the last is new.
 using OnRun = std::function<void(const SceneResult&)>;

@@ -55,7 +55,7 @@ World seams(bool by_hulls);
 /// it stands upright (rocking, so no closed form in y), above 1 it falls.
 World toppling(double share);
 /// The same world with each body that moves put up to 0.1 mm aside along x and y: of a sway that grows from
-/// rounding one start tells nothing. The solver draws by `start`, too. Start 0 is the world itself.
+/// rounding one start shows nothing. The solver draws by `start`, too. Start 0 is the world itself.
 World shifted(World world, unsigned start);
 
 /// Those steps of a run that had so many contacts.
@@ -85,7 +85,7 @@ inline constexpr int kIterations = 50;  ///< of each engine's solver
 
 enum class Check { engine, native };
 
-/// @param observer told of every pair and of the check's answer to it; null: nobody. ODE's own check on
+/// @param observer gets every pair and the check's answer to it; null: nobody. ODE's own check on
 /// hexahedra (its dConvex) is not observed.
 Outcome run_bullet(const World& world, Check check, PairObserver* observer = nullptr);
 Outcome run_ode(const World& world, Check check, PairObserver* observer = nullptr);

@@ -140,16 +140,16 @@ std::string account_of(const Robot& robot) {
 }
 
 std::function<MechanismDescription(const std::string&, const std::filesystem::path&)> arm_models(
-    const RobotChoices& choices, std::function<void(const std::string& account)> told) {
+    const RobotChoices& choices, std::function<void(const std::string& account)> on_account) {
   const auto seen = std::make_shared<std::set<std::string>>();
-  return
-      [choices, told = std::move(told), seen](const std::string& model, const std::filesystem::path& folder) {
-        if (!is_robot_file(model)) return make_bundled_arm(model);
-        const std::filesystem::path file = folder / model;
-        Robot robot = load_robot_file(file, choices);
-        if (told && seen->insert(file.string()).second) told(account_of(robot));
-        return std::move(robot.mechanism);
-      };
+  return [choices, on_account = std::move(on_account), seen](const std::string& model,
+                                                             const std::filesystem::path& folder) {
+    if (!is_robot_file(model)) return make_bundled_arm(model);
+    const std::filesystem::path file = folder / model;
+    Robot robot = load_robot_file(file, choices);
+    if (on_account && seen->insert(file.string()).second) on_account(account_of(robot));
+    return std::move(robot.mechanism);
+  };
 }
 
 }  // namespace touchstone::comparison

@@ -38,8 +38,8 @@ Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& cho
 std::string account_of(const Robot& robot);
 
 /// The `model` of an arm in a scene file or script: a bundled arm's name, or a robot's file beside the YAML
-/// file. @param told gets each robot's account, once a file; may be empty.
+/// file. @param on_account gets each robot's account, once a file; may be empty.
 std::function<MechanismDescription(const std::string&, const std::filesystem::path&)> arm_models(
-    const RobotChoices& choices, std::function<void(const std::string& account)> told);
+    const RobotChoices& choices, std::function<void(const std::string& account)> on_account);
 
 }  // namespace touchstone::comparison

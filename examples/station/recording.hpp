@@ -42,7 +42,7 @@ Recording read_recording(std::istream& in, const std::string& name, const Statio
 /// What a recording's header says alone. @throws InputError
 Recording read_header(std::istream& in, const std::string& name);
 
-/// Flies a recording without a clock. @param frames 0: as many as it tells, or up to its last input.
+/// Flies a recording without a clock. @param frames 0: as many as it names, or up to its last input.
 /// @param each after every frame; may be empty.
 void replay(const Recording& recording, Session& session, std::uint64_t frames = 0,
             const std::function<void(const Session&)>& each = {});

@@ -30,11 +30,11 @@ std::string flight_name(const std::string& script, std::string_view method, std:
 }
 
 Script read_script(const std::filesystem::path& file, const Options& options,
-                   const std::function<void(const std::string&)>& told) {
+                   const std::function<void(const std::string&)>& on_account) {
   if (!comparison::is_robot_file(file))
-    return load_script(file, comparison::arm_models(options.robots, told));
+    return load_script(file, comparison::arm_models(options.robots, on_account));
   const Robot robot = comparison::load_robot_file(file, options.robots);
-  if (told) told(comparison::account_of(robot));
+  if (on_account) on_account(comparison::account_of(robot));
   return robot_script(robot.mechanism);
 }
 
@@ -124,8 +124,8 @@ std::vector<std::string> flight_names(const std::string& script, const std::vect
 }
 
 std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, const Options& options,
-                                            const std::function<void(const std::string&)>& told) {
-  Script script = read_script(file, options, told);
+                                            const std::function<void(const std::string&)>& on_account) {
+  Script script = read_script(file, options, on_account);
   const double frames =
       script.scene.duration * (options.frame_rate > 0.0 ? options.frame_rate : script.scene.frame_rate);
   const auto objects = static_cast<double>(script.scene.objects.size());

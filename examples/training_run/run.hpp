@@ -13,11 +13,11 @@
 
 namespace touchstone::training {
 
-/// The script, or a robot's flight (robot_script()), at the options' frame rate. @param told gets what robots
-/// came to. @throws InputError naming the file: as load_script, the readers of robots and Setting, and for
-/// more frames than there is room for.
+/// The script, or a robot's flight (robot_script()), at the options' frame rate. @param on_account gets what
+/// robots came to. @throws InputError naming the file: as load_script, the readers of robots and Setting, and
+/// for more frames than there is room for.
 std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, const Options& options,
-                                            const std::function<void(const std::string&)>& told = {});
+                                            const std::function<void(const std::string&)>& on_account = {});
 
 /// The names of the flights' files, without extension, in the order of the flights.
 std::vector<std::string> flight_names(const std::string& script, const std::vector<std::string>& backends);

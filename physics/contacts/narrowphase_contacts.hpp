@@ -58,7 +58,7 @@ class NarrowphaseContacts {
   /// keep their numbers, contacts their keys. Does not allocate.
   void hold_out(std::uint32_t part, bool is_out = true);
   /// After build(): `exempt` calls exempt_parts() and exempt_solids() on these contacts, for what is exempt
-  /// from now on in place of all that they were told before. Allocates only when more come than ever before.
+  /// from now on in place of all that they were given before. Allocates only when more come than ever before.
   template <class Exempt>
   void exempt_anew(const Exempt& exempt) {
     exempt_parts_.clear();

@@ -21,7 +21,7 @@ struct TouchPoint {
   Vector3 n_AB_W;     ///< unit, from A to B
   double separation;  ///< there [m]
   Vector3 impulse_W;  ///< on B over the step, impacts included [N s]
-  Vector3 impact_W;   ///< on B, of impacts alone [N s]; NaN: not told from forces
+  Vector3 impact_W;   ///< on B, of impacts alone [N s]; NaN: not distinguished from forces
 };
 
 /// Change of a pair of solids in a step.

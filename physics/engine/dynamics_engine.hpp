@@ -1,10 +1,10 @@
 #pragma once
 
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/scene/dynamic_scene.hpp"
 
 /// @file
@@ -32,7 +32,7 @@ struct EngineContact {
   Vector3 p_W, n_AB_W;  ///< at the step's start; the point half-way between the surfaces
   double separation;    ///< there [m]
   Vector3 force_W;      ///< on B, mean over the step [N]; impacts included
-  /// Of impacts alone, on B [N s]; NaN where the engine does not tell them from forces.
+  /// Of impacts alone, on B [N s]; NaN where the engine does not distinguish them from forces.
   Vector3 impact_W;
   ContactSide side_a, side_b;
   Vector3 kinematic_v_A_W,
@@ -43,13 +43,13 @@ struct EngineContact {
 struct EngineStep {
   std::string failure;  ///< why the run ends here, with the name of what failed; empty: taken
   double total_us = 0.0;
-  double detection_us = std::numeric_limits<double>::quiet_NaN();  ///< of it; NaN: not known
-  std::size_t contacts = 0;                                        ///< points
-  std::uint32_t undecided = 0, failed = 0;                         ///< pairs; where the check says so
-  std::uint32_t unconverged = 0;                                   ///< solves; where the engine says so
-  double worst_residual = 0.0;                                     ///< the same [m/s]
+  double detection_us = kNaN;               ///< of it; NaN: not known
+  std::size_t contacts = 0;                 ///< points
+  std::uint32_t undecided = 0, failed = 0;  ///< pairs; where the check says so
+  std::uint32_t unconverged = 0;            ///< solves; where the engine says so
+  double worst_residual = 0.0;              ///< the same [m/s]
   /// When within the step something last stopped [s]; NaN: nothing did, or the engine does not locate it.
-  double last_stop = std::numeric_limits<double>::quiet_NaN();
+  double last_stop = kNaN;
 };
 
 /// Steps one scene. Set-up throws InputError; the parts of a step do not throw. One thread; engines of
@@ -66,7 +66,7 @@ class DynamicsEngine {
   virtual const DynamicScene& scene() const = 0;
   virtual std::uint64_t steps() const = 0;  ///< taken
   bool is_over() const { return steps() >= scene().step_count(); }
-  /// Whether impacts are told from forces, and stops within a step located.
+  /// Whether impacts are distinguished from forces, and stops within a step located.
   virtual bool locates_events() const { return false; }
   double time() const { return static_cast<double>(steps()) * scene().step; }
 

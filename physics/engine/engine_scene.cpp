@@ -227,10 +227,10 @@ void EngineScene::list_exempt() {
 bool EngineScene::is_checked(SolidIndex a, SolidIndex b) const {
   const Solid &solid_a = solids_[a], &solid_b = solids_[b];
   if (solid_a.body == solid_b.body) return false;
-  const auto is_told = [](ContactSide kind) {
+  const auto is_commanded = [](ContactSide kind) {
     return kind == ContactSide::ground || kind == ContactSide::kinematic;
   };
-  if (is_told(bodies_[solid_a.body].kind) && is_told(bodies_[solid_b.body].kind)) return false;
+  if (is_commanded(bodies_[solid_a.body].kind) && is_commanded(bodies_[solid_b.body].kind)) return false;
   if (!has_exemptions()) return true;
   if (std::binary_search(exempt_solids_.begin(), exempt_solids_.end(),
                          SolidPair{std::min(a, b), std::max(a, b)}))

@@ -86,9 +86,10 @@ void CutImpulses::add(const SceneSimulation& simulation, const Contact& contact)
     Side& side = row.sides[k];
     side.sign = k == 0 ? -1.0 : 1.0;
     side.unit = unit_of(simulation, *movers[k]);
-    const bool is_told = movers[k]->kind == Mover::Kind::body &&
-                         simulation.world().is_kinematic(movers[k]->index) && !held_[movers[k]->index];
-    if (is_told) row.told += side.sign * dot(row.n_W, simulation.world().velocity_at(*movers[k], row.p_W));
+    const bool is_commanded = movers[k]->kind == Mover::Kind::body &&
+                              simulation.world().is_kinematic(movers[k]->index) && !held_[movers[k]->index];
+    if (is_commanded)
+      row.commanded += side.sign * dot(row.n_W, simulation.world().velocity_at(*movers[k], row.p_W));
     if (side.unit == kNone) continue;
     take_up(simulation, side.unit);
     if (side.unit >= bodies_) {
@@ -116,7 +117,7 @@ void CutImpulses::add(const SceneSimulation& simulation, const Contact& contact)
 }
 
 double CutImpulses::speed(const Row& row) const {
-  double v = row.told;
+  double v = row.commanded;
   for (const Side& side : row.sides) {
     if (side.unit == kNone) continue;
     const Unit& unit = units_[side.unit];

@@ -61,9 +61,9 @@ class CutImpulses {
   struct Row {
     Side sides[2];
     Vector3 n_W, p_W;
-    double told = 0.0;    // speed that what is not a unit contributes [m/s]
-    double mass = 0.0;    // effective [kg]
-    double wanted = 0.0;  // [m/s]
+    double commanded = 0.0;  // speed that what is not a unit contributes [m/s]
+    double mass = 0.0;       // effective [kg]
+    double wanted = 0.0;     // [m/s]
     double impulse = 0.0;
   };
 

@@ -17,7 +17,7 @@ std::uint32_t GuardedSimulation::unit_of(std::size_t object) const {
 }
 
 Vector3 GuardedSimulation::hand_point(std::size_t hand) const {
-  return transform(simulation_.object_pose(hands_[hand].told.link), hands_[hand].told.p_O);
+  return transform(simulation_.object_pose(hands_[hand].setting.link), hands_[hand].setting.p_O);
 }
 
 /// Joint rates for what the hands want, from where the arms are; drives follow with what torque they have.
@@ -26,7 +26,7 @@ void GuardedSimulation::drive_hands() {
   for (Hand& hand : hands_) {
     const Mechanism& mechanism = hand.control.mechanism();
     mechanism.link_poses({}, world.joint_values(hand.mechanism), hand.X_WL);
-    hand.control.solve(hand.X_WL, transform(simulation_.object_pose(hand.told.link), hand.told.p_O),
+    hand.control.solve(hand.X_WL, transform(simulation_.object_pose(hand.setting.link), hand.setting.p_O),
                        hand.wanted_W, hand.rates);
     for (const Mechanism::Joint& joint : mechanism.joints()) {
       if (joint.value == Mechanism::kNone) continue;
@@ -148,7 +148,7 @@ std::pair<Vector3, Vector3> GuardedSimulation::momentum() const {
   return {linear, angular};
 }
 
-/// Rates and momenta of what stands are gone; kinematic bodies that were cut stand until told again.
+/// Rates and momenta of what stands are gone; kinematic bodies that were cut stand until commanded again.
 void GuardedSimulation::stand(GuardedStep& report) {
   DynamicsWorld& world = simulation_.world_to_set();
   const Vector3 before = momentum().first;

@@ -139,7 +139,7 @@ class GuardedSimulation {
 
  private:
   struct Hand {
-    GuardedHand told;
+    GuardedHand setting;
     std::uint32_t mechanism, link;
     ResolvedRate control;
     std::vector<Pose> X_WL;

@@ -9,8 +9,8 @@
 #include "touchstone/contact_core/geometry/pose.hpp"
 
 /// @file
-/// Joints between bodies that are told by their own poses: what holds two of them together, as rows on their
-/// velocities.
+/// Joints between bodies that are described by their own poses: what holds two of them together, as rows on
+/// their velocities.
 
 namespace touchstone::physics {
 

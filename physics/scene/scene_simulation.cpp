@@ -61,7 +61,8 @@ void SceneSimulation::tell_body_drive(std::size_t joint) {
   world_->set_joint_drive(static_cast<std::uint32_t>(joint), drive.drive);
 }
 
-/// So that it is where it is told at the step's end, from where it is: what rounding takes does not add up.
+/// So that it is where it is commanded at the step's end, from where it is: what rounding takes does not add
+/// up.
 void SceneSimulation::move_kinematic(std::size_t object) {
   const SceneObject& source = scene_->scene.objects[object];
   const std::uint32_t index = pieces_[object].own.index;

@@ -44,7 +44,7 @@ class SceneSimulation {
   /// Back to the start, as just made.
   void reset();
 
-  /// From now on events() tells what touches; off it costs nothing. Off at the start.
+  /// From now on touches() reports what touches; off it costs nothing. Off at the start.
   void watch_touches(bool is_watched);
   /// Pairs of solids that began to touch in the last step, went on touching, or parted; numbers as
   /// solid_name() counts.
@@ -71,8 +71,8 @@ class SceneSimulation {
   /// there on.
   void begin_step();
   std::span<const Contact> find_contacts();
-  /// Over the contacts found. On failure nothing has moved and the time is as before; what begin_step() told
-  /// stays told.
+  /// Over the contacts found. On failure nothing has moved and the time is as before; what begin_step()
+  /// commanded stays.
   StepReport advance();
 
   const DynamicScene& scene() const { return *scene_; }
@@ -182,7 +182,7 @@ class SceneSimulation {
   BodyInertia inertia_without(std::size_t root, std::size_t carried) const;
   Pose root_pose(std::size_t root) const;
   Pose pose_in_mover(const Piece& piece) const;
-  bool is_told(std::size_t object) const;
+  bool is_commanded(std::size_t object) const;
   void change_contacts();
   static std::uint32_t index_of(std::size_t object) { return static_cast<std::uint32_t>(object); }
 

@@ -55,7 +55,7 @@ Pose SceneSimulation::pose_in_mover(const Piece& piece) const {
 }
 
 /// Neither forces nor joints move it.
-bool SceneSimulation::is_told(std::size_t object) const {
+bool SceneSimulation::is_commanded(std::size_t object) const {
   return pieces_[object].mover.kind != Mover::Kind::link && !dynamic_body(object);
 }
 

@@ -236,7 +236,7 @@ void SceneSimulation::exempt_pairs(NarrowphaseContacts& contacts) const {
   }
   for (std::size_t i = 0; i < pieces_.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
-      if (cluster_[i] == cluster_[k] || (is_told(i) && is_told(k)))
+      if (cluster_[i] == cluster_[k] || (is_commanded(i) && is_commanded(k)))
         contacts.exempt_parts(index_of(i), index_of(k));
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <string_view>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/bodies/mechanism_dynamics.hpp"
 #include "touchstone/physics/bodies/rigid_body.hpp"
 #include "touchstone/physics/joints/body_joint.hpp"
@@ -55,9 +55,9 @@ struct JointDrive {
     position,  ///< stiffness (position - value) + damping (rate - the joint's), cut to +-limit
   };
   Mode mode = Mode::torque;
-  double torque = 0.0;                                     ///< [N m] or [N]
-  double rate = 0.0;                                       ///< [rad/s] or [m/s]
-  double limit = std::numeric_limits<double>::infinity();  ///< >= 0
+  double torque = 0.0;       ///< [N m] or [N]
+  double rate = 0.0;         ///< [rad/s] or [m/s]
+  double limit = kInfinity;  ///< >= 0
   // Of position alone. The torque is that of a weighted mean of the step's start and end, so that it settles
   // for any stiffness and step, and is exact where damping alone acts (solver/implicit_share.hpp); as a
   // compliant row of the contact problem (Castro, Permenter, Han 2022; Drake's SapPdControllerConstraint).
@@ -78,8 +78,8 @@ struct WorldJoint {
   Mover a = {}, b = {};
   BodyJoint joint = {};
   // Of hinges and sliders, by their value: B against A, about or along z of A's frame. Hinges count turns.
-  double lower = -std::numeric_limits<double>::infinity();  ///< [rad] or [m]
-  double upper = std::numeric_limits<double>::infinity();
+  double lower = -kInfinity;  ///< [rad] or [m]
+  double upper = kInfinity;
   JointDrive drive = {};
   JointLosses losses = {};
   bool is_on = true;  ///< it holds
@@ -140,8 +140,8 @@ struct StepReport {
   double worst_joint_error = 0.0;
   bool is_work_spent = false;  ///< the step went on with what was found when its work ended
   std::uint32_t substeps = 0;  ///< pieces the step was cut into: impacts and stops are located in time
-  double last_stop = std::numeric_limits<double>::quiet_NaN();  ///< when within the step sliding or a braked
-                                                                ///< joint last stopped [s]
+  double last_stop = kNaN;     ///< when within the step sliding or a braked
+                               ///< joint last stopped [s]
 };
 
 /// Free and kinematic bodies and mechanisms under gravity, drives and contacts, stepped in time. Threads and
@@ -167,9 +167,9 @@ class DynamicsWorld {
     double push_out = 5.0, part_speed = 0.05;
     /// Bodies that contacts join and that have moved slower than `sleep_speed` [m/s] for `sleep_time` [s]
     /// sleep: they have no momentum, and are not looked at until something awake comes near or one of them is
-    /// told to move. Infinite: nothing sleeps. A body's speed is its centre's and, for its turning, |w|
+    /// commanded to move. Infinite: nothing sleeps. A body's speed is its centre's and, for its turning, |w|
     /// sqrt(tr I / m).
-    double sleep_speed = 1e-3, sleep_time = std::numeric_limits<double>::infinity();
+    double sleep_speed = 1e-3, sleep_time = kInfinity;
     std::uint32_t most_substeps = 16;  ///< then contacts of the rest of the step are met without bouncing
     ContactSolver::Settings solver = {};
     Accuracy accuracy = Accuracy::bounded;
@@ -179,7 +179,7 @@ class DynamicsWorld {
     /// many again for parting what overlaps. A thousand take some 0.5 us.
     double work = 8.0;
     /// The same by the clock [us], for live use: results then depend on the machine. Infinite: not looked at.
-    double most_microseconds = std::numeric_limits<double>::infinity();
+    double most_microseconds = kInfinity;
   };
 
   explicit DynamicsWorld(const Settings& settings);

@@ -1,4 +1,4 @@
-// Joints between movers: what a world is told about them, and tells.
+// Joints between movers: what a world is given about them, and what it reports.
 
 #include <algorithm>
 #include <cmath>

@@ -12,10 +12,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
 #include <numbers>
 #include <random>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/mechanism/configuration_check.hpp"
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -121,7 +121,7 @@ class Plain {
 
 template <class Ask>
 std::vector<double> timed(std::size_t count, const Ask& ask) {
-  std::vector<double> us(count, std::numeric_limits<double>::infinity());
+  std::vector<double> us(count, kInfinity);
   for (int round = 0; round < kRounds; ++round)
     for (std::size_t i = 0; i < count; ++i) {
       const double start = thread_us();
@@ -157,7 +157,7 @@ int run(const char* name, const ConfigurationScene& scene, double share, int cou
   ConfigurationCheck::Scratch scratch = check.make_scratch();
   const auto own_us = timed(count, [&](std::size_t i) { out[i] = check.is_free(configuration(i), scratch); });
   const double asked = static_cast<double>(scratch.pairs_asked()) / (kRounds * count);
-  double best = std::numeric_limits<double>::infinity();
+  double best = kInfinity;
   std::size_t free = 0;
   for (int round = 0; round < kRounds; ++round) {
     const double start = thread_us();

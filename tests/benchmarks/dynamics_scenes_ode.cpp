@@ -69,8 +69,8 @@ class Ode final : public BoxEngine {
   static void meet(void* self, dGeomID a, dGeomID b) { static_cast<Ode*>(self)->meet(a, b); }
   void meet(dGeomID a, dGeomID b) {
     const dBodyID body_a = dGeomGetBody(a), body_b = dGeomGetBody(b);
-    const auto is_told = [](dBodyID body) { return body == nullptr || dBodyIsKinematic(body) != 0; };
-    if (is_told(body_a) && is_told(body_b)) return;
+    const auto is_commanded = [](dBodyID body) { return body == nullptr || dBodyIsKinematic(body) != 0; };
+    if (is_commanded(body_a) && is_commanded(body_b)) return;
     dContact points[kMostPoints];
     const int count = dCollide(a, b, kMostPoints, &points[0].geom, sizeof(dContact));
     for (int i = 0; i < count; ++i) {

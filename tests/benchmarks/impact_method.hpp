@@ -21,7 +21,7 @@ class Method {
  public:
   virtual ~Method() = default;
   virtual std::string_view name() const = 0;
-  /// False: it sweeps without turning, whatever it is told.
+  /// False: it sweeps without turning, whatever is asked.
   virtual bool turns() const { return true; }
   /// Not timed.
   virtual void set(const Motion& motion) = 0;

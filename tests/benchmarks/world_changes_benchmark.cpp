@@ -20,7 +20,8 @@
 // time [us] over as many changes as take a second or two, 5 000 at most.
 //
 //   world_changes_benchmark [objects ...]        100, 1 000, 10 000 and 100 000 without arguments
-//   world_changes_benchmark --movers [threads]   10 000 objects, 1 000 of them told to go 5 cm a frame, on
+//   world_changes_benchmark --movers [threads]   10 000 objects, 1 000 of them commanded to go 5 cm a frame,
+//   on
 //                                                one thread and on two (or so many): median, 99.9th
 //                                                percentile and worst, of processor time shared evenly and by
 //                                                the wall's clock [us]; and the share that is not in lanes

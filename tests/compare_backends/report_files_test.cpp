@@ -101,7 +101,7 @@ TEST_F(ReportFiles, EveryNumberOfATableOrAMarkOfThePageIsInTheJson) {
   EXPECT_LT(page.size(), 2'000'000u);
   std::size_t in_cells = 0, in_marks = 0;
   for (const std::string& text : texts_of(page, "td")) in_cells += expect_numbers(text, allowed);
-  // Tooltips of marks, sentences, captions; a timeline's frames are positions in frames_told.
+  // Tooltips of marks, sentences, captions; a timeline's frames are positions in frame_outcomes.
   for (const char* tag : {"title", "strong", "figcaption"}) {
     for (const std::string& text : texts_of(page, tag))
       if (text.find(": frames ") == std::string::npos) in_marks += expect_numbers(text, allowed);
@@ -156,7 +156,7 @@ TEST_F(ReportFiles, ATimelineHasAsManyMergedFramesAsWereMissed) {
   if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth";
   std::size_t merged = 0;
   for (const auto& backend : json["scenes"][0]["backends"]) {
-    const std::string told = backend["frames_told"];
+    const std::string told = backend["frame_outcomes"];
     EXPECT_EQ(told.size(), json["scenes"][0]["frames"].get<std::size_t>());
     const auto missed = static_cast<std::size_t>(std::count(told.begin(), told.end(), 'm'));
     EXPECT_EQ(missed, backend["missed_frames"].get<std::size_t>()) << backend["backend"];

@@ -1,12 +1,10 @@
 #include "touchstone/tests/measures/fake_backends.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace touchstone::comparison::testing {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Capabilities all_but_overlap() {
   Capabilities capabilities;

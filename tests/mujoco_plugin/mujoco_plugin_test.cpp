@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/mujoco_plugin/collision_scene.hpp"
 #include "touchstone/tests/support/ask.hpp"
@@ -290,8 +291,7 @@ TEST(MujocoPlugin, BadPosesHaveNoContacts) {
   mujoco::EngineContact contacts[mjMAXCONPAIR];
   const mjfCollision check = mjCOLLISIONFUNC[mjGEOM_BOX][mjGEOM_BOX];
   EXPECT_GT(check(scene.model.get(), scene.data.get(), contacts, 0, 1, 0.0), 0);
-  for (const double bad :
-       {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double bad : {kInfinity, kNaN}) {
     scene.data->geom_xpos[3] = bad;
     EXPECT_EQ(check(scene.model.get(), scene.data.get(), contacts, 0, 1, 0.0), 0);
   }

@@ -8,10 +8,10 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -55,7 +55,7 @@ std::string what_is_broken_by(Break broken) {
 }
 
 TEST(Validate, EveryBrokenPreconditionIsNamedWithIndexAndFigure) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double nan = kNaN;
   EXPECT_EQ(what_is_broken({}), "sound");
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.pairs[1] = {3, 2}; }), "pair 1: (3, 2) is not a < b");
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.pairs[1] = {2, 2}; }), "pair 1: (2, 2) is not a < b");
@@ -101,7 +101,7 @@ TEST(Validate, WhatTheQueryDoesNotAskForMayBeLeftOut) {
   // A pose of a solid in no pair is not read.
   EXPECT_EQ(what_is_broken_by([](Call& c) {
               c.pairs = {{0, 1}};
-              c.poses[3].p.x() = std::numeric_limits<double>::infinity();
+              c.poses[3].p.x() = kInfinity;
             }),
             "sound");
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.pairs.clear(); }), "sound");

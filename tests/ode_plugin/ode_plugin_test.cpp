@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/support/ask.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
@@ -281,7 +282,7 @@ TEST_F(OdePlugin, BoxesWithoutVolumeGoToOdeAndBadPosesHaveNoContacts) {
   collide(a, flat);
   EXPECT_EQ(ode_native_checks(), before);
   const dGeomID bad = box(1, 1, 1, at(0, 0, 0));
-  dGeomSetPosition(bad, std::numeric_limits<double>::infinity(), 0, 0);
+  dGeomSetPosition(bad, kInfinity, 0, 0);
   EXPECT_THAT(collide(a, bad), testing::IsEmpty());
   dGeomSetPosition(bad, 0, 0, 0);
 }
@@ -330,7 +331,7 @@ TEST_F(OdePlugin, WhatNothingAnswersForIsCounted) {
   EXPECT_THAT(bounds, testing::ElementsAre(0, 0, 0, 0, -0.125, -0.125));
   const std::uint64_t before = ode_native_refusals();
   EXPECT_FALSE(collide(solid, cube).empty());
-  dGeomSetPosition(cube, std::numeric_limits<double>::infinity(), 0, 0);
+  dGeomSetPosition(cube, kInfinity, 0, 0);
   EXPECT_THAT(collide(solid, cube), testing::IsEmpty());
   dGeomSetPosition(cube, 0, 0, 0);
   EXPECT_EQ(ode_native_refusals() - before, 1u);

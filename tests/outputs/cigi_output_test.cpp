@@ -104,9 +104,9 @@ TEST(CigiOutput, WhatIsGoneIsDestroyedAgainAndAgain) {
     frames[k].poses.erase(frames[k].poses.begin() + 1);
     output.write(frames[k].view());
     const Message message = receive_message(listener);
-    const bool is_told = k <= CigiOutput::kFarewells;
-    ASSERT_EQ(message.entities.size(), is_told ? 3u : 2u);
-    if (is_told) {
+    const bool is_commanded = k <= CigiOutput::kFarewells;
+    ASSERT_EQ(message.entities.size(), is_commanded ? 3u : 2u);
+    if (is_commanded) {
       EXPECT_EQ(message.entities[1].id, 2);
       EXPECT_EQ(message.entities[1].state, EntityState::destroyed);
     }

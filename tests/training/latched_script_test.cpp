@@ -25,7 +25,7 @@ constexpr const char* kAllows = "{carrier: wrist, carried: payload, allowed: [[j
 
 class LatchedScript : public FolderTest {
  protected:
-  /// Where a jaw that is told to come 0.2 m closer ends in the contact world.
+  /// Where a jaw that is commanded to come 0.2 m closer ends in the contact world.
   double fly_jaw(const std::string& latches, const std::string& actions) const {
     write("scene.yaml", kScene + latches);
     const Setting setting(load_script(

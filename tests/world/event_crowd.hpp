@@ -53,7 +53,7 @@ class EventCrowd {
   const std::map<std::uint32_t, Item>& items() const { return items_; }
   const std::vector<MotionCommand>& commands() const { return commands_; }
 
-  /// Sometimes switches, latches, exempts or removes something; then everything is told to go somewhere.
+  /// Sometimes switches, latches, exempts or removes something; then everything is commanded to go somewhere.
   FrameReport frame() {
     if (random_.one_in(4)) meddle();
     commands_.clear();

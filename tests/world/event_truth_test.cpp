@@ -228,7 +228,7 @@ TEST(EventTruth, GeometryIsThatOfTheEventsOwnPoses) {
   EXPECT_LE(figures.worst_witness, 1e-14);
 }
 
-// A cube that is told to go down onto a table, 0.8 m, from 0.5 m above it.
+// A cube that is commanded to go down onto a table, 0.8 m, from 0.5 m above it.
 struct Dropped {
   std::unique_ptr<ContactWorld> world = make_world();
   ObjectHandle table = world->add({box_tree("table", {4, 4, 1}), at(0, 0, -0.5), true});

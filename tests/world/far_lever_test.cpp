@@ -16,8 +16,8 @@ struct FarSlide {
   bool is_finite = true;
 };
 
-/// A box presses on a floor and is told to go along it, 20 frames of 1 cm, with a cube latched `lever` away;
-/// 0: with none.
+/// A box presses on a floor and is commanded to go along it, 20 frames of 1 cm, with a cube latched `lever`
+/// away; 0: with none.
 FarSlide slide_with_lever(double lever, bool sideways) {
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::slide));

@@ -157,7 +157,7 @@ struct Resolved {
     resolver.take_room(count, count, true);
     permits.take_room(count, true);
     followers.take_room(count, true);
-    followers.begin({}, row.movers.told);
+    followers.begin({}, row.movers.commanded);
     resolver.resolve({row.model, row.lanes.first(), row.movers.roots, followers, permits, moments}, pairs, 0);
   }
 };

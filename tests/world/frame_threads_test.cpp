@@ -120,7 +120,7 @@ struct FlightOptions {
   std::unique_ptr<Narrowphase> narrowphase = make_native();
 };
 
-/// A crowd with two arms in it, that is told what comes to a generator's mind.
+/// A crowd with two arms in it, with random commands.
 class Flight {
  public:
   explicit Flight(FlightOptions options) : random_(options.seed) {
@@ -441,7 +441,7 @@ std::vector<Vector3> slide_through(std::size_t threads, const SlideBudget& budge
 }
 
 /// The same where beside sliders some only advance, and turn about what they touch, and others shove what
-/// nobody told to move.
+/// nobody commanded to move.
 struct MixedSlides {
   std::vector<Pose> poses;
   int slid = 0, pivoted = 0, shoved = 0;

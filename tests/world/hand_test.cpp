@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "world_fixture.hpp"
@@ -53,7 +53,7 @@ TEST(Hand, APegBesideItsHoleDoesNotTip) {
   EXPECT_GT(turn_of(by_mass.world->actual_pose(by_mass.peg)), 0.5);
 }
 
-// A box told to go 1 mm into the floor: the spring holds it up with 500 N/m.
+// A box commanded to go 1 mm into the floor: the spring holds it up with 500 N/m.
 TEST(Hand, FeelsTheFloor) {
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::slide));
@@ -138,7 +138,7 @@ TEST(Hand, RefusesWhatIsNoHand) {
   hand.translation = {1e-3, 1, 1e5};
   EXPECT_THROW(world->set_hand(box, hand), InputError);
   hand = {};
-  hand.turning.z() = std::numeric_limits<double>::quiet_NaN();
+  hand.turning.z() = kNaN;
   EXPECT_THROW(world->set_hand(box, hand), InputError);
   hand = {};
   hand.X_OT = at(1e9, 0, 0);

@@ -25,9 +25,9 @@ double distance(const ContactWorld& world, MechanismHandle arm) {
   return std::sqrt(sum);
 }
 
-// Two bars under a wall at y = 0.5: both joints are told to turn on. The one constraint is that the end's
-// corner stays below the wall: 2 sin a + 2 sin(a + b) + 0.1 cos(a + b) <= 0.5, and that bar 1's does. The arm
-// ends at the point of that boundary that is closest to the command.
+// Two bars under a wall at y = 0.5: both joints are commanded to turn on. The one constraint is that the
+// end's corner stays below the wall: 2 sin a + 2 sin(a + b) + 0.1 cos(a + b) <= 0.5, and that bar 1's does.
+// The arm ends at the point of that boundary that is closest to the command.
 TEST(JointSlide, EndsClosestToTheCommand) {
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::slide));
@@ -49,7 +49,7 @@ TEST(JointSlide, EndsClosestToTheCommand) {
   EXPECT_GE(least_separation(report), 0.25 * kGap);
 }
 
-// The shoulder drives the end against the wall while the elbow is told to give way.
+// The shoulder drives the end against the wall while the elbow is commanded to give way.
 TEST(JointSlide, FollowsTheWallWithoutSticking) {
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::slide));
@@ -111,7 +111,7 @@ TEST(JointSlide, SlidesAlongItself) {
   for (int frame = 1; frame <= 80; ++frame) move_joints(*world, arm, {0, 1.5 - 0.002 * frame, 3.0});
   std::printf("slid %d frames; %.4f left, then %.4f; least separation %.3f g\n", slid, before,
               distance(*world, arm), worst / kGap);
-  // As the elbow opens, bar 3 comes nearer to where it is told to be.
+  // As the elbow opens, bar 3 comes nearer to where it is commanded to be.
   EXPECT_NEAR(world->joint_values(arm)[1], 1.34, 0.1);
   EXPECT_LT(distance(*world, arm), before - 0.05);
   EXPECT_GE(worst, 0.25 * kGap);

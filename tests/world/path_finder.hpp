@@ -9,9 +9,9 @@
 #include "touchstone/contact_core/motion/path.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
-// How far a mover could come towards where it is told to go: found in small steps by other means than the
-// world's slides (finite differences for rates, a projected Gauss-Seidel for the closest step, sampled poses
-// judged by `exact`), so that a world that stands still where it could go on is found out.
+// How far a mover could come towards where it is commanded to go: found in small steps by other means than
+// the world's slides (finite differences for rates, a projected Gauss-Seidel for the closest step, sampled
+// poses judged by `exact`), so that a world that stands still where it could go on is found out.
 
 namespace touchstone {
 

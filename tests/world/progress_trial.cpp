@@ -77,7 +77,7 @@ void command_rates(ProgressTrial& trial, std::vector<double> rates, double rate)
   };
 }
 
-/// Two bars that turn about z, told to go on against something at the second one's flank, or at its end.
+/// Two bars that turn about z, commanded to go on against something at the second one's flank, or at its end.
 ProgressTrial planar(std::string_view scene, double rate, double gap, Random& random) {
   const auto arm = make_arm("arm", 2);
   const std::vector<double> q = {random.uniform(-0.5, 0.5), random.uniform(0.4, 1.6)};
@@ -180,7 +180,7 @@ Obstacles clear_of(std::vector<Hexahedron> solids, std::vector<Pose> X_WS, const
   return out;
 }
 
-/// The same arm among 500 blocks, its joints told random rates for two seconds each.
+/// The same arm among 500 blocks, its joints commanded at random rates for two seconds each.
 ProgressTrial blocks(double rate, double gap, Random& random) {
   const auto arm = make_ssrms_arm();
   std::vector<double> q;
@@ -268,8 +268,8 @@ ProgressTrial drawers(double rate, double gap, Random& random, bool by_hand) {
   return out;
 }
 
-/// A square peg a millimetre in a hole of 1e-6 m play, told to go to the bottom and somewhat beside it, and
-/// turned.
+/// A square peg a millimetre in a hole of 1e-6 m play, commanded to go to the bottom and somewhat beside it,
+/// and turned.
 ProgressTrial pegs(double rate, double gap, Random& random) {
   constexpr double kPlay = 1e-6, kDeep = 0.2;
   const double width = random.uniform(0.02, 0.2);

@@ -9,7 +9,7 @@
 
 namespace touchstone {
 
-/// One mover in its scene, and what it is told, frame by frame.
+/// One mover in its scene, and its commands, frame by frame.
 struct ProgressTrial {
   std::unique_ptr<ContactWorld> world;
   std::unique_ptr<MoverModel> model;
@@ -17,9 +17,10 @@ struct ProgressTrial {
   ObjectHandle body;
   bool is_arm = false;
   int frames = 0;
-  /// Where it is told to go from where it is.
+  /// Where it is commanded to go from where it is.
   std::function<Configuration(const Configuration& at, int frame)> command;
-  /// Set: it is told to go along this path, and only advances; `open_path` is the one that could be gone.
+  /// Set: it is commanded to go along this path, and only advances; `open_path` is the one that could be
+  /// gone.
   std::function<RigidPath(const Pose&X_WO, int frame)> path, open_path;
   bool has_end = false;  ///< the last command stays, and is to be reached as nearly as small steps do
 

@@ -14,7 +14,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// A box at the origin and a wall whose near face is at x = 2.5: told to go 4 m, the box stops at x = 2.
+// A box at the origin and a wall whose near face is at x = 2.5: commanded to go 4 m, the box stops at x = 2.
 struct BoxBeforeWall {
   std::unique_ptr<ContactWorld> world = make_world();
   ObjectHandle wall = world->add({box_tree("wall", {1, 4, 4}), at(3, 0, 0), true, {"scenery"}});

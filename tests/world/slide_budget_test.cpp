@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <iostream>
-#include <limits>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
@@ -13,6 +12,7 @@
 #include "world_fixture.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #endif
 
 // A budget of slides: it cuts movers off at safe poses.
@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kMovers = 3, kStanding = 100, kAll = kMovers + kStanding;
 
-/// Three boxes told to go through a heap of a hundred others that stand close together.
+/// Three boxes commanded to go through a heap of a hundred others that stand close together.
 struct Heap {
   std::unique_ptr<ContactWorld> world = make_world();
   std::vector<Hexahedron> solids;
@@ -138,7 +138,7 @@ TEST(SlideBudget, OfTimeEndsSlides) {
 TEST(SlideBudget, RefusesWhatIsNoTime) {
   const auto world = make_world();
   SlideBudget budget;
-  for (const double seconds : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double seconds : {-1.0, kNaN}) {
     budget.seconds = seconds;
     EXPECT_THROW(world->set_slide_budget(budget), InputError);
   }
@@ -162,7 +162,7 @@ TEST(SlideBudget, CostsNoAllocation) {
 
 /// The least separation of a mover from any other solid by `exact`, at samples of every part.
 double least_executed(const Heap& heap, const Narrowphase& exact, Narrowphase::Workspace& workspace) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   Query query;
   query.kind = QueryKind::distance;
   std::vector<Pose> poses(kAll);

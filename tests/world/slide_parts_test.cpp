@@ -244,12 +244,12 @@ TEST(Followers, GoWithTheOneThatWantsThem) {
     EXPECT_EQ(settled(followers, claims), (Claims{{1, 4}, {0, 5}}));
     EXPECT_EQ(followers.leader_of(4), 1u);
     EXPECT_EQ(followers.leader_of(6), 6u);
-    EXPECT_TRUE(followers.is_told(5));
+    EXPECT_TRUE(followers.is_commanded(5));
     EXPECT_TRUE(followers.is_followed(0));
     EXPECT_TRUE(followers.is_disputed(6));
     EXPECT_TRUE(settled(followers, {{0, 6}}).empty());
     followers.begin(std::vector<std::uint32_t>{0, 1, 4, 5}, {});
-    EXPECT_FALSE(followers.is_told(5));
+    EXPECT_FALSE(followers.is_commanded(5));
     EXPECT_FALSE(followers.is_followed(0));
   } while (std::next_permutation(claims.begin(), claims.end()));
 }

@@ -12,6 +12,7 @@
 #include "world_fixture.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #endif
 
 namespace touchstone {
@@ -19,7 +20,7 @@ namespace {
 
 #ifdef TOUCHSTONE_HAS_EXACT
 
-/// Five solids in a trough of three slabs, told to crowd together and turn.
+/// Five solids in a trough of three slabs, commanded to crowd together and turn.
 struct Crowd {
   static constexpr int kMovers = 5, kSolids = 8;
   std::unique_ptr<ContactWorld> world = make_world();
@@ -85,7 +86,7 @@ struct Figures {
   double least = 1.0, growth = 0.0;
 };
 
-/// All movers are told to go to the middle and down, and any way else, by about `pace` [m, rad].
+/// All movers are commanded to go to the middle and down, and any way else, by about `pace` [m, rad].
 std::vector<MotionCommand> together(const Crowd& crowd, Random& random, double pace) {
   std::vector<MotionCommand> commands;
   for (int i = 0; i < Crowd::kMovers; ++i) {
@@ -102,7 +103,7 @@ void move_and_judge(Crowd& crowd, const std::vector<MotionCommand>& commands, Fi
   figures.limits += report.iteration_limits;
   figures.queries = std::max(figures.queries, report.queries);
   std::array<double, Crowd::kMovers> before;
-  before.fill(std::numeric_limits<double>::infinity());
+  before.fill(kInfinity);
   for (std::size_t part = 0; part < crowd.world->executed_parts(); ++part) {
     for (int k = 0; k <= 4; ++k) {
       std::array<Pose, Crowd::kSolids> poses;

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <numbers>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "world_fixture.hpp"
@@ -224,8 +225,8 @@ TEST(Slide, InASlotOfTwoGaps) {
   }
 }
 
-// A row of boxes pressed together and on the floor, all told to go: the one in front holds the others, none
-// pushes another.
+// A row of boxes pressed together and on the floor, all commanded to go: the one in front holds the others,
+// none pushes another.
 TEST(Slide, MoversDoNotPushEachOther) {
   const auto world = make_world();
   world->set_default_rule(slide_rule());
@@ -367,7 +368,7 @@ TEST(Slide, DistanceToTheGoalNeverGrows) {
         room.world->move_by(room.box, {0.03 * std::cos(a), 0.03 * std::sin(1.3 * a), -0.02},
                             {0.02 * std::sin(0.3 * a), 0.03 * std::cos(0.2 * a), 0.05 * std::sin(0.1 * a)});
     slid += room.world->frame(std::array{command}).slide_steps > 0;
-    double before = std::numeric_limits<double>::infinity();
+    double before = kInfinity;
     for (std::size_t part = 0; part < room.world->executed_parts(); ++part) {
       for (int k = 0; k <= 8; ++k) {
         const Pose X = room.world->executed_pose(room.box, part, k / 8.0);

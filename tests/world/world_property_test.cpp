@@ -11,8 +11,8 @@ namespace {
 
 #ifdef TOUCHSTONE_HAS_EXACT
 
-// A few boxes in a small room, told to go anywhere: whatever is executed, `exact` finds no overlap at the
-// ends nor at sampled poses on the way.
+// A few boxes in a small room, commanded to go anywhere: whatever is executed, `exact` finds no overlap at
+// the ends nor at sampled poses on the way.
 TEST(ContactWorld, NothingExecutedOverlaps) {
   BackendRegistry registry;
   register_exact(registry);

@@ -24,16 +24,17 @@ class Followers {
   void take_room(std::size_t slots, bool anew) {
     if (anew) *this = {};
     leader_of_.resize(slots, kNone), claim_of_.resize(slots, {kNone, 0});
-    is_told_.resize(slots, 0), is_disputed_.resize(slots, 0), is_blocked_.resize(slots, 0);
+    is_commanded_.resize(slots, 0), is_disputed_.resize(slots, 0), is_blocked_.resize(slots, 0);
     for (std::vector<std::uint32_t>* roots : {&followers_, &claimed_})
       if (slots > roots->capacity()) roots->reserve(std::max(slots, 2 * roots->capacity()));
   }
-  /// A frame begins. @param told_before of the last one. @param told roots with a command of their own.
-  void begin(std::span<const std::uint32_t> told_before, std::span<const std::uint32_t> told) {
+  /// A frame begins. @param commanded_before of the last one. @param commanded roots with a command of their
+  /// own.
+  void begin(std::span<const std::uint32_t> commanded_before, std::span<const std::uint32_t> commanded) {
     for (const std::uint32_t root : followers_) leader_of_[root] = kNone;
     followers_.clear();
-    for (const std::uint32_t root : told_before) is_told_[root] = 0;
-    for (const std::uint32_t root : told) is_told_[root] = 1;
+    for (const std::uint32_t root : commanded_before) is_commanded_[root] = 0;
+    for (const std::uint32_t root : commanded) is_commanded_[root] = 1;
   }
   void nothing_is_disputed() { std::fill(is_disputed_.begin(), is_disputed_.end(), std::uint8_t{0}); }
 
@@ -48,7 +49,7 @@ class Followers {
                        [&](std::uint32_t follower) { return leader_of_[follower] == root; });
   }
   /// Commanded in this frame, or goes along.
-  bool is_told(std::uint32_t root) const { return is_told_[root] != 0; }
+  bool is_commanded(std::uint32_t root) const { return is_commanded_[root] != 0; }
   /// Two leaders wanted it, or two links of one: it stays.
   bool is_disputed(std::uint32_t root) const { return is_disputed_[root] != 0; }
 
@@ -76,7 +77,7 @@ class Followers {
       if (is_disputed_[root]) continue;
       leader_of_[root] = lead.root;
       followers_.push_back(root);
-      is_told_[root] = 1;
+      is_commanded_[root] = 1;
       take(lead, root);
       any = true;
     }
@@ -87,9 +88,9 @@ class Followers {
  private:
   std::vector<std::uint32_t> leader_of_;  // by slot; kNone: it goes by itself, or not at all
   std::vector<std::uint32_t> followers_;
-  std::vector<Lead> claim_of_;                                    // by slot: whom it is to go along with
-  std::vector<std::uint32_t> claimed_;                            // slots
-  std::vector<std::uint8_t> is_told_, is_disputed_, is_blocked_;  // by slot
+  std::vector<Lead> claim_of_;                                         // by slot: whom it is to go along with
+  std::vector<std::uint32_t> claimed_;                                 // slots
+  std::vector<std::uint8_t> is_commanded_, is_disputed_, is_blocked_;  // by slot
 };
 
 }  // namespace touchstone

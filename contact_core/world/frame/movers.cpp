@@ -40,7 +40,7 @@ void clamp_joints(const WorldModel& model, std::span<const double> values, Mecha
 }  // namespace
 
 void Movers::take_room(std::size_t slots, bool anew) {
-  for (std::vector<std::uint32_t>* list : {&roots, &told, &told_before}) {
+  for (std::vector<std::uint32_t>* list : {&roots, &commanded, &commanded_before}) {
     if (anew) list->clear();
     const std::size_t room = 2 * slots + 64;
     if (room > list->capacity()) list->reserve(std::max(room, 2 * list->capacity()));
@@ -50,16 +50,16 @@ void Movers::take_room(std::size_t slots, bool anew) {
 }
 
 void Movers::add_follower(std::uint32_t root) {
-  told.push_back(root);
+  commanded.push_back(root);
   roots.insert(std::lower_bound(roots.begin(), roots.end(), root), root);
 }
 
 void begin_frame(WorldModel& model, Movers& movers) {
   ++model.travels.clearings;
-  movers.told_before.swap(movers.told);
-  movers.told.clear();
+  movers.commanded_before.swap(movers.commanded);
+  movers.commanded.clear();
   movers.roots.clear();
-  for (const std::uint32_t slot : movers.told_before) {
+  for (const std::uint32_t slot : movers.commanded_before) {
     model.in_motion[slot] = movers.is_short[slot] = 0;
     model.stops[slot] = 1.0;
     model.rides.end(slot);
@@ -82,7 +82,7 @@ void accept(WorldModel& model, std::span<const MotionCommand> commands, Movers& 
     const RigidPath path = starts_here ? command.path : RigidPath::between(X_WO, command.path.to());
     model.paths[slot] = CarriedPath(path, objects.poses_in_body());
     model.in_motion[slot] = !path.at_rest();
-    movers.roots.push_back(slot), movers.told.push_back(slot);
+    movers.roots.push_back(slot), movers.commanded.push_back(slot);
     objects[slot].commanded = command.path.to();
   }
 }
@@ -103,7 +103,7 @@ void accept(WorldModel& model, std::span<const JointCommand> commands, Movers& m
     clamp_joints(model, command.values, mover, events);
     model.in_motion[mover.lead] = mover.commanded != mover.actual;
     if (model.in_motion[mover.lead]) mover.go(mover.commanded);
-    movers.roots.push_back(mover.lead), movers.told.push_back(mover.lead);
+    movers.roots.push_back(mover.lead), movers.commanded.push_back(mover.lead);
   }
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
     if (MechanismMover* mover = mechanisms.at(i); mover != nullptr && !model.in_motion[mover->lead])

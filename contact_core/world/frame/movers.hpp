@@ -11,10 +11,10 @@ namespace touchstone {
 
 /// Who moves in a frame, by roots' slots.
 struct Movers {
-  std::vector<std::uint32_t> roots;        ///< in motion, or taken along; ascending, each once
-  std::vector<std::uint32_t> told;         ///< commanded or taken along in this frame; may name one twice
-  std::vector<std::uint32_t> told_before;  ///< the same, one frame ago
-  std::vector<std::uint8_t> is_short;      ///< by slot: its commanded path was stopped in this frame
+  std::vector<std::uint32_t> roots;      ///< in motion, or taken along; ascending, each once
+  std::vector<std::uint32_t> commanded;  ///< commanded or taken along in this frame; may name one twice
+  std::vector<std::uint32_t> commanded_before;  ///< the same, one frame ago
+  std::vector<std::uint8_t> is_short;           ///< by slot: its commanded path was stopped in this frame
 
   /// @param anew nobody was ever commanded.
   void take_room(std::size_t slots, bool anew);

@@ -344,7 +344,7 @@ void WatchedPairs::choose_imminent(WorldModel& model) {
 /// Roots that move or have moved since, but for arms: of their many pairs those that are imminent are fewer.
 void WatchedPairs::find_looked_at(const WorldModel& model, const Movers& movers) {
   looked_at_.clear();
-  for (const std::vector<std::uint32_t>* roots : {&movers.told, &movers.told_before})
+  for (const std::vector<std::uint32_t>* roots : {&movers.commanded, &movers.commanded_before})
     for (const std::uint32_t root : *roots) {
       if (is_looked_at_[root] || model.mechanism_of(root) != nullptr) continue;
       is_looked_at_[root] = 1;

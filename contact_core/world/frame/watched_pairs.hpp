@@ -16,8 +16,8 @@ namespace touchstone {
 /// The pairs that could come near, and how far everything may go until the broadphase is asked for them
 /// again: not in every frame.
 ///
-/// Set-up tells it what came, went or is to look further; a frame lays its paths, brings the pairs up to date
-/// and gathers those that may not be clear on the paths. `model` is written where travels are counted.
+/// Set-up passes on what came, went or is to look further; a frame lays its paths, brings the pairs up to
+/// date and gathers those that may not be clear on the paths. `model` is written where travels are counted.
 class WatchedPairs {
  public:
   // Set-up. An object's slot and its solids are laid out in the model, and place_in_body() is done.

@@ -40,7 +40,7 @@ class FrameLanes {
   /// Of all lanes.
   std::uint64_t calls() const;
 
-  /// Signed distances of pairs where all stand. Of a few, what is told is remembered for who asks next: more
+  /// Signed distances of pairs where all stand. Of a few, the answers are remembered for who asks next: more
   /// would only push each other out.
   /// @param poses X_WS of every solid. @param out one a pair.
   void ask(std::span<const SolidPair> pairs, std::span<const Pose> poses,

@@ -11,7 +11,7 @@ namespace touchstone {
 namespace {
 
 bool is_passive(const WorldModel& model, const Followers& followers, std::uint32_t root) {
-  return !followers.is_told(root) && !model.objects[root].is_static() && !model.objects[root].is_link();
+  return !followers.is_commanded(root) && !model.objects[root].is_static() && !model.objects[root].is_link();
 }
 
 /// By what a mover's solid takes others along.
@@ -87,7 +87,7 @@ void go_along(WorldModel& model, std::uint32_t leader, std::uint32_t root) {
 }
 
 void take_loads(WorldModel& model, const StandingContacts& contacts, Movers& movers, Followers& followers) {
-  followers.begin(movers.told_before, movers.told);
+  followers.begin(movers.commanded_before, movers.commanded);
   if (!model.rules.moves_passive() || movers.roots.empty()) return;
   followers.nothing_is_disputed();
   std::size_t taken = 0;

@@ -498,8 +498,8 @@ void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
     const std::uint32_t source = take_in(model, scope.watched, index);
     if (source == kNone) return;
     FramePair& met = pairs_[source];
-    const bool is_told = met.gap == most.gap && met.interest == most.interest;
-    if (!is_told && is_apart_by_axis(model, watch, met, standing, way)) return;
+    const bool is_same = met.gap == most.gap && met.interest == most.interest;
+    if (!is_same && is_apart_by_axis(model, watch, met, standing, way)) return;
     met.way = way;
     close_.push_back(source), ahead_.push_back(pair);
   });

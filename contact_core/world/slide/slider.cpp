@@ -8,7 +8,7 @@
 namespace touchstone {
 namespace {
 
-/// Of the room between two sliders neither gets less than this share, whatever they are told to do.
+/// Of the room between two sliders neither gets less than this share, whatever their commands.
 constexpr double kLeastShare = 0.125;
 
 /// How fast a slider would come along n if it went straight to its goal.

@@ -34,7 +34,7 @@ class Slides {
   StopPermits& permits() { return permits_; }
 
   /// Once the commanded paths are executed, as part 0. @param pairs the frame's: what slides met and is not
-  /// known to be apart at their end is added. @param report gets what slides tell.
+  /// known to be apart at their end is added. @param report gets the figures of slides.
   void run(const FrameScope& scope, std::vector<FramePair>& pairs, FrameReport& report);
 
  private:

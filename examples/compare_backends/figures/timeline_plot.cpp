@@ -10,31 +10,31 @@ namespace {
 constexpr double kWidth = 760, kLeft = 150, kRight = 744, kTop = 30, kRow = 22, kBand = 14;
 
 struct Span {
-  char told;
+  char outcome;
   std::size_t begin, end;
 };
 
-std::vector<Span> spans_of(const std::string& told) {
+std::vector<Span> spans_of(const std::string& outcomes) {
   std::vector<Span> spans;
-  for (std::size_t f = 0; f < told.size(); ++f) {
-    if (spans.empty() || spans.back().told != told[f]) spans.push_back({told[f], f, f});
+  for (std::size_t f = 0; f < outcomes.size(); ++f) {
+    if (spans.empty() || spans.back().outcome != outcomes[f]) spans.push_back({outcomes[f], f, f});
     spans.back().end = f + 1;
   }
   return spans;
 }
 
-const char* meaning(char told) {
-  return told == 'b' ? "blocked" : told == 'w' ? "wrongly blocked" : told == 'm' ? "merged" : "free";
+const char* meaning(char outcome) {
+  return outcome == 'b' ? "blocked" : outcome == 'w' ? "wrongly blocked" : outcome == 'm' ? "merged" : "free";
 }
 
 std::string block(const Span& span, double x0, double x1, double top) {
   const double width = std::max(x1 - x0, 1.0);
   std::string svg =
-      fmt::format("<g><title>{}: frames {} to {}</title>", meaning(span.told), span.begin, span.end - 1);
-  const double high = span.told == 'w' ? kBand * 0.45 : span.told == 'm' ? kBand * 1.3 : kBand;
-  svg += fmt::format("<rect class='t-{}' x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'/>", span.told,
-                     x0, top + kBand - high, width, high);
-  if (span.told == 'm' && width > 8) {
+      fmt::format("<g><title>{}: frames {} to {}</title>", meaning(span.outcome), span.begin, span.end - 1);
+  const double high = span.outcome == 'w' ? kBand * 0.45 : span.outcome == 'm' ? kBand * 1.3 : kBand;
+  svg += fmt::format("<rect class='t-{}' x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'/>",
+                     span.outcome, x0, top + kBand - high, width, high);
+  if (span.outcome == 'm' && width > 8) {
     for (double x = x0 + 3; x + 6 < x1; x += 14)
       svg +=
           fmt::format("<path class='tick' d='M{0:.1f} {1:.1f}l6 6m0 -6l-6 6'/>", x, top + kBand - high + 6);
@@ -46,8 +46,8 @@ std::string block(const Span& span, double x0, double x1, double top) {
 
 std::string timeline_plot(const SceneResult& scene, const std::vector<std::string>& backends,
                           bool standalone) {
-  const bool told = !scene.backends.empty() && !scene.backends.front().frames_told.empty();
-  if (!told) return "";
+  const bool is_known = !scene.backends.empty() && !scene.backends.front().frame_outcomes.empty();
+  if (!is_known) return "";
   const double bottom = kTop + kRow * static_cast<double>(scene.backends.size());
   const auto x = [&](std::size_t frame) {
     return kLeft + (kRight - kLeft) * static_cast<double>(frame) / static_cast<double>(scene.frames);
@@ -61,8 +61,8 @@ std::string timeline_plot(const SceneResult& scene, const std::vector<std::strin
                        xml_text(backend.name));
     svg += fmt::format("<rect class='t-free' x='{}' y='{:.1f}' width='{}' height='{}'/>", kLeft, top,
                        kRight - kLeft, kBand);
-    for (const Span& span : spans_of(backend.frames_told)) {
-      if (span.told != '.') svg += block(span, x(span.begin), x(span.end), top);
+    for (const Span& span : spans_of(backend.frame_outcomes)) {
+      if (span.outcome != '.') svg += block(span, x(span.begin), x(span.end), top);
     }
     top += kRow;
   }

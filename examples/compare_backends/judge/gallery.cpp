@@ -52,11 +52,11 @@ Worst worst_answer(const BackendAnswers& answers, const Judgement& judgement,
   for (const QueryKind query : kQueryKinds) {
     const std::vector<PairStatus>& status = answers.queries[index_of(query)].status;
     for (std::size_t i = 0; i < truth.size(); ++i) {
-      const bool told = status[i] == PairStatus::overlapping;
-      if (!told && status[i] != PairStatus::separated) continue;
-      if (told != truth[i].contact())
+      const bool contact = status[i] == PairStatus::overlapping;
+      if (!contact && status[i] != PairStatus::separated) continue;
+      if (contact != truth[i].contact())
         worst.note(std::abs(truth[i].separation) / scale[i], i, query,
-                   told ? "phantom contact" : "missed contact");
+                   contact ? "phantom contact" : "missed contact");
     }
   }
   for (const Carried& carried : kCarried) {

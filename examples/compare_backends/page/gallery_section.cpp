@@ -40,7 +40,8 @@ std::string gallery_section(const Page& page) {
   if (page.report.gallery.empty()) return html + "<p>No backend erred.</p>\n";
   html += fmt::format(
       "<p>Of each backend and set, scenes too, the answer with the largest error over S: of all queries, a "
-      "figure that it carries (distance, depth, normal, points), or a contact missed or told where none is, "
+      "figure that it carries (distance, depth, normal, points), or a contact missed or reported where none "
+      "is, "
       "by "
       "the exact separation. The {} worst of these, at most {} of one backend, so that one backend's many do "
       "not "

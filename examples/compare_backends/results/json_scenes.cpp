@@ -95,7 +95,7 @@ Json json(const SceneResult& scene) {
                                   {"missed_frames", backend.missed_frames},
                                   {"phantom_frames", backend.phantom_frames},
                                   {"undecided_frames", backend.undecided_frames},
-                                  {"frames_told", backend.frames_told},
+                                  {"frame_outcomes", backend.frame_outcomes},
                                   {"clearance_at_stop_m", number(backend.clearance_at_stop)},
                                   {"worst_clearance_error_m", number(backend.worst_clearance_error)}});
   }

@@ -34,9 +34,9 @@ SceneBackend follow(const BackendAnswers& answers, const SceneFrames& frames, st
     else if (!overlap.contact && contact)
       ++result.missed_frames;
     const bool blocks = overlap.contact || overlap.unsure;
-    if (blocks && f > 0 && result.frames_told.find_first_of("bw") == std::string::npos)
+    if (blocks && f > 0 && result.frame_outcomes.find_first_of("bw") == std::string::npos)
       result.clearance_at_stop = exact[f - 1];
-    result.frames_told += blocks ? (contact ? 'b' : 'w') : contact ? 'm' : '.';
+    result.frame_outcomes += blocks ? (contact ? 'b' : 'w') : contact ? 'm' : '.';
     const FrameAnswer distance = frame_answer(answers.queries[index_of(QueryKind::distance)], f, pairs);
     const double error = std::abs(distance.least - exact[f]);
     if (std::isfinite(error))

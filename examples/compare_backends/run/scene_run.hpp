@@ -22,7 +22,7 @@ struct SceneBackend {
   /// The action of a world that believes this backend at each frame of the commanded motion, from one frame
   /// alone: '.' free, 'b' blocked rightly, 'w' wrongly blocked (contact reported, or not decided, where there
   /// is none), 'm' merged (contact not reported). Empty without truth.
-  std::string frames_told;
+  std::string frame_outcomes;
   /// Exact clearance in the last frame before the first that it would block [m]; NaN: none is.
   double clearance_at_stop = 0;
   /// Largest |least separation - exact least separation| of a frame [m]; NaN: none.

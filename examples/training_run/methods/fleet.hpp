@@ -7,7 +7,7 @@
 
 namespace touchstone::training {
 
-/// Objects that go wherever they are told, with what they carry.
+/// Objects that go wherever they are commanded, with what they carry.
 struct Fleet {
   std::vector<Pose> X_WO;
   Formation formation;

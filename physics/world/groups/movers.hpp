@@ -104,8 +104,8 @@ struct Movers {
 
   /// Poses and velocities from the states of these bodies.
   void update_motions(std::span<const std::uint32_t> bodies);
-  /// Puts kinematic bodies where they were told to be by then: from where the step found them, so that no
-  /// group's clock shows. @param elapsed [s] of the step
+  /// Puts kinematic bodies where they were commanded to be by then: from where the step found them, so that
+  /// no group's clock shows. @param elapsed [s] of the step
   void place_kinematics(std::span<const std::uint32_t> kinematics, double elapsed);
   /// By the last update_motions().
   Pose pose_of(const Mover& mover) const;

@@ -9,7 +9,7 @@
 
 namespace touchstone::physics::stepping {
 
-/// A kinematic body that was told to move.
+/// A kinematic body that was commanded to move.
 bool moves(const Body& body);
 /// See DynamicsWorld::is_restless().
 bool is_restless(const Movers& movers, const Mover& mover);

@@ -262,9 +262,9 @@ bool IslandSolver::is_contradicted(const Island& island, const StepContext& step
                      [&](std::uint32_t unit) { return contradicted_[unit] != 0; });
 }
 
-/// Whether something that moves as told presses on bodies that have no common way out of what does not give
-/// way: most that contradicts itself looks so, and some that does not. Without such a mover the velocity 0 is
-/// one that all contacts allow.
+/// Whether something that moves as commanded presses on bodies that have no common way out of what does not
+/// give way: most that contradicts itself looks so, and some that does not. Without such a mover the velocity
+/// 0 is one that all contacts allow.
 bool IslandSolver::is_squeezed(const Island& island, const ContactRows& rows, const StepContext& step) const {
   if (!step.is_bounded() || island.joints > 0) return false;
   const std::span<const std::size_t> blocks = islands_.blocks_of(island);
@@ -279,7 +279,7 @@ bool IslandSolver::is_squeezed(const Island& island, const ContactRows& rows, co
   for (const std::size_t block : blocks) {
     if (!outward(block, n_W)) continue;
     sum_W += n_W;
-    is_pressed = is_pressed || (rows.contacts[block].is_told && rows.b[3 * block] < 0.0);
+    is_pressed = is_pressed || (rows.contacts[block].is_commanded && rows.b[3 * block] < 0.0);
   }
   if (!is_pressed) return false;
   return std::any_of(blocks.begin(), blocks.end(), [&](std::size_t block) {

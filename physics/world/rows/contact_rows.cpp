@@ -33,7 +33,7 @@ struct Axis {
   std::array<double, kTorques> last;  // by Torque
 };
 
-bool moves_as_told(const Mover& mover, const Movers& movers) {
+bool moves_as_commanded(const Mover& mover, const Movers& movers) {
   return mover.kind == Mover::Kind::body && moves(movers.bodies[mover.index]);
 }
 
@@ -141,7 +141,7 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
     added.point = index;
     added.n_W = given.n_AB_W, added.t1_W = point.t1_W, added.t2_W = point.t2_W;
     added.sides[0].sign = -1.0, added.sides[1].sign = 1.0;
-    added.is_told = moves_as_told(given.a, movers_) || moves_as_told(given.b, movers_);
+    added.is_commanded = moves_as_commanded(given.a, movers_) || moves_as_commanded(given.b, movers_);
   }
   ContactRows::Contact& contact = rows_.contacts[next_contact_++];
   // The point goes along with what touches there, half with each.

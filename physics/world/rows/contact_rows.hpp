@@ -45,7 +45,7 @@ struct ContactRows {
     std::size_t point;  // of the group
     Vector3 n_W, t1_W, t2_W;
     Side sides[2];
-    bool is_told = false;  // one of them moves as told
+    bool is_commanded = false;  // one of them moves as commanded
   };
   /// A row of a joint: of a drive, of its losses, an end stop; or a direction that a joint between movers
   /// holds. It acts on one unit or two.

@@ -12,7 +12,7 @@ namespace {
 
 using Side = JointSystem::Side;
 
-bool is_told(const Mover& mover, const Movers& movers) {
+bool is_commanded(const Mover& mover, const Movers& movers) {
   return mover.kind == Mover::Kind::body && movers.bodies[mover.index].is_kinematic;
 }
 
@@ -54,7 +54,7 @@ void fill_system(const Group& group, Movers& movers, const StateOf& state_of, co
   }
   const auto side_of = [&](const Mover& mover) -> Side {
     if (mover.kind == Mover::Kind::ground) return {};
-    if (is_told(mover, movers)) {
+    if (is_commanded(mover, movers)) {
       const Body& body = movers.bodies[mover.index];
       const FrameMotion motion = motion_now(mover, movers);
       system.kinematic.push_back({body.X_WB, motion.v_W, motion.w_W});

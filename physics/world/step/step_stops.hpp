@@ -18,7 +18,7 @@ struct Stop {
 /// How the end of a piece is aimed at a stop.
 struct StopSearch {
   int tries = 0;          // left
-  bool is_probe = false;  // so short a piece that it tells how velocities go on
+  bool is_probe = false;  // so short a piece that it shows how velocities go on
   bool is_aimed = false;  // a stop should be at its end
 };
 

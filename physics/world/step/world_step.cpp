@@ -181,7 +181,7 @@ bool step_group(const Group& members, std::span<const Contact> contacts, StepCon
   return true;
 }
 
-/// Bodies that touch nothing; kinematic ones to where they were told.
+/// Bodies that touch nothing; kinematic ones to where they were commanded.
 bool step_loose(StepContext& step, WorldParts& world) {
   if (!fly_loose(world.groups.loose(), step, world.movers)) return false;
   std::vector<std::uint32_t>& kinematics = world.group.kinematics;
