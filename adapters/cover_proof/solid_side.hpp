@@ -30,7 +30,7 @@ class SolidSide {
   bool is_inside(const Vector3& p, double clearance) const;
 
  private:
-  /// What a triangle adds to the winding number; nothing where the ray meets an edge of it.
+  /// A triangle's part of the winding number; nothing where the ray meets an edge of it.
   std::optional<int> crossing(std::uint32_t triangle, const Point& p, int axis, bool is_upward) const;
   std::vector<std::uint32_t> closed_triangles() const;
 

@@ -25,7 +25,7 @@ template <class Data, class Contact>
 struct ContactOf<int (*)(const mjModel*, Data*, Contact*, int, int, mjtNum)> {
   using type = Contact;
 };
-/// What a collision function writes, by the installed header: mjContact, or mjPreContact in later versions.
+/// A collision function's output type, by the installed header: mjContact, or mjPreContact in later versions.
 using EngineContact = ContactOf<mjfCollision>::type;
 
 /// The normal, whose place has two names.

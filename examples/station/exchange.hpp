@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-// What threads hand to each other without a lock, so that none ever waits for another.
+// Threads exchange values here without a lock, so that none ever waits for another.
 
 namespace touchstone::station {
 

@@ -43,7 +43,7 @@ struct StationEvent {
   std::array<char, 96> text{};
 };
 
-/// What is set, for the page: plain data.
+/// The state of the controls, for the page: plain data.
 struct StateMessage {
   std::uint64_t frame = 0;
   std::size_t scene = 0;

@@ -46,7 +46,7 @@ struct Method {
   Method(MethodKind given, std::unique_ptr<training::Method> given_method, const StationScene& scene);
 };
 
-/// What is set, as `state` of protocol.md.
+/// The state of the controls, as `state` of protocol.md.
 struct FlightState {
   CommandFrame frame = CommandFrame::end_effector;
   std::array<double, 4> camera = {0.0, 0.0, 0.0, 1.0};

@@ -14,7 +14,7 @@ inline constexpr std::uint32_t kFrameMagic = 0x31465354;  // "TSF1"
 inline constexpr std::size_t kFrameHeader = 128;          ///< bytes
 inline constexpr std::size_t kMostContacts = 256;         ///< in a frame's message
 
-/// What a frame's header says beside what is flown; see protocol.md.
+/// The fields of a frame's header beside the flight's; see protocol.md.
 struct FrameFacts {
   InputStamp input;
   bool has_input = false;

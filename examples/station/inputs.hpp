@@ -7,7 +7,7 @@
 
 namespace touchstone::station {
 
-/// What the hands hold: axes from -1 to 1 of the rates in force.
+/// The hand controllers' deflections: axes from -1 to 1 of the rates in force.
 struct HandInput {
   Vector3 translation = Vector3::Zero();
   Vector3 rotation = Vector3::Zero();

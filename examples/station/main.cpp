@@ -68,7 +68,7 @@ double thread_us() {
   return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
 }
 
-/// What `exact` says about each method's frames.
+/// The verdict of `exact` on each method's frames.
 void print_verdict(const Session& session, MergeJudge& judge) {
   const JudgeFigures& figures = judge.take();
   constexpr std::array<const char*, kMethods> kNames = {"no check", "figure 1", "figure 2", "ours"};

@@ -10,7 +10,7 @@
 
 namespace touchstone::station {
 
-/// What `exact` says about the frames that a method has shown since the last reset.
+/// The verdict of `exact` on the frames that a method has shown since the last reset.
 struct MergeFigures {
   std::uint64_t judged_frame = 0;  ///< the last one
   std::uint32_t judged = 0, merged = 0;
@@ -31,7 +31,7 @@ class MergeJudge {
   /// Keeps a reference.
   explicit MergeJudge(const StationScenes& scenes);
 
-  /// What every method shows now. No allocation; what finds no room is not judged, and counted.
+  /// Takes the poses that every method shows now. No allocation; those without room are counted, not judged.
   void offer(const Session& session) noexcept;
   /// The newest figures.
   const JudgeFigures& take() noexcept;

@@ -13,7 +13,7 @@
 
 namespace touchstone::station {
 
-/// What a page says, read and checked; see protocol.md.
+/// A page's message, read and checked; see protocol.md.
 struct InputMessage {
   HandInput hand;
   std::uint32_t number = 0;
@@ -34,7 +34,7 @@ struct DrawnMessage {
   std::uint64_t frame = 0;
   double stamp = 0.0, offset = 0.0, rtt = 0.0;  ///< [us]
 };
-/// What is not understood; the socket stays open.
+/// A message that is not understood; the socket stays open.
 struct RefusedMessage {
   std::string text;
 };

@@ -20,7 +20,7 @@ constexpr const char* kSubprotocol = "touchstone-station-1";
 constexpr std::uint64_t kMostUnseen = 2;
 /// A page sends a hundred messages a second: what is beyond these is a flood.
 constexpr std::size_t kMostMessagesASecond = 2000, kMostBytesASecond = std::size_t{4} << 20U;
-/// What the kernel may hold of a client that is slow to read: newer frames are worth more [bytes].
+/// Most that the kernel may hold for a client that is slow to read: newer frames are worth more [bytes].
 constexpr int kSendBuffer = 64 << 10;
 
 template <class T>

@@ -18,10 +18,10 @@ namespace touchstone::station {
 
 class PageClient;
 
-/// What a text to a page is about. Events, answers and the like pass; of the others the newest says it all.
+/// The subject of a text to a page. Events, answers and the like pass; of the others the newest says it all.
 enum class Text : std::uint8_t { passing, hello, scene, state, score, latency, debrief };
 
-/// What all clients of the page share. Of the server's thread only.
+/// State that all clients of the page share. Of the server's thread only.
 struct ClientHost {
   const ServerSettings& settings;
   Exchange& exchange;

@@ -39,7 +39,7 @@ std::string hash_text(std::uint64_t hash);
 /// @throws InputError, `name:line: reason`: a line that is none of these, frames out of order, a scene that
 /// is not there.
 Recording read_recording(std::istream& in, const std::string& name, const StationScenes& scenes);
-/// What a recording's header says alone. @throws InputError
+/// Reads a recording's header alone. @throws InputError
 Recording read_header(std::istream& in, const std::string& name);
 
 /// Flies a recording without a clock. @param frames 0: as many as it names, or up to its last input.

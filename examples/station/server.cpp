@@ -267,7 +267,7 @@ void Server::State::accept() {
     if (error == asio::error::operation_aborted) return;
     if (!error) {
       figures.accepted.fetch_add(1, std::memory_order_relaxed);
-      // What is too much is closed by its destructor, at once.
+      // A client too many is closed by its destructor, at once.
       if (connections + host.clients.size() < settings.most_connections)
         std::make_shared<Connection>(std::move(socket), *this)->start();
     }

@@ -21,7 +21,7 @@ struct ServerSettings {
   std::size_t most_message = 65536;   ///< bytes of a message from a page
 };
 
-/// What the server did so far. Any thread.
+/// Counts of the server's work so far. Any thread.
 struct ServerFigures {
   std::atomic<std::uint64_t> accepted{0}, refused{0};  ///< sockets; requests that were turned away
   std::atomic<std::uint64_t> clients{0};               ///< now

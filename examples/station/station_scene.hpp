@@ -10,7 +10,7 @@
 
 namespace touchstone::station {
 
-/// What may be latched to what, as a script's actions at times above 0 name it.
+/// A pair that may be latched, as a script's actions at times above 0 name it.
 struct LatchOption {
   std::uint32_t carrier, carried;  ///< objects
   std::vector<SolidPair> allowed;

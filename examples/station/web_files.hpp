@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-// What a request may ask for, without sockets: paths, tokens, hosts.
+// Checks of a request, without sockets: paths, tokens, hosts.
 
 namespace touchstone::station {
 

@@ -196,7 +196,7 @@ struct Judge::State {
     return paths;
   }
 
-  /// What an object is on: a body of a path, and where the object is in that body.
+  /// The body of a path that an object is on, and where the object is in that body.
   struct BodyPath {
     const MotionPath* path;
     std::uint32_t body;

@@ -286,7 +286,7 @@ TEST_P(EngineSuite, EveryFeatureIsTakenOrNamed) {
         physics::unsupported(engines().engine(GetParam()).features(GetParam().check), scene).empty();
     EXPECT_TRUE(can(feature) || !can_all) << to_string(feature);
     if (can_all) {
-      // What it says it does runs.
+      // A feature that it claims runs.
       run(GetParam(), scene);
       continue;
     }

@@ -12,7 +12,7 @@
 #include "touchstone/examples/station/loop.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
 
-// What the station decides from inputs, without sockets or a clock.
+// The station's decisions from inputs, without sockets or a clock.
 
 namespace touchstone::station {
 namespace {

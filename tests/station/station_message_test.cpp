@@ -7,7 +7,7 @@
 #include "touchstone/tests/station/station_scenes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
-// What pages say and ask for, without sockets.
+// Pages' messages and requests, without sockets.
 
 namespace touchstone::station {
 namespace {

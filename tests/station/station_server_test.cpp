@@ -385,7 +385,7 @@ TEST_F(StationServer, KeepsTheNewestBackFromAPageThatHasNotSeenTheLastTwo) {
     page.say(R"({"type": "seen", "frame": )" + std::to_string(at<std::uint64_t>(frame, 8)) + "}");
   };
   seen();
-  // What was on its way before the first `seen` was taken comes first; each is seen at once.
+  // Frames sent before the first `seen` was taken come first; each is seen at once.
   for (int i = 0; i < 40; ++i) {
     frame = page.wait_for_frame();
     seen();

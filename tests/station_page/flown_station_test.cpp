@@ -92,7 +92,7 @@ TEST_F(FlownStation, StopsAtContactWhereOthersMergeAndAgreesOnTheTimes) {
   EXPECT_GT(apart[0].get<int>(), 0);
   EXPECT_EQ(apart[0], apart[2]);
   EXPECT_NEAR(apart[1].get<double>(), apart[3].get<double>(), 1.0) << "ms";
-  // What it saves of the real station it opens again.
+  // It opens again the file that it saves of the real station.
   EXPECT_EQ(
       value("(async () => { const {timeline, station: {hello, scene}} = touchstoneStation, bytes = await "
             "timeline.file(hello, scene).arrayBuffer(), again = new timeline.constructor(); return "

@@ -66,7 +66,7 @@ TEST_F(StationPage, KeepsAnOpenedFlightApartFromWhatIsLive) {
 
   value("seen.openFile(window.saved)");
   ASSERT_TRUE(becomes_true(is_opened));
-  // What the hands and the instructor choose from is the station's.
+  // The hands' and the instructor's choices are the station's.
   EXPECT_EQ(value("document.getElementById('scenes').options.length"), 2);
   EXPECT_EQ(value("document.getElementById('joint').options.length"), 2);
   value("fake.sockets[0].text({type: 'event', frame: 9, time: 1, kind: 'began', a: 1, b: 2})");

@@ -1,4 +1,4 @@
-// What tests ask of the page from within.
+// Tests ask the page these questions from within.
 window.seen = {
   // x of the tip as `method` shows it.
   tip: method => touchstoneStation.station.frame.methods[method].poses[8],
@@ -24,7 +24,7 @@ window.seen = {
     return new Blob(['TSR1', new Uint32Array([text.length]), text, ...frames.flatMap(frame => [new Uint32Array([frame.byteLength]), frame])]);
   },
 
-  // What is shown, to be saved.
+  // The shown frame, to be saved.
   shown() {
     const {station: {hello, scene}, timeline} = touchstoneStation;
     return {texts: structuredClone({hello, scene}), frames: [...timeline.frames]};

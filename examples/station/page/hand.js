@@ -1,4 +1,4 @@
-// What the hands hold: keyboard, gamepad and the page's own buttons, as six axes and a joint's rate, each from -1 to 1.
+// The hands' input: keyboard, gamepad and the page's own buttons, as six axes and a joint's rate, each from -1 to 1.
 // Two-handed, as the SSRMS's hand controllers: the left one translates, the right one rotates.
 
 // Physical keys, so that they lie in the same places on every keyboard: [vector, axis, sign]. Axes: forward, left, up.

@@ -85,7 +85,7 @@ export class Panels {
       element('td'), element('td'), element('td'))));
   }
 
-  // What the station flies: its choices, events and score are of this scene also while another is looked back at.
+  // The station's flight: its choices, events and score are of this scene also while another is looked back at.
   setLive(scene) {
     this.live = scene;
     this.liveJoints = scene.arms.flatMap(arm => arm.joints);
@@ -97,7 +97,7 @@ export class Panels {
     get('events').replaceChildren();
   }
 
-  // What is shown.
+  // The shown frame.
   setScene(scene) {
     this.scene = scene;
     this.joints = scene.arms.flatMap(arm => arm.joints);

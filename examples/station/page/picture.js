@@ -1,4 +1,4 @@
-// What is seen: which objects in which colours, the marks of contacts and distances, and the cameras' views on one canvas.
+// The picture: which objects in which colours, the marks of contacts and distances, and the cameras' views on one canvas.
 
 import {add, subtract, scale, unit, length, turn, multiply, about, lookAt, project} from './algebra.js';
 import {contactKind, objectFlag, positionOf, rotationOf} from './frames.js';
@@ -159,7 +159,7 @@ export class Picture {
           renderer.drawObjects({alpha, over});
         }
       };
-      // What is merged is seen through, so that one sees the one in the other.
+      // Merged objects are translucent, so that one sees the one in the other.
       if (merged.size) drawThrough(method.poses, this.base.map(own => rgba(mix(own, colour.merged, 0.8))), scene.objects.map((_, i) => merged.has(i)), 0.62, false);
       // Over all: what is commanded lies inside of what stopped it.
       // Fainter where it is close: a command is mostly a few millimetres ahead, and the arm's own colours shall be seen.

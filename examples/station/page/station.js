@@ -20,7 +20,7 @@ const keys = {Space: 'brakes', KeyV: 'vernier', KeyM: 'mode', KeyT: 'frame', Key
 
 const station = {hello: null, scene: null, state: {}, frame: null, shown: 3, sideBySide: false, selected: -1, stages: null,
   screens: [], orbit: new Orbit(), mounted: [], mainCamera: -1, drawn: 0, broken: 0, ages: [], intervals: []};
-// What the station said last, whatever is shown: `station` has hello, scene and flight of what is, which may be looked back at.
+// The station's last messages, whatever is shown: `station` has hello, scene and flight of what is, which may be looked back at.
 const live = {hello: null, scene: null, flight: new Timeline(), faults: []};
 station.flight = live.flight;
 const panels = new Panels(), sound = new Sound(), latency = new Latency();
@@ -161,7 +161,7 @@ function showScene(scene) {
   layScreens();
 }
 
-// What is looked back at stays until one goes live.
+// The flight looked back at stays until one goes live.
 function showLive() {
   if (!live.scene) return;
   station.flight = live.flight;
@@ -540,7 +540,7 @@ function turnOfLoop(now) {
   if (frame) noticeLostScene(frame, now);
   if (frame && !station.looking && frame.objects === station.scene.objects.length && (station.scene.serial === undefined || frame.serial === station.scene.serial)) {
     live.flight.add(buffer);
-    // What looks as it did is on the screen: drawing it again, by software, takes the processor from the station beside.
+    // An unchanged picture is on the screen: drawing it again, by software, takes the processor from the station beside.
     const drawn = aim(frame) || station.dirty || !looksLike(station.frame, frame);
     station.frame = frame;
     showCue(frame);
@@ -592,7 +592,7 @@ function bindPage() {
   for (const id of ['show-ghost', 'show-edges', 'show-distances', 'follow', 'detail', 'theme']) get(id).addEventListener('change', () => { setTheme(); redraw(); });
   get('show-cctv').onchange = () => { if (station.scene) layScreens(); };
   get('keys').onchange = event => { hand.enabled = event.target.checked; hand.letGo(); };
-  // What was chosen by mouse does not keep the keys that fly.
+  // A control chosen by mouse does not keep the keys that fly.
   for (const node of document.querySelectorAll('select, input[type="checkbox"]')) node.addEventListener('change', () => { if (!node.matches(':focus-visible')) node.blur(); });
   get('line').oninput = () => look('stop');
   get('keep').onclick = saveFlight;
