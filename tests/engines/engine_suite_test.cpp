@@ -182,96 +182,111 @@ TEST_P(EngineSuite, NamesWhatItCannotDo) {
   }
 }
 
-/// A scene that asks for the feature, and for little else.
-DynamicScene scene_with(EngineFeature feature) {
-  using enum EngineFeature;
-  DynamicScene scene = empty_scene(0.1);
-  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 5}, 1.0);
-  const std::size_t other = add_box(scene, "other", {0.2, 0.2, 0.2}, {2, 0, 5}, 1.0);
-  const auto add_arm = [&]() -> physics::SceneJoint& {
-    scene.bodies[box].kind = BodyKind::link;
-    physics::SceneJoint joint;
-    joint.name = "joint";
-    joint.child = box;
-    joint.p_W = {0, 0, 5};
-    scene.mechanisms.push_back({"arm", {joint}, {}});
-    return scene.mechanisms[0].joints[0];
-  };
-  const auto drive_arm = [&](physics::JointDrive::Mode mode) {
-    physics::JointDrive& drive = add_arm().drive.drive;
-    drive.mode = mode;
-    drive.torque = drive.rate = drive.stiffness = 0.1, drive.limit = 10.0;
-  };
+/// Two cubes, "box" and "other", on which the scenes below put what they ask for.
+constexpr std::size_t kBox = 0, kOther = 1;
+
+/// Makes "box" the link of an arm of one joint.
+physics::SceneJoint& add_arm(DynamicScene& scene) {
+  scene.bodies[kBox].kind = BodyKind::link;
+  physics::SceneJoint joint;
+  joint.name = "joint";
+  joint.child = kBox;
+  joint.p_W = {0, 0, 5};
+  scene.mechanisms.push_back({"arm", {joint}, {}});
+  return scene.mechanisms[0].joints[0];
+}
+
+void add_driven_arm(DynamicScene& scene, physics::JointDrive::Mode mode) {
+  physics::JointDrive& drive = add_arm(scene).drive.drive;
+  drive.mode = mode;
+  drive.torque = drive.rate = drive.stiffness = 0.1, drive.limit = 10.0;
+}
+
+void make_frustum(DynamicScene& scene) {
+  std::array<Vector3, 8> v = Hexahedron::from_size({0.2, 0.2, 0.2}).vertices();
+  for (Vector3& p : v)
+    if (p.z() > 0.0) p.x() *= 0.5, p.y() *= 0.5;
+  scene.scene.objects[kBox].tree = HexahedronTree({{"box", Hexahedron::from_vertices(v), {}}}, "box");
+}
+
+void exempt_a_part(DynamicScene& scene) {
   Pose aside;
   aside.p = {0, 0.2, 0};
+  scene.scene.objects[kBox].tree = HexahedronTree({{"box", Hexahedron::from_size({0.2, 0.2, 0.2}), {}},
+                                                   {"side", Hexahedron::from_size({0.2, 0.2, 0.2}), aside}},
+                                                  "box");
+  scene.scene.exempt_pairs.push_back({"box/side", "other/box"});
+}
+
+void add_set_joint(DynamicScene& scene) {
+  add_arm(scene);
+  physics::SceneAction set;
+  set.kind = physics::SceneAction::Kind::set_joint;
+  scene.actions.push_back(set);
+}
+
+void add_ball(DynamicScene& scene) {
+  physics::SceneBodyJoint joint;
+  joint.name = "ball";
+  joint.kind = physics::BodyJointKind::ball;
+  joint.parent = kBox, joint.child = kOther;
+  joint.p_W = {1, 0, 5};
+  scene.joints.push_back(joint);
+}
+
+void ask_for(EngineFeature feature, DynamicScene& scene) {
+  using enum EngineFeature;
+  using Mode = physics::JointDrive::Mode;
   switch (feature) {
-    case hulls: {
-      std::array<Vector3, 8> v = Hexahedron::from_size({0.2, 0.2, 0.2}).vertices();
-      for (Vector3& p : v)
-        if (p.z() > 0.0) p.x() *= 0.5, p.y() *= 0.5;
-      scene.scene.objects[box].tree = HexahedronTree({{"box", Hexahedron::from_vertices(v), {}}}, "box");
-      break;
-    }
+    case hulls:
+      return make_frustum(scene);
     case kinematic_bodies:
-      scene.bodies[other].kind = BodyKind::kinematic;
-      break;
+      scene.bodies[kOther].kind = BodyKind::kinematic;
+      return;
     case mixed_friction:
-      scene.bodies[other].surface.friction = 0.1;
-      break;
+      scene.bodies[kOther].surface.friction = 0.1;
+      return;
     case restitution:
-      scene.bodies[other].surface.restitution = 0.5;
-      break;
+      scene.bodies[kOther].surface.restitution = 0.5;
+      return;
     case exempt_parts:
-      scene.scene.objects[box].tree =
-          HexahedronTree({{"box", Hexahedron::from_size({0.2, 0.2, 0.2}), {}},
-                          {"side", Hexahedron::from_size({0.2, 0.2, 0.2}), aside}},
-                         "box");
-      scene.scene.exempt_pairs.push_back({"box/side", "other/box"});
-      break;
+      return exempt_a_part(scene);
     case arms:
-      add_arm();
-      break;
+      add_arm(scene);
+      return;
     case joint_stops:
-      add_arm().upper = 1.0;
-      break;
+      add_arm(scene).upper = 1.0;
+      return;
     case torque_drives:
-      drive_arm(physics::JointDrive::Mode::torque);
-      break;
+      return add_driven_arm(scene, Mode::torque);
     case rate_drives:
-      drive_arm(physics::JointDrive::Mode::rate);
-      break;
+      return add_driven_arm(scene, Mode::rate);
     case brakes:
-      drive_arm(physics::JointDrive::Mode::brake);
-      break;
+      return add_driven_arm(scene, Mode::brake);
     case position_drives:
-      drive_arm(physics::JointDrive::Mode::position);
-      break;
+      return add_driven_arm(scene, Mode::position);
     case latches:
       scene.scene.latches.push_back({"box", "other", {}});
-      break;
-    case set_joints: {
-      add_arm();
-      physics::SceneAction set;
-      set.kind = physics::SceneAction::Kind::set_joint;
-      scene.actions.push_back(set);
-      break;
-    }
+      return;
+    case set_joints:
+      return add_set_joint(scene);
     case joint_losses:
-      add_arm().losses.friction = 0.1;
-      break;
+      add_arm(scene).losses.friction = 0.1;
+      return;
     case rotors:
-      add_arm().rotor = 0.1;
-      break;
-    case body_joints: {
-      physics::SceneBodyJoint joint;
-      joint.name = "ball";
-      joint.kind = physics::BodyJointKind::ball;
-      joint.parent = box, joint.child = other;
-      joint.p_W = {1, 0, 5};
-      scene.joints.push_back(joint);
-      break;
-    }
+      add_arm(scene).rotor = 0.1;
+      return;
+    case body_joints:
+      return add_ball(scene);
   }
+}
+
+/// A scene that asks for the feature, and for little else.
+DynamicScene scene_with(EngineFeature feature) {
+  DynamicScene scene = empty_scene(0.1);
+  add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 5}, 1.0);
+  add_box(scene, "other", {0.2, 0.2, 0.2}, {2, 0, 5}, 1.0);
+  ask_for(feature, scene);
   return scene;
 }
 
