@@ -23,6 +23,28 @@ std::string chosen_reference(const Options& options, const BackendRegistry& regi
   return "native";
 }
 
+/// With which of its checks an engine has a feature: "yes", "-", or those that do.
+std::string word_for(const physics::EngineRegistry::Entry& entry, physics::EngineFeature feature) {
+  std::vector<std::string> with;
+  for (const std::string& check : entry.checks)
+    if (entry.features(check).has(feature)) with.push_back(check);
+  if (with.empty()) return "-";
+  return with.size() == entry.checks.size() ? "yes" : fmt::format("{}", fmt::join(with, ","));
+}
+
+/// A row a feature, a column an engine.
+void print_features(const physics::EngineRegistry& engines) {
+  fmt::print(
+      "what a scene may ask of engines ('-': refused as unsupported; or the checks with which)\n  {:40}", "");
+  for (const auto& entry : engines.engines()) fmt::print("  {:10}", entry.name);
+  for (int i = 0; i < physics::kEngineFeatures; ++i) {
+    const auto feature = static_cast<physics::EngineFeature>(i);
+    fmt::print("\n  {:40}", to_string(feature));
+    for (const auto& entry : engines.engines()) fmt::print("  {:10}", word_for(entry, feature));
+  }
+  fmt::print("\n");
+}
+
 void print_list(const Options& options, const BackendRegistry& registry,
                 const physics::EngineRegistry& engines) {
   fmt::print("scenes\n");
@@ -33,6 +55,7 @@ void print_list(const Options& options, const BackendRegistry& registry,
     fmt::print("  {:26}  {}; checks: {}\n", entry.name, entry.description, fmt::join(entry.checks, " "));
   for (const auto& missing : engines.missing())
     fmt::print("  {:26}  missing: {}\n", missing.name, missing.reason);
+  print_features(engines);
 }
 
 /// In the order asked for, each once; `own` over each of the backends.

@@ -209,6 +209,16 @@ TEST_F(DynamicsRun, ListsScenesAndBackendsAndHelps) {
   EXPECT_EQ(list.code, 0);
   for (const char* name : {"08_pushed_centred", "09_backdriven_16t", "native"})
     EXPECT_THAT(list.out, HasSubstr(name));
+  const auto row = [&](const std::string& feature) {
+    const std::size_t start = list.out.find("\n  " + feature + "  ");
+    return start == std::string::npos ? "" : list.out.substr(start, list.out.find('\n', start + 1) - start);
+  };
+  EXPECT_THAT(row("hexahedra that are no boxes"), HasSubstr("yes"));
+  EXPECT_THAT(row("inertia of rotors"), HasSubstr("yes"));
+  if (list.out.find("\n  ode  ") != std::string::npos) {
+    EXPECT_THAT(row("hexahedra that are no boxes"), HasSubstr("native"));
+    EXPECT_THAT(row("latches"), HasSubstr("-"));
+  }
   const Outcome help = run("--help");
   EXPECT_EQ(help.code, 0);
   EXPECT_THAT(help.out, HasSubstr("--backend"));
