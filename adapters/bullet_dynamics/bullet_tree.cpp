@@ -183,6 +183,17 @@ void Tree::apply_torques() {
       tree_->addJointTorque(drive.link, drive.command.torque);
 }
 
+void Tree::push(std::size_t body, const Vector3& force_W, const Vector3& moment_W) {
+  const int index = index_of(body);
+  if (index < 0) {
+    tree_->addBaseForce(to_engine(force_W));
+    tree_->addBaseTorque(to_engine(moment_W));
+    return;
+  }
+  tree_->addLinkForce(index, to_engine(force_W));
+  tree_->addLinkTorque(index, to_engine(moment_W));
+}
+
 void Tree::read() {
   tree_->forwardKinematics(rotations_, origins_);
   tree_->compTreeLinkVelocities(w_.data(), v_.data());

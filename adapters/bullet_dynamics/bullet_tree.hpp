@@ -55,6 +55,8 @@ class Tree {
   void set_drive(std::size_t joint, const JointDrive& drive);
   /// Before each step: torques are gone after one.
   void apply_torques();
+  /// For the next step, on a body of the tree: at its centre of mass.
+  void push(std::size_t body, const Vector3& force_W, const Vector3& moment_W);
   /// After a step: where the links are.
   void read();
 

@@ -136,6 +136,12 @@ class BulletEngine final : public SceneEngine {
   }
 
  protected:
+  void apply(std::size_t body, const Vector3& force_W, const Vector3& moment_W) override {
+    if (tree_of_[body] != nullptr) return tree_of_[body]->push(body, force_W, moment_W);
+    bodies_[body]->applyCentralForce(to_engine(force_W));
+    bodies_[body]->applyTorque(to_engine(moment_W));
+  }
+
   void advance(EngineStep& step) override {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (bodies().bodies()[b].kind == ContactSide::kinematic)

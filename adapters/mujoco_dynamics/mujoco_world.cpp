@@ -49,6 +49,12 @@ class MujocoEngine final : public SceneEngine {
   }
 
  protected:
+  void apply(std::size_t body, const Vector3& force_W, const Vector3& moment_W) override {
+    mjtNum* const on_body = data_->xfrc_applied + 6 * static_cast<std::size_t>(ids_[body]);
+    for (int i = 0; i < 3; ++i) on_body[i] = force_W[i], on_body[3 + i] = moment_W[i];
+    is_pushed_ = true;
+  }
+
   void advance(EngineStep& step) override {
     for (const Joint& joint : joints_) data_->qfrc_applied[joint.dof] = joint.drive.torque;
     {
@@ -56,6 +62,8 @@ class MujocoEngine final : public SceneEngine {
       if (by_native_) native.emplace();
       mj_step(model_.get(), data_.get());
     }
+    if (is_pushed_) mju_zero(data_->xfrc_applied, 6 * model_->nbody);  // MuJoCo keeps it
+    is_pushed_ = false;
     step.contacts = static_cast<std::size_t>(data_->ncon);
     constexpr std::array<std::pair<mjtWarning, const char*>, 5> kWarnings{
         {{mjWARN_CONTACTFULL, "more contacts than there is room for"},
@@ -170,7 +178,7 @@ class MujocoEngine final : public SceneEngine {
     return out;
   }
 
-  bool by_native_;
+  bool by_native_, is_pushed_ = false;
   mujoco::ModelHandle model_;
   mujoco::DataHandle data_;
   std::vector<int> ids_, first_q_, first_v_;  // by body

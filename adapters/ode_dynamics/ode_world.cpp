@@ -87,6 +87,11 @@ class OdeEngine final : public SceneEngine {
   }
 
  protected:
+  void apply(std::size_t body, const Vector3& force_W, const Vector3& moment_W) override {
+    dBodyAddForce(bodies_[body], force_W.x(), force_W.y(), force_W.z());
+    dBodyAddTorque(bodies_[body], moment_W.x(), moment_W.y(), moment_W.z());
+  }
+
   void advance(EngineStep& step) override {
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       if (bodies().bodies()[b].kind != ContactSide::kinematic) continue;

@@ -75,6 +75,15 @@ class DynamicsEngine {
   /// Finds contacts and moves everything by the scene's step. Timed inside, without what is only looked at.
   virtual EngineStep step() = 0;
 
+  /// Over the next step that is taken, beside gravity, drives and contacts: a force at p_W and a moment on
+  /// the object, with what moves with it; several add up. A link feels them through its joints. Before
+  /// begin_step() or after it. Does not allocate.
+  /// @param force_W [N] @param p_W [m] @param moment_W [N m]
+  /// @throws InputError: no such object, one that is fixed or follows its motion, figures that are not
+  /// finite.
+  void push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
+            const Vector3& moment_W = Vector3::Zero());
+
   /// Of the last step. @param contacts emptied first
   virtual void list_contacts(std::vector<EngineContact>& contacts) const = 0;
 
@@ -96,6 +105,11 @@ class DynamicsEngine {
 
   /// The deepest overlap now of any pair that is checked, by `native` whatever check the engine has [m].
   virtual double worst_depth() = 0;
+
+ private:
+  /// As push(). @pre the object moves by forces, the figures are finite
+  virtual void take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
+                         const Vector3& moment_W) = 0;
 };
 
 }  // namespace touchstone::physics

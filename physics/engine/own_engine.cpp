@@ -103,6 +103,14 @@ class OwnEngine final : public DynamicsEngine {
   }
 
  private:
+  /// What a kinematic body or the ground carries is moved by no force.
+  void take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
+                 const Vector3& moment_W) override {
+    const Mover& mover = simulation_.mover_of(object);
+    if (mover.kind != Mover::Kind::ground && !is_kinematic(mover))
+      simulation_.world_to_set().push(mover, force_W, p_W, moment_W);
+  }
+
   const DynamicsWorld& world() const { return simulation_.world(); }
   bool is_kinematic(const Mover& mover) const {
     return mover.kind == Mover::Kind::body && world().is_kinematic(mover.index);

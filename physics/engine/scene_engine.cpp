@@ -83,6 +83,7 @@ SceneEngine::SceneEngine(const DynamicScene& scene)
     : bodies_(scene),
       states_(bodies_.bodies().size()),
       targets_(bodies_.bodies().size()),
+      pushes_(bodies_.bodies().size()),
       joint_states_(bodies_.joints().size() + bodies_.body_joints().size()),
       drives_since_(joint_states_.size(), 0.0),
       root_(bodies_.bodies().size()) {
@@ -173,6 +174,7 @@ void SceneEngine::aim(double time) {
 EngineStep SceneEngine::step() {
   EngineStep out;
   const Clock::time_point start = Clock::now();
+  apply_pushes();
   advance(out);
   out.total_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   if (!out.failure.empty()) return out;
@@ -187,6 +189,24 @@ EngineStep SceneEngine::step() {
   }
   ++steps_;
   return out;
+}
+
+/// Kept until the step: actions in between may rebuild what an engine would have added it to.
+void SceneEngine::take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
+                            const Vector3& moment_W) {
+  const std::size_t body = bodies_.body_of(object);
+  Push& push = pushes_[body];
+  push.is_any = true;
+  push.force_W += force_W;
+  push.moment_W += moment_W + cross(Vector3(p_W - states_[body].X_WB.p), force_W);
+}
+
+void SceneEngine::apply_pushes() {
+  for (std::size_t b = 0; b < pushes_.size(); ++b) {
+    if (!pushes_[b].is_any) continue;
+    apply(b, pushes_[b].force_W, pushes_[b].moment_W);
+    pushes_[b] = {};
+  }
 }
 
 void SceneEngine::read() {

@@ -58,6 +58,8 @@ class SceneEngine : public DynamicsEngine {
   /// Fills what does not depend on the engine: sides and their velocities.
   void finish_contact(EngineContact& contact) const;
 
+  /// For the next step alone: a force at B's origin and a moment. @param body a free one or a link
+  virtual void apply(std::size_t body, const Vector3& force_W, const Vector3& moment_W) = 0;
   /// Moves the engine's world by the scene's step. `step` has its failure empty and its times 0.
   virtual void advance(EngineStep& step) = 0;
   /// The body's state now; of free bodies, kinematic ones and links.
@@ -78,6 +80,15 @@ class SceneEngine : public DynamicsEngine {
     std::vector<SolidPair> allowed;
   };
 
+  /// Of the next step, on a body at its B's origin.
+  struct Push {
+    bool is_any = false;
+    Vector3 force_W = Vector3::Zero(), moment_W = Vector3::Zero();
+  };
+
+  void take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
+                 const Vector3& moment_W) final;
+  void apply_pushes();
   void carry_out(const SceneAction& action);
   void hold(std::size_t carrier, std::size_t carried, std::span<const ExemptPair> allowed);
   void let_go(std::size_t carried);
@@ -90,6 +101,7 @@ class SceneEngine : public DynamicsEngine {
 
   EngineScene bodies_;
   std::vector<State> states_, targets_;
+  std::vector<Push> pushes_;  // by body
   std::vector<JointState> joint_states_;
   std::vector<SceneDrive> drives_;
   std::vector<double> drives_since_;

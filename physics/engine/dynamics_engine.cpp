@@ -1,0 +1,20 @@
+#include "touchstone/physics/engine/dynamics_engine.hpp"
+
+#include "touchstone/contact_core/input_error.hpp"
+
+namespace touchstone::physics {
+
+void DynamicsEngine::push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
+                          const Vector3& moment_W) {
+  if (object >= scene().bodies.size()) throw InputError("push: no such object");
+  const std::string who = "push: object '" + scene().scene.objects[object].tree.name() + "': ";
+  const BodyKind kind = scene().bodies[object].kind;
+  if (kind == BodyKind::fixed || kind == BodyKind::kinematic)
+    throw InputError(who + (kind == BodyKind::fixed ? "is fixed" : "follows its motion") +
+                     ": no force moves it");
+  for (const Vector3& v : {force_W, p_W, moment_W})
+    if (!touchstone::is_finite(v)) throw InputError(who + "a figure that is not finite");
+  take_push(object, force_W, p_W, moment_W);
+}
+
+}  // namespace touchstone::physics

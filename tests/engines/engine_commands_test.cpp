@@ -1,0 +1,98 @@
+// What a program asks of a running engine, in every one with each of its checks: wrenches.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/engines/engine_suite.hpp"
+
+namespace touchstone {
+namespace {
+
+using namespace engine_tests;
+using physics::BodyKind;
+using physics::DynamicScene;
+using physics::EngineFeature;
+
+class EngineCommands : public EngineSuite {};
+
+/// One step, with what is told in between begin_step() and step().
+template <class Tell>
+void take_step(physics::DynamicsEngine& engine, const Tell& tell) {
+  engine.begin_step();
+  tell();
+  const physics::EngineStep step = engine.step();
+  ASSERT_TRUE(step.failure.empty()) << step.failure;
+}
+
+TEST_P(EngineCommands, AWrenchMovesABodyForAStep) {
+  DynamicScene scene = empty_scene(1.0);
+  scene.gravity_W.setZero();
+  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {1, 2, 3}, 3.0);
+  const auto engine = engines().make(GetParam(), scene);
+  const double inertia = 3.0 * 0.2 * 0.2 / 6.0;
+  // One at a corner, and a moment: J = F h, and about the centre (r x F + M) h.
+  const Vector3 force(3, 0, 0), r(0.1, 0.1, 0.1), moment(0, 0, 0.4);
+  engine->push(box, 0.5 * force, Vector3(1, 2, 3) + r);  // before the commands of the step: counts as well
+  take_step(*engine, [&] { engine->push(box, 0.5 * force, Vector3(1, 2, 3) + r, moment); });
+  const Vector3 v = kStep / 3.0 * force, w = kStep / inertia * (cross(r, force) + moment);
+  expect_error("pushed to [m/s]", norm(*engine->velocity(box) - v), 1e-14, 1e-12);
+  expect_error("turned to [rad/s]", norm(*engine->angular_velocity(box) - w), 1e-12, 1e-9);
+  while (!engine->is_over()) take_step(*engine, [] {});
+  expect_error("and no more [m/s]", norm(*engine->velocity(box) - v), 1e-14, 1e-12);
+  expect_error(
+      "nor turned [N m s]",
+      norm(engine->angular_momentum() - (kStep * moment + cross(Vector3(1, 2, 3) + r, kStep * force))), 1e-12,
+      1e-8);
+}
+
+TEST_P(EngineCommands, AWrenchTurnsALinkThroughItsJoint) {
+  DynamicScene scene = empty_scene(1.0);
+  scene.gravity_W.setZero();
+  const std::size_t rod = add_box(scene, "rod", {2, 0.02, 0.02}, {1, 0, 0}, 3.0);
+  scene.bodies[rod].kind = BodyKind::link;
+  scene.bodies[rod].inertia.inertia_B = Vector3(0, 1, 1).asDiagonal();
+  physics::SceneJoint joint;
+  joint.name = "hinge";
+  joint.child = rod;
+  scene.mechanisms.push_back({"arm", {joint}, {}});
+  if (!can(EngineFeature::arms)) {
+    EXPECT_THROW(engines().make(GetParam(), scene), InputError);
+    return;
+  }
+  const auto engine = engines().make(GetParam(), scene);
+  // Across the rod, at its tip, and a moment about the hinge; along it the hinge bears what is pushed.
+  const double torque = 2.0 * 0.25 + 0.3, inertia = 4.0;
+  while (!engine->is_over())
+    take_step(*engine, [&] {
+      const Pose X = engine->object_pose(rod);
+      const Vector3 tip = X.p + X.R.col(0), across = X.R.col(1), along = X.R.col(0);
+      engine->push(rod, 0.25 * across + 5.0 * along, tip, {0, 0, 0.3});
+    });
+  const double rate = torque / inertia;
+  expect_error("link turns at [rad/s]", std::abs(engine->joint_rate({0, 0}) - rate), 1e-9, 1e-6);
+  expect_error("link turned by [rad]", std::abs(engine->joint_value({0, 0}) - 0.5 * rate), 1e-9,
+               1.1 * kStep * rate);
+}
+
+TEST_P(EngineCommands, RefusesAPushThatNothingFollows) {
+  DynamicScene scene = empty_scene(0.1);
+  const std::size_t ground = add_ground(scene);
+  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 3}, 3.0);
+  const auto engine = engines().make(GetParam(), scene);
+  const Vector3 force(1, 0, 0), none(std::numeric_limits<double>::quiet_NaN(), 0, 0);
+  EXPECT_THROW(engine->push(ground, force, {0, 0, 0}), InputError);
+  EXPECT_THROW(engine->push(box + 1, force, {0, 0, 0}), InputError);
+  EXPECT_THROW(engine->push(box, none, {0, 0, 0}), InputError);
+  EXPECT_THROW(engine->push(box, force, none), InputError);
+  EXPECT_THROW(engine->push(box, force, {0, 0, 0}, none), InputError);
+  take_step(*engine, [] {});
+  EXPECT_EQ(engine->velocity(box)->x(), 0.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Engines, EngineCommands, ::testing::ValuesIn(choices()), name_of);
+
+}  // namespace
+}  // namespace touchstone
