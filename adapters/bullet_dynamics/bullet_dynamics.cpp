@@ -14,7 +14,8 @@ void register_bullet_dynamics(physics::EngineRegistry& registry) {
       "Bullet " + std::to_string(version / 100) + "." + std::to_string(version % 100) + ", double precision";
   entry.checks = {std::string(physics::kOwnCheck), "native"};
   entry.features = [](std::string_view) {
-    return physics::EngineFeatures::usual().with(physics::EngineFeature::body_joints);
+    using enum physics::EngineFeature;
+    return physics::EngineFeatures::usual().with(set_joints).with(body_joints);
   };
   entry.make = [](const physics::DynamicScene& scene, const std::string& check) {
     return physics::bullet_dynamics::make_world(scene, check == "native");

@@ -167,6 +167,14 @@ void Tree::catch_up(std::span<const BodyMotion> bodies) {
   read();
 }
 
+void Tree::set_joint(std::size_t joint, double value, double rate) {
+  const int link = drive_of(joint).link;
+  tree_->setJointPos(link, value - scene_.joints()[joint].source->value);
+  tree_->setJointVel(link, rate);
+  read();
+  tree_->updateCollisionObjectWorldTransforms(rotations_, origins_);
+}
+
 void Tree::set_drive(std::size_t joint, const JointDrive& drive) {
   for (Drive& each : drives_) {
     if (each.joint != joint) continue;

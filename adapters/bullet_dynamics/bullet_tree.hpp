@@ -51,6 +51,8 @@ class Tree {
   /// momentum than these rates give them becomes an impulse on the whole: what is latched in flight is caught
   /// without a loss. @param bodies by body @param joints of the scene
   void set_motion(std::span<const BodyMotion> bodies, std::span<const JointMotion> joints);
+  /// From now on; all other joints and the root stay as they are. @param joint of the scene, of this tree
+  void set_joint(std::size_t joint, double value, double rate);
   /// For the steps from now on. @param joint of the scene, of this tree
   void set_drive(std::size_t joint, const JointDrive& drive);
   /// Before each step: torques are gone after one.

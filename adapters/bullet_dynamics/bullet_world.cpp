@@ -180,6 +180,10 @@ class BulletEngine final : public SceneEngine {
     if (tree_of_joint_[joint] != nullptr) tree_of_joint_[joint]->set_drive(joint, drive);
   }
 
+  void set_joint(std::size_t joint, double value, double rate) override {
+    tree_of_joint_[joint]->set_joint(joint, value, rate);
+  }
+
   void switch_joint(std::size_t body_joint, bool is_on) override {
     body_joints_[body_joint]->switch_to(is_on);
   }

@@ -13,7 +13,7 @@ void register_mujoco_dynamics(physics::EngineRegistry& registry) {
   entry.checks = {std::string(physics::kOwnCheck), "native"};
   entry.features = [](std::string_view) {
     using enum physics::EngineFeature;
-    return physics::EngineFeatures{hulls, arms, joint_stops, torque_drives, brakes};
+    return physics::EngineFeatures{hulls, arms, joint_stops, torque_drives, brakes, set_joints};
   };
   entry.make = [](const physics::DynamicScene& scene, const std::string& check) {
     return physics::mujoco_dynamics::make_world(scene, check == "native");

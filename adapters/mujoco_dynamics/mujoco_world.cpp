@@ -113,6 +113,12 @@ class MujocoEngine final : public SceneEngine {
     model_->dof_frictionloss[joint.dof] = is_brake ? drive.limit : 0.0;
   }
 
+  void set_joint(std::size_t index, double value, double rate) override {
+    data_->qpos[joints_[index].q] = value;
+    data_->qvel[joints_[index].dof] = rate;
+    find_links();
+  }
+
  private:
   struct Joint {
     int q, dof;

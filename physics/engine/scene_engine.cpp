@@ -125,7 +125,8 @@ void SceneEngine::carry_out(const SceneAction& action) {
     case SceneAction::Kind::part:
       switch_joint(action.joint.joint, action.kind == SceneAction::Kind::join);
       break;
-    case SceneAction::Kind::set_joint:  // no engine has EngineFeature::set_joints
+    case SceneAction::Kind::set_joint:
+      set_joint(joint_index(action.joint), action.value, action.rate);
       break;
   }
 }
@@ -390,6 +391,7 @@ double SceneEngine::worst_depth() {
 
 SceneEngine::JointState SceneEngine::read_joint(std::size_t) const { return {}; }
 void SceneEngine::set_drive(std::size_t, const JointDrive&) {}
+void SceneEngine::set_joint(std::size_t, double, double) {}
 void SceneEngine::latch(std::size_t, std::size_t) {}
 void SceneEngine::release(std::size_t) {}
 void SceneEngine::switch_joint(std::size_t, bool) {}

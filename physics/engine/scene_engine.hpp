@@ -68,6 +68,9 @@ class SceneEngine : public DynamicsEngine {
   virtual JointState read_joint(std::size_t joint) const;
   /// For the steps from now on; the torque is that of the middle of the step, the limit within the joint's.
   virtual void set_drive(std::size_t joint, const JointDrive& drive);
+  /// From now on a joint of EngineScene::joints() has the value and the rate, and what hangs on it goes
+  /// along.
+  virtual void set_joint(std::size_t joint, double value, double rate);
   /// From now on the two bodies are one, as they stand; and no longer. `carrier` may be of any kind.
   virtual void latch(std::size_t carrier, std::size_t carried);
   virtual void release(std::size_t carried);

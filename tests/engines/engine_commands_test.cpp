@@ -1,4 +1,4 @@
-// What a program asks of a running engine, in every one with each of its checks: wrenches.
+// What a program asks of a running engine, in every one with each of its checks: wrenches, joints put at values.
 
 #include <gtest/gtest.h>
 
@@ -90,6 +90,51 @@ TEST_P(EngineCommands, RefusesAPushThatNothingFollows) {
   EXPECT_THROW(engine->push(box, force, {0, 0, 0}, none), InputError);
   take_step(*engine, [] {});
   EXPECT_EQ(engine->velocity(box)->x(), 0.0);
+}
+
+TEST_P(EngineCommands, AJointPutAtAValueGoesOnFromThere) {
+  DynamicScene scene = empty_scene(1.0);
+  scene.gravity_W.setZero();
+  const std::size_t rod = add_box(scene, "rod", {2, 0.02, 0.02}, {1, 0, 0}, 3.0);
+  const std::size_t tip = add_box(scene, "tip", {0.1, 0.02, 0.02}, {2.1, 0, 0}, 0.5);
+  for (const std::size_t link : {rod, tip}) scene.bodies[link].kind = BodyKind::link;
+  physics::SceneJoint hinge;
+  hinge.name = "hinge";
+  hinge.child = rod;
+  hinge.value = 0.2;  // where the scene has it
+  physics::SceneJoint slider;
+  slider.name = "slider";
+  slider.kind = JointKind::prismatic;
+  slider.parent = rod, slider.child = tip;
+  slider.axis_W = {1, 0, 0};
+  scene.mechanisms.push_back({"arm", {hinge, slider}, {}});
+  for (const auto& [joint, value] : {std::pair(0, 0.9), std::pair(1, 0.3)}) {
+    physics::SceneAction set;
+    set.kind = physics::SceneAction::Kind::set_joint;
+    set.time = 0.5;
+    set.joint = {0, static_cast<std::size_t>(joint)};
+    set.value = value;
+    scene.actions.push_back(set);
+  }
+  if (!can(EngineFeature::set_joints) || !can(EngineFeature::arms)) {
+    EXPECT_THROW(engines().make(GetParam(), scene), InputError);
+    return;
+  }
+  const auto engine = run(GetParam(), scene);
+  const double turn = 0.9 - 0.2;
+  const Vector3 along(std::cos(turn), std::sin(turn), 0);
+  expect_error("put at [rad]", std::abs(engine->joint_value({0, 0}) - 0.9), 1e-12, 1e-9);
+  expect_error("put at [m]", std::abs(engine->joint_value({0, 1}) - 0.3), 1e-12, 1e-9);
+  expect_error("rod is at [m]", norm(engine->object_pose(rod).p - along), 1e-12, 1e-9);
+  expect_error("tip is at [m]", norm(engine->object_pose(tip).p - 2.4 * along), 1e-12, 1e-9);
+
+  // Turning on, the tip fast on the rod.
+  scene.mechanisms[0].joints[1].kind = JointKind::fixed;
+  scene.actions.resize(1);
+  scene.actions[0].rate = -0.2;
+  const auto turning = run(GetParam(), scene);
+  expect_error("turned on to [rad]", std::abs(turning->joint_value({0, 0}) - (0.9 - 0.5 * 0.2)), 1e-12, 1e-9);
+  expect_error("turned on at [rad/s]", std::abs(turning->joint_rate({0, 0}) + 0.2), 1e-12, 1e-9);
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, EngineCommands, ::testing::ValuesIn(choices()), name_of);
