@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 
 #include "touchstone/physics/contacts/touch_events.hpp"
@@ -8,13 +9,22 @@
 namespace touchstone::physics {
 
 /// Touches from a step's contacts, of any engine. An engine whose narrowphase reaches beyond contact
-/// touches by its own rule: where it presses. @param contacts of DynamicsEngine::list_contacts() @param h
+/// touches by its own rule: where it presses.
+/// Pairs come as a < b. @param contacts of DynamicsEngine::list_contacts() @param h
 /// the step [s]
 inline void take_touches(std::span<const EngineContact> contacts, double h, TouchEvents& events) {
   events.begin();
-  for (const EngineContact& contact : contacts)
-    events.add({contact.solids, contact.p_W, contact.n_AB_W, contact.separation, h * contact.force_W,
-                contact.impact_W});
+  for (const EngineContact& contact : contacts) {
+    // Engines list a pair either way round, and not in every step the same.
+    const SolidPair& pair = contact.solids;
+    const double sign = pair.a <= pair.b ? 1.0 : -1.0;
+    events.add({{std::min(pair.a, pair.b), std::max(pair.a, pair.b)},
+                contact.p_W,
+                sign * contact.n_AB_W,
+                contact.separation,
+                sign * h * contact.force_W,
+                sign * contact.impact_W});
+  }
   events.finish();
 }
 

@@ -1,4 +1,5 @@
-// What a program asks of a running engine, in every one with each of its checks: wrenches, joints put at values.
+// What a program asks of a running engine, in every one with each of its checks: wrenches, joints put at
+// values, and what touches.
 
 #include <gtest/gtest.h>
 
@@ -6,6 +7,7 @@
 #include <limits>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/engine/engine_touches.hpp"
 #include "touchstone/tests/engines/engine_suite.hpp"
 
 namespace touchstone {
@@ -15,6 +17,7 @@ using namespace engine_tests;
 using physics::BodyKind;
 using physics::DynamicScene;
 using physics::EngineFeature;
+using physics::TouchEvent;
 
 class EngineCommands : public EngineSuite {};
 
@@ -90,6 +93,37 @@ TEST_P(EngineCommands, RefusesAPushThatNothingFollows) {
   EXPECT_THROW(engine->push(box, force, {0, 0, 0}, none), InputError);
   take_step(*engine, [] {});
   EXPECT_EQ(engine->velocity(box)->x(), 0.0);
+}
+
+TEST_P(EngineCommands, TellsWhatBeginsToTouchAndParts) {
+  DynamicScene scene = empty_scene(1.5);
+  const std::size_t ground = add_ground(scene);
+  const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 0.15}, 3.0);
+  const auto engine = engines().make(GetParam(), scene);
+  physics::TouchEvents events(scene.scene.contact_gap);
+  std::vector<physics::EngineContact> contacts;
+  std::size_t began = 0, ended = 0;
+  double began_at = 0.0, ended_at = 0.0;
+  while (!engine->is_over()) {
+    // At rest on the ground from 0.1 s on; lifted at once by three weights.
+    take_step(*engine, [&] {
+      if (engine->time() > 1.0 - 0.5 * kStep)
+        engine->push(box, {0, 0, 3 * 3.0 * kGravity}, engine->object_pose(box).p);
+    });
+    engine->list_contacts(contacts);
+    physics::take_touches(contacts, kStep, events);
+    for (const TouchEvent& event : events.events()) {
+      EXPECT_GE(event.impulse_W.z(), -1e-9);  // on the box
+      EXPECT_EQ(event.solids, (SolidPair{SolidIndex(ground), SolidIndex(box)}));
+      if (event.kind == TouchEvent::Kind::began && began++ == 0) began_at = engine->time();
+      if (event.kind == TouchEvent::Kind::ended) ended_at = engine->time(), ++ended;
+    }
+  }
+  EXPECT_GE(began, 1u);
+  EXPECT_EQ(began, ended);
+  // It falls by 5 cm. An engine's contacts give way for some steps, and are listed by its own margin.
+  EXPECT_NEAR(began_at, std::sqrt(2 * 0.05 / kGravity), 2e-2);
+  EXPECT_NEAR(ended_at, 1.0, 5e-2);
 }
 
 TEST_P(EngineCommands, AJointPutAtAValueGoesOnFromThere) {
