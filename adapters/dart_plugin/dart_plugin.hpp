@@ -33,6 +33,7 @@ class CollisionDetector;
 
 namespace touchstone {
 
+/// Limits and observer of our check in DART.
 struct DartOptions {
   int most_contacts = kMaxManifoldPoints;  ///< a pair, 1 to 8
   /// Called with every pair that is ours to check; must outlive the detector. May be null.

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/station/messages.hpp"
 #include "touchstone/examples/station/web_files.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
@@ -91,7 +92,7 @@ TEST(StationMessages, OfForcesAreRead) {
 
 TEST(StationFigures, AnInfiniteTimeIsALongOne) {
   TimeHistogram times;
-  times.add(std::numeric_limits<double>::infinity());
+  times.add(kInfinity);
   times.add(1e300);
   EXPECT_EQ(times.count(), 2U);
   EXPECT_EQ(times.above(1e6), 2U);
