@@ -409,14 +409,19 @@ bool Flight::is_done(const StationTask& task) const noexcept {
 void Flight::add_figures(const Pose& X_before) noexcept {
   figures_.time += 1.0 / rate();
   figures_.tip = transform(ours_->poses()[scene_->hand_object()], scene_->X_HT.p);
-  for (std::size_t i = 0; i < scene_->tasks.size(); ++i)
-    if (figures_.done_at[i] == 0.0 && is_done(scene_->tasks[i])) figures_.done_at[i] = figures_.time;
   figures_.path += norm(ours_->poses()[scene_->hand_object()].p - X_before.p);
   const Method& mine = methods_.back();
   for (const training::LoggedEvent& event : mine.log.events)
     figures_.contacts += event.kind == EventKind::began;
   if (mine.reports_contact) figures_.cue_seconds += 1.0 / rate();
   if (guarded_) add_forces();
+  for (std::size_t i = 0; i < scene_->tasks.size(); ++i) {
+    const StationTask& task = scene_->tasks[i];
+    if (figures_.done_at[i] != 0.0 || !is_done(task)) continue;
+    figures_.done_at[i] = figures_.time;
+    figures_.is_within[i] = figures_.time <= task.most_time && figures_.largest_force <= task.most_force &&
+                            figures_.contacts <= task.most_contacts;
+  }
 }
 
 void Flight::add_forces() noexcept {

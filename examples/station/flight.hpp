@@ -76,6 +76,7 @@ struct FlightFigures {
   double torque_share = 0.0;                 ///< the largest of any joint's torque over its limit, this frame
   std::uint64_t failed_steps = 0;            ///< that dynamics did not take
   std::array<double, kMostTasks> done_at{};  ///< by task of the scene, when it was done first [s]; 0: not yet
+  std::array<bool, kMostTasks> is_within{};  ///< by task: done within its limits
   Vector3 tip = Vector3::Zero();             ///< of the flown frame [m]
 };
 

@@ -322,6 +322,7 @@ json score(const StateMessage& state, const StationScenes& scenes) {
     const double done_at = state.figures.done_at[i];
     tasks.push_back({{"name", all[i].name},
                      {"done", done_at > 0.0},
+                     {"within_limits", done_at > 0.0 ? json(state.figures.is_within[i]) : json(nullptr)},
                      {"elapsed", done_at > 0.0 ? done_at : state.figures.time}});
   }
   return {{"type", "score"},

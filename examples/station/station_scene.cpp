@@ -127,10 +127,19 @@ json latches_json(const StationScene& scene) {
   return out;
 }
 
+json limits_json(const StationTask& task) {
+  const StationTask none;
+  json out = json::object();
+  if (task.most_force != none.most_force) out["force"] = task.most_force;
+  if (task.most_time != none.most_time) out["time"] = task.most_time;
+  if (task.most_contacts != none.most_contacts) out["contacts"] = task.most_contacts;
+  return out;
+}
+
 json tasks_json(const StationScene& scene) {
   json out = json::array();
   for (const StationTask& task : scene.tasks)
-    out.push_back({{"name", task.name}, {"title", task.title}, {"limits", json::object()}});
+    out.push_back({{"name", task.name}, {"title", task.title}, {"limits", limits_json(task)}});
   return out;
 }
 
@@ -156,10 +165,26 @@ std::string hash_of(std::span<const std::filesystem::path> files) {
 
 constexpr std::array<const char*, 3> kTaskKinds = {"carry", "place", "reach"};
 
+void read_limits(const json& limits, StationTask& task) {
+  for (const auto& [name, value] : limits.items()) {
+    const double most = value.get<double>();
+    if (!(most >= 0.0)) throw InputError("task '" + task.name + "': the limit '" + name + "' is below 0");
+    if (name == "force")
+      task.most_force = most;
+    else if (name == "time")
+      task.most_time = most;
+    else if (name == "contacts")
+      task.most_contacts = value.get<std::uint32_t>();
+    else
+      throw InputError("task '" + task.name + "': no limit '" + name + "'");
+  }
+}
+
 StationTask read_task(const json& from, const StationScene& scene) {
   StationTask task;
   task.name = from.at("name");
   task.title = from.at("title");
+  if (from.contains("limits")) read_limits(from.at("limits"), task);
   const std::string kind = from.at("kind");
   const auto found = std::find(kTaskKinds.begin(), kTaskKinds.end(), kind);
   if (found == kTaskKinds.end()) throw InputError("no kind of task '" + kind + "'");

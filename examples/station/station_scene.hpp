@@ -25,6 +25,10 @@ struct StationTask {
   std::uint32_t object = 0;
   Vector3 p_W = Vector3::Zero();  ///< [m]
   double within = 0.0;            ///< [m]
+  // Until it is done, since the last reset; infinite, or the most there is: none.
+  double most_force = std::numeric_limits<double>::infinity();  ///< GuardedMethod::contact_force() [N]
+  double most_time = std::numeric_limits<double>::infinity();   ///< [s]
+  std::uint32_t most_contacts = 0xffffffff;                     ///< that began
 };
 inline constexpr std::size_t kMostTasks = 8;
 
@@ -52,7 +56,8 @@ struct StationScene {
 };
 
 /// Tasks come from NAME.tasks.json beside NAME.yaml, where there is one: a list of {"name", "title", "kind",
-/// and of its kind "object", "position" [m], "within" [m]}.
+/// and of its kind "object", "position" [m], "within" [m], "limits": {"force" [N], "time" [s], "contacts"}},
+/// each limit left out: none.
 /// @param rate frames a second. @throws InputError as load_script(); a script without a hand, or whose hand
 /// is not the only one on an arm.
 std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& script, double rate);

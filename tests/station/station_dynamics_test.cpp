@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <sstream>
 
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
 #include "touchstone/examples/station/merge_judge.hpp"
 #include "touchstone/examples/station/recording.hpp"
@@ -98,6 +101,10 @@ TEST(StationDynamics, AGrappledOruIsCarriedPushesAndIsLetGo) {
   EXPECT_LE(forces.figures().torque_share, 1.0 + 1e-9);
   EXPECT_GT(forces.blocked, 10);
   EXPECT_GT(forces.flight().guarded()->pushing().size(), 0U);
+  // Grappled within its limits; what came after does not count against it.
+  EXPECT_GT(forces.figures().done_at[0], 0.0);
+  EXPECT_TRUE(forces.figures().is_within[0]);
+  EXPECT_EQ(forces.scenes[0]->tasks[0].most_force, 450.0);
   ASSERT_TRUE(forces.session.set({Kind::release}).done);
   EXPECT_FALSE(forces.session.set({Kind::release}).done);
   forces.fly(along(0.0, 0.0, 0.5), 50);
@@ -113,6 +120,41 @@ TEST(StationDynamics, WhatIsPushedFloatsOff) {
   forces.fly(along(0.0, 0.4, 0.0), 150);
   EXPECT_GT(forces.figures().largest_force, 1.0);
   EXPECT_GT(forces.place(forces.oru).y() - before.y(), 0.01);
+}
+
+TEST(StationTasks, DoneBeyondTheirLimitsAreSaidToBe) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "touchstone_station_limits";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "scene.yaml") << R"(name: block
+frame_rate: 50
+duration: 60
+contact_gap: 1.0e-6
+policy: slide
+objects: [{name: a, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}]
+)";
+  std::ofstream(folder / "block.yaml")
+      << "name: b\nscene: {file: scene.yaml}\nduration: 60\nhands: [{object: a, rates: [{time: 0}]}]\n";
+  const auto load = [&](const std::string& limits) {
+    std::ofstream(folder / "block.tasks.json")
+        << R"([{"name": "t", "title": "t", "kind": "reach", "position": [0.1, 0, 0], "within": 0.01, "limits": )"
+        << limits << "}]";
+    StationScenes scenes;
+    scenes.push_back(load_station_scene(folder / "block.yaml", 50.0));
+    return scenes;
+  };
+  const auto is_within = [&](const std::string& limits) {
+    const StationScenes scenes = load(limits);
+    Session session(scenes, 0, kOurs);
+    for (int frame = 0; frame < 20; ++frame) session.step(ahead(1.0));  // there after 13 frames
+    EXPECT_NEAR(session.flight().figures().done_at[0], 0.26, 1e-9);
+    return session.flight().figures().is_within[0];
+  };
+  EXPECT_TRUE(is_within("{}"));
+  EXPECT_TRUE(is_within(R"({"time": 0.3, "force": 0, "contacts": 0})"));
+  EXPECT_FALSE(is_within(R"({"time": 0.2})"));
+  for (const char* bad : {R"({"speed": 1})", R"({"time": -1})", R"({"force": "none"})"})
+    EXPECT_THROW(load(bad), InputError) << bad;
 }
 
 TEST(StationDynamics, ABrakedJointHoldsAndOneWithoutTorqueDoesNotFollow) {

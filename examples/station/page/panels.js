@@ -177,7 +177,10 @@ export class Panels {
   showScore(score) {
     list(get('task-list'), (score.tasks || []).map(task => {
       const described = (this.live.tasks || []).find(one => one.name === task.name);
-      return [described?.title || task.name, task.done ? `done, ${task.elapsed.toFixed(1)} s` : 'open', task.done ? 'done' : ''];
+      const limits = Object.entries(described?.limits || {}).map(([name, most]) => `${most} ${{force: 'N', time: 's', contacts: 'contacts'}[name]}`).join(', ');
+      const over = task.done && task.within_limits === false;
+      return [`${described?.title || task.name}${limits ? ` (at most ${limits})` : ''}`,
+        task.done ? `done, ${task.elapsed.toFixed(1)} s${over ? ', over its limits' : ''}` : 'open', task.done && !over ? 'done' : ''];
     }), 'fly freely');
     // A debrief has the path's points in place of its length.
     const path = Array.isArray(score.path) ? score.path.slice(1).reduce((sum, point, i) => sum + length(subtract(point.slice(1, 4), score.path[i].slice(1, 4))), 0) : score.path;
