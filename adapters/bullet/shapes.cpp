@@ -66,6 +66,7 @@ Shape make_shape(const Hexahedron& solid, std::size_t index) {
 }  // namespace
 
 std::vector<Shape> make_shapes(std::span<const Hexahedron> solids) {
+  refuse_rounded(solids, "bullet");
   std::vector<Shape> shapes;
   shapes.reserve(solids.size());
   for (std::size_t i = 0; i < solids.size(); ++i) shapes.push_back(make_shape(solids[i], i));

@@ -65,10 +65,15 @@ inline touchstone_capabilities c_capabilities(const Capabilities& of) {
           of.resolution.of_depth};
 }
 inline Capabilities capabilities_of(const touchstone_capabilities& c) {
-  return {c.distance != 0,    c.penetration != 0,
-          c.manifold != 0,    c.overlap_complete != 0,
-          c.scalar_bits,      c.deterministic != 0,
-          c.thread_safe != 0, {c.absolute_resolution, c.relative_resolution, c.depth_resolution}};
+  return {c.distance != 0,
+          c.penetration != 0,
+          c.manifold != 0,
+          false,  // rounded_solids: corners come without a radius
+          c.overlap_complete != 0,
+          c.scalar_bits,
+          c.deterministic != 0,
+          c.thread_safe != 0,
+          {c.absolute_resolution, c.relative_resolution, c.depth_resolution}};
 }
 
 }  // namespace touchstone::c_interface

@@ -134,6 +134,7 @@ class FclNarrowphase final : public Narrowphase {
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
 
   void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, "fcl");
     std::vector<Entry> entries;
     entries.reserve(solids.size());
     for (const Hexahedron& solid : solids) entries.push_back({make_shape(solid), reach_of(solid)});
@@ -228,6 +229,7 @@ class FclRawCheck final : public RawCheck {
   explicit FclRawCheck(Solver solver) : engine_(solver) {}
 
   void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, "fcl");
     std::vector<Shape> shapes;
     for (const Hexahedron& solid : solids) shapes.push_back(make_shape(solid));
     shapes_ = std::move(shapes);

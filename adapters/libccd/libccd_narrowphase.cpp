@@ -113,6 +113,7 @@ class LibccdNarrowphase final : public Narrowphase {
   }
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
   void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, "libccd");
     std::vector<Hexahedron> copy(solids.begin(), solids.end());
     solids_ = std::move(copy);
   }
@@ -177,6 +178,7 @@ class LibccdRawCheck final : public RawCheck {
   explicit LibccdRawCheck(Method method) : solver_(method, kIterations) {}
 
   void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, "libccd");
     std::vector<Hexahedron> copy(solids.begin(), solids.end());
     solids_ = std::move(copy);
     bodies_.resize(solids_.size());

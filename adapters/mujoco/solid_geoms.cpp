@@ -60,6 +60,7 @@ double reach_of(const Hexahedron& solid) {
 }  // namespace
 
 SolidGeoms::SolidGeoms(std::span<const Hexahedron> solids) {
+  refuse_rounded(solids, "mujoco");
   require_version();
   geoms_.reserve(solids.size());
   for (const Hexahedron& solid : solids) geoms_.push_back({-1, {}, reach_of(solid)});

@@ -169,6 +169,7 @@ class OdeNarrowphase final : public Narrowphase {
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
 
   void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, "ode");
     std::vector<Shape> shapes(solids.begin(), solids.end());
     shapes_ = std::move(shapes);
   }
@@ -255,6 +256,7 @@ class OdeNarrowphase final : public Narrowphase {
 class OdeRawCheck final : public RawCheck {
  public:
   void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, "ode");
     dAllocateODEDataForThread(dAllocateMaskAll);
     std::vector<Shape> shapes(solids.begin(), solids.end());
     std::vector<GeomHandle> geoms;

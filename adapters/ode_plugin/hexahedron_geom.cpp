@@ -150,6 +150,7 @@ int ode_hexahedron_class() {
 }
 
 dxGeom* create_ode_hexahedron(dxSpace* space, const Hexahedron& solid) {
+  refuse_rounded({&solid, 1}, "ODE hexahedron");
   const std::shared_ptr<native::SolidStore> store = solid_store();
   const auto handle = store->acquire({solid.is_box(), points_of(solid)});
   if (!handle) throw InputError("ODE hexahedron: zero volume");

@@ -93,6 +93,7 @@ class PluginNarrowphase final : public Narrowphase {
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
 
   void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, "plug-in " + std::string(name()));
     const std::vector<double> corners = c_interface::corners_of(solids);
     std::array<char, 512> error{};
     if (backend().build(self_, corners.data(), solids.size(), error.data(), error.size()) != 0) {

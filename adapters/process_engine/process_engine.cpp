@@ -215,6 +215,7 @@ class ProcessNarrowphase final : public Narrowphase {
   std::string_view name() const noexcept override { return engine_->greeting.name; }
   const Capabilities& capabilities() const noexcept override { return engine_->greeting.capabilities; }
   void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, name());
     solids_ = {c_interface::corners_of(solids), solids.size(), solids_.build + 1};
   }
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Connection>(engine_); }

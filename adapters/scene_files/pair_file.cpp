@@ -319,6 +319,7 @@ Json parse_text(const std::filesystem::path& path, const std::string& text, bool
 Json to_json(const Vector3& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
 Json to_json(const Hexahedron& solid) {
+  refuse_rounded({&solid, 1}, "pair file");
   if (solid.is_box()) return {{"type", "box"}, {"size", to_json(2.0 * solid.half_extents())}};
   Json vertices = Json::array();
   for (const Vector3& p : solid.vertices()) vertices.push_back(to_json(p));

@@ -115,8 +115,12 @@ class EdgeFace final : public Narrowphase {
 
   std::string_view name() const noexcept override { return "edge_face"; }
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
-  void build(std::span<const Hexahedron> solids) override { solids_ = {solids.begin(), solids.end()}; }
+  void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, name());
+    solids_ = {solids.begin(), solids.end()};
+  }
   bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, name());
     if (first + solids.size() > solids_.size()) solids_.resize(first + solids.size(), solids.front());
     std::copy(solids.begin(), solids.end(), solids_.begin() + first);
     return true;

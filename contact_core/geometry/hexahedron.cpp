@@ -218,8 +218,11 @@ Hexahedron Hexahedron::from_size(const Vector3& size, std::string_view name) {
     if (!(size(i) > 0.0)) reject(name, side + figure(size(i)) + ", must be > 0");
     if (0.5 * size(i) == 0.0) reject(name, side + figure(size(i)) + ", its half is zero in double");
   }
+  return centred_box(0.5 * size);
+}
+
+Hexahedron Hexahedron::centred_box(const Vector3& half) {
   Corners vertices;
-  const Vector3 half = 0.5 * size;
   for (int i = 0; i < 8; ++i)
     vertices[i] = {i & 4 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 1 ? half.z() : -half.z()};
   Hexahedron box;
@@ -228,6 +231,49 @@ Hexahedron Hexahedron::from_size(const Vector3& size, std::string_view name) {
   box.finish(vertices);
   box.out_of_plane_ = 0.0;
   return box;
+}
+
+Hexahedron Hexahedron::sphere(double radius, std::string_view name) {
+  return rounded_box(Vector3::Zero(), radius, name);
+}
+
+Hexahedron Hexahedron::capsule(double radius, double length, std::string_view name) {
+  if (!std::isfinite(length)) reject(name, "length is not finite");
+  if (!(length >= 0.0)) reject(name, "length is " + figure(length) + ", must be >= 0");
+  return rounded_box({0.0, 0.0, length}, radius, name);
+}
+
+Hexahedron Hexahedron::rounded_box(const Vector3& core_size, double radius, std::string_view name) {
+  constexpr std::array<const char*, 3> kAxis = {"x", "y", "z"};
+  Vector3 half;
+  for (int i = 0; i < 3; ++i) {
+    const std::string side = std::string("size along ") + kAxis[i] + " is ";
+    if (!std::isfinite(core_size(i))) reject(name, side + "not finite");
+    if (!(core_size(i) >= 0.0)) reject(name, side + figure(core_size(i)) + ", must be >= 0");
+    half(i) = 0.5 * std::abs(core_size(i));
+    if (core_size(i) > 0.0 && half(i) == 0.0)
+      reject(name, side + figure(core_size(i)) + ", its half is zero in double");
+  }
+  return centred_box(half).padded(radius, name);
+}
+
+Hexahedron Hexahedron::padded(double radius, std::string_view name) const {
+  if (!std::isfinite(radius)) reject(name, "radius is not finite");
+  if (!(radius > 0.0)) reject(name, "radius is " + figure(radius) + ", must be > 0");
+  Hexahedron out = *this;
+  out.radius_ = radius_ + radius;
+  out.bounding_sphere_.radius =
+      (bounding_sphere_.radius + radius) * (1.0 + 2 * std::numeric_limits<double>::epsilon());
+  if (!std::isfinite(out.radius_) || !std::isfinite(out.bounding_sphere_.radius))
+    reject(name, "radius is " + figure(radius) + ", too large");
+  return out;
+}
+
+void refuse_rounded(std::span<const Hexahedron> solids, std::string_view user) {
+  for (std::size_t i = 0; i < solids.size(); ++i)
+    if (solids[i].is_rounded())
+      throw InputError(std::string(user) + ": solid " + std::to_string(i) + " is rounded (radius " +
+                       figure(solids[i].radius()) + " m), which it does not take");
 }
 
 double Hexahedron::bend_tolerance(double size, double largest_coordinate) {
@@ -257,6 +303,11 @@ Hexahedron Hexahedron::from_vertices(std::span<const Vector3> given, WarpPolicy 
 
 void Hexahedron::finish(const Corners& vertices) {
   vertices_ = vertices;
+  bounding_sphere_ = {vertices[0], std::numeric_limits<double>::denorm_min()};
+  if (largest_coordinate(vertices_) == 0.0) {  // a sphere's core: nothing to scale
+    planes_.fill({Vector3::Zero(), 0.0});
+    return;
+  }
   const auto [unit, exponent] = to_unit(vertices);
   const int scale_back = exponent;
   const auto restore = [scale_back](double value) { return std::scalbn(value, scale_back); };

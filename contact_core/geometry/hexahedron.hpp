@@ -55,6 +55,11 @@ enum class WarpPolicy : std::uint8_t {
 ///
 /// The solid *is* the convex hull of its eight vertices; placed in the world, the convex hull of the
 /// eight world vertices as doubles (see world_vertices()).
+///
+/// With a radius() it is rounded: every point within the radius of that hull, which then is its *core* and
+/// may be flat, a segment or a point: a sphere, a capsule, a rounded plate or box. vertices(), faces, edges
+/// and size() are the core's; bounding_sphere() encloses the whole solid. Whoever reads vertices alone has to
+/// refuse rounded solids: refuse_rounded().
 class Hexahedron {
  public:
   static constexpr int kVertices = 8;
@@ -91,8 +96,26 @@ class Hexahedron {
   /// 0.01 size from a size of 87 mm on; single precision, r = 2^-24 coordinate, stays below the second term.
   static double bend_tolerance(double size, double largest_coordinate);
 
+  /// A sphere about the local origin.
+  /// @param radius [m], finite and > 0 (so in all that follow). @throws InputError naming `name` and the
+  /// figure.
+  static Hexahedron sphere(double radius, std::string_view name = "sphere");
+  /// All points within `radius` of a segment of this length along local z, about the local origin: a cylinder
+  /// of that length between two half spheres. @param length [m], finite and >= 0.
+  static Hexahedron capsule(double radius, double length, std::string_view name = "capsule");
+  /// All points within `radius` of a box of these full side lengths about the local origin [m], finite, each
+  /// of them >= 0: a zero side gives a rounded plate, two a capsule, three a sphere.
+  static Hexahedron rounded_box(const Vector3& core_size, double radius,
+                                std::string_view name = "rounded box");
+  /// This solid grown by a radius all round (padding); one that it has already is added to.
+  Hexahedron padded(double radius, std::string_view name = "hexahedron") const;
+
+  /// How far the solid reaches beyond its vertices' hull [m]; 0 unless rounded.
+  double radius() const { return radius_; }
+  bool is_rounded() const { return radius_ > 0.0; }
+
   const std::array<Vector3, kVertices>& vertices() const { return vertices_; }
-  /// True for solids made by from_size: vertices are exactly +-half_extents().
+  /// True where the vertices are exactly +-half_extents(): made by from_size, or rounded from such a box.
   bool is_box() const { return is_box_; }
   /// Boxes only; zero otherwise [m].
   const Vector3& half_extents() const { return half_extents_; }
@@ -104,7 +127,7 @@ class Hexahedron {
   double out_of_plane() const { return out_of_plane_; }
   /// Largest distance between two vertices [m].
   double size() const { return size_; }
-  /// Encloses the vertices: centre of their bounding box.
+  /// Encloses the solid, its radius included: centre of the vertices' bounding box.
   const Sphere& bounding_sphere() const { return bounding_sphere_; }
 
   /// Outward plane of face f (0-5); a collapsed face has a zero normal. For warped faces: through the face's
@@ -114,6 +137,7 @@ class Hexahedron {
 
  private:
   Hexahedron() = default;
+  static Hexahedron centred_box(const Vector3& half);
   void finish(const std::array<Vector3, kVertices>& vertices);
 
   std::array<Vector3, kVertices> vertices_;
@@ -121,13 +145,19 @@ class Hexahedron {
   Vector3 half_extents_ = Vector3::Zero();
   Sphere bounding_sphere_{Vector3::Zero(), 0.0};
   double size_ = 0.0;
+  double radius_ = 0.0;
   double out_of_plane_ = 0.0;
   bool is_box_ = false;
   bool is_warped_ = false;
 };
 
-/// The solid's world vertices, ((R.col0 * x + R.col1 * y) + R.col2 * z) + p each, no contraction. Every check
-/// and every engine that is given hulls is given these.
+/// For whoever takes hexahedra without a radius only.
+/// @param user who refuses ("broadphase 'edge_face'"). @throws InputError naming it, the index of the first
+/// rounded solid and its radius.
+void refuse_rounded(std::span<const Hexahedron> solids, std::string_view user);
+
+/// The solid's (a rounded one's core's) world vertices, ((R.col0 * x + R.col1 * y) + R.col2 * z) + p each, no
+/// contraction. Every check and every engine that is given hulls is given these.
 void world_vertices(const Hexahedron& solid, const Pose& X_WS, WorldVertices& out);
 
 /// Largest |coordinate| of the world vertices [m].

@@ -161,6 +161,9 @@ std::vector<std::vector<Vector3>> HexahedronTree::checked_vertices() const {
     if (!placed.name.empty() && !names.insert(placed.name).second)
       throw InputError("object '" + name_ + "': hexahedron name '" + placed.name + "' occurs twice");
     validate_pose(placed.X_OS, "object '" + name_ + "', hexahedron '" + placed.name + "'");
+    if (placed.solid.is_rounded())
+      throw InputError("object '" + name_ + "': hexahedron '" + placed.name +
+                       "' is rounded; objects take hexahedra without a radius");
     std::vector<Vector3>& vertices = vertices_O.emplace_back();
     for (const Vector3& p : placed.solid.vertices()) vertices.push_back(transform(placed.X_OS, p));
   }

@@ -1,8 +1,10 @@
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {
@@ -18,6 +20,34 @@ MassMoments tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c) {
   return out;
 }
 
+/// Of half a rounded box's extents and its radius: the integral of x^2 for the half extent h along x, p and q
+/// along the others. In turn: the box, its slabs on the faces, quarters of cylinders on the edges along x and
+/// across it, octants of balls on the corners.
+double rounded_box_second(double h, double p, double q, double r) {
+  constexpr double kPi = std::numbers::pi;
+  const double h2 = h * h, r2 = r * r, line = 2.0 / 3.0 * (h * h2);
+  const double out = h + r;
+  const double across = 2.0 / 3.0 * (out * out * out - h * h2);
+  const double box_and_slabs = line * (4.0 * p * q) + across * (4.0 * p * q) + line * (4.0 * r * (p + q));
+  const double edge = kPi * r2 * h2 + (8.0 / 3.0) * (h * r2 * r) + (kPi / 4.0) * (r2 * r2);
+  const double corners = kPi * (r2 * r) * ((4.0 / 3.0) * h2 + h * r + (4.0 / 15.0) * r2);
+  return box_and_slabs + line * (kPi * r2) + edge * (2.0 * (p + q)) + corners;
+}
+
+MassMoments rounded_box_moments(const Vector3& half, double r) {
+  constexpr double kPi = std::numbers::pi;
+  const double x = half.x(), y = half.y(), z = half.z();
+  MassMoments out;
+  out.volume = 8.0 * (x * y * z) + 8.0 * r * ((x * y + y * z) + z * x) + 2.0 * kPi * (r * r) * ((x + y) + z) +
+               (4.0 / 3.0) * kPi * (r * r * r);
+  out.first = Vector3::Zero();
+  out.second = Matrix3::Zero();
+  out.second(0, 0) = rounded_box_second(x, y, z, r);
+  out.second(1, 1) = rounded_box_second(y, z, x, r);
+  out.second(2, 2) = rounded_box_second(z, x, y, r);
+  return out;
+}
+
 }  // namespace
 
 MassMoments& MassMoments::operator+=(const MassMoments& other) {
@@ -28,6 +58,10 @@ MassMoments& MassMoments::operator+=(const MassMoments& other) {
 }
 
 MassMoments mass_moments(const Hexahedron& solid) {
+  if (solid.is_rounded()) {
+    if (solid.is_box()) return rounded_box_moments(solid.half_extents(), solid.radius());
+    throw InputError("the mass of a rounded solid whose core is no box is not known");
+  }
   // About a point within, so that a solid far from its own origin loses no digits.
   const Vector3& within = solid.bounding_sphere().centre;
   MassMoments about;

@@ -129,6 +129,9 @@ struct Capabilities {
   bool distance = false;     ///< separation, normal and witness points of pairs that are apart
   bool penetration = false;  ///< the same for pairs that overlap
   bool manifold = false;
+  /// Takes rounded solids (Hexahedron::radius()): every query, their class exact. Where false, build()
+  /// refuses them.
+  bool rounded_solids = false;
   /// False: the method has blind spots, stated in its header; missed contacts are expected.
   bool overlap_complete = true;
   int scalar_bits = 64;  ///< of the engine's own arithmetic

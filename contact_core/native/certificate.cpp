@@ -156,6 +156,7 @@ bool find_common_point(DifferenceDeterminant& determinant, OverlapCertificate& o
 
 OverlapCertificate certify_overlap(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b,
                                    const Pose& X_WB) {
+  if (a.is_rounded() || b.is_rounded()) return {};
   WorldVertices a_W, b_W;
   world_vertices(a, X_WA, a_W);
   world_vertices(b, X_WB, b_W);

@@ -31,7 +31,7 @@ struct OverlapCertificate {
     common_point,
     /// No certificate of these kinds exists: all 16 vertices are in one plane, or {b - a} has no volume. That
     /// takes
-    /// solids thinner than the rounding of their own coordinates, both.
+    /// solids thinner than the rounding of their own coordinates, both. So for rounded solids.
     none,
   };
   Kind kind = Kind::none;

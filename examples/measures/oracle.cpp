@@ -6,6 +6,7 @@ namespace touchstone::comparison {
 
 std::vector<PairTruth> compute_truth(const PairSet& set, const Oracle& oracle, int threads,
                                      const Progress& progress) {
+  refuse_rounded(set.solids, "comparison with exact answers");
   std::vector<PairTruth> truth(set.cases());
   parallel_chunks(
       set.cases(), 64, threads,

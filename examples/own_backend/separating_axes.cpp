@@ -95,7 +95,10 @@ class SeparatingAxes final : public Narrowphase {
 
   std::string_view name() const noexcept override { return "separating_axes"; }
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
-  void build(std::span<const Hexahedron> solids) override { solids_.assign(solids.begin(), solids.end()); }
+  void build(std::span<const Hexahedron> solids) override {
+    refuse_rounded(solids, name());
+    solids_.assign(solids.begin(), solids.end());
+  }
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,

@@ -11,7 +11,8 @@ inline double scale_of(const Hexahedron& a, const Pose& X_WA, const Hexahedron& 
   WorldVertices va, vb;
   world_vertices(a, X_WA, va);
   world_vertices(b, X_WB, vb);
-  return std::max({a.size(), b.size(), largest_coordinate(va), largest_coordinate(vb)});
+  return std::max({a.size() + 2.0 * a.radius(), b.size() + 2.0 * b.radius(), largest_coordinate(va),
+                   largest_coordinate(vb)});
 }
 
 }  // namespace touchstone

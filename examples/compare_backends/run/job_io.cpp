@@ -30,6 +30,7 @@ void get(ByteReader& in, Pose& pose) {
 }
 
 void put(ByteWriter& out, const Hexahedron& solid) {
+  refuse_rounded({&solid, 1}, "comparison");
   out.put(solid.is_box());
   if (solid.is_box()) return put(out, solid.half_extents());
   for (const Vector3& vertex : solid.vertices()) put(out, vertex);
