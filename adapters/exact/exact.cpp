@@ -12,6 +12,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/narrowphase/rounded_manifold.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
 
 namespace touchstone {
@@ -27,6 +28,7 @@ class ExactNarrowphase final : public Narrowphase {
     capabilities_.distance = true;
     capabilities_.penetration = true;
     capabilities_.manifold = true;
+    capabilities_.rounded_solids = true;
   }
 
   std::string_view name() const noexcept override { return "exact"; }
@@ -53,35 +55,45 @@ class ExactNarrowphase final : public Narrowphase {
       WorldVertices a, b;
       world_vertices(solids_[pair.a], input.poses[pair.a], a);
       world_vertices(solids_[pair.b], input.poses[pair.b], b);
+      const double radius_a = solids_[pair.a].radius(), radius_b = solids_[pair.b].radius();
       if (input.query.kind == QueryKind::overlap) {
-        output.status[i] = exact_overlap(a, b) ? PairStatus::overlapping : PairStatus::separated;
+        output.status[i] =
+            do_meet({a, radius_a}, {b, radius_b}) ? PairStatus::overlapping : PairStatus::separated;
         if (!output.geometry.empty()) output.geometry[i] = no_geometry();
         continue;
       }
       const bool wants_points = input.query.kind == QueryKind::manifold;
       const std::span<ContactPoint> points =
           wants_points ? output.points.subspan(i * max_points, max_points) : std::span<ContactPoint>{};
-      evaluate_pair(pair, a, b, input.query, output.status[i], output.geometry[i], points);
+      evaluate_pair(pair, {a, radius_a}, {b, radius_b}, input.query, output.status[i], output.geometry[i],
+                    points);
     }
   }
 
  private:
-  static void evaluate_pair(SolidPair pair, const WorldVertices& a, const WorldVertices& b,
-                            const Query& query, PairStatus& status, PairGeometry& geometry,
-                            std::span<ContactPoint> points) {
-    ExactResult result = exact_signed_distance(a, b);
+  static bool do_meet(const RoundedHull& a, const RoundedHull& b) {
+    if (a.radius == 0.0 && b.radius == 0.0) return exact_overlap(a.core_W, b.core_W);
+    return exact_rounded_distance(a.core_W, a.radius, b.core_W, b.radius).pair_class != PairClass::separated;
+  }
+
+  static void evaluate_pair(SolidPair pair, const RoundedHull& a, const RoundedHull& b, const Query& query,
+                            PairStatus& status, PairGeometry& geometry, std::span<ContactPoint> points) {
+    ExactResult result = exact_rounded_distance(a.core_W, a.radius, b.core_W, b.radius);
     status = result.pair_class == PairClass::separated ? PairStatus::separated : PairStatus::overlapping;
     if (status == PairStatus::separated && result.separation > query.max_separation) {
       geometry = no_geometry(kInfinity);
       return;
     }
     // Two solids with the very same vertices: only their indices tell (a,b) from (b,a).
-    if (pair.a > pair.b && same_vertices(a, b)) {
+    if (pair.a > pair.b && same_vertices(a.core_W, b.core_W)) {
       result.n_AB_W = -result.n_AB_W;
       std::swap(result.p_A_W, result.p_B_W);
     }
     geometry = {result.separation, result.n_AB_W, result.p_A_W, result.p_B_W, 0};
-    if (!points.empty()) geometry.point_count = fill_points(a, b, query, result, points);
+    if (points.empty()) return;
+    geometry.point_count = a.radius > 0.0 || b.radius > 0.0
+                               ? find_rounded_points(a, b, geometry, query, points)
+                               : fill_points(a.core_W, b.core_W, query, result, points);
   }
 
   // The witness pair comes first where no corner of the patch is as deep as it: an edge or a corner touches,

@@ -56,10 +56,12 @@ double round_magnitude(const Integer& magnitude, bool remainder, long exponent) 
 
 }  // namespace
 
-IntegerPair to_integers(const WorldVertices& a, const WorldVertices& b) {
-  const long lowest = std::min(lowest_exponent(a), lowest_exponent(b));
+IntegerPair to_integers(const WorldVertices& a, const WorldVertices& b, double radius_a, double radius_b) {
+  const long lowest = std::min(
+      {lowest_exponent(a), lowest_exponent(b), lowest_exponent(radius_a), lowest_exponent(radius_b)});
   IntegerPair pair;
   pair.exponent = lowest == kNoExponent ? 0 : lowest;
+  pair.radius = on_grid(radius_a, pair.exponent) + on_grid(radius_b, pair.exponent);
   pair.origin = on_grid(a.vertex(0), pair.exponent);
   for (int i = 0; i < 8; ++i) {
     pair.a[i] = on_grid(a.vertex(i), pair.exponent) - pair.origin;
@@ -97,6 +99,29 @@ double round_root(int sign, const Integer& numerator, const Integer& denominator
   inexact = inexact || remainder != 0;
   const double magnitude = round_magnitude(root, inexact, exponent - shift);
   return sign < 0 ? -magnitude : magnitude;
+}
+
+double round_root_less(int sign, const Integer& numerator, const Integer& denominator, const Integer& radius,
+                       long exponent) {
+  // The root to more and more bits behind the point, until the difference has enough of them.
+  for (mp_bitcnt_t bits = 64;; bits *= 2) {
+    Integer quotient = numerator << (2 * bits), remainder, root;
+    mpz_tdiv_qr(quotient.get_mpz_t(), remainder.get_mpz_t(), quotient.get_mpz_t(), denominator.get_mpz_t());
+    bool inexact = remainder != 0;
+    mpz_sqrtrem(root.get_mpz_t(), remainder.get_mpz_t(), quotient.get_mpz_t());
+    inexact = inexact || remainder != 0;
+    // The true root is in (root, root + 1) where inexact.
+    Integer magnitude = (radius << bits) - (sign < 0 ? Integer(-root) : root);
+    if (inexact && bit_length(magnitude) < 70) continue;
+    const bool negative = magnitude > 0;
+    // radius - root is above the true value: the next integer towards 0 and something.
+    if (negative && sign >= 0 && inexact) --magnitude;
+    magnitude = abs(magnitude);
+    const long shift = std::max(0L, 70 - bit_length(magnitude));
+    magnitude <<= static_cast<mp_bitcnt_t>(shift);
+    const double rounded = round_magnitude(magnitude, inexact, exponent - static_cast<long>(bits) - shift);
+    return negative ? -rounded : rounded;
+  }
 }
 
 Vector<double> approximate(const IntegerVector& v) {

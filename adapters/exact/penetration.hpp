@@ -2,7 +2,6 @@
 
 // Private to adapters/exact.
 
-#include "touchstone/adapters/exact/closest_point.hpp"
 #include "touchstone/adapters/exact/integer_vector.hpp"
 
 namespace touchstone::exact {

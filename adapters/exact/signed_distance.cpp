@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "touchstone/adapters/exact/closest_point.hpp"
 #include "touchstone/adapters/exact/integer_vector.hpp"
 #include "touchstone/adapters/exact/penetration.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -130,8 +129,20 @@ PairClass class_of(const ExactDistance& d) {
   return d.height > 0 ? PairClass::separated : (d.height == 0 ? PairClass::touching : PairClass::penetrating);
 }
 
-ExactResult in_order(const WorldVertices& a, const WorldVertices& b) {
-  const IntegerPair pair = exact::to_integers(a, b);
+/// Class and separation of solids whose cores are at this distance.
+void set_rounded(const ExactDistance& d, const IntegerPair& pair, ExactResult& result) {
+  const Integer heights = d.height * d.height, square = dot(d.direction, d.direction);
+  const Integer radii = pair.radius * pair.radius * square;
+  const int order = d.height <= 0 ? -1 : cmp(heights, radii);
+  result.pair_class = order > 0    ? PairClass::separated
+                      : order == 0 ? PairClass::touching
+                                   : PairClass::penetrating;
+  result.separation =
+      order == 0 ? 0.0 : exact::round_root_less(sgn(d.height), heights, square, pair.radius, pair.exponent);
+}
+
+ExactResult in_order(const WorldVertices& a, double radius_a, const WorldVertices& b, double radius_b) {
+  const IntegerPair pair = exact::to_integers(a, b, radius_a, radius_b);
   ClosestSimplex<Integer> simplex;
   const ExactDistance distance = decide(pair, a, b, simplex);
   WeightedPoint on_a, on_b;
@@ -143,13 +154,18 @@ ExactResult in_order(const WorldVertices& a, const WorldVertices& b) {
   } else {
     find_deepest_witnesses(pair, distance, on_a, on_b);
   }
-  return {class_of(distance),
-          rounded(distance, pair.exponent),
-          unit(distance.direction),
-          distance.tied == 1,
-          distance.tied,
-          on_a.in_world(pair),
-          on_b.in_world(pair)};
+  ExactResult result = {class_of(distance),
+                        rounded(distance, pair.exponent),
+                        unit(distance.direction),
+                        distance.tied == 1,
+                        distance.tied,
+                        on_a.in_world(pair),
+                        on_b.in_world(pair)};
+  if (pair.radius == 0) return result;
+  set_rounded(distance, pair, result);
+  result.p_A_W += radius_a * result.n_AB_W;
+  result.p_B_W -= radius_b * result.n_AB_W;
+  return result;
 }
 
 ExactDistance signed_distance(const WorldVertices& a, const WorldVertices& b, long& exponent) {
@@ -168,8 +184,13 @@ Integer power(unsigned long base, long exponent) {
 }  // namespace
 
 ExactResult exact_signed_distance(const WorldVertices& a, const WorldVertices& b) {
-  if (!comes_after(a, b)) return in_order(a, b);
-  ExactResult result = in_order(b, a);
+  return exact_rounded_distance(a, 0.0, b, 0.0);
+}
+
+ExactResult exact_rounded_distance(const WorldVertices& a, double radius_a, const WorldVertices& b,
+                                   double radius_b) {
+  if (!comes_after(a, b)) return in_order(a, radius_a, b, radius_b);
+  ExactResult result = in_order(b, radius_b, a, radius_a);
   result.n_AB_W = Vector3(0.0 - result.n_AB_W.x(), 0.0 - result.n_AB_W.y(), 0.0 - result.n_AB_W.z());
   std::swap(result.p_A_W, result.p_B_W);
   return result;

@@ -36,6 +36,14 @@ struct ExactResult {
 /// @pre all coordinates are finite (so for all functions here).
 ExactResult exact_signed_distance(const WorldVertices& a, const WorldVertices& b);
 
+/// The same of rounded solids, by their cores' vertices and their radii: class and separation are right to
+/// the last bit, the class by comparing squares. The normal is the cores'; where cores touch, cross or
+/// overlap, the depth is theirs and both radii. Witness points: the cores', moved by the radii along the
+/// normal in doubles.
+/// @pre radii are finite and >= 0.
+ExactResult exact_rounded_distance(const WorldVertices& a, double radius_a, const WorldVertices& b,
+                                   double radius_b);
+
 /// The class alone: cheaper.
 PairClass exact_pair_class(const WorldVertices& a, const WorldVertices& b);
 /// True for `touching` and `penetrating`: cheaper still.

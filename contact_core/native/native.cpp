@@ -3,22 +3,16 @@
 #include <cassert>
 
 #include "touchstone/contact_core/narrowphase/validate.hpp"
-#include "touchstone/contact_core/native/engine/pair_geometry.hpp"
-#include "touchstone/contact_core/native/overlap/overlap.hpp"
+#include "touchstone/contact_core/native/common/hull_pair.hpp"
+#include "touchstone/contact_core/native/engine/evaluation.hpp"
 
 namespace touchstone {
 namespace {
 
-/// Only pairs that are apart are withheld: a limit below 0, or none at all, is one of 0.
-NarrowphaseInput with_sound_limit(const NarrowphaseInput& input) {
-  NarrowphaseInput out = input;
-  if (!(out.query.max_separation >= 0.0)) out.query.max_separation = 0.0;
-  return out;
-}
-
 class NativeNarrowphase final : public Narrowphase {
  public:
   NativeNarrowphase() {
+    capabilities_.rounded_solids = true;
     capabilities_.distance = capabilities_.penetration = capabilities_.manifold = true;
     // World vertices 2 u, shift 1, projections 6, facet normals and their cross products 8, two bounds'
     // agreement 16 u.
@@ -37,13 +31,10 @@ class NativeNarrowphase final : public Narrowphase {
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace&) const noexcept override {
     assert(fits(input, output, set_.kinds.size()));
-    if (input.query.kind == QueryKind::overlap)
-      native::overlap(set_, kernels_, input.pairs, input.poses, output.status, input.cache);
-    else if (input.query.kind == QueryKind::distance)
-      native::compute_geometry(set_, kernels_, with_sound_limit(input), output.status, output.geometry, {});
+    if (!set_.radii.empty())
+      native::evaluate_rounded(set_, kernels_, input, output);
     else
-      native::compute_geometry(set_, kernels_, with_sound_limit(input), output.status, output.geometry,
-                               output.points);
+      native::evaluate(set_, kernels_, input, output);
   }
 
  private:

@@ -14,8 +14,9 @@ static_assert(sizeof(VertexRecord) == sizeof(WorldVertices) &&
               alignof(VertexRecord) == alignof(WorldVertices));
 
 bool is_ordinary(const Hexahedron& solid) {
-  return solid.size() >= kOrdinaryLow && norm_inf(solid.bounding_sphere().centre) <= kOrdinaryHigh &&
-         solid.size() <= kOrdinaryHigh;
+  // The core of a sphere has no size that could underflow.
+  return (solid.size() >= kOrdinaryLow || solid.size() == 0.0) &&
+         norm_inf(solid.bounding_sphere().centre) <= kOrdinaryHigh && solid.size() <= kOrdinaryHigh;
 }
 
 BoxRecord box_record(const Hexahedron& solid, bool ordinary) {
@@ -49,9 +50,16 @@ ParallelepipedEdges edges_record(const WorldVertices& vertices_S, const Parallel
   return out;
 }
 
+/// Cores without volume: rounded boxes with a zero side.
+bool is_flat(const Hexahedron& solid) {
+  const Vector3& half = solid.half_extents();
+  return solid.is_box() && !(half.x() > 0.0 && half.y() > 0.0 && half.z() > 0.0);
+}
+
 std::shared_ptr<const SolidHull> make_hull(const Hexahedron& solid) {
   const auto out = std::make_shared<SolidHull>();
-  out->features = find_features(solid, &out->record);
+  // Flat boxes have the faces and edges of a box: where those are bounded does not count in directions.
+  out->features = find_features(is_flat(solid) ? Hexahedron::from_size({1, 1, 1}) : solid, &out->record);
   out->vertices_S = in_columns(solid);
   return out;
 }
@@ -90,9 +98,12 @@ const VertexRecord* vertex_records(const SolidSet& set) {
 
 SolidSet make_solid_set(std::span<const Hexahedron> solids) {
   const auto is_box = [](const Hexahedron& solid) { return solid.is_box(); };
+  const auto is_rounded = [](const Hexahedron& solid) { return solid.is_rounded(); };
   const bool only_boxes = std::all_of(solids.begin(), solids.end(), is_box);
   SolidSet out;
   reserve(out, solids.size());
+  if (std::any_of(solids.begin(), solids.end(), is_rounded))
+    for (const Hexahedron& solid : solids) out.radii.push_back(solid.radius());
   for (const Hexahedron& solid : solids) {
     const bool ordinary = is_ordinary(solid);
     const WorldVertices vertices_S = in_columns(solid);
@@ -113,6 +124,10 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
 void set_solids(SolidSet& set, std::size_t first, SolidSet solids) {
   if (set.parallelepipeds.empty() != solids.parallelepipeds.empty())
     add_parallelepipeds(set), add_parallelepipeds(solids);
+  if (set.radii.empty() != solids.radii.empty()) {
+    set.radii.resize(set.kinds.size(), 0.0);
+    solids.radii.resize(solids.kinds.size(), 0.0);
+  }
   const auto put = [first](auto& to, const auto& from) {
     const std::size_t replaced = std::min(from.size(), to.size() - first);
     const auto split = from.begin() + static_cast<std::ptrdiff_t>(replaced);
@@ -126,6 +141,7 @@ void set_solids(SolidSet& set, std::size_t first, SolidSet solids) {
   put(set.kinds, solids.kinds), put(set.ordinary, solids.ordinary);
   put(set.boxes, solids.boxes), put(set.vertices, solids.vertices);
   put(set.solids, solids.solids);
+  if (!solids.radii.empty()) put(set.radii, solids.radii);
 }
 
 }  // namespace touchstone::native

@@ -41,6 +41,7 @@ struct SolidSet {
   std::vector<WorldVertices> vertices;          ///< in solids' frames; not a number where not ordinary
   std::vector<ParallelepipedEdges> parallelepiped_edges;  ///< of parallelepipeds; infinite likewise
   std::vector<SolidData> solids;
+  std::vector<double> radii;  ///< empty while no solid is rounded [m]
 };
 
 /// Within these magnitudes sixth powers of lengths, all that is ever formed, neither overflow nor underflow
@@ -61,6 +62,10 @@ inline const WorldVertices& local_vertices(const SolidSet& set, std::size_t soli
 const VertexRecord* vertex_records(const SolidSet& set);
 
 SolidSet make_solid_set(std::span<const Hexahedron> solids);
+
+inline double radius_of(const SolidSet& set, std::size_t solid) {
+  return set.radii.empty() ? 0.0 : set.radii[solid];
+}
 
 /// Replaces the solids from `first` on; appends those beyond the end.
 /// @pre first is at most the number of solids.

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to adapters/exact: the point of conv{b_j - a_i} closest to the origin, by Gilbert, Johnson and
+// Private: the point of conv{b_j - a_i} closest to the origin, by Gilbert, Johnson and
 // Keerthi's iteration (IEEE J. Robotics and Automation 4(2), 1988), free of divisions.
 //
 // Why the integer version is right and ends: the simplex step picks a subset whose affine hull's closest
@@ -15,9 +15,9 @@
 #include <span>
 #include <type_traits>
 
-#include "touchstone/adapters/exact/integer_vector.hpp"
+#include "touchstone/contact_core/numerics/scalar_vector.hpp"
 
-namespace touchstone::exact {
+namespace touchstone::numerics {
 
 struct VertexPair {
   int a, b;
@@ -145,4 +145,4 @@ void find_closest_point(std::span<const Vector<S>> a, std::span<const Vector<S>>
   }
 }
 
-}  // namespace touchstone::exact
+}  // namespace touchstone::numerics
