@@ -20,8 +20,8 @@ constexpr int kMostCorners = 8;
 struct Feature {
   std::array<Vector3, kMostCorners> corners;
   int count = 0;
-  std::uint32_t id = 0;  ///< 0-5 a face, 6-17 an edge, 18-25 a vertex
-  Vector3 normal;        ///< of a face, unit
+  std::uint32_t id = 0;              ///< 0-5 a face, 6-17 an edge, 18-25 a vertex
+  Vector3 normal = Vector3::Zero();  ///< of a face, unit
 };
 
 Vector3 unit_or_zero(const Vector3& v) {

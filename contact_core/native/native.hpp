@@ -24,6 +24,10 @@ namespace touchstone {
 /// * Manifolds hold a face that is bent as the one face that the user gave, where its two triangles' normals
 ///   agree to a cosine of 0.999 (2.56 degrees). Beyond that, which files reach on sides that are short beside
 ///   their rounding (8 mm in whole millimetres), each triangle is a face of its own.
+/// * Rounded solids (Hexahedron::radius()): the cores' signed distance less both radii; the class near touch
+/// by
+///   comparing squares in integers (rounded_predicate.hpp), manifolds as find_rounded_points() has them.
+///   Pairs without a radius cost what they cost without them.
 /// * The pair cache helps overlap queries, in batches, of hexahedra that are no parallelepipeds: it keeps a
 /// separating axis.
 ///   evaluate() does not allocate; its workspace is empty.

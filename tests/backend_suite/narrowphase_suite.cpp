@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/backend_suite/accuracy_table.hpp"
 #include "touchstone/tests/backend_suite/suite.hpp"
 
@@ -73,6 +74,37 @@ TEST_P(NarrowphaseSuite, ClassOfPairsClearlyApartOrClearlyOverlapping) {
           << pair.what << " " << pair.separation << " got " << to_string(answer.status);
     }
   }
+}
+
+// Spheres, capsules and padded boxes: a backend takes them, every query, or names the first that it refuses.
+TEST_P(NarrowphaseSuite, RoundedSolidsAreAnsweredOrRefused) {
+  const Hexahedron cube = Hexahedron::from_size({2, 2, 2});
+  const std::vector<Hexahedron> solids{cube, Hexahedron::sphere(0.5), Hexahedron::capsule(0.5, 1.0),
+                                       cube.padded(0.25)};
+  if (!capabilities().rounded_solids) {
+    try {
+      narrowphase->build(solids);
+      ADD_FAILURE() << "took a sphere";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("solid 1 is rounded"), std::string::npos) << error.what();
+    }
+    return;
+  }
+  const std::vector<double> lowest{-1.0, -0.5, -1.0, -1.25};  // of each solid, in its own frame
+  for (std::size_t i = 1; i < solids.size(); ++i)
+    for (const double separation : {0.125, -0.125}) {
+      const Body floor = box_at({2, 2, 2}, {0, 0, 0});
+      const Body above{solids[i], at(0.25, 0.5, 1.0 - lowest[i] + separation)};
+      const Body a = moved(floor, tilted_pose()), b = moved(above, tilted_pose());
+      const double allowed = resolution(a, b) + 1e-14;
+      const Answer overlap = ask(*narrowphase, a, b, {.kind = QueryKind::overlap});
+      const Answer answer = ask(*narrowphase, a, b, {.kind = QueryKind::manifold});
+      EXPECT_EQ(overlap.status, separation > 0 ? PairStatus::separated : PairStatus::overlapping) << i;
+      EXPECT_EQ(answer.status, overlap.status) << i;
+      EXPECT_NEAR(answer.geometry.separation, separation, allowed) << i;
+      EXPECT_LE(norm(answer.geometry.n_AB_W - tilted_pose().R.col(2)), 1e-12) << i;
+      EXPECT_GE(answer.points.size(), 1u) << i;
+    }
 }
 
 // Those that take up solids one by one answer as if they had been built with them, bit for bit.

@@ -52,6 +52,17 @@ Hexahedron random_rounded(Random& random) {
   }
 }
 
+Hexahedron scaled(const Hexahedron& solid, double scale) {
+  if (solid.is_box() && !solid.is_rounded())
+    return Hexahedron::from_size((2.0 * scale) * solid.half_extents());
+  if (solid.is_box())
+    return Hexahedron::rounded_box((2.0 * scale) * solid.half_extents(), scale * solid.radius());
+  std::array<Vector3, 8> v = solid.vertices();
+  for (Vector3& p : v) p = scale * p;
+  const Hexahedron core = Hexahedron::from_vertices(v, WarpPolicy::accept);
+  return solid.is_rounded() ? core.padded(scale * solid.radius()) : core;
+}
+
 struct RandomPair {
   std::array<Hexahedron, 2> solids;
   std::array<Pose, 2> poses;
@@ -63,7 +74,7 @@ ExactResult truth_of(const RandomPair& pair) {
   return exact_rounded_distance(a, pair.solids[0].radius(), b, pair.solids[1].radius());
 }
 
-RandomPair random_pair(std::mt19937_64& engine) {
+RandomPair ordinary_pair(std::mt19937_64& engine) {
   Random random(engine());
   RandomPair pair{{random_rounded(random), random_rounded(random)}, {}};
   const bool upright = random.one_in(4);
@@ -77,6 +88,16 @@ RandomPair random_pair(std::mt19937_64& engine) {
   const ExactResult start = truth_of(pair);  // near touch, or as near as rounding brings them
   pair.poses[1].p -= start.separation * start.n_AB_W;
   if (random.one_in(2)) pair.poses[1].p += random.uniform(-1e-3, 1e-3) * start.n_AB_W;
+  return pair;
+}
+
+// One in eight at magnitudes that kernels do not take.
+RandomPair random_pair(std::mt19937_64& engine) {
+  RandomPair pair = ordinary_pair(engine);
+  if (engine() % 8 != 0) return pair;
+  const double scale = engine() % 2 == 0 ? 0x1p-300 : 0x1p300;
+  for (Hexahedron& solid : pair.solids) solid = scaled(solid, scale);
+  for (Pose& X : pair.poses) X.p = scale * X.p;
   return pair;
 }
 
