@@ -38,9 +38,13 @@ struct Extent {
 
 using Heights = std::array<double, Hexahedron::kVertices>;
 
-Heights heights_along(const PlacedSolid& placed, const Vector3& n) {
+double radius_of(const PlacedSolid& placed) { return placed.moving->solid->radius(); }
+
+/// @param beyond the vertices: a radius, below 0 against n. It goes along with every vertex, however the
+/// solid and n turn.
+Heights heights_along(const PlacedSolid& placed, const Vector3& n, double beyond) {
   Heights out;
-  for (int i = 0; i < Hexahedron::kVertices; ++i) out[i] = dot(n, placed.vertices.vertex(i));
+  for (int i = 0; i < Hexahedron::kVertices; ++i) out[i] = dot(n, placed.vertices.vertex(i)) + beyond;
   return out;
 }
 
@@ -126,7 +130,8 @@ double first_root(double c, double b, double q) {
 /// How far on from s the projections on n are sure to stay apart by `threshold`; at most `longest`.
 Stretch clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const Direction& along, double threshold,
                       double longest) {
-  const Heights heights_a = heights_along(a, along.n), heights_b = heights_along(b, along.n);
+  const Heights heights_a = heights_along(a, along.n, radius_of(a));
+  const Heights heights_b = heights_along(b, along.n, -radius_of(b));
   Meeting meeting{0xff, 0xff};
   if (along.is_fixed()) meeting = meeting_vertices(a, b, heights_a, heights_b, threshold, longest);
   if (meeting.of_a == 0 || meeting.of_b == 0) return {longest, true, meeting.least};
@@ -158,7 +163,7 @@ double separation_along(const PlacedSolid& a, const PlacedSolid& b, const Vector
     highest = std::max(highest, dot(n, a.vertices.vertex(i)));
     lowest = std::min(lowest, dot(n, b.vertices.vertex(i)));
   }
-  return lowest - highest;
+  return (lowest - highest) - (radius_of(a) + radius_of(b));
 }
 
 /// Steady on its way, or at rest.
@@ -429,10 +434,11 @@ class WidestStretch {
         EdgePair pair{of_a.edge[i], of_b.edge[j], {}, {}};
         if (!cross_lines(a_, b_, pair)) continue;
         const Vector3 N = cross(pair.of_a.along, pair.of_b.along);
-        const double apart = std::abs(dot(N, pair.q - pair.p)) / norm(N);
+        const double radii = radius_of(a_) + radius_of(b_);  // the edges are the cores'
+        const double apart = std::abs(dot(N, pair.q - pair.p)) / norm(N) - radii;
         if (apart < least_apart_) continue;
         const Stretch other =
-            edge_stretch(a_, b_, pair, geometry.n_AB_W, tolerance, threshold_of(apart), longest_);
+            edge_stretch(a_, b_, pair, geometry.n_AB_W, tolerance, threshold_of(apart) + radii, longest_);
         if (other.length > widest_.length) widest_ = other;
       }
   }
@@ -530,7 +536,9 @@ double relative_speed(const PlacedSolid& a, const PlacedSolid& b) {
       fastest = std::max(fastest, norm(velocity(a.state, p) - velocity(b.state, p)));
     }
   }
-  return fastest;
+  const double reach = std::max(radius_of(a), radius_of(b));
+  if (reach == 0.0) return fastest;
+  return fastest + reach * norm(a.state.angular_velocity_W - b.state.angular_velocity_W);
 }
 
 bool has_geometry(PairStatus status) {

@@ -118,12 +118,6 @@ class Advancing {
 
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
                    double interest, double until, bool ask_at_end) noexcept {
-  if (a.solid->is_rounded() || b.solid->is_rounded()) {  // the projections below are the vertices'
-    Impact refused;
-    refused.status = ImpactStatus::failed;
-    refused.lo = 0.0;
-    return refused;
-  }
   if (query.judges_poses()) return find_sampled_impact(a, b, rule, query, interest);
   return Advancing(a, b, rule, query, interest, until, ask_at_end).find();
 }

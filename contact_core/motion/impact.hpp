@@ -101,7 +101,6 @@ inline constexpr int kImpactIterations = 256;
 /// past it. Not where the query judges poses.
 /// @param ask_at_end false: a path that is clear to the end is not queried there, and its geometry is that of
 /// the query before.
-/// Rounded solids are refused: `failed` at 0, without a query.
 /// @pre rule.gap > 0.
 Impact find_impact(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
                    double interest = kInfinity, double until = 1.0, bool ask_at_end = true) noexcept;

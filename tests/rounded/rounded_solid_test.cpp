@@ -7,9 +7,7 @@
 
 #include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
-#include "touchstone/contact_core/motion/path.hpp"
 #include "touchstone/contact_core/registry.hpp"
 
 // Solids with a radius: how they are made, what is refused, who refuses them.
@@ -124,27 +122,6 @@ TEST(RoundedSolid, MassOfOtherCoresIsRefused) {
   for (Vector3& p : v) p.x() += 0.25 * p.z();
   const Hexahedron sheared = Hexahedron::from_vertices(v).padded(0.1);
   EXPECT_THAT(error_of([&] { mass_moments(sheared); }), HasSubstr("whose core is no box"));
-}
-
-class NoQuery final : public SeparationQuery {
- public:
-  PairStatus separation(const Pose&, const Pose&, PairGeometry&) noexcept override {
-    ++asked;
-    return PairStatus::separated;
-  }
-  int asked = 0;
-};
-
-TEST(RoundedSolid, MotionRefusesThem) {
-  const Hexahedron box = Hexahedron::from_size({1, 1, 1}), ball = Hexahedron::sphere(0.5);
-  Pose end;
-  end.p.x() = 5.0;
-  const RigidPath resting(end), moving = RigidPath::between(Pose{}, end);
-  NoQuery query;
-  const Impact impact = find_impact({&box, Pose{}, &resting}, {&ball, Pose{}, &moving}, {1e-9}, query);
-  EXPECT_EQ(impact.status, ImpactStatus::failed);
-  EXPECT_EQ(impact.lo, 0.0);
-  EXPECT_EQ(query.asked, 0);
 }
 
 // Until everything that reads an object's vertices knows radii.
