@@ -137,7 +137,10 @@ CorePoints along_edges(const Feature& a, const Feature& b, const Vector3& n, dou
     const Vector3 p = a.corners[0] + t * axis;
     const Vector3 q = b.corners[0] + ((t - first) / run) * other;
     const Vector3 aside = (q - p) - dot(q - p, n) * n;
-    if (!(norm(aside) <= kManifoldSine * lesser_radius)) return CorePoints{};
+    if (!(norm(aside) <= kManifoldSine * lesser_radius)) {
+      out.count = 0;
+      return out;
+    }
     const auto slot = static_cast<std::size_t>(out.count++);
     out.on_a[slot] = p, out.on_b[slot] = q;
   }
