@@ -15,15 +15,13 @@ namespace {
 // A start that leaves less than kHolds of the speeds holds already: the less it leaves, the less soft the
 // first round is.
 constexpr double kFirstSoftness = 1e-2, kHolds = 1e-5, kHarder = 0.03, kSoftness = 1e-5;
+constexpr double kHarderBits = 5.0;  // -log2 of kHarder
 // A round need not be solved better than to this share of the least that was left before it.
 constexpr double kInexact = 0.01;
 constexpr int kMostRounds = 20, kMostSteps = 40;
-// Contacts are suspected of contradiction where a round that brings nothing presses so many times harder than
-// what stops everything; the soft answer tells, where it leaves a tenth of the speeds.
-constexpr double kSuspect = 1e3, kContradictory = 0.1 / ConvexContacts::kSoftAnswer;
-// Impulses prove a contradiction where the energy that they move is below this share of the energy that they
-// press with: with the soft answer's R, contacts give way by less than 1e-5 of each one's W.
-constexpr double kCertain = 1e-2;
+// Impulses prove a contradiction where what is commanded could only be met by so many times its speed: a
+// wedge of one in fifty is pressed out, a narrower one is held. Where that was proven lately, a few times do.
+constexpr double kNoWayOut = 50.0, kNoWayOutStill = 3.0;
 // A start from the last step may give this share of the energy that it moves: a tenth too much of what
 // rests.
 constexpr double kStale = -0.4;
@@ -152,24 +150,35 @@ void ConvexContacts::reserve(std::size_t units, std::size_t rows, std::size_t wi
        {&scale_, &hardness_, &slip_, &anchor_, &gamma_, &impulses_, &u_, &du_, &best_, &anchor_share_})
     vector->reserve(rows);
   for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) vector->reserve(units * widest);
+  reach_.reserve(units * widest);
   blocks_.reserve(6 * widest);
   for (auto* vector : {&stiffness_, &last_stiffness_}) vector->reserve(3 * rows);
 }
 
-/// w: the largest diagonal entry of W of each block.
+/// w: the largest diagonal entry of W of each block; and what masses that differ ask for.
 void ConvexContacts::find_scales() {
+  double lightest = 0.0, heaviest = std::numeric_limits<double>::infinity();
   const auto own = [&](std::size_t row) {
     const SparseContacts::Row& r = problem_.rows[row];
     double sum = 0.0;
-    for (int i = 0; i < r.count; ++i)
+    for (int i = 0; i < r.count; ++i) {
+      double part = 0.0;
       for (std::size_t k = 0; k < problem_.sizes[r.units[i]]; ++k)
-        sum += problem_.J[r.first[i] + k] * problem_.Y[r.first[i] + k];
+        part += problem_.J[r.first[i] + k] * problem_.Y[r.first[i] + k];
+      sum += part;
+      lightest = std::max(lightest, part);
+      if (part > 0.0) heaviest = std::min(heaviest, part);
+    }
     return sum;
   };
   scale_.clear();
   for (std::size_t c = 0; c < problem_.contacts; ++c)
     scale_.push_back(std::max({own(3 * c), own(3 * c + 1), own(3 * c + 2)}));
   for (std::size_t r = 3 * problem_.contacts; r < problem_.rows.size(); ++r) scale_.push_back(own(r));
+  // A contact's own W is that of the lighter side, which may carry what is heaviest.
+  const double spread = std::max(1.0, kHarder * lightest / heaviest);
+  hardest_ = kSoftness / spread;
+  price_ = 1.0 / (1.0 + std::ilogb(spread) / kHarderBits);  // the same bits from every C library
 }
 
 void ConvexContacts::find_pairs() {
@@ -500,12 +509,12 @@ ConvexContacts::Outcome ConvexContacts::minimise(double tolerance, WorkBudget& b
       assemble();
       is_factored_ = cholesky_.factor();
       if (!is_factored_) return Outcome::stuck;
-      budget.spend(cholesky_.work() + kAssembly * static_cast<double>(problem_.contacts));
+      budget.spend(price_ * (cholesky_.work() + kAssembly * static_cast<double>(problem_.contacts)));
     }
     for (std::size_t k = 0; k < gradient_.size(); ++k) step_[k] = -gradient_[k];
     cholesky_.solve(step_, first_);
     find_velocities(step_, du_, false);
-    budget.spend(kRowWork * static_cast<double>(problem_.rows.size()));
+    budget.spend(price_ * kRowWork * static_cast<double>(problem_.rows.size()));
     ++report_.newton_steps;
     double most = 0.0;
     for (const double du : du_) most = worse_of(most, std::abs(du));
@@ -540,39 +549,55 @@ double ConvexContacts::fastest() const {
   return speed;
 }
 
-/// Whether impulses are more than so many times what stops everything.
-bool ConvexContacts::is_beyond(double factor, std::span<const double> impulses) const {
-  double most = 0.0;
-  for (std::size_t r = 0; r < impulses.size(); ++r)
-    most = std::max(
-        most, scale_[r < 3 * problem_.contacts ? r / 3 : r - 2 * problem_.contacts] * std::abs(impulses[r]));
-  return most > factor * fastest();
-}
-
 /// Of the velocities u_.
 void ConvexContacts::find_slips() {
   for (std::size_t c = 0; c < problem_.contacts; ++c)
     slip_[c] = problem_.friction[c] * length_of(u_[3 * c + 1], u_[3 * c + 2]);
 }
 
-/// Farkas' lemma: impulses in their cones with W x = 0 and x (b + slip n) < 0 say that none bring the
-/// contacts' velocities, with their slips, into the dual cones. Of soft answers (as of Banjac, Goulart,
-/// Stellato, Boyd, Infeasibility Detection in the Alternating Direction Method of Multipliers, 2019) W x is
-/// the less, the less there is that gives way.
-/// @pre u_ = W x + b
-bool ConvexContacts::prove_contradiction(std::span<const double> x) const {
-  double by_b = 0.0, by_W = 0.0;
+/// Else standing still is a way out.
+bool ConvexContacts::presses_on_commands() const {
+  for (std::size_t c = 0; c < problem_.commanded.size(); ++c)
+    if (problem_.commanded[c] < 0.0 || (c >= problem_.contacts && problem_.commanded[c] > 0.0)) return true;
+  return false;
+}
+
+/// Farkas' lemma: impulses in their cones with J^T x = 0 and x commanded < 0 say that no velocities V meet
+/// the laws' J V + commanded. Of impulses that grow without end (as in Banjac, Goulart, Stellato, Boyd,
+/// Infeasibility Detection in the Alternating Direction Method of Multipliers, 2019) J^T x is small beside x,
+/// and V would have to be larger than -x commanded / |J^T x|. That asks nothing of masses: what is heavy on
+/// what is light presses hard, and is moved by as much.
+bool ConvexContacts::proves_contradiction(std::span<const double> x, double times) {
+  if (!presses_on_commands()) return false;
+  std::vector<double>& y = trial_V_;
+  std::fill(y.begin(), y.end(), 0.0);
+  reach_.assign(y.size(), 0.0);
+  double pressed = 0.0, fastest_commanded = 0.0;
   for (std::size_t r = 0; r < x.size(); ++r) {
-    by_b += x[r] * problem_.b[r];
-    by_W += x[r] * (u_[r] - problem_.b[r]);
+    const bool is_contact = r < 3 * problem_.contacts;
+    const std::size_t block = is_contact ? r / 3 : r - 2 * problem_.contacts;
+    if (!is_contact) {  // what has an end, or gives way, is no direction
+      const std::size_t j = r - 3 * problem_.contacts;
+      const double end = x[r] > 0.0 ? problem_.bounds[j].upper : problem_.bounds[j].lower;
+      if (std::isfinite(end) || problem_.compliance_of(j) > 0.0) continue;
+    }
+    if (!is_contact || r % 3 == 0) {
+      pressed -= x[r] * problem_.commanded[block];
+      fastest_commanded = std::max(
+          fastest_commanded, is_contact ? -problem_.commanded[block] : std::abs(problem_.commanded[block]));
+    }
+    const SparseContacts::Row& row = problem_.rows[r];
+    if (x[r] != 0.0) add(row, problem_.J, x[r], y);
+    for (int i = 0; i < row.count; ++i)
+      for (std::size_t k = 0; k < problem_.sizes[row.units[i]]; ++k) {
+        double& reach = reach_[first_[row.units[i]] + k];
+        reach = std::max(reach, std::abs(problem_.J[row.first[i] + k]));
+      }
   }
-  for (std::size_t c = 0; c < problem_.contacts; ++c) by_b += x[3 * c] * slip_[c];
-  for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {  // what has an end is no direction
-    const double impulse = x[3 * problem_.contacts + j];
-    const double end = impulse > 0.0 ? problem_.bounds[j].upper : problem_.bounds[j].lower;
-    if (impulse != 0.0 && (std::isfinite(end) || problem_.compliance_of(j) > 0.0)) return false;
-  }
-  return by_W < -kCertain * by_b;
+  double moved = 0.0;
+  for (std::size_t k = 0; k < y.size(); ++k)
+    if (reach_[k] > 0.0) moved += std::abs(y[k]) / reach_[k];
+  return pressed > times * fastest_commanded * moved;
 }
 
 /// Impulses x with u_ = W x + b give the energy x (u + b) / 2. Where that is more than `most_given` of what
@@ -596,9 +621,9 @@ double ConvexContacts::judge(std::span<double> x) {
   return take_energy(x, 0.0) ? residual_of(x) : residual;
 }
 
-/// The soft answer around 0, which is the anchor from then on. @return whether it says contradiction, or no
-/// work is left for others: then it is the best.
-bool ConvexContacts::soften(double tolerance, WorkBudget& budget) {
+/// The soft answer around 0, which is the anchor from then on. @param is_proven that the contacts contradict
+/// each other, lately. @return whether they do so still, or no work is left for others: then it is the best.
+bool ConvexContacts::soften(double tolerance, bool is_proven, WorkBudget& budget) {
   set_softness(kSoftAnswer);
   std::fill(anchor_.begin(), anchor_.end(), 0.0);
   const Outcome outcome = minimise(tolerance, budget, kMostSteps);
@@ -606,11 +631,14 @@ bool ConvexContacts::soften(double tolerance, WorkBudget& budget) {
   anchor_ = outcome == Outcome::solved ? gamma_ : impulses_;
   // Where the work ends here it is the best there is: other answers may press without end.
   const bool is_last = outcome == Outcome::spent && budget.is_spent();
-  report_.is_contradictory = is_beyond(kContradictory, anchor_);
+  // Impulses of an unsolved problem are in no cone, and prove nothing.
+  const bool is_solved = outcome == Outcome::solved;
+  report_.is_certain = is_solved && proves_contradiction(anchor_, kNoWayOut);
+  report_.is_contradictory =
+      report_.is_certain || (is_solved && is_proven && proves_contradiction(anchor_, kNoWayOutStill));
   if (!report_.is_contradictory && !is_last) return false;
   best_ = anchor_;
   report_.residual = judge(best_);
-  report_.is_certain = prove_contradiction(best_);
   return true;
 }
 
@@ -634,23 +662,24 @@ void ConvexContacts::start() {
 }
 
 ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<double> x, double tolerance,
-                                   WorkBudget& budget, bool was_contradictory) {
+                                   WorkBudget& budget, Softness first) {
   load(problem, x);
   start();
   double last = report_.residual;
   const double left = last > 0.0 ? last / std::max(fastest(), last) : 0.0;
   const double first_softness = std::clamp(kFirstSoftness * (left / kHolds), kSoftness, kFirstSoftness);
-  bool is_first = true, is_suspect = !was_contradictory;
+  bool is_first = true;
   bool is_over = report_.residual <= tolerance;
-  if (was_contradictory && !is_over) {
+  if (first != Softness::last && !is_over && presses_on_commands()) {
     find_slips();
-    is_over = soften(tolerance, budget);
-    if (!is_over) {  // what there is to start from serves better than the soft answer
-      std::copy(x.begin(), x.end(), anchor_.begin());
-      start();
-    }
+    is_over = soften(tolerance, first == Softness::first, budget);
   }
-  set_softness(first_softness);
+  if (!is_over) {
+    // Without contradiction what there is to start from serves better than the soft answer; with it, that
+    // goes on to grow.
+    if (first == Softness::first) std::copy(x.begin(), x.end(), anchor_.begin()), start();
+    set_softness(first == Softness::maybe ? kHarder * kSoftAnswer : first_softness);
+  }
   for (int round = 0; round < kMostRounds && !is_over; ++round) {
     find_slips();
     const Outcome outcome = minimise(std::max(0.1 * tolerance, kInexact * last), budget, kMostSteps);
@@ -664,13 +693,13 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
     if (is_new || residual < report_.residual) report_.residual = residual, best_ = anchor_;
     if (outcome == Outcome::spent || report_.residual <= tolerance) break;
     const bool is_stuck = !is_first && !(residual <= kStuck * last);
-    if (is_stuck && is_suspect && is_beyond(kSuspect, anchor_)) {
-      is_suspect = false;
-      if (soften(tolerance, budget)) break;
+    if (proves_contradiction(anchor_, kNoWayOut)) {
+      report_.is_certain = soften(tolerance, true, budget);
+      break;
     }
-    if (is_stuck && softness_ == kSoftness) break;
+    if (is_stuck && softness_ <= hardest_) break;
     is_first = false;
-    set_softness(std::max(kSoftness, kHarder * softness_));
+    set_softness(std::max(is_stuck ? hardest_ : std::min(kSoftness, softness_), kHarder * softness_));
     last = std::min(last, residual);
   }
   report_.converged = report_.residual <= tolerance;

@@ -41,6 +41,9 @@ struct SparseContacts {
   /// One a joint row, >= 0: u = W x + b + compliance x, as of drives with a stiffness. Empty: all 0.
   std::span<const double> compliance = {};
   std::span<const Levers> levers = {};  ///< by contact, so that less is multiplied. Empty: not known
+  /// By block: what b of a contact's normal or a joint row would be if all units stood still. What moves as
+  /// commanded is in it, and room. Empty: nothing is commanded, so that standing still is a solution.
+  std::span<const double> commanded = {};
 
   double compliance_of(std::size_t joint) const { return compliance.empty() ? 0.0 : compliance[joint]; }
 };
@@ -51,8 +54,9 @@ struct ConvexReport {
   int newton_steps = 0;
   bool converged = false;
   bool is_contradictory =
-      false;                ///< no impulses do: what is returned yields as little as the softness lets it
-  bool is_certain = false;  ///< these impulses prove it: they press against b and move nothing (Farkas)
+      false;  ///< no impulses do: what is returned yields as little as the softness lets it
+  bool is_certain =
+      false;  ///< these impulses prove it: they press against what is commanded and move nothing (Farkas)
 };
 
 /// Solves contact problems by convex ones that always have one solution. Around impulses x_k and for slips s
@@ -71,12 +75,17 @@ struct ConvexReport {
 /// answer around 0. Owns its memory; no allocation while no problem is larger than reserved for or seen.
 class ConvexContacts {
  public:
+  /// When the soft answer is tried, of contacts that may contradict each other.
+  enum class Softness : std::uint8_t {
+    last,   ///< where others prove the contradiction
+    maybe,  ///< first, and taken where it proves the contradiction itself
+    first,  ///< that was proven lately: taken as long as it leaves speeds that say so still
+  };
   void reserve(std::size_t units, std::size_t rows, std::size_t widest);
   /// @param x in: to start from; out: the best found. @param tolerance of the residual [m/s].
-  /// @param was_contradictory in the last step: then the soft answer comes first, and is taken as long as its
-  /// impulses say that the contacts contradict each other still.
+  /// @param soft when the soft answer is tried.
   ConvexReport solve(const SparseContacts& problem, std::span<double> x, double tolerance, WorkBudget& budget,
-                     bool was_contradictory = false);
+                     Softness soft = Softness::last);
   /// The soft answer around 0 alone, as far as the budget and so many Newton steps go: it gives way to what
   /// contradicts by no more than kSoftAnswer of each contact's W.
   /// @param x in: where to start from; out. @param tolerance of the velocities [m/s].
@@ -114,12 +123,12 @@ class ConvexContacts {
   double missed() const;
   double residual_of(std::span<const double> x);
   double fastest() const;
-  bool is_beyond(double factor, std::span<const double> impulses) const;
-  bool prove_contradiction(std::span<const double> x) const;
+  bool presses_on_commands() const;
+  bool proves_contradiction(std::span<const double> x, double times);
   bool take_energy(std::span<double> x, double most_given);
   double judge(std::span<double> x);
   void start();
-  bool soften(double tolerance, WorkBudget& budget);
+  bool soften(double tolerance, bool is_proven, WorkBudget& budget);
 
   SparseContacts problem_;
   BlockCholesky cholesky_;
@@ -131,10 +140,13 @@ class ConvexContacts {
   std::vector<double> anchor_, gamma_;  // x_k and the projections, by row
   std::vector<double> impulses_;        // that give V_, by row: gamma_ in the end
   std::vector<double> V_, u_, step_, du_, gradient_, trial_V_, best_;
+  std::vector<double> reach_;                       // by rate: the most that it moves any row by
   std::vector<double> blocks_;                      // G J of the rows being added
   std::vector<double> stiffness_, last_stiffness_;  // G, by block
   bool is_factored_ = false;                        // with the last stiffness
   double softness_ = 0.0;
+  double hardest_ = 0.0;  // softness that rounds may come to
+  double price_ = 1.0;    // of work: masses that differ take more rounds
   ConvexReport report_;
 };
 

@@ -45,6 +45,7 @@ struct Rows {
     contact.sides[0] = {a, -1.0, p_A, 0};
     contact.sides[1] = {b, 1.0, p_B, 0};
     rows.friction.push_back(friction);
+    rows.commanded.push_back(0.0);
     for (const Vector3& direction : {contact.n_W, contact.t1_W, contact.t2_W}) {
       rows.b.push_back(dot(direction, velocity));
       rows.x.push_back(0.0);
@@ -71,6 +72,7 @@ struct Rows {
     rows.J.push_back(1.0);
     rows.Y.push_back(1.0 / inertia);
     rows.b.push_back(rate);
+    rows.commanded.push_back(0.0);
     rows.x.push_back(0.0);
     rows.bounds.push_back({-limit, limit});
   }
@@ -195,6 +197,7 @@ TEST(IslandSolver, ContradictoryContactsYield) {
   const std::uint32_t cube = group.add_cube(1.0);
   group.add_contact(kNoUnit, cube, {1, 0, 0}, {0, 0, 0}, {-0.5, 0, 0}, {-1, 0, 0}, 0.5);
   group.add_contact(kNoUnit, cube, {-1, 0, 0}, {0, 0, 0}, {0.5, 0, 0}, {1, 0, 0}, 0.5);
+  group.rows.commanded = {-1.0, -1.0};
   Solver solver;
   EXPECT_EQ(solver.solve(group.rows).contradictory, 1u);
   for (const double x : group.rows.x) EXPECT_TRUE(std::isfinite(x));

@@ -57,6 +57,7 @@ void IslandProblem::reserve(const ContactRows& rows, std::size_t units, std::siz
   for (auto* vector : {&b, &x}) vector->reserve(most_rows);
   levers_.reserve(rows.friction.capacity());
   friction_.reserve(rows.friction.capacity());
+  commanded_.reserve(most_rows);
   bounds_.reserve(rows.bounds.capacity());
   compliance_.reserve(rows.bounds.capacity());
   // Of the largest island: who expects larger ones than a thousand rows pays for them when they come.
@@ -117,10 +118,12 @@ void IslandProblem::load(const Islands& islands, const Island& island, ContactRo
   friction_.clear();
   bounds_.clear();
   compliance_.clear();
+  commanded_.clear();
   contacts_ = island.contacts;
   group_entries_ = rows.J.size();
   for (const std::size_t block : islands.blocks_of(island)) {
     const std::size_t first = rows.first_row(block);
+    commanded_.push_back(rows.commanded[block]);
     if (block < rows.contacts.size()) {
       for (std::size_t i = 0; i < 3; ++i) {
         group_rows_.push_back(first + i);

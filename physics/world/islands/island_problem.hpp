@@ -28,7 +28,7 @@ class IslandProblem {
   ContactProblem dense() const { return {contacts_, friction_, bounds_, W_, b}; }
   SparseContacts sparse(const ContactRows& rows) const {
     return {sizes_, masses_, contacts_, friction_,   bounds_, sparse_rows_,
-            rows.J, rows.Y,  b,         compliance_, levers_};
+            rows.J, rows.Y,  b,         compliance_, levers_, commanded_};
   }
   std::size_t row_count() const { return rows_.size(); }
   /// Of all rows of the group.
@@ -44,7 +44,7 @@ class IslandProblem {
 
   std::vector<Row> rows_;                // units as the group counts them
   std::vector<std::size_t> group_rows_;  // by row
-  std::vector<double> W_, friction_, compliance_;
+  std::vector<double> W_, friction_, compliance_, commanded_;
   std::vector<ContactProblem::Bounds> bounds_;
   std::size_t contacts_ = 0, group_entries_ = 0;   // of rows.J before load()
   std::vector<std::uint32_t> sizes_, local_unit_;  // by the island's unit; by unit

@@ -204,7 +204,11 @@ SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, bo
   const double tolerance = tolerance_of(island, false, rows, step);
   const double aim = is_refined ? kShareOfExact * step.settings.solver.tolerance : tolerance;
   problem_.load_masses(islands_, island, rows);
-  const ConvexReport convex = convex_.solve(problem_.sparse(rows), problem_.x, aim, step.budget, is_doubtful);
+  using Softness = ConvexContacts::Softness;
+  const Softness soft = !is_doubtful                    ? Softness::last
+                        : is_contradicted(island, step) ? Softness::first
+                                                        : Softness::maybe;
+  const ConvexReport convex = convex_.solve(problem_.sparse(rows), problem_.x, aim, step.budget, soft);
   problem_.store_impulses(rows);
   SolveReport solved;
   solved.newton_steps = convex.newton_steps;
@@ -279,7 +283,7 @@ bool IslandSolver::is_squeezed(const Island& island, const ContactRows& rows, co
   for (const std::size_t block : blocks) {
     if (!outward(block, n_W)) continue;
     sum_W += n_W;
-    is_pressed = is_pressed || (rows.contacts[block].is_commanded && rows.b[3 * block] < 0.0);
+    is_pressed = is_pressed || (rows.commanded[block] < 0.0 && rows.b[3 * block] < 0.0);
   }
   if (!is_pressed) return false;
   return std::any_of(blocks.begin(), blocks.end(), [&](std::size_t block) {

@@ -30,12 +30,9 @@ struct Axis {
   double lower, upper;
   double value;                       // at the start of the piece
   double rate, end_rate;              // there, and after its flight
+  double commanded;                   // rate of what moves as commanded alone
   std::array<double, kTorques> last;  // by Torque
 };
-
-bool moves_as_commanded(const Mover& mover, const Movers& movers) {
-  return mover.kind == Mover::Kind::body && moves(movers.bodies[mover.index]);
-}
 
 /// Writes the rows of one group for one phase.
 class Gathering {
@@ -52,8 +49,8 @@ class Gathering {
  private:
   Vector3 add_side(const Mover& mover, const GroupPoint& point, const Vector3& act_W,
                    const ContactRows::Contact& contact, ContactRows::Side& side, double* b);
-  std::size_t add_joint(const ContactRows::Joint& joint, double b, ContactProblem::Bounds bounds,
-                        double warm);
+  std::size_t add_joint(const ContactRows::Joint& joint, double b, double commanded,
+                        ContactProblem::Bounds bounds, double warm);
   void write_held(ContactRows::Joint& row);
   void write_part(const ContactRows::Joint& row, int part, const Vector3& force, const Vector3& moment);
   void make_linear(std::size_t index, const LinearForce& force);
@@ -141,7 +138,6 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
     added.point = index;
     added.n_W = given.n_AB_W, added.t1_W = point.t1_W, added.t2_W = point.t2_W;
     added.sides[0].sign = -1.0, added.sides[1].sign = 1.0;
-    added.is_commanded = moves_as_commanded(given.a, movers_) || moves_as_commanded(given.b, movers_);
   }
   ContactRows::Contact& contact = rows_.contacts[next_contact_++];
   // The point goes along with what touches there, half with each.
@@ -151,6 +147,9 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
   const Vector3 v_A = add_side(given.a, point, act_W, contact, contact.sides[0], b);
   const Vector3 v_B = add_side(given.b, point, act_W, contact, contact.sides[1], b);
   const Vector3 v = v_B - v_A;
+  const Vector3 none = Vector3::Zero();
+  double commanded = dot(contact.n_W, Vector3((contact.sides[1].unit == kNoUnit ? v_B : none) -
+                                              (contact.sides[0].unit == kNoUnit ? v_A : none)));
   const Vector3 directions[3] = {contact.n_W, contact.t1_W, contact.t2_W};
   for (int i = 0; i < 3; ++i) {
     b[i] += dot(directions[i], v);
@@ -158,20 +157,24 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
                                                      : 0.0);
   }
   // The normal's velocity may come as far as the phase allows.
-  if (wanted_.phase == Phase::parting)
-    b[0] = (point.separation + point.allowed_depth) / wanted_.t;
-  else if (wanted_.phase == Phase::impact)
-    b[0] *= b[0] < -settings_.bounce_speed ? 1.0 + given.restitution : 1.0;
-  else if (point.separation > settings_.contact_gap)
-    b[0] += point.separation / wanted_.t;
+  const double bounce =
+      wanted_.phase == Phase::impact && b[0] < -settings_.bounce_speed ? 1.0 + given.restitution : 1.0;
+  const double room = wanted_.phase == Phase::forces && point.separation > settings_.contact_gap
+                          ? point.separation / wanted_.t
+                          : 0.0;
+  b[0] = wanted_.phase == Phase::parting ? (point.separation + point.allowed_depth) / wanted_.t
+                                         : bounce * b[0] + room;
+  commanded = bounce * commanded + room;
+  rows_.commanded.push_back(commanded);
   rows_.b.insert(rows_.b.end(), b, b + 3);
   rows_.friction.push_back(given.friction);
 }
 
 /// Takes the row up, and returns its number; what depends on its W is still to be set.
-std::size_t Gathering::add_joint(const ContactRows::Joint& joint, double b, ContactProblem::Bounds bounds,
-                                 double warm) {
+std::size_t Gathering::add_joint(const ContactRows::Joint& joint, double b, double commanded,
+                                 ContactProblem::Bounds bounds, double warm) {
   rows_.b.push_back(b);
+  rows_.commanded.push_back(commanded);
   rows_.x.push_back(warm);
   rows_.bounds.push_back(bounds);
   const std::size_t index = next_joint_++;
@@ -277,7 +280,7 @@ void Gathering::add_drive(const Axis& axis) {
     // Mechanisms have flown with it.
     if (axis.row.unit != kNoUnit || phase != Phase::forces || drive.torque == 0.0) return;
     const double impulse = t * std::min(std::max(drive.torque, -drive.limit), drive.limit);
-    add_joint(row, axis.end_rate, {impulse, impulse}, impulse);
+    add_joint(row, axis.end_rate, axis.commanded, {impulse, impulse}, impulse);
     return;
   }
   // An instantaneous impact has an impulse of a drive only where its torque is unlimited.
@@ -287,7 +290,7 @@ void Gathering::add_drive(const Axis& axis) {
   if (drive.mode == Mode::position) {
     if (phase == Phase::impact || (drive.stiffness == 0.0 && drive.damping == 0.0)) return;
     const double most = parts || drive.limit == kInfinity ? kInfinity : drive.limit * t;
-    const std::size_t index = add_joint(row, rate, {-most, most}, last);
+    const std::size_t index = add_joint(row, rate, axis.commanded, {-most, most}, last);
     if (!parts)
       make_linear(index,
                   {drive.stiffness, drive.damping, axis.value - drive.position, axis.rate, drive.rate});
@@ -301,7 +304,7 @@ void Gathering::add_drive(const Axis& axis) {
   row.stops = most > 0.0 && most < kInfinity;
   row.share = friction > 0.0 && limit < kInfinity ? drive.limit / limit : 1.0;
   row.before = axis.rate - (drive.mode == Mode::rate ? drive.rate : 0.0);
-  add_joint(row, rate - target, {-most, most}, last);
+  add_joint(row, rate - target, axis.commanded - target, {-most, most}, last);
 }
 
 /// Friction and damping, which act over time alone.
@@ -318,12 +321,13 @@ void Gathering::add_losses(const Axis& axis) {
     row.stops = true;
     row.before = axis.rate;
     const double most = losses.friction * t;
-    add_joint(row, axis.end_rate, {-most, most}, t * axis.last[1]);
+    add_joint(row, axis.end_rate, axis.commanded, {-most, most}, t * axis.last[1]);
   }
   if (losses.damping > 0.0) {
     row.torque = Torque::damping;
     row.stops = false;
-    const std::size_t index = add_joint(row, axis.end_rate, {-kInfinity, kInfinity}, t * axis.last[2]);
+    const std::size_t index =
+        add_joint(row, axis.end_rate, axis.commanded, {-kInfinity, kInfinity}, t * axis.last[2]);
     make_linear(index, {0.0, losses.damping, 0.0, axis.rate, 0.0});
   }
 }
@@ -339,7 +343,8 @@ void Gathering::add_axis(const Axis& axis) {
     if (std::isinf(limit) || (is_open && !wanted_.all)) continue;
     ContactRows::Joint row = axis.row;
     row.sign = sign, row.is_stop = true;
-    add_joint(row, sign * rate + (is_open ? room / t : 0.0), {0.0, kInfinity}, 0.0);
+    const double open = is_open ? room / t : 0.0;
+    add_joint(row, sign * rate + open, sign * axis.commanded + open, {0.0, kInfinity}, 0.0);
   }
 }
 
@@ -358,6 +363,7 @@ void Gathering::add_joints(std::uint32_t mechanism) {
               arm.q[i],
               arm.qd[i],
               is_flown ? arm.flown_qd[i] : arm.qd[i],
+              0.0,
               {arm.last_torque[i], arm.last_torque[n + i], arm.last_torque[2 * n + i]}});
   }
 }
@@ -376,6 +382,12 @@ void Gathering::add_held(std::uint32_t index) {
   const Vector3 v_A = a.v_W + cross(a.w_W, Vector3(held.placed.at_W - a.X_WM.p)),
                 v_B = b.v_W + cross(b.w_W, Vector3(held.placed.at_W - b.X_WM.p)), v = v_B - v_A,
                 w = b.w_W - a.w_W;
+  const auto commanded = [&](const Vector3& of_A, const Vector3& of_B) -> Vector3 {
+    const Vector3 none = Vector3::Zero();
+    return (movers_.unit_of(held.joint.b) == kNoUnit ? of_B : none) -
+           (movers_.unit_of(held.joint.a) == kNoUnit ? of_A : none);
+  };
+  const Vector3 commanded_v = commanded(v_A, v_B), commanded_w = commanded(a.w_W, b.w_W);
   act_W_ = held.placed.at_W;
   if (is_flown) act_W_ -= (0.25 * t) * (v_A + v_B);
   ContactRows::Joint row{kNoUnit, index, 1.0, false};
@@ -384,20 +396,23 @@ void Gathering::add_held(std::uint32_t index) {
     const BodyJointRow& direction = held.placed.rows[i];
     row.held = i;
     add_joint(row, parts ? 0.0 : dot(direction.force_W, v) + dot(direction.moment_W, w),
+              dot(direction.force_W, commanded_v) + dot(direction.moment_W, commanded_w),
               {-kInfinity, kInfinity}, is_flown ? t * held.last[i] : 0.0);
   }
   if (!held.joint.joint.has_axis()) return;
   row.is_axis = true;
   const double* const last = &held.last[BodyJoint::kMostRows];
-  add_axis({row,
-            held.joint.drive,
-            held.joint.losses,
-            held.joint.lower,
-            held.joint.upper,
-            held.value,
-            held.rate,
-            is_flown ? held.placed.rate : held.rate,
-            {last[0], last[1], last[2]}});
+  add_axis(
+      {row,
+       held.joint.drive,
+       held.joint.losses,
+       held.joint.lower,
+       held.joint.upper,
+       held.value,
+       held.rate,
+       is_flown ? held.placed.rate : held.rate,
+       dot(held.placed.axis_W, held.joint.joint.kind == BodyJointKind::hinge ? commanded_w : commanded_v),
+       {last[0], last[1], last[2]}});
 }
 
 }  // namespace
@@ -411,7 +426,7 @@ void ContactRows::reserve(std::size_t most_contacts, std::size_t joint_rows, std
   joints.reserve(joint_rows);
   bounds.reserve(joint_rows);
   friction.reserve(most_contacts);
-  for (auto* vector : {&b, &x, &u}) vector->reserve(rows);
+  for (auto* vector : {&b, &x, &u, &commanded}) vector->reserve(rows);
   for (auto* vector : {&J, &Y}) vector->reserve(2 * widest * rows);
 }
 
@@ -444,7 +459,7 @@ void gather(const RowsWanted& wanted, const GroupState& group, StepContext& step
     rows.joints.clear();
     for (auto* vector : {&rows.J, &rows.Y}) vector->clear();
   }
-  for (auto* vector : {&rows.b, &rows.x, &rows.friction}) vector->clear();
+  for (auto* vector : {&rows.b, &rows.commanded, &rows.x, &rows.friction}) vector->clear();
   rows.bounds.clear();
   step.budget.spend(kPointWork * static_cast<double>(group.points.size()));
   Gathering gathering(wanted, step.settings, movers, rows);

@@ -45,7 +45,6 @@ struct ContactRows {
     std::size_t point;  // of the group
     Vector3 n_W, t1_W, t2_W;
     Side sides[2];
-    bool is_commanded = false;  // one of them moves as commanded
   };
   /// A row of a joint: of a drive, of its losses, an end stop; or a direction that a joint between movers
   /// holds. It acts on one unit or two.
@@ -73,8 +72,10 @@ struct ContactRows {
   std::vector<Joint> joints;
   std::vector<double> J, Y;  // of mechanisms and joints, and M^-1 J^T; then rows that are written out
   std::vector<double> b;     // velocities without impulses
-  std::vector<double> x;     // impulses
-  std::vector<double> u;     // velocities
+  std::vector<double>
+      commanded;          // by block: what b (a contact's along its normal) would be if all units stood still
+  std::vector<double> x;  // impulses
+  std::vector<double> u;  // velocities
   std::vector<double> friction;
   std::vector<ContactProblem::Bounds> bounds;  // by joint row
 
