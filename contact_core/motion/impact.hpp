@@ -47,7 +47,7 @@ struct GapRule {
 
 /// The strength of the answer "clear": see Narrowphase's Capabilities.
 enum class MotionCheck : std::uint8_t {
-  proven,   ///< the whole path, by separations
+  proven,   ///< the whole path, by the separations, as far as these are right
   sampled,  ///< poses on the path, judged by a backend without separations; what lies between is not proven
 };
 /// The enumerator's name.
