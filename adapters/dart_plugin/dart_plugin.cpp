@@ -1,5 +1,6 @@
 #include "touchstone/adapters/dart_plugin/dart_plugin.hpp"
 
+#include <array>
 #include <atomic>
 #include <dart/collision/CollisionFilter.hpp>
 #include <dart/collision/CollisionGroup.hpp>
@@ -24,9 +25,9 @@ std::atomic<std::uint64_t>& checks() {
   return count;
 }
 
+/// Objects, not their solids: a thread holds those of the last 1024 shapes only.
 struct ObjectPair {
   CollisionObject *first, *second;
-  SolidHandle solids[2];
 };
 
 /// Keeps from FCL the pairs that are ours, and writes them down.
@@ -34,12 +35,9 @@ class OursApart final : public dart::collision::CollisionFilter {
  public:
   bool ignoresCollision(const CollisionObject* first, const CollisionObject* second) const override {
     if (users != nullptr && users->ignoresCollision(first, second)) return true;
-    const std::optional<SolidHandle> a = dart_plugin::solid_of(*first);
-    if (!a) return false;
-    const std::optional<SolidHandle> b = dart_plugin::solid_of(*second);
-    if (!b) return false;
+    if (!dart_plugin::solid_of(*first) || !dart_plugin::solid_of(*second)) return false;
     // Contacts name objects that are not const; the filter is asked with const ones.
-    pairs.push_back({const_cast<CollisionObject*>(first), const_cast<CollisionObject*>(second), {*a, *b}});
+    pairs.push_back({const_cast<CollisionObject*>(first), const_cast<CollisionObject*>(second)});
     return true;
   }
 
@@ -107,11 +105,14 @@ class DartDetector final : public dart::collision::FCLCollisionDetector {
 
   bool check_pair(const ObjectPair& pair, const CollisionOption& option, CollisionResult* result) {
     checks().fetch_add(1, std::memory_order_relaxed);
+    const std::array<SolidHandle, 2> solids = {dart_plugin::solid_of(*pair.first).value(),
+                                               dart_plugin::solid_of(*pair.second).value()};
     const Pose X_1 = dart_plugin::pose_of(*pair.first), X_2 = dart_plugin::pose_of(*pair.second);
     const Query query{QueryKind::manifold, 0.0, options_.most_contacts, 0.0};
     native::PairAnswer answer;
-    dart_plugin::solid_store().compute_manifold(pair.solids[0], X_1, pair.solids[1], X_2, query, answer);
-    if (options_.observer != nullptr && answer.status != PairStatus::failed) tell(pair, X_1, X_2, answer);
+    dart_plugin::solid_store().compute_manifold(solids[0], X_1, solids[1], X_2, query, answer);
+    if (options_.observer != nullptr && answer.status != PairStatus::failed)
+      observe(solids, X_1, X_2, answer);
     if (answer.status != PairStatus::overlapping) return false;
     for (int i = 0; result != nullptr && i < answer.geometry.point_count; ++i) {
       if (result->getNumContacts() >= option.maxNumContacts) break;
@@ -120,9 +121,10 @@ class DartDetector final : public dart::collision::FCLCollisionDetector {
     return true;
   }
 
-  void tell(const ObjectPair& pair, const Pose& X_1, const Pose& X_2, const native::PairAnswer& answer) {
+  void observe(const std::array<SolidHandle, 2>& solids, const Pose& X_1, const Pose& X_2,
+               const native::PairAnswer& answer) {
     const native::SolidStore& store = dart_plugin::solid_store();
-    const Hexahedron a = store.solid(pair.solids[0]), b = store.solid(pair.solids[1]);
+    const Hexahedron a = store.solid(solids[0]), b = store.solid(solids[1]);
     options_.observer->observe({{&a, &b},
                                 {X_1, X_2},
                                 answer.status,

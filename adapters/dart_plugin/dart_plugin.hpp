@@ -36,7 +36,8 @@ namespace touchstone {
 /// Limits and observer of our check in DART.
 struct DartOptions {
   int most_contacts = kMaxManifoldPoints;  ///< a pair, 1 to 8
-  /// Called with every pair that is ours to check; must outlive the detector. May be null.
+  /// Called with every pair that our check answered (not with failed ones, nor after the contact that was
+  /// enough); must outlive the detector. May be null.
   PairObserver* observer = nullptr;
 };
 

@@ -210,6 +210,25 @@ TEST(DartPlugin, PairsAreThoseOfNativeAtAnyPose) {
   EXPECT_GT(overlapping, 200);
 }
 
+TEST(DartPlugin, MoreShapesThanAThreadRemembersAreCheckedAsTheyAre) {
+  constexpr int kShapes = 1500;  // a row: each is in the next by 0.25
+  std::vector<dynamics::ShapePtr> shapes;
+  for (int i = 0; i < kShapes; ++i) shapes.push_back(box(1.0, 1.0 + 0x1p-10 * i, 1.0));
+  Group boxes(shapes);
+  for (int i = 0; i < kShapes; ++i) boxes.place(i, 0.75 * i);
+  collision::CollisionResult result;
+  boxes.group->collide(collision::CollisionOption(true, 100000), &result);
+  EXPECT_EQ(result.getNumContacts(), 4u * (kShapes - 1));
+  for (const collision::Contact& contact : result.getContacts()) {
+    EXPECT_NEAR(contact.penetrationDepth, 0.25, kTolerance);
+    const auto side = [](const collision::CollisionObject& object) {
+      return static_cast<const dynamics::BoxShape&>(*object.getShape()).getSize().y();
+    };
+    const double less = std::min(side(*contact.collisionObject1), side(*contact.collisionObject2));
+    EXPECT_NEAR(std::abs(contact.point.y()), 0.5 * less, kTolerance);
+  }
+}
+
 TEST(DartPlugin, AStackOfBoxesStandsInAWorldThatNamesItsDetector) {
   register_dart_detector();
   register_dart_detector();
