@@ -30,9 +30,9 @@
 /// Joints between rigid bodies are Bullet's constraints (fixed, hinge, slider, point to point), swept with
 /// the contacts, so that they give way a little; what their motors give is not reported (NaN).
 ///
-/// Features: the usual ones and joints between bodies. Refused by name: friction beyond 10 (Bullet cuts it
-/// there), latches on kinematic bodies, joints between bodies on a link, beside latches, or whose child is
-/// the ground, and latches whose carried body is a link (they would close a loop).
+/// Features: the usual ones, joints put at values, and joints between bodies. Refused by name: friction
+/// beyond 10 (Bullet cuts it there), latches on kinematic bodies, joints between bodies on a link, beside
+/// latches, or whose child is the ground, and latches whose carried body is a link (they would close a loop).
 
 namespace touchstone {
 

@@ -17,11 +17,11 @@
 /// than the parabola. A link's principal moment below 1e-6 of its largest is raised to that. Impacts are not
 /// told from forces, stops within a step are not located.
 ///
-/// Features: hulls, arms with stops, torques and brakes. No restitution (MuJoCo has no coefficient), no
-/// kinematic bodies (its mocap bodies have no velocity in contacts), no rate drives with limits, no latches,
-/// one friction. MuJoCo 2.2 counts the bytes of its tables in an int: scenes beyond 2 GB, with room for five
-/// contacts a body at some 700 free bodies, are refused. Beyond 600 degrees of freedom the solver is MuJoCo's
-/// conjugate gradients: Newton's method there factors a dense matrix of them.
+/// Features: hulls, arms with stops, torques and brakes, joints put at values. No restitution (MuJoCo has no
+/// coefficient), no kinematic bodies (its mocap bodies have no velocity in contacts), no rate drives with
+/// limits, no latches, one friction. MuJoCo 2.2 counts the bytes of its tables in an int: scenes beyond 2 GB,
+/// with room for five contacts a body at some 700 free bodies, are refused. Beyond 600 degrees of freedom the
+/// solver is MuJoCo's conjugate gradients: Newton's method there factors a dense matrix of them.
 
 namespace touchstone {
 

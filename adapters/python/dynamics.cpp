@@ -3,10 +3,10 @@
 #include "touchstone/adapters/all/all_engines.hpp"
 #include "touchstone/adapters/python/arrays.hpp"
 #include "touchstone/adapters/python/bindings.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #ifdef TOUCHSTONE_HAS_DYNAMICS_FILES
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
-#include "touchstone/contact_core/geometry/constants.hpp"
 #endif
 
 namespace touchstone::python {
@@ -262,9 +262,9 @@ void bind_state(py::class_<Run>& run) {
       .def_property_readonly(
           "energy", [](Run& self) { return self.get().energy(); }, "[J]")
       .def_property_readonly("linear_momentum",
-                             [](Run& self) { return array_of(self.get().linear_momentum()); })
+                             [](Run& self) { return frozen(array_of(self.get().linear_momentum())); })
       .def_property_readonly("angular_momentum",
-                             [](Run& self) { return array_of(self.get().angular_momentum()); })
+                             [](Run& self) { return frozen(array_of(self.get().angular_momentum())); })
       .def_property_readonly(
           "worst_depth", [](Run& self) { return self.get().worst_depth(); }, "The deepest overlap now [m].")
       .def("joint_value",

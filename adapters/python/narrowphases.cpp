@@ -10,6 +10,7 @@
 #include "touchstone/adapters/python/answers.hpp"
 #include "touchstone/adapters/python/bindings.hpp"
 #include "touchstone/adapters/python/poses.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #ifdef TOUCHSTONE_HAS_PLUGIN
@@ -17,7 +18,6 @@
 #endif
 #ifdef TOUCHSTONE_HAS_PROCESS_ENGINE
 #include "touchstone/adapters/process_engine/process_engine.hpp"
-#include "touchstone/contact_core/geometry/constants.hpp"
 #endif
 
 namespace touchstone::python {

@@ -274,7 +274,8 @@ void bind_mechanism(py::module_& module) {
             return made;
           },
           "Names of the joints that move, in the order of joint values.")
-      .def_property_readonly("reference", [](const Mechanism& self) { return array_of(self.reference()); })
+      .def_property_readonly("reference",
+                             [](const Mechanism& self) { return frozen(array_of(self.reference())); })
       .def(
           "with_base",
           [](const Mechanism& self, const std::string& link) {

@@ -116,10 +116,10 @@ struct ContactPoint {
 /// Declared by a backend, verified by the shared suite.
 struct Resolution {
   double absolute = 0.0;  ///< [m]
-  double relative = 0.0;  ///< per metre of max(|world coordinate|, size)
+  double relative = 0.0;  ///< per metre of max(|world coordinate|, size + 2 radius)
   double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth; infinite: nothing is claimed
 
-  /// Of pairs that do not penetrate [m]. @param scale max(|world coordinate|, size) [m].
+  /// Of pairs that do not penetrate [m]. @param scale max(|world coordinate|, size + 2 radius) [m].
   double at(double scale) const { return absolute + relative * scale; }
 };
 

@@ -28,6 +28,7 @@ void grow_by_radii(double radius_a, double radius_b, PairGeometry& geometry);
 /// each other along n; the corners of that clip, moved out by the radii along n, are the points: exactly on
 /// the surfaces where the faces are square to n, and below them by (1 - cosine) of the radius at most where
 /// they are tilted. Edges that cross, and vertices, have the witness points alone.
+/// @pre 1 <= query.max_points <= kMaxManifoldPoints
 /// @param points at least query.max_points. @returns how many were written; at least one.
 int find_rounded_points(const RoundedHull& a, const RoundedHull& b, const PairGeometry& geometry,
                         const Query& query, std::span<ContactPoint> points);

@@ -3,7 +3,8 @@
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 /// @file
-/// Decided exactly, for every finite double input. No heap, no state: any thread may call at any time.
+/// Decided exactly, for every finite double input. No heap, no state: any thread may call at any time that
+/// has 256 kB of stack left, as the integers are there.
 
 namespace touchstone::numerics {
 

@@ -128,7 +128,7 @@ struct ArmHandStiffness {
   Pose X_LT = {};                               ///< T in the link
   Vector3 translation = {500.0, 500.0, 500.0};  ///< k along T's axes [N/m]; as HandStiffness's
   Vector3 turning = {500.0, 500.0, 500.0};      ///< c about T's axes [N m/rad]; as HandStiffness's
-  /// w of each joint value [N m/rad] or [N/m], none below a millionth of the least k; they decide where the
+  /// w of each joint value [N m/rad] or [N/m], within a factor of 1e6 of the least k; they decide where the
   /// tool leaves the joints free. Empty: all a hundredth of the least k, instead of MechanismPlacement's.
   std::vector<double> joints = {};
 };
@@ -141,7 +141,7 @@ struct HandFeel {
   Vector3 lag_W;        ///< from there to where the command has it [m]
   Vector3 turn_lag_W;   ///< the turn from the actual to the commanded pose, axis times angle [rad]
   Vector3
-      force_W;  ///< of the contacts on the object, or on all of the mechanism's links but each other's [N]
+      force_W;  ///< of the contacts on the object, or on a mechanism's links but between two that move [N]
   Vector3 moment_W;  ///< the same, about p_W [N m]
 };
 

@@ -1,9 +1,10 @@
 #include "touchstone/physics/solver/contact_solver.hpp"
-#include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::physics {
 namespace {

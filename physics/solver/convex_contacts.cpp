@@ -157,7 +157,7 @@ void ConvexContacts::reserve(std::size_t units, std::size_t rows, std::size_t wi
 
 /// w: the largest diagonal entry of W of each block; and what masses that differ ask for.
 void ConvexContacts::find_scales() {
-  double lightest = 0.0, heaviest = std::numeric_limits<double>::infinity();
+  double most = 0.0, least = kInfinity;  // of a side's inverse mass
   const auto own = [&](std::size_t row) {
     const SparseContacts::Row& r = problem_.rows[row];
     double sum = 0.0;
@@ -166,8 +166,8 @@ void ConvexContacts::find_scales() {
       for (std::size_t k = 0; k < problem_.sizes[r.units[i]]; ++k)
         part += problem_.J[r.first[i] + k] * problem_.Y[r.first[i] + k];
       sum += part;
-      lightest = std::max(lightest, part);
-      if (part > 0.0) heaviest = std::min(heaviest, part);
+      most = std::max(most, part);
+      if (part > 0.0) least = std::min(least, part);
     }
     return sum;
   };
@@ -176,7 +176,7 @@ void ConvexContacts::find_scales() {
     scale_.push_back(std::max({own(3 * c), own(3 * c + 1), own(3 * c + 2)}));
   for (std::size_t r = 3 * problem_.contacts; r < problem_.rows.size(); ++r) scale_.push_back(own(r));
   // A contact's own W is that of the lighter side, which may carry what is heaviest.
-  const double spread = std::max(1.0, kHarder * lightest / heaviest);
+  const double spread = std::max(1.0, kHarder * most / least);
   hardest_ = kSoftness / spread;
   price_ = 1.0 / (1.0 + std::ilogb(spread) / kHarderBits);  // the same bits from every C library
 }

@@ -53,10 +53,11 @@ struct ConvexReport {
   double residual = 0.0;  ///< natural_residual() of what is returned, or a little more [m/s]
   int newton_steps = 0;
   bool converged = false;
-  bool is_contradictory =
-      false;  ///< no impulses do: what is returned yields as little as the softness lets it
-  bool is_certain =
-      false;  ///< these impulses prove it: they press against what is commanded and move nothing (Farkas)
+  /// No impulses do: what is returned yields as little as the softness lets it.
+  bool is_contradictory = false;
+  /// That was proven on the way: impulses press against what is commanded and move nothing (Farkas). True
+  /// alone where the work ended before the soft answer was found.
+  bool is_certain = false;
 };
 
 /// Solves contact problems by convex ones that always have one solution. Around impulses x_k and for slips s

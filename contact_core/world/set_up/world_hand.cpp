@@ -4,7 +4,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/world/set_up/world_state.hpp"
 
-// How stiffly hands hold what they fly: set-up. Slides by it are in slide/slides.cpp.
+// How stiffly hands hold what they fly: set-up. Slides by it are in slide/slides.cpp and slide/arm_hand.cpp.
 
 namespace touchstone {
 namespace {

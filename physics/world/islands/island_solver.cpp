@@ -27,8 +27,8 @@ constexpr double kShareOfExact = 1e-3;
 // Rows of islands that ContactSolver is tried on at once: its linear systems grow with the third power, those
 // of ConvexContacts with the number of contacts, four times less at 48 rows.
 constexpr std::size_t kDirectRows = 32;
-// An island that contradicted itself without proof is taken to do so still for so many solves, then tried by
-// all means again.
+// An island whose contradiction was proven is taken to contradict itself still for so many solves, as long as
+// what it presses says so, then tried by all means again.
 constexpr std::uint8_t kSoftSolves = 64;
 // Cosine of the angle to a way out: less is along, not out.
 constexpr double kAside = 1e-3;
@@ -258,7 +258,7 @@ void IslandSolver::expect_calm(const Island& island) {
     if (patience_[unit] == kPatience - 1) patience_[unit] = kCalmPatience;
 }
 
-/// Then the soft answer comes first: contacts contradicted each other in the last step.
+/// Then the soft answer comes first: contacts were proven to contradict each other lately.
 bool IslandSolver::is_contradicted(const Island& island, const StepContext& step) const {
   if (!step.is_bounded()) return false;
   const std::span<const std::uint32_t> units = islands_.units_of(island);
