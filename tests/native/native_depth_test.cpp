@@ -226,7 +226,8 @@ struct DepthOf {
     return out;
   }
   DepthRecord hulls(const native::Kernels& kernels, const native::PairIndices& pair) const {
-    return native::hull_depth(data, kernels, {pair.a, pair.b}, placed(pair));
+    return native::hull_depth(data, kernels, {pair.a, pair.b}, placed(pair),
+                              std::max(norm_inf(set.poses[pair.a].p), norm_inf(set.poses[pair.b].p)));
   }
 };
 

@@ -284,5 +284,37 @@ TEST(NativeApart, BoxesFarAwayAreMeasuredByTheirVertices) {
   EXPECT_GE(settled, apart - apart / 20);
 }
 
+/// A tapered block about a point 10 km from its own origin, brought to about the world's.
+Pair far_from_its_origin(Random& random) {
+  std::array<Vector3, 8> vertices =
+      Hexahedron::from_size({random.uniform(0.2, 1.5), random.uniform(0.2, 1.5), 1}).vertices();
+  const Vector3 middle(random.uniform(-1e4, 1e4), random.uniform(-1e4, 1e4), 1e4);
+  for (Vector3& v : vertices) {
+    if (v.z() > 0.0) v.x() *= 0.7;
+    v += middle;
+  }
+  const Hexahedron b = Hexahedron::from_size({random.uniform(0.2, 1.5), 1, 1});
+  Pose X_WA = random.pose(0.0), X_WB = X_WA;
+  X_WA.p = -rotate(X_WA.R, middle);
+  X_WB.p = random.pose(1.0).p;
+  return {Hexahedron::from_vertices(vertices, WarpPolicy::accept), b, X_WA, X_WB};
+}
+
+TEST(NativeDistance, SolidsFarFromTheirOwnOriginMeetWhereOverlapSaysSo) {
+  Random random(20261123);
+  int meeting = 0;
+  for (int i = 0; i < 300; ++i) {
+    Pair pair = far_from_its_origin(random);
+    move_to(0.0, pair);
+    move_to(0.0, pair);  // to the rounding
+    const PairStatus overlap = ask(pair.a, pair.X_WA, pair.b, pair.X_WB, Query{QueryKind::overlap}).status;
+    EXPECT_EQ(ask(pair.a, pair.X_WA, pair.b, pair.X_WB, QueryKind::distance).status, overlap) << i;
+    EXPECT_EQ(ask(pair.a, pair.X_WA, pair.b, pair.X_WB).status, overlap) << i;
+    meeting += overlap == PairStatus::overlapping;
+  }
+  EXPECT_GT(meeting, 50);
+  EXPECT_LT(meeting, 250);
+}
+
 }  // namespace
 }  // namespace touchstone

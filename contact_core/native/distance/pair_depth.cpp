@@ -12,6 +12,9 @@ namespace {
 /// Below, world vertices round by more than u of the solid's size: the kernels' bounds do not hold there.
 constexpr double kLeastSize = 0x1p-1010;
 
+/// Of what is further from its own origin than from the world's, against kHullPositionRoundoffs' half.
+constexpr double kFarRoundoffs = 4.0;
+
 /// Largest position of a pair scaled to an extent of 1: finite, so that bounds compare.
 constexpr double kMostPosition = 0x1p1000;
 
@@ -77,12 +80,15 @@ void prefetch_hull(const SolidSet& set, SolidIndex solid) {
 }
 
 DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                       const PlacedPair& placed) {
+                       const PlacedPair& placed, double furthest_pose) {
   const HullView a{&set.solids[pair.a].hull->record, placed.pair.hulls.a.x.data(), placed.pair.R_WA.data()};
   const HullView b{&set.solids[pair.b].hull->record, placed.pair.hulls.b.x.data(), placed.pair.R_WB.data()};
   DepthRecord record;
-  const double position =
-      std::min(placed.from_world(norm_inf(placed.origin_W)), kMostPosition) + placed.pair.hulls.extent;
+  const double near = placed.from_world(norm_inf(placed.origin_W)) + placed.pair.hulls.extent;
+  // A vertex p + R v of coordinates P comes of a v of P + |p| at most: three products' and sums' roundings of
+  // |v|, 3 sqrt(3) u, beside the two of P that are counted anyhow. Nothing where the origin is in the solid.
+  const double far = kFarRoundoffs * std::max(0.0, placed.from_world(furthest_pose) - near);
+  const double position = std::min(near + far, kMostPosition);
   kernels.compute_hull_depth(a, b, placed.pair.hulls.extent, position, &record);
   return record;
 }

@@ -31,7 +31,9 @@ DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const
 void prefetch_hull(const SolidSet& set, SolidIndex solid);
 
 /// The record of a placed pair of any kind; lengths and p_A are scaled and about its origin, as the pair is.
+/// @param furthest_pose largest |coordinate| of the two poses' positions, in the world: vertices that are far
+/// from their solid's own origin round by that much more than where they come to lie says.
 DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                       const PlacedPair& placed);
+                       const PlacedPair& placed, double furthest_pose);
 
 }  // namespace touchstone::native
