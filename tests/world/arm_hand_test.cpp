@@ -166,6 +166,29 @@ TEST(ArmHand, CostsNoAllocation) {
   EXPECT_GT(felt, 5u);
 }
 
+TEST(ArmHand, NoJointIsPushedBeyondItsLimits) {
+  for (const bool has_hand : {false, true}) {
+    for (const double step : {0.5, 0.05, 0.005}) {
+      const auto world = make_world();
+      world->set_default_rule(rule(ContactPolicy::slide));
+      world->add({box_tree("block", {0.2, 1, 1}), at(2.9, 0.61, 0), true});
+      MechanismDescription bars = planar_arm("arm", 2);
+      bars.joints[1].lower = -0.1, bars.joints[1].upper = 0.1;
+      const MechanismHandle arm = world->add_mechanism({std::make_shared<const Mechanism>(bars), {}, {}});
+      if (has_hand) world->set_hand(arm, ArmHandStiffness{"tip"});
+      double largest = 0.0;
+      for (double turn = step; turn <= 0.8; turn += step) {
+        move_joints(*world, arm, {turn, 0.0});
+        largest = std::max(largest, std::abs(joints_of(*world, arm)[1]));
+      }
+      EXPECT_LE(largest, 0.1) << has_hand << " " << step;
+      if (step < 0.01 || !has_hand) {
+        EXPECT_GT(largest, 0.09) << has_hand << " " << step;  // it goes as far as that
+      }
+    }
+  }
+}
+
 TEST(ArmHand, RefusesWhatIsNoHand) {
   TwoBarsAtABlock scene;
   ArmHandStiffness hand;
@@ -182,6 +205,8 @@ TEST(ArmHand, RefusesWhatIsNoHand) {
   hand.joints = {1.0, 1e-9};
   refuses();
   hand = {"tip"}, hand.X_LT.p.x() = std::nan("");
+  refuses();
+  hand = {"tip"}, hand.X_LT.p.x() = 1e20;  // frames merged
   refuses();
   EXPECT_THROW(scene.world->set_hand(MechanismHandle{}, ArmHandStiffness{"tip"}), InputError);
   EXPECT_TRUE(scene.turn().felt.empty());

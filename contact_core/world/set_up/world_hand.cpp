@@ -28,13 +28,15 @@ void check_tool(const Vector3& translation, const Vector3& turning, const std::s
   check_stiffness(turning, least / kMostRatio, kMostRatio * least, label + ": a stiffness against turning");
 }
 
+void check_tool_frame(const Pose& X_FT, double longest_lever, const std::string& label) {
+  validate_pose(X_FT, label + ", tool frame");
+  if (!(norm(X_FT.p) <= longest_lever))
+    throw InputError(label + ": its tool frame is " + std::to_string(norm(X_FT.p)) +
+                     " m from the object's origin, where poses round by more than the gap allows");
+}
+
 void check_hand(const HandStiffness& hand, double longest_lever, const std::string& label) {
-  if (hand.X_OT) {
-    validate_pose(*hand.X_OT, label + ", tool frame");
-    if (!(norm(hand.X_OT->p) <= longest_lever))
-      throw InputError(label + ": its tool frame is " + std::to_string(norm(hand.X_OT->p)) +
-                       " m from the object's origin, where poses round by more than the gap allows");
-  }
+  if (hand.X_OT) check_tool_frame(*hand.X_OT, longest_lever, label);
   check_tool(hand.translation, hand.turning, label);
 }
 
@@ -80,7 +82,7 @@ void ContactWorld::set_hand(MechanismHandle mechanism, const std::optional<ArmHa
     return arm.mechanism->joints()[joint].value != Mechanism::kNone;
   });
   if (!moves) throw InputError(label + ": no joint moves link '" + hand->link + "'");
-  validate_pose(hand->X_LT, label + ", tool frame");
+  check_tool_frame(hand->X_LT, longest_lever(state_->gap), label);
   check_tool(hand->translation, hand->turning, label);
   std::vector<double> joints = joint_stiffness(*hand, arm.own_weights.size(), label);
   arm.hand = std::make_unique<ArmHand>(ArmHand{link, hand->X_LT, hand->translation, hand->turning});

@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/world/slide/arm_plan.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
@@ -86,6 +87,41 @@ void find_joint_rows(const MechanismMover& arm, const ArmObstacles& obstacles, s
   }
 }
 
+/// Joints that a plan would take beyond their limits: they go there and no further, whatever the others do.
+class JointStops {
+ public:
+  /// @returns whether the plan goes beyond any that did not stop yet; it stops there from now on.
+  bool take_up(const MechanismMover& arm, const JointVector& dq) {
+    bool any = false;
+    for (const Mechanism::Joint& joint : arm.mechanism->joints()) {
+      if (joint.value == Mechanism::kNone || stops_[joint.value]) continue;
+      const double q = arm.actual[joint.value], to = q + dq[joint.value];
+      if (to >= joint.lower && to <= joint.upper) continue;
+      stops_[joint.value] = any = any_ = true;
+      way_[joint.value] = std::clamp(to, joint.lower, joint.upper) - q;
+    }
+    return any;
+  }
+  /// What the rows leave to the other joints.
+  void apply(std::size_t count, JointVector& wanted, std::vector<JointRow>& rows) const {
+    for (std::size_t k = 0; any_ && k < count; ++k) {
+      if (!stops_[k]) continue;
+      wanted[k] = way_[k];
+      for (JointRow& row : rows) row.slack += row.g[k] * way_[k], row.g[k] = 0.0;
+    }
+  }
+  /// Where a metric that couples joints took them aside.
+  void hold(const MechanismMover& arm, JointVector& dq) const {
+    for (std::size_t k = 0; any_ && k < arm.actual.size(); ++k)
+      if (stops_[k]) dq[k] = way_[k];
+  }
+
+ private:
+  std::array<bool, kMostSlideJoints> stops_{};
+  bool any_ = false;
+  JointVector way_{};
+};
+
 /// Along a change of joint values. @returns whether any plane is another one than before.
 bool choose_planes(const MechanismMover& arm, ArmObstacles& obstacles, const JointVector& dq) {
   bool changed = false;
@@ -117,11 +153,17 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
   JointVector goal = joints_left(arm), wanted{};
   for (std::size_t k = 0; k < arm.actual.size(); ++k) wanted[k] = slider.trust * goal[k];
   obstacles.take_up_standing();
+  JointStops stops;
   const auto plan_with = [&](bool all) {
     collect_rows(obstacles.near(), all, rows);
-    find_joint_rows(arm, obstacles, rows, joint_rows);
-    ArmBends bends(arm, rows, joint_rows);
-    return plan_joint_slide(wanted, arm.metric(), joint_rows, bends);
+    for (;;) {
+      find_joint_rows(arm, obstacles, rows, joint_rows);
+      stops.apply(arm.actual.size(), wanted, joint_rows);
+      ArmBends bends(arm, rows, joint_rows);
+      JointSlidePlan plan = plan_joint_slide(wanted, arm.metric(), joint_rows, bends);
+      stops.hold(arm, plan.dq);
+      if (!stops.take_up(arm, plan.dq)) return plan;  // each joint once at most
+    }
   };
   JointSlidePlan plan = plan_with(false);
   const std::span<const NearPair> standing = obstacles.near();
