@@ -109,11 +109,9 @@ TEST(RigidPlan, StaysWhereNothingIsToBeGained) {
 /// Nothing but what is given, all of it where the plan's path is looked at first.
 class GivenObstacles final : public ArmObstacles {
  public:
-  explicit GivenObstacles(std::vector<NearPair> pairs, std::uint32_t link = 0)
-      : pairs_(std::move(pairs)), link_(link) {}
+  explicit GivenObstacles(std::vector<NearPair> pairs) : pairs_(std::move(pairs)) {}
 
   std::span<NearPair> near() override { return std::span(pairs_).first(known_); }
-  Links links_of(std::uint32_t) const override { return {link_, 0}; }
   void take_up_standing() override { known_ = 0; }
   bool take_up_held() override { return false; }
   bool take_up_on_path() override {
@@ -127,7 +125,6 @@ class GivenObstacles final : public ArmObstacles {
 
  private:
   std::vector<NearPair> pairs_;
-  std::uint32_t link_;
   std::size_t known_ = 0;
 };
 
@@ -165,7 +162,8 @@ TEST(ArmPlan, GoesAlongWhatItsPathMeets) {
   const Hexahedron wall = Hexahedron::from_size({1, 1, 1});
   NearPair near = near_pair(bar, X_WM, wall, at(3.5, 0.1 + 0.5 + 0.75 * kGap, 0));
   near.centre_W = bars.arm.X_WL[2].p;
-  GivenObstacles obstacles({near}, 2);
+  near.link = 2;
+  GivenObstacles obstacles({near});
   const ArmPlan plan = plan_arm_slide(bars.slider, obstacles, bars.rows, bars.joint_rows);
   EXPECT_GE(obstacles.looks, 2);
   EXPECT_TRUE(plan.moves);

@@ -69,18 +69,17 @@ class ArmBends final : public JointBends {
   std::span<const JointRow> joint_rows_;
 };
 
-void find_joint_rows(const MechanismMover& arm, const ArmObstacles& obstacles, std::span<const SlideRow> rows,
+void find_joint_rows(const MechanismMover& arm, std::span<const SlideRow> rows,
                      std::vector<JointRow>& joint_rows) {
   joint_rows.clear();
   for (const SlideRow& row : rows) {
-    const auto [link, other] = obstacles.links_of(row.source);
     JointRow out;
     out.slack = row.slack, out.room = row.room;
-    out.link = link, out.other = other;
+    out.link = row.link, out.other = row.other_link;
     for (std::uint32_t k = 0; k < arm.actual.size(); ++k) {
-      const int way = arm.frame.sign(k, link, other);
+      const int way = arm.frame.sign(k, row.link, row.other_link);
       if (way == 0) continue;
-      const Twist twist = arm.frame.twist(k, arm.X_WL[link].p);
+      const Twist twist = arm.frame.twist(k, arm.X_WL[row.link].p);
       out.g[k] = way * dot(row.n, twist.v + cross(twist.w, row.r));
     }
     joint_rows.push_back(out);
@@ -127,8 +126,7 @@ bool choose_planes(const MechanismMover& arm, ArmObstacles& obstacles, const Joi
   bool changed = false;
   for (NearPair& near : obstacles.near()) {
     if (near.is_sure) continue;
-    const auto [link, other] = obstacles.links_of(near.source);
-    if (choose_plane(near, arm.frame.twist(dq, link, other, near.centre_W))) changed = true;
+    if (choose_plane(near, arm.frame.twist(dq, near.link, near.other_link, near.centre_W))) changed = true;
   }
   return changed;
 }
@@ -157,7 +155,7 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
   const auto plan_with = [&](bool all) {
     collect_rows(obstacles.near(), all, rows);
     for (;;) {
-      find_joint_rows(arm, obstacles, rows, joint_rows);
+      find_joint_rows(arm, rows, joint_rows);
       stops.apply(arm.actual.size(), wanted, joint_rows);
       ArmBends bends(arm, rows, joint_rows);
       JointSlidePlan plan = plan_joint_slide(wanted, arm.metric(), joint_rows, bends);

@@ -15,14 +15,9 @@ class ArmObstacles {
  public:
   virtual ~ArmObstacles() = default;
 
-  struct Links {
-    std::uint32_t link;   ///< the arm's
-    std::uint32_t other;  ///< what that is seen from: the other link, or the base
-  };
-
-  /// All that were taken up in this plan; the planner chooses their planes.
+  /// All that were taken up in this plan; the planner chooses their planes. NearPair::link is the arm's,
+  /// other_link what that is seen from: the obstacle's link, or the base.
   virtual std::span<NearPair> near() = 0;
-  virtual Links links_of(std::uint32_t source) const = 0;
   /// Takes up what is not known to be apart where the arm stands, and forgets what was before.
   virtual void take_up_standing() = 0;
   /// Takes up what held the last sub-step. @returns whether there is any that was not near already.

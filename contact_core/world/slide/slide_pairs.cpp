@@ -101,12 +101,6 @@ double slide_reach(const WorldModel& model, const Slider& slider, SolidIndex sol
                                  furthest, slider.arm->weights);
 }
 
-std::pair<std::uint32_t, std::uint32_t> links_of(const WorldModel& model, const Slider& slider,
-                                                 const SolidPair& pair) {
-  const auto [mover, obstacle] = model.mover_first(pair, slider.root);
-  return {model.objects[model.body_of(mover)].link, other_link(model, slider, obstacle)};
-}
-
 bool plan_goes_beyond(WorldModel& model, const Slider& slider) {
   Travels& travels = model.travels;
   bool is_beyond = false;
@@ -388,7 +382,10 @@ bool SlidePairs::make_near(const Scope& scope, NarrowphaseQuery& query, const Sl
   near.X_WM = model.from[mover], near.X_WB = model.from[obstacle];
   near.gap = pair.gap;
   near.source = source;
-  if (slider.arm != nullptr) std::tie(near.link, near.other_link) = links_of(model, slider, pair.solids);
+  if (slider.arm != nullptr) {
+    near.link = model.objects[model.body_of(mover)].link;
+    near.other_link = other_link(model, slider, obstacle);
+  }
   near.separation = geometry.separation;
   near.n = is_b ? geometry.n_AB_W : Vector3(-geometry.n_AB_W);
   near.point_count = geometry.point_count;

@@ -122,9 +122,6 @@ class SlidePairs {
 
 /// How far a slider's solid can still go, as seen from the other one [m].
 double slide_reach(const WorldModel& model, const Slider& slider, SolidIndex solid, SolidIndex other);
-/// Links of an arm's pair: its own, and what that is seen from.
-std::pair<std::uint32_t, std::uint32_t> links_of(const WorldModel& model, const Slider& slider,
-                                                 const SolidPair& pair);
 
 /// How far the path that an arm has laid takes each solid, into the travels' plan. @returns whether that is
 /// further than the imminent pairs were chosen for: then there is more to meet.

@@ -61,10 +61,6 @@ class Slides::ObstaclesOfArm final : public ArmObstacles {
       : slides_(slides), scope_(scope), slider_(slider) {}
 
   std::span<NearPair> near() override { return pairs().near(); }
-  Links links_of(std::uint32_t source) const override {
-    const auto [link, other] = touchstone::links_of(scope_.model, slider_, slides_.pairs_[source].solids);
-    return {link, other};
-  }
   void take_up_standing() override { pairs().find_near(slides_.pair_scope(scope_), slider_); }
   bool take_up_held() override { return pairs().add_held(slides_.pair_scope(scope_), slider_); }
   bool take_up_on_path() override {
