@@ -37,12 +37,8 @@ MechanismHandle add_gantry(ContactWorld& world, const Pose& X_box) {
 TEST(ArmHand, AStifferAxisGivesLessAndTheSlopeIsFelt) {
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::slide));
-  const Matrix3 R = rotation_about(Vector3::UnitY(), std::numbers::pi / 6);
-  const Vector3 n = R.col(2);
-  Pose X_slope, X_box;
-  X_slope.R = X_box.R = R;
-  X_slope.p = -0.5 * n, X_box.p = (0.1 + 1e-6) * n;
-  world->add({box_tree("slope", {6, 6, 1}), X_slope, true});
+  const Pose X_box = add_slope(*world);
+  const Vector3 n = X_box.R.col(2);
   const MechanismHandle arm = add_gantry(*world, X_box);
   ArmHandStiffness hand;
   hand.link = "z";

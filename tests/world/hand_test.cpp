@@ -103,16 +103,12 @@ TEST(Hand, FeelsTheMomentOfALever) {
 TEST(Hand, AStifferAxisGivesLess) {
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::slide));
-  const Matrix3 R = rotation_about(Vector3::UnitY(), std::numbers::pi / 6);
-  const Vector3 n = R.col(2);
-  Pose X_slope, X_box;
-  X_slope.R = X_box.R = R;
-  X_slope.p = -0.5 * n, X_box.p = (0.1 + 1e-6) * n;
-  world->add({box_tree("slope", {6, 6, 1}), X_slope, true});
+  const Pose X_box = add_slope(*world);
+  const Vector3 n = X_box.R.col(2);
   const ObjectHandle box = world->add({box_tree("box", {0.2, 0.2, 0.2}), X_box});
   HandStiffness hand;
   Pose X_OT;
-  X_OT.R = R.transpose();  // along the world's axes
+  X_OT.R = X_box.R.transpose();  // along the world's axes
   hand.X_OT = X_OT;
   hand.translation = {400, 400, 100};
   world->set_hand(box, hand);

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
@@ -32,6 +34,17 @@ inline std::unique_ptr<ContactWorld> make_world(std::string_view broadphase = "n
                                               registry.make_broadphase(broadphase), kGap);
   world->set_default_hand(std::nullopt);
   return world;
+}
+
+/// A static slope of 30 deg about y, through the origin. @returns the pose on it of a cube of 0.2 m, 1 um
+/// above; the third column of its rotation is the slope's normal.
+inline Pose add_slope(ContactWorld& world) {
+  Pose X_slope;
+  X_slope.R = rotation_about(Vector3::UnitY(), std::numbers::pi / 6);
+  const Vector3 n = X_slope.R.col(2);
+  X_slope.p = -0.5 * n;
+  world.add({box_tree("slope", {6, 6, 1}), X_slope, true});
+  return {X_slope.R, (0.1 + 1e-6) * n};
 }
 
 inline PairRule rule(ContactPolicy policy, std::optional<double> warn = {}) { return {policy, warn}; }
