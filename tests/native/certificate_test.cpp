@@ -8,8 +8,8 @@
 #ifdef TOUCHSTONE_HARD_CASES
 #include "touchstone/adapters/scene_files/pair_file.hpp"
 #endif
-#include "native_fixture.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/tests/native/native_fixture.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "native_fixture.hpp"
+#include "touchstone/tests/native/native_fixture.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {

@@ -5,8 +5,8 @@
 #include <bit>
 #include <cmath>
 
-#include "all_features_reference.hpp"
-#include "native_fixture.hpp"
+#include "touchstone/tests/native/distance/all_features_reference.hpp"
+#include "touchstone/tests/native/native_fixture.hpp"
 
 namespace touchstone {
 namespace {

@@ -4,6 +4,7 @@
 
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/physics/contacts/narrowphase_contacts.hpp"
+#include "touchstone/tests/support/at.hpp"
 
 // Cubes in a dynamics world with its contacts.
 
@@ -27,11 +28,6 @@ struct Cubes {
     register_core(registry);
     contacts = std::make_unique<NarrowphaseContacts>(registry.make_broadphase("native"),
                                                      registry.make_narrowphase("native"), 1e-3);
-  }
-  static Pose at(const Vector3& p) {
-    Pose X;
-    X.p = p;
-    return X;
   }
   void add_ground() {
     contacts->add(Mover::of_body(world.add_kinematic(at({0, 0, -0.5}), Vector3::Zero(), Vector3::Zero())),

@@ -7,18 +7,13 @@
 
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/physics/scene/scene_simulation.hpp"
+#include "touchstone/tests/support/at.hpp"
 
 // Dynamic scenes made by hand, and their steps.
 
 namespace touchstone::physics {
 
 inline const Vector3 kZero = Vector3::Zero();
-
-inline Pose at(const Vector3& p) {
-  Pose X;
-  X.p = p;
-  return X;
-}
 
 inline SceneObject box(const std::string& name, const Vector3& size, const Pose& X_WO) {
   return {HexahedronTree({{"box", Hexahedron::from_size(size), {}}}, name), X_WO, {}, {}};

@@ -10,16 +10,11 @@
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/tests/support/at.hpp"
 
 namespace touchstone {
 
 inline constexpr double kGap = 1e-9;
-
-inline Pose at(double x, double y, double z) {
-  Pose X;
-  X.p = {x, y, z};
-  return X;
-}
 
 inline std::shared_ptr<const HexahedronTree> box_tree(const std::string& name, const Vector3& size) {
   return std::make_shared<HexahedronTree>(

@@ -1,0 +1,263 @@
+#include "touchstone/tests/benchmarks/dynamics/dynamics_scenes.hpp"
+
+#include <random>
+
+namespace touchstone::benchmarks {
+namespace {
+
+using Kind = SceneBox::Kind;
+
+constexpr double kSide = 0.2, kDisplayStep = 1.0 / 240.0;
+
+SceneBox cube(const Vector3& p_W, double side = kSide) {
+  SceneBox box;
+  box.p_W = p_W;
+  box.size = {side, side, side};
+  return box;
+}
+
+SceneBox slab(const Vector3& size, const Vector3& p_W) {
+  SceneBox box;
+  box.kind = Kind::fixed;
+  box.size = size, box.p_W = p_W;
+  return box;
+}
+
+SceneBox driven(const Vector3& size, const Vector3& p_W, const Vector3& v_W) {
+  SceneBox box = slab(size, p_W);
+  box.kind = Kind::driven;
+  box.v_W = v_W;
+  return box;
+}
+
+BoxScene on_ground(std::string name, double step, double seconds) {
+  BoxScene scene;
+  scene.name = std::move(name);
+  scene.step = step, scene.seconds = seconds;
+  scene.boxes.push_back(slab({60, 60, 1}, {0, 0, -0.5}));
+  return scene;
+}
+
+/// Free of the ground: what holds the cube are the jaws alone.
+BoxScene jaws() {
+  BoxScene scene = on_ground("jaws squeeze a cube", 1e-3, 1.0);
+  scene.boxes.push_back(driven({kSide, kSide, kSide}, {-0.201, 0, 1}, {0.05, 0, 0}));
+  scene.boxes.push_back(driven({kSide, kSide, kSide}, {0.201, 0, 1}, {-0.05, 0, 0}));
+  scene.boxes.push_back(cube({0, 0, 1}));
+  return scene;
+}
+
+BoxScene pusher() {
+  BoxScene scene = on_ground("pusher against a wall", 1e-3, 1.0);
+  scene.boxes.push_back(slab({0.2, 1, 1}, {0.25, 0, 0.5}));
+  scene.boxes.push_back(driven({kSide, kSide, kSide}, {-0.21, 0, 0.1}, {0.1, 0, 0}));
+  scene.boxes.push_back(cube({0, 0, 0.1}));
+  return scene;
+}
+
+BoxScene deep_pair() {
+  BoxScene scene = on_ground("two cubes 19 cm deep", 1e-3, 1.0);
+  scene.boxes.push_back(cube({0, 0, 0.1}));
+  scene.boxes.push_back(cube({0.01, 0, 0.1}));
+  return scene;
+}
+
+void add_bin(BoxScene& scene, double room, double height) {
+  for (const double side : {-1.0, 1.0}) {
+    scene.boxes.push_back(slab({0.2, room + 0.4, height}, {side * (0.5 * room + 0.1), 0, 0.5 * height}));
+    scene.boxes.push_back(slab({room + 0.4, 0.2, height}, {0, side * (0.5 * room + 0.1), 0.5 * height}));
+  }
+}
+
+/// Turned anyhow, `across` by `across` a layer.
+void add_loose(BoxScene& scene, int count, int across, unsigned seed = 7) {
+  std::mt19937 random(seed);
+  const auto draw = [&] { return 2.0 * static_cast<double>(random()) / 4294967296.0 - 1.0; };
+  for (int i = 0; i < count; ++i) {
+    const int x = i % across, y = i / across % across, z = i / (across * across);
+    const double middle = 0.5 * (across - 1);
+    SceneBox box = cube({0.36 * (x - middle), 0.36 * (y - middle), 0.3 + 0.36 * z});
+    box.turn_W = {draw(), draw(), draw()};
+    scene.boxes.push_back(box);
+  }
+}
+
+BoxScene bin() {
+  BoxScene scene = on_ground("4 boxes dropped in a bin", 1e-3, 3.0);
+  add_bin(scene, 0.5, 2.0);
+  add_loose(scene, 4, 1);
+  return scene;
+}
+
+BoxScene pile(int count, int across, double seconds) {
+  BoxScene scene = on_ground("pile of " + std::to_string(count), kDisplayStep, seconds);
+  add_bin(scene, 0.36 * across + 0.2, 4.0);
+  add_loose(scene, count, across);
+  return scene;
+}
+
+BoxScene stack(int count, double step) {
+  BoxScene scene =
+      on_ground("stack of " + std::to_string(count) + (step == kDisplayStep ? " at 240 Hz" : ""), step, 10.0);
+  for (int i = 0; i < count; ++i) scene.boxes.push_back(cube({0, 0, kSide * (0.5 + i)}));
+  scene.is_placed = true;
+  return scene;
+}
+
+BoxScene pyramid(int rows, double step) {
+  BoxScene scene =
+      on_ground("pyramid of " + std::to_string(rows) + " rows" + (step == kDisplayStep ? " at 240 Hz" : ""),
+                step, 10.0);
+  for (int row = 0; row < rows; ++row)
+    for (int i = 0; i < rows - row; ++i)
+      scene.boxes.push_back(cube({kSide * 1.05 * (i - 0.5 * (rows - row - 1)), 0, kSide * (0.5 + row)}));
+  scene.is_placed = true;
+  return scene;
+}
+
+BoxScene wall(double step) {
+  BoxScene scene =
+      on_ground(std::string("wall of 64") + (step == kDisplayStep ? " at 240 Hz" : ""), step, 10.0);
+  for (int row = 0; row < 8; ++row)
+    for (int i = 0; i < 8; ++i)
+      scene.boxes.push_back(cube({kSide * (i + (row % 2 == 1 ? 0.25 : 0.0)), 0, kSide * (0.5 + row)}));
+  scene.is_placed = true;
+  return scene;
+}
+
+/// A thousand cubes apart, at rest or sliding.
+BoxScene field(bool slides, bool sleeps) {
+  BoxScene scene = on_ground(slides   ? "1 000 sliding apart"
+                             : sleeps ? "1 000 asleep"
+                                      : "1 000 at rest",
+                             1.0 / 60.0, slides ? 1.0 : 5.0);
+  for (int i = 0; i < 1000; ++i) {
+    SceneBox box = cube({0.8 * (i % 32) - 12.8, 0.8 * (i / 32) - 12.8, 0.5 * kSide});
+    if (slides) box.v_W = {0.5 + 0.002 * i, 0.3, 0};
+    scene.boxes.push_back(box);
+  }
+  scene.sleeps = sleeps;
+  scene.is_placed = !slides;
+  return scene;
+}
+
+BoxScene spawned_deep() {
+  BoxScene scene = on_ground("cubes spawned 1 to 10 cm deep", 1e-3, 3.0);
+  for (int i = 0; i < 10; ++i) scene.boxes.push_back(cube({0.5 * i - 2.5, 0, 0.5 * kSide - 0.01 * (i + 1)}));
+  return scene;
+}
+
+BoxScene in_one_spot() {
+  BoxScene scene = on_ground("12 cubes in one spot", 1e-3, 3.0);
+  for (int i = 0; i < 12; ++i) {
+    SceneBox box = cube({1e-3 * (i % 3), 1e-3 * (i / 3 % 2), 0.5 + 1e-3 * (i / 6)});
+    box.turn_W = {0, 0, 0.01 * i};
+    scene.boxes.push_back(box);
+  }
+  return scene;
+}
+
+BoxScene sleeping_pile() {
+  BoxScene scene = pile(100, 5, 8.0);
+  scene.name += ", may sleep";
+  scene.sleeps = true;
+  return scene;
+}
+
+// Scenes of other sizes, places and seeds than those that are reported: constants are chosen on these.
+
+BoxScene other_squeeze(bool has_wall) {
+  BoxScene scene = on_ground(has_wall ? "other: pusher" : "other: jaws", 1e-3, 1.5);
+  const double side = 0.35, z = has_wall ? 0.5 * side : 1.0;
+  if (has_wall)
+    scene.boxes.push_back(slab({0.2, 2, 2}, {0.5 * side + 0.1 + 0.07, 0, 1}));
+  else
+    scene.boxes.push_back(driven({side, side, side}, {side + 0.003, -0.05, z + 0.02}, {-0.12, 0, 0}));
+  scene.boxes.push_back(driven({side, side, side}, {-side - 0.002, 0.03, z}, {has_wall ? 0.25 : 0.12, 0, 0}));
+  scene.boxes.push_back(cube({0, 0, z}, side));
+  return scene;
+}
+
+BoxScene other_deep() {
+  BoxScene scene = on_ground("other: three cubes deep", 1e-3, 1.5);
+  for (int i = 0; i < 3; ++i) scene.boxes.push_back(cube({0.08 * i, 0.05 * (i % 2), 0.15 + 0.02 * i}, 0.3));
+  return scene;
+}
+
+BoxScene other_loose(int count, int across, double room, unsigned seed, double step, double seconds) {
+  BoxScene scene = on_ground("other: " + std::to_string(count) + " loose", step, seconds);
+  add_bin(scene, room, 4.0);
+  add_loose(scene, count, across, seed);
+  return scene;
+}
+
+BoxScene other_stack(int count, double side, double step) {
+  BoxScene scene = on_ground(
+      "other: stack of " + std::to_string(count) + (step == kDisplayStep ? " at 240 Hz" : ""), step, 4.0);
+  for (int i = 0; i < count; ++i)
+    scene.boxes.push_back(cube({0.1 * side * (i % 3 - 1), 0.05 * side * (i % 2), side * (0.5 + i)}, side));
+  scene.is_placed = true;
+  return scene;
+}
+
+BoxScene other_pyramid(int rows, double side, double step) {
+  BoxScene scene = on_ground(
+      "other: pyramid of " + std::to_string(rows) + " rows" + (step == kDisplayStep ? " at 240 Hz" : ""),
+      step, 4.0);
+  for (int row = 0; row < rows; ++row)
+    for (int i = 0; i < rows - row; ++i)
+      scene.boxes.push_back(cube({side * 1.1 * (i - 0.5 * (rows - row - 1)), 0, side * (0.5 + row)}, side));
+  scene.is_placed = true;
+  return scene;
+}
+
+BoxScene other_spot() {
+  BoxScene scene = on_ground("other: 7 cubes in one spot", 1e-3, 3.0);
+  for (int i = 0; i < 7; ++i) {
+    SceneBox box = cube({4e-3 * (i % 2), 3e-3 * (i / 2 % 2), 0.4 + 5e-3 * (i / 4)}, 0.3);
+    box.turn_W = {0.02 * i, -0.01 * i, 0.03 * i};
+    scene.boxes.push_back(box);
+  }
+  return scene;
+}
+
+void add_others(std::vector<BoxScene>& all) {
+  all.push_back(other_squeeze(false));
+  all.push_back(other_squeeze(true));
+  all.push_back(other_deep());
+  all.push_back(other_loose(6, 1, 0.6, 11, 1e-3, 3.0));
+  all.push_back(other_loose(60, 4, 1.9, 13, kDisplayStep, 8.0));
+  for (const double step : {1e-3, kDisplayStep}) {
+    all.push_back(other_stack(13, 0.3, step));
+    all.push_back(other_stack(27, 0.15, step));
+    all.push_back(other_stack(38, 0.25, step));
+    all.push_back(other_pyramid(7, 0.3, step));
+    all.push_back(other_pyramid(12, 0.15, step));
+  }
+  all.push_back(other_spot());
+}
+
+}  // namespace
+
+std::vector<BoxScene> box_scenes() {
+  std::vector<BoxScene> all{jaws(), pusher(), deep_pair(), bin()};
+  for (const double step : {1e-3, kDisplayStep})
+    for (const int count : {2, 5, 10, 16, 17, 20, 50}) all.push_back(stack(count, step));
+  for (const double step : {1e-3, kDisplayStep})
+    for (const int rows : {5, 10}) all.push_back(pyramid(rows, step));
+  all.push_back(wall(1e-3));
+  all.push_back(wall(kDisplayStep));
+  all.push_back(pile(100, 5, 8.0));
+  all.push_back(sleeping_pile());
+  all.push_back(pile(300, 7, 6.0));
+  all.push_back(pile(1000, 10, 3.0));
+  all.push_back(field(true, false));
+  all.push_back(field(false, false));
+  all.push_back(field(false, true));
+  all.push_back(spawned_deep());
+  all.push_back(in_one_spot());
+  add_others(all);
+  return all;
+}
+
+}  // namespace touchstone::benchmarks

@@ -1,0 +1,231 @@
+// Scenes that are hard for dynamics:
+//
+//     dynamics_scenes_benchmark [PARTS_OF_NAMES [ENGINES [SECONDS [STEPS [REPEATS]]]]]
+//
+// Each scene whose name has one of the parts (separated by '|') with each engine (own, bullet, ode, mujoco;
+// default: all that are built in), each with its own check: processor time of a step (median, 99.9 %, most),
+// the most as a multiple of Bullet's median of that scene, the fastest box at the end, the fastest over the
+// second half, the farthest from where it started (boxes that are to stay), the most that energy rose above
+// the least so far. Cut short at SECONDS of processor time a run (default 60), which is said. STEPS: so many
+// instead of the scene's own. REPEATS: a step's time is the least of so many runs, which leaves out what else
+// the machine did; whether they came to the same bits is said. Each engine has a process of its own: one that
+// ends it is a row of the table.
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <functional>
+#include <optional>
+#include <string_view>
+
+#include "touchstone/contact_core/threads/processor_time.hpp"
+#include "touchstone/tests/benchmarks/dynamics/dynamics_scenes.hpp"
+
+using namespace touchstone;
+using namespace touchstone::benchmarks;
+
+namespace {
+
+double quantile(std::vector<double>& sorted, double share) {
+  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+}
+
+struct Moment {
+  double speed = 0.0;   ///< of the fastest box's centre or corner [m/s]
+  double drift = 0.0;   ///< [m]
+  double energy = 0.0;  ///< [J]
+};
+
+Moment moment_of(const BoxScene& scene, const BoxEngine& engine) {
+  Moment out;
+  for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
+    const SceneBox& box = scene.boxes[i];
+    if (box.kind != SceneBox::Kind::free) continue;
+    const BoxMotion motion = engine.motion(i);
+    const double corner = 0.5 * norm(box.size), inertia = box.mass * box.size.x() * box.size.x() / 6.0;
+    out.speed = std::max(out.speed, norm(motion.v_W) + corner * norm(motion.w_W));
+    out.drift = std::max(out.drift, norm(motion.p_W - box.p_W));
+    out.energy += 0.5 * (box.mass * dot(motion.v_W, motion.v_W) + inertia * dot(motion.w_W, motion.w_W)) +
+                  box.mass * 9.81 * motion.p_W.z();
+  }
+  return out;
+}
+
+/// The outcome of a run, as its process passes it on.
+struct Row {
+  double median = 0.0, late = 0.0, most = 0.0;  ///< [us]
+  double speed = 0.0, late_speed = 0.0;         ///< [m/s]
+  double drift = 0.0, gained = 0.0;             ///< [m], [J]
+  char engine[16] = "", remarks[256] = "";
+};
+
+struct Limits {
+  double seconds = 60.0;
+  int steps = 0, repeats = 1;
+};
+
+void write_text(const std::string& text, char* to, std::size_t size) {
+  std::strncpy(to, text.c_str(), size - 1);
+}
+
+/// One run of the scene from its start. @param times in: of the runs before, or empty; out: the least.
+/// @param is_first else nothing but the times is taken.
+Vector3 run(const BoxScene& scene, BoxEngine& engine, const Limits& limits, std::vector<double>& times,
+            bool is_first, Row& row) {
+  const int steps = is_first
+                        ? limits.steps > 0 ? limits.steps : static_cast<int>(scene.seconds / scene.step + 0.5)
+                        : static_cast<int>(times.size());
+  Moment now = moment_of(scene, engine);
+  double least = now.energy, spent = 0.0;
+  for (int i = 0; i < steps && (!is_first || spent < 1e6 * limits.seconds); ++i) {
+    const double start = processor_us();
+    engine.step();
+    const double time = processor_us() - start;
+    spent += time;
+    if (!is_first) {
+      double& known = times[static_cast<std::size_t>(i)];
+      known = std::min(known, time);
+      continue;
+    }
+    times.push_back(time);
+    now = moment_of(scene, engine);
+    row.gained = std::max(row.gained, now.energy - least);
+    least = std::min(least, now.energy);
+    if (2 * i >= steps) row.late_speed = std::max(row.late_speed, now.speed);
+  }
+  if (is_first) {
+    row.speed = now.speed, row.drift = now.drift;
+    write_text(engine.name(), row.engine, sizeof(row.engine));
+    write_text(engine.remarks() + (times.size() < static_cast<std::size_t>(steps)
+                                       ? " CUT after " + std::to_string(times.size()) + " steps"
+                                       : ""),
+               row.remarks, sizeof(row.remarks));
+  }
+  return engine.motion(scene.boxes.size() - 1).p_W;
+}
+
+using MakeEngine = std::function<std::unique_ptr<BoxEngine>(const BoxScene&)>;
+
+/// @return nothing: the engine is not built in.
+std::optional<Row> measure(const BoxScene& scene, const MakeEngine& make, const Limits& limits) {
+  Row row;
+  std::vector<double> times;
+  Vector3 last = Vector3::Zero();
+  bool is_same = true;
+  for (int repeat = 0; repeat < limits.repeats; ++repeat) {
+    const auto engine = make(scene);
+    if (!engine) return std::nullopt;
+    const Vector3 p_W = run(scene, *engine, limits, times, repeat == 0, row);
+    is_same = is_same && (repeat == 0 || p_W == last);
+    last = p_W;
+  }
+  std::sort(times.begin(), times.end());
+  row.median = quantile(times, 0.5), row.late = quantile(times, 0.999), row.most = times.back();
+  if (!is_same)
+    write_text(std::string(row.remarks) + " (other bits when repeated)", row.remarks, sizeof(row.remarks));
+  return row;
+}
+
+/// In a process of its own. @return a row whose engine is empty: not built in.
+Row measure_apart(const BoxScene& scene, const char* name, const MakeEngine& make, const Limits& limits) {
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("no pipe");
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("no process");
+  if (child == 0) {
+    close(ends[0]);
+    if (std::freopen("/dev/null", "r", stdin) == nullptr) _exit(2);  // MuJoCo waits for a key
+    Row row;
+    try {
+      row = measure(scene, make, limits).value_or(Row{});
+    } catch (const std::exception& error) {
+      write_text(name, row.engine, sizeof(row.engine));
+      write_text(std::string("FAILED: ") + error.what(), row.remarks, sizeof(row.remarks));
+    }
+    _exit(write(ends[1], &row, sizeof(row)) == static_cast<ssize_t>(sizeof(row)) ? 0 : 2);
+  }
+  close(ends[1]);
+  Row row;
+  const bool is_whole = read(ends[0], &row, sizeof(row)) == static_cast<ssize_t>(sizeof(row));
+  close(ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (is_whole) return row;
+  row = {};
+  write_text(name, row.engine, sizeof(row.engine));
+  write_text(WIFSIGNALED(status)
+                 ? "FAILED: signal " + std::to_string(WTERMSIG(status))
+                 : "FAILED: it ended the process, exit code " + std::to_string(WEXITSTATUS(status)),
+             row.remarks, sizeof(row.remarks));
+  return row;
+}
+
+/// @param bullet_median [us]; 0: not measured
+void print(const BoxScene& scene, const Row& row, double bullet_median) {
+  std::printf("| %s | %s | ", scene.name.c_str(), row.engine);
+  if (row.median > 0.0)
+    std::printf("%.1f | %.1f | %.1f | ", row.median, row.late, row.most);
+  else
+    std::printf("| | | ");
+  if (bullet_median > 0.0 && row.median > 0.0) std::printf("%.1f", row.most / bullet_median);
+  std::printf(" | %.1e | %.1e | ", row.speed, row.late_speed);
+  if (scene.is_placed) std::printf("%.1e", row.drift);
+  std::printf(" | %.1e | %s |\n", row.gained, row.remarks);
+  std::fflush(stdout);
+}
+
+bool has(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
+
+bool has_any(std::string_view text, std::string_view parts) {
+  for (std::size_t end = 0; end != std::string_view::npos;
+       parts.remove_prefix(std::min(end + 1, parts.size()))) {
+    end = parts.find('|');
+    if (has(text, parts.substr(0, end))) return true;
+    if (end == std::string_view::npos) break;
+  }
+  return false;
+}
+
+void compare(const BoxScene& scene, std::string_view engines, const Limits& limits) {
+  struct Engine {
+    const char* name;
+    MakeEngine make;
+  };
+  const Engine all[] = {
+      {"own", make_own}, {"bullet", make_bullet}, {"ode", make_ode}, {"mujoco", make_mujoco}};
+  std::vector<Row> rows;
+  double bullet_median = 0.0;
+  for (const Engine& engine : all) {
+    if (!has(engines, engine.name)) continue;
+    const Row row = measure_apart(scene, engine.name, engine.make, limits);
+    if (row.engine[0] == '\0') continue;
+    if (std::string_view(engine.name) == "bullet") bullet_median = row.median;
+    rows.push_back(row);
+  }
+  for (const Row& row : rows) print(scene, row, bullet_median);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string_view parts = argc > 1 ? argv[1] : "",
+                         engines = argc > 2 ? argv[2] : "own,bullet,ode,mujoco";
+  Limits limits;
+  if (argc > 3) limits.seconds = std::atof(argv[3]);
+  if (argc > 4) limits.steps = std::atoi(argv[4]);
+  if (argc > 5) limits.repeats = std::max(1, std::atoi(argv[5]));
+  std::printf(
+      "| scene | engine | median [us] | 99.9 %% | most | most over Bullet's median | at the end [m/s] | "
+      "second "
+      "half | drift [m] | gained [J] | |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+  std::fflush(stdout);
+  for (const BoxScene& scene : box_scenes())
+    if (has_any(scene.name, parts)) compare(scene, engines, limits);
+  return 0;
+}

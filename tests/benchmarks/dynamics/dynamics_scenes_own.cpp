@@ -1,0 +1,89 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/physics/contacts/narrowphase_contacts.hpp"
+#include "touchstone/tests/benchmarks/dynamics/dynamics_scenes.hpp"
+
+namespace touchstone::benchmarks {
+namespace {
+
+using physics::DynamicsWorld;
+using physics::Mover;
+
+constexpr double kMargin = 1e-3;  // [m]
+
+class Own final : public BoxEngine {
+ public:
+  explicit Own(const BoxScene& scene) : step_(scene.step) {
+    register_core(registry_);
+    contacts_ = std::make_unique<physics::NarrowphaseContacts>(registry_.make_broadphase("native"),
+                                                               registry_.make_narrowphase("native"), kMargin);
+    DynamicsWorld::Settings settings;
+    settings.gravity_W = {0, 0, -9.81};
+    if (scene.sleeps) settings.sleep_time = 0.5;
+    world_ = std::make_unique<DynamicsWorld>(settings);
+    trees_.reserve(scene.boxes.size());
+    for (const SceneBox& box : scene.boxes) add(box, scene.friction);
+    contacts_->build();
+    const std::size_t room = 16 * scene.boxes.size();
+    contacts_->reserve(room, room);
+    world_->reserve(room);
+  }
+  const char* name() const override { return "own"; }
+  void step() override {
+    const auto report = world_->step(step_, contacts_->find(*world_, step_));
+    solves_ += report.solves;
+    unconverged_ += report.unconverged;
+    contradictory_ += report.contradictory;
+    spent_ += report.is_work_spent ? 1 : 0;
+    failed_ += report.failure != physics::StepFailure::none ? 1 : 0;
+    most_newton_steps_ = std::max(most_newton_steps_, report.newton_steps);
+  }
+  BoxMotion motion(std::size_t box) const override {
+    const auto body = static_cast<std::uint32_t>(box);
+    return {world_->pose(body).p, world_->velocity(body), world_->angular_velocity(body)};
+  }
+  std::string remarks() const override {
+    return std::to_string(unconverged_) + " of " + std::to_string(solves_) + " solves unconverged, " +
+           std::to_string(contradictory_) + " contradictory, work ended in " + std::to_string(spent_) +
+           " steps, most Newton steps " + std::to_string(most_newton_steps_) +
+           (failed_ > 0 ? ", " + std::to_string(failed_) + " steps FAILED" : "");
+  }
+
+ private:
+  void add(const SceneBox& box, double friction) {
+    trees_.push_back(std::make_unique<HexahedronTree>(
+        std::vector<PlacedHexahedron>{{"box", Hexahedron::from_size(box.size), {}}}, "box"));
+    Pose X_WB;
+    X_WB.p = box.p_W;
+    const double angle = norm(box.turn_W);
+    if (angle > 0.0) X_WB.R = rotation_about(box.turn_W / angle, angle);
+    const Vector3 zero = Vector3::Zero();
+    std::uint32_t index = 0;
+    if (box.kind == SceneBox::Kind::free) {
+      const physics::RigidBody body(physics::box_inertia(box.mass, box.size), "box");
+      index = world_->add_body(body, body.state(X_WB, box.v_W, zero));
+    } else {
+      index = world_->add_kinematic(X_WB, box.v_W, zero);  // fixed: for its number alone
+    }
+    const bool is_fixed = box.kind == SceneBox::Kind::fixed;
+    contacts_->add(is_fixed ? Mover::ground() : Mover::of_body(index), *trees_.back(), {friction, 0.0},
+                   is_fixed ? X_WB : Pose{});
+  }
+
+  double step_;
+  BackendRegistry registry_;
+  std::vector<std::unique_ptr<HexahedronTree>> trees_;
+  std::unique_ptr<physics::NarrowphaseContacts> contacts_;
+  std::unique_ptr<DynamicsWorld> world_;
+  std::uint64_t solves_ = 0, unconverged_ = 0, contradictory_ = 0, spent_ = 0, failed_ = 0;
+  std::uint32_t most_newton_steps_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<BoxEngine> make_own(const BoxScene& scene) { return std::make_unique<Own>(scene); }
+
+}  // namespace touchstone::benchmarks

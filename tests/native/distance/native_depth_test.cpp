@@ -1,0 +1,319 @@
+#include <gmock/gmock.h>
+
+#include <bit>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "touchstone/contact_core/native/distance/facet_axes.hpp"
+#include "touchstone/contact_core/native/distance/pair_depth.hpp"
+#include "touchstone/contact_core/native/distance/witness.hpp"
+#include "touchstone/contact_core/native/overlap/overlap.hpp"
+#include "touchstone/tests/native/distance/all_features_reference.hpp"
+#include "touchstone/tests/native/native_fixture.hpp"
+
+// Depth, normal and witness points of pairs that overlap: against the reference in long double, against the
+// scalar code (best_facet_axis), over instruction sets, and in batches.
+
+namespace touchstone {
+namespace {
+
+struct PosedSolids {
+  std::vector<Hexahedron> solids;
+  std::vector<Pose> poses;
+  std::vector<SolidPair> pairs;
+
+  void add(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
+    const auto first = static_cast<SolidIndex>(solids.size());
+    solids.push_back(a), solids.push_back(b);
+    poses.push_back(X_WA), poses.push_back(X_WB);
+    pairs.push_back({first, first + 1});
+  }
+};
+
+/// B turned against A about a random axis by about `tilt`, or by that and a quarter turn.
+Pose nearly_aligned(const Pose& X_WA, double tilt, Random& random) {
+  Pose turn;
+  const Vector3 axis = tilt * random.vector(1.0);
+  turn.R = rotation_from_quaternion(1.0, axis.x(), axis.y(), axis.z());
+  if (random.below(2) == 0) {
+    Pose quarter;
+    quarter.R.col(0) = Vector3(0, 1, 0), quarter.R.col(1) = Vector3(-1, 0, 0);
+    turn = compose(quarter, turn);
+  }
+  Pose out = compose(X_WA, turn);
+  out.p = X_WA.p + random.vector(0.6);
+  return out;
+}
+
+/// All that makes axes tie, nearly tie, or lose their direction.
+PosedSolids hard_pairs(std::uint64_t seed, int count) {
+  Random random(seed);
+  PosedSolids out;
+  for (int i = 0; i < count; ++i) {
+    const Pose X_WA = random.below(4) == 0 ? at(0.25, -0.5, 0.125) : random.pose(0.3);
+    const double tilt = random.below(4) == 0 ? 0.0 : std::ldexp(1.0, -2 - random.below(54));
+    switch (random.below(8)) {
+      case 0:
+        out.add(random.box(), X_WA, random.box(), random.pose(0.6));
+        break;
+      case 1:
+        out.add(random.any(), X_WA, random.any(), random.pose(0.6));
+        break;
+      case 2: {  // ties of all axes: cubes, or one solid twice
+        const Hexahedron solid = random.below(2) ? Hexahedron::from_size({1, 1, 1}) : random.any();
+        out.add(solid, X_WA, solid, nearly_aligned(X_WA, tilt, random));
+        break;
+      }
+      case 3:
+        out.add(random.box(), X_WA, random.box(), nearly_aligned(X_WA, tilt, random));
+        break;
+      case 4: {
+        const Hexahedron sheared = random.sheared();
+        out.add(sheared, X_WA, random.below(2) ? sheared : random.box(), nearly_aligned(X_WA, tilt, random));
+        break;
+      }
+      case 5: {  // contained deep inside, also about the same centre
+        Pose X_WB = nearly_aligned(X_WA, tilt, random);
+        X_WB.p = X_WA.p + random.vector(random.below(2) ? 0.0 : 0.2);
+        out.add(Hexahedron::from_size({4, 4, 4}), X_WA, Hexahedron::from_size({0.5, 0.5, 0.5}), X_WB);
+        break;
+      }
+      case 6:
+        out.add(random.slab_or_needle(), X_WA, random.slab_or_needle(), nearly_aligned(X_WA, tilt, random));
+        break;
+      default:  // poses off orthonormal by single precision
+        out.add(random.box(), X_WA, random.sheared(), random.pose(0.5));
+        out.poses.back().R = out.poses.back().R.cast<float>().cast<double>();
+    }
+  }
+  return out;
+}
+
+struct Answers {
+  std::vector<PairStatus> status;
+  std::vector<PairGeometry> geometry;
+};
+
+Answers measure_distances(const PosedSolids& set, std::size_t step) {
+  const auto native = make_native();
+  native->build(set.solids);
+  const auto workspace = native->make_workspace();
+  Answers out;
+  out.status.resize(set.pairs.size()), out.geometry.resize(set.pairs.size());
+  for (std::size_t i = 0; i < set.pairs.size(); i += step) {
+    const std::size_t here = std::min(step, set.pairs.size() - i);
+    native->evaluate({std::span(set.pairs).subspan(i, here), set.poses, Query{QueryKind::distance}},
+                     {std::span(out.status).subspan(i, here), std::span(out.geometry).subspan(i, here), {}},
+                     *workspace);
+  }
+  return out;
+}
+
+/// Bounds as in native_test.cpp.
+void expect_right(const PosedSolids& set, std::size_t i, const PairGeometry& g) {
+  const SolidPair pair = set.pairs[i];
+  WorldVertices a, b;
+  world_vertices(set.solids[pair.a], set.poses[pair.a], a);
+  world_vertices(set.solids[pair.b], set.poses[pair.b], b);
+  const double S = scale_of(set.solids[pair.a], set.poses[pair.a], set.solids[pair.b], set.poses[pair.b]);
+  const double exact = static_cast<double>(reference_signed_distance(a, b));
+  EXPECT_NEAR(g.separation, exact, 4e-15 * S);
+  EXPECT_NEAR(norm(g.n_AB_W), 1.0, 1e-15);
+  EXPECT_NEAR(static_cast<double>(reference_separation_along(a, b, g.n_AB_W)), exact, 4e-15 * S);
+  EXPECT_LE(norm(g.p_B_W - (g.p_A_W + g.separation * g.n_AB_W)), 1e-15 * S);
+  EXPECT_NEAR(static_cast<double>(reference_height(a, g.p_A_W)), 0.0, 1e-14 * S);
+  EXPECT_NEAR(static_cast<double>(reference_height(b, g.p_B_W)), 0.0, 1e-14 * S);
+}
+
+TEST(NativeDepth, IsRightOnTiesNearTiesParallelEdgesContainmentSlabsAndNeedles) {
+  const PosedSolids set = hard_pairs(1, 1200);
+  const Answers answers = measure_distances(set, set.pairs.size());
+  int overlapping = 0;
+  for (std::size_t i = 0; i < set.pairs.size(); ++i) {
+    if (answers.status[i] != PairStatus::overlapping) continue;
+    SCOPED_TRACE(i);
+    ++overlapping;
+    expect_right(set, i, answers.geometry[i]);
+    if (testing::Test::HasFailure()) return;
+  }
+  EXPECT_GT(overlapping, 800);
+}
+
+TEST(NativeDepth, BatchesOfAnySizeGiveTheBitsOfSinglePairs) {
+  const PosedSolids set = hard_pairs(2, 1500);
+  const Answers alone = measure_distances(set, 1);
+  for (const std::size_t step : {2u, 3u, 7u, 256u, 1500u}) {
+    const Answers batch = measure_distances(set, step);
+    for (std::size_t i = 0; i < set.pairs.size(); ++i) {
+      ASSERT_EQ(alone.status[i], batch.status[i]) << i;
+      ASSERT_EQ(std::bit_cast<std::uint64_t>(alone.geometry[i].separation),
+                std::bit_cast<std::uint64_t>(batch.geometry[i].separation));
+      ASSERT_EQ(alone.geometry[i].n_AB_W, batch.geometry[i].n_AB_W);
+      ASSERT_EQ(alone.geometry[i].p_A_W, batch.geometry[i].p_A_W);
+      ASSERT_EQ(alone.geometry[i].p_B_W, batch.geometry[i].p_B_W);
+    }
+  }
+}
+
+TEST(NativeDepth, ExchangingTheSolidsKeepsEveryBit) {
+  const PosedSolids set = hard_pairs(3, 1500);
+  PosedSolids exchanged = set;
+  for (const SolidPair& pair : set.pairs) {
+    std::swap(exchanged.solids[pair.a], exchanged.solids[pair.b]);
+    std::swap(exchanged.poses[pair.a], exchanged.poses[pair.b]);
+  }
+  const Answers ab = measure_distances(set, 1500), ba = measure_distances(exchanged, 1500);
+  for (std::size_t i = 0; i < set.pairs.size(); ++i) {
+    ASSERT_EQ(ab.status[i], ba.status[i]);
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(ab.geometry[i].separation),
+              std::bit_cast<std::uint64_t>(ba.geometry[i].separation));
+    ASSERT_EQ(ab.geometry[i].n_AB_W, Vector3(-ba.geometry[i].n_AB_W));
+    ASSERT_EQ(ab.geometry[i].p_A_W, ba.geometry[i].p_B_W);
+  }
+}
+
+// ---- The kernels themselves
+
+/// The pairs of `set` that two kinds allow, in the order the kernels want.
+std::vector<native::PairIndices> pairs_of_kind(const native::SolidSet& data, const PosedSolids& set,
+                                               native::SolidKind kind) {
+  std::vector<native::PairIndices> out;
+  for (const SolidPair& pair : set.pairs) {
+    if (native::kind_of(data, pair) > kind) continue;
+    const bool swapped = !native::comes_first(data, pair, set.poses[pair.a], set.poses[pair.b]);
+    out.push_back(swapped ? native::PairIndices{pair.b, pair.a} : native::PairIndices{pair.a, pair.b});
+  }
+  return out;
+}
+
+using native::DepthRecord;
+
+void expect_same_bits(const DepthRecord& p, const DepthRecord& q) {
+  ASSERT_EQ(p.certified, q.certified);
+  ASSERT_EQ(p.known, q.known);
+  if (p.known == native::DepthKnown::nothing) return;
+  ASSERT_EQ(std::bit_cast<std::uint64_t>(p.separation), std::bit_cast<std::uint64_t>(q.separation));
+  for (int k = 0; k < 3; ++k) {
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(p.n[k]), std::bit_cast<std::uint64_t>(q.n[k]));
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(p.p_A[k]), std::bit_cast<std::uint64_t>(q.p_A[k]));
+  }
+}
+
+struct DepthOf {
+  const PosedSolids& set;
+  const native::SolidSet data = native::make_solid_set(set.solids);
+
+  const native::PoseRecord* poses() const {
+    return reinterpret_cast<const native::PoseRecord*>(set.poses.data());
+  }
+  std::vector<DepthRecord> boxes(const native::Kernels& kernels,
+                                 std::span<const native::PairIndices> pairs) const {
+    std::vector<DepthRecord> out(pairs.size());
+    kernels.compute_box_depths(poses(), data.boxes.data(), pairs.data(), pairs.size(), out.data());
+    return out;
+  }
+  std::vector<DepthRecord> parallelepipeds(const native::Kernels& kernels,
+                                           std::span<const native::PairIndices> pairs) const {
+    std::vector<DepthRecord> out(pairs.size());
+    kernels.compute_parallelepiped_depths(poses(), data.parallelepiped_edges.data(), pairs.data(),
+                                          pairs.size(), out.data());
+    return out;
+  }
+  native::PlacedPair placed(const native::PairIndices& pair) const {
+    native::PlacedPair out;
+    native::place(data, {pair.a, pair.b}, set.poses[pair.a], set.poses[pair.b], true, out);
+    return out;
+  }
+  DepthRecord hulls(const native::Kernels& kernels, const native::PairIndices& pair) const {
+    return native::hull_depth(data, kernels, {pair.a, pair.b}, placed(pair),
+                              std::max(norm_inf(set.poses[pair.a].p), norm_inf(set.poses[pair.b].p)));
+  }
+};
+
+TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
+  const PosedSolids set = hard_pairs(4, 3000);
+  const DepthOf depth{set};
+  const auto boxes = pairs_of_kind(depth.data, set, native::SolidKind::box);
+  const auto parallelepipeds = pairs_of_kind(depth.data, set, native::SolidKind::parallelepiped);
+  const auto all = pairs_of_kind(depth.data, set, native::SolidKind::general);
+  ASSERT_GT(boxes.size(), 800u);
+  const native::Kernels& generic = *native::available_kernels().of[0];
+  const auto box_records = depth.boxes(generic, boxes),
+             parallelepiped_records = depth.parallelepipeds(generic, parallelepipeds);
+  for (int k = 0; k < native::available_kernels().count; ++k) {
+    const native::Kernels& kernels = *native::available_kernels().of[k];
+    SCOPED_TRACE(kernels.isa);
+    const auto other_boxes = depth.boxes(kernels, boxes),
+               other_parallelepipeds = depth.parallelepipeds(kernels, parallelepipeds);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      expect_same_bits(box_records[i], other_boxes[i]);
+      expect_same_bits(box_records[i], depth.boxes(kernels, {&boxes[i], 1})[0]);
+    }
+    for (std::size_t i = 0; i < parallelepipeds.size(); ++i) {
+      expect_same_bits(parallelepiped_records[i], other_parallelepipeds[i]);
+      expect_same_bits(parallelepiped_records[i],
+                       depth.parallelepipeds(kernels, {&parallelepipeds[i], 1})[0]);
+    }
+    for (const native::PairIndices& pair : all)
+      expect_same_bits(depth.hulls(generic, pair), depth.hulls(kernels, pair));
+  }
+}
+
+/// Three closed forms and the scalar code: within 16 u of the extent of one another, and certificates right.
+TEST(NativeDepthKernels, AgreeWithTheScalarRoadWhereTheyAnswer) {
+  const PosedSolids set = hard_pairs(5, 4000);
+  const DepthOf depth{set};
+  const native::Kernels& kernels = native::kernels();
+  int answered[3] = {0, 0, 0}, asked[3] = {0, 0, 0};
+  for (const native::PairIndices& pair : pairs_of_kind(depth.data, set, native::SolidKind::general)) {
+    const native::PlacedPair placed = depth.placed(pair);
+    const bool meet = native::hulls_meet(placed);
+    const native::SeparationAxis axis = native::best_facet_axis(
+        placed.pair.hulls, *placed.pair.a, placed.pair.R_WA, *placed.pair.b, placed.pair.R_WB);
+    const native::SolidKind kind = native::kind_of(depth.data, {pair.a, pair.b});
+    std::vector<std::pair<int, DepthRecord>> records{{2, depth.hulls(kernels, pair)}};
+    if (kind <= native::SolidKind::parallelepiped)
+      records.push_back({1, depth.parallelepipeds(kernels, {&pair, 1})[0]});
+    if (kind == native::SolidKind::box) records.push_back({0, depth.boxes(kernels, {&pair, 1})[0]});
+    for (const auto& [method, record] : records) {
+      SCOPED_TRACE(method);
+      if (record.certified != native::Certified::unknown) {
+        ASSERT_EQ(record.certified == native::Certified::overlapping, meet);
+      }
+      if (!meet) continue;
+      ++asked[method];
+      if (record.known == native::DepthKnown::nothing) continue;
+      ++answered[method];
+      const double S = placed.pair.hulls.extent + norm(placed.origin_W);
+      ASSERT_NEAR(record.separation, std::min(axis.separation, 0.0), 16 * native::kRoundoff * S);
+    }
+  }
+  for (int method = 0; method < 3; ++method) {
+    EXPECT_GT(answered[method], asked[method] / 2) << method;
+    RecordProperty("asked" + std::to_string(method), asked[method]);
+    RecordProperty("answered" + std::to_string(method), answered[method]);
+  }
+}
+
+TEST(NativeDepthKernels, LeaveDoubtfulParallelEdgesToTheScalarRoad) {
+  // Edges that cross at `angle`, B's below A's by `depth` where they cross: the sliver facet is the nearest.
+  for (const int exponent : {-5, -12, -20, -30, -40}) {
+    const double angle = std::ldexp(1.0, exponent);
+    Pose X_WA, X_WB;
+    X_WA.R = rotation_from_quaternion(std::cos(M_PI / 8), std::sin(M_PI / 8), 0, 0);
+    Pose turn;
+    turn.R = rotation_from_quaternion(1.0, 0, 0, angle / 2);
+    X_WB.R = compose(turn, X_WA).R;
+    X_WB.p = {0, 0, std::sqrt(2.0) - angle * 1e-3};
+    PosedSolids set;
+    set.add(Hexahedron::from_size({1, 1, 1}), X_WA, Hexahedron::from_size({1, 1, 1}), X_WB);
+    const Answers answers = measure_distances(set, 1);
+    ASSERT_EQ(answers.status[0], PairStatus::overlapping);
+    SCOPED_TRACE(exponent);
+    expect_right(set, 0, answers.geometry[0]);
+  }
+}
+
+}  // namespace
+}  // namespace touchstone

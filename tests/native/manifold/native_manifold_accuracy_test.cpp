@@ -1,0 +1,391 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <set>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/native/manifold/manifold.hpp"
+#include "touchstone/contact_core/native/solids/placed_pair.hpp"
+#include "touchstone/examples/measures/surface_measure.hpp"
+#include "touchstone/tests/native/native_fixture.hpp"
+
+// The statements of manifold.hpp on every contact point: on A, on B, straight across, over families that make
+// it hard.
+
+namespace touchstone {
+namespace {
+
+struct PairOfSolids {
+  Hexahedron a, b;
+  Pose X_WA, X_WB;
+};
+using MakePair = std::function<PairOfSolids(Random&)>;
+
+struct Family {
+  const char* name;
+  MakePair make;
+  double bound;  // of the witness error over S
+};
+
+Hexahedron thin_box(Random& random, int least, int most) {
+  Vector3 size(random.uniform(0.5, 2), random.uniform(0.5, 2), random.uniform(0.5, 2));
+  size(random.below(3)) = std::ldexp(random.uniform(1, 2), -least - random.below(most - least + 1));
+  if (random.below(2) == 0)
+    size(random.below(3)) = std::ldexp(random.uniform(1, 2), -least - random.below(most - least + 1));
+  return Hexahedron::from_size(size);
+}
+
+/// All corners moved, then pressed flat.
+Hexahedron thin_warped(Random& random, int least, int most) {
+  for (;;) {
+    const double flat = std::ldexp(1.0, -least - random.below(most - least + 1));
+    std::vector<Vector3> corners;
+    for (int i = 0; i < 8; ++i) {
+      const Vector3 p =
+          Vector3(i & 4 ? 0.7 : -0.7, i & 2 ? 0.7 : -0.7, i & 1 ? 0.7 : -0.7) + random.vector(0.12);
+      corners.push_back({p.x(), p.y(), flat * p.z()});
+    }
+    try {
+      return Hexahedron::from_vertices(corners, WarpPolicy::accept);
+    } catch (const InputError&) {
+      // Not convex: draw again.
+    }
+  }
+}
+
+/// B's +z face laid on A's, the turn about their common normal free, and B pushed in by up to 1e-3.
+PairOfSolids resting(Random& random, const Hexahedron& a, const Hexahedron& b, double reach) {
+  Pose X_WA = random.pose(reach), X_WB;
+  const double angle = random.uniform(-3, 3);
+  Matrix3 turn = rotation_from_quaternion(std::cos(angle / 2), 0, 0, std::sin(angle / 2));
+  for (int i = 0; i < 3; ++i) X_WB.R.col(i) = rotate(X_WA.R, turn.col(i));
+  const double height = a.half_extents().z() + b.half_extents().z() - random.uniform(0, 1e-3);
+  X_WB.p = X_WA.p + rotate(X_WA.R, {random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), height});
+  return {a, b, X_WA, X_WB};
+}
+
+PairOfSolids crossing(Random& random, const Hexahedron& a, const Hexahedron& b, double reach) {
+  Pose X_WA = random.pose(reach), X_WB = random.pose(0.0);
+  X_WB.p = X_WA.p + random.vector(0.9);
+  return {a, b, X_WA, X_WB};
+}
+
+/// The largest of p_A's distance to A's surface, p_B's to B's and |p_B - p_A - s n|, over S; NaN where
+/// rounding left a solid without volume.
+double worst_point(const PairOfSolids& pair, const Answer& answer) {
+  WorldVertices va, vb;
+  world_vertices(pair.a, pair.X_WA, va), world_vertices(pair.b, pair.X_WB, vb);
+  const comparison::SurfaceMeasure a(va), b(vb);
+  if (a.is_flat() || b.is_flat()) return kNaN;
+  double worst = 0.0;
+  for (int i = 0; i < answer.geometry.point_count; ++i) {
+    const ContactPoint& p = answer.points[i];
+    if (p.feature_id == 0x10000) continue;  // the pair's own witness point
+    const double across = norm(p.p_B_W - (p.p_A_W + p.separation * answer.geometry.n_AB_W));
+    worst = std::max({worst, a.distance(p.p_A_W), b.distance(p.p_B_W), across});
+  }
+  return worst / scale_of(pair.a, pair.X_WA, pair.b, pair.X_WB);
+}
+
+std::vector<Family> families() {
+  const double ordinary = 1e-14, thin = 1e-13;
+  return {
+      {"any", [](Random& r) { return crossing(r, r.any(), r.any(), 0.3); }, ordinary},
+      {"boxes", [](Random& r) { return crossing(r, r.box(), r.box(), 5); }, ordinary},
+      {"resting boxes", [](Random& r) { return resting(r, r.box(), r.box(), 5); }, ordinary},
+      {"thin boxes", [](Random& r) { return crossing(r, thin_box(r, 2, 40), thin_box(r, 2, 40), 1); }, thin},
+      {"thin boxes far out",
+       [](Random& r) { return crossing(r, thin_box(r, 20, 42), thin_box(r, 20, 42), 500); }, thin},
+      {"resting slabs far out",
+       [](Random& r) {
+         return resting(r, Hexahedron::from_size({1, 2, std::ldexp(1.0, -30 - r.below(12))}),
+                        Hexahedron::from_size({2, 1, std::ldexp(1.0, -30 - r.below(12))}), 500);
+       },
+       thin},
+      {"warped", [](Random& r) { return crossing(r, r.warped(), r.warped(), 1); }, ordinary},
+      {"thin warped", [](Random& r) { return crossing(r, thin_warped(r, 2, 40), thin_warped(r, 2, 40), 1); },
+       thin},
+      {"thin warped far out",
+       [](Random& r) { return crossing(r, thin_warped(r, 20, 42), thin_warped(r, 20, 42), 500); }, thin},
+      {"pyramids", [](Random& r) { return crossing(r, r.pyramid(), r.pyramid(), 1); }, ordinary},
+      {"tapered", [](Random& r) { return crossing(r, r.tapered(), r.tapered(), 1); }, ordinary},
+  };
+}
+
+TEST(NativeManifoldAccuracy, EveryPointLiesOnBothSurfaces) {
+  for (const Family& family : families()) {
+    Random random(21);
+    double worst = 0.0;
+    int worst_index = 0, measured = 0, points = 0;
+    for (int i = 0; i < 400; ++i) {
+      const PairOfSolids pair = family.make(random);
+      const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB);
+      const double error = worst_point(pair, answer);
+      if (std::isnan(error)) continue;
+      ++measured, points += answer.geometry.point_count;
+      if (error > worst) worst = error, worst_index = i;
+    }
+    std::printf("%-24s worst %.2g S (pair %d) of %d pairs, %.2f points a pair\n", family.name, worst,
+                worst_index, measured, points / std::max(1.0, 1.0 * measured));
+    EXPECT_LE(worst, family.bound) << family.name << " " << worst_index;
+    EXPECT_GT(measured, 150) << family.name;
+  }
+}
+
+struct Point2 {
+  double x, y;
+};
+
+double turn(const Point2& o, const Point2& p, const Point2& q) {
+  return (p.x - o.x) * (q.y - o.y) - (p.y - o.y) * (q.x - o.x);
+}
+
+double area_in_order(const std::vector<Point2>& polygon) {
+  double twice = 0.0;
+  for (std::size_t i = 1; i + 1 < polygon.size(); ++i) twice += turn(polygon[0], polygon[i], polygon[i + 1]);
+  return 0.5 * std::abs(twice);
+}
+
+/// The points in A's own x and y.
+std::vector<Point2> seen_from(const Pose& X_WA, const Answer& answer) {
+  std::vector<Point2> out;
+  for (int i = 0; i < answer.geometry.point_count; ++i) {
+    const Vector3 p = answer.points[i].p_A_W - X_WA.p;
+    out.push_back({dot(X_WA.R.col(0), p), dot(X_WA.R.col(1), p)});
+  }
+  return out;
+}
+
+/// Area common to A's and B's rectangles, A's axis-aligned (Sutherland, Hodgman 1974).
+double common_area(const PairOfSolids& pair) {
+  const Vector3 &h = pair.a.half_extents(), &g = pair.b.half_extents();
+  std::vector<Point2> polygon;
+  for (const auto& [i, j] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+    const Vector3 p =
+        pair.X_WB.p - pair.X_WA.p + i * g.x() * pair.X_WB.R.col(0) + j * g.y() * pair.X_WB.R.col(1);
+    polygon.push_back({dot(pair.X_WA.R.col(0), p), dot(pair.X_WA.R.col(1), p)});
+  }
+  const std::array<Point2, 4> window = {{{-h.x(), -h.y()}, {h.x(), -h.y()}, {h.x(), h.y()}, {-h.x(), h.y()}}};
+  for (int k = 0; k < 4; ++k) {
+    std::vector<Point2> kept;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Point2 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+      const double s = turn(window[k], window[(k + 1) % 4], p), t = turn(window[k], window[(k + 1) % 4], q);
+      if (s >= 0) kept.push_back(p);
+      if ((s > 0 && t < 0) || (s < 0 && t > 0))
+        kept.push_back({p.x + s / (s - t) * (q.x - p.x), p.y + s / (s - t) * (q.y - p.y)});
+    }
+    polygon = kept;
+  }
+  return area_in_order(polygon);
+}
+
+TEST(NativeManifoldAccuracy, RestingFacesKeepTheWholeAreaInOrder) {
+  Random random(22);
+  double worst = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const PairOfSolids pair = resting(random, random.box(), random.box(), 1);
+    const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB);
+    const double area = common_area(pair);
+    if (area < 1e-3 || answer.geometry.separation < -2e-3) continue;
+    if (dot(answer.geometry.n_AB_W, pair.X_WA.R.col(2)) < 0.999) continue;
+    const double size = pair.a.size() + pair.b.size();
+    worst = std::max(worst, std::abs(area_in_order(seen_from(pair.X_WA, answer)) - area) / (size * size));
+  }
+  EXPECT_LE(worst, 1e-15);
+}
+
+// Rounding puts the edges on either side of each other, and the crossings anywhere on them.
+TEST(NativeManifoldAccuracy, FlushEdgesInAnyPoseGiveFourPoints) {
+  Random random(23);
+  for (int i = 0; i < 1000; ++i) {
+    const Hexahedron below = random.box();
+    const Vector3 h = below.half_extents();
+    const Hexahedron above = Hexahedron::from_size({2 * h.x(), (i % 2 ? 1.0 : 2.0) * h.y(), 1});
+    const Pose X_WA = random.pose(1);
+    Pose X_WB = X_WA;
+    X_WB.p += rotate(X_WA.R, Vector3(0, i % 2 ? 0.5 * h.y() : 0, h.z() + 0.5 - 1e-6 * random.below(2)));
+    const Answer answer = ask(below, X_WA, above, X_WB);
+    ASSERT_EQ(answer.geometry.point_count, 4) << i;
+    ASSERT_NEAR(area_in_order(seen_from(X_WA, answer)), (i % 2 ? 2 : 4) * h.x() * h.y(), 2e-14) << i;
+  }
+}
+
+// Nothing of a tiny motion shows but itself: the area moves by as much as the edges do, and the corners stay
+// the same unless one lies within the motion of an edge.
+TEST(NativeManifoldAccuracy, TinyMotionKeepsAreaAndFeatureIds) {
+  Random random(24);
+  int changed = 0, pairs = 0;
+  for (int i = 0; i < 2000; ++i) {
+    PairOfSolids pair = resting(random, random.box(), random.box(), 1);
+    const double S = scale_of(pair.a, pair.X_WA, pair.b, pair.X_WB);
+    const int most = i % 2 ? 8 : 4;
+    Query query = whole_clip();
+    query.max_points = most;
+    const Answer before = ask(pair.a, pair.X_WA, pair.b, pair.X_WB, query);
+    if (dot(before.geometry.n_AB_W, pair.X_WA.R.col(2)) < 0.999) continue;
+    pair.X_WB.p += 1e-9 * S * random.vector(0.5);
+    const Answer after = ask(pair.a, pair.X_WA, pair.b, pair.X_WB, query);
+    const double area = area_in_order(seen_from(pair.X_WA, before));
+    ++pairs;
+    ASSERT_NEAR(area_in_order(seen_from(pair.X_WA, after)), area, 1e-8 * S * S) << i;
+    std::set<std::uint32_t> ids_before, ids_after;
+    for (int k = 0; k < before.geometry.point_count; ++k) ids_before.insert(before.points[k].feature_id);
+    for (int k = 0; k < after.geometry.point_count; ++k) ids_after.insert(after.points[k].feature_id);
+    ASSERT_EQ(ids_before.size(), static_cast<std::size_t>(before.geometry.point_count)) << "an id twice";
+    changed += ids_before != ids_after;
+  }
+  EXPECT_GT(pairs, 1000);
+  EXPECT_LE(changed, pairs / 500);
+}
+
+std::set<std::uint32_t> ids_of(const Answer& answer) {
+  std::set<std::uint32_t> ids;
+  for (int k = 0; k < answer.geometry.point_count; ++k) ids.insert(answer.points[k].feature_id);
+  return ids;
+}
+
+/// `above` on `below`, flush where they are as wide, then turned and moved by no more than 1e-9.
+PairOfSolids nearly_flush(Random& random, const Hexahedron& below, double height, const Hexahedron& above,
+                          const Pose& X_WA, double motion) {
+  PairOfSolids pair{below, above, X_WA, X_WA};
+  const double angle = motion * random.uniform(-1, 1);
+  const Matrix3 turn = rotation_from_quaternion(std::cos(angle / 2), 0, 0, std::sin(angle / 2));
+  for (int i = 0; i < 3; ++i) pair.X_WB.R.col(i) = rotate(X_WA.R, turn.col(i));
+  const Vector3 offset = motion * random.vector(1);
+  pair.X_WB.p += rotate(X_WA.R, Vector3(offset.x(), offset.y(), height + offset.z()));
+  return pair;
+}
+
+// Squares as wide as each other, turned by 1e-9, have a clip of eight corners, four of which come and go with
+// the turn's sign; A's and B's edges each take turns to be the inner ones.
+TEST(NativeManifoldAccuracy, FlushFacesKeepTheirFourPointsAndIds) {
+  Random random(26);
+  const Hexahedron cube = Hexahedron::from_size({1, 1, 1});
+  std::vector<Vector3> lower, leaning;
+  for (int i = 0; i < 8; ++i) {
+    const double x = i & 4 ? 0.5 : -0.5, y = i & 2 ? 0.5 : -0.5, z = i & 1 ? 0.5 : -0.5;
+    lower.push_back({i & 1 ? 0.5 * x : x, i & 1 ? 0.5 * y : y, z});
+    leaning.push_back({x + 0.3 * (z + 0.5), y, z});
+  }
+  struct Above {
+    const char* name;
+    Hexahedron solid;
+    double area;
+  };
+  const std::vector<Above> above = {{"box", cube, 1},
+                                    {"narrower box", Hexahedron::from_size({0.5, 1, 1}), 0.5},
+                                    {"wider box", Hexahedron::from_size({1, 3, 1}), 1},
+                                    {"parallelepiped", Hexahedron::from_vertices(leaning), 1},
+                                    {"frustum", Hexahedron::from_vertices(lower), 1}};
+  for (const auto& [name, solid, area] : above) {
+    for (int place = 0; place < 20; ++place) {
+      const Pose X_WA = place == 0 ? at(0, 0, 0) : random.pose(1);
+      const double height = 1.0 - 1e-4;
+      const PairOfSolids still = nearly_flush(random, cube, height, solid, X_WA, 0.0);
+      const std::set<std::uint32_t> ids = ids_of(ask(still.a, still.X_WA, still.b, still.X_WB));
+      ASSERT_EQ(ids.size(), 4u) << name << " " << place;
+      for (int i = 0; i < 20; ++i) {
+        const PairOfSolids pair = nearly_flush(random, cube, height, solid, X_WA, i % 2 ? 1e-9 : 1e-15);
+        const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB);
+        ASSERT_EQ(answer.geometry.point_count, 4) << name << " " << place << " " << i;
+        ASSERT_EQ(ids_of(answer), ids) << name << " " << place << " " << i;
+        ASSERT_NEAR(area_in_order(seen_from(pair.X_WA, answer)), area, 1e-8);
+        ASSERT_LE(worst_point(pair, answer), 1e-14);
+      }
+    }
+  }
+}
+
+/// The pair's manifold by make_manifold(), given the answer's own separation and normal. @pre in the check's
+/// order.
+native::Manifold by_scalar_code(const PairOfSolids& pair, const PairGeometry& geometry, Vector3& origin_W) {
+  const native::SolidSet set = native::make_solid_set(std::array{pair.a, pair.b});
+  native::PlacedPair placed;
+  native::place(set, {0, 1}, pair.X_WA, pair.X_WB, true, placed);
+  const native::SignedDistance distance{geometry.separation, geometry.n_AB_W,
+                                        placed.from_world(geometry.p_A_W)};
+  native::Manifold out;
+  native::make_manifold(placed.pair, distance, INFINITY, kMaxManifoldPoints, false, out);
+  origin_W = placed.origin_W;
+  return out;
+}
+
+// The lanes' kernel clips parallelograms by their centres and half edges; scalar code clips any polygons.
+TEST(NativeManifoldAccuracy, KernelFindsThePointsAndIdsOfTheScalarRoad) {
+  Random random(27);
+  int pairs = 0, points = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const bool boxes = i % 2 == 0;
+    const Hexahedron a = boxes ? random.box() : random.sheared(), b = boxes ? random.box() : random.sheared();
+    PairOfSolids pair = i % 3 == 0 && boxes ? resting(random, a, b, 1) : crossing(random, a, b, 1);
+    if (pair.X_WA.p.x() >= pair.X_WB.p.x()) {
+      std::swap(pair.a, pair.b);
+      std::swap(pair.X_WA, pair.X_WB);
+    }
+    const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB);
+    Vector3 origin_W;
+    const native::Manifold expected = by_scalar_code(pair, answer.geometry, origin_W);
+    ASSERT_EQ(answer.geometry.point_count, expected.count) << i;
+    for (int k = 0; k < expected.count; ++k) {
+      const auto same = [&](const ContactPoint& p) { return p.feature_id == expected.points[k].feature_id; };
+      const auto found = std::find_if(answer.points.begin(), answer.points.end(), same);
+      ASSERT_NE(found, answer.points.end()) << i << " " << std::hex << expected.points[k].feature_id;
+      EXPECT_NEAR(norm(found->p_A_W - (origin_W + expected.points[k].p_A_W)), 0.0, 1e-12) << i;
+      EXPECT_NEAR(found->separation, expected.points[k].separation, 1e-14) << i;
+    }
+    ++pairs, points += expected.count;
+  }
+  EXPECT_GT(points, 4 * pairs);
+}
+
+/// The id of the same corner, for whom A and B are exchanged: see edge_label().
+std::uint32_t exchanged(std::uint32_t id) {
+  if (id == 0x10000) return id;
+  const auto renamed = [](std::uint32_t edge) {
+    return edge < 8 ? 8 + (6 - edge) % 4 : (6 - (edge - 8)) % 4;
+  };
+  const std::uint32_t names = id - 1, first = names % 16, second = names / 16 % 16, face_a = names / 256 % 16,
+                      face_b = names / 4096 % 16;
+  return 1 + renamed(second) + 16 * renamed(first) + 256 * face_b + 4096 * face_a;
+}
+
+TEST(NativeManifoldAccuracy, ExchangingTheSolidsExchangesThePoints) {
+  Random random(25);
+  for (int i = 0; i < 500; ++i) {
+    const bool boxes = i % 2 == 0;
+    const Hexahedron a = boxes ? random.box() : random.any(), b = boxes ? random.box() : random.any();
+    const Pose X_WA = random.pose(0.3), X_WB = random.pose(0.9);
+    Query query = whole_clip();
+    query.max_points = 1 + i % 8;
+    const Answer ab = ask(a, X_WA, b, X_WB, query), ba = ask(b, X_WB, a, X_WA, query);
+    ASSERT_EQ(ab.geometry.point_count, ba.geometry.point_count);
+    for (int k = 0; k < ab.geometry.point_count; ++k) {
+      ASSERT_EQ(ab.points[k].p_A_W, ba.points[k].p_B_W);
+      ASSERT_EQ(ab.points[k].p_B_W, ba.points[k].p_A_W);
+      ASSERT_EQ(ab.points[k].separation, ba.points[k].separation);
+      if (boxes) {
+        ASSERT_EQ(ab.points[k].feature_id, exchanged(ba.points[k].feature_id));
+      }
+    }
+  }
+}
+
+// A blade of about 4 degrees standing on its edge: both its sides are steep, its edge is what touches.
+TEST(NativeManifoldAccuracy, BladeOnItsEdgeTouchesAlongTheEdge) {
+  std::vector<Vector3> corners;
+  for (int i = 0; i < 8; ++i)
+    corners.push_back({i & 4 ? 0.5 : -0.5, (i & 2 ? 1 : -1) * (i & 1 ? 0.035 : 0.0), i & 1 ? 1.0 : 0.0});
+  const Hexahedron blade = Hexahedron::from_vertices(corners);
+  const Answer answer = ask(Hexahedron::from_size({2, 2, 1}), at(0, 0, 0), blade, at(0, 0, 0.5 - 0x1p-10));
+  ASSERT_EQ(answer.geometry.separation, -0x1p-10);
+  ASSERT_EQ(answer.geometry.point_count, 2);
+  EXPECT_NEAR(norm(answer.points[0].p_B_W - answer.points[1].p_B_W), 1.0, 1e-15);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(answer.points[i].separation, -0x1p-10);
+}
+
+}  // namespace
+}  // namespace touchstone

@@ -1,0 +1,221 @@
+#include <gtest/gtest.h>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/native/overlap/overlap.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
+#include "touchstone/contact_core/numerics/exact_predicates.hpp"
+#include "touchstone/tests/native/native_fixture.hpp"
+
+// The kernels of every instruction set that this machine has, against the exact answer and one another.
+
+namespace touchstone {
+namespace {
+
+using native::Certified;
+
+struct Crowd {
+  std::vector<Hexahedron> solids;
+  std::vector<Pose> poses;
+  std::vector<SolidPair> pairs;
+  std::vector<bool> meet;
+
+  void add(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
+    const auto first = static_cast<SolidIndex>(solids.size());
+    solids.push_back(a), solids.push_back(b);
+    poses.push_back(X_WA), poses.push_back(X_WB);
+    pairs.push_back({first, first + 1});
+    WorldVertices a_W, b_W;
+    world_vertices(a, X_WA, a_W);
+    world_vertices(b, X_WB, b_W);
+    meet.push_back(numerics::hulls_intersect(a_W, b_W));
+  }
+};
+
+/// Apart, overlapping, within an ulp of touching, far away; ordinary magnitudes and others; all kinds.
+Crowd make_crowd(int count) {
+  Random random(41);
+  Crowd out;
+  for (int i = 0; i < count; ++i) {
+    const Hexahedron a = random.any(), b = random.any();
+    Pose X_WA = random.pose(0.3), X_WB = random.pose(1.2);
+    if (i % 3 == 1) {
+      const PairGeometry g = ask(a, X_WA, b, X_WB, QueryKind::distance).geometry;
+      X_WB.p -= g.separation * g.n_AB_W;
+    } else if (i % 3 == 2) {
+      const Vector3 far = random.vector(std::ldexp(1.0, random.below(40)));
+      X_WA.p += far, X_WB.p += far;
+    }
+    out.add(a, X_WA, b, X_WB);
+    if (i % 20 == 0) {
+      for (const double k : {0x1p-400, 0x1p-125, 0x1p-110, 0x1p110, 0x1p125, 0x1p400}) {
+        const Hexahedron cube = Hexahedron::from_size(Vector3::Constant(k));
+        Pose X_k = random.pose(0.9);
+        X_k.p *= k;
+        out.add(cube, at(0, 0, 0), cube, X_k);
+      }
+    }
+  }
+  return out;
+}
+
+const native::PoseRecord* records(const Crowd& crowd) {
+  return reinterpret_cast<const native::PoseRecord*>(crowd.poses.data());
+}
+
+TEST(NativeKernels, WhatThePortalCertifiesIsSoOnEveryInstructionSet) {
+  const Crowd crowd = make_crowd(600);
+  const native::SolidSet set = native::make_solid_set(crowd.solids);
+  std::vector<native::PairIndices> pairs;
+  for (const SolidPair& pair : crowd.pairs) pairs.push_back({pair.a, pair.b});
+  const auto certify = [&](const native::Kernels& kernels, int steps) {
+    std::vector<Certified> out(pairs.size());
+    kernels.certify_by_mpr(records(crowd), native::vertex_records(set), pairs.data(), pairs.size(), steps,
+                           out.data(), nullptr);
+    return out;
+  };
+  const native::KernelList& list = native::available_kernels();
+  for (const int steps : {0, 1, 8}) {
+    const std::vector<Certified> plain = certify(*list.of[0], steps);
+    int known = 0;
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+      if (plain[i] == Certified::unknown) continue;
+      ++known;
+      EXPECT_EQ(plain[i] == Certified::overlapping, crowd.meet[i]) << i;
+    }
+    EXPECT_GT(known, steps == 8 ? 300 : 50);
+    for (int k = 1; k < list.count; ++k) EXPECT_EQ(certify(*list.of[k], steps), plain) << list.of[k]->isa;
+  }
+}
+
+/// Boxes within 2^-16 to 2^-50 of touching, half of them with edges at small angles.
+Crowd make_near_touching_boxes(int count) {
+  Random random(43);
+  Crowd out;
+  for (int i = 0; i < count; ++i) {
+    const Hexahedron a = random.box(), b = random.box();
+    const Pose X_WA = random.pose(0.3);
+    Pose X_WB = random.pose(1.2);
+    if (i % 2 == 0) {
+      const Vector3 turn = random.vector(std::ldexp(1.0, -5 - random.below(49)));
+      X_WB.R = X_WA.R * rotation_from_quaternion(1.0, turn.x(), turn.y(), turn.z());
+    }
+    const PairGeometry g = ask(a, X_WA, b, X_WB, QueryKind::distance).geometry;
+    const double gap = (i % 3 == 0 ? -1.0 : 1.0) * std::ldexp(1.0, -16 - random.below(35));
+    X_WB.p -= (g.separation - gap) * g.n_AB_W;
+    out.add(a, X_WA, b, X_WB);
+  }
+  return out;
+}
+
+TEST(NativeKernels, TheSecondPassOverBoxesIsRightOnEveryInstructionSet) {
+  const Crowd crowd = make_near_touching_boxes(3000);
+  const native::SolidSet set = native::make_solid_set(crowd.solids);
+  std::vector<native::PairIndices> pairs;
+  for (const SolidPair& pair : crowd.pairs) pairs.push_back({pair.a, pair.b});
+  std::vector<Certified> coarse(pairs.size()), first(pairs.size()), close(pairs.size());
+  const native::KernelList& list = native::available_kernels();
+  for (int k = 0; k < list.count; ++k) {
+    SCOPED_TRACE(list.of[k]->isa);
+    list.of[k]->certify_boxes(records(crowd), set.boxes.data(), pairs.data(), pairs.size(), coarse.data());
+    list.of[k]->certify_boxes_closely(records(crowd), set.boxes.data(), pairs.data(), pairs.size(),
+                                      close.data());
+    int left_by_coarse = 0, left = 0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      left_by_coarse += coarse[i] == Certified::unknown ? 1 : 0;
+      left += close[i] == Certified::unknown ? 1 : 0;
+      if (close[i] == Certified::unknown) continue;
+      ASSERT_EQ(close[i] == Certified::overlapping, crowd.meet[i]) << i;
+      // The scalar filter, which is the same, agrees.
+      ASSERT_EQ(close[i], native::certify_kinds(set, crowd.pairs[i], crowd.poses)) << i;
+    }
+    EXPECT_GT(left_by_coarse, 2000);
+    EXPECT_LT(left, 1000);
+    if (k == 0) first = close;
+    EXPECT_EQ(close, first);
+  }
+}
+
+TEST(NativeKernels, BatchesAndSinglePairsAreRightOnEveryInstructionSet) {
+  const Crowd crowd = make_crowd(600);
+  const native::SolidSet set = native::make_solid_set(crowd.solids);
+  std::vector<PairStatus> batch(crowd.pairs.size());
+  const native::KernelList& list = native::available_kernels();
+  for (int k = 0; k < list.count; ++k) {
+    SCOPED_TRACE(list.of[k]->isa);
+    // Sizes that leave lanes empty and blocks part full.
+    for (const std::size_t size : {std::size_t{1}, std::size_t{3}, std::size_t{7}, batch.size()}) {
+      for (std::size_t i = 0; i < batch.size(); i += size) {
+        const std::size_t here = std::min(size, batch.size() - i);
+        native::overlap(set, *list.of[k], std::span(crowd.pairs).subspan(i, here), crowd.poses,
+                        std::span(batch).subspan(i, here));
+      }
+      for (std::size_t i = 0; i < batch.size(); ++i)
+        ASSERT_EQ(batch[i], crowd.meet[i] ? PairStatus::overlapping : PairStatus::separated) << i;
+    }
+  }
+}
+
+/// Whichever pass a pair gets to: near-touching boxes go through all of them.
+TEST(NativeKernels, PosesThatAreNotFiniteFailInBatches) {
+  Crowd crowd = make_near_touching_boxes(20);
+  Random random(44);
+  for (int i = 0; i < 20; ++i)
+    crowd.add(random.sheared(), random.pose(0.3), random.sheared(), random.pose(0.6));
+  for (int i = 0; i < 20; ++i)
+    crowd.add(random.tapered(), random.pose(0.3), random.tapered(), random.pose(0.6));
+  const native::SolidSet set = native::make_solid_set(crowd.solids);
+  std::vector<PairStatus> status(crowd.pairs.size());
+  const native::KernelList& list = native::available_kernels();
+  for (const double bad : {kNaN, HUGE_VAL, -HUGE_VAL}) {
+    for (int number = 0; number < 12; ++number) {
+      std::vector<Pose> poses = crowd.poses;
+      for (std::size_t i = 0; i < poses.size(); i += 2 + i % 4)
+        (number < 9 ? poses[i].R(number % 3, number / 3) : poses[i].p(number - 9)) = bad;
+      for (int k = 0; k < list.count; ++k) {
+        native::overlap(set, *list.of[k], crowd.pairs, poses, status);
+        for (std::size_t i = 0; i < status.size(); ++i) {
+          const bool finite = is_finite(poses[2 * i]) && is_finite(poses[2 * i + 1]);
+          ASSERT_EQ(status[i] == PairStatus::failed, !finite) << i << " " << number;
+        }
+      }
+    }
+  }
+}
+
+/// A crowd on the move, asked pair by pair and as a batch, with a cache kept from frame to frame, with one of
+/// random bits, and with none.
+TEST(NativeCache, ChangesNoAnswerWhateverItHolds) {
+  Random random(42);
+  Crowd crowd = make_crowd(200);
+  const auto native = make_native();
+  native->build(crowd.solids);
+  const auto workspace = native->make_workspace();
+  const std::size_t count = crowd.pairs.size();
+  std::vector<PairStatus> plain(count), answer(count);
+  std::vector<PairCacheEntry> kept(count), alone(count), garbage(count);
+  std::size_t kept_axes = 0;
+  for (int frame = 0; frame < 40; ++frame) {
+    SCOPED_TRACE(frame);
+    for (Pose& X : crowd.poses) X.p += random.vector(0.02);
+    const Query query{QueryKind::overlap};
+    native->evaluate({crowd.pairs, crowd.poses, query}, {plain}, *workspace);
+    native->evaluate({crowd.pairs, crowd.poses, query, kept}, {answer}, *workspace);
+    ASSERT_EQ(answer, plain);
+    for (std::size_t i = 0; i < count; ++i) {
+      native->evaluate(
+          {std::span(crowd.pairs).subspan(i, 1), crowd.poses, query, std::span(alone).subspan(i, 1)},
+          {std::span(answer).subspan(i, 1)}, *workspace);
+      for (std::uint32_t& word : garbage[i].data)
+        word = static_cast<std::uint32_t>(random.below(1 << 30)) * 7u;
+      if (i % 2 == 0) garbage[i].data[3] = kept[i].data[3];  // random bits that pass for an axis
+    }
+    ASSERT_EQ(answer, plain);
+    native->evaluate({crowd.pairs, crowd.poses, query, garbage}, {answer}, *workspace);
+    ASSERT_EQ(answer, plain);
+  }
+  for (const PairCacheEntry& entry : kept) kept_axes += entry.data[3] != 0;
+  EXPECT_GT(kept_axes, count / 20);  // it is used
+}
+
+}  // namespace
+}  // namespace touchstone

@@ -1,0 +1,137 @@
+#include "touchstone/contact_core/native/solids/solid_set.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "touchstone/contact_core/native/solids/solid_features.hpp"
+#include "touchstone/tests/native/native_fixture.hpp"
+
+namespace touchstone {
+namespace {
+
+using native::HullRecord;
+using native::SolidSet;
+
+/// A box, a parallelepiped or a general hexahedron, now and then beyond ordinary magnitudes.
+Hexahedron random_solid(Random& random, int kinds) {
+  const Vector3 size = std::ldexp(1.0, random.below(12) == 0 ? 300 : 0) * random.vector(0.2, 2);
+  if (const int kind = random.below(kinds); kind == 0) return Hexahedron::from_size(size);
+  const double shear = random.uniform(-0.3, 0.3),
+               taper = random.below(2) == 0 ? 1.0 : random.uniform(0.5, 0.9);
+  std::array<Vector3, 8> v;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3 corner{i & 4 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 1 ? 0.5 : -0.5};
+    const double width = corner.z() > 0 ? taper : 1.0;
+    v[i] = {size.x() * (width * corner.x() + shear * corner.z()), size.y() * width * corner.y(),
+            size.z() * corner.z()};
+  }
+  return Hexahedron::from_vertices(v);
+}
+
+template <class Record>
+void expect_same_bytes(const std::vector<Record>& p, const std::vector<Record>& q) {
+  ASSERT_EQ(p.size(), q.size());
+  for (std::size_t i = 0; i < p.size(); ++i)
+    EXPECT_EQ((std::bit_cast<std::array<std::byte, sizeof(Record)>>(p[i])),
+              (std::bit_cast<std::array<std::byte, sizeof(Record)>>(q[i])))
+        << i;
+}
+
+TEST(SolidSet, BoxesOfAllSizesHaveTheHullThatTheyShare) {
+  Random random(1);
+  HullRecord shared, own;
+  native::find_features(Hexahedron::from_size({1, 1, 1}), &shared);
+  for (int i = 0; i < 1000; ++i) {
+    Vector3 size = random.vector(0.5, 2);
+    for (int k = 0; k < 3; ++k) size(k) = std::ldexp(size(k), random.below(200) - 100);
+    native::find_features(Hexahedron::from_size(size), &own);
+    for (int f = 0; f < 6; ++f) {
+      EXPECT_EQ(shared.normal_x[f], own.normal_x[f]);
+      EXPECT_EQ(shared.normal_y[f], own.normal_y[f]);
+      EXPECT_EQ(shared.normal_z[f], own.normal_z[f]);
+    }
+    for (int e = 0; e < 12; ++e) {
+      EXPECT_EQ(shared.edge_x[e], own.edge_x[e]);
+      EXPECT_EQ(shared.edge_y[e], own.edge_y[e]);
+      EXPECT_EQ(shared.edge_z[e], own.edge_z[e]);
+    }
+    EXPECT_TRUE(std::equal(shared.face_edges, shared.face_edges + 12, own.face_edges));
+    EXPECT_TRUE(std::equal(shared.face_vertex, shared.face_vertex + 12, own.face_vertex));
+    EXPECT_TRUE(
+        std::equal(&shared.edge_vertices[0][0], &shared.edge_vertices[0][0] + 36, &own.edge_vertices[0][0]));
+    EXPECT_TRUE(std::equal(&shared.edge_faces[0][0], &shared.edge_faces[0][0] + 36, &own.edge_faces[0][0]));
+    EXPECT_EQ(shared.face_count, own.face_count);
+    EXPECT_EQ(shared.edge_count, own.edge_count);
+  }
+}
+
+TEST(SolidSet, ChangedInAnyOrderIsTheSetBuiltAtOnce) {
+  Random random(2);
+  for (int run = 0; run < 200; ++run) {
+    std::vector<Hexahedron> solids;
+    SolidSet changed = native::make_solid_set({});
+    // The first changes bring boxes alone: what parallelepipeds need is then added to what is there.
+    for (int change = 0; change < 8; ++change) {
+      const std::size_t first = random.below(static_cast<int>(solids.size()) + 1);
+      std::vector<Hexahedron> fresh;
+      for (int i = 1 + random.below(4); i > 0; --i) fresh.push_back(random_solid(random, change < 4 ? 1 : 3));
+      native::set_solids(changed, first, native::make_solid_set(fresh));
+      for (std::size_t i = 0; i < fresh.size(); ++i) {
+        if (first + i < solids.size())
+          solids[first + i] = fresh[i];
+        else
+          solids.push_back(fresh[i]);
+      }
+      SolidSet at_once = native::make_solid_set(solids);
+      EXPECT_EQ(changed.kinds, at_once.kinds);
+      EXPECT_EQ(changed.ordinary, at_once.ordinary);
+      expect_same_bytes(changed.boxes, at_once.boxes);
+      expect_same_bytes(changed.vertices, at_once.vertices);
+      if (at_once.parallelepipeds.empty()) {
+        // A set that has once held another solid keeps its records.
+        ASSERT_TRUE(changed.parallelepipeds.empty() || changed.parallelepipeds.size() == solids.size());
+        continue;
+      }
+      expect_same_bytes(changed.parallelepipeds, at_once.parallelepipeds);
+      expect_same_bytes(changed.parallelepiped_edges, at_once.parallelepiped_edges);
+    }
+  }
+}
+
+TEST(SolidSet, ABoxAmongBoxesTakesLessThan300Bytes) {
+  std::vector<Hexahedron> boxes;
+  Random random(3);
+  for (int i = 0; i < 1000; ++i) boxes.push_back(random.box());
+  const SolidSet set = native::make_solid_set(boxes);
+  const std::size_t bytes =
+      set.kinds.size() * sizeof(set.kinds[0]) + set.ordinary.size() * sizeof(set.ordinary[0]) +
+      set.boxes.size() * sizeof(set.boxes[0]) + set.vertices.size() * sizeof(set.vertices[0]) +
+      set.solids.size() * sizeof(set.solids[0]) +
+      set.parallelepipeds.size() * sizeof(set.parallelepipeds[0]) +
+      set.parallelepiped_edges.size() * sizeof(set.parallelepiped_edges[0]);
+  EXPECT_LT(bytes, 300 * boxes.size());
+  for (const native::SolidData& solid : set.solids) EXPECT_EQ(solid.hull, set.solids[0].hull);
+}
+
+TEST(SolidSet, EqualSolidsShareAHullAndOthersHaveTheirOwn) {
+  Random random(4);
+  std::vector<Hexahedron> solids;
+  for (int i = 0; i < 100; ++i) solids.push_back(random_solid(random, 3));
+  solids.insert(solids.end(), solids.begin(), solids.begin() + 100);
+  const SolidSet set = native::make_solid_set(solids);
+  for (std::size_t i = 0; i < 100; ++i) {
+    const bool is_shared = set.solids[i].hull == set.solids[i + 100].hull;
+    EXPECT_EQ(is_shared, set.ordinary[i] != 0) << i;
+    for (std::size_t j = 0; j < i; ++j)
+      EXPECT_TRUE(set.solids[i].hull != set.solids[j].hull || solids[i].is_box()) << i << " " << j;
+    const auto corner = [&](std::size_t of) { return set.solids[of].hull->vertices_S.vertex(0); };
+    const bool is_box = solids[i].is_box() && set.ordinary[i] != 0;
+    EXPECT_TRUE(is_box || corner(i) == solids[i].vertices()[0]) << i;
+  }
+}
+
+}  // namespace
+}  // namespace touchstone

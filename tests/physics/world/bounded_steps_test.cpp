@@ -1,0 +1,444 @@
+// Steps that are bounded: islands of any size, and contacts that contradict each other.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <list>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "touchstone/physics/solver/block_cholesky.hpp"
+#include "touchstone/tests/physics/cubes.hpp"
+#include "touchstone/tests/physics/random_contact_sets.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+
+namespace touchstone::physics {
+namespace {
+
+/// Evenly between two limits, the same from every standard library.
+class Draw {
+ public:
+  explicit Draw(std::uint32_t seed) : random_(seed) {}
+  double operator()(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_()) / 4294967296.0;
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+TEST(BlockCholesky, SolvesWhatItsBlocksSay) {
+  // Units of 6 and 7 rows in a ring with a chord: A = 1 + sum of v v^T over pairs.
+  const std::vector<std::uint32_t> sizes{6, 7, 6, 6, 7};
+  const std::vector<BlockCholesky::Pair> pairs{{0, 1}, {0, 4}, {1, 2}, {1, 4}, {2, 3}, {3, 4}};
+  const std::vector<std::size_t> first{0, 6, 13, 19, 25};
+  constexpr std::size_t n = 32;
+  std::vector<double> A(n * n, 0.0), x(n), right(n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) A[i * n + i] = 1.0, x[i] = std::cos(static_cast<double>(3 * i));
+  std::mt19937 random(5);
+  for (const auto& [a, b] : pairs) {
+    std::vector<double> v(n, 0.0);
+    for (const std::uint32_t unit : {a, b})
+      for (std::size_t k = 0; k < sizes[unit]; ++k)
+        v[first[unit] + k] = static_cast<double>(random() % 100) - 50.0;
+    for (std::size_t r = 0; r < n; ++r)
+      for (std::size_t c = 0; c < n; ++c) A[r * n + c] += v[r] * v[c];
+  }
+  for (std::size_t r = 0; r < n; ++r)
+    for (std::size_t c = 0; c < n; ++c) right[r] += A[r * n + c] * x[c];
+  BlockCholesky cholesky;
+  for (int again = 0; again < 2; ++again) {
+    cholesky.analyse(sizes, pairs);
+    cholesky.clear();
+    for (std::uint32_t u = 0; u < sizes.size(); ++u)
+      for (std::size_t r = 0; r < sizes[u]; ++r)
+        for (std::size_t c = 0; c < sizes[u]; ++c)
+          cholesky.diagonal(u)[r * sizes[u] + c] = A[(first[u] + r) * n + first[u] + c];
+    for (const auto& [a, b] : pairs) {
+      bool is_transposed = false;
+      double* const block = cholesky.block(a, b, is_transposed);
+      const std::uint32_t row = is_transposed ? b : a, column = is_transposed ? a : b;
+      for (std::size_t r = 0; r < sizes[row]; ++r)
+        for (std::size_t c = 0; c < sizes[column]; ++c)
+          block[r * sizes[column] + c] = A[(first[row] + r) * n + first[column] + c];
+    }
+    ASSERT_TRUE(cholesky.factor());
+    std::vector<double> y = right;
+    cholesky.solve(y, first);
+    for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(y[i], x[i], 1e-9);
+  }
+}
+
+TEST(BoundedSteps, JawsThatSqueezeHoldTheCubeAtOnce) {
+  // Nothing gives way but the cube, which cannot: both jaws go on.
+  Cubes scene;
+  scene.add_driven({-0.2005, 0, 1}, {0.05, 0, 0});
+  scene.add_driven({0.2005, 0, 1}, {-0.05, 0, 0});
+  const auto cube = scene.add_cube({0, 0, 1});
+  scene.contacts->build();
+  std::uint32_t contradictory = 0;
+  for (int i = 0; i < 400; ++i) {
+    const StepReport report = scene.step(1e-3);
+    ASSERT_EQ(report.failure, StepFailure::none);
+    // Once contradiction is found, other means are not tried first.
+    EXPECT_LT(report.newton_steps, contradictory == 0 ? 400U : 12U) << i;
+    EXPECT_LE(report.contradictory, report.unconverged);
+    contradictory += report.contradictory;
+    EXPECT_LT(norm(scene.world.velocity(cube)), 0.15) << i;  // it falls for 10 ms before it is met
+  }
+  EXPECT_GT(contradictory, 300U);
+  EXPECT_LT(norm(scene.world.velocity(cube)), 1e-3);
+}
+
+TEST(BoundedSteps, ASqueezeIsFoundInTheStepThatBeginsIt) {
+  // Sizes, offsets and speeds as drawn: what presses from two sides is tried softly first.
+  Draw draw(1601);
+  for (int run = 0; run < 20; ++run) {
+    Cubes scene;
+    const double speed = draw(0.01, 0.3), y = draw(-0.05, 0.05), z = draw(-0.05, 0.05);
+    scene.add_driven({-0.2 - draw(1e-4, 2e-3), y, 1 + z}, {speed, 0, 0});
+    scene.add_driven({0.2 + draw(1e-4, 2e-3), -y, 1 - z}, {-speed, 0, 0});
+    const auto cube = scene.add_cube({0, 0, 1});
+    scene.contacts->build();
+    bool is_found = false;
+    for (int i = 0; i < 300; ++i) {
+      const StepReport report = scene.step(1e-3);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      is_found = is_found || report.contradictory > 0;
+      EXPECT_LT(report.newton_steps, 40U) << run << " at " << i;
+      // Never shot out: no faster than what drives it and what it fell before.
+      EXPECT_LT(norm(scene.world.velocity(cube)), 2.0 * speed + 9.81e-3 * (i + 1)) << run << " at " << i;
+    }
+    EXPECT_TRUE(is_found) << run;
+  }
+}
+
+TEST(BoundedSteps, AHeavyLoadRidesOnALightOneThatIsLifted) {
+  // A kinematic body is no contradiction by itself, however hard it is pressed.
+  for (const double mass : {150.0, 1e3, 1e4}) {
+    Cubes scene;
+    scene.add_driven({0, 0, -0.5 * kCubeSide}, {0, 0, 0.1});
+    const auto light = scene.add_cube({0, 0, 0.5 * kCubeSide});
+    const RigidBody load(box_inertia(mass, {kCubeSide, kCubeSide, kCubeSide}), "load");
+    const auto heavy =
+        scene.world.add_body(load, load.state(at({0, 0, 1.5 * kCubeSide}), Vector3::Zero(), Vector3::Zero()));
+    scene.contacts->add(Mover::of_body(heavy), scene.cube_tree, {0.5, 0.0});
+    scene.contacts->build();
+    for (int i = 0; i < 500; ++i) {
+      const StepReport report = scene.step(1e-3);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      ASSERT_EQ(report.contradictory, 0U) << mass << " at " << i;
+    }
+    const double floor = 0.1 * 0.5;
+    EXPECT_NEAR(scene.world.pose(light).p.z(), 0.5 * kCubeSide + floor, 1e-8) << mass;
+    EXPECT_NEAR(scene.world.pose(heavy).p.z(), 1.5 * kCubeSide + floor, 1e-8) << mass;
+  }
+}
+
+/// Boxes of any size and mass, and where they are to stay.
+struct Boxes : Cubes {
+  std::list<HexahedronTree> trees;
+  std::vector<std::uint32_t> bodies;
+  std::vector<Vector3> places;
+
+  void add_box(const Vector3& p, const Vector3& size, double mass) {
+    const RigidBody box(box_inertia(mass, size), "box");
+    trees.push_back(HexahedronTree({{"box", Hexahedron::from_size(size), {}}}, "box"));
+    bodies.push_back(world.add_body(box, box.state(at(p), Vector3::Zero(), Vector3::Zero())));
+    contacts->add(Mover::of_body(bodies.back()), trees.back(), {0.5, 0.0});
+    places.push_back(p);
+  }
+  /// Steps on; the farthest that any is off, the fastest, and how often contradiction was found.
+  void expect_rest(double h, double seconds, const std::string& name) {
+    contacts->build();
+    std::uint32_t contradictory = 0;
+    for (int i = 0; i < static_cast<int>(seconds / h); ++i) {
+      const StepReport report = step(h);
+      ASSERT_EQ(report.failure, StepFailure::none) << name;
+      contradictory += report.contradictory;
+    }
+    EXPECT_EQ(contradictory, 0U) << name;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      EXPECT_LT(norm(world.velocity(bodies[i])), 1e-4) << name << ", box " << i;
+      EXPECT_LT(norm(world.pose(bodies[i]).p - places[i]), 1e-4) << name << ", box " << i;
+    }
+  }
+};
+
+TEST(BoundedSteps, HeavyLoadsRestOnLightSupports) {
+  for (const double mass : {1e3, 1e4, 1e5, 1e6}) {
+    const std::string name = std::to_string(mass);
+    for (const double h : {1e-3, 1.0 / 240.0}) {
+      Boxes tower;
+      tower.add_ground();
+      for (int i = 0; i < 6; ++i) tower.add_box({0, 0, kCubeSide * (0.5 + i)}, {0.2, 0.2, 0.2}, 1.0);
+      tower.add_box({0, 0, 6.5 * kCubeSide}, {0.2, 0.2, 0.2}, mass);
+      tower.expect_rest(h, h < 2e-3 ? 2.0 : 10.0, "tower " + name);
+      Boxes table;
+      table.add_ground();
+      for (int i = 0; i < 6; ++i)
+        table.add_box({0.4 * (i % 3) - 0.4, 0.4 * (i / 3) - 0.2, 0.1}, {0.2, 0.2, 0.2}, 1.0);
+      table.add_box({0, 0, 0.35}, {1.2, 0.8, 0.3}, mass);
+      table.expect_rest(h, h < 2e-3 ? 2.0 : 10.0, "table " + name);
+    }
+  }
+}
+
+TEST(BoundedSteps, StacksAndTablesOfAnyMassesRest) {
+  // Masses of 1 kg to 1 000 t in any order. Developed on seeds 1 and 2.
+  Draw draw(1606);
+  for (int run = 0; run < 24; ++run) {
+    Boxes scene;
+    scene.add_ground();
+    if (run % 2 == 0) {
+      double top = 0.0;
+      const int height = 2 + run % 7;
+      for (int i = 0; i < height; ++i) {
+        const double rise = draw(0.15, 0.3), mass = std::pow(10.0, draw(0.0, 6.0));
+        scene.add_box({draw(-0.02, 0.02), draw(-0.02, 0.02), top + 0.5 * rise},
+                      {draw(0.2, 0.4), draw(0.2, 0.4), rise}, mass);
+        top += rise;
+      }
+    } else {
+      for (int i = 0; i < 4; ++i)
+        scene.add_box({i % 2 == 0 ? -0.4 : 0.4, i < 2 ? -0.25 : 0.25, 0.1}, {0.2, 0.2, 0.2},
+                      std::pow(10.0, draw(0.0, 6.0)));
+      scene.add_box({0, 0, 0.25}, {1.1, 0.8, 0.1}, std::pow(10.0, draw(0.0, 6.0)));
+    }
+    scene.expect_rest(run % 3 == 0 ? 1e-3 : 1.0 / 240.0, 10.0, "scene " + std::to_string(run));
+  }
+}
+
+TEST(BoundedSteps, TrueContradictionsAreFoundAndHeld) {
+  // Jaws, a vice, a press; one to three cubes of up to ten times each other's mass, speeds of 5 cm/s and
+  // more.
+  Draw draw(1607);
+  for (int run = 0; run < 30; ++run) {
+    Boxes scene;
+    const int count = 1 + run % 3, kind = run / 3 % 3;
+    const double speed = draw(0.05, 0.3), gap = draw(1e-5, 1e-3), half = 0.1 * count;
+    if (kind == 2) {
+      scene.add_ground();
+      scene.add_driven({0, 0, 2.0 * half + 0.1 + gap}, {0, 0, -speed});
+    } else {
+      scene.add_driven({-half - 0.1 - gap, 0, 1}, {kind == 0 ? speed : 0.0, 0, 0});
+      scene.add_driven({half + 0.1, 0, 1}, {-speed, 0, 0});
+    }
+    for (int i = 0; i < count; ++i) {
+      const double at = 0.1 + 0.2 * i, aside = draw(-0.02, 0.02);
+      scene.add_box(kind == 2 ? Vector3(aside, 0, at) : Vector3(at - half, aside, 1), {0.2, 0.2, 0.2},
+                    draw(1.0, 10.0));
+    }
+    scene.contacts->build();
+    const bool is_coarse = run % 2 == 1;
+    std::uint32_t contradictory = 0;
+    for (int i = 0; i < (is_coarse ? 70 : 300); ++i) {
+      const double h = is_coarse ? 1.0 / 240.0 : 1e-3;
+      const StepReport report = scene.step(h);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      contradictory += report.contradictory;
+      for (const std::uint32_t body : scene.bodies)
+        EXPECT_LT(norm(scene.world.velocity(body)), 2.5 * speed + 9.81 * h * (i + 1)) << run << " at " << i;
+    }
+    EXPECT_GT(contradictory, is_coarse ? 30U : 100U) << run;
+  }
+}
+
+TEST(BoundedSteps, StacksOfAnyHeightRest) {
+  for (const int height : {17, 50}) {
+    Cubes scene;
+    scene.add_ground();
+    for (int i = 0; i < height; ++i) scene.add_cube({0, 0, kCubeSide * (0.5 + i)});
+    scene.contacts->build();
+    const double before = scene.world.energy();
+    for (int step = 0; step < 300; ++step) {
+      const StepReport report = scene.step(1e-3);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      EXPECT_EQ(report.unconverged, 0U) << step;
+    }
+    double speed = 0.0, drift = 0.0;
+    for (std::uint32_t i = 1; i <= static_cast<std::uint32_t>(height); ++i) {
+      speed = std::max(speed, norm(scene.world.velocity(i)));
+      drift = std::max(drift, norm(scene.world.pose(i).p - Vector3(0, 0, kCubeSide * (i - 0.5))));
+    }
+    EXPECT_LT(speed, 1e-5) << height;
+    EXPECT_LT(drift, 1e-6) << height;
+    EXPECT_LT(scene.world.energy() - before, 1e-6 * before);
+  }
+}
+
+TEST(BoundedSteps, TowersAllocateNothingAfterTheFirstStep) {
+  for (const int height : {10, 40, -40, 60, -100}) {
+    Cubes scene;
+    scene.add_ground();
+    const double shift = height < 0 ? 0.003 : 0.0;
+    for (int i = 0; i < std::abs(height); ++i) scene.add_cube({shift * (i % 2), 0, kCubeSide * (0.5 + i)});
+    scene.contacts->build();
+    const auto room = static_cast<std::size_t>(8 * std::abs(height));
+    scene.contacts->reserve(room, room);
+    scene.world.reserve(room);
+    ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+    for (int i = 0; i < 50; ++i) {
+      const std::size_t before = allocation_count();
+      const std::span<const Contact> contacts = scene.contacts->find(scene.world, 1e-3);
+      EXPECT_EQ(allocation_count(), before) << height << " high, contacts of step " << i;
+      const std::size_t found = allocation_count();
+      ASSERT_EQ(scene.world.step(1e-3, contacts).failure, StepFailure::none);
+      EXPECT_EQ(allocation_count(), found) << height << " high, step " << i;
+    }
+  }
+}
+
+TEST(BoundedSteps, PointsThatComeAndGoLeaveThePairHeldAsItWas) {
+  // Edges that lie in each other: two points come up in the middle of them, and two corners get other names.
+  Cubes scene;
+  const auto cube = scene.add_cube({0, 0, 0.1});
+  const auto point = [&](double x, double y, std::uint64_t key) {
+    const Vector3 p(x, y, 0);
+    return Contact{Mover::ground(), Mover::of_body(cube), {0, 0, 1}, p, p, 0.5, 0.0, key};
+  };
+  const std::vector<Contact> four{point(-0.1, -0.1, 1), point(-0.1, 0.1, 2), point(0.1, 0.1, 3),
+                                  point(0.1, -0.1, 4)};
+  const std::vector<Contact> six{point(-0.1, -0.1, 1), point(-0.1, 0.1, 2), point(0.02, 0.1, 5),
+                                 point(0.1, 0.1, 6),   point(0.1, -0.1, 7), point(0.02, -0.1, 8)};
+  std::vector<ContactForce> forces(6);
+  const auto step = [&](const std::vector<Contact>& contacts) {
+    ASSERT_EQ(scene.world.step(1e-3, contacts, forces).failure, StepFailure::none);
+  };
+  for (int i = 0; i < 3; ++i) step(four);
+  const std::vector<ContactForce> before = forces;
+  step(six);
+  const std::size_t corner_of_six[] = {0, 1, 3, 4};
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_NEAR(forces[corner_of_six[i]].force_W.z(), before[i].force_W.z(), 1e-9) << i;
+  for (const std::size_t middle : {2U, 5U}) EXPECT_NEAR(forces[middle].force_W.z(), 0.0, 1e-9);
+  step(four);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(forces[i].force_W.z(), before[i].force_W.z(), 1e-9) << i;
+}
+
+TEST(BoundedSteps, APyramidRestsWhereItStandsAtDisplayRate) {
+  Cubes scene;
+  scene.add_ground();
+  std::vector<Vector3> places;
+  for (int row = 0; row < 6; ++row)
+    for (int i = 0; i < 6 - row; ++i) {
+      places.emplace_back(0.21 * (i - 0.5 * (5 - row)), 0, kCubeSide * (0.5 + row));
+      scene.add_cube(places.back());
+    }
+  scene.contacts->build();
+  const double before = scene.world.energy();
+  for (int i = 0; i < 720; ++i) ASSERT_EQ(scene.step(1.0 / 240.0).failure, StepFailure::none);
+  for (std::uint32_t i = 0; i < places.size(); ++i) {
+    EXPECT_LT(norm(scene.world.velocity(i + 1)), 1e-4) << i;
+    EXPECT_LT(norm(scene.world.pose(i + 1).p - places[i]), 5e-5) << i;
+  }
+  EXPECT_LT(scene.world.energy() - before, 1e-4);
+}
+
+TEST(BoundedSteps, WhatRestsIsHeldToTheExactToleranceAndKeepsItsPoses) {
+  // 21 cubes, 80 points: an island that ContactSolver does not take.
+  Cubes scene;
+  scene.add_ground();
+  for (int row = 0; row < 6; ++row)
+    for (int i = 0; i < 6 - row; ++i)
+      scene.add_cube({0.21 * (i - 0.5 * (5 - row)), 0, kCubeSide * (0.5 + row)});
+  scene.contacts->build();
+  for (int i = 0; i < 300; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  std::vector<Vector3> places(22);
+  std::uint32_t solved = 0, moved = 0;
+  constexpr std::uint32_t kSteps = 200;
+  for (std::uint32_t step = 0; step < kSteps; ++step) {
+    for (std::uint32_t i = 1; i <= 21; ++i) places[i] = scene.world.pose(i).p;
+    const StepReport report = scene.step(1e-3);
+    ASSERT_EQ(report.failure, StepFailure::none);
+    EXPECT_LT(report.worst_residual, 1e-8);
+    solved += report.newton_steps > 0 ? 1 : 0;
+    for (std::uint32_t i = 1; i <= 21; ++i) moved += scene.world.pose(i).p != places[i] ? 1 : 0;
+  }
+  EXPECT_LT(solved, kSteps / 10);
+  EXPECT_LT(moved, 21 * kSteps / 10);
+}
+
+TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
+  Cubes scene;
+  DynamicsWorld::Settings settings = scene.world.settings();
+  settings.work = 0.0;
+  scene.world = DynamicsWorld(settings);
+  scene.add_ground();
+  for (int i = 0; i < 12; ++i) scene.add_cube({0.02 * (i % 2), 0, kCubeSide * (0.5 + i)});
+  for (std::uint32_t i = 1; i <= 12; ++i) {
+    const Vector3 v(0.2 * (i % 3), 0.1 * (i % 2), -0.3 * (i % 4));
+    scene.world.set_state(i, scene.cube.state(scene.world.pose(i), v, {0.5, 0, 0.3}));
+  }
+  scene.contacts->build();
+  const double before = scene.world.energy();
+  const StepReport report = scene.step(1e-3);
+  EXPECT_EQ(report.failure, StepFailure::none);
+  EXPECT_TRUE(report.is_work_spent);
+  EXPECT_GT(report.unconverged, 0U);
+  EXPECT_GT(report.worst_residual, 1e-9);
+  EXPECT_LT(scene.world.energy(), before);  // what is not solved gives none
+}
+
+TEST(Parting, OverlapAtTheStartLeavesAtACappedSpeedWithoutMomentum) {
+  Cubes scene;
+  DynamicsWorld::Settings settings;
+  scene.world = DynamicsWorld(settings);
+  const auto a = scene.add_cube({-0.09, 0, 0}), b = scene.add_cube({0.09, 0, 0});  // 2 cm
+  scene.contacts->build();
+  double before = 0.18;
+  for (int i = 0; i < 1800; ++i) {
+    ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+    const Vector3 p_a = scene.world.pose(a).p, p_b = scene.world.pose(b).p;
+    EXPECT_LE(p_b.x() - p_a.x() - before, 1.01 * settings.part_speed * 1e-3);
+    before = p_b.x() - p_a.x();
+    EXPECT_LT(norm(scene.world.velocity(a)) + norm(scene.world.angular_velocity(a)), 1e-12) << i;
+    EXPECT_LT(norm(p_a + p_b), 1e-12);
+  }
+  EXPECT_NEAR(before, 0.2, 1.05e-4);  // less than 0.1 mm is left alone
+}
+
+TEST(Parting, CubesSpawnedInTheGroundComeUpAndRest) {
+  Cubes scene;
+  scene.add_ground();
+  std::vector<std::uint32_t> cubes;
+  for (int i = 1; i <= 5; ++i) cubes.push_back(scene.add_cube({0.5 * i, 0, 0.1 - 0.01 * i}));
+  scene.contacts->build();
+  for (int i = 0; i < 2500; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  for (const std::uint32_t cube : cubes) {
+    EXPECT_NEAR(scene.world.pose(cube).p.z(), 0.1, 1.05e-4);
+    EXPECT_LT(norm(scene.world.velocity(cube)), 1e-6);
+  }
+}
+
+TEST(Sleep, WhatRestsSleepsUntilItIsTouched) {
+  Cubes scene;
+  DynamicsWorld::Settings settings = scene.world.settings();
+  settings.sleep_time = 0.1;
+  scene.world = DynamicsWorld(settings);
+  scene.add_ground();
+  for (int i = 0; i < 3; ++i) scene.add_cube({0, 0, 0.1 + 0.2 * i});
+  const auto late = scene.add_cube({0, 0, 1.1});  // 0.4 m above: 0.29 s
+  scene.contacts->build();
+  for (int i = 0; i < 200; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  EXPECT_EQ(scene.world.sleepers(), 3U);
+  EXPECT_FALSE(scene.world.is_asleep(late));
+  EXPECT_TRUE(scene.contacts->find(scene.world).empty());
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  EXPECT_EQ(scene.world.sleepers(), 0U);  // hit
+  for (int i = 0; i < 300; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  EXPECT_EQ(scene.world.sleepers(), 4U);
+  EXPECT_TRUE(scene.world.is_at_rest());
+  EXPECT_NEAR(scene.world.pose(late).p.z(), 0.7, 3e-6);
+  const Vector3 p = scene.world.pose(late).p;
+  ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
+  EXPECT_EQ(scene.world.pose(late).p, p);
+  scene.world.wake(late);
+  EXPECT_EQ(scene.world.sleepers(), 0U);  // with all that it lies on
+  EXPECT_EQ(scene.contacts->find(scene.world).size(), 16U);
+}
+
+}  // namespace
+}  // namespace touchstone::physics

@@ -1,0 +1,68 @@
+#include "touchstone/tests/world/progress/motion_progress.hpp"
+
+#include <gtest/gtest.h>
+
+#include <iostream>
+
+namespace touchstone {
+namespace {
+
+// A slice of what `motion_progress` runs whole, from other seeds than those that the slides were made with.
+struct Slice {
+  std::string scene;
+  int trials = 2, looks = 6;
+  double most_frozen = 0.01;
+};
+
+ProgressFigures measured(const Slice& slice, double rate) {
+  ProgressRun run;
+  run.scene = slice.scene, run.rate = rate;
+  run.trials = slice.trials, run.looks = slice.looks;
+  run.seed = 1000;
+  const ProgressFigures figures = measure_progress(run);
+  print_progress(std::cout, figures);
+  return figures;
+}
+
+class Progress : public ::testing::TestWithParam<double> {};
+
+void expect_progress(const Slice& slice, double rate) {
+  const ProgressFigures f = measured(slice, rate);
+  EXPECT_GT(f.blocked, 0u) << slice.scene;
+  EXPECT_LE(f.frozen_share(), slice.most_frozen) << slice.scene;
+  EXPECT_EQ(f.stuck, 0u) << slice.scene;
+  EXPECT_EQ(f.merged, 0u) << slice.scene;
+}
+
+TEST_P(Progress, ArmsGoOnAlongWhatTheyMeet) {
+  print_progress_heading(std::cout);
+  for (const char* scene : {"flat", "edge", "corner", "post", "bore"}) expect_progress({scene}, GetParam());
+}
+
+TEST_P(Progress, ArmsAmongBlocks) { expect_progress({"blocks", 3, 4}, GetParam()); }
+
+TEST_P(Progress, ArmsThatEndAndAreHeldByTheirTools) {
+  // As many that one frame of them is less than a hundredth.
+  for (const char* scene : {"arms", "held_arms"}) expect_progress({scene, 20, 6}, GetParam());
+}
+
+TEST_P(Progress, DrawersComeOutAndPegsGoIn) {
+  for (const char* scene : {"drawer", "drawers", "hand_drawers", "pegs"})
+    expect_progress({scene, 3}, GetParam());
+}
+
+INSTANTIATE_TEST_SUITE_P(Rates, Progress, ::testing::Values(10.0, 50.0), [](const auto& test) {
+  return std::to_string(static_cast<int>(test.param)) + "Hz";
+});
+
+TEST(ProgressAtAKilohertz, ArmsGoOnAlongWhatTheyMeet) {
+  for (const char* scene : {"edge", "corner"}) expect_progress({scene, 1, 4}, 1000.0);
+}
+
+// At 1 kHz the commanded paths themselves stay clear.
+TEST(ProgressOfAdvance, ATurnAboutTheEdgeThatItRestsOnIsNotHeld) {
+  for (const double rate : {10.0, 50.0}) expect_progress({"advance", 6, 4, 0.05}, rate);
+}
+
+}  // namespace
+}  // namespace touchstone

@@ -1,0 +1,291 @@
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/world/pairs/pair_rules.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/random.hpp"
+#include "touchstone/tests/world/world_fixture.hpp"
+
+// A world that changes at run time answers as one that is built anew for every frame.
+
+namespace touchstone {
+namespace {
+
+bool is_same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+bool is_same(const PairGeometry& a, const PairGeometry& b) {
+  bool same = is_same(a.separation, b.separation);
+  for (int i = 0; i < 3; ++i)
+    same = same && is_same(a.n_AB_W(i), b.n_AB_W(i)) && is_same(a.p_A_W(i), b.p_A_W(i)) &&
+           is_same(a.p_B_W(i), b.p_B_W(i));
+  return same;
+}
+
+bool is_same(const ContactEvent& a, const ContactEvent& b) {
+  return a.kind == b.kind && a.a == b.a && a.b == b.b && a.solids == b.solids && is_same(a.s, b.s) &&
+         a.part == b.part && is_same(a.geometry, b.geometry) && is_same(a.geometry_at_end, b.geometry_at_end);
+}
+
+/// One world that takes up what changes, and one to which the same is done and whose backends are new in
+/// every frame.
+class Twins {
+ public:
+  std::array<std::unique_ptr<ContactWorld>, 2> worlds{make_world(), make_world()};
+  std::vector<ObjectHandle> objects;  // of those there are
+
+  explicit Twins(std::uint64_t seed) : random_(seed) {
+    for (auto& world : worlds) world->set_default_rule(rule(ContactPolicy::slide, 0.02));
+    for (int i = 0; i < 24; ++i) add();
+  }
+
+  void change() {
+    const ObjectHandle a = any(), b = any();
+    switch (random_.below(12)) {
+      case 0:
+      case 1:
+        return add();
+      case 2:
+      case 3:
+        return remove(a);
+      case 4:
+        return latch(a, b);
+      case 5:
+        return attempt([&](ContactWorld& world) { world.unlatch(a); });
+      case 6:
+        return attempt([&](ContactWorld& world) { world.exempt({a, b}); });
+      case 7:
+        return attempt([&](ContactWorld& world) { world.unexempt({a, b}); });
+      case 8: {
+        const PairRule rule = any_rule();
+        return attempt([&](ContactWorld& world) { world.set_pair_rule(a, b, rule); });
+      }
+      case 9: {
+        const PairRule rule = any_rule();
+        const std::string first = any_group(), second = any_group();
+        return attempt([&](ContactWorld& world) { world.set_group_rule(first, second, rule); });
+      }
+      case 10: {
+        const bool on = random_.below(2) == 0;
+        return attempt([&](ContactWorld& world) { world.select(SelectionChange::of(a, on)); });
+      }
+      default: {
+        const PairRule rule = any_rule();
+        if (random_.below(8) == 0) attempt([&](ContactWorld& world) { world.set_default_rule(rule); });
+      }
+    }
+  }
+
+  void fly(int frame) {
+    std::vector<MotionCommand> commands;
+    for (const ObjectHandle& object : objects)
+      if (random_.below(3) == 0)
+        commands.push_back(worlds[0]->move_by(object, random_.vector(0.3), random_.vector(0.2)));
+    worlds[1]->set_broadphase(make_native_broadphase());
+    worlds[1]->set_narrowphase(make_native());
+    const FrameReport one = worlds[0]->frame(commands), other = worlds[1]->frame(commands);
+    for (const ObjectHandle& object : objects)
+      ASSERT_TRUE(is_same(worlds[0]->actual_pose(object), worlds[1]->actual_pose(object)))
+          << "frame " << frame << ", " << worlds[0]->name_of(object);
+    ASSERT_EQ(one.events.size(), other.events.size()) << "frame " << frame;
+    for (std::size_t i = 0; i < one.events.size(); ++i)
+      ASSERT_TRUE(is_same(one.events[i], other.events[i])) << "frame " << frame << ", event " << i;
+    ASSERT_EQ(one.blocked_movers, other.blocked_movers);
+    events += one.events.size();
+  }
+
+  std::size_t events = 0;
+
+ private:
+  template <class Change>
+  void attempt(Change change) {
+    std::array<bool, 2> refused{};
+    for (std::size_t i = 0; i < 2; ++i) {
+      try {
+        change(*worlds[i]);
+      } catch (const std::exception&) {
+        refused[i] = true;
+      }
+    }
+    ASSERT_EQ(refused[0], refused[1]);
+  }
+
+  ObjectHandle any() { return objects[random_.below(static_cast<std::uint32_t>(objects.size()))]; }
+  std::string any_group() { return std::string(1, static_cast<char>('a' + random_.below(3))); }
+
+  PairRule any_rule() {
+    PairRule rule;
+    constexpr std::array kPolicies{ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance,
+                                   ContactPolicy::slide};
+    if (random_.below(3) != 0) rule.policy = kPolicies[random_.below(4)];
+    if (random_.below(2) != 0) rule.warn_distance = 0.1 * random_.below(8);
+    return rule;
+  }
+
+  void add() {
+    std::vector<PlacedHexahedron> solids;
+    const std::uint32_t count = 1 + random_.below(3) / 2 * 2;  // 1 or 3
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const Vector3 size = Vector3::Constant(0.6) + random_.vector(0.3);
+      solids.push_back({"solid " + std::to_string(i), Hexahedron::from_size(size), at(0.7 * i, 0, 0)});
+    }
+    const auto tree = std::make_shared<HexahedronTree>(solids, "object " + std::to_string(named_++));
+    const Vector3 p = random_.vector(2.5);
+    const ObjectDescription description{tree, at(p.x(), p.y(), p.z()), random_.below(6) == 0, {any_group()}};
+    const ObjectHandle one = worlds[0]->add(description), other = worlds[1]->add(description);
+    ASSERT_EQ(one, other);
+    objects.push_back(one);
+  }
+
+  void remove(ObjectHandle object) {
+    if (objects.size() < 12) return;
+    bool gone = false;
+    attempt([&](ContactWorld& world) {
+      world.remove(object);
+      gone = true;
+    });
+    if (gone) std::erase(objects, object);
+  }
+
+  void latch(ObjectHandle carrier, ObjectHandle carried) {
+    const ObjectHandle third = any();
+    const bool allows = random_.below(2) == 0 && third != carried;
+    attempt([&](ContactWorld& world) {
+      if (allows)
+        world.latch(carrier, carried, {{carried, third}});
+      else
+        world.latch(carrier, carried);
+    });
+  }
+
+  Random random_;
+  int named_ = 0;
+};
+
+TEST(WorldChanges, AnswerAsAWorldBuiltAnew) {
+  std::size_t events = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Twins twins(seed);
+    for (int frame = 0; frame < 60; ++frame) {
+      for (int i = frame % 4; i > 0; --i) twins.change();
+      twins.fly(frame);
+      if (::testing::Test::HasFatalFailure()) FAIL() << "seed " << seed;
+    }
+    events += twins.events;
+  }
+  EXPECT_GT(events, 5000u);
+}
+
+// Many more objects than come or go at once: what a small world builds anew is taken up here.
+TEST(WorldChanges, OfACrowdAnswerAsAWorldBuiltAnew) {
+  Twins twins(77);
+  for (int i = 0; i < 300; ++i) twins.change();
+  for (int frame = 0; frame < 40; ++frame) {
+    twins.change();
+    twins.fly(frame);
+    if (::testing::Test::HasFatalFailure()) FAIL();
+  }
+}
+
+struct Grid {
+  std::unique_ptr<ContactWorld> world = make_world();
+  std::vector<ObjectHandle> objects;
+
+  explicit Grid(int count) {
+    world->set_default_rule(rule(ContactPolicy::advance));
+    for (int i = 0; i < count; ++i)
+      objects.push_back(world->add({box_tree("box " + std::to_string(i), {1, 1, 1}),
+                                    at(1.2 * (i % 10), 1.2 * (i / 10 % 10), 1.2 * (i / 100)),
+                                    false,
+                                    {i % 2 == 0 ? "even" : "odd"}}));
+    world->prepare();
+  }
+};
+
+TEST(WorldChanges, PoliciesAllocateNothing) {
+  Grid grid(200);
+  const auto set_all = [&](ContactPolicy policy) {
+    grid.world->set_default_rule(rule(policy));
+    grid.world->set_group_rule("even", "odd", rule(policy));
+    for (int i = 0; i < 100; ++i)
+      grid.world->set_pair_rule(grid.objects[i], grid.objects[i + 1], rule(policy));
+  };
+  set_all(ContactPolicy::slide);
+  grid.world->frame({});
+  const std::size_t before = allocation_count();
+  for (int frame = 0; frame < 20; ++frame) {
+    set_all(frame % 2 == 0 ? ContactPolicy::advance : ContactPolicy::slide);
+    grid.world->frame({});
+  }
+  EXPECT_EQ(allocation_count(), before);
+}
+
+TEST(WorldChanges, AMillionRulesTakeNoMoreMemoryThanThoseInForce) {
+  Grid grid(50);
+  const auto set = [&](int i) {
+    const ObjectHandle a = grid.objects[i % 50], b = grid.objects[(i * 7 + 1) % 50];
+    if (a != b) grid.world->set_pair_rule(a, b, i % 3 == 0 ? PairRule{} : rule(ContactPolicy::slide, 0.1));
+    grid.world->set_group_rule("even", i % 2 == 0 ? "odd" : "even",
+                               rule(ContactPolicy::hold, 0.01 * (i % 2)));
+    if (i % 1000 == 0) grid.world->frame({});
+  };
+  for (int i = 0; i < 10000; ++i) set(i);
+  const std::size_t before = allocation_count();
+  for (int i = 0; i < 1000000; ++i) set(i);
+  EXPECT_EQ(allocation_count(), before);
+}
+
+TEST(PairRules, OfObjectsThatAreGoneMakeRoom) {
+  ObjectTable objects;
+  PairRules rules;
+  const ObjectHandle stays = objects.add({box_tree("stays", {1, 1, 1}), {}});
+  for (int i = 0; i < 100000; ++i) {
+    const ObjectHandle goes = objects.add({box_tree("goes", {1, 1, 1}), {}});
+    rules.set_for_pair(objects, goes, stays, rule(ContactPolicy::slide));
+    EXPECT_EQ(rules.find(objects, goes.slot, stays.slot).policy, ContactPolicy::slide);
+    objects.remove(goes);
+  }
+  EXPECT_LE(rules.room(), 16u);
+  const ObjectHandle next = objects.add({box_tree("next", {1, 1, 1}), {}});
+  EXPECT_EQ(rules.find(objects, next.slot, stays.slot).policy, ContactPolicy::hold);
+}
+
+// Rules of pairs come and go at random; a table with open addressing must lose none.
+TEST(PairRules, AreFoundWhateverWasTakenBack) {
+  Random random(5);
+  ObjectTable objects;
+  PairRules rules;
+  std::vector<ObjectHandle> handles;
+  for (int i = 0; i < 30; ++i) handles.push_back(objects.add({box_tree(std::to_string(i), {1, 1, 1}), {}}));
+  std::vector<int> expected(30 * 30, 0);
+  for (int i = 0; i < 20000; ++i) {
+    std::uint32_t a = random.below(30), b = random.below(30);
+    if (a == b) continue;
+    if (a > b) std::swap(a, b);
+    const bool on = random.below(2) == 0;
+    rules.set_for_pair(objects, handles[b], handles[a], on ? rule(ContactPolicy::slide) : PairRule{});
+    expected[30 * a + b] = on ? 1 : 0;
+    const std::uint32_t c = random.below(30), d = random.below(30);
+    if (c >= d) continue;
+    ASSERT_EQ(rules.find(objects, c, d).policy == ContactPolicy::slide, expected[30 * c + d] == 1);
+  }
+}
+
+TEST(WorldChanges, NamesAndSlotsOfObjectsThatWentAreUsedAgain) {
+  Grid grid(20);
+  const std::uint32_t slot = grid.objects[7].slot;
+  grid.world->remove(grid.objects[7]);
+  EXPECT_FALSE(grid.world->is_alive(grid.objects[7]));
+  const ObjectHandle next = grid.world->add({box_tree("box 7", {1, 1, 1}), at(0, 0, 9)});
+  EXPECT_EQ(next.slot, slot);
+  EXPECT_NE(next.generation, grid.objects[7].generation);
+  EXPECT_EQ(grid.world->find("box 7"), next);
+  EXPECT_TRUE(grid.world->solid_poses(next).empty());
+  grid.world->frame({});
+  EXPECT_EQ(grid.world->solid_poses(next)[0].p, Vector3(0, 0, 9));
+}
+
+}  // namespace
+}  // namespace touchstone

@@ -1,0 +1,207 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iostream>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/random_solid.hpp"
+#include "touchstone/tests/world/near_spheres.hpp"
+#include "touchstone/tests/world/world_fixture.hpp"
+#ifdef TOUCHSTONE_HAS_EXACT
+#include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
+#endif
+
+// A budget of slides: it cuts movers off at safe poses.
+
+namespace touchstone {
+namespace {
+
+constexpr int kMovers = 3, kStanding = 100, kAll = kMovers + kStanding;
+
+/// Three boxes commanded to go through a heap of a hundred others that stand close together.
+struct Heap {
+  std::unique_ptr<ContactWorld> world = make_world();
+  std::vector<Hexahedron> solids;
+  std::vector<ObjectHandle> objects = std::vector<ObjectHandle>(kAll);
+
+  explicit Heap(bool reversed = false) {
+    Random random(7);
+    world->set_default_rule(rule(ContactPolicy::slide));
+    std::vector<Pose> X_WO;
+    for (int i = 0; i < kAll; ++i) {
+      const bool moves = i < kMovers;
+      solids.push_back(moves ? Hexahedron::from_size({0.3, 0.25, 0.2}) : random_solid(random, 1.0));
+      X_WO.push_back(moves ? at(-2.2, 0.6 * (i - 1), 0.1 * i) : at(0, 0, 0));
+      if (moves) continue;
+      const int k = i - kMovers;
+      X_WO.back() = at(1.2 * (k % 5), 1.2 * (k / 5 % 5 - 2), 1.2 * (k / 25 - 1.5));
+    }
+    for (int k = 0; k < kAll; ++k) {
+      const int i = reversed ? kAll - 1 - k : k;
+      const auto tree = std::make_shared<HexahedronTree>(
+          std::vector<PlacedHexahedron>{{"solid", solids[i], Pose{}}}, "solid " + std::to_string(i));
+      objects[i] = world->add({tree, X_WO[i], i >= kMovers});
+    }
+  }
+
+  FrameReport frame(int number) {
+    std::vector<MotionCommand> commands;
+    for (int i = 0; i < kMovers; ++i)
+      commands.push_back(world->move_by(objects[i],
+                                        {0.4, 0.1 * std::sin(number + i), -0.05 * std::cos(2.0 * number + i)},
+                                        {0.1, 0.2, 0.1}));
+    return world->frame(commands);
+  }
+  double way() const {
+    double sum = 0.0;
+    for (int i = 0; i < kMovers; ++i) sum += world->actual_pose(objects[i]).p.x();
+    return sum;
+  }
+};
+
+struct HeapFigures {
+  std::uint64_t most_pairs = 0, cut_off = 0, steps = 0;
+};
+
+HeapFigures fly(Heap& heap, int frames) {
+  HeapFigures out;
+  for (int number = 0; number < frames; ++number) {
+    const FrameReport report = heap.frame(number);
+    out.most_pairs = std::max(out.most_pairs, report.slide_pairs);
+    out.cut_off += report.cut_off.size();
+    out.steps += report.slide_steps;
+  }
+  return out;
+}
+
+SlideBudget pairs(std::uint64_t most) {
+  SlideBudget budget;
+  budget.pairs = most;
+  return budget;
+}
+
+TEST(SlideBudget, CutsOffWhatIsBeyondIt) {
+  Heap free, narrow, none;
+  const HeapFigures unlimited = fly(free, 12);
+  EXPECT_EQ(unlimited.cut_off, 0u);
+  const std::uint64_t most = unlimited.most_pairs / 4;
+  narrow.world->set_slide_budget(pairs(most));
+  none.world->set_slide_budget(pairs(0));
+  const HeapFigures cut = fly(narrow, 12), all_cut = fly(none, 12);
+  std::cout << "pairs of slides, at most: " << unlimited.most_pairs << ", with a budget of " << most << ": "
+            << cut.most_pairs << ", way " << free.way() << " and " << narrow.way() << " m\n";
+  EXPECT_LE(cut.most_pairs, most);
+  EXPECT_GT(cut.cut_off, 0u);
+  EXPECT_GT(cut.steps, 0u);
+  EXPECT_EQ(all_cut.steps, 0u);
+  EXPECT_GT(all_cut.cut_off, 0u);
+  EXPECT_GE(narrow.way(), none.way());
+}
+
+TEST(SlideBudget, OrderDoesNotShow) {
+  Heap heap, reversed(true);
+  std::uint64_t cut_off = 0;
+  heap.world->set_slide_budget(pairs(90)), reversed.world->set_slide_budget(pairs(90));
+  for (int number = 0; number < 20; ++number) {
+    const FrameReport first = heap.frame(number);
+    cut_off += first.cut_off.size();
+    const std::uint64_t seen = first.slide_pairs;
+    EXPECT_EQ(reversed.frame(number).slide_pairs, seen);
+    for (int i = 0; i < kMovers; ++i) {
+      const Pose &a = heap.world->actual_pose(heap.objects[i]),
+                 &b = reversed.world->actual_pose(reversed.objects[i]);
+      ASSERT_TRUE(a.p == b.p && a.R == b.R) << "frame " << number << " mover " << i;
+    }
+  }
+  EXPECT_GT(cut_off, 0u);
+}
+
+TEST(SlideBudget, OfTimeEndsSlides) {
+  Heap heap;
+  SlideBudget budget;
+  budget.seconds = 0.0;
+  heap.world->set_slide_budget(budget);
+  const HeapFigures none = fly(heap, 8);
+  EXPECT_EQ(none.steps, 0u);
+  EXPECT_GT(none.cut_off, 0u);
+  budget.seconds = 3600.0;
+  heap.world->set_slide_budget(budget);
+  const HeapFigures all = fly(heap, 8);
+  EXPECT_GT(all.steps, 0u);
+  EXPECT_EQ(all.cut_off, 0u);
+}
+
+TEST(SlideBudget, RefusesWhatIsNoTime) {
+  const auto world = make_world();
+  SlideBudget budget;
+  for (const double seconds : {-1.0, kNaN}) {
+    budget.seconds = seconds;
+    EXPECT_THROW(world->set_slide_budget(budget), InputError);
+  }
+}
+
+TEST(SlideBudget, CostsNoAllocation) {
+  Heap heap;
+  heap.world->set_slide_budget(pairs(200));
+  fly(heap, 6);
+  std::vector<MotionCommand> commands;
+  for (int i = 0; i < kMovers; ++i)
+    commands.push_back(heap.world->move_by(heap.objects[i], {0.4, 0.02, -0.02}, {0.1, 0.2, 0.1}));
+  const std::size_t before = allocation_count();
+  std::size_t cut_off = 0;
+  for (int k = 0; k < 10; ++k) cut_off += heap.world->frame(commands).cut_off.size();
+  EXPECT_EQ(allocation_count(), before);
+  EXPECT_GT(cut_off, 0u);
+}
+
+#ifdef TOUCHSTONE_HAS_EXACT
+
+/// The least separation of a mover from any other solid by `exact`, at samples of every part.
+double least_executed(const Heap& heap, const Narrowphase& exact, Narrowphase::Workspace& workspace) {
+  double least = kInfinity;
+  Query query;
+  query.kind = QueryKind::distance;
+  std::vector<Pose> poses(kAll);
+  for (std::size_t part = 0; part < heap.world->executed_parts(); ++part)
+    for (const double s : {0.3, 0.7, 1.0}) {
+      for (int i = 0; i < kAll; ++i) poses[i] = heap.world->executed_pose(heap.objects[i], part, s);
+      for (SolidIndex a = 0; a < kMovers; ++a)
+        for (SolidIndex b = a + 1; b < kAll; ++b) {
+          if (!may_be_within(heap.solids[a], poses[a], heap.solids[b], poses[b])) continue;
+          const SolidPair pair{a, b};
+          PairStatus status{};
+          PairGeometry geometry{};
+          exact.evaluate({{&pair, 1}, poses, query}, {{&status, 1}, {&geometry, 1}, {}}, workspace);
+          least = std::min(least, geometry.separation);
+        }
+    }
+  return least;
+}
+
+// Whatever the budget, and cut off wherever that is: nothing merges.
+TEST(SlideBudget, WhatIsCutOffStaysApart) {
+  BackendRegistry registry;
+  register_exact(registry);
+  const auto exact = registry.make_narrowphase("exact");
+  std::uint64_t cut_off = 0;
+  for (const std::uint64_t most : {1, 5, 20, 60, 150, 400}) {
+    Heap heap;
+    exact->build(heap.solids);
+    const auto workspace = exact->make_workspace();
+    heap.world->set_slide_budget(pairs(most));
+    for (int number = 0; number < 10; ++number) {
+      cut_off += heap.frame(number).cut_off.size();
+      ASSERT_GT(least_executed(heap, *exact, *workspace), 0.25 * kGap) << most << ", frame " << number;
+    }
+  }
+  EXPECT_GT(cut_off, 0u);
+}
+
+#endif
+
+}  // namespace
+}  // namespace touchstone
