@@ -59,8 +59,8 @@ Box bounding_box(const SweptSphere& swept, double margin) {
 }
 
 // Any points x, y of the two segments have n . (y - x) >= least, the least over the four pairs of ends, so
-// they are at least `least` / |n| apart, whatever n is. A computed n . (y - x) takes 5 roundings at most on
-// the way, so it is off by less than 4 eps of the sum of its terms' magnitudes; |n| is in [1, sqrt(3)], so
+// they are at least `least` / |n| apart, whatever n is. A computed n . (y - x) takes at most 5
+// roundings, so it is off by less than 4 eps of the sum of its terms' magnitudes; |n| is in [1, sqrt(3)], so
 // that only the terms can underflow, by less than DBL_MIN together.
 bool may_touch(const SweptSphere& a, const SweptSphere& b, double margin) {
   const Vector3 n = between_closest_points(a, b);
@@ -88,8 +88,8 @@ double bulge_of_path_length(double length, const Vector3& from_W, const Vector3&
   return 0.5 * std::sqrt(length - chord) * std::sqrt(length + chord) * (1.0 + 8 * kEps) + kLeast;
 }
 
-// The pivot's part is on its segment. With half the turn h and u = 2s - 1, the rest of the way from the
-// point of the segment at the same s is d, d^2 = arm^2 ((cos uh - cos h)^2 + (sin uh - u sin h)^2). It falls
+// The pivot's part is on its segment. With half the turn h and u = 2s - 1, the offset from the point
+// of the segment at the same s is d, d^2 = arm^2 ((cos uh - cos h)^2 + (sin uh - u sin h)^2). It falls
 // with |u|: its derivative has the sign of S(h)(S(h) - cos uh) - S(uh)(S(h) - cos h), S(x) = sin(x) / x,
 // which is <= 0 for |u| <= 1, h < pi, where S and cos fall. So d <= arm (1 - cos h), at s = 1/2.
 double bulge_of_turn(double arm, double cos_half_turn) {

@@ -166,7 +166,7 @@ TEST(NativeBroadphase, AllPairsAreThoseOfWhatMovedInTheFirstUpdate) {
   EXPECT_EQ(of_moved, Pairs());
 }
 
-// So many pairs that rows are asked for one by one; sparse rows among crowded ones, objects that are static
+// Enough pairs that rows are asked for one by one; sparse rows among crowded ones, objects that are static
 // or gone, and with `parts` solids each.
 void heap_up(std::uint32_t parts, bool on_paths) {
   constexpr std::uint32_t kObjects = 700;

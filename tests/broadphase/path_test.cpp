@@ -293,7 +293,7 @@ long double sampled_distance(const SweptSphere& a, const SweptSphere& b) {
 
 TEST(SweptSphere, ToldApartOnlyWhenApartAndMostlyThen) {
   std::mt19937_64 random(27);
-  int apart = 0, told_apart = 0;
+  int apart = 0, distinguished = 0;
   for (int trial = 0; trial < 20000; ++trial) {
     const double scale = std::scalbn(1.0, static_cast<int>(random() % 801) - 400);
     const SweptSphere a = random_swept(random, scale), b = random_swept(random, scale);
@@ -303,13 +303,13 @@ TEST(SweptSphere, ToldApartOnlyWhenApartAndMostlyThen) {
     if (gap <= 0) {
       ASSERT_TRUE(touches) << trial;
     }
-    if (gap > 0.03 * scale) ++apart, told_apart += touches ? 0 : 1;
+    if (gap > 0.03 * scale) ++apart, distinguished += touches ? 0 : 1;
     if (gap <= 0 || gap > 0.03 * scale) {
       ASSERT_EQ(may_touch(b, a, margin), touches) << trial;
     }
   }
   EXPECT_GT(apart, 1000);
-  EXPECT_EQ(told_apart, apart);
+  EXPECT_EQ(distinguished, apart);
 }
 
 TEST(SweptSphere, ThatIsNotFiniteMayTouchEverything) {

@@ -62,6 +62,7 @@ class Scene {
       }
       return;
     }
+    forest_.sort_by_place(moved_);
     for (const std::uint32_t object : moved_)
       forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
         // Of two that moved, the lower one is asked.

@@ -1,36 +1,55 @@
 #include "touchstone/contact_core/broadphase/native/object_forest.hpp"
 
+#include <algorithm>
+
 namespace touchstone {
 
 ObjectForest::ObjectForest(const SolidBounds& bounds, TaskRunner* threads)
-    : bounds_(bounds), threads_(threads), slot_of_(bounds.objects()) {
+    : bounds_(bounds), threads_(threads) {
   std::vector<std::uint32_t> members[kTrees];
+  for (Tree& tree : trees_) tree.now.slot_of.resize(bounds.objects());
   for (std::uint32_t object = 0; object < bounds.objects(); ++object) {
-    slot_of_[object] = static_cast<std::uint32_t>(members[tree_of(object)].size());
-    members[tree_of(object)].push_back(object);
+    const int i = tree_of(object);
+    trees_[i].now.slot_of[object] = static_cast<std::uint32_t>(members[i].size());
+    members[i].push_back(object);
   }
   for (int i = 0; i < kTrees; ++i) {
-    trees_[i].sphere_at.resize(members[i].size());
-    trees_[i].tree.resize(std::move(members[i]));
+    trees_[i].now.tree = ObjectTree(members[i]);
+    reserve(trees_[i]);
   }
+}
+
+/// For as many slots as there are; and for its renewal, unless that has begun with what it needs.
+void ObjectForest::reserve(Tree& tree) {
+  const std::uint32_t room = tree.now.tree.room();
+  if (tree.now.sphere_at.size() < room) tree.now.sphere_at.resize(room);
+  tree.renewal.set_objects(tree.now.slot_of.size());
+  if (tree.renewal.is_under_way()) return;
+  tree.renewal.reserve(room);
+  tree.sort.reserve(ObjectTree::room_for(room));
 }
 
 void ObjectForest::erase(std::uint32_t object, bool was_static) {
-  trees_[was_static ? kStatic : kMoving].tree.erase(slot_of_[object]);
+  Tree& tree = trees_[was_static ? kStatic : kMoving];
+  tree.now.tree.erase(tree.now.slot_of[object]);
+  tree.renewal.note_gone(object);
 }
 
 void ObjectForest::insert(std::uint32_t object) {
+  for (Tree& tree : trees_)
+    if (object >= tree.now.slot_of.size()) tree.now.slot_of.resize(object + 1);
   Tree& tree = trees_[tree_of(object)];
-  if (slot_of_.size() <= object) slot_of_.resize(object + 1);
-  std::uint32_t slot = tree.tree.insert(object);
+  std::uint32_t slot = tree.now.tree.insert(object);
   if (slot == ObjectTree::kNoObject) {
-    tree.tree.make_room();
+    tree.now.tree.make_room();
+    tree.renewal.stop();
     tree.is_void = true;
-    slot = tree.tree.insert(object);
+    slot = tree.now.tree.insert(object);
   }
-  slot_of_[object] = slot;
-  tree.sphere_at.resize(std::max<std::size_t>(tree.sphere_at.size(), slot + 1));
-  tree.moves_since_sort += kMovesOfNew;
+  for (Tree& each : trees_) reserve(each);
+  tree.now.slot_of[object] = slot;
+  tree.renewal.note_new(object);
+  tree.new_moves += kMovesOfNew;
 }
 
 void ObjectForest::update_all() noexcept {
@@ -41,14 +60,20 @@ void ObjectForest::update_all() noexcept {
 
 void ObjectForest::sort(int i) noexcept {
   Tree& tree = trees_[i];
-  tree.moves_since_sort = 0;
+  ++sorts_;
+  tree.moves_since_sort = tree.new_moves = 0;
   tree.is_void = false;
-  const FloatFrame frame = tree.tree.sort(bounds_.object_spheres_W(), slot_of_);
-  // Moving objects decide; static objects share its frame and would have to be refitted.
-  const bool decides = i == kMoving || trees_[kMoving].tree.size() == 0;
-  if (!decides || !(trees_[kStatic].tree.size() == 0 || has_outgrown(frame))) return;
+  tree.renewal.stop();
+  const FloatFrame frame = tree.now.tree.sort(tree.sort, bounds_.object_spheres_W(), tree.now.slot_of);
+  if (!decides_frame(i) || !(trees_[kStatic].now.tree.size() == 0 || has_outgrown(frame))) return;
   frame_ = frame;
+  for (Tree& each : trees_) each.renewal.stop();
   if (is_sorted_ && i == kMoving && !trees_[kStatic].is_void) refit(trees_[kStatic]);
+}
+
+/// Moving objects decide; static objects share their frame and would have to be refitted.
+bool ObjectForest::decides_frame(int i) const noexcept {
+  return i == kMoving || trees_[kMoving].now.tree.size() == 0;
 }
 
 // Floats are about 2^-24 of their distance from the origin: a frame serves until that shows.
@@ -63,31 +88,66 @@ bool ObjectForest::has_outgrown(const FloatFrame& fit) const noexcept {
 
 void ObjectForest::refit(Tree& tree) noexcept {
   auto box_of = [&](std::uint32_t slot, std::uint32_t object) {
-    tree.sphere_at[slot] = bounds_.object_spheres_W()[object];
+    tree.now.sphere_at[slot] = bounds_.object_spheres_W()[object];
     return bounds_.object_box(object);
   };
-  tree.tree.refit(frame_, box_of, threads_);
+  tree.now.tree.refit(frame_, box_of, threads_);
 }
 
-// Sorting costs about as much as refitting; a tree whose objects have all moved once since is due.
+void ObjectForest::sort_by_place(std::span<std::uint32_t> objects) const noexcept {
+  std::sort(objects.begin(), objects.end(),
+            [this](std::uint32_t a, std::uint32_t b) { return slot_of(a) < slot_of(b); });
+}
+
+// Sorting costs about as much as refitting; a tree whose objects have all moved once since is due. Where few
+// move at a time, that is too much for the one update in which it falls due: it is renewed bit by bit.
 void ObjectForest::update(std::span<const std::uint32_t> moved) noexcept {
+  // Moves are counted by tree.
   std::size_t moves[kTrees] = {};
   for (std::uint32_t object : moved) ++moves[tree_of(object)];
+  // Each tree is sorted anew, refitted, or updated object by object.
   bool one_by_one[kTrees];
   for (int i = 0; i < kTrees; ++i) {
     Tree& tree = trees_[i];
+    const bool few = moves[i] <= tree.now.tree.size() / kFew;
+    moves[i] += tree.new_moves;
     tree.moves_since_sort += moves[i];
-    const bool resort = tree.is_void || (moves[i] > 0 && tree.moves_since_sort >= tree.tree.size());
-    one_by_one[i] = !resort && moves[i] <= tree.tree.size() / kFew;
+    tree.new_moves = 0;
+    const bool is_due = moves[i] > 0 && tree.moves_since_sort >= tree.now.tree.size();
+    const bool renews = few && (tree.renewal.is_under_way() || tree.renewal.can_begin(tree.now.tree));
+    const bool resort = tree.is_void || (is_due && !renews);
+    one_by_one[i] = !resort && few;
     if (resort) sort(i);
-    if (!one_by_one[i]) refit(tree);
+    if (!one_by_one[i]) tree.renewal.stop(), refit(tree);
   }
+  // Objects are placed one by one in trees of which few objects moved.
   for (std::uint32_t object : moved) {
-    if (!one_by_one[tree_of(object)] || bounds_.is_gone(object)) continue;
     Tree& tree = trees_[tree_of(object)];
-    tree.sphere_at[slot_of_[object]] = bounds_.object_spheres_W()[object];
-    tree.tree.refit_one(slot_of_[object], bounds_.object_box(object));
+    if (!one_by_one[tree_of(object)] || bounds_.is_gone(object)) continue;
+    tree.now.place(object, bounds_);
+    tree.renewal.note_moved(object, bounds_);
   }
+  // Such trees also go on with their renewal.
+  for (int i = 0; i < kTrees; ++i)
+    if (one_by_one[i] && moves[i] > 0) renew(i, moves[i]);
+}
+
+void ObjectForest::renew(int i, std::size_t moves) noexcept {
+  Tree& tree = trees_[i];
+  if (!tree.renewal.is_under_way()) {
+    if (4 * tree.moves_since_sort < 3 * std::size_t{tree.now.tree.size()}) return;
+    if (!tree.renewal.can_begin(tree.now.tree)) return;  // nothing comes any more: sorted at once
+    tree.moves_since_sort = 0;
+    tree.renewal.begin(tree.now.tree);
+  }
+  const auto belongs = [&](std::uint32_t object) { return !bounds_.is_gone(object) && tree_of(object) == i; };
+  const auto outgrown = [&](const FloatFrame& fit) { return decides_frame(i) && has_outgrown(fit); };
+  const TreeRenewal::Progress progress = tree.renewal.go_on(
+      tree.now, bounds_, frame_, tree.sort, kWorkPerMove * moves + kLeastWork, belongs, outgrown);
+  renewals_ += progress == TreeRenewal::Progress::done;
+  if (progress == TreeRenewal::Progress::goes_on || progress == TreeRenewal::Progress::done) return;
+  sort(i);
+  refit(tree);
 }
 
 }  // namespace touchstone

@@ -2,6 +2,7 @@
 
 #include "touchstone/contact_core/broadphase/native/solid_bounds.hpp"
 #include "touchstone/contact_core/broadphase/native/tree_join.hpp"
+#include "touchstone/contact_core/broadphase/native/tree_renewal.hpp"
 
 namespace touchstone {
 
@@ -12,15 +13,21 @@ class ObjectForest {
   static constexpr int kMoving = 0, kStatic = 1;
   static constexpr int kTrees = 2;
 
-  /// When at most one object in kFew moves, trees are mended, not made anew.
+  /// When at most one object in kFew moves, trees are mended, and renewed bit by bit; not made anew.
   static constexpr std::uint32_t kFew = 16;
+  /// An update's share of a renewal, for each object that moved or came: so that a tree is renewed before a
+  /// quarter of its objects have moved.
+  static constexpr std::size_t kWorkPerMove = 5 * TreeRenewal::kWorkPerObject, kLeastWork = 256;
 
   /// Cold. Keeps `bounds`, and `threads`, which may be null.
   ObjectForest(const SolidBounds& bounds, TaskRunner* threads);
 
-  const ObjectTree& tree(int i) const { return trees_[i].tree; }
+  const ObjectTree& tree(int i) const { return trees_[i].now.tree; }
   /// Of the object in a slot of a tree.
-  const Sphere& sphere_at(int i, std::uint32_t slot) const { return trees_[i].sphere_at[slot]; }
+  const Sphere& sphere_at(int i, std::uint32_t slot) const { return trees_[i].now.sphere_at[slot]; }
+  /// So often a tree was sorted within one update; and renewed bit by bit.
+  std::size_t sorts() const { return sorts_; }
+  std::size_t renewals() const { return renewals_; }
 
   /// @param was_static what the object was in `bounds`, when it came.
   void erase(std::uint32_t object, bool was_static);
@@ -32,6 +39,10 @@ class ObjectForest {
   /// After these were.
   void update(std::span<const std::uint32_t> moved) noexcept;
 
+  /// Puts objects in the order in which they stand in the trees: asked for in that order, each one's partners
+  /// are found among nodes that the one before has brought to the caches.
+  void sort_by_place(std::span<std::uint32_t> objects) const noexcept;
+
   /// Calls visit(other) for the objects from `first` on that pair with this one, until it returns false.
   template <class Visit>
   bool for_each_partner(std::uint32_t object, std::uint32_t first, Visit visit) const noexcept {
@@ -39,7 +50,7 @@ class ObjectForest {
     const Box box = bounds_.object_box(object);
     bool goes_on = true;
     for (int i = 0; i < (bounds_.is_static(object) ? kStatic : kTrees); ++i)
-      trees_[i].tree.for_each_from(first, box, [&](std::uint32_t other) {
+      trees_[i].now.tree.for_each_from(first, box, [&](std::uint32_t other) {
         if (goes_on && other != object && bounds_.may_pair(object, other)) goes_on = visit(other);
       });
     return goes_on;
@@ -47,17 +58,23 @@ class ObjectForest {
 
  private:
   struct Tree {
-    ObjectTree tree;
-    std::vector<Sphere> sphere_at;  // of the object in each slot
+    PlacedTree now;
+    TreeRenewal renewal;
+    MortonSort sort;
     std::size_t moves_since_sort = 0;
-    bool is_void = false;  // until it is sorted and refitted
+    std::size_t new_moves = 0;  // since the last update, of those that came
+    bool is_void = false;       // until it is sorted and refitted
   };
 
-  /// One that comes stands where there is room: that is as bad as so many moves.
+  /// One that comes stands where there is room: that is as bad as this many moves.
   static constexpr std::size_t kMovesOfNew = 8;
 
   int tree_of(std::uint32_t object) const { return bounds_.is_static(object) ? kStatic : kMoving; }
+  std::uint32_t slot_of(std::uint32_t object) const { return trees_[tree_of(object)].now.slot_of[object]; }
+  void reserve(Tree& tree);
   void sort(int i) noexcept;
+  void renew(int i, std::size_t moves) noexcept;
+  bool decides_frame(int i) const noexcept;
   bool has_outgrown(const FloatFrame& fit) const noexcept;
   void refit(Tree& tree) noexcept;
 
@@ -66,7 +83,7 @@ class ObjectForest {
   Tree trees_[kTrees];
   FloatFrame frame_;
   bool is_sorted_ = false;
-  std::vector<std::uint32_t> slot_of_;  // of each object, in its tree
+  std::size_t sorts_ = 0, renewals_ = 0;
 };
 
 }  // namespace touchstone

@@ -62,9 +62,10 @@ void ObjectPairs::make_list() noexcept {
   state_ = list_all_pairs() ? State::complete : State::full;
 }
 
-// Only the pairs of objects that moved: each is asked for its own.
+// Only the pairs of objects that moved: each is asked for its partners.
 bool ObjectPairs::list_changed_pairs() noexcept {
   fresh_.clear();
+  forest_.sort_by_place(changed_);
   for (std::uint32_t object : changed_) {
     const bool fits = forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
       if (is_changed_[other] != 0 && other <= object) return true;  // found from the other side

@@ -54,13 +54,13 @@ class ObjectPairs {
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   static constexpr std::size_t kMostThreads = 16;
   static constexpr std::uint32_t kFew = ObjectForest::kFew;
-  // One row in so many is asked for by itself before the list is made.
+  // Share of rows that are asked for one by one before the list is made: one in this many.
   static constexpr std::uint32_t kRowsAskedFirst = 256;
   // Scenes so dense that the list does not hold their pairs are asked row by row: there the answer is most of
   // the work.
   static constexpr std::size_t kListedPairsPerObject = 64;
   static constexpr std::size_t kMostWork = 4096;
-  // Of the objects after it: from one partner in so many on, trying all is quicker.
+  // Of the objects after it: from one partner in this many on, trying all is quicker.
   static constexpr std::uint32_t kCrowdedShare = 8;
   static constexpr std::size_t kMarkedRow = 32;  // of fewer, sorting costs less
 

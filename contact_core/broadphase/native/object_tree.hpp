@@ -8,6 +8,8 @@
 #include <emmintrin.h>
 #endif
 
+#include "touchstone/contact_core/broadphase/native/float_frame.hpp"
+#include "touchstone/contact_core/broadphase/native/morton_sort.hpp"
 #include "touchstone/contact_core/broadphase/world_spheres.hpp"
 #include "touchstone/contact_core/threads/task_runner.hpp"
 
@@ -26,18 +28,6 @@ inline std::uint32_t lane_mask(Ints hit) {
 #endif
 }
 
-/// The coordinates that the trees' boxes are in: floats, (x - origin) * scale. Each of these roundings is
-/// monotone, so boxes that overlap in double overlap in any frame: a bad one costs time, never a pair.
-struct FloatFrame {
-  Vector3 origin = Vector3::Zero();
-  Vector3 scale = Vector3::Ones();
-
-  float to_float(double x, int axis) const noexcept {
-    constexpr double kLargest = std::numeric_limits<float>::max();
-    return static_cast<float>(std::clamp((x - origin(axis)) * scale(axis), -kLargest, kLargest));
-  }
-};
-
 /// A packed tree over some objects in Morton order: every node holds the boxes of four children, level by
 /// level; level 0's children are objects. Its shape decides how fast pairs are found, never which.
 class ObjectTree {
@@ -51,8 +41,16 @@ class ObjectTree {
 
   static constexpr std::uint32_t kNoObject = 0xFFFFFFFF;
 
-  /// Cold. Keeps `objects`; all else waits for sort() and refit().
-  void resize(std::vector<std::uint32_t> objects);
+  /// A number of slots that is enough for some time.
+  static std::uint32_t room_for(std::uint32_t objects) {
+    return (objects + objects / 8 + 64 + kWidth - 1) / kWidth * kWidth;
+  }
+
+  /// Cold. Takes `objects` up, and has room for more; all else waits for sort() and refit().
+  explicit ObjectTree(std::span<const std::uint32_t> objects = {});
+
+  /// Slots that there are, in use or not.
+  std::uint32_t room() const { return static_cast<std::uint32_t>(order_.size()); }
 
   /// Slots in use, those of objects that went among them.
   std::uint32_t size() const { return size_; }
@@ -67,7 +65,28 @@ class ObjectTree {
 
   /// Puts the objects in Morton order of the spheres' centres, both indexed by object, and writes each
   /// object's slot. Returns the frame that suits them.
-  FloatFrame sort(std::span<const Sphere> spheres, std::span<std::uint32_t> slot_of) noexcept;
+  FloatFrame sort(MortonSort& sort, std::span<const Sphere> spheres,
+                  std::span<std::uint32_t> slot_of) noexcept;
+
+  // Built step by step in the place of another one: begin_anew(), append() each object, order(), then
+  // begin_boxes(), place() or leave_empty() each slot from 0 to room(), refit_child() each child of each
+  // level from 1 to levels() - 1. insert(), erase() and refit_one() are for slots that are placed.
+
+  /// Cold. As many slots do not take memory later; where it has to grow for that, it is void.
+  void reserve(std::uint32_t room);
+  bool has_reserved(std::uint32_t room) const {
+    return room <= order_.capacity() && nodes_for(room) <= nodes_.capacity();
+  }
+  /// Empty, with this many slots. Takes no memory where they are reserved.
+  void begin_anew(std::uint32_t room) noexcept;
+  void append(std::uint32_t object) noexcept { order_[size_++] = object; }
+  std::span<std::uint32_t> order() { return std::span(order_).first(size_); }
+  void begin_boxes(const FloatFrame& frame) noexcept { frame_ = frame; }
+  void place(std::uint32_t slot, const Box& box) noexcept { set_lane(slot, box); }
+  void leave_empty(std::uint32_t slot) noexcept;
+  std::uint32_t levels() const { return static_cast<std::uint32_t>(level_start_.size()) - 1; }
+  std::uint32_t children(std::uint32_t level) const { return level_start_[level] - level_start_[level - 1]; }
+  void refit_child(std::uint32_t level, std::uint32_t child) noexcept;
 
   /// Takes box_of(slot, object), a Box, for every object; called once each, on any of the threads.
   template <class BoxOf>
@@ -124,13 +143,15 @@ class ObjectTree {
 
  private:
   static constexpr std::uint32_t kLeavesPerTask = 512;
+  static constexpr std::size_t kMostLevels = 17;
 
   void drop_gone() noexcept;
   void empty_lane(std::uint32_t slot) noexcept;
   void refit_above(std::uint32_t slot) noexcept;
-  void sort_range(std::span<const Sphere> spheres, std::uint32_t first, std::uint32_t last,
-                  FloatFrame* frame) noexcept;
-  void sort_by_key(std::uint32_t first, std::uint32_t last) noexcept;
+  /// At least: a quarter a level, rounded up.
+  static std::size_t nodes_for(std::uint32_t room) { return room / (kWidth - 1) + 2 * kMostLevels; }
+  void find_levels() noexcept;
+  void clear_nodes() noexcept;
   void refit_level(std::size_t level) noexcept;
   bool refit_lane(std::size_t level, std::uint32_t child) noexcept;
 
@@ -148,7 +169,7 @@ class ObjectTree {
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> level_start_;  // and the number of nodes at the end
   std::uint32_t size_ = 0;                  // slots in use, of those that there is room for:
-  std::vector<std::uint32_t> order_, order_scratch_, keys_, keys_scratch_;
+  std::vector<std::uint32_t> order_;
   std::vector<std::uint32_t> gone_;  // slots in use whose objects went
 };
 

@@ -71,6 +71,7 @@ std::uint32_t PairList::first_row(std::size_t task, std::size_t tasks) const noe
 void PairList::sort(TaskRunner* threads) noexcept {
   const std::size_t tasks = threads == nullptr ? 1 : std::min(threads->threads(), kMostSortTasks);
   std::array<std::size_t, kMostSortTasks + 1> first_pair{};
+  // Each task counts its rows.
   auto count = [&](std::size_t task) {
     const std::uint32_t first = first_row(task, tasks), last = first_row(task + 1, tasks);
     std::fill(row_end_.begin() + first, row_end_.begin() + last, 0u);
@@ -81,8 +82,10 @@ void PairList::sort(TaskRunner* threads) noexcept {
     first_pair[task + 1] = pairs;
   };
   run_tasks(threads, tasks, count);
+  // Sums say where each task's rows begin.
   for (std::size_t task = 0; task < tasks; ++task) first_pair[task + 1] += first_pair[task];
   count_ = first_pair[tasks];
+  // Each task fills its rows, then sorts each of them.
   auto place = [&](std::size_t task) {
     const std::uint32_t first = first_row(task, tasks), last = first_row(task + 1, tasks);
     auto start = static_cast<std::uint32_t>(first_pair[task]);

@@ -21,7 +21,7 @@ class PairList {
   /// Forgets all pairs.
   void start() noexcept { next_block_ = 0; }
 
-  /// One thread's way in. Pairs count from the next room() or close() on.
+  /// One thread's access. Pairs count from the next room() or close() on.
   class Writer {
    public:
     explicit Writer(PairList& list) : list_(list) {}

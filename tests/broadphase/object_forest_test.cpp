@@ -1,0 +1,161 @@
+#include "touchstone/contact_core/broadphase/native/object_forest.hpp"
+
+#include <gtest/gtest.h>
+
+#include "touchstone/tests/broadphase/random_scene.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+
+// The native broadphase's trees, renewed bit by bit while objects come, go and move.
+
+namespace touchstone {
+namespace {
+
+using namespace broadphase_tests;
+
+/// Single boxes in bounds and forest, every fifth of them static.
+class Wood {
+ public:
+  explicit Wood(std::uint32_t objects, std::uint64_t seed) : random_(seed) {
+    for (std::uint32_t object = 0; object < objects; ++object) add_to_scene();
+    const std::vector<const HexahedronTree*> trees = scene_.tree_pointers();
+    for (std::uint32_t object = 0; object < objects; ++object) is_static_.push_back(object % 5 == 0);
+    BroadphaseInput input;
+    input.trees = trees, input.margin = kMargin, input.is_static = is_static_;
+    bounds_ = std::make_unique<SolidBounds>(input);
+    forest_ = std::make_unique<ObjectForest>(*bounds_, nullptr);
+    bounds_->start_poses();
+    for (std::uint32_t object = 0; object < objects; ++object) bounds_->place(object, scene_.poses);
+    forest_->update_all();
+  }
+
+  const ObjectForest& forest() const { return *forest_; }
+  std::uint32_t objects() const { return bounds_->objects(); }
+  bool is_gone(std::uint32_t object) const { return bounds_->is_gone(object); }
+  std::uint32_t any() { return static_cast<std::uint32_t>(random_() % objects()); }
+
+  void add() {
+    const std::uint32_t object = objects();
+    add_to_scene();
+    come(object, random_() % 5 == 0);
+  }
+  void come(std::uint32_t object, bool is_static) {
+    bounds_->set_object(object, &scene_.trees[object], is_static);
+    forest_->insert(object);
+    move(object);
+  }
+  void go(std::uint32_t object) {
+    const bool was_static = bounds_->is_static(object);
+    bounds_->set_object(object, nullptr, false);
+    forest_->erase(object, was_static);
+  }
+  void move(std::uint32_t object) {
+    scene_.place(object, random_pose(random_, kExtent));
+    moved_.push_back(object);
+  }
+  void update() {
+    std::erase_if(moved_, [&](std::uint32_t object) { return is_gone(object); });
+    for (const std::uint32_t object : moved_) bounds_->place(object, scene_.poses);
+    forest_->update(moved_);
+    moved_.clear();
+  }
+
+  /// The trees name the partners that trying all does.
+  void expect_partners_of(std::uint32_t object) const {
+    std::vector<std::uint32_t> found, wanted;
+    forest_->for_each_partner(object, 0, [&](std::uint32_t other) {
+      found.push_back(other);
+      return true;
+    });
+    for (std::uint32_t other = 0; other < objects() && !is_gone(object); ++other)
+      if (other != object && !is_gone(other) && bounds_->may_pair(object, other) &&
+          !(bounds_->is_static(object) && bounds_->is_static(other)))
+        wanted.push_back(other);
+    std::sort(found.begin(), found.end());
+    ASSERT_EQ(found, wanted) << object;
+  }
+
+ private:
+  static constexpr double kExtent = 30.0, kMargin = 0.5;
+
+  /// One solid each, so that spheres alone say which objects pair.
+  void add_to_scene() {
+    const Vector3 size = Vector3::Constant(1.5) + random_vector(random_, 1.4);
+    scene_.add({{"", Hexahedron::from_size(size), {}}}, random_pose(random_, kExtent));
+  }
+
+  std::mt19937_64 random_;
+  Scene scene_;
+  std::vector<std::uint8_t> is_static_;
+  std::unique_ptr<SolidBounds> bounds_;
+  std::unique_ptr<ObjectForest> forest_;
+  std::vector<std::uint32_t> moved_;
+};
+
+TEST(ObjectForest, IsNeverSortedAtOnceWhileObjectsComeOneByOne) {
+  Wood wood(2000, 61);
+  const std::size_t sorts = wood.forest().sorts();
+  for (int i = 0; i < 4000; ++i) {
+    wood.add();
+    wood.update();
+    if (i % 16 == 0) wood.expect_partners_of(wood.any());
+  }
+  EXPECT_EQ(wood.forest().sorts(), sorts);
+  EXPECT_GT(wood.forest().renewals(), 8u);
+}
+
+TEST(ObjectForest, KnowsWhatComesGoesAndMovesWhileItIsRenewed) {
+  Wood wood(1500, 62);
+  std::mt19937_64 random(63);
+  const std::size_t sorts = wood.forest().sorts();
+  for (int i = 0; i < 6000; ++i) {
+    const std::uint32_t object = wood.any();
+    const std::uint64_t kind = random() % 4;
+    if (wood.is_gone(object))
+      wood.come(object, random() % 5 == 0);
+    else if (kind == 0)
+      wood.go(object);
+    else if (kind == 1)
+      wood.add();
+    else
+      wood.move(object);
+    if (random() % 3 == 0) continue;  // several changes at once
+    wood.update();
+    wood.expect_partners_of(object);
+    if (i % 8 == 0) wood.expect_partners_of(wood.any());
+  }
+  EXPECT_EQ(wood.forest().sorts(), sorts);
+  EXPECT_GT(wood.forest().renewals(), 8u);
+}
+
+// What takes the place of others takes no room; what comes then needs it in the middle of a renewal.
+TEST(ObjectForest, MakesRoomForWhatComesAfterReplacements) {
+  Wood wood(1500, 65);
+  for (int round = 0; round < 6; ++round) {
+    for (int i = 0; i < 700; ++i) {
+      const std::uint32_t object = wood.any();
+      if (!wood.is_gone(object)) wood.go(object);
+      wood.come(object, object % 5 == 0);
+      wood.update();
+    }
+    for (int i = 0; i < 30 + 20 * round; ++i) {
+      wood.add();
+      wood.update();
+      wood.expect_partners_of(wood.any());
+    }
+  }
+  EXPECT_GT(wood.forest().renewals(), 8u);
+}
+
+TEST(ObjectForest, RenewsWithoutAllocationsWhileObjectsMove) {
+  Wood wood(1500, 64);
+  const std::size_t sorts = wood.forest().sorts();
+  wood.move(0), wood.update();
+  const std::size_t before = allocation_count();
+  for (int i = 0; i < 6000; ++i) wood.move(wood.any()), wood.update();
+  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(wood.forest().sorts(), sorts);
+  EXPECT_GT(wood.forest().renewals(), 2u);
+}
+
+}  // namespace
+}  // namespace touchstone
