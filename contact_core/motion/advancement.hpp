@@ -8,7 +8,7 @@ namespace touchstone {
 /// How conservative advancement ended.
 enum class AdvanceEnd : std::uint8_t {
   answered,     ///< a look said that it ends there
-  looks_spent,  ///< so many looks, or one that lets nothing on, and no answer: nothing is known beyond s
+  looks_spent,  ///< no answer by the last look allowed, or none that lets it on: nothing is known beyond s
 };
 
 /// Conservative advancement (Mirtich 1996): a motion is looked at, and from there goes on as far as nothing

@@ -12,19 +12,19 @@ namespace touchstone {
 namespace {
 
 /// Not in contact, other planes are looked for where the closest points' clears less than this share, or
-/// after so many queries.
+/// after this many queries.
 constexpr double kShort = 4.0 * kStalled;
 constexpr int kManyQueries = 12;
 /// Heights and sums of them round by far less, per metre.
 constexpr double kRoundingShare = 0x1p-40;
 
-/// A direction on which two solids are projected, and how it turns from s on. What turns with a body is the
-/// plane of one of its faces; two edges that slide over each other span one that turns with both.
+/// A direction on which two solids are projected, and how it turns from s on. The plane of a face turns
+/// with its body; two edges that slide over each other span one that turns with both.
 struct Direction {
   Vector3 n;
   Vector3 turn = Vector3::Zero();      ///< angular velocity; zero: fixed in the world
   Vector3 centre = Vector3::Zero();    ///< heights are over this point
-  Vector3 velocity = Vector3::Zero();  ///< its own
+  Vector3 velocity = Vector3::Zero();  ///< of that point
   double longest = 0.0;                ///< how far on curvatures hold
 
   bool is_fixed() const { return turn == Vector3::Zero(); }
@@ -90,8 +90,8 @@ Extent extent_along(const PlacedSolid& placed, const Direction& along, const Hei
   return out;
 }
 
-/// Vertices that could matter on a stretch: those of the others that no way is long enough for are only
-/// known to stay `least` apart from what is before them.
+/// Vertices that could matter on a stretch. No travel is long enough for the others: these are only known to
+/// stay `least` apart from what is before them.
 struct Meeting {
   unsigned of_a = 0, of_b = 0;
   double least = kInfinity;
@@ -99,11 +99,11 @@ struct Meeting {
 
 Meeting meeting_vertices(const PlacedSolid& a, const PlacedSolid& b, const Heights& on_a, const Heights& on_b,
                          double threshold, double longest) {
-  const auto way = [&](const PlacedSolid& placed) {
+  const auto travel_of = [&](const PlacedSolid& placed) {
     return placed.at_rest ? 0.0 : placed.moving->travel * longest;
   };
-  const double highest = *std::max_element(on_a.begin(), on_a.end()) + way(a);
-  const double lowest = *std::min_element(on_b.begin(), on_b.end()) - way(b);
+  const double highest = *std::max_element(on_a.begin(), on_a.end()) + travel_of(a);
+  const double lowest = *std::min_element(on_b.begin(), on_b.end()) - travel_of(b);
   // The rounding of heights and sums is far less.
   const double enough = std::max(threshold, 0.0) + kRoundingShare * (std::abs(highest) + std::abs(lowest));
   Meeting out;
@@ -113,8 +113,8 @@ Meeting meeting_vertices(const PlacedSolid& a, const PlacedSolid& b, const Heigh
     return true;
   };
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
-    if (!leave_out(lowest - (on_a[i] + way(a)))) out.of_a |= 1u << i;
-    if (!leave_out((on_b[i] - way(b)) - highest)) out.of_b |= 1u << i;
+    if (!leave_out(lowest - (on_a[i] + travel_of(a)))) out.of_a |= 1u << i;
+    if (!leave_out((on_b[i] - travel_of(b)) - highest)) out.of_b |= 1u << i;
   }
   return out;
 }
@@ -130,11 +130,13 @@ double first_root(double c, double b, double q) {
 /// How far on from s the projections on n are sure to stay apart by `threshold`; at most `longest`.
 Stretch clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const Direction& along, double threshold,
                       double longest) {
+  // Vertices that cannot meet on the stretch are left out.
   const Heights heights_a = heights_along(a, along.n, radius_of(a));
   const Heights heights_b = heights_along(b, along.n, -radius_of(b));
   Meeting meeting{0xff, 0xff};
   if (along.is_fixed()) meeting = meeting_vertices(a, b, heights_a, heights_b, threshold, longest);
   if (meeting.of_a == 0 || meeting.of_b == 0) return {longest, true, meeting.least};
+  // Each pair of vertices has a parabola as its lower bound; the earliest root ends the stretch.
   const Extent on_a = extent_along(a, along, heights_a, meeting.of_a);
   const Extent on_b = extent_along(b, along, heights_b, meeting.of_b);
   double stretch = longest;
@@ -148,6 +150,7 @@ Stretch clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const Directio
     }
   }
   if (stretch < longest) return {stretch, false, 0.0};
+  // On a whole stretch the bounds at its end say how far apart the two stay.
   double least = meeting.least;
   for (int i = 0; i < on_a.count; ++i)
     for (int j = 0; j < on_b.count; ++j)
@@ -166,7 +169,7 @@ double separation_along(const PlacedSolid& a, const PlacedSolid& b, const Vector
   return (lowest - highest) - (radius_of(a) + radius_of(b));
 }
 
-/// Steady on its way, or at rest.
+/// In steady motion, or at rest.
 bool is_steady(const PlacedSolid& placed) { return placed.at_rest || placed.moving->path->is_steady(); }
 
 /// Two vertices, by bit, and from one to the other.
@@ -181,10 +184,11 @@ ExtremeEdge extreme_edge(const PlacedSolid& placed, const Vector3& n, double tol
   std::array<double, Hexahedron::kVertices> height{};
   for (int i = 0; i < Hexahedron::kVertices; ++i) height[i] = dot(n, vertices.vertex(i));
   const double highest = *std::max_element(height.begin(), height.end());
+  const unsigned distinct = distinct_vertices(*placed.moving->solid, vertices);
   int count = 0;
   std::array<int, Hexahedron::kVertices> extreme{};
   for (int i = 0; i < Hexahedron::kVertices; ++i)
-    if (height[i] >= highest - tolerance) extreme[count++] = i;
+    if ((distinct >> i & 1) && height[i] >= highest - tolerance) extreme[count++] = i;
   if (count != 2) return {};
   return {1u << extreme[0] | 1u << extreme[1], vertices.vertex(extreme[1]) - vertices.vertex(extreme[0])};
 }
@@ -200,10 +204,12 @@ ExtremeEdges extreme_edges(const PlacedSolid& placed, const Vector3& n, double t
   std::array<double, Hexahedron::kVertices> height{};
   for (int i = 0; i < Hexahedron::kVertices; ++i) height[i] = dot(n, vertices.vertex(i));
   const double highest = *std::max_element(height.begin(), height.end());
+  const unsigned distinct = distinct_vertices(*placed.moving->solid, vertices);
   ExtremeEdges out;
   for (int i = 0; i < Hexahedron::kVertices; ++i)
     for (int axis = 1; axis < Hexahedron::kVertices; axis *= 2) {
       const int j = i | axis;  // vertices whose numbers differ by one bit share an edge
+      if (!(distinct >> i & 1) || !(distinct >> j & 1)) continue;
       if (j == i || std::min(height[i], height[j]) < highest - tolerance) continue;
       if (out.count == static_cast<int>(out.edge.size())) return {};
       out.edge[out.count++] = {1u << i | 1u << j, vertices.vertex(j) - vertices.vertex(i)};
@@ -216,7 +222,7 @@ Vector3 start_of(const PlacedSolid& placed, const ExtremeEdge& edge) {
   return placed.vertices.vertex(std::countr_zero(edge.vertices));
 }
 
-/// Of the plane that two edges in contact span, both going their ways: n = e x f / |e x f|, and so is n'.
+/// Of the plane that two edges in contact span, each moving with its body: n = e x f / |e x f|, and so is n'.
 Direction edge_direction(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
                          double tolerance) {
   Direction along{geometry.n_AB_W};
@@ -251,7 +257,7 @@ struct EdgeMotion {
 /// (p - v) x e fixed in the body, in which f turns by no more than both turn.
 class BehindEdge {
  public:
-  /// @param rounding of k: a flush face's vertices are at the edge's own height.
+  /// @param rounding of k: a flush face's vertices are at the height of the edge.
   BehindEdge(const Vector3& f, const Vector3& turn_of_f, const EdgeMotion& motion, double rounding,
              double length)
       : f_(f),
@@ -301,12 +307,14 @@ bool cross_lines(const PlacedSolid& a, const PlacedSolid& b, EdgePair& edges) {
 /// threshold * |N|, which is at most |N| at s and what it turns by.
 Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const EdgePair& pair, const Vector3& n_AB_W,
                      double tolerance, double threshold, double longest) {
+  // The edges are directed so that N points from a to b.
   const Vector3 e = pair.of_a.along;
   const Vector3 f =
       dot(cross(e, pair.of_b.along), n_AB_W) < 0.0 ? Vector3(-pair.of_b.along) : pair.of_b.along;
   const Vector3 N = cross(e, f);
   const double size = norm(N), edges = norm(e) * norm(f);
   const BodyState &on_a = a.state, &on_b = b.state;
+  // The motion of both edges is bounded at the points where they cross.
   const auto bounds_of = [](const PlacedSolid& placed, const Vector3& p) {
     return placed.at_rest ? MotionBounds{0.0, 0.0, 0.0, 0.0}
                           : placed.moving->path->bounds(placed.moving->body, placed.state, p);
@@ -316,6 +324,7 @@ Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const EdgePair&
   const auto velocity_of = [](const BodyState& state, const Vector3& x) {
     return Vector3(state.velocity_W + cross(state.angular_velocity_W, x - state.centre_W));
   };
+  // Rates are exact at s; their bounds hold for the whole stretch.
   const Vector3 rate = velocity_of(on_b, q) - velocity_of(on_a, p);
   const Vector3 N_rate =
       cross(cross(on_a.angular_velocity_W, e), f) + cross(e, cross(on_b.angular_velocity_W, f));
@@ -328,12 +337,14 @@ Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const EdgePair&
   const double bend =
       std::max(0.0, turning * (norm(d) + longest * speed) + (1.0 + longest * tilt) * acceleration +
                         2.0 * (longest * (tilt * acceleration + turning * speed) - dot(N_rate, rate) / size));
+  // The distance along N is bounded from below by a parabola, and its root ends the stretch.
   const double height = dot(N, d) / size - threshold;
   const double slope = (dot(N_rate, d) + dot(N, rate)) / size - std::max(threshold, 0.0) * tilt;
   if (!std::isfinite(bend) || !std::isfinite(slope)) return {0.0, false, 0.0};  // squares overflowed
   double length = longest;
   if (!(height + slope * length - 0.5 * bend * length * length >= 0.0))
     length = std::min(length, first_root(height, slope, bend));
+  // All other vertices have to stay behind the edges.
   BehindEdge behind_a(f, on_b.angular_velocity_W - on_a.angular_velocity_W, motion, tolerance * size, length);
   BehindEdge behind_b(e, on_a.angular_velocity_W - on_b.angular_velocity_W, motion, tolerance * size, length);
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
@@ -345,11 +356,11 @@ Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const EdgePair&
   return {std::min(length, longest), at_end, at_end ? threshold : 0.0};
 }
 
-/// Two solids as a mechanism's body sees them that one of them is of.
+/// Two solids as seen from the mechanism's body that the first one, the viewer, belongs to.
 struct SeenPair {
   bool is_known = false;
-  MovingSolid own, other;
-  PlacedSolid placed_own, placed_other;
+  MovingSolid viewer, other;
+  PlacedSolid placed_viewer, placed_other;
 
   SeenPair() = default;
   SeenPair(const SeenPair&) = delete;
@@ -358,19 +369,19 @@ struct SeenPair {
   void look(const PlacedSolid& from, const PlacedSolid& at) {
     PathViews* views = from.moving->views;
     if (views == nullptr || from.at_rest || from.state.angular_velocity_W == Vector3::Zero()) return;
-    const bool is_own = at.moving->views == views;
-    if (!is_own && !at.at_rest) return;
+    const bool is_same_mechanism = at.moving->views == views;
+    if (!is_same_mechanism && !at.at_rest) return;
     const MotionPath& path = views->seen_from(from.moving->body);
-    own = *from.moving, other = *at.moving;
-    own.path = other.path = &path;
-    own.vertices_at_start = other.vertices_at_start = nullptr;
-    own.travel = 0.0, other.travel = kInfinity;
-    if (!is_own) {
+    viewer = *from.moving, other = *at.moving;
+    viewer.path = other.path = &path;
+    viewer.vertices_at_start = other.vertices_at_start = nullptr;
+    viewer.travel = 0.0, other.travel = kInfinity;
+    if (!is_same_mechanism) {
       other.body = views->standing_body();
       other.X_OS = compose(inverse(path.at(other.body, 0.0).X_WO), at.X_WS);
-      other.stop = own.stop;
+      other.stop = viewer.stop;
     }
-    placed_own = place(own, from.s), placed_other = place(other, from.s);
+    placed_viewer = place(viewer, from.s), placed_other = place(other, from.s);
     is_known = true;
   }
 };
@@ -405,8 +416,8 @@ class WidestStretch {
       const PlacedSolid& with = f < 6 ? a_ : b_;
       const Vector3 n = normal_of(with, f);
       if (n == Vector3::Zero() || !try_direction(a_, b_, {n}, true)) continue;
-      const BodyState& own = with.state;
-      if (steady) try_direction(a_, b_, {n, own.angular_velocity_W, own.centre_W, own.velocity_W}, false);
+      const BodyState& body = with.state;
+      if (steady) try_direction(a_, b_, {n, body.angular_velocity_W, body.centre_W, body.velocity_W}, false);
     }
   }
 
@@ -416,8 +427,8 @@ class WidestStretch {
       SeenPair seen;
       seen.look(side == 0 ? a_ : b_, side == 0 ? b_ : a_);
       if (!seen.is_known) continue;
-      const PlacedSolid& a = side == 0 ? seen.placed_own : seen.placed_other;
-      const PlacedSolid& b = side == 0 ? seen.placed_other : seen.placed_own;
+      const PlacedSolid& a = side == 0 ? seen.placed_viewer : seen.placed_other;
+      const PlacedSolid& b = side == 0 ? seen.placed_other : seen.placed_viewer;
       for (int f = 0; f < 6 && !widest_.at_end; ++f) {
         const Vector3 n = normal_of(side == 0 ? a : b, 6 * side + f);
         if (n != Vector3::Zero()) try_direction(a, b, {n}, true);
@@ -437,8 +448,9 @@ class WidestStretch {
         const double radii = radius_of(a_) + radius_of(b_);  // the edges are the cores'
         const double apart = std::abs(dot(N, pair.q - pair.p)) / norm(N) - radii;
         if (apart < least_apart_) continue;
-        const Stretch other =
+        Stretch other =
             edge_stretch(a_, b_, pair, geometry.n_AB_W, tolerance, threshold_of(apart) + radii, longest_);
+        other.least_at_end -= radii;
         if (other.length > widest_.length) widest_ = other;
       }
   }
@@ -477,6 +489,15 @@ class WidestStretch {
 };
 
 }  // namespace
+
+unsigned distinct_vertices(const Hexahedron& solid, const WorldVertices& vertices) {
+  unsigned out = 0xff;
+  if (!solid.is_rounded()) return out;
+  for (int i = 1; i < Hexahedron::kVertices; ++i)
+    for (int j = 0; j < i; ++j)
+      if (vertices.vertex(i) == vertices.vertex(j)) out &= ~(1U << i);
+  return out;
+}
 
 bool is_at_rest(const MovingSolid& moving, double s) { return s >= moving.stop; }
 

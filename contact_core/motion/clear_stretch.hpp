@@ -40,7 +40,7 @@ PlacedSolid place(const MovingSolid& moving, double s);
 Stretch find_clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
                            const GapRule& rule, double threshold, double longest, int queries);
 
-/// Where a pair on its way is looked at next.
+/// Where a pair in motion is looked at next.
 struct PathStep {
   double next;              ///< clear up to there; where a solid comes to rest, or the end, at the latest
   bool at_end = false;      ///< that is s = 1
@@ -56,6 +56,10 @@ PathStep next_step(const PlacedSolid& on_a, const PlacedSolid& on_b, const PairG
 bool stays_apart_along(const MovingSolid& a, const MovingSolid& b, const Vector3& n_AB_W, double threshold);
 
 bool is_at_rest(const MovingSolid& moving, double s);
+
+/// Bits of a solid's vertices without those that stand where one before them does: of a capsule two. All of
+/// solids without a radius.
+unsigned distinct_vertices(const Hexahedron& solid, const WorldVertices& vertices);
 
 /// Where the next solid comes to rest, or the end: between such points both paths are smooth.
 double next_break(const MovingSolid& a, const MovingSolid& b, double s);

@@ -31,7 +31,7 @@ double GapRule::threshold(double start, double scale) const {
 
 namespace {
 
-/// One look after the other at a pair on its way.
+/// One look after the other at a pair in motion.
 class Advancing {
  public:
   Advancing(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
@@ -54,6 +54,7 @@ class Advancing {
 
  private:
   std::optional<double> look(double s) {
+    // The narrowphase is asked about the poses at s.
     const PlacedSolid on_a = place(a_, s), on_b = place(b_, s);
     const PairStatus status = query_.separation(on_a.X_WS, on_b.X_WS, impact_.geometry);
     impact_.lo = s;
@@ -62,11 +63,13 @@ class Advancing {
       return {};
     }
     take(on_a, on_b);
+    // The rest is clear if nothing moves on, or if the two cannot come near.
     if (s >= 1.0 || (on_a.at_rest && on_b.at_rest)) return clear_to_the_end(false);
     const double separation = impact_.geometry.separation;
-    const double way = std::min(until_, 1.0) * (a_.travel + b_.travel);
-    if (impact_.queries == 1 && separation - way > std::max(interest_, rule_.gap))
+    const double reach = std::min(until_, 1.0) * (a_.travel + b_.travel);
+    if (impact_.queries == 1 && separation - reach > std::max(interest_, rule_.gap))
       return clear_to_the_end(true);
+    // The next look is as far on as the pair is sure to stay apart.
     const PathStep step =
         next_step(on_a, on_b, impact_.geometry, rule_, threshold_, interest_, impact_.queries);
     if (step.is_far) return clear_to_the_end(true);

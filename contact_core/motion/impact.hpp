@@ -17,7 +17,7 @@
 
 namespace touchstone {
 
-/// One solid on its way.
+/// One solid in motion.
 struct MovingSolid {
   const Hexahedron* solid;
   Pose X_OS;  ///< of the solid in its body
@@ -90,7 +90,7 @@ class SeparationQuery {
   }
 };
 
-/// So many queries of one pair on one path, then find_impact() stops early: `iteration_limit`.
+/// Most queries of one pair on one path: find_impact() then stops early: `iteration_limit`.
 inline constexpr int kImpactIterations = 256;
 
 /// Where the query judges poses: find_sampled_impact() (sampled_impact.hpp).

@@ -62,6 +62,10 @@ MassMoments mass_moments(const Hexahedron& solid) {
     if (solid.is_box()) return rounded_box_moments(solid.half_extents(), solid.radius());
     throw InputError("the mass of a rounded solid whose core is no box is not known");
   }
+  return core_moments(solid);
+}
+
+MassMoments core_moments(const Hexahedron& solid) {
   // About a point within, so that a solid far from its own origin loses no digits.
   const Vector3& within = solid.bounding_sphere().centre;
   MassMoments about;

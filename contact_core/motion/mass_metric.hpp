@@ -20,6 +20,8 @@ struct MassMoments {
 /// Of the solid's hull, in the solid's frame: a warped face is cut along the diagonal that the hull has.
 /// Spheres, capsules, rounded boxes and plates by closed forms. @throws InputError for other rounded solids.
 MassMoments mass_moments(const Hexahedron& solid);
+/// Of the hull of its vertices alone: of a rounded solid's core, nothing where that is flat.
+MassMoments core_moments(const Hexahedron& solid);
 /// In frame A of what is known in frame B.
 MassMoments transform(const Pose& X_AB, const MassMoments& moments_B);
 

@@ -203,8 +203,8 @@ class NarrowphaseQuery final : public SeparationQuery {
   }
 
   const SeparationMemo::Answer* find(const Pose& X_WA, const Pose& X_WB) const noexcept {
-    if (expected_.answer != nullptr && expected_.pair == pair_ &&
-        SeparationMemo::is_same(*expected_.X_WA, X_WA) && SeparationMemo::is_same(*expected_.X_WB, X_WB))
+    if (expected_.answer != nullptr && expected_.pair == pair_ && has_same_bits(*expected_.X_WA, X_WA) &&
+        has_same_bits(*expected_.X_WB, X_WB))
       return expected_.answer;
     return known_ != nullptr ? known_->find(pair_, X_WA, X_WB) : nullptr;
   }

@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
@@ -33,7 +32,8 @@ class SeparationMemo {
     const std::uint64_t key = key_of(pair, X_WA, X_WB);
     for (const std::size_t i : places(key)) {
       const Entry& entry = entries_[i];
-      if (keys_[i] == key && entry.pair == pair && is_same(entry.X_WA, X_WA) && is_same(entry.X_WB, X_WB))
+      if (keys_[i] == key && entry.pair == pair && has_same_bits(entry.X_WA, X_WA) &&
+          has_same_bits(entry.X_WB, X_WB))
         return &entry.answer;
     }
     return nullptr;
@@ -48,9 +48,6 @@ class SeparationMemo {
     entries_[newer] = {pair, X_WA, X_WB, {status, geometry}}, keys_[newer] = key;
   }
 
-  /// To the bit: 0 and -0 differ.
-  static bool is_same(const Pose& a, const Pose& b) noexcept { return words_of(a) == words_of(b); }
-
  private:
   struct Entry {
     SolidPair pair{0, 0};
@@ -58,20 +55,9 @@ class SeparationMemo {
     Answer answer{};
   };
 
-  static constexpr std::size_t kWords = sizeof(Pose) / sizeof(std::uint64_t);
-  using Words = std::array<std::uint64_t, kWords>;
-  static_assert(sizeof(Pose) == sizeof(Words));
-
   std::array<std::size_t, 2> places(std::uint64_t key) const noexcept {
     const std::size_t first = 2 * (static_cast<std::size_t>(key >> 32) & mask_);
     return {first, first + 1};
-  }
-
-  static Words words_of(const Pose& X) noexcept {
-    Words words;
-    std::memcpy(words.data(), X.R.data(), 9 * sizeof(double));
-    std::memcpy(words.data() + 9, X.p.data(), 3 * sizeof(double));
-    return words;
   }
 
   /// Never 0, which stands for nothing. Four chains of three words each, so that products overlap.
@@ -79,8 +65,9 @@ class SeparationMemo {
     constexpr std::uint64_t kFactor = 0x9e3779b97f4a7c15;
     std::array<std::uint64_t, 4> sum{pair.a, pair.b, 2, 3};
     for (const Pose* X : {&X_WA, &X_WB}) {
-      const Words words = words_of(*X);
-      for (std::size_t i = 0; i < kWords; ++i) sum[i % 4] = (std::rotl(sum[i % 4], 23) ^ words[i]) * kFactor;
+      const auto words = words_of(*X);
+      for (std::size_t i = 0; i < words.size(); ++i)
+        sum[i % 4] = (std::rotl(sum[i % 4], 23) ^ words[i]) * kFactor;
     }
     return (((sum[0] * kFactor + sum[1]) * kFactor + sum[2]) * kFactor + sum[3]) | 1;
   }

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "touchstone/contact_core/motion/closest_point.hpp"
+#include "touchstone/contact_core/motion/row_projection.hpp"
 
 namespace touchstone {
 namespace {
 
-using Solver = ClosestPoint<kTwistSize>;
+using Solver = RowProjection<kTwistSize>;
 using Row6 = Solver::Row;
 
 /// Longer turns are taken in several sub-steps [rad].
@@ -16,7 +16,8 @@ constexpr double kLongestTurn = 0.25;
 constexpr int kLiftRounds = 4;
 constexpr int kHalvings = 3;
 
-/// J = L L^T, lower. What is not positive by rounding (a needle's own axis) is taken as its trace's share.
+/// J = L L^T, lower. A pivot that rounding leaves not positive (a needle's axis) becomes a share of J's
+/// trace.
 Matrix3 cholesky(const Matrix3& J) {
   const double least = 0x1p-60 * ((J(0, 0) + J(1, 1)) + J(2, 2));
   Matrix3 L = Matrix3::Zero();
@@ -199,6 +200,7 @@ bool project(const Twist& goal, const TwistMetric& metric_W, std::span<const Sli
 
 SlidePlan plan_slide(const Twist& goal, const TwistMetric& metric_W, std::span<const SlideRow> rows,
                      bool translation_only) {
+  // A turn that is too long is planned in part.
   const double turn = translation_only ? 0.0 : norm(goal.w);
   const Twist wanted = turn > kLongestTurn ? (kLongestTurn / turn) * goal : goal;
   SlidePlan plan;
@@ -213,7 +215,7 @@ SlidePlan plan_slide(const Twist& goal, const TwistMetric& metric_W, std::span<c
     return plan;
   }
   plan.is_whole = false;
-  // Nothing but to keep contact to first order, as far as that goes.
+  // No part gained: the plan only keeps contact to first order, as far as that goes.
   std::array<SlideRow, kMostSlideRows> kept;
   std::copy(rows.begin(), rows.end(), kept.begin());
   for (SlideRow& row : kept) row.slack = std::max(row.slack, 0.0);

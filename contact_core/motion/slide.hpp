@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
-#include "touchstone/contact_core/motion/closest_point.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/motion/row_projection.hpp"
 
 // How a body that is stopped by contacts goes on along them: a god-object with six degrees of freedom
 // (Ortega, Redon, Coquillart 2007). Of all twists that the contacts allow, it takes the one closest to the
@@ -20,7 +20,7 @@ struct SlideRow {
   Vector3 r = Vector3::Zero();  ///< from the mover's centre of mass [m]
   double slack = 0.0;           ///< [m]; < 0: it is to move away by so much
   double room = 0.0;            ///< what remains below that for paths that bend [m]; >= 0
-  bool turns = false;           ///< the plane is the mover's own and turns with it
+  bool turns = false;           ///< the plane is fixed to the mover and turns with it
   /// Not zero: the plane is spanned by the mover's edge e and the obstacle's f, n = e x f, and turns with e.
   Vector3 e = Vector3::Zero(), f = Vector3::Zero();
   std::uint32_t source = 0;  ///< whose contact it is; not read
@@ -42,7 +42,7 @@ struct TwistMetric {
   bool is_even = true;  ///< K is the identity
 
   TwistMetric() = default;
-  /// Even: a body's own at uniform density, or a hand's that is as stiff whichever way.
+  /// Even: of a body at uniform density, or of a hand that is as stiff in all directions.
   TwistMetric(const Matrix3& inertia) : J(inertia) {}  // NOLINT(google-explicit-constructor)
   TwistMetric(const Matrix3& turning, const Matrix3& translation)
       : J(turning), K(translation), is_even(false) {}

@@ -40,7 +40,7 @@ double same_normal(const NearPair& pair) {
 
 /// The plane of the closest points turns with the mover where it is the plane of one of its faces and of
 /// none of the obstacle's.
-bool own_plane_turns(const NearPair& pair) {
+bool plane_turns(const NearPair& pair) {
   bool is_movers = false;
   for (int plane = 0; plane < 12; ++plane) {
     const FacePlane face = face_plane(pair, plane);
@@ -54,32 +54,36 @@ bool own_plane_turns(const NearPair& pair) {
 
 /// The vertices of a solid that are furthest along n, to `tolerance`: from one to the other of two; zero if
 /// there are more or fewer.
-Vector3 extreme_edge(const WorldVertices& vertices, const Vector3& n, double tolerance) {
+Vector3 extreme_edge(const Hexahedron& solid, const WorldVertices& vertices, const Vector3& n,
+                     double tolerance) {
   double highest = dot(n, vertices.vertex(0));
   for (int i = 1; i < Hexahedron::kVertices; ++i) highest = std::max(highest, dot(n, vertices.vertex(i)));
+  const unsigned distinct = distinct_vertices(solid, vertices);
   int count = 0;
   std::array<int, Hexahedron::kVertices> extreme{};
   for (int i = 0; i < Hexahedron::kVertices; ++i)
-    if (dot(n, vertices.vertex(i)) >= highest - tolerance) extreme[count++] = i;
+    if ((distinct >> i & 1) && dot(n, vertices.vertex(i)) >= highest - tolerance) extreme[count++] = i;
   return count == 2 ? Vector3(vertices.vertex(extreme[1]) - vertices.vertex(extreme[0])) : Vector3::Zero();
 }
 
-struct ContactEdges {
-  Vector3 e = Vector3::Zero(), f = Vector3::Zero();
+struct PlacedPair {
+  WorldVertices mover, obstacle;
+
+  explicit PlacedPair(const NearPair& pair) {
+    world_vertices(*pair.mover, pair.X_WM, mover);
+    world_vertices(*pair.obstacle, pair.X_WB, obstacle);
+  }
 };
 
-/// The edges that span the plane of the closest points, f so long that n = e x f; zero: others do.
-ContactEdges contact_edges(const NearPair& pair) {
-  WorldVertices mover, obstacle;
-  world_vertices(*pair.mover, pair.X_WM, mover);
-  world_vertices(*pair.obstacle, pair.X_WB, obstacle);
+/// The edges that span the plane of the closest points.
+void find_contact_edges(const PlacedPair& placed, NearPair& pair) {
   const double size = norm(pair.X_WM.p) + norm(pair.X_WB.p) + pair.mover->bounding_sphere().radius +
                       pair.obstacle->bounding_sphere().radius;
   const double tolerance = 4.0 * kSeparationRounding * size;
-  const Vector3 e = extreme_edge(mover, -pair.n, tolerance), f = extreme_edge(obstacle, pair.n, tolerance);
+  const Vector3 e = extreme_edge(*pair.mover, placed.mover, -pair.n, tolerance);
+  const Vector3 f = extreme_edge(*pair.obstacle, placed.obstacle, pair.n, tolerance);
   const double across = dot(pair.n, cross(e, f));
-  if (!(std::abs(across) > 1e-3 * norm(e) * norm(f))) return {};
-  return {e, f / across};
+  if (std::abs(across) > 1e-3 * norm(e) * norm(f)) pair.e = e, pair.f = f / across;
 }
 
 /// How near the pair may come, and what lies between that and where find_impact stops it.
@@ -93,36 +97,48 @@ Keep keep_of(double separation, double gap) {
   return {separation, 0.0};
 }
 
+/// Of the cores. A solid that is rounded reaches its radius further, however it or the plane turns: rows at
+/// the vertices, with the radii taken off the slack, hold for it to first order.
 struct Heights {
   double highest_obstacle, lowest_mover;
-  WorldVertices obstacle, mover;
+
+  double apart() const { return lowest_mover - highest_obstacle; }
 };
 
-Heights heights_along(const NearPair& pair, const Vector3& n) {
-  Heights out;
-  world_vertices(*pair.obstacle, pair.X_WB, out.obstacle);
-  world_vertices(*pair.mover, pair.X_WM, out.mover);
-  out.highest_obstacle = dot(n, out.obstacle.vertex(0));
-  out.lowest_mover = dot(n, out.mover.vertex(0));
+double radii_of(const NearPair& pair) { return pair.mover->radius() + pair.obstacle->radius(); }
+
+Heights heights_along(const PlacedPair& placed, const Vector3& n) {
+  Heights out{dot(n, placed.obstacle.vertex(0)), dot(n, placed.mover.vertex(0))};
   for (int i = 1; i < Hexahedron::kVertices; ++i) {
-    out.highest_obstacle = std::max(out.highest_obstacle, dot(n, out.obstacle.vertex(i)));
-    out.lowest_mover = std::min(out.lowest_mover, dot(n, out.mover.vertex(i)));
+    out.highest_obstacle = std::max(out.highest_obstacle, dot(n, placed.obstacle.vertex(i)));
+    out.lowest_mover = std::min(out.lowest_mover, dot(n, placed.mover.vertex(i)));
   }
   return out;
+}
+
+void find_planes_that_part(NearPair& pair) {
+  const PlacedPair placed(pair);
+  for (int plane = 0; plane < 12; ++plane) {
+    const FacePlane face = face_plane(pair, plane);
+    if (face.exists && heights_along(placed, face.n).apart() - radii_of(pair) >= 0.5 * pair.gap)
+      pair.planes_that_part |= 1u << plane;
+  }
+  pair.are_planes_known = true;
 }
 
 using Rows = std::array<SlideRow, Hexahedron::kVertices>;
 
 /// A face's plane keeps all vertices of the other solid on its far side.
 int rows_of_face(const NearPair& pair, const FacePlane& face, Rows& rows) {
-  const Heights heights = heights_along(pair, face.n);
-  const double apart = heights.lowest_mover - heights.highest_obstacle;
-  if (!(apart >= 0.5 * pair.gap)) return 0;
-  const Keep keep = keep_of(apart, pair.gap);
+  const PlacedPair placed(pair);
+  const Heights heights = heights_along(placed, face.n);
+  const double radii = radii_of(pair);
+  const Keep keep = keep_of(heights.apart() - radii, pair.gap);
   for (int i = 0; i < Hexahedron::kVertices; ++i) {
-    const Vector3 p = face.turns ? heights.obstacle.vertex(i) : heights.mover.vertex(i);
+    const Vector3 p = face.turns ? placed.obstacle.vertex(i) : placed.mover.vertex(i);
     const double height = dot(face.n, p);
-    const double over = face.turns ? heights.lowest_mover - height : height - heights.highest_obstacle;
+    const double over =
+        (face.turns ? heights.lowest_mover - height : height - heights.highest_obstacle) - radii;
     rows[i] = {face.n,
                p - pair.centre_W,
                pair.share * (over - keep.separation),
@@ -138,18 +154,16 @@ int rows_of_face(const NearPair& pair, const FacePlane& face, Rows& rows) {
 }
 
 int rows_of_points(const NearPair& pair, Rows& rows) {
-  const bool turns = own_plane_turns(pair);
-  const ContactEdges edges = pair.is_sure ? ContactEdges{} : contact_edges(pair);
   const Keep keep = keep_of(pair.separation, pair.gap);
   for (int i = 0; i < pair.point_count; ++i) {
     const ContactPoint& point = pair.points[i];
     rows[i] = {pair.n,
-               (turns ? point.p_A_W : point.p_B_W) - pair.centre_W,
+               (pair.turns ? point.p_A_W : point.p_B_W) - pair.centre_W,
                pair.share * (point.separation - keep.separation),
                pair.share * keep.room,
-               turns,
-               edges.e,
-               edges.f,
+               pair.turns,
+               pair.e,
+               pair.f,
                pair.source,
                pair.link,
                pair.other_link};
@@ -159,8 +173,7 @@ int rows_of_points(const NearPair& pair, Rows& rows) {
 
 int rows_of_plane(const NearPair& pair, int plane, Rows& rows) {
   if (plane < 0) return rows_of_points(pair, rows);
-  const FacePlane face = face_plane(pair, plane);
-  return face.exists ? rows_of_face(pair, face, rows) : 0;
+  return (pair.planes_that_part >> plane & 1) != 0 ? rows_of_face(pair, face_plane(pair, plane), rows) : 0;
 }
 
 /// The share of a twist that the rows let through, to first order.
@@ -178,12 +191,15 @@ double share_let_through(const Rows& rows, int count, const Twist& twist, double
 
 void classify(NearPair& pair) {
   pair.is_sure = false;
-  if (pair.separation > 2.0 * pair.gap) return;
-  for (int plane = 0; plane < 12 && !pair.is_sure; ++plane) {
+  for (int plane = 0; plane < 12 && !pair.is_sure && pair.separation <= 2.0 * pair.gap; ++plane) {
     const FacePlane face = face_plane(pair, plane);
     pair.is_sure =
         face.exists && norm(cross(face.n, pair.n)) < same_normal(pair) && dot(face.n, pair.n) > 0.0;
   }
+  pair.turns = plane_turns(pair);
+  pair.e = pair.f = Vector3::Zero();
+  pair.planes_that_part = 0, pair.are_planes_known = false;
+  if (!pair.is_sure) find_contact_edges(PlacedPair(pair), pair);
 }
 
 bool choose_plane(NearPair& pair, const Twist& twist) {
@@ -191,6 +207,7 @@ bool choose_plane(NearPair& pair, const Twist& twist) {
   Rows rows;
   pair.plane = -1;
   double most = share_let_through(rows, rows_of_points(pair, rows), twist, pair.gap);
+  if (most < 1.0 && !pair.are_planes_known) find_planes_that_part(pair);
   for (int plane = 0; plane < 12 && most < 1.0; ++plane) {
     const int count = rows_of_plane(pair, plane, rows);
     if (count == 0) continue;
@@ -201,13 +218,13 @@ bool choose_plane(NearPair& pair, const Twist& twist) {
 }
 
 void add_rows(const NearPair& pair, double reach, std::vector<SlideRow>& rows) {
-  Rows own;
-  const int count = rows_of_plane(pair, pair.plane, own);
+  Rows of_plane;
+  const int count = rows_of_plane(pair, pair.plane, of_plane);
   for (int i = 0; i < count; ++i) {
-    if (!(own[i].slack < reach)) continue;
+    if (!(of_plane[i].slack < reach)) continue;
     // Whoever comes last: those that would be left out in the end go first.
     if (rows.size() == rows.capacity()) order_rows(rows);
-    rows.push_back(own[i]);
+    rows.push_back(of_plane[i]);
   }
 }
 

@@ -32,9 +32,17 @@ struct NearPair {
   /// a face is sure; of all others, seams among them, the plane follows the motion.
   bool is_sure = false;
   int plane = -1;  ///< -1: of the closest points; 0-5 the mover's faces, 6-11 the obstacle's
+
+  // By classify(), as they do not change while the two stand.
+  bool turns = false;           ///< the plane of the closest points turns with the mover
+  Vector3 e = Vector3::Zero(),  ///< the edges that span that plane, f so long that n = e x f;
+      f = Vector3::Zero();      ///< zero: others do
+  /// Bit i: plane i keeps half the gap. By choose_plane(), the first time that it needs them.
+  unsigned planes_that_part = 0;
+  bool are_planes_known = false;
 };
 
-/// Sets is_sure from the geometry.
+/// Sets is_sure, and what rows are made of, from the geometry.
 void classify(NearPair& pair);
 
 /// Of the planes that keep half the gap, the one that lets most of `twist` through. Returns whether the

@@ -11,18 +11,13 @@
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/tests/motion/stop_in_gap.hpp"
+#include "touchstone/tests/support/at.hpp"
 
 namespace touchstone {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kGap = 1e-9;
-
-Pose at(double x, double y, double z) {
-  Pose X;
-  X.p = {x, y, z};
-  return X;
-}
 
 struct Pair {
   std::array<Hexahedron, 2> solids;
@@ -39,12 +34,6 @@ struct Pair {
     return find_impact({&solids[0], {}, &a, 0, stop_a}, {&solids[1], {}, &b, 0, stop_b}, {gap}, query);
   }
 };
-
-void expect_stop_in_gap(const Impact& impact) {
-  EXPECT_EQ(impact.status, ImpactStatus::blocked);
-  EXPECT_GE(impact.geometry.separation, 0.5 * kGap);
-  EXPECT_LE(impact.geometry.separation, kGap);
-}
 
 // Scene 5 a: two 10 mm plates, 5 mm apart, closing at 0.37 m/s at 10 Hz: contact after 0.005 / 0.37 s.
 TEST(Impact, ThinPlatesDoNotTunnel) {

@@ -7,6 +7,7 @@
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/support/at.hpp"
 
 // Times of impact that engines got wrong: cases from the trackers and tests of ncollide, parry and Jolt, and
 // from this project, with the exact first time at which the closed solids meet (translations: a rational,
@@ -57,12 +58,6 @@ std::array<Case, 14> cases() {
       {"overlapping, parting", two, two, kZero, {1, 0, 0}, kZero, {1, 0, 0}, 2, 0, 0},
       {"far out", two, two, {1e6, 1e6, 1e6}, {1000005, 1e6, 1e6}, kZero, {-2, 0, 0}, 3, 1.5, 0},
   }};
-}
-
-Pose at(const Vector3& p) {
-  Pose X;
-  X.p = p;
-  return X;
 }
 
 /// The contact gap of the case: 1e-9 m, or four times native's resolution.

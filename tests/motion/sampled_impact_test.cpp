@@ -7,17 +7,12 @@
 
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/support/at.hpp"
 
 namespace touchstone {
 namespace {
 
 constexpr double kGap = 1e-9;
-
-Pose at(double x, double y, double z) {
-  Pose X;
-  X.p = {x, y, z};
-  return X;
-}
 
 /// Native's separations under verdicts of any kind, of the true separation.
 class JudgedQuery final : public SeparationQuery {

@@ -206,6 +206,7 @@ TEST(SlideRows, SeamsTakeThePlaneThatLetsTheMotionThrough) {
   // Straight at it, lower down: its side.
   pair.X_WM.p.z() = pair.centre_W.z() = 0.1;
   pair.n = {-1, 0, 0};
+  classify(pair);
   choose_plane(pair, {{0.01, 0, 0}, {0, 0, 0}});
   rows.clear();
   add_rows(pair, 1.0, rows);

@@ -10,15 +10,10 @@
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/registry.hpp"
+#include "touchstone/tests/support/at.hpp"
 
 namespace touchstone {
 namespace {
-
-Pose at(double x, double y, double z) {
-  Pose X;
-  X.p = {x, y, z};
-  return X;
-}
 
 SweptCase straight(const std::string& name, const Hexahedron& a, const Hexahedron& b, const Pose& X_WA,
                    const Pose& X_WB, const Vector3& velocity, double duration, double exact_time) {

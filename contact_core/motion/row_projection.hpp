@@ -14,12 +14,12 @@ namespace touchstone {
 inline constexpr int kMostRows = 96;
 
 template <int N>
-struct ClosestPoint {
+struct RowProjection {
   using Row = std::array<double, N>;
 
   /// Rows closer than this to the span of others [rad] count as in it.
   static constexpr double kDependent = 0x1p-30;
-  /// A row is fulfilled to so many times the length of the goal twist; one that contradicts those that hold
+  /// A row is fulfilled to this many times the length of the goal twist; one that contradicts those that hold
   /// by less than the second does so by their rounding, where they are nearly dependent.
   static constexpr double kFulfilled = 0x1p-50;
   static constexpr double kNearlyFulfilled = 0x1p-36;
@@ -131,8 +131,9 @@ struct ClosestPoint {
 
   /// Makes row p hold, dropping active rows that it replaces. False: it contradicts them.
   static bool take_in(const Rows& rows, int p, State& s, int& iterations) {
-    double own = 0.0;
+    double taken = 0.0;
     for (; iterations < kIterations; ++iterations) {
+      // The direction that leaves the active rows as they are, and what that costs each.
       Span span;
       for (int k = 0; k < s.count; ++k) span.add(rows.g[s.active[k]]);
       std::array<double, N> coefficient{};
@@ -140,6 +141,7 @@ struct ClosestPoint {
       const auto r = span.solve(coefficient);
       const double square = row_product(z, z);
       const double lacking = -(row_product(rows.g[p], s.x) + rows.slack[p]);
+      // As far as no multiplier falls below 0, and no further than row p needs.
       double longest = kInfinity;
       int blocking = -1;
       for (int k = 0; k < s.count; ++k)
@@ -148,13 +150,14 @@ struct ClosestPoint {
       const double whole = free ? std::max(lacking, 0.0) / square : kInfinity;
       const double step = std::min(longest, whole);
       if (!(step < kInfinity)) return false;
+      // The step; then p is active, or the row that blocked it no longer is.
       if (free)
         for (int i = 0; i < N; ++i) s.x[i] += step * z[i];
       for (int k = 0; k < s.count; ++k) s.multiplier[k] = std::max(s.multiplier[k] - step * r[k], 0.0);
-      own += step;
+      taken += step;
       if (whole <= longest) {
         s.active[s.count] = p;
-        s.multiplier[s.count++] = own;
+        s.multiplier[s.count++] = taken;
         settle(rows, s);
         return true;
       }
