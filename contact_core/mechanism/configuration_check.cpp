@@ -6,14 +6,15 @@
 #include <numeric>
 #include <set>
 
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/mechanism/obstacle_tree.hpp"
 
-// A configuration is asked in three steps. Each link's box, along the link's own axes (booms are long and
+// A configuration is checked in three steps. Each link's box, along the link's axes (booms are long and
 // thin, and turned), goes through a tree of the obstacles' boxes; where they may meet, the boxes of its
 // hexahedra are looked at one by one, and the obstacle's sphere. Boxes of links are then compared with each
-// other in the same manner. What is left is asked of the narrowphase in blocks, as soon as one is full, and
-// the first pair that is not separated ends it all.
+// other in the same manner. Pairs that are left go to the narrowphase in blocks, as soon as one is full, and
+// the first pair that is not separated ends the check.
 //
 // Boxes are compared in doubles. A link's frame is a product of at most as many rigid frames as there are
 // joints, each off orthonormal by kFrameTolerance = 2^-48 and a few roundings of 2^-53: a coordinate along
@@ -64,7 +65,9 @@ bool is_named(const std::string& name, const std::string& owner, const std::stri
 AxisBox box_of(const Hexahedron& solid, const Pose& X) {
   std::array<Vector3, Hexahedron::kVertices> points;
   for (std::size_t i = 0; i < points.size(); ++i) points[i] = transform(X, solid.vertices()[i]);
-  return AxisBox::around(points);
+  AxisBox box = AxisBox::around(points);
+  box.half.array() += (1.0 + 0x1p-50) * solid.radius();
+  return box;
 }
 
 double largest_coordinate(const AxisBox& box) { return (box.centre.cwiseAbs() + box.half).maxCoeff(); }
@@ -170,6 +173,7 @@ struct ConfigurationCheck::State {
     const std::vector<std::uint32_t> group = rigid_groups(mechanism);
     for (std::uint32_t link = 0; link < mechanism.links().size(); ++link) {
       const auto first = static_cast<std::uint32_t>(parts.size());
+      // add() appends the solids of one object as parts of the link.
       const auto add = [&](const HexahedronTree& object, const Pose& X_LO, const std::string& owner,
                            bool is_carried) {
         for (const PlacedHexahedron& placed : object.solids()) {
@@ -179,11 +183,13 @@ struct ConfigurationCheck::State {
               {link, group[link], X_LS, box_of(placed.solid, X_LS), owner, placed.name, is_carried});
         }
       };
+      // The solids of the link come first, then those that it carries.
       if (mechanism.links()[link].tree)
         add(*mechanism.links()[link].tree, {}, mechanism.links()[link].name, false);
       for (const CarriedObject& carried : scene.carried)
         if (mechanism.find_link(carried.link) == link)
           add(*carried.tree, carried.X_LO, carried.tree->name(), true);
+      // The link's box holds all of its parts.
       const auto count = static_cast<std::uint32_t>(parts.size()) - first;
       if (count == 0) continue;
       AxisBox all = parts[first].box_L;
@@ -242,15 +248,16 @@ struct ConfigurationCheck::State {
   bool are_checked(std::uint32_t a, std::uint32_t b) const {
     const Part &p = parts[a], &q = parts[b];
     if (p.group == q.group) return false;
-    if (!p.is_carried && !q.is_carried && scene.mechanism->is_exempt(own_index(a), own_index(b)))
+    if (!p.is_carried && !q.is_carried &&
+        scene.mechanism->is_exempt(index_in_mechanism(a), index_in_mechanism(b)))
       return false;
     return std::none_of(scene.exempt.begin(), scene.exempt.end(), [&](const ExemptPair& pair) {
       return is_exempt(pair, p.owner, p.name, q.owner, q.name);
     });
   }
 
-  /// In Mechanism::solids(): a link's own parts come before what it carries.
-  std::uint32_t own_index(std::uint32_t part) const {
+  /// In Mechanism::solids(): the parts of a link come before what it carries.
+  std::uint32_t index_in_mechanism(std::uint32_t part) const {
     const auto link = std::find_if(links.begin(), links.end(),
                                    [&](const LinkParts& each) { return each.link == parts[part].link; });
     return scene.mechanism->links()[parts[part].link].first_solid + (part - link->first);
@@ -367,7 +374,7 @@ struct ConfigurationCheck::State {
     memory.count = 0;
     scene.mechanism->link_poses(scene.X_WB, q, memory.X_WL);
     double scale = reach;
-    for (const Pose& X : memory.X_WL) scale = std::max(scale, X.p.cwiseAbs().maxCoeff());
+    for (const Pose& X : memory.X_WL) scale = std::max(scale, norm_inf(X.p));
     for (std::size_t i = 0; i < links.size(); ++i) {
       const Pose& X_WL = memory.X_WL[links[i].link];
       memory.boxes[i] = TurnedBox(links[i].box_L, X_WL.R, X_WL.p);

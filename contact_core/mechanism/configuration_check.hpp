@@ -46,14 +46,14 @@ struct ConfigurationScene {
 /// carries against that link, and pairs that no joint moves: those are the same in every configuration.
 ///
 /// A configuration is free when its narrowphase finds every checked pair `separated`, at X_WS =
-/// compose(link pose, X_LS): touching is contact, and what it cannot decide is none. Which pairs it is asked
+/// compose(link pose, X_LS): touching is contact, and an undecided pair is not free. Which pairs it is asked
 /// about, in which order and after which one it stops, changes no answer.
 ///
 /// Immutable once made; const use from several threads is safe, each with a Scratch of its own, where the
 /// narrowphase's is (Capabilities::thread_safe).
 class ConfigurationCheck {
  public:
-  /// @throws InputError: no mechanism, tree or narrowphase, a pose that is none, two objects of one name, an
+  /// @throws InputError: no mechanism, tree or narrowphase, an invalid pose, two objects of one name, an
   /// unknown name, an exemption between obstacles, a solid that the narrowphase cannot represent.
   ConfigurationCheck(ConfigurationScene scene, std::unique_ptr<Narrowphase> narrowphase);
   ~ConfigurationCheck();

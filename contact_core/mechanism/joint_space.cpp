@@ -61,9 +61,10 @@ class Scaling {
 template <int N>
 bool project(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
              const Lifts& lift, JointSlidePlan& plan) {
-  using Solver = ClosestPoint<N>;
+  using Solver = RowProjection<N>;
   typename Solver::Rows scaled;
   const Scaling<N> scaling(metric);
+  // Rows are scaled to unit length; those that no joint moves are left out.
   std::array<int, kMostRows> row_of;
   std::array<double, kMostRows> length_of;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -75,9 +76,11 @@ bool project(const JointVector& goal, const JointMetric& metric, std::span<const
     scaled.g[scaled.count] = g;
     scaled.slack[scaled.count++] = (rows[i].slack - lift[i]) / length;
   }
+  // The goal is projected in scaled coordinates.
   typename Solver::State state;
   state.x = scaling.to_scaled(goal);
   const bool found = Solver::find(scaled, state);
+  // The plan names the active rows, with forces in the caller's units.
   plan = {};
   plan.active_count = state.count;
   for (int i = 0; i < state.count; ++i) {
@@ -195,9 +198,9 @@ Twist JointFrame::twist(const JointVector& dq, std::uint32_t link, std::uint32_t
                         const Vector3& c_W) const {
   Twist sum;
   for (std::uint32_t value = 0; value < axes_.size(); ++value) {
-    const int way = sign(value, link, other);
-    if (way == 0 || dq[value] == 0.0) continue;
-    const Twist part = (way * dq[value]) * twist(value, c_W);
+    const int turn = sign(value, link, other);
+    if (turn == 0 || dq[value] == 0.0) continue;
+    const Twist part = (turn * dq[value]) * twist(value, c_W);
     sum.v += part.v;
     sum.w += part.w;
   }
@@ -209,7 +212,7 @@ void find_root(const JointMatrix& M, std::span<const double> weights, JointMatri
     for (std::size_t j = 0; j <= i; ++j) {
       double rest = M[i][j];
       for (std::size_t k = 0; k < j; ++k) rest -= L[i][k] * L[j][k];
-      // What is left of M without some of its values is no less stiff than their weights.
+      // M without some of its values is no less stiff than their weights.
       L[i][j] = i == j ? std::sqrt(std::max(rest, weights[i])) : rest / L[j][j];
     }
   }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "touchstone/contact_core/mechanism/mechanism_path.hpp"
-#include "touchstone/contact_core/motion/closest_point.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
+#include "touchstone/contact_core/motion/row_projection.hpp"
 
 // A mechanism's motions to first order: what a change of joint values does to its links, and which change the
 // contacts allow that is closest to the one wanted.

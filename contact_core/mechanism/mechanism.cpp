@@ -92,12 +92,14 @@ struct Mechanism::Builder {
   void take_joints() {
     for (const JointDescription& joint : m.description_.joints) {
       const auto index = static_cast<std::uint32_t>(m.joints_.size());
+      // Each joint needs a name of its own and valid figures.
       if (joint.name.empty()) throw InputError(label() + ": joint " + std::to_string(index) + " has no name");
       if (!joint_index.emplace(joint.name, index).second)
         throw InputError(joint_label(joint.name) + ": the name occurs twice");
       check_joint(joint);
       const std::string by = joint_label(joint.name);
       const bool is_fixed = joint.kind == JointKind::fixed;
+      // The description is copied, with a rigid frame and a unit axis.
       Joint out{};
       out.name = joint.name;
       out.kind = joint.kind;
@@ -109,6 +111,7 @@ struct Mechanism::Builder {
       out.lower = joint.lower, out.upper = joint.upper;
       out.rate = joint.rate, out.effort = joint.effort;
       if (out.inner == out.outer) throw InputError(by + ": joins link '" + joint.parent + "' to itself");
+      // A joint that moves gets a joint value.
       if (!is_fixed) {
         out.value = static_cast<std::uint32_t>(m.reference_.size());
         m.reference_.push_back(0.0);
@@ -135,11 +138,13 @@ struct Mechanism::Builder {
   void hang_on_base() {
     const std::string& base = m.description_.base;
     m.base_ = base.empty() ? 0 : link_named(base, label() + ", base");
+    // Each link lists its joints.
     std::vector<std::vector<std::uint32_t>> joints_at(m.links_.size());
     for (std::uint32_t j = 0; j < m.joints_.size(); ++j) {
       joints_at[m.joints_[j].inner].push_back(j);
       joints_at[m.joints_[j].outer].push_back(j);
     }
+    // Breadth first: a link that is reached twice closes a loop.
     std::vector<std::uint8_t> reached(m.links_.size(), 0), crossed(m.joints_.size(), 0);
     reached[m.base_] = 1;
     std::vector<std::uint32_t> front{m.base_};
@@ -158,6 +163,7 @@ struct Mechanism::Builder {
         front.push_back(joint.outer);
       }
     }
+    // Every link has to hang on the base.
     for (std::uint32_t i = 0; i < reached.size(); ++i)
       if (!reached[i])
         throw InputError(link_label(m.links_[i].name) + ": no joint leads to it from base '" +

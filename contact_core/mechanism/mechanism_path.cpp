@@ -137,12 +137,12 @@ void MechanismPath::take_rates(const Mechanism::Joint& joint, const BodyState& i
   if (joint.value == Mechanism::kNone) return;
   const double rate = q1_[joint.value] - q0_[joint.value];
   if (rate == 0.0) return;
-  const Vector3 own_W = rate * rotate(inner.X_WO.R, joint.axis_P);
+  const Vector3 joint_W = rate * rotate(inner.X_WO.R, joint.axis_P);
   if (joint.kind == JointKind::prismatic) {
-    outer.velocity_W += own_W;
+    outer.velocity_W += joint_W;
   } else {
-    outer.angular_velocity_W += own_W;
-    outer.velocity_W += cross(own_W, outer.centre_W - transform(inner.X_WO, joint.X_PJ.p));
+    outer.angular_velocity_W += joint_W;
+    outer.velocity_W += cross(joint_W, outer.centre_W - transform(inner.X_WO, joint.X_PJ.p));
   }
 }
 
@@ -227,6 +227,7 @@ void MechanismPath::turn_on(Section& section, const Vector3& axis_W, double rate
 }
 
 void MechanismPath::add_section(const Mechanism::Joint& joint) noexcept {
+  // The joint's axis and place are taken half-way along the path.
   const std::uint32_t inner_index = section_of_[joint.inner];
   const Section& inner = sections_[inner_index];
   const Pose& X_WP = half_[joint.inner].X_WO;
@@ -235,6 +236,7 @@ void MechanismPath::add_section(const Mechanism::Joint& joint) noexcept {
   const Vector3 vector_W = transform(X_WP, joint.X_PJ.p) - inner.entry_W;
   const Rates of_vector = rates_of_vector(inner, vector_W), of_axis = rates_of_vector(inner, axis_W);
 
+  // The part from the inner section's entry to this joint turns with that section.
   Section section = inner;
   section.inner = inner_index;
   section.slack = (128.0 + 2.0 * largest_value_) * kUnitRoundoff *
@@ -248,6 +250,7 @@ void MechanismPath::add_section(const Mechanism::Joint& joint) noexcept {
   section.entry_rates.first += of_vector.first;
   section.entry_rates.second += of_vector.second;
   section.entry_rates.third += of_vector.third;
+  // The joint adds a shift along its axis, or a turn.
   if (joint.kind == JointKind::prismatic) {
     const double c = std::abs(rate);
     section.shift = std::max(std::abs(q0_[joint.value]), std::abs(q1_[joint.value]));
@@ -318,8 +321,8 @@ void MechanismPath::curvature_bounds(std::uint32_t link, const BodyState& state,
     const Acceleration p = acceleration_of(link, transform(X_LW, points_W[i]));
     const double near_half =
         std::abs(dot(n_W, p.at_half_W)) + 0.5 * p.rates.third + section.slack * p.rates.second;
-    const double own_rate = p.rates.first - section.entry_rates.first;
-    const double sum = (across * own_rate + section.change * norm(p.r_W)) + inwards;
+    const double rate_within = p.rates.first - section.entry_rates.first;
+    const double sum = (across * rate_within + section.change * norm(p.r_W)) + inwards;
     out[i] = std::min(sum, near_half) * kEnlarge;
   }
 }

@@ -18,6 +18,7 @@ std::vector<Pose> solid_poses(const Mechanism& mechanism, std::span<const double
 }  // namespace
 
 std::vector<ReferenceOverlap> find_reference_overlaps(const Mechanism& mechanism, Narrowphase& narrowphase) {
+  // All pairs that are not exempt are checked.
   const auto count = static_cast<std::uint32_t>(mechanism.solids().size());
   std::vector<SolidPair> pairs;
   for (std::uint32_t a = 0; a < count; ++a)
@@ -25,6 +26,7 @@ std::vector<ReferenceOverlap> find_reference_overlaps(const Mechanism& mechanism
       if (!mechanism.is_exempt(a, b)) pairs.push_back({a, b});
   if (pairs.empty()) return {};
 
+  // They are evaluated in the reference configuration, with depths where the backend knows them.
   narrowphase.build(mechanism.solids());
   const Capabilities& can = narrowphase.capabilities();
   const std::vector<Pose> poses = solid_poses(mechanism, mechanism.reference());
@@ -35,6 +37,7 @@ std::vector<ReferenceOverlap> find_reference_overlaps(const Mechanism& mechanism
   const auto workspace = narrowphase.make_workspace();
   narrowphase.evaluate({pairs, poses, query}, {status, geometry, {}}, *workspace);
 
+  // All pairs that are not separated are reported.
   std::vector<ReferenceOverlap> overlaps;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (status[i] == PairStatus::separated) continue;

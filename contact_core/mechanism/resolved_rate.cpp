@@ -67,7 +67,7 @@ void solve_factored(const Square& L, Column& b) {
 }  // namespace
 
 ResolvedRate::ResolvedRate(const Mechanism& mechanism, std::uint32_t link,
-                           const ResolvedRateSettings& settings)
+                           const ResolvedRateSettings& settings, std::span<const std::uint32_t> held_values)
     : mechanism_(&mechanism), link_(link), settings_(settings) {
   const std::string who = "mechanism '" + mechanism.name() + "': resolved rates: ";
   if (!std::isfinite(settings.length) || !(settings.length > 0.0))
@@ -82,6 +82,7 @@ ResolvedRate::ResolvedRate(const Mechanism& mechanism, std::uint32_t link,
   for (const std::uint32_t j : mechanism.chain(link)) {
     const std::uint32_t value = mechanism.joints()[j].value;
     if (value == Mechanism::kNone) continue;
+    if (std::find(held_values.begin(), held_values.end(), value) != held_values.end()) continue;
     joint_of_[value] = j;
     moves = true;
   }
@@ -100,6 +101,7 @@ Twist ResolvedRate::column(std::span<const Pose> X_WL, const Vector3& p_W,
 
 ResolvedRate::Outcome ResolvedRate::solve(std::span<const Pose> X_WL, const Vector3& p_W, const Twist& wanted,
                                           std::span<double> rates) noexcept {
+  // M is the sum of the products of weighed columns.
   Square M{}, L{};
   for (std::uint32_t j = 0; j < columns_.size(); ++j) {
     columns_[j] = column(X_WL, p_W, j);
@@ -107,6 +109,7 @@ ResolvedRate::Outcome ResolvedRate::solve(std::span<const Pose> X_WL, const Vect
     for (int row = 0; row < kRows; ++row)
       for (int k = 0; k <= row; ++k) M[row][k] += c[row] * c[k];
   }
+  // Near a singularity M is damped, the more the nearer it is.
   Outcome outcome;
   const bool regular = factorise(M, L);
   const double s = regular ? 1.0 / std::sqrt(trace_of_inverse(L)) : 0.0;
@@ -122,6 +125,7 @@ ResolvedRate::Outcome ResolvedRate::solve(std::span<const Pose> X_WL, const Vect
       return outcome;
     }
   }
+  // The rates follow from the solution; the joint furthest beyond its limit sets the scale.
   Column b = weighed(wanted, settings_.length);
   solve_factored(L, b);
   for (std::uint32_t j = 0; j < columns_.size(); ++j) {
@@ -133,6 +137,7 @@ ResolvedRate::Outcome ResolvedRate::solve(std::span<const Pose> X_WL, const Vect
     const double limit = mechanism_->joints()[joint_of_[j]].rate;
     if (std::abs(rate) * outcome.scale > limit) outcome.scale = limit / std::abs(rate);
   }
+  // The error is the twist of the scaled rates less the wanted one.
   outcome.error = -1.0 * wanted;
   for (std::uint32_t j = 0; j < columns_.size(); ++j) {
     rates[j] *= outcome.scale;

@@ -12,7 +12,7 @@ namespace touchstone {
 /// How joint rates are found. Rows for turns are weighed with `length`, so that the Jacobian's singular
 /// values are lengths [m] (exactly so where all joints turn).
 struct ResolvedRateSettings {
-  double length = 1.0;  ///< a turn of 1 rad counts like this way [m], > 0
+  double length = 1.0;  ///< a turn of 1 rad counts like this displacement [m], > 0
   /// Damping sets in where the least singular value's bound (see ResolvedRate) is below this [m], >= 0.
   double damped_below = 0.1;
   double damping = 0.05;  ///< lambda at a singularity [m], > 0
@@ -28,8 +28,10 @@ struct ResolvedRateSettings {
 /// Holds scratch, one a thread; nothing allocates after construction. Keeps a reference.
 class ResolvedRate {
  public:
-  /// @throws InputError: a setting out of range, a link that no joint moves.
-  ResolvedRate(const Mechanism& mechanism, std::uint32_t link, const ResolvedRateSettings& settings = {});
+  /// @param held_values joints of the link's chain that stay; values off the chain are passed by.
+  /// @throws InputError: a setting out of range, a link that no joint moves, held ones left out.
+  ResolvedRate(const Mechanism& mechanism, std::uint32_t link, const ResolvedRateSettings& settings = {},
+               std::span<const std::uint32_t> held_values = {});
 
   /// How far solve() missed its command.
   struct Outcome {
@@ -41,11 +43,12 @@ class ResolvedRate {
   };
 
   /// @param X_WL as from Mechanism::link_poses. @param wanted of the point p_W (fixed in the link).
-  /// @param rates value_count() of them; 0 for joints that do not move the link [rad/s, m/s].
+  /// @param rates value_count() of them; 0 for joints that do not move the link or are held [rad/s, m/s].
   Outcome solve(std::span<const Pose> X_WL, const Vector3& p_W, const Twist& wanted,
                 std::span<double> rates) noexcept;
 
-  /// Column j of the Jacobian: the velocity that the point p_W of the link gets from value j at rate 1.
+  /// Column j of the Jacobian: the velocity that the point p_W of the link gets from value j at rate 1; 0 if
+  /// it is held.
   Twist column(std::span<const Pose> X_WL, const Vector3& p_W, std::uint32_t value) const noexcept;
 
   const Mechanism& mechanism() const { return *mechanism_; }
@@ -56,7 +59,7 @@ class ResolvedRate {
   std::uint32_t link_;
   ResolvedRateSettings settings_;
   std::vector<Twist> columns_;           // by value; 0 for joints off the chain
-  std::vector<std::uint32_t> joint_of_;  // by value; Mechanism::kNone off the chain
+  std::vector<std::uint32_t> joint_of_;  // by value; Mechanism::kNone off the chain, and held
 };
 
 }  // namespace touchstone

@@ -3,7 +3,7 @@
 #include <array>
 #include <numbers>
 
-#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/link_parts.hpp"
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 namespace touchstone {
@@ -51,15 +51,6 @@ MassProperties published(double mass, const Vector3& centre_L, double xx, double
   return out;
 }
 
-MassProperties solid_box(double mass, const Vector3& centre_L, const Vector3& size) {
-  MassProperties out{mass, centre_L, Matrix3::Zero(), centre_L};
-  const Vector3 squares = size.cwiseProduct(size);
-  out.inertia_L(0, 0) = mass / 12.0 * (squares.y() + squares.z());
-  out.inertia_L(1, 1) = mass / 12.0 * (squares.z() + squares.x());
-  out.inertia_L(2, 2) = mass / 12.0 * (squares.x() + squares.y());
-  return out;
-}
-
 /// Body and bore of an end effector whose joint is at `joint_x` and whose mouth is at `mouth_x`.
 void add_lee(LinkIndex link, double joint_x, double mouth_x, MechanismDescription& arm) {
   const bool mouth_first = mouth_x < joint_x;
@@ -89,7 +80,7 @@ void add_cluster(LinkIndex link, const Vector3& next, MechanismDescription& arm)
       link, arm);
   Vector3 size = Vector3::Constant(2.0 * kBoomRadius);
   size(is_along_y ? 1 : 2) = span + 2.0 * kBoomRadius;
-  arm.links[link].mass = solid_box(kClusterMass, 0.5 * next, size);
+  arm.links[link].mass = solid_box_mass(kClusterMass, 0.5 * next, size);
 }
 
 void add_booms(MechanismDescription& arm) {
@@ -126,6 +117,7 @@ MechanismDescription make_ssrms() {
   arm.name = "ssrms";
   for (const char* name : kNames) arm.links.push_back({name, {}, {}});
 
+  // The links get their solids, from base to tip.
   add_lee(kBaseLee, kLee, 0.0, arm);
   add_cluster(kShoulderRoll, {0, 0, kCluster}, arm);
   add_cluster(kShoulderYaw, {0, -kOffset, 0}, arm);
@@ -134,6 +126,7 @@ MechanismDescription make_ssrms() {
   add_cluster(kWristYaw, {0, 0, -kCluster}, arm);
   add_lee(kTipLee, 0.0, kLee, arm);
 
+  // Seven joints connect them.
   const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ();
   add_joint("shoulder_roll", kShoulderRoll, {kLee, 0, 0}, x, arm);
   add_joint("shoulder_yaw", kShoulderYaw, {0, 0, kCluster}, z, arm);
@@ -143,6 +136,7 @@ MechanismDescription make_ssrms() {
   add_joint("wrist_yaw", kWristYaw, {0, -kOffset, 0}, z, arm);
   add_joint("wrist_roll", kTipLee, {0, 0, -kCluster}, x, arm);
 
+  // The tip is a frame at the mouth, fixed to the last end effector.
   JointDescription mouth;
   mouth.name = "mouth";
   mouth.parent = kNames[kTipLee];
@@ -150,11 +144,6 @@ MechanismDescription make_ssrms() {
   mouth.X_PJ.p = {kLee, 0, 0};
   arm.joints.push_back(mouth);
   return arm;
-}
-
-MechanismDescription make_bundled_arm(std::string_view name) {
-  if (name == "ssrms") return make_ssrms();
-  throw InputError("arm '" + std::string(name) + "' is not known; known: ssrms");
 }
 
 }  // namespace touchstone

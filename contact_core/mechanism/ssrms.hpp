@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string_view>
-
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 namespace touchstone {
@@ -29,9 +27,5 @@ namespace touchstone {
 /// than mass times the squared distance to mid-span: about those frames they cannot be. They are carried as
 /// published; who computes dynamics has to choose.
 MechanismDescription make_ssrms();
-
-/// Returns the bundled arm of that name, as scene files and scripts have it; there is `ssrms`.
-/// @throws InputError: another name.
-MechanismDescription make_bundled_arm(std::string_view name);
 
 }  // namespace touchstone

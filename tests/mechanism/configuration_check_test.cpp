@@ -140,6 +140,42 @@ TEST(ConfigurationCheck, AnswersAsAllPairsDoForRandomMechanisms) {
   EXPECT_LT(free, asked * 9 / 10);
 }
 
+/// Balls, capsules and padded blocks.
+Hexahedron random_rounded(Random& random) {
+  const double radius = random.uniform(0.05, 0.5);
+  if (random.one_in(3)) return Hexahedron::sphere(radius);
+  return random.one_in(2) ? Hexahedron::capsule(radius, random.uniform(0.1, 2.0))
+                          : random_solid(random, 1.0).padded(radius);
+}
+
+TEST(ConfigurationCheck, AnswersAsAllPairsDoForRoundedSolids) {
+  Random random(51);
+  test::Draw draw(51);
+  int free = 0, asked = 0;
+  for (int turn = 0; turn < 40; ++turn) {
+    MechanismDescription description = draw.mechanism();
+    for (auto& link : description.links)
+      for (int i = draw.integer(0, 3); i > 0; --i)
+        link.solids.push_back({std::to_string(i), random_rounded(random), draw.pose(1.5)});
+    ConfigurationScene scene{std::make_shared<const Mechanism>(description), draw.pose(2)};
+    for (int i = 0; i < 8; ++i)
+      scene.obstacles.push_back(
+          {tree("block " + std::to_string(i), i % 2 ? random_solid(random, 1.0) : random_rounded(random)),
+           draw.pose(6)});
+    const ConfigurationCheck check(scene, make_native());
+    ConfigurationCheck::Scratch scratch = check.make_scratch();
+    Plain plain(scene);
+    for (int i = 0; i < 40; ++i, ++asked) {
+      const std::vector<double> q = random_values(*scene.mechanism, 1.0, draw);
+      const bool is_free = plain.is_free(q);
+      ASSERT_EQ(check.is_free(q, scratch), is_free) << turn << " " << i;
+      free += is_free;
+    }
+  }
+  EXPECT_GT(free, asked / 10);
+  EXPECT_LT(free, asked * 9 / 10);
+}
+
 /// A bar of 2 m along x turns about z; a post stands with its near face at y = 0.5, x from 1 to 2.
 ConfigurationScene bar_and_post() {
   MechanismDescription description;

@@ -11,6 +11,8 @@
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/tests/mechanism/random_chain.hpp"
+#include "touchstone/tests/motion/stop_in_gap.hpp"
+#include "touchstone/tests/support/at.hpp"
 
 // Links of an arm against a box at rest: find_impact() on MechanismPath.
 
@@ -18,13 +20,6 @@ namespace touchstone {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kGap = 1e-9;
-
-Pose at(double x, double y, double z) {
-  Pose X;
-  X.p = {x, y, z};
-  return X;
-}
 
 /// Links in a row, each joint `step` along x from the one before, all turning about `axis`.
 MechanismDescription straight_arm(int joints, double step, const Vector3& axis) {
@@ -70,12 +65,6 @@ struct Against {
     return out.separation;
   }
 };
-
-void expect_stop_in_gap(const Impact& impact) {
-  EXPECT_EQ(impact.status, ImpactStatus::blocked);
-  EXPECT_GE(impact.geometry.separation, 0.5 * kGap);
-  EXPECT_LE(impact.geometry.separation, kGap);
-}
 
 // Scene 4: a boom of half-width 0.175 and length 7.11 m lowers at 4 deg/s about a pivot 1.3589 m above the
 // Lab's crown, to 12 deg: contact where 7.11 sin a + 0.175 cos a = 1.3589.
