@@ -1,5 +1,6 @@
 #include "touchstone/contact_core/input_error.hpp"
 
+#include <algorithm>
 #include <sstream>
 
 namespace touchstone {
@@ -13,6 +14,12 @@ std::string figure(double value) {
   text.precision(6);
   text << value;
   return text.str();
+}
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text;
 }
 
 }  // namespace touchstone

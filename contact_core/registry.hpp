@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
-#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/raw_check.hpp"
 
 namespace touchstone {
 

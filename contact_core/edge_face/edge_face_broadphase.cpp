@@ -80,7 +80,8 @@ class EdgeFaceBroadphase final : public Broadphase {
       nodes[index].radius = std::max(nodes[index].radius, norm(vertex_S));
       about_object = std::max(about_object, norm(transform(placed.X_OS, vertex_S)));
     }
-    return about_object;
+    nodes[index].radius += placed.solid.radius();
+    return about_object + placed.solid.radius();
   }
 
   static void place(Object& object, std::span<const Pose> poses) noexcept {

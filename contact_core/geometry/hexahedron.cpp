@@ -99,15 +99,6 @@ bool is_planar_hexahedron(const Corners& v, double tolerance) {
   return true;
 }
 
-bool has_volume(const Corners& v) {
-  for (int i = 0; i < 8; ++i)
-    for (int j = i + 1; j < 8; ++j)
-      for (int k = j + 1; k < 8; ++k)
-        for (int l = k + 1; l < 8; ++l)
-          if (numerics::orient3d_sign(v[i], v[j], v[k], v[l]) != 0) return true;
-  return false;
-}
-
 double signed_volume(const Corners& v) {
   Vector3 centre = Vector3::Zero();
   for (const Vector3& p : v) centre += 0.125 * p;
@@ -204,7 +195,7 @@ Corners checked_points(std::span<const Vector3> given, std::string_view name) {
     if (!is_finite(given[i])) reject(name, "vertex " + std::to_string(i) + " is not finite");
     points[i] = given[i];
   }
-  if (!has_volume(points)) reject(name, "zero volume: its vertices are coplanar");
+  if (!numerics::has_volume(points)) reject(name, "zero volume: its vertices are coplanar");
   return points;
 }
 

@@ -29,29 +29,35 @@ double length_of(const Vector3& v) {
   return std::scalbn(norm(scaled), exponent);
 }
 
-Sphere enclosing_sphere(std::span<const Vector3> points) {
-  Vector3 low = points[0];
-  Vector3 high = points[0];
-  for (const Vector3& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
+/// A solid's eight corners: spheres of its radius about its vertices, whose hull it is.
+using Corners = std::vector<Sphere>;
+
+Sphere enclosing_sphere(std::span<const Sphere> corners) {
+  Vector3 low = corners[0].centre;
+  Vector3 high = corners[0].centre;
+  for (const Sphere& each : corners) {
+    const Vector3 around = Vector3::Constant(each.radius);
+    low = low.cwiseMin(each.centre - around), high = high.cwiseMax(each.centre + around);
+  }
   Sphere sphere{0.5 * low + 0.5 * high, 0.0};
   double extent = 0.0;
-  for (const Vector3& p : points) {
-    sphere.radius = std::max(sphere.radius, length_of(p - sphere.centre));
-    extent = std::max({extent, std::abs(p.x()), std::abs(p.y()), std::abs(p.z())});
+  for (const auto& [p, radius] : corners) {
+    sphere.radius = std::max(sphere.radius, length_of(p - sphere.centre) + radius);
+    extent = std::max(extent, std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}) + radius);
   }
   sphere.radius += kSphereSlack * (sphere.radius + extent);
   return sphere;
 }
 
 struct TreeBuilder {
-  const std::vector<std::vector<Vector3>>& vertices_O;
+  const std::vector<Corners>& corners_O;
   std::vector<HexahedronTree::Node>& nodes;
 
   std::int32_t build(std::span<std::int32_t> solids) {
     const auto index = static_cast<std::int32_t>(nodes.size());
     nodes.emplace_back();
-    std::vector<Vector3> all;
-    for (std::int32_t s : solids) all.insert(all.end(), vertices_O[s].begin(), vertices_O[s].end());
+    Corners all;
+    for (std::int32_t s : solids) all.insert(all.end(), corners_O[s].begin(), corners_O[s].end());
     nodes[index].sphere_O = enclosing_sphere(all);
     if (solids.size() == 1) {
       nodes[index].solid = solids[0];
@@ -73,7 +79,7 @@ struct TreeBuilder {
 
   Vector3 centre(std::int32_t solid) const {
     Vector3 sum = Vector3::Zero();
-    for (const Vector3& p : vertices_O[solid]) sum += 0.125 * p;
+    for (const Sphere& corner : corners_O[solid]) sum += 0.125 * corner.centre;
     return sum;
   }
 
@@ -93,17 +99,17 @@ struct TreeBuilder {
 struct LayoutBuilder {
   const std::string& name;
   std::span<const HexahedronTree::Node> layout;
-  const std::vector<std::vector<Vector3>>& vertices_O;
+  const std::vector<Corners>& corners_O;
   std::vector<HexahedronTree::Node>& nodes;
   std::vector<char> is_reached = std::vector<char>(layout.size(), 0);
-  std::vector<char> is_held = std::vector<char>(vertices_O.size(), 0);
-  std::vector<Vector3> points_O{};  // of the leaves so far: those below a node come one after the other
+  std::vector<char> is_held = std::vector<char>(corners_O.size(), 0);
+  Corners placed_O{};  // of the leaves so far: those below a node come one after the other
 
   std::int32_t build(std::int32_t given, int level) {
     check_node(given, level);
     const HexahedronTree::Node& from = layout[static_cast<std::size_t>(given)];
     const auto index = static_cast<std::int32_t>(nodes.size());
-    const std::size_t first = points_O.size();
+    const std::size_t first = placed_O.size();
     nodes.emplace_back();
     if (from.left < 0 && from.right < 0) {
       hold(given, from.solid);
@@ -115,7 +121,7 @@ struct LayoutBuilder {
       nodes[index].left = left;
       nodes[index].right = right;
     }
-    nodes[index].sphere_O = enclosing_sphere(std::span(points_O).subspan(first));
+    nodes[index].sphere_O = enclosing_sphere(std::span<const Sphere>(placed_O).subspan(first));
     return index;
   }
 
@@ -142,49 +148,47 @@ struct LayoutBuilder {
   }
 
   void hold(std::int32_t node, std::int32_t solid) {
-    if (solid < 0 || static_cast<std::size_t>(solid) >= vertices_O.size())
+    if (solid < 0 || static_cast<std::size_t>(solid) >= corners_O.size())
       fail(node, "holds hexahedron " + std::to_string(solid) + ", which does not exist");
     if (std::exchange(is_held[static_cast<std::size_t>(solid)], 1))
       fail(node, "holds hexahedron " + std::to_string(solid) + ", as another does");
-    const std::vector<Vector3>& vertices = vertices_O[static_cast<std::size_t>(solid)];
-    points_O.insert(points_O.end(), vertices.begin(), vertices.end());
+    const Corners& corners = corners_O[static_cast<std::size_t>(solid)];
+    placed_O.insert(placed_O.end(), corners.begin(), corners.end());
   }
 };
 
 }  // namespace
 
-std::vector<std::vector<Vector3>> HexahedronTree::checked_vertices() const {
+std::vector<std::vector<Sphere>> HexahedronTree::checked_corners() const {
   if (solids_.empty()) throw InputError("object '" + name_ + "': no hexahedron");
   std::unordered_set<std::string> names;
-  std::vector<std::vector<Vector3>> vertices_O;
+  std::vector<Corners> corners_O;
   for (const PlacedHexahedron& placed : solids_) {
     if (!placed.name.empty() && !names.insert(placed.name).second)
       throw InputError("object '" + name_ + "': hexahedron name '" + placed.name + "' occurs twice");
     validate_pose(placed.X_OS, "object '" + name_ + "', hexahedron '" + placed.name + "'");
-    if (placed.solid.is_rounded())
-      throw InputError("object '" + name_ + "': hexahedron '" + placed.name +
-                       "' is rounded; objects take hexahedra without a radius");
-    std::vector<Vector3>& vertices = vertices_O.emplace_back();
-    for (const Vector3& p : placed.solid.vertices()) vertices.push_back(transform(placed.X_OS, p));
+    Corners& corners = corners_O.emplace_back();
+    for (const Vector3& p : placed.solid.vertices())
+      corners.push_back({transform(placed.X_OS, p), placed.solid.radius()});
   }
-  return vertices_O;
+  return corners_O;
 }
 
 HexahedronTree::HexahedronTree(std::vector<PlacedHexahedron> solids, std::string name)
     : name_(std::move(name)), solids_(std::move(solids)) {
-  const std::vector<std::vector<Vector3>> vertices_O = checked_vertices();
+  const std::vector<Corners> corners_O = checked_corners();
   std::vector<std::int32_t> order(solids_.size());
   std::iota(order.begin(), order.end(), 0);
   nodes_.reserve(2 * solids_.size() - 1);
-  TreeBuilder{vertices_O, nodes_}.build(order);
+  TreeBuilder{corners_O, nodes_}.build(order);
 }
 
 HexahedronTree::HexahedronTree(std::vector<PlacedHexahedron> solids, std::span<const Node> layout,
                                std::string name)
     : name_(std::move(name)), solids_(std::move(solids)) {
-  const std::vector<std::vector<Vector3>> vertices_O = checked_vertices();
+  const std::vector<Corners> corners_O = checked_corners();
   nodes_.reserve(layout.size());
-  LayoutBuilder builder{name_, layout, vertices_O, nodes_};
+  LayoutBuilder builder{name_, layout, corners_O, nodes_};
   builder.build(0, 0);
   builder.check_all_held();
 }
@@ -205,6 +209,15 @@ void place_below(const HexahedronTree& tree, std::int32_t node_index, const Pose
 
 void find_global_positions(const HexahedronTree& tree, const Pose& X_WO, std::span<Pose> out) {
   place_below(tree, 0, X_WO, out);
+}
+
+void refuse_rounded(const HexahedronTree& tree, std::string_view user) {
+  const std::string others = user.starts_with("backend ") ? " (native and exact do)" : "";
+  for (const PlacedHexahedron& placed : tree.solids())
+    if (placed.solid.is_rounded())
+      throw InputError("object '" + tree.name() + "': hexahedron '" + placed.name + "' is rounded (radius " +
+                       figure(placed.solid.radius()) + " m), which " + std::string(user) + " does not take" +
+                       others + "; model it by hexahedra, robots by --sphere-facets 8");
 }
 
 }  // namespace touchstone

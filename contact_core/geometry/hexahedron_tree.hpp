@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
@@ -16,8 +17,8 @@ struct PlacedHexahedron {
   Pose X_OS;
 };
 
-/// The paper's object: a binary tree over the hexahedra of one rigid object. Each node's sphere encloses all
-/// below it.
+/// The paper's object: a binary tree over the hexahedra of one rigid object, rounded ones too. Each node's
+/// sphere encloses all below it.
 class HexahedronTree {
  public:
   /// A leaf holds one solid, an inner node two children.
@@ -35,7 +36,7 @@ class HexahedronTree {
   /// The tree that the user lays out. Of `layout`, whose node 0 is the root, `left`, `right` and `solid`
   /// count; spheres are found here. nodes() has the same tree, every node before its children, the left ones
   /// first.
-  /// @throws InputError as above, and naming the node: an index that is none, a solid beside children, a node
+  /// @throws InputError as above, and naming the node: an invalid index, a solid beside children, a node
   /// or solid that is reached twice or never, more than kMostLevels levels.
   HexahedronTree(std::vector<PlacedHexahedron> solids, std::span<const Node> layout,
                  std::string name = "object");
@@ -46,7 +47,7 @@ class HexahedronTree {
   const std::vector<Node>& nodes() const { return nodes_; }
 
  private:
-  std::vector<std::vector<Vector3>> checked_vertices() const;
+  std::vector<std::vector<Sphere>> checked_corners() const;
 
   std::string name_;
   std::vector<PlacedHexahedron> solids_;
@@ -57,5 +58,9 @@ class HexahedronTree {
 /// X_OS.
 /// @pre out.size() == tree.solids().size()
 void find_global_positions(const HexahedronTree& tree, const Pose& X_WO, std::span<Pose> out);
+
+/// As refuse_rounded() of solids, with the names of the object and the hexahedron.
+/// @param user who refuses ("backend 'bullet'").
+void refuse_rounded(const HexahedronTree& tree, std::string_view user);
 
 }  // namespace touchstone

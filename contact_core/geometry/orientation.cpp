@@ -13,4 +13,13 @@ int orient3d_sign(const Vector3& a, const Vector3& b, const Vector3& c, const Ve
   return DifferenceDeterminant(points).sign({0, 1}, {0, 2}, {0, 3});
 }
 
+bool has_volume(const std::array<Vector3, 8>& v) noexcept {
+  for (int i = 0; i < 8; ++i)
+    for (int j = i + 1; j < 8; ++j)
+      for (int k = j + 1; k < 8; ++k)
+        for (int l = k + 1; l < 8; ++l)
+          if (orient3d_sign(v[i], v[j], v[k], v[l]) != 0) return true;
+  return false;
+}
+
 }  // namespace touchstone::numerics

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <cstring>
 #include <string_view>
 
 #include "touchstone/contact_core/geometry/vector.hpp"
@@ -29,6 +32,20 @@ inline bool is_finite(const Pose& X) {
   if (sum - sum == 0.0) return true;
   return is_finite(X.R.col(0)) && is_finite(X.R.col(1)) && is_finite(X.R.col(2)) && is_finite(X.p);
 }
+
+/// True if each entry of one is the other's; 0 is -0.
+inline bool is_same(const Pose& X, const Pose& Y) { return X.p == Y.p && X.R == Y.R; }
+
+/// The entries bit by bit: R's by columns, then p's.
+inline std::array<std::uint64_t, 12> words_of(const Pose& X) {
+  std::array<std::uint64_t, 12> words;
+  std::memcpy(words.data(), X.R.data(), 9 * sizeof(double));
+  std::memcpy(words.data() + 9, X.p.data(), 3 * sizeof(double));
+  return words;
+}
+
+/// As is_same(), to the bit: 0 and -0 differ.
+inline bool has_same_bits(const Pose& X, const Pose& Y) { return words_of(X) == words_of(Y); }
 
 /// True if every entry is finite, the defect is at most kRotationTolerance, and det R > 0.
 bool is_valid_pose(const Pose& X);

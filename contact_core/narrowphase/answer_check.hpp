@@ -11,7 +11,7 @@
 namespace touchstone {
 
 /// Returns how one pair's answer breaks the contract, a literal; nullptr where it does not. Broken are: a
-/// status that is none; of an answer that carries geometry, a separation or witness point that is not finite
+/// unknown status; of an answer that carries geometry, a separation or witness point that is not finite
 /// (+inf is that of `separated` beyond query.max_separation), a normal that is no direction, a point_count
 /// below 0 or above query.max_points, contact points that are not finite.
 /// @param geometry,points the pair's own, nullptr where the query does not ask for them.

@@ -86,6 +86,9 @@ struct Query {
   /// Points further apart than this [m], and than the pair, are not in the manifold; see above. Infinite: the
   /// whole clip. Independent of max_separation, which is about pairs.
   double max_point_separation = 0.0;
+
+  /// Slots that a pair needs in NarrowphaseOutput::points.
+  std::size_t slots() const { return kind == QueryKind::manifold ? static_cast<std::size_t>(max_points) : 0; }
 };
 
 /// The limit on the separations of a pair's points [m]. @param separation the pair's [m].
@@ -162,6 +165,11 @@ struct NarrowphaseOutput {
   std::span<PairStatus> status = {};      ///< one a pair
   std::span<PairGeometry> geometry = {};  ///< one a pair; may be empty for overlap
   std::span<ContactPoint> points = {};    ///< max_points a pair; may be empty unless manifold
+
+  /// The slots of pair i; none unless manifold.
+  std::span<ContactPoint> points_of(std::size_t i, const Query& query) const {
+    return points.subspan(i * query.slots(), query.slots());
+  }
 };
 
 /// The fine check's interface. Built over solids once, then asked about batches of pairs at any poses.
@@ -203,19 +211,6 @@ class Narrowphase {
   /// checked() (checked.hpp) wraps a backend so that every call is validated.
   virtual void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                         Workspace& workspace) const noexcept = 0;
-};
-
-/// An engine's own call on objects already posed, without our interface around it: for benchmarks only.
-class RawCheck {
- public:
-  virtual ~RawCheck() = default;
-  virtual void build(std::span<const Hexahedron> solids) = 0;
-  virtual bool supports(QueryKind kind) const noexcept = 0;
-  /// Untimed.
-  virtual void set_poses(std::span<const Pose> poses) = 0;
-  /// Timed: the engine's call for each pair. Returns how many pairs it reports in contact, so that no call is
-  /// optimised away.
-  virtual std::size_t run(std::span<const SolidPair> pairs, QueryKind kind) noexcept = 0;
 };
 
 }  // namespace touchstone

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone {
 namespace {
@@ -16,7 +17,7 @@ constexpr double kManifoldSine = 0.0447;
 /// Two quadrilaterals clipped have eight corners at most.
 constexpr int kMostCorners = 8;
 
-/// What supports a core along a direction: a vertex, an edge or a face, in order.
+/// The feature that supports a core along a direction: corners of a vertex, an edge or a face, in order.
 struct Feature {
   std::array<Vector3, kMostCorners> corners;
   int count = 0;
@@ -154,10 +155,9 @@ CorePoints core_points(const Feature& a, const Feature& b, const Vector3& n, dou
   return {};
 }
 
-double largest(const Vector3& v) { return std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())}); }
-
 /// The deepest first, then always the one furthest from those chosen.
-int choose(std::span<ContactPoint> from, std::size_t most) {
+/// @param is_swapped the distance is that on B.
+int choose(std::span<ContactPoint> from, std::size_t most, bool is_swapped) {
   const auto deeper = [](const ContactPoint& p, const ContactPoint& q) {
     return p.separation < q.separation;
   };
@@ -168,13 +168,42 @@ int choose(std::span<ContactPoint> from, std::size_t most) {
     for (std::size_t i = chosen; i < from.size(); ++i) {
       double nearest = kInfinity;
       for (std::size_t k = 0; k < chosen; ++k)
-        nearest = std::min(nearest, norm(from[i].p_A_W - from[k].p_A_W));
+        nearest = std::min(nearest,
+                           norm(is_swapped ? from[i].p_B_W - from[k].p_B_W : from[i].p_A_W - from[k].p_A_W));
       if (nearest > furthest) furthest = nearest, best = i;
     }
     std::swap(from[chosen], from[best]);
   }
   return static_cast<int>(most);
 }
+
+/// By radius, then by the vertices' coordinates: the same whichever solid is named first.
+bool comes_before(const RoundedHull& a, const RoundedHull& b) {
+  if (a.radius != b.radius) return a.radius < b.radius;
+  if (a.core_W.x != b.core_W.x) return a.core_W.x < b.core_W.x;
+  return a.core_W.y != b.core_W.y ? a.core_W.y < b.core_W.y : a.core_W.z < b.core_W.z;
+}
+
+/// The solids, and their geometry, in the order in which points are found.
+struct OrderedPair {
+  const RoundedHull &a, &b;
+  Vector3 n, p_A, p_B;
+  double separation;
+  bool is_swapped;
+
+  OrderedPair(const RoundedHull& first, const RoundedHull& second, const PairGeometry& geometry, bool swapped)
+      : a(swapped ? second : first),
+        b(swapped ? first : second),
+        n(swapped ? Vector3(-geometry.n_AB_W) : geometry.n_AB_W),
+        p_A(swapped ? geometry.p_B_W : geometry.p_A_W),
+        p_B(swapped ? geometry.p_A_W : geometry.p_B_W),
+        separation(geometry.separation),
+        is_swapped(swapped) {}
+
+  ContactPoint point(const Vector3& on_a, const Vector3& on_b, double apart, std::uint32_t id) const {
+    return is_swapped ? ContactPoint{on_b, on_a, apart, id} : ContactPoint{on_a, on_b, apart, id};
+  }
+};
 
 }  // namespace
 
@@ -186,32 +215,35 @@ void grow_by_radii(double radius_a, double radius_b, PairGeometry& geometry) {
 
 int find_rounded_points(const RoundedHull& a, const RoundedHull& b, const PairGeometry& geometry,
                         const Query& query, std::span<ContactPoint> points) {
-  const Vector3& n = geometry.n_AB_W;
-  const Feature on_a = find_feature(a.core_W, n), on_b = find_feature(b.core_W, -n);
+  const OrderedPair pair(a, b, geometry, comes_before(b, a));
+  const Vector3& n = pair.n;
+  const Feature on_a = find_feature(pair.a.core_W, n), on_b = find_feature(pair.b.core_W, -n);
   const CorePoints cores = core_points(on_a, on_b, n, std::min(a.radius, b.radius));
   // Rounding of clip, drop and radii: a few u of the largest coordinate.
-  const double reach = largest(geometry.p_A_W) + largest(geometry.p_B_W) + (a.radius + b.radius);
+  const double reach = norm_inf(geometry.p_A_W) + norm_inf(geometry.p_B_W) + (a.radius + b.radius);
   double extent = 0.0;
   for (int i = 0; i < cores.count; ++i)
-    extent = std::max(extent, largest(cores.on_a[static_cast<std::size_t>(i)] - geometry.p_A_W));
+    extent = std::max(extent, norm_inf(cores.on_a[static_cast<std::size_t>(i)] - pair.p_A));
   const double slack = 128 * std::numeric_limits<double>::epsilon() * (reach + extent);
-  const double limit = point_limit(query, geometry.separation) + slack;
+  const double limit = point_limit(query, pair.separation) + slack;
+  const std::uint32_t first_id = pair.is_swapped ? on_b.id : on_a.id;
+  const std::uint32_t second_id = pair.is_swapped ? on_a.id : on_b.id;
   std::array<ContactPoint, kMostCorners + 1> found;
   std::size_t count = 0;
   bool as_deep = false;
   for (std::size_t i = 0; i < static_cast<std::size_t>(cores.count); ++i) {
     const double apart = dot(cores.on_b[i] - cores.on_a[i], n) - (a.radius + b.radius);
     if (!(apart <= limit)) continue;
-    const bool deepest = apart <= geometry.separation + slack;
-    const double separation = deepest ? geometry.separation : apart;
-    const Vector3 p_A = cores.on_a[i] + a.radius * n;
+    const bool deepest = apart <= pair.separation + slack;
+    const double separation = deepest ? pair.separation : apart;
+    const Vector3 p_A = cores.on_a[i] + pair.a.radius * n;
     as_deep = as_deep || deepest;
-    const std::uint32_t id = 1 + ((on_a.id << 10) | (on_b.id << 5) | static_cast<std::uint32_t>(i));
-    found[count++] = {p_A, p_A + separation * n, separation, id};
+    const std::uint32_t id = 1 + ((first_id << 10) | (second_id << 5) | static_cast<std::uint32_t>(i));
+    found[count++] = pair.point(p_A, p_A + separation * n, separation, id);
   }
-  if (!as_deep) found[count++] = {geometry.p_A_W, geometry.p_B_W, geometry.separation, 0};
+  if (!as_deep) found[count++] = pair.point(pair.p_A, pair.p_B, pair.separation, 0);
   const auto most = std::min(count, static_cast<std::size_t>(query.max_points));
-  const int written = choose(std::span(found).first(count), most);
+  const int written = choose(std::span(found).first(count), most, pair.is_swapped);
   std::copy_n(found.begin(), written, points.begin());
   return written;
 }

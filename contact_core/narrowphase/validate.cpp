@@ -12,11 +12,6 @@ namespace {
 
 std::string pair_name(std::size_t i) { return "pair " + std::to_string(i); }
 
-/// Slots of `points` that a pair needs.
-std::size_t slots_of(const Query& query) {
-  return query.kind == QueryKind::manifold ? static_cast<std::size_t>(query.max_points) : 0;
-}
-
 std::size_t geometry_of(const Query& query) { return query.kind == QueryKind::overlap ? 0 : 1; }
 
 bool is_sound(const Query& query) {
@@ -47,7 +42,7 @@ void validate_spans(const NarrowphaseInput& input, const NarrowphaseOutput& outp
                         std::to_string(count) + ", one a pair");
   validate_size("status", output.status.size(), count);
   validate_size("geometry", output.geometry.size(), count * geometry_of(input.query));
-  validate_size("points", output.points.size(), count * slots_of(input.query));
+  validate_size("points", output.points.size(), count * input.query.slots());
   if (!output.geometry.empty()) validate_size("geometry", output.geometry.size(), count);
 }
 
@@ -69,7 +64,7 @@ bool fits(const NarrowphaseInput& input, const NarrowphaseOutput& output, std::s
   const std::size_t count = input.pairs.size();
   if (!is_sound(input.query) || output.status.size() < count ||
       output.geometry.size() < count * geometry_of(input.query) ||
-      output.points.size() < count * slots_of(input.query) ||
+      output.points.size() < count * input.query.slots() ||
       (!output.geometry.empty() && output.geometry.size() < count) ||
       (!input.cache.empty() && input.cache.size() < count))
     return false;

@@ -67,6 +67,7 @@ bool interior_closest_point(std::span<const Vector<S>> points, ClosestSimplex<S>
     if (!inside) return false;
     out.direction = {0, 0, 0};
   }
+  // For a tetrahedron that holds the origin all are 0.
   out.height = dot(out.direction, p);
   out.contains_origin = is_zero(out.direction);
   return true;

@@ -94,7 +94,7 @@ void evaluate_cached(const Narrowphase& narrowphase, const Batch& batch, const Q
                        *workspace);
 }
 
-// Asks `bad`, where pair i has a pose that is none, in one batch, with a cache, and the pair alone.
+// Asks `bad`, where pair i has an invalid pose, in one batch, with a cache, and the pair alone.
 void expect_only_failed(const Narrowphase& narrowphase, const Batch& bad, std::size_t i, const Query& query,
                         const Answers& good, std::vector<PairCacheEntry> cache) {
   const bool deterministic = narrowphase.capabilities().deterministic;

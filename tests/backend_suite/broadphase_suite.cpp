@@ -11,7 +11,8 @@
 namespace touchstone::suite {
 namespace {
 
-// Objects of one to five hexahedra, sizes over three decades, some touching by construction.
+// Objects of one to five hexahedra, a third of them rounded, sizes over three decades, some touching by
+// construction.
 struct RandomScene {
   std::vector<HexahedronTree> trees;
   std::vector<Hexahedron> solids;
@@ -28,11 +29,13 @@ struct RandomScene {
       std::vector<PlacedHexahedron> placed;
       const double size = std::exp2(uniform(random, -5, 2));
       const int count = 1 + static_cast<int>(random() % 5);
-      for (int i = 0; i < count; ++i)
-        placed.push_back(
-            {"part" + std::to_string(i),
-             Hexahedron::from_size({size * uniform(random, 0.1, 1), size * uniform(random, 0.1, 1), size}),
-             random_pose(random, size)});
+      for (int i = 0; i < count; ++i) {
+        const Vector3 sides(size * uniform(random, 0.1, 1), size * uniform(random, 0.1, 1), size);
+        const Hexahedron solid = random() % 3 == 0
+                                     ? Hexahedron::rounded_box({0.0, sides.x(), sides.z()}, sides.y())
+                                     : Hexahedron::from_size(sides);
+        placed.push_back({"part" + std::to_string(i), solid, random_pose(random, size)});
+      }
       for (const PlacedHexahedron& part : placed) {
         solids.push_back(part.solid);
         object_of.push_back(static_cast<std::uint32_t>(k));
@@ -91,7 +94,8 @@ std::vector<SolidPair> pairs_within(const RandomScene& scene, double margin) {
   for (SolidIndex a = 0; a < scene.solids.size(); ++a) {
     for (SolidIndex b = a + 1; b < scene.solids.size(); ++b) {
       if (scene.object_of[a] == scene.object_of[b]) continue;
-      const double reach = scene.solids[a].size() + scene.solids[b].size() + margin;
+      const double reach = scene.solids[a].size() + scene.solids[b].size() +
+                           (scene.solids[a].radius() + scene.solids[b].radius()) + margin;
       if (norm(scene.poses[a].p - scene.poses[b].p) > reach) continue;
       const std::array pairs = {SolidPair{a, b}};
       std::array<PairStatus, 1> status{};

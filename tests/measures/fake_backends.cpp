@@ -22,13 +22,14 @@ class FakeNarrowphase final : public PairByPair {
     const double gap = input.poses[input.pairs[i].b].p.x() - p_WA.x() - 1.0;
     output.status[i] = status(gap);
     if (input.query.kind == QueryKind::overlap) return;
-    const bool told = output.status[i] != PairStatus::failed && output.status[i] != PairStatus::unsupported;
-    const double separation = !told || name_ == "not_a_number" ? kNaN
-                              : name_ == "off_by_1e-3"         ? gap + 1e-3
-                                                               : gap;
+    const bool has_answer =
+        output.status[i] != PairStatus::failed && output.status[i] != PairStatus::unsupported;
+    const double separation = !has_answer || name_ == "not_a_number" ? kNaN
+                              : name_ == "off_by_1e-3"               ? gap + 1e-3
+                                                                     : gap;
     const Vector3 n = Vector3::UnitX(), p_A = p_WA + n * 0.5;
     output.geometry[i] = {separation, n, p_A, p_A + n * separation, 0};
-    if (input.query.kind != QueryKind::manifold || !told || gap > 0) return;
+    if (input.query.kind != QueryKind::manifold || !has_answer || gap > 0) return;
     for (int c = 0; c < 4; ++c) {
       const Vector3 corner = p_A + Vector3(0, c & 1 ? 0.5 : -0.5, c & 2 ? 0.5 : -0.5);
       output.points[i * static_cast<std::size_t>(input.query.max_points) + static_cast<std::size_t>(c)] = {

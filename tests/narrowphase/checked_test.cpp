@@ -154,20 +154,21 @@ TEST(Checked, AnswersAreThoseOfTheWrappedOneToTheBit) {
 }
 
 TEST(Checked, ABrokenCallGoesToTheHandlerAndItsPairsFail) {
-  std::vector<std::string> told;
-  const auto wrapped = checked(make_native(), [&told](std::string_view what) { told.emplace_back(what); });
+  std::vector<std::string> complaints;
+  const auto wrapped =
+      checked(make_native(), [&complaints](std::string_view what) { complaints.emplace_back(what); });
   wrapped->build(boxes());
   const auto workspace = wrapped->make_workspace();
   Call call;
   call.pairs[1].b = 7;
   wrapped->evaluate(call.input(), call.output(), *workspace);
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_EQ(told[0], "pair 1: solid 7 is out of range, build() was given 4");
+  ASSERT_EQ(complaints.size(), 1u);
+  EXPECT_EQ(complaints[0], "pair 1: solid 7 is out of range, build() was given 4");
   EXPECT_EQ(call.status[0], PairStatus::failed);
   EXPECT_TRUE(std::isnan(call.geometry[1].separation));
   call.pairs[1].b = 3;
   wrapped->evaluate(call.input(), call.output(), *workspace);
-  EXPECT_EQ(told.size(), 1u);
+  EXPECT_EQ(complaints.size(), 1u);
   EXPECT_EQ(call.status[0], PairStatus::overlapping);
   EXPECT_THROW(checked(nullptr), InputError);
   EXPECT_THROW(checked(make_native(), nullptr), InputError);

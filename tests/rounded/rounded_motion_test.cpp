@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -51,6 +52,19 @@ TEST(RoundedMotion, ATurningCapsuleStopsByItsEnd) {
       find(solids, RigidPath::by(Pose{}, {0, 0, 0}, {-right, 0, 0}), RigidPath(at(0, 1.25, 0.9)));
   EXPECT_EQ(impact.status, ImpactStatus::blocked);
   EXPECT_NEAR(impact.lo * right, std::asin(0.5), 1e-8);
+}
+
+// A rod tilts over the edge that it lies across: the plane that the edge and its axis span goes with it, and
+// no plane that is fixed does.
+TEST(RoundedMotion, ACapsuleTiltsOverAnEdgeInFewSteps) {
+  const std::array solids{Hexahedron::from_size({4, 1, 1}), Hexahedron::capsule(0.25, 2.0)};
+  Pose edge_up = at(0, 0, -std::sqrt(0.5)), rod = at(0, 0, 0.25 + 0.75 * kGap);
+  edge_up.R = rotation_about(Vector3::UnitX(), 0.25 * std::numbers::pi);
+  rod.R = rotation_about(Vector3::UnitX(), 0.5 * std::numbers::pi);
+  const Impact impact =
+      find(solids, RigidPath(edge_up), RigidPath::by(rod, {0, 0, 0}, {0.5, 0, 0}, {0, -rod.p.z(), 0}));
+  EXPECT_EQ(impact.status, ImpactStatus::clear);
+  EXPECT_LE(impact.queries, 32);
 }
 
 Hexahedron random_rounded(Random& random) {

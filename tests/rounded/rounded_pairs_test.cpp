@@ -187,6 +187,14 @@ TEST(RoundedRandomPairs, PointsOfManifoldsAreOnTheSurfaces) {
       EXPECT_LE(std::abs(below_b), 1e-3 * pair.solids[1].radius() + 1e-13 * scale);
     }
     EXPECT_EQ(deepest, answer.geometry.separation);
+    const Answer reversed =
+        ask(*native, pair.poses, {.kind = QueryKind::manifold, .max_point_separation = 0.01}, {1, 0});
+    ASSERT_EQ(reversed.points.size(), answer.points.size());
+    for (std::size_t k = 0; k < answer.points.size(); ++k) {
+      EXPECT_EQ(reversed.points[k].p_A_W, answer.points[k].p_B_W);
+      EXPECT_EQ(reversed.points[k].p_B_W, answer.points[k].p_A_W);
+      EXPECT_EQ(reversed.points[k].separation, answer.points[k].separation);
+    }
   }
   EXPECT_GT(several, 20);
 }

@@ -1,14 +1,13 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 
 #include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
-#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/registry.hpp"
+#include "touchstone/tests/support/refusal.hpp"
 
 // Solids with a radius: how they are made, what is refused, who refuses them.
 
@@ -18,15 +17,6 @@ namespace {
 using testing::HasSubstr;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-
-std::string error_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(RoundedSolid, CoresMayBeFlatASegmentOrAPoint) {
   const Hexahedron ball = Hexahedron::sphere(0.5);
@@ -57,22 +47,23 @@ TEST(RoundedSolid, PaddingAddsUp) {
 }
 
 TEST(RoundedSolid, BadFiguresAreRefusedByName) {
-  EXPECT_THAT(error_of([] { Hexahedron::sphere(0.0, "ball"); }), HasSubstr("ball: radius is 0, must be > 0"));
-  EXPECT_THAT(error_of([] { Hexahedron::sphere(-1.0, "ball"); }), HasSubstr("ball: radius is -1"));
-  EXPECT_THAT(error_of([] { Hexahedron::sphere(kInf, "ball"); }), HasSubstr("ball: radius is not finite"));
-  EXPECT_THAT(error_of([] { Hexahedron::sphere(std::nan(""), "ball"); }), HasSubstr("not finite"));
-  EXPECT_THAT(error_of([] { Hexahedron::capsule(1.0, -2.0, "pin"); }), HasSubstr("pin: length is -2"));
-  EXPECT_THAT(error_of([] { Hexahedron::capsule(1.0, kInf, "pin"); }),
+  EXPECT_THAT(refusal_of([] { Hexahedron::sphere(0.0, "ball"); }),
+              HasSubstr("ball: radius is 0, must be > 0"));
+  EXPECT_THAT(refusal_of([] { Hexahedron::sphere(-1.0, "ball"); }), HasSubstr("ball: radius is -1"));
+  EXPECT_THAT(refusal_of([] { Hexahedron::sphere(kInf, "ball"); }), HasSubstr("ball: radius is not finite"));
+  EXPECT_THAT(refusal_of([] { Hexahedron::sphere(std::nan(""), "ball"); }), HasSubstr("not finite"));
+  EXPECT_THAT(refusal_of([] { Hexahedron::capsule(1.0, -2.0, "pin"); }), HasSubstr("pin: length is -2"));
+  EXPECT_THAT(refusal_of([] { Hexahedron::capsule(1.0, kInf, "pin"); }),
               HasSubstr("pin: length is not finite"));
-  EXPECT_THAT(error_of([] {
+  EXPECT_THAT(refusal_of([] {
                 Hexahedron::rounded_box({1, -1, 1}, 0.1, "lid");
               }),
               HasSubstr("lid: size along y is -1, must be >= 0"));
-  EXPECT_THAT(error_of([] {
+  EXPECT_THAT(refusal_of([] {
                 Hexahedron::rounded_box({1, 1, std::nan("")}, 0.1, "lid");
               }),
               HasSubstr("lid: size along z is not finite"));
-  EXPECT_THAT(error_of([] { Hexahedron::sphere(1e308).padded(1e308, "ball"); }), HasSubstr("too large"));
+  EXPECT_THAT(refusal_of([] { Hexahedron::sphere(1e308).padded(1e308, "ball"); }), HasSubstr("too large"));
 }
 
 MassMetric metric_of(const Hexahedron& solid) { return mass_metric(mass_moments(solid)); }
@@ -121,16 +112,29 @@ TEST(RoundedSolid, MassOfOtherCoresIsRefused) {
   std::array<Vector3, 8> v = Hexahedron::from_size({1, 1, 1}).vertices();
   for (Vector3& p : v) p.x() += 0.25 * p.z();
   const Hexahedron sheared = Hexahedron::from_vertices(v).padded(0.1);
-  EXPECT_THAT(error_of([&] { mass_moments(sheared); }), HasSubstr("whose core is no box"));
+  EXPECT_THAT(refusal_of([&] { mass_moments(sheared); }), HasSubstr("whose core is no box"));
 }
 
-// Until everything that reads an object's vertices knows radii.
-TEST(RoundedSolid, ObjectsRefuseThemByName) {
-  const auto make = [] {
-    HexahedronTree(
-        {{"lid", Hexahedron::from_size({1, 1, 1}), Pose{}}, {"knob", Hexahedron::sphere(1), Pose{}}}, "pot");
-  };
-  EXPECT_THAT(error_of(make), HasSubstr("object 'pot': hexahedron 'knob' is rounded"));
+TEST(RoundedSolid, ObjectsHoldThemAndSpheresEncloseThem) {
+  Pose above;
+  above.p = {0, 0, 1.5};
+  const std::vector<PlacedHexahedron> solids{{"lid", Hexahedron::from_size({2, 2, 1}), Pose{}},
+                                             {"knob", Hexahedron::sphere(1), above},
+                                             {"bar", Hexahedron::capsule(0.25, 3), Pose{}}};
+  const std::vector<HexahedronTree::Node> layout{
+      {{}, 1, 2, -1}, {{}, -1, -1, 1}, {{}, 3, 4, -1}, {{}, -1, -1, 0}, {{}, -1, -1, 2}};
+  for (const HexahedronTree& pot : {HexahedronTree(solids, "pot"), HexahedronTree(solids, layout, "pot")}) {
+    const Sphere& all = pot.nodes()[0].sphere_O;
+    EXPECT_GE(all.radius, norm(Vector3(0, 0, 2.5) - all.centre));
+    EXPECT_GE(all.radius, norm(Vector3(0, 0, -1.75) - all.centre));
+    EXPECT_LE(all.radius, 2.5);
+    for (const HexahedronTree::Node& node : pot.nodes())
+      if (node.solid == 1) {
+        EXPECT_NEAR(node.sphere_O.radius, 1.0, 1e-12);
+      }
+    EXPECT_THAT(refusal_of([&] { refuse_rounded(pot, "backend 'b'"); }),
+                HasSubstr("object 'pot': hexahedron 'knob' is rounded (radius 1 m), which backend 'b' does"));
+  }
 }
 
 TEST(RoundedSolid, BackendsThatDoNotTakeThemSaySo) {
@@ -139,8 +143,8 @@ TEST(RoundedSolid, BackendsThatDoNotTakeThemSaySo) {
   const std::vector<Hexahedron> solids{Hexahedron::from_size({1, 1, 1}), Hexahedron::sphere(0.5)};
   const auto edge_face = registry.make_narrowphase("edge_face");
   EXPECT_FALSE(edge_face->capabilities().rounded_solids);
-  EXPECT_THAT(error_of([&] { edge_face->build(solids); }), HasSubstr("edge_face: solid 1 is rounded"));
-  EXPECT_THAT(error_of([&] { edge_face->set_solids(0, solids); }),
+  EXPECT_THAT(refusal_of([&] { edge_face->build(solids); }), HasSubstr("edge_face: solid 1 is rounded"));
+  EXPECT_THAT(refusal_of([&] { edge_face->set_solids(0, solids); }),
               HasSubstr("edge_face: solid 1 is rounded"));
 }
 

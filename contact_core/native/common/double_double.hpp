@@ -8,38 +8,45 @@
 
 namespace touchstone::native {
 
-struct DoubleDouble {
-  double high = 0.0;
-  double low = 0.0;
+/// @tparam T double, or lanes of doubles.
+template <class T>
+struct DoubleDoubleOf {
+  T high{};
+  T low{};
 };
+using DoubleDouble = DoubleDoubleOf<double>;
 
-inline DoubleDouble two_sum(double x, double y) {
-  const double sum = x + y;
-  const double y_part = sum - x;
+template <class T>
+inline DoubleDoubleOf<T> two_sum(T x, T y) {
+  const T sum = x + y;
+  const T y_part = sum - x;
   return {sum, (x - (sum - y_part)) + (y - y_part)};
 }
 
-inline DoubleDouble two_product(double x, double y) {
+template <class T>
+inline DoubleDoubleOf<T> two_product(T x, T y) {
   constexpr double kSplitter = 0x1p27 + 1.0;
-  const double tx = kSplitter * x, ty = kSplitter * y;
-  const double xh = tx - (tx - x), yh = ty - (ty - y);
-  const double xl = x - xh, yl = y - yh;
-  const double product = x * y;
+  const T tx = kSplitter * x, ty = kSplitter * y;
+  const T xh = tx - (tx - x), yh = ty - (ty - y);
+  const T xl = x - xh, yl = y - yh;
+  const T product = x * y;
   return {product, ((xh * yh - product) + xh * yl + xl * yh) + xl * yl};
 }
 
-inline DoubleDouble operator+(DoubleDouble x, DoubleDouble y) {
-  const DoubleDouble high = two_sum(x.high, y.high);
-  const DoubleDouble low = two_sum(x.low, y.low);
-  const DoubleDouble first = two_sum(high.high, high.low + low.high);
+template <class T>
+inline DoubleDoubleOf<T> operator+(DoubleDoubleOf<T> x, DoubleDoubleOf<T> y) {
+  const DoubleDoubleOf<T> high = two_sum(x.high, y.high);
+  const DoubleDoubleOf<T> low = two_sum(x.low, y.low);
+  const DoubleDoubleOf<T> first = two_sum(high.high, high.low + low.high);
   return two_sum(first.high, first.low + low.low);
 }
 
 inline DoubleDouble operator-(DoubleDouble x) { return {-x.high, -x.low}; }
 inline DoubleDouble operator-(DoubleDouble x, DoubleDouble y) { return x + (-y); }
 
-inline DoubleDouble operator*(DoubleDouble x, DoubleDouble y) {
-  DoubleDouble p = two_product(x.high, y.high);
+template <class T>
+inline DoubleDoubleOf<T> operator*(DoubleDoubleOf<T> x, DoubleDoubleOf<T> y) {
+  DoubleDoubleOf<T> p = two_product(x.high, y.high);
   p.low += x.high * y.low + x.low * y.high;
   return two_sum(p.high, p.low);
 }

@@ -11,10 +11,6 @@ namespace {
 /// Below, world vertices round by more than u of the solid's size: the kernels' bounds do not hold there.
 constexpr double kLeastSize = 0x1p-1010;
 
-const PoseRecord* records_of(std::span<const Pose> poses) {
-  return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
-}
-
 double magnitude_of(const SolidData& solid, const Pose& X_WS) {
   return std::max(norm_inf(X_WS.p), solid.size + solid.middle);
 }

@@ -39,10 +39,6 @@ Pose scaled(const Pose& X, int exponent) {
 
 }  // namespace
 
-SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
-  return std::max(set.kinds[pair.a], set.kinds[pair.b]);
-}
-
 BoxRecord scaled(const BoxRecord& box, int exponent) {
   BoxRecord out{};
   for (int k = 0; k < 3; ++k) out.half_extents[k] = std::scalbn(box.half_extents[k], exponent);
@@ -52,8 +48,8 @@ BoxRecord scaled(const BoxRecord& box, int exponent) {
 
 DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                        std::span<const Pose> poses) {
-  return by_kernel(kernels, kind_of(set, pair), reinterpret_cast<const PoseRecord*>(poses.data()),
-                   set.boxes.data(), set.parallelepiped_edges.data(), {pair.a, pair.b});
+  return by_kernel(kernels, kind_of(set, pair), records_of(poses), set.boxes.data(),
+                   set.parallelepiped_edges.data(), {pair.a, pair.b});
 }
 
 DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
@@ -67,8 +63,7 @@ DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const
   const std::array<BoxRecord, 2> boxes{scaled(set.boxes[pair.a], exponent),
                                        scaled(set.boxes[pair.b], exponent)};
   DepthRecord record =
-      by_kernel(kernels, SolidKind::box, reinterpret_cast<const PoseRecord*>(scaled_poses.data()),
-                boxes.data(), nullptr, {0, 1});
+      by_kernel(kernels, SolidKind::box, records_of(scaled_poses), boxes.data(), nullptr, {0, 1});
   record.separation = std::scalbn(record.separation, -exponent);
   for (double& coordinate : record.p_A) coordinate = std::scalbn(coordinate, -exponent);
   return record;

@@ -12,9 +12,6 @@ namespace touchstone::native {
 
 inline constexpr DepthRecord kNoDepth{0.0, {}, {}, Certified::unknown, DepthKnown::nothing};
 
-/// The kind whose kernels fit both solids.
-SolidKind kind_of(const SolidSet& set, const SolidPair& pair);
-
 /// The box times 2^exponent, whatever its magnitudes.
 BoxRecord scaled(const BoxRecord& box, int exponent);
 

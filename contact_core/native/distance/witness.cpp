@@ -65,6 +65,7 @@ void weigh_along(const Vector3& n, Simplex& s) {
 bool weigh_support_facet(const HullPair& hulls, const Vector3& n, Simplex& s) {
   const double high = support_high(hulls.a, n).value, low = support_low(hulls.b, n).value;
   const double tolerance = kSupport * kRoundoff * hulls.extent;
+  // The candidates, in the plane across n.
   const TangentFrame frame = tangent_frame(n);
   std::array<std::uint8_t, 64> on_a{}, on_b{};
   std::array<Point2, 64> points{};
@@ -85,6 +86,7 @@ bool weigh_support_facet(const HullPair& hulls, const Vector3& n, Simplex& s) {
     for (int m = 0; m < 3; ++m) s.w[m] = hulls.b.vertex(s.b[m]) - hulls.a.vertex(s.a[m]);
     s.weight = weight;
   };
+  // A triangle over the origin ends the search; the nearest edge is kept meanwhile.
   double least = kInfinity;
   for (int i = 0; i < count; ++i) {
     for (int j = i; j < count; ++j) {

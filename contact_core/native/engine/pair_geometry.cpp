@@ -19,10 +19,6 @@
 namespace touchstone::native {
 namespace {
 
-const PoseRecord* records_of(std::span<const Pose> poses) {
-  return reinterpret_cast<const PoseRecord*>(poses.data());  // the layout is asserted in overlap.cpp
-}
-
 /// How far a search may end below its own hulls' distance, of the extent and of the largest world coordinate:
 /// the directions it falls back on are the posed solids', whose hulls those of the rounded vertices leave by
 /// 4 u of the coordinate at most (hull_kernels.hpp), there and back.
@@ -100,6 +96,12 @@ bool is_out_of_reach(const DepthRecord& record, const Query& query) {
   return record.certified == Certified::separated && !wants_distance(query);
 }
 
+/// Boxes along the world's axes that lie flush: no margin decides, comparison does. @pre ordinary.
+Certified certify_flush_boxes(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
+  return certify_aligned_boxes(half_extents(set.boxes[pair.a]), poses[pair.a],
+                               half_extents(set.boxes[pair.b]), poses[pair.b]);
+}
+
 /// Evaluates one pair in stages, the cheapest first. A stage returns the pair's status where it
 /// settles the pair, and leaves what it found to the next one where it does not.
 class PairEvaluation {
@@ -159,11 +161,8 @@ class PairEvaluation {
     is_ordinary_ = is_ordinary(set_, given_.pair.a, X_WA(), given_.pair.b, X_WB());
     // Magnitudes that kernels do not take: the same pair scaled by a power of two.
     if (!is_ordinary_) depth_ = scaled_pair_depth(set_, kernels_, given_.pair, input_.poses);
-    // Boxes along the world's axes that lie flush: no margin decides, comparison does.
     if (is_ordinary_ && !is_general() && depth_.certified == Certified::unknown) {
-      if (kind_ == SolidKind::box)
-        certified_ = certify_aligned_boxes(half_extents(set_.boxes[given_.pair.a]), X_WA(),
-                                           half_extents(set_.boxes[given_.pair.b]), X_WB());
+      if (kind_ == SolidKind::box) certified_ = certify_flush_boxes(set_, given_.pair, input_.poses);
       if (certified_ == Certified::unknown) {
         place_pair();
         certified_ = certify_aligned(placed_.a_W, placed_.b_W);
@@ -293,15 +292,30 @@ struct Records {
   std::array<DistanceRecord, kBlock> distance;
 };
 
+/// Overlapping pairs that comparison shows need no search for a distance.
+void certify_flush_boxes(const SolidSet& set, std::span<const Pose> poses, const Batch& batch,
+                         DepthRecord* depths) {
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    const SolidPair pair{batch.pairs[i].a, batch.pairs[i].b};
+    if (depths[i].certified != Certified::unknown || !has_finite_poses(pair, poses) ||
+        !is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
+      continue;
+    if (certify_flush_boxes(set, pair, poses) == Certified::overlapping)
+      depths[i].certified = Certified::overlapping;
+  }
+}
+
 /// Depths of one kind's pairs, then the distances of those not certified as overlapping.
 void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
                  const Query& query, const Batch& batch, Records& records) {
   const PoseRecord* X_W = records_of(poses);
-  if (kind == SolidKind::box)
+  if (kind == SolidKind::box) {
     kernels.compute_box_depths(X_W, set.boxes.data(), batch.pairs.data(), batch.count, records.depth.data());
-  else
+    certify_flush_boxes(set, poses, batch, records.depth.data());
+  } else {
     kernels.compute_parallelepiped_depths(X_W, set.parallelepiped_edges.data(), batch.pairs.data(),
                                           batch.count, records.depth.data());
+  }
   compute_batch_distances(set, kernels, kind, poses, batch, records.depth.data(), wants_distance(query),
                           records.distance.data());
 }
@@ -345,6 +359,7 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     status[i] = PairEvaluation(set, kernels, input, pairs[i], depth, distance)
                     .run(geometry[i], points ? points + i * slots : nullptr, clips);
   };
+  // Pairs by kind, each in the order of comes_first().
   const std::size_t count = input.pairs.size();
   constexpr std::size_t kAhead = 12;
   for (std::size_t i = 0; i < count; ++i) {
@@ -353,6 +368,7 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
   }
   Batches batches;
   sort_by_kind(set, input.poses, std::span(pairs).first(count), batches);
+  // Boxes and parallelepipeds by their kernels.
   Records records;
   for (const auto& [kind, batch] : {std::pair<SolidKind, const Batch&>{SolidKind::box, batches.boxes},
                                     {SolidKind::parallelepiped, batches.parallelepipeds}}) {
@@ -361,6 +377,7 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     for (std::size_t i = 0; i < batch.count; ++i)
       finish(batch.slots[i], records.depth[i], records.distance[i]);
   }
+  // The others by the kernel of hulls.
   const Batch& others = batches.others;
   if (others.count == 0) return;
   std::fill_n(records.distance.data(), others.count, kNoDistance);

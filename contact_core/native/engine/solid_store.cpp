@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <string>
 #include <tuple>
+#include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/native/check_inside.hpp"
 #include "touchstone/contact_core/native/engine/pair_geometry.hpp"
 
 namespace touchstone::native {
@@ -65,9 +69,71 @@ bool make_valid(Pose& X) {
   return is_valid_pose(X);
 }
 
+void turn_round(PairAnswer& answer) {
+  answer.geometry.n_AB_W = -answer.geometry.n_AB_W;
+  std::swap(answer.geometry.p_A_W, answer.geometry.p_B_W);
+  for (std::int32_t i = 0; i < answer.geometry.point_count; ++i) {
+    ContactPoint& point = answer.points[static_cast<std::size_t>(i)];
+    std::swap(point.p_A_W, point.p_B_W);
+  }
+}
+
 }  // namespace
 
+/// Another narrowphase, its solids in the places that the set would have them.
+struct SolidStore::Other {
+  std::unique_ptr<Narrowphase> narrowphase;
+  std::vector<Hexahedron> solids;
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Narrowphase::Workspace>> idle;  // as many as have asked at one time
+
+  static void place(std::vector<Hexahedron>& among, std::size_t first, const Hexahedron& solid) {
+    while (among.size() < first + 2) among.push_back(solid);
+    among[first] = among[first + 1] = solid;
+  }
+
+  void set(std::size_t first, const Hexahedron& solid) {
+    if (solids.capacity() < first + 2)
+      solids.reserve(2 * (first + 2));  // where it is taken nothing throws after
+    const std::array twice{solid, solid};
+    if (!solids.empty() && narrowphase->set_solids(static_cast<SolidIndex>(first), twice)) {
+      place(solids, first, solid);
+      return;
+    }
+    std::vector<Hexahedron> all = solids;
+    place(all, first, solid);
+    narrowphase->build(all);
+    idle.clear();
+    solids = std::move(all);
+  }
+
+  std::unique_ptr<Narrowphase::Workspace> take() {
+    const std::scoped_lock lock(mutex);
+    if (idle.empty()) return narrowphase->make_workspace();
+    std::unique_ptr<Narrowphase::Workspace> out = std::move(idle.back());
+    idle.pop_back();
+    return out;
+  }
+  void give_back(std::unique_ptr<Narrowphase::Workspace> workspace) {
+    const std::scoped_lock lock(mutex);
+    idle.push_back(std::move(workspace));
+  }
+};
+
 SolidStore::SolidStore() : kernels_(kernels()) {}
+
+SolidStore::SolidStore(std::unique_ptr<Narrowphase> narrowphase) : SolidStore() {
+  if (!narrowphase) throw InputError("a check inside an engine: no narrowphase");
+  if (!narrowphase->capabilities().manifold)
+    throw InputError("narrowphase '" + std::string(narrowphase->name()) +
+                     "' has no manifolds: it cannot stand inside an engine");
+  other_ = std::make_unique<Other>();
+  other_->narrowphase = std::move(narrowphase);
+}
+
+SolidStore::~SolidStore() = default;
+
+std::string_view SolidStore::name() const { return is_native() ? "native" : other_->narrowphase->name(); }
 
 std::optional<SolidHandle> SolidStore::acquire(const SolidContent& content) {
   // No order finds what is not a number: it would be any other's equal.
@@ -85,16 +151,23 @@ std::optional<SolidHandle> SolidStore::acquire(const SolidContent& content) {
   SolidSet twice = make_solid_set(std::array{*solid, *solid});
 
   const std::unique_lock lock(mutex_);
-  const auto [place, is_new] = entries_.try_emplace(content, Entry{0, 0});
-  if (!is_new) return use(*place);
-  Key& key = place->second.key;
+  const auto [entry, is_new] = entries_.try_emplace(content, Entry{0, 0});
+  if (!is_new) return use(*entry);
+  Key& key = entry->second.key;
   key = static_cast<Key>(set_.kinds.size() / 2);
-  if (!unused_.empty()) {
-    key = unused_.back();
-    unused_.pop_back();
+  if (!unused_.empty()) key = unused_.back();
+  try {
+    if (other_) other_->set(2 * static_cast<std::size_t>(key), *solid);
+    set_solids(set_, 2 * static_cast<std::size_t>(key), std::move(twice));
+  } catch (const InputError&) {
+    entries_.erase(entry);
+    return std::nullopt;
+  } catch (...) {  // what a narrowphase of somebody's throws: no entry stays without its solid
+    entries_.erase(entry);
+    throw;
   }
-  set_solids(set_, 2 * static_cast<std::size_t>(key), std::move(twice));
-  return use(*place);
+  if (!unused_.empty()) unused_.pop_back();
+  return use(*entry);
 }
 
 void SolidStore::release(const SolidHandle& solid) {
@@ -114,6 +187,7 @@ Hexahedron SolidStore::solid(const SolidHandle& solid) const { return *make_soli
 
 void SolidStore::compute_manifold(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b,
                                   const Pose& X_WB, const Query& query, PairAnswer& answer) const noexcept {
+  if (other_) return ask_other(a, X_WA, b, X_WB, query, answer);
   thread_local std::vector<Pose> poses;  // only the two of the pair are ever read
   answer.geometry.point_count = 0;
   answer.status = PairStatus::failed;
@@ -128,4 +202,42 @@ void SolidStore::compute_manifold(const SolidHandle& a, const Pose& X_WA, const 
   native::compute_geometry(set_, kernels_, input, {&answer.status, 1}, {&answer.geometry, 1}, answer.points);
 }
 
+/// Pairs are asked in ascending order, and the answer is turned round where the engine's is another.
+void SolidStore::ask_other(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
+                           const Query& query, PairAnswer& answer) const noexcept {
+  thread_local std::vector<Pose> poses;
+  answer.geometry = no_geometry();
+  answer.status = PairStatus::failed;
+  std::shared_lock<std::shared_mutex> together(mutex_, std::defer_lock);
+  std::unique_lock<std::shared_mutex> alone(mutex_, std::defer_lock);
+  if (other_->narrowphase->capabilities().thread_safe)
+    together.lock();
+  else
+    alone.lock();
+  const bool is_turned = a.key > b.key;
+  const SolidPair pair =
+      is_turned ? SolidPair{2 * b.key, 2 * a.key + 1} : SolidPair{2 * a.key, 2 * b.key + 1};
+  if (poses.size() < other_->solids.size()) poses.resize(other_->solids.capacity());
+  poses[pair.a] = is_turned ? X_WB : X_WA;
+  poses[pair.b] = is_turned ? X_WA : X_WB;
+  if (!make_valid(poses[pair.a]) || !make_valid(poses[pair.b])) return;
+  NarrowphaseInput input{{&pair, 1}, std::span(poses).first(other_->solids.size()), query};
+  input.query.max_separation = std::max(query.max_separation, 0.0);
+  std::unique_ptr<Narrowphase::Workspace> workspace = other_->take();
+  other_->narrowphase->evaluate(input, {{&answer.status, 1}, {&answer.geometry, 1}, answer.points},
+                                *workspace);
+  other_->give_back(std::move(workspace));
+  if (answer.status == PairStatus::unsupported) answer.status = PairStatus::failed;
+  if (answer.status == PairStatus::undecided) answer.status = PairStatus::overlapping;
+  if (is_turned) turn_round(answer);
+}
+
 }  // namespace touchstone::native
+
+namespace touchstone {
+
+std::shared_ptr<CheckInside> make_check_inside(std::unique_ptr<Narrowphase> narrowphase) {
+  return std::make_shared<native::SolidStore>(std::move(narrowphase));
+}
+
+}  // namespace touchstone

@@ -3,14 +3,17 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <shared_mutex>
+#include <string_view>
 #include <vector>
 
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 #include "touchstone/contact_core/native/solids/solid_set.hpp"
 
-// The native check for engines: solids come and go while the engine runs, and pairs are asked one at a time.
+// The native check, or another narrowphase, for engines: solids come and go while the engine runs, and pairs
+// are asked one at a time.
 
 namespace touchstone::native {
 
@@ -43,8 +46,20 @@ struct PairAnswer {
 class SolidStore {
  public:
   SolidStore();
+  /// Pairs are asked of this narrowphase, not of the native check. Its solids are set anew where a content is
+  /// new or an old one's place is used again (Narrowphase::set_solids(), build() where it has none), and
+  /// pairs wait for each other where it is not thread safe.
+  /// @throws InputError: none given, or one without manifolds.
+  explicit SolidStore(std::unique_ptr<Narrowphase> narrowphase);
+  ~SolidStore();
+  SolidStore(const SolidStore&) = delete;
+  SolidStore& operator=(const SolidStore&) = delete;
 
-  /// Adds a user of this content. Empty where it is no convex hexahedron (warped ones are accepted).
+  bool is_native() const { return other_ == nullptr; }
+  std::string_view name() const;  ///< of the narrowphase: "native"
+
+  /// Adds a user of this content. Empty where it is no convex hexahedron (warped ones are accepted), or the
+  /// narrowphase refuses it.
   std::optional<SolidHandle> acquire(const SolidContent& content);
   /// @pre acquired once more often than released.
   void release(const SolidHandle& solid);
@@ -52,7 +67,9 @@ class SolidStore {
 
   /// A manifold query for a pair, as make_native() answers it, whatever query.kind. A rotation that is off by
   /// more than kRotationTolerance is made orthonormal first (Gram-Schmidt from its first column); a pose that
-  /// is not finite, or no rotation at all, comes out as `failed`, without points.
+  /// is not finite, or no rotation at all, comes out as `failed`, without points. Of another narrowphase what
+  /// is `unsupported` comes out as `failed`, too, and what is `undecided` as `overlapping`: nearer to
+  /// touching than it tells.
   /// @pre the handles are not released; query.max_points is 1 to kMaxManifoldPoints.
   void compute_manifold(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
                         const Query& query, PairAnswer& answer) const noexcept;
@@ -68,6 +85,11 @@ class SolidStore {
   };
   using Entries = std::map<SolidContent, Entry>;
 
+  struct Other;
+
+  void ask_other(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
+                 const Query& query, PairAnswer& answer) const noexcept;
+
   // A query names a solid and its pose by one index. Each content is there twice, as A at 2 key and as B at
   // 2 key + 1, so that a pair of equal solids is a pair.
   SolidSet set_;
@@ -75,6 +97,7 @@ class SolidStore {
   std::vector<Key> unused_;
   mutable std::shared_mutex mutex_;
   const Kernels& kernels_;
+  std::unique_ptr<Other> other_;  // null: native
 };
 
 }  // namespace touchstone::native

@@ -70,7 +70,7 @@ void ClipBatch::run() {
   const auto corners_of = [&](std::size_t i) { return direct ? points_[i] : &scratch[i * kCorners]; };
   for (std::size_t i = 0; i < count_; ++i) tasks_[i].points = reinterpret_cast<PointRecord*>(corners_of(i));
   std::array<ClipRecord, kMost> clipped;
-  const auto* const X_W = reinterpret_cast<const PoseRecord*>(input_.poses.data());
+  const auto* const X_W = records_of(input_.poses);
   if (kind_ == SolidKind::box)
     kernels_.clip_boxes(X_W, set_.boxes.data(), tasks_.data(), count_, input_.query.max_point_separation,
                         clipped.data());

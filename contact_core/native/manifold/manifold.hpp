@@ -23,7 +23,7 @@ struct Manifold {
 /// seen along n (edges on end, solids flattened by rounding) clip nothing.
 ///
 /// Bent faces. Corners that a file rounds bend the face that they belong to: the hull has two triangles there
-/// and a ridge between them. Where the triangles' normals agree to a cosine of kBentFaceCosine
+/// and a ridge between them. Where the triangles' normals agree to a cosine of kManifoldCosine
 /// (solid_features.hpp) the polygon has all four corners: the face is chosen by its area vector,
 /// whichever triangle's normal n is. All four sides are edges of the hull, so that a corner on one of them
 /// lies on its own solid as it does on a plane face; the other solid lies behind both triangles' planes, and

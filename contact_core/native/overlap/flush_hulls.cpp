@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/native/common/double_double.hpp"
+#include "touchstone/contact_core/native/common/lanes.hpp"
 #include "touchstone/contact_core/native/common/tangent_frame.hpp"
 #include "touchstone/contact_core/native/overlap/gjk.hpp"
 #include "touchstone/contact_core/native/overlap/mpr.hpp"
@@ -14,19 +15,22 @@
 // p), x, y, n orthonormal to a few u as doubles, and then scales the heights n . p by a power of two, 2^k.
 // Let D be the largest |p - p_W|_1. What is computed is off by
 //  - across: 4 roundings of terms below D, so 8 u D for all three;
-//  - heights: 2^-101 D from sums in double-double, and u of the height from its last rounding; scaled, with k
-//  at
-//    most kMostScale = 56, 2^-45 D and u of the scaled height.
-// Both are below 2^11 u D. certify_hulls() allows for coordinates off by u * extent, so an extent of 2^12 D
-// covers them, and what pushing (below) rounds.
+//  - heights of at least kPlain = 2^-6 of their own hull's D: 4 u of that D, so 2^8 u of the height, which
+//    scaling leaves;
+//  - other heights: 2^-101 D from sums in double-double, and u of the height from its last rounding; scaled,
+//    with k at most kMostScale = 56, 2^-45 D and u of the scaled height.
+// All are below 2^11 u D: scaled heights that count are at most 2 D. certify_hulls() allows for coordinates
+// off by u * extent, so an extent of 2^12 D covers them, and what pushing (below) rounds.
 
 namespace touchstone::native {
 namespace {
 
 using numerics::Certified;
+using WideLanes = DoubleDoubleOf<Double2>;
 
 constexpr double kErrors = 0x1p12;  // of u D, see above
 constexpr int kMostScale = 56;
+constexpr double kPlain = 0x1p-6;
 /// A vertex within this part of D from the plane is near it: rounding leaves it a few u of its coordinates,
 /// which may be 1e5 times D. Scaling then is by at least 2^33.
 constexpr double kNear = 0x1p-34;
@@ -45,16 +49,41 @@ struct FramedHull {
   int deepest = 0;   ///< the vertex furthest inside
 };
 
+Double2 along(const Vector3& axis, Double2 x, Double2 y, Double2 z) {
+  return (axis.x() * x + axis.y() * y) + axis.z() * z;
+}
+
+/// The heights of two vertices, right to their last bit however small.
+Double2 accurate_heights(const WorldVertices& v_W, int i, int j, const Vector3& n, const Vector3& p_W) {
+  const auto times = [](Double2 v, double p, double of_n) {
+    return two_sum(v, all<Double2>(-p)) * WideLanes{all<Double2>(of_n), Double2{}};
+  };
+  const WideLanes height = (times(Double2{v_W.x[i], v_W.x[j]}, p_W.x(), n.x()) +
+                            times(Double2{v_W.y[i], v_W.y[j]}, p_W.y(), n.y())) +
+                           times(Double2{v_W.z[i], v_W.z[j]}, p_W.z(), n.z());
+  return height.high;
+}
+
 /// Returns the largest |p - p_W|_1.
 double to_frame(const WorldVertices& v_W, const TangentFrame& frame, const Vector3& p_W, FramedHull& out) {
-  const DoubleDouble3 n{{frame.n.x(), 0.0}, {frame.n.y(), 0.0}, {frame.n.z(), 0.0}};
-  double reach = 0.0;
-  for (int i = 0; i < 8; ++i) {
-    const DoubleDouble3 d = difference(v_W.vertex(i), p_W);
-    const Vector3 rounded = d.rounded();
-    const DoubleDouble height = dot(d, n);
-    out.p[i] = {dot(frame.x, rounded), dot(frame.y, rounded), height.high};
-    reach = std::max(reach, norm_1(rounded));
+  Double2 reaches{};
+  for (int i = 0; i < 8; i += 2) {
+    const Double2 dx = load(&v_W.x[i]) - p_W.x(), dy = load(&v_W.y[i]) - p_W.y(),
+                  dz = load(&v_W.z[i]) - p_W.z();
+    const Double2 x = along(frame.x, dx, dy, dz), y = along(frame.y, dx, dy, dz),
+                  z = along(frame.n, dx, dy, dz);
+    for (int k = 0; k < 2; ++k) out.p[i + k] = {x[k], y[k], z[k]};
+    reaches = greatest(reaches, (magnitude(dx) + magnitude(dy)) + magnitude(dz));
+  }
+  const double reach = std::max(reaches[0], reaches[1]);
+  std::array<int, 9> low{};
+  int count = 0;
+  for (int i = 0; i < 8; ++i)
+    if (!(std::abs(out.p[i].z()) >= kPlain * reach)) low[count++] = i;
+  low[count] = low[std::max(count - 1, 0)];  // an odd one is its own partner
+  for (int k = 0; k < count; k += 2) {
+    const Double2 height = accurate_heights(v_W, low[k], low[k + 1], frame.n, p_W);
+    out.p[low[k]].z() = height[0], out.p[low[k + 1]].z() = height[1];
   }
   return reach;
 }

@@ -21,19 +21,11 @@
 namespace touchstone::native {
 namespace {
 
-// The kernels read poses as they lie in memory: R by columns, then p.
-static_assert(sizeof(Pose) == sizeof(PoseRecord) && std::is_standard_layout_v<Pose>);
-static_assert(!Matrix3::IsRowMajor);
-
 /// MPR iterations before the scalar fallback; of 4096 random frusta, 2 needed more than 6.
 constexpr int kMprSteps = 8;
 
 /// Pairs whose depths are asked for at a time: their records fit the first cache.
 constexpr std::size_t kDepths = 32;
-
-const PoseRecord* records(std::span<const Pose> poses) {
-  return reinterpret_cast<const PoseRecord*>(poses.data());
-}
 
 PairStatus to_status(bool meet) { return meet ? PairStatus::overlapping : PairStatus::separated; }
 
@@ -88,10 +80,6 @@ struct Block {
   std::array<PairAxis, kBlock> axes;
 };
 
-SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
-  return std::max(set.kinds[pair.a], set.kinds[pair.b]);
-}
-
 /// Writes what is certified; pairs left unknown make up `rest`.
 void write_certified(const Batch& batch, const std::array<Certified, kBlock>& certified,
                      std::span<PairStatus> status, Batch& rest) {
@@ -142,9 +130,9 @@ void certify_by_depth(const SolidSet& set, const Kernels& kernels, SolidKind kin
     const std::size_t here = std::min(kDepths, batch.count - first);
     const PairIndices* pairs = &batch.pairs[first];
     if (kind == SolidKind::box)
-      kernels.compute_box_depths(records(poses), set.boxes.data(), pairs, here, depths.data());
+      kernels.compute_box_depths(records_of(poses), set.boxes.data(), pairs, here, depths.data());
     else
-      kernels.compute_parallelepiped_depths(records(poses), set.parallelepiped_edges.data(), pairs, here,
+      kernels.compute_parallelepiped_depths(records_of(poses), set.parallelepiped_edges.data(), pairs, here,
                                             depths.data());
     for (std::size_t i = 0; i < here; ++i) certified[first + i] = depths[i].certified;
   }
@@ -154,7 +142,7 @@ void certify_by_depth(const SolidSet& set, const Kernels& kernels, SolidKind kin
 void settle_boxes(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                   std::span<PairStatus> status, Block& block) {
   const auto certify = [&](const auto& kernel, const Batch& batch) {
-    kernel(records(poses), set.boxes.data(), batch.pairs.data(), batch.count, block.certified.data());
+    kernel(records_of(poses), set.boxes.data(), batch.pairs.data(), batch.count, block.certified.data());
   };
   certify(kernels.certify_boxes, block.boxes);
   write_certified(block.boxes, block.certified, status, block.rest);
@@ -172,7 +160,7 @@ void settle_boxes(const SolidSet& set, const Kernels& kernels, std::span<const P
 
 void settle_parallelepipeds(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                             std::span<PairStatus> status, Block& block) {
-  kernels.certify_parallelepipeds(records(poses), set.parallelepipeds.data(),
+  kernels.certify_parallelepipeds(records_of(poses), set.parallelepipeds.data(),
                                   block.parallelepipeds.pairs.data(), block.parallelepipeds.count,
                                   block.certified.data());
   write_certified(block.parallelepipeds, block.certified, status, block.rest);
@@ -205,7 +193,7 @@ void settle_hinted(const SolidSet& set, const Kernels& kernels, std::span<const 
                    std::span<PairStatus> status, std::span<const PairCacheEntry> cache, Block& block) {
   const Batch& hinted = block.hinted;
   for (std::size_t i = 0; i < hinted.count; ++i) block.axes[i] = recall(cache[hinted.slots[i]]);
-  kernels.certify_by_axis(records(poses), vertex_records(set), hinted.pairs.data(), hinted.count,
+  kernels.certify_by_axis(records_of(poses), vertex_records(set), hinted.pairs.data(), hinted.count,
                           block.axes.data(), block.certified.data());
   for (std::size_t i = 0; i < hinted.count; ++i) {
     if (block.certified[i] == Certified::separated)
@@ -218,7 +206,7 @@ void settle_hinted(const SolidSet& set, const Kernels& kernels, std::span<const 
 void settle_others(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                    std::span<PairStatus> status, std::span<PairCacheEntry> cache, Block& block) {
   const Batch& others = block.others;
-  kernels.certify_by_mpr(records(poses), vertex_records(set), others.pairs.data(), others.count, kMprSteps,
+  kernels.certify_by_mpr(records_of(poses), vertex_records(set), others.pairs.data(), others.count, kMprSteps,
                          block.certified.data(), cache.empty() ? nullptr : block.axes.data());
   if (!cache.empty()) {
     for (std::size_t i = 0; i < others.count; ++i)
@@ -261,7 +249,7 @@ Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPa
                       std::span<const Pose> poses) {
   const SolidKind kind = kind_of(set, pair);
   if (kind == SolidKind::general) return Certified::unknown;
-  const PoseRecord* X_W = records(poses);
+  const PoseRecord* X_W = records_of(poses);
   Certified certified = Certified::unknown;
   // In two lanes the scalar filter, which stops at the first face that separates, is faster.
   if (kind == SolidKind::box && kernels.lanes > 2)

@@ -140,6 +140,7 @@ TOUCHSTONE_INLINE void find_slacks(const BoxLanes<Pack>& A, const BoxLanes<Pack>
       out.abs_C[i][j] = magnitude(C[i][j]);
     }
   }
+  // The six face normals.
   const auto& abs_C = out.abs_C;
   out.face = all<Pack>(__builtin_inf());
   Pack reaches{};
@@ -152,6 +153,7 @@ TOUCHSTONE_INLINE void find_slacks(const BoxLanes<Pack>& A, const BoxLanes<Pack>
         magnitude(T_B[i]);
     out.face = least(out.face, least(face_a, face_b));
   }
+  // The nine cross products of edges.
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {
@@ -161,6 +163,7 @@ TOUCHSTONE_INLINE void find_slacks(const BoxLanes<Pack>& A, const BoxLanes<Pack>
       out.cross[i][j] = (radius_a + radius_b) - magnitude(T_A[i2] * C[i1][j] - T_A[i1] * C[i2][j]);
     }
   }
+  // Within kOrdinaryHigh no product above over- or underflows harmfully.
   out.ordinary = (out.size + out.position) + reaches < all<Pack>(kOrdinaryHigh);
 }
 

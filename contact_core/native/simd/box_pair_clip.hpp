@@ -152,6 +152,7 @@ TOUCHSTONE_INLINE unsigned long long write_pair_corners(const PairContact& conta
                                                         PointRecord (&points)[8][1]) {
   constexpr int kFirst = 2 * solid, k0 = solid, k1 = 2 + solid;
   const Double4 sides = kEdgeSides, place = kEdgeDirections * parts.from;
+  // The corners and their heights over the other face.
   const auto corner = [&](Double2 centre, Double2 half_0, Double2 half_1) {
     return (all<Double4>(centre[solid]) + sides * shuffled<k1, k0, k1, k0>(half_0, half_1)) +
            place * shuffled<k0, k1, k0, k1>(half_0, half_1);
@@ -161,6 +162,7 @@ TOUCHSTONE_INLINE unsigned long long write_pair_corners(const PairContact& conta
                                 corner(face.centre.z, face.half[0].z, face.half[1].z)};
   const Double4 raw = corner(height[0], height[1], height[2]);
   const Double4 separation = greatest(raw, all<Double4>(contact.separation));
+  // The points on both solids, in the caller's order.
   const Vector3Of<Double4> across = separation * contact.n;
   const Vector3Of<Double4> on_this = p + contact.p_WA;
   const Vector3Of<Double4> on_other = (solid == 1 ? p - across : p + across) + contact.p_WA;
@@ -172,6 +174,7 @@ TOUCHSTONE_INLINE unsigned long long write_pair_corners(const PairContact& conta
     head[e] = (double*)&points[2 * kFirst + e][0];
     tail[e] = head[e] + 4;
   }
+  // Written as PointRecords.
   const Double4 heads[4] = {first.x, first.y, first.z, second.x};
   const Double4 tails[4] = {second.y, second.z, separation, Double4{}};
   scatter(heads, head);

@@ -35,7 +35,7 @@ TOUCHSTONE_INLINE void transpose_three(const Double4 (&in)[3], Double4 (&out)[3]
 struct BoxPair {
   Vector3Of<Double4> direction[2], normal[2];
   Vector3Of<Double4> each[2][3];  // a direction in all lanes
-  Double4 own[2], half[2][3];
+  Double4 extents[2], half[2][3];
   Double4 volume[2];  // in all lanes
   Vector3Of<Double4> T;
 
@@ -45,7 +45,7 @@ struct BoxPair {
       normal[s] = normals_of(direction[s]);
       volume[s] = all<Double4>(magnitude(dot(normal[s], direction[s]))[0]);
       const double* const h = box[s]->half_extents;
-      own[s] = Double4{h[0], h[1], h[2], 0.0};
+      extents[s] = Double4{h[0], h[1], h[2], 0.0};
       for (int i = 0; i < 3; ++i) each[s][i] = in_all_lanes(X[s]->R + 3 * i), half[s][i] = all<Double4>(h[i]);
     }
     T = in_all_lanes(X[1]->p) - in_all_lanes(X[0]->p);
@@ -123,12 +123,13 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
     const Double4(&half)[3] = boxes.half[1 - s];
     const Double4(&products)[3] = s == 0 ? a_b : b_a;
     const Double4 reach = (half[0] * products[0] + half[1] * products[1]) + half[2] * products[2];
-    const Double4 slack = (boxes.own[s] * boxes.volume[s] + reach) - magnitude(dot(boxes.normal[s], boxes.T));
+    const Double4 slack =
+        (boxes.extents[s] * boxes.volume[s] + reach) - magnitude(dot(boxes.normal[s], boxes.T));
     least_slack = least(least_slack, slack);
     search.keep(3 * s, dot(boxes.normal[s], boxes.normal[s]), greatest(slack, Double4{}));
   }
   const Double4(&half_a)[3] = boxes.half[0];
-  const Double4 next_b = next(boxes.own[1]), after_b = after_next(boxes.own[1]);
+  const Double4 next_b = next(boxes.extents[1]), after_b = after_next(boxes.extents[1]);
   int which[3] = {-1, -1, -1};
   unsigned any_short = 0;
   for (int i = 0; i < 3; ++i) {
@@ -180,8 +181,8 @@ TOUCHSTONE_INLINE Double4 signed_vertex(const PoseRecord& X, Double4 sign, Doubl
 
 TOUCHSTONE_INLINE PairDepth depth_along_face(const PoseRecord* const (&X)[2], const BoxPair& boxes, int code,
                                              double level, double tolerance) {
-  const int own = code < 3 ? 0 : 1, other = 1 - own;  // whose face it is
-  const Double4 axis = in_lanes(boxes.normal[own], code % 3);
+  const int with_face = code < 3 ? 0 : 1, other = 1 - with_face;  // whose face it is
+  const Double4 axis = in_lanes(boxes.normal[with_face], code % 3);
   const double T[3] = {boxes.T.x[0], boxes.T.y[0], boxes.T.z[0]};
   const double forward = dot_lanes(axis, in_lanes(T)) >= 0.0 ? 1.0 : -1.0;
   PairDepth out;
@@ -193,23 +194,23 @@ TOUCHSTONE_INLINE PairDepth depth_along_face(const PoseRecord* const (&X)[2], co
     const Double4 along = dot(boxes.direction[s], n);
     projection[s] = magnitude(along);
     sign[s] = s == 0 ? (along >= Double4{} ? one : -one) : (along >= Double4{} ? -one : one);
-    vertex[s] = signed_vertex(*X[s], sign[s], boxes.own[s]);
+    vertex[s] = signed_vertex(*X[s], sign[s], boxes.extents[s]);
   }
   const double raw = dot_lanes(vertex[1] - vertex[0], out.n);
   out.separation = raw < 0.0 ? raw : 0.0;
   // As face_witness().
-  const Double4 centre = in_lanes(X[own]->p) + Double4{}, inward = -sign[other];
-  const Double4 twice = all<Double4>(2.0) * boxes.own[other];
+  const Double4 centre = in_lanes(X[with_face]->p) + Double4{}, inward = -sign[other];
+  const Double4 twice = all<Double4>(2.0) * boxes.extents[other];
   const Double4 toward = inward * dot(spread(centre - vertex[other]), boxes.direction[other]);
   const Double4 along = least(greatest(toward, Double4{}), twice);
   const Double4 by = inward * (projection[other] * twice <= all<Double4>(level) ? along : Double4{});
   Double4 p = vertex[other];
   for (int k = 0; k < 3; ++k) p = p + all<Double4>(by[k]) * in_lanes(X[other]->R + 3 * k);
   const Double4 offset = all<Double4>(out.separation) * out.n;
-  const Double4 moved = own == 1 ? p + offset : p - offset;
-  out.p_A = own == 1 ? p : moved;
-  const Double4 off = magnitude(dot(boxes.normal[own], spread(moved - centre)));
-  const Double4 most = (boxes.own[own] + all<Double4>(tolerance)) * boxes.volume[own];
+  const Double4 moved = with_face == 1 ? p + offset : p - offset;
+  out.p_A = with_face == 1 ? p : moved;
+  const Double4 off = magnitude(dot(boxes.normal[with_face], spread(moved - centre)));
+  const Double4 most = (boxes.extents[with_face] + all<Double4>(tolerance)) * boxes.volume[with_face];
   out.has_witness = (bits(off <= most) & 7u) == 7u;
   return out;
 }

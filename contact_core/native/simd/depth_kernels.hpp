@@ -80,6 +80,7 @@ TOUCHSTONE_INLINE MaskOf<Pack> face_witness(const DepthSolid<Pack>& A, const Nor
                                             const Supports<Pack>& v, MaskOf<Pack> is_b, Pack level,
                                             Pack tolerance, const Vector3Of<Pack>& offset,
                                             Vector3Of<Pack>& p_A) {
+  // From the support vertex towards the face's middle along the edges that are level with it.
   const Vector3Of<Pack> a = A.p + A.centre, b = B.p + B.centre;
   const Vector3Of<Pack> start = select<Pack>(is_b, v.a, v.b);
   const Vector3Of<Pack> centre = select<Pack>(is_b, b, a);
@@ -94,6 +95,7 @@ TOUCHSTONE_INLINE MaskOf<Pack> face_witness(const DepthSolid<Pack>& A, const Nor
     const Pack by = projection * twice <= level ? along : Pack{};
     p = p + (inward * by) * direction;
   }
+  // It holds where its foot is within the face.
   p_A = select<Pack>(is_b, p, p - offset);
   const Vector3Of<Pack> q = select<Pack>(is_b, p + offset, p - offset) - centre;
   const Pack volume = is_b ? normal_b.volume : normal_a.volume;
@@ -162,12 +164,14 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_along(const Solid& A, const Normals<Pac
                  (scale.deviation <= all<Pack>(kDeviationRoundoffs) * scale.unit_size);
   const Pack forward = dot(axis, scale.T) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
   out.n = (forward / square_root(length2)) * axis;
+  // The depth: how far the supports along n lie beyond each other.
   Supports<Pack> v;
   support_signs<Pack>(A, out.n, v.sign_a, v.projection_a);
   support_signs<Pack>(B, out.n, v.sign_b, v.projection_b);
   for (int k = 0; k < 3; ++k) v.sign_b[k] = -v.sign_b[k];
   v.a = A.vertex(v.sign_a), v.b = B.vertex(v.sign_b);
   out.separation = least(dot(v.b - v.a, out.n), Pack{});
+  // The witness lies on the face or edge that the axis belongs to.
   const Pack tolerance =
       all<Pack>(kWitnessRoundoffs) * (scale.unit_size + scale.unit_position) + scale.deviation;
   const Pack level = all<Pack>(kLevelRoundoffs) * scale.unit_size;

@@ -151,6 +151,7 @@ TOUCHSTONE_INLINE MaskOf<Pack> search_nearest(const HullLanes<Pack>& pair, Searc
   const auto vertex = [](const VertexLanes<Pack>& v, int i) {
     return Vector3Of<Pack>{v.x[i], v.y[i], v.z[i]};
   };
+  // From the vertex of W that is least along the difference of the solids' middles.
   const Vector3Of<Pack> start =
       (vertex(pair.b, 0) - vertex(pair.a, 0)) + (vertex(pair.b, 7) - vertex(pair.a, 7));
   Corner<Pack> corner;
@@ -160,6 +161,7 @@ TOUCHSTONE_INLINE MaskOf<Pack> search_nearest(const HullLanes<Pack>& pair, Searc
   search.square = dot(corner.w, corner.w);
   const Pack tolerance = all<Pack>(kSearchRoundoffs * kU) * pair.extent;
   Mask open = pair.ordinary, found{};
+  // Ends a lane where no vertex of W is nearer than its point, or none is new.
   for (int step = 0; step < kSearchSteps; ++step) {
     const Pack gap = search.square - least_along(pair, search.v, corner);
     const Mask level = (gap <= Pack{}) | (gap * gap <= (tolerance * tolerance) * search.square);
@@ -168,6 +170,7 @@ TOUCHSTONE_INLINE MaskOf<Pack> search_nearest(const HullLanes<Pack>& pair, Searc
     found |= open & (level | known);
     open &= ~(level | known);
     if (!bits(open)) break;
+    // Else the simplex takes the vertex in.
     Mask holds_origin;
     const Nearest<Pack> next = nearest_with(corner.w, search.s, holds_origin);
     open &= ~holds_origin;

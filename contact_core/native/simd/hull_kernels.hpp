@@ -104,13 +104,13 @@ TOUCHSTONE_INLINE void pose_hull(const HullView& view, PosedHull& out) {
   }
 }
 
-/// The separation of `other` from each face of `own` (negative: inside), and its middle's depth below it.
+/// The separation of `other` from each face of `base` (negative: inside), and its middle's depth below it.
 template <class Pack>
-TOUCHSTONE_INLINE void face_separations(const PosedHull& own, const PosedHull& other, Point middle,
+TOUCHSTONE_INLINE void face_separations(const PosedHull& base, const PosedHull& other, Point middle,
                                         double (&separation)[16], double (&below)[16]) {
-  for (int f = 0; f < own.hull->face_count; f += Traits<Pack>::lanes) {
-    const Vector3Of<Pack> n = {load<Pack>(own.nx + f), load<Pack>(own.ny + f), load<Pack>(own.nz + f)};
-    const Pack height = load<Pack>(own.height + f);
+  for (int f = 0; f < base.hull->face_count; f += Traits<Pack>::lanes) {
+    const Vector3Of<Pack> n = {load<Pack>(base.nx + f), load<Pack>(base.ny + f), load<Pack>(base.nz + f)};
+    const Pack height = load<Pack>(base.height + f);
     Pack low = all<Pack>(__builtin_inf());
     for (int i = 0; i < 8; ++i) {
       const Point p = other.vertex(i);
@@ -270,10 +270,10 @@ TOUCHSTONE_INLINE bool is_on_face(const PosedHull& hull, int face, Point p, cons
   return beyond * __builtin_sqrt(dot(d, d)) <= kOffHullRoundoffs * kU * size.position * hull.radius;
 }
 
-/// The point of `other` that lies over `own`'s face: the vertex furthest along `direction`, or the mean of
-/// those level with it. `offset` leads from it to `own`'s surface.
+/// The point of `other` that lies over `base`'s face: the vertex furthest along `direction`, or the mean of
+/// those level with it. `offset` leads from it to `base`'s surface.
 template <class Pack>
-TOUCHSTONE_INLINE bool face_witness(const PosedHull& own, int face, const PosedHull& other, Point direction,
+TOUCHSTONE_INLINE bool face_witness(const PosedHull& base, int face, const PosedHull& other, Point direction,
                                     Point offset, const Magnitudes& size, Point& p) {
   const double level = 4 * kU * size.extent;
   double along[8];
@@ -285,12 +285,12 @@ TOUCHSTONE_INLINE bool face_witness(const PosedHull& own, int face, const PosedH
   for (int i = 0; i < 8; ++i) {
     if (!(along[i] >= high - level)) continue;
     p = other.vertex(i);
-    if (is_on_face<Pack>(own, face, p + offset, size)) return true;
+    if (is_on_face<Pack>(base, face, p + offset, size)) return true;
     sum = sum + p;
     ++count;
   }
   p = (1.0 / count) * sum;
-  return is_on_face<Pack>(own, face, p + offset, size);
+  return is_on_face<Pack>(base, face, p + offset, size);
 }
 
 TOUCHSTONE_INLINE double within_unit(double x) { return x < 0.0 ? 0.0 : x > 1.0 ? 1.0 : x; }
@@ -330,6 +330,7 @@ TOUCHSTONE_INLINE void compute_hull_depth_inline(const HullView& a, const HullVi
   out.known = DepthKnown::nothing;
   PosedHull A, B;
   pose_hull<Pack>(a, A), pose_hull<Pack>(b, B);
+  // The best face of either.
   double separation_a[16], separation_b[16], below_a[16], below_b[16];
   find_middle<Pack>(A), find_middle<Pack>(B);
   face_separations<Pack>(A, B, B.middle, separation_a, below_a);
@@ -349,6 +350,7 @@ TOUCHSTONE_INLINE void compute_hull_depth_inline(const HullView& a, const HullVi
     out.certified = Certified::separated;
     return;
   }
+  // Edges that could do better.
   const unsigned edges_a = edges_in_question(A, below_a, -best.separation - B.radius, size);
   const unsigned edges_b = edges_in_question(B, below_b, -best.separation - A.radius, size);
   if (search_edges<Pack>(A, edges_a, B, edges_b, extent, best) == EdgeSearch::too_parallel) return;
@@ -356,6 +358,7 @@ TOUCHSTONE_INLINE void compute_hull_depth_inline(const HullView& a, const HullVi
     out.certified = Certified::separated;
     return;
   }
+  // Verdict, depth and witness.
   if (best.separation < -margin) out.certified = Certified::overlapping;
   best.separation = best.separation < 0.0 ? best.separation : 0.0;
   Point p_A{};

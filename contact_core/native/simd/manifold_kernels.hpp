@@ -79,6 +79,7 @@ TOUCHSTONE_INLINE ContactFace<Pack> contact_face(const DepthSolid<Pack>& s, cons
     if constexpr (!kIsBox) magnitude_of[i] = magnitude_of[i] / square_root(dot(normals.of[i], normals.of[i]));
     half[i] = s.half[i] * s.direction[i];
   }
+  // The axis that leans least against n; the first of equal ones.
   const Pack same = all<Pack>(kSameLean);
   const MaskOf<Pack> over_first = magnitude_of[1] > magnitude_of[0] + same;
   const Pack best = over_first ? magnitude_of[1] : magnitude_of[0];
@@ -87,6 +88,7 @@ TOUCHSTONE_INLINE ContactFace<Pack> contact_face(const DepthSolid<Pack>& s, cons
   const Vector3Of<Pack> next[3] = {half[1], half[2], half[0]}, after[3] = {half[2], half[0], half[1]};
 
   ContactFace<Pack> out;
+  // Its face on the side of n, and the half edges as seen from A's outside.
   const Pack along = main.of(lean);
   out.normal = (all<Pack>(1.0) / along) * main.of(normals.of);
   const MaskOf<Pack> positive = sense * along > Pack{};
@@ -460,10 +462,10 @@ constexpr std::uint64_t kEdgeLabels = 0x0b0a'0908'0302'0100, kSwappedEdgeLabels 
 
 /// Flush edges go by the name of the caller's first solid.
 TOUCHSTONE_INLINE std::uint64_t flush_labels(unsigned long long flush, bool swapped, std::uint64_t labels) {
-  const std::uint64_t own = labels;
+  const std::uint64_t given = labels;
   const auto join = [&](unsigned of_a, unsigned of_b) {
     const unsigned to = 8 * (swapped ? of_a : 4 + of_b), from = 8 * (swapped ? 4 + of_b : of_a);
-    labels = (labels & ~(std::uint64_t{0xff} << to)) | ((own >> from & 0xffu) << to);
+    labels = (labels & ~(std::uint64_t{0xff} << to)) | ((given >> from & 0xffu) << to);
   };
   for (unsigned i = 0; i < 2; ++i) {
     for (unsigned j = 0; j < 2; ++j) {
@@ -527,6 +529,7 @@ TOUCHSTONE_INLINE void clip_inline(const PoseRecord* poses, const Record* shapes
   for (std::size_t begin = 0; begin < count; begin += kLanes) {
     const std::size_t here = count - begin < kLanes ? count - begin : kLanes;
     const double *poses_a[kLanes], *poses_b[kLanes], *shapes_a[kLanes], *shapes_b[kLanes], *along[kLanes];
+    // Whose records each lane reads; lanes beyond the last task repeat it.
     double swapped[kLanes];
     for (std::size_t l = 0; l < kLanes; ++l) {
       const ClipTask& task = tasks[begin + (l < here ? l : here - 1)];
@@ -539,6 +542,7 @@ TOUCHSTONE_INLINE void clip_inline(const PoseRecord* poses, const Record* shapes
       prefetch(poses, shapes, tasks[begin + kAhead + l].pair.a);
       prefetch(poses, shapes, tasks[begin + kAhead + l].pair.b);
     }
+    // The clip of all lanes.
     Solid<Pack> A, B;
     A.read(poses_a, shapes_a), B.read(poses_b, shapes_b);
     Pack n_separation[4];
@@ -552,6 +556,7 @@ TOUCHSTONE_INLINE void clip_inline(const PoseRecord* poses, const Record* shapes
     constexpr bool kIsBox = sizeof(Record) == sizeof(BoxRecord);
     clip_lanes<Solid<Pack>, kIsBox, Pack>(A, B, contact, corners);
 
+    // Each task picks its points from its lane.
     long long flags[kLanes], flush[kLanes];
     __builtin_memcpy(flags, &corners.flags.words, sizeof flags);
     __builtin_memcpy(flush, &corners.flush.words, sizeof flush);

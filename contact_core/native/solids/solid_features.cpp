@@ -6,7 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "touchstone/contact_core/geometry/orientation.hpp"
+#include "touchstone/contact_core/geometry/difference_determinant.hpp"
+#include "touchstone/contact_core/narrowphase/rounded_manifold.hpp"
 #include "touchstone/contact_core/native/common/double_double.hpp"
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
 
@@ -40,6 +41,33 @@ struct Facet {
 struct Edge {
   int from, to;
   int facet, other;  // along the loop of `facet`
+};
+
+/// The side of the plane through three vertices on which a fourth one lies. Found once for every four, as
+/// each four are asked for in several orders and those in one plane, as most faces' are, take integers.
+class Sides {
+ public:
+  Sides(const Vertices& v, unsigned distinct) {
+    numerics::DifferenceDeterminant determinants(v);
+    for (int i = 0; i < 8; ++i)
+      for (int j = i + 1; j < 8; ++j)
+        for (int k = j + 1; k < 8; ++k)
+          for (int l = k + 1; l < 8; ++l)
+            if (const unsigned four = bits(i, j, k, l); (four & ~distinct) == 0)
+              signs_[four] = determinants.sign({i, j}, {i, k}, {i, l});
+  }
+
+  /// As orient3d_sign() of these vertices. @pre distinct ones.
+  int of(int i, int j, int k, int l) const {
+    const int swaps = (i > j) + (i > k) + (i > l) + (j > k) + (j > l) + (k > l);
+    const int sign = signs_[bits(i, j, k, l)];
+    return swaps % 2 == 0 ? sign : -sign;
+  }
+
+ private:
+  static unsigned bits(int i, int j, int k, int l) { return 1u << i | 1u << j | 1u << k | 1u << l; }
+
+  std::array<int, 256> signs_{};  // of ascending indices, by their bits; 0 where two are the same
 };
 
 /// The exact hull of a solid's vertices.
@@ -114,14 +142,13 @@ void set_normal_and_area(const Hull& hull, int i, int j, int k, bool turned, Fac
 }
 
 // The facet through i, j, k if that plane supports the hull.
-bool supporting_facet(const Hull& hull, int i, int j, int k, Facet& facet) {
+bool supporting_facet(const Hull& hull, const Sides& sides, int i, int j, int k, Facet& facet) {
   bool above = false;
   bool below = false;
   facet.mask = 0;
-  const Vertices& v = hull.v;
   for (int l = 0; l < 8; ++l) {
     if (!(hull.distinct >> l & 1u)) continue;
-    const int side = l == i || l == j || l == k ? 0 : numerics::orient3d_sign(v[i], v[j], v[k], v[l]);
+    const int side = sides.of(i, j, k, l);
     above = above || side > 0;
     below = below || side < 0;
     if (side == 0) facet.mask |= 1u << l;
@@ -131,14 +158,14 @@ bool supporting_facet(const Hull& hull, int i, int j, int k, Facet& facet) {
   return true;
 }
 
-void find_facets(Hull& hull) {
+void find_facets(const Sides& sides, Hull& hull) {
   std::vector<Facet>& facets = hull.facets;
   for (int i = 0; i < 8; ++i)
     for (int j = i + 1; j < 8; ++j)
       for (int k = j + 1; k < 8; ++k) {
         if (!(hull.distinct >> i & hull.distinct >> j & hull.distinct >> k & 1u)) continue;
         Facet facet;
-        if (!supporting_facet(hull, i, j, k, facet)) continue;
+        if (!supporting_facet(hull, sides, i, j, k, facet)) continue;
         const auto known =
             std::find_if(facets.begin(), facets.end(), [&](const Facet& f) { return f.mask == facet.mask; });
         if (known == facets.end())
@@ -189,24 +216,23 @@ Edge ends_of(const Hull& hull, unsigned shared) {
 }
 
 /// Whether the facet's loop, counter-clockwise from outside, goes from `to` to `from`.
-bool runs_backwards(const Hull& hull, const Facet& facet, const Edge& edge) {
-  const Vertices& v = hull.v;
-  const Vector3& inner = v[std::countr_zero(hull.distinct & ~facet.mask)];
+bool runs_backwards(const Hull& hull, const Sides& sides, const Facet& facet, const Edge& edge) {
+  const int inner = std::countr_zero(hull.distinct & ~facet.mask);
   for (int i = 0; i < 8; ++i) {
     if (!(facet.mask >> i & 1u)) continue;
-    if (const int side = numerics::orient3d_sign(v[edge.from], v[edge.to], v[i], inner)) return side > 0;
+    if (const int side = sides.of(edge.from, edge.to, i, inner)) return side > 0;
   }
   return false;
 }
 
-void find_edges(Hull& hull) {
+void find_edges(const Sides& sides, Hull& hull) {
   const int count = static_cast<int>(hull.facets.size());
   for (int f = 0; f < count; ++f) {
     for (int g = f + 1; g < count; ++g) {
       const unsigned shared = hull.facets[f].mask & hull.facets[g].mask;
       if (hull.facets[f].leader == hull.facets[g].leader || std::popcount(shared) < 2) continue;
       Edge edge = ends_of(hull, shared);
-      if (runs_backwards(hull, hull.facets[f], edge)) std::swap(edge.from, edge.to);
+      if (runs_backwards(hull, sides, hull.facets[f], edge)) std::swap(edge.from, edge.to);
       edge.facet = f, edge.other = g;
       hull.edges.push_back(edge);
     }
@@ -215,13 +241,14 @@ void find_edges(Hull& hull) {
 
 Hull exact_hull(const Hexahedron& solid) {
   Hull out = scaled_by_axis(solid);
+  const Sides sides(out.v, out.distinct);
   if (solid.is_box()) {
     find_box_facets(out);
   } else {
-    find_facets(out);
+    find_facets(sides, out);
     find_leaders(out);
   }
-  find_edges(out);
+  find_edges(sides, out);
   return out;
 }
 
@@ -238,6 +265,7 @@ void take_in_flat_neighbours(const Vertices& v, unsigned distinct, double size, 
 HullFace ordered_face(const Vertices& v, const Facet& facet) {
   HullFace face;
   face.normal = facet.normal;
+  // A face of the hexahedron keeps its order.
   for (const auto& quad : Hexahedron::kFaceVertices) {
     unsigned mask = 0;
     for (std::uint8_t i : quad) mask |= 1u << i;
@@ -246,6 +274,7 @@ HullFace ordered_face(const Vertices& v, const Facet& facet) {
     std::copy(quad.begin(), quad.end(), face.vertices.begin());
     return face;
   }
+  // Any other is wrapped round.
   const int first = std::countr_zero(facet.mask);
   int current = first;
   do {
@@ -320,7 +349,7 @@ unsigned make_bent_face(const Hull& hull, const Facet& facet, HullFace& face, Be
     if ((facet.mask & ~quad) != 0 || std::popcount(quad) != 4 || std::popcount(missing) != 1) continue;
     const auto k = std::find(bit.begin(), bit.end(), missing) - bit.begin();
     const Facet* const other = facet_of(hull, quad & ~bit[(k + 2) % 4]);
-    if (other == nullptr || !(dot(facet.normal, other->normal) >= kBentFaceCosine)) return 0;
+    if (other == nullptr || !(dot(facet.normal, other->normal) >= kManifoldCosine)) return 0;
     face.count = 4;
     std::copy(loop.begin(), loop.end(), face.vertices.begin());
     face.normal = unit(facet.area * facet.normal + other->area * other->normal);

@@ -40,11 +40,6 @@ struct SolidFeatures {
   std::array<Bend, 6> bends;
 };
 
-/// Least cosine between the normals of a bent face's triangles (2.56 degrees): Bullet's when it makes faces
-/// of a hull's triangles (btPolyhedralContactClipping). Six digits on a face bend it by 1e-5, four decimals
-/// on one of 0.05 m by 4e-3.
-inline constexpr double kBentFaceCosine = 0.999;
-
 /// The hull's features, found with exact predicates.
 ///
 /// Normals and edges are those of the exact hull, whose facets count as one where their normals agree to 16
@@ -52,7 +47,7 @@ inline constexpr double kBentFaceCosine = 0.999;
 /// manifolds, are wider: a plane takes in the vertices that are off it by up to 4 eps * size (and up to a
 /// thousandth of the solid's thickness there). Of what is bent more than that, the two triangles of one of
 /// the user's faces (Hexahedron::kFaceVertices) are one bent face where their normals' cosine is at least
-/// kBentFaceCosine; its normal is that of its area vector (across its diagonals). All other facets are faces
+/// kManifoldCosine; its normal is that of its area vector (across its diagonals). All other facets are faces
 /// of their own.
 /// @param record the same hull for the kernels, or null.
 SolidFeatures find_features(const Hexahedron& solid, HullRecord* record = nullptr);

@@ -1,8 +1,11 @@
 #include "touchstone/contact_core/native/solids/solid_set.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <optional>
+#include <unordered_set>
+#include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
@@ -69,6 +72,43 @@ const std::shared_ptr<const SolidHull>& hull_of_boxes() {
   return hull;
 }
 
+/// Hulls of the solids built so far: equal ones, as blocks of a wall and parts of like robots are, share one.
+class SharedHulls {
+ public:
+  explicit SharedHulls(const SolidSet& set) : set_(set), known_(0, Hash{set}, SameBits{set}) {}
+
+  /// The hull of `solid`, which stands last in the set's vertices. @pre ordinary and no box.
+  std::shared_ptr<const SolidHull> find(const Hexahedron& solid) {
+    const auto last = static_cast<std::uint32_t>(set_.vertices.size() - 1);
+    const auto [place, is_new] = known_.insert(last);
+    return is_new ? make_hull(solid) : set_.solids[*place].hull;
+  }
+
+ private:
+  using Bits = std::array<std::uint64_t, 24>;
+  static Bits bits_of(const SolidSet& set, std::uint32_t solid) {
+    return std::bit_cast<Bits>(set.vertices[solid]);
+  }
+  struct Hash {
+    const SolidSet& set;
+    std::size_t operator()(std::uint32_t solid) const {
+      std::uint64_t hash = 0;
+      for (const std::uint64_t bits : bits_of(set, solid)) {  // round numbers differ in their highest bits
+        hash = (hash ^ bits) * 0x9e3779b97f4a7c15u;
+        hash ^= hash >> 32;
+      }
+      return hash;
+    }
+  };
+  struct SameBits {
+    const SolidSet& set;
+    bool operator()(std::uint32_t a, std::uint32_t b) const { return bits_of(set, a) == bits_of(set, b); }
+  };
+
+  const SolidSet& set_;
+  std::unordered_set<std::uint32_t, Hash, SameBits> known_;
+};
+
 void add_parallelepiped(SolidSet& set, std::size_t solid, const std::optional<Parallelepiped>& fit) {
   const bool ordinary = set.ordinary[solid] != 0;
   Parallelepiped& shape = set.parallelepipeds.emplace_back(fit.value_or(Parallelepiped{}));
@@ -102,6 +142,7 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
   const bool only_boxes = std::all_of(solids.begin(), solids.end(), is_box);
   SolidSet out;
   reserve(out, solids.size());
+  SharedHulls shared(out);
   if (std::any_of(solids.begin(), solids.end(), is_rounded))
     for (const Hexahedron& solid : solids) out.radii.push_back(solid.radius());
   for (const Hexahedron& solid : solids) {
@@ -114,8 +155,8 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
     out.ordinary.push_back(ordinary);
     out.boxes.push_back(box_record(solid, ordinary));
     out.vertices.push_back(ordinary ? vertices_S : not_a_number());
-    out.solids.push_back({solid.size(), norm_inf(solid.bounding_sphere().centre),
-                          solid.is_box() && ordinary ? hull_of_boxes() : make_hull(solid)});
+    auto hull = !ordinary ? make_hull(solid) : solid.is_box() ? hull_of_boxes() : shared.find(solid);
+    out.solids.push_back({solid.size(), norm_inf(solid.bounding_sphere().centre), std::move(hull)});
     if (!only_boxes) add_parallelepiped(out, out.solids.size() - 1, fit);
   }
   return out;

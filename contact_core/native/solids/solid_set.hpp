@@ -1,10 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 #include "touchstone/contact_core/native/simd/kernels.hpp"
 #include "touchstone/contact_core/native/solids/parallelepiped.hpp"
 #include "touchstone/contact_core/native/solids/solid_features.hpp"
@@ -51,6 +54,18 @@ inline constexpr double kOrdinaryHigh = 0x1p120;
 
 inline Vector3 half_extents(const BoxRecord& box) {
   return {box.half_extents[0], box.half_extents[1], box.half_extents[2]};
+}
+
+/// The kind whose kernels fit both solids.
+inline SolidKind kind_of(const SolidSet& set, const SolidPair& pair) {
+  return std::max(set.kinds[pair.a], set.kinds[pair.b]);
+}
+
+/// As the kernels read them: R by columns, then p.
+inline const PoseRecord* records_of(std::span<const Pose> poses) {
+  static_assert(sizeof(Pose) == sizeof(PoseRecord) && std::is_standard_layout_v<Pose>);
+  static_assert(!Matrix3::IsRowMajor);
+  return reinterpret_cast<const PoseRecord*>(poses.data());
 }
 
 /// The solid's vertices in its own frame, whatever its magnitudes.
