@@ -32,6 +32,8 @@ struct Motion {
   /// In order of time; positions are interpolated linearly, rotations by slerp. Before the first key the path
   /// starts from the initial pose at time 0; after the last it is held.
   std::vector<KeyedPose> keys;
+
+  bool at_rest() const { return segments.empty() && keys.empty(); }
 };
 
 /// @throws InputError naming `name` and the segment or key: times out of order or overlapping, figures that

@@ -43,10 +43,6 @@ std::size_t carrier_among(const Scene& scene, std::size_t count, std::size_t obj
   return kNoObject;
 }
 
-bool has_motion(const SceneObject& object) {
-  return !object.motion.segments.empty() || !object.motion.keys.empty();
-}
-
 bool is_named(const SceneObject& object, std::string_view name) {
   return object.tree.name() == name ||
          std::find(object.groups.begin(), object.groups.end(), name) != object.groups.end();
@@ -73,7 +69,7 @@ std::vector<std::size_t> find_objects(const Scene& scene, std::string_view name)
 
 bool may_be_taken_along(const Scene& scene, std::size_t object) {
   const SceneObject& it = scene.objects[object];
-  if (it.is_static || has_motion(it) || carrier_of(scene, object) != kNoObject) return false;
+  if (it.is_static || !it.motion.at_rest() || carrier_of(scene, object) != kNoObject) return false;
   if (scene.passive != Passive::stays) return true;
   return std::any_of(scene.rules.begin(), scene.rules.end(), [&](const SceneRule& rule) {
     return rule.passive.value_or(Passive::stays) != Passive::stays &&
@@ -105,7 +101,7 @@ void validate_latch(const Scene& scene, std::size_t index) {
   const std::size_t other = carrier_among(scene, index, carried);
   if (other != kNoObject)
     fail("'" + latch.carried + "' is already carried by '" + scene.objects[other].tree.name() + "'");
-  if (has_motion(scene.objects[carried])) fail("'" + latch.carried + "' has a motion of its own");
+  if (!scene.objects[carried].motion.at_rest()) fail("'" + latch.carried + "' has a motion of its own");
   if (scene.objects[carried].is_static) fail("'" + latch.carried + "' is static");
   for (std::size_t i = find_object(scene, latch.carrier); i != kNoObject; i = carrier_among(scene, index, i))
     if (i == carried) fail("closes a cycle");
@@ -157,7 +153,7 @@ void validate(const Scene& scene) {
     const std::string name = "object '" + object.tree.name() + "'";
     validate_pose(object.X_WO, name + ": pose");
     validate_motion(object.motion, name);
-    if (object.is_static && has_motion(object)) throw InputError(name + ": is static and has a motion");
+    if (object.is_static && !object.motion.at_rest()) throw InputError(name + ": is static and has a motion");
   }
   for (const ExemptPair& pair : scene.exempt_pairs) {
     find_solids(scene, pair.first);

@@ -36,6 +36,7 @@ void ContactWorld::set_broadphase(std::unique_ptr<Broadphase> broadphase) {
 }
 
 ObjectHandle ContactWorld::add(ObjectDescription description) {
+  if (description.tree) state_->check_takes(*description.tree);
   return state_->objects.add(std::move(description));
 }
 
@@ -177,7 +178,7 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   const std::uint64_t calls = s.lanes.calls();
   s.events.clear(), s.moments.clear(), s.parts.clear();
 
-  // Commands become paths.
+  // The commands become paths.
   s.selections.take(model, s.frame);
   begin_frame(model, s.movers);
   s.slides.begin_frame(s.movers.commanded_before);
@@ -187,14 +188,14 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.watched.begin_frame(model);
   s.take_loads();
 
-  // Pairs that may meet on them, and when.
+  // The pairs that may meet on them are found, and when they do.
   s.watched.lay_paths(model, s.movers.roots);
   if (s.watched.is_due()) s.watched.update(model, *s.broadphase);
   const PairFinder::Scope finding{model, s.lanes, s.watched, s.movers};
-  const PairFinder::Counts counts = s.finder.find(finding, s.pairs);
+  const PairFinder::Counts counts = s.finder.find(finding, s.contact_log.now(), s.pairs);
   report.candidate_pairs = counts.candidates, report.iteration_limits = counts.iteration_limits;
 
-  // Stops, and the commanded paths up to them.
+  // Stops are resolved, and the paths are executed up to them.
   const FrameScope scope = s.scope();
   s.stop_resolver.resolve({model, scope.query(), s.movers.roots, s.followers, s.slides.permits(), s.moments},
                           s.pairs, 0);
@@ -203,10 +204,11 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
   s.moments.note_executed(model, scope.query(), scope.contacts, s.pairs, 0);
   record_part(model, s.movers, 0, s.parts);
 
-  // Slides, in further parts; then events.
+  // Slides go on in further parts; then events are reported.
   s.slides.run(scope, s.pairs, report);
   s.finder.add_left_out(finding, scope.contacts, s.pairs);
   s.contact_log.report(model, s.lanes, s.pairs, s.moments, s.parts.count() - 1, s.events);
+  // The report is completed.
   s.is_fresh = false;
   report.queries = s.lanes.calls() - calls;
   report.events = s.events;

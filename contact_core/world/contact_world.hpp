@@ -56,7 +56,7 @@ struct PairRule {
   std::optional<ContactPolicy> policy = {};
   std::optional<double> warn_distance = {};   ///< `near` is reported within this; finite, >= 0 [m]
   std::optional<bool> translation_only = {};  ///< slide: whom this pair stops goes on without turning
-  /// Not with a policy that holds or only cues. What goes along goes as if it were latched, friction that
+  /// Not with a policy that holds or only cues. An object goes along as if it were latched, friction that
   /// never slips: it turns with the mover, what it meets stops both, and where a shoved one comes to the next
   /// it takes that along too, up to kMostSlideSteps of them one after another. Two movers that want the same
   /// object, or two links that may turn, leave it where it is. Whatever goes along is checked as any mover.
@@ -103,7 +103,7 @@ struct JointCommand {
 };
 
 /// How stiffly a hand holds a rigid body: by a spring from where the body's tool frame T is to where the
-/// commanded pose has it. A slide goes where that spring is slackest: with d the way and t the turn (axis
+/// commanded pose has it. A slide goes where that spring is slackest: with d the shift and t the turn (axis
 /// times angle) that are left, sum of k d^2 + sum of c t^2 along T's axes as commanded never grows. Only
 /// ratios of k and c matter for that; their size is what the hand feels. The default keeps its direction
 /// unless it must give: 1 rad weighs as 1 m, as with joints; a hand that is as stiff against turns as a
@@ -119,9 +119,9 @@ struct HandStiffness {
 
 /// How stiffly a hand holds a mechanism: each joint by a spring at its commanded value, and a tool frame T on
 /// one of its links by springs at where the commanded values have it. A slide goes where these are slackest:
-/// with d and t the way and the turn of T that are left, to first order about where the slide begins and
+/// with d and t the shift and the turn of T that are left, to first order about where the slide begins and
 /// along T's axes there, sum of w dq^2 + sum of k d^2 + sum of c t^2 never grows. So an arm that is held back
-/// keeps its tool on its way by all of its joints, where weights of the joints alone keep each of these near
+/// keeps its tool on its path by all of its joints, where weights of the joints alone keep each of these near
 /// its value and let the tool go aside.
 struct ArmHandStiffness {
   std::string link;                             ///< with or without hexahedra; some joint moves it
@@ -222,7 +222,7 @@ struct SlideBudget {
   /// Near pairs that are planned with, and those whose paths are checked, each once a sub-step: mostly one to
   /// three narrowphase calls, kImpactIterations at most. The same on every machine.
   std::uint64_t pairs = std::numeric_limits<std::uint64_t>::max();
-  /// By the clock, from when slides begin [s]; >= 0. What is cut off differs from run to run.
+  /// By the clock, from when slides begin [s]; >= 0. The cut differs from run to run.
   double seconds = kInfinity;
 };
 
@@ -255,7 +255,8 @@ class ContactWorld {
 
   // ---- set-up, at any time between frames
 
-  /// @throws InputError: no tree, a name that is taken, a pose that is none, a 65th group.
+  /// @throws InputError: no tree, a name that is taken, an invalid pose, a 65th group, a rounded solid that
+  /// the narrowphase does not take.
   ObjectHandle add(ObjectDescription description);
   /// @throws InputError: an unknown handle, or an object that carries or is carried.
   void remove(ObjectHandle object);
@@ -268,8 +269,8 @@ class ContactWorld {
   /// exemptions and events name those. All links are one mover: if one is stopped the whole step goes to the
   /// same fraction. Links of one mechanism are checked against each other but for the pairs that it exempts;
   /// links that no joint moves are static. Links carry objects, and are not carried.
-  /// @throws InputError: no mechanism, a name that is taken, a pose that is none, initial values that are not
-  /// finite, beyond limits or of another number, weights that are not above 0.
+  /// @throws InputError: no mechanism, a name that is taken, an invalid pose, initial values that are not
+  /// finite, beyond limits or of another number, weights that are not above 0, a rounded solid as in add().
   MechanismHandle add_mechanism(MechanismPlacement placement);
   /// @throws InputError: an unknown handle, or a link that carries an object.
   void remove_mechanism(MechanismHandle mechanism);
@@ -277,7 +278,7 @@ class ContactWorld {
   /// @throws InputError: an unknown handle or name, or a link without hexahedra.
   ObjectHandle link(MechanismHandle mechanism, std::string_view name) const;
 
-  /// For every pair: what neither its own rule nor its groups' say. What this leaves out is EffectiveRule's.
+  /// For every pair: what neither its own rule nor its groups' say. EffectiveRule has the rest.
   /// @throws InputError: a warn distance that is no length; so do the next two.
   void set_default_rule(const PairRule& rule);
   /// For every pair with one object in `first` and the other in `second` (the same group: within it).
@@ -291,7 +292,7 @@ class ContactWorld {
   /// once.
   /// @throws InputError: an unknown handle or hexahedron, one object twice.
   void exempt(const Exemption& pair);
-  /// Takes back an exempt() of the same two, in either order, by the same names. What overlaps then is
+  /// Takes back an exempt() of the same two, in either order, by the same names. Two that overlap then are
   /// reported as `penetrating_at_start` and may move as long as its depth does not grow.
   /// @throws InputError as exempt(), or if they are not exempt; what a latch allows ends with unlatch().
   void unexempt(const Exemption& pair);
@@ -359,12 +360,12 @@ class ContactWorld {
   /// than 1 024 of them are refused or more than 65 536 pairs are off by themselves.
   void select(const SelectionChange& change);
   /// Changes that came into force, with their frames, for a replay: the first ones since the world was made
-  /// or the record begun anew, as many as there is room for. What comes after is left out and counted, and no
+  /// or the record begun anew, as many as there is room for. Later ones are left out and counted, and no
   /// frame allocates; FrameReport::selections has all of every frame.
   std::span<const SelectionRecord> selection_record() const;
   /// 0: the record is complete.
   std::uint64_t selections_left_out() const;
-  /// Set-up, between frames: forgets the record. @param room for so many changes from now on.
+  /// Set-up, between frames: forgets the record. @param room for changes from now on.
   void begin_selection_record(std::size_t room = kSelectionRoom);
 
   // ---- frames
@@ -399,8 +400,8 @@ class ContactWorld {
   std::span<const Pose> link_poses(MechanismHandle mechanism) const;
 
   /// The last frame's executed motion: part 0 is the commanded paths up to where they were stopped, then come
-  /// the sub-steps of slides, each with an s of its own from 0 to 1. What a pair that holds takes back stays
-  /// at its start for the whole part.
+  /// the sub-steps of slides, each with an s of its own from 0 to 1. A mover that is taken back by a pair
+  /// that holds stays at its start for the whole part.
   std::size_t executed_parts() const;
   /// X_WO at s of a part; the actual one of what did not move. @throws InputError: an unknown handle.
   Pose executed_pose(ObjectHandle object, std::size_t part, double s) const;

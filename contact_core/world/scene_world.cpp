@@ -6,10 +6,6 @@
 namespace touchstone {
 namespace {
 
-bool moves(const Motion& motion) { return !motion.segments.empty() || !motion.keys.empty(); }
-
-bool same(const Pose& X, const Pose& Y) { return X.p == Y.p && X.R == Y.R; }
-
 /// The one segment that the stretch of time lies in, if there is one.
 const MotionSegment* segment_over(const Motion& motion, double from_time, double to_time) {
   for (const MotionSegment& segment : motion.segments)
@@ -42,7 +38,7 @@ SceneWorld::SceneWorld(const Scene& scene, std::unique_ptr<Narrowphase> narrowph
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const SceneObject& object = scene.objects[i];
     const bool is_static =
-        !moves(object.motion) && carrier_of(scene, i) == kNoObject && !may_be_taken_along(scene, i);
+        object.motion.at_rest() && carrier_of(scene, i) == kNoObject && !may_be_taken_along(scene, i);
     // The scene outlives this, so the world's share of the tree owns nothing.
     const std::shared_ptr<const HexahedronTree> tree(std::shared_ptr<void>(), &object.tree);
     objects_.push_back(world_.add({tree, object.X_WO, is_static, object.groups}));
@@ -82,7 +78,7 @@ RigidPath SceneWorld::path_of(std::size_t index, double from_time, double to_tim
   const Pose wanted_before = pose_at(object.motion, object.X_WO, from_time);
   const Pose target = pose_at(object.motion, object.X_WO, to_time);
   const MotionSegment* segment = segment_over(object.motion, from_time, to_time);
-  if (segment == nullptr || !same(actual, wanted_before)) return RigidPath::between(actual, target);
+  if (segment == nullptr || !is_same(actual, wanted_before)) return RigidPath::between(actual, target);
   const double elapsed = to_time - from_time;
   const Vector3 pivot_W = segment->pivot_W + (from_time - segment->start) * segment->velocity_W;
   const Vector3 pivot_O = segment->rate == 0.0 ? Vector3::Zero() : transform(inverse(actual), pivot_W);
@@ -95,7 +91,8 @@ FrameReport SceneWorld::step() {
   const double from_time = scene_->frame_time(frame_), to_time = scene_->frame_time(frame_ + 1);
   commands_.clear();
   for (std::size_t i = 0; i < objects_.size(); ++i)
-    if (moves(scene_->objects[i].motion)) commands_.push_back({objects_[i], path_of(i, from_time, to_time)});
+    if (!scene_->objects[i].motion.at_rest())
+      commands_.push_back({objects_[i], path_of(i, from_time, to_time)});
   ++frame_;
   return world_.frame(commands_);
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 
@@ -15,11 +16,6 @@ std::string_view to_string(EventKind kind) {
 }
 
 namespace {
-
-template <class T>
-void reserve_more(std::vector<T>& list, std::size_t count) {
-  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
-}
 
 ContactEvent pair_event(const Layout& layout, EventKind kind, const SolidPair& pair, const Moment& at,
                         const PairGeometry& at_end) {
@@ -49,11 +45,11 @@ PairGeometry geometry_now(const WorldModel& model, NarrowphaseQuery& query, cons
 bool is_in_contact(const WorldModel& model, NarrowphaseQuery& query, const FramePair& pair, double separation,
                    bool has_been) {
   // The gap grows with the distance from the origin.
-  const double own_gap = std::max(pair.gap, model.gap_of(pair.solids));
+  const double gap = std::max(pair.gap, model.gap_of(pair.solids));
   // A narrowphase without an answer ends nothing.
-  const bool is_close = has_been ? !(separation > 2.0 * own_gap) : separation <= own_gap;
+  const bool is_close = has_been ? !(separation > 2.0 * gap) : separation <= gap;
   if (!query.judges_poses()) return is_close;
-  // The backend says what is contact, the gap only how long one lasts: what it does not see is none.
+  // The backend decides what is contact: the gap only says how long one lasts.
   query.set_pair(pair.solids);
   if (query.verdict(model.from[pair.solids.a], model.from[pair.solids.b]) != PairStatus::separated)
     return true;
@@ -121,10 +117,12 @@ void ContactLog::end_of(const Layout& layout, std::span<const std::uint32_t> slo
 void ContactLog::report(const WorldModel& model, FrameLanes& lanes, std::span<const FramePair> pairs,
                         const MomentLog& moments, std::uint32_t last_part,
                         std::vector<ContactEvent>& events) {
+  // Events that came up between frames are reported first.
   events.insert(events.end(), left_.begin(), left_.end());
   left_.clear();
   contacts_before_.swap(contacts_);
   contacts_.clear();
+  // One batch asks for the pairs that need their geometry at the end.
   ahead_.clear();
   for (const FramePair& pair : pairs)
     if (is_asked_ahead(pair)) ahead_.push_back(pair.solids);
@@ -132,12 +130,14 @@ void ContactLog::report(const WorldModel& model, FrameLanes& lanes, std::span<co
   lanes.ask(ahead_, model.from, answers_);
   NarrowphaseQuery& query = lanes.first();
   std::size_t answered = 0;
+  // Pairs and the contacts before are both sorted by solids and walked side by side.
   auto before = contacts_before_.begin();
-  // No longer checked: switched off, exempt, latched to one another.
+  // Pairs that are no longer checked end: those switched off, exempt or latched to one another.
   const auto end_those_before = [&](const SolidPair& limit) {
     for (; before != contacts_before_.end() && before->solids < limit; ++before)
       events.push_back(ended_event(model.layout, *before, geometry_now(model, query, before->solids)));
   };
+  // Each pair is compared with its contact of the frame before.
   for (const FramePair& pair : pairs) {
     end_those_before(pair.solids);
     const bool was = before != contacts_before_.end() && before->solids == pair.solids;

@@ -7,6 +7,7 @@
 
 #include "touchstone/contact_core/motion/path.hpp"
 #include "touchstone/contact_core/world/handles.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 
@@ -34,7 +35,7 @@ class ExecutedParts {
   };
 
   void reserve(std::size_t parts, std::size_t joints) {
-    if (parts > parts_.capacity()) parts_.reserve(std::max(parts, 2 * parts_.capacity()));
+    reserve_more(parts_, parts);
     joints_.reserve(joints);
   }
   void clear() { parts_.clear(), joints_.clear(); }
@@ -50,7 +51,7 @@ class ExecutedParts {
                 ObjectHandle lead, std::uint32_t link, const Pose& X_LR) {
     parts_.push_back({object.slot, part, path, stop, 0, object, lead, link, X_LR});
   }
-  /// The frame has so many parts.
+  /// The number of parts of the frame.
   void set_count(std::uint32_t count) { count_ = count; }
   std::uint32_t count() const { return count_; }
 
@@ -64,7 +65,7 @@ class ExecutedParts {
     if (last == nullptr) return {nullptr, s};
     return {last, last->part == part ? std::min(s, last->stop) : last->stop};
   }
-  /// Of an arm of so many joint values. @pre at.part is not null.
+  /// @param values of the arm. @pre at.part is not null.
   double joint_value(const At& at, std::uint32_t value, std::size_t values) const {
     const double* q = &joints_[at.part->joints + value];
     const double from = q[0], to = q[values], s = at.s;

@@ -48,16 +48,19 @@ void execute(WorldModel& model, WatchedPairs& watched, const Movers& movers, Fra
   constexpr std::size_t kObjectsAtOnce = 64;
   ObjectTable& objects = model.objects;
   const Layout& layout = model.layout;
+  // Arms take the joint values of their stops.
   for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i)
     if (MechanismMover* mover = model.mechanisms.at(i); mover != nullptr && model.in_motion[mover->lead])
       mover->stand_at(model.stops[mover->lead]);
+  // Objects and their solids are placed at their stops, in lanes.
   const std::span<const std::uint32_t> moved = watched.moved();
   lanes.for_each(moved.size(), kObjectsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     const std::uint32_t slot = moved[i], root = objects[slot].root;
     if (!model.in_motion[root]) return;
-    if (model.stops[root] == 0.0 && model.rides.find(root) != nullptr) return;  // not even by rounding
     Pose& X_WO = objects[slot].X_WO;
-    if (const MechanismMover* mover = model.arm_of(slot)) {
+    const MechanismMover* mover = model.arm_of(slot);
+    if (model.stops[root] == 0.0 && mover != nullptr) return;  // of loads that ride, not even by rounding
+    if (mover != nullptr) {
       X_WO = model.pose_on_link(slot, mover->X_WL[model.link_of(slot)]);
     } else {
       X_WO = model.paths[root].at(slot, model.stops[root]).X_WO;
@@ -65,6 +68,7 @@ void execute(WorldModel& model, WatchedPairs& watched, const Movers& movers, Fra
     for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
       model.from[solid] = compose(X_WO, layout.X_OS[solid]), model.travels.has_vertices[solid] = 0;
   });
+  // Places are noted in order, and travel beyond a stop is counted out.
   for (const std::uint32_t slot : moved)
     if (model.in_motion[objects[slot].root]) model.note_place(slot);
   for (const std::uint32_t root : movers.roots)

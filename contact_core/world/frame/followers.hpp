@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
+
 namespace touchstone {
 
 /// Who goes along with whom in a frame, by roots' slots.
@@ -25,8 +27,7 @@ class Followers {
     if (anew) *this = {};
     leader_of_.resize(slots, kNone), claim_of_.resize(slots, {kNone, 0});
     is_commanded_.resize(slots, 0), is_disputed_.resize(slots, 0), is_blocked_.resize(slots, 0);
-    for (std::vector<std::uint32_t>* roots : {&followers_, &claimed_})
-      if (slots > roots->capacity()) roots->reserve(std::max(slots, 2 * roots->capacity()));
+    for (std::vector<std::uint32_t>* roots : {&followers_, &claimed_}) reserve_more(*roots, slots);
   }
   /// A frame begins. @param commanded_before of the last one. @param commanded roots with a command of their
   /// own.

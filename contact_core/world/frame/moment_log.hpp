@@ -1,10 +1,10 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 #include "touchstone/contact_core/world/model/world_model.hpp"
 #include "touchstone/contact_core/world/pairs/frame_pairs.hpp"
 
@@ -14,9 +14,7 @@ namespace touchstone {
 /// FramePair::stop and FramePair::touch. Allocates only where there are more than were reserved.
 class MomentLog {
  public:
-  void reserve(std::size_t moments) {
-    if (moments > moments_.capacity()) moments_.reserve(std::max(moments, 2 * moments_.capacity()));
-  }
+  void reserve(std::size_t moments) { reserve_more(moments_, moments); }
   void clear() { moments_.clear(); }
   const Moment& operator[](std::uint32_t index) const { return moments_[index]; }
   std::span<const Moment> all() const { return moments_; }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
@@ -42,8 +43,7 @@ void clamp_joints(const WorldModel& model, std::span<const double> values, Mecha
 void Movers::take_room(std::size_t slots, bool anew) {
   for (std::vector<std::uint32_t>* list : {&roots, &commanded, &commanded_before}) {
     if (anew) list->clear();
-    const std::size_t room = 2 * slots + 64;
-    if (room > list->capacity()) list->reserve(std::max(room, 2 * list->capacity()));
+    reserve_more(*list, 2 * slots + 64);
   }
   if (anew) is_short.clear();
   is_short.resize(slots, 0);

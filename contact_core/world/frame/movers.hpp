@@ -18,7 +18,7 @@ struct Movers {
 
   /// @param anew nobody was ever commanded.
   void take_room(std::size_t slots, bool anew);
-  /// One that goes along with a mover. @pre it is none yet.
+  /// One that goes along with a mover. @pre it is no mover yet.
   void add_follower(std::uint32_t root);
 };
 

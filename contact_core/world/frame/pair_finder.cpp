@@ -1,5 +1,6 @@
 #include "touchstone/contact_core/world/frame/pair_finder.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -7,17 +8,12 @@
 namespace touchstone {
 namespace {
 
-/// So many pairs, or movers, a lane takes at once.
+/// Pairs, or movers, that a lane takes at once.
 constexpr std::size_t kPairsAtOnce = 64;
 constexpr std::size_t kMoversAtOnce = 8;
 constexpr std::size_t kRootsAtOnce = 16;
 /// Rounds sums of travels down.
 constexpr double kDown = 1.0 - 0x1p-50;
-
-template <class T>
-void reserve_more(std::vector<T>& list, std::size_t count) {
-  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
-}
 
 bool are_two_movers(const WorldModel& model, std::uint32_t a, std::uint32_t b) {
   return a != b && model.in_motion[a] && model.in_motion[b];
@@ -36,24 +32,42 @@ void PairFinder::take_room(std::size_t slots, std::size_t solids, std::size_t wa
   stop_bounds_.resize(slots, 1.0);
   reserve_more(examined_, 64 + 16 * solids), reserve_more(answers_, 64 + 16 * solids);
   reserve_more(opened_, 64 + 16 * solids), reserve_more(opened_groups_, 64 + 16 * solids);
-  close_.reserve(watched), deferred_.reserve(watched);
+  touching_.reserve(watched), close_.reserve(watched), deferred_.reserve(watched);
   ahead_.reserve(watched), left_out_.reserve(watched);
 }
 
-// Those that may be near at the start come first: where they stop a mover, all others need only be clear up
-// to there.
-PairFinder::Counts PairFinder::find(const Scope& scope, std::vector<FramePair>& pairs) {
+// Those that touch come first, then all others that may be near at the start: where they stop a mover, the
+// rest need only be clear up to there.
+PairFinder::Counts PairFinder::find(const Scope& scope, std::span<const ContactState> contacts,
+                                    std::vector<FramePair>& pairs) {
   Counts counts;
   pairs.clear();
   scope.watched.gather(scope.model, scope.movers, scope.lanes, close_, deferred_);
+  examine_touching(scope, contacts, pairs, counts);
+  std::size_t known = pairs.size();
   examine(scope, close_, pairs, counts);
+  merge_by_solids(pairs, known);
   std::erase_if(deferred_,
                 [&](std::uint32_t i) { return is_clear_to_bounds(scope.model, scope.watched.pairs()[i]); });
-  const std::size_t known = pairs.size();
+  scope.watched.keep_checked(scope.model, scope.lanes, deferred_);
+  known = pairs.size();
   examine(scope, deferred_, pairs, counts);
   merge_by_solids(pairs, known);
   for (const std::uint32_t root : scope.movers.roots) stop_bounds_[root] = 1.0;
   return counts;
+}
+
+/// Takes them out of close_.
+void PairFinder::examine_touching(const Scope& scope, std::span<const ContactState> contacts,
+                                  std::vector<FramePair>& pairs, Counts& counts) {
+  touching_.clear();
+  if (contacts.empty()) return;
+  std::erase_if(close_, [&](std::uint32_t i) {
+    if (!is_among(contacts, scope.watched.pairs().solids(i))) return false;
+    touching_.push_back(i);
+    return true;
+  });
+  examine(scope, touching_, pairs, counts);
 }
 
 /// Finds the impacts of watched pairs and appends those to `pairs` that are not known to stay apart. Of a
@@ -63,6 +77,7 @@ PairFinder::Counts PairFinder::find(const Scope& scope, std::vector<FramePair>& 
 void PairFinder::examine(const Scope& scope, std::span<const std::uint32_t> watches,
                          std::vector<FramePair>& pairs, Counts& counts) {
   if (watches.empty()) return;
+  // Lanes fill one entry a pair.
   const std::size_t first = pairs.size(), last = first + watches.size();
   pairs.resize(last);
   examined_.resize(std::max(examined_.size(), last));
@@ -70,6 +85,7 @@ void PairFinder::examine(const Scope& scope, std::span<const std::uint32_t> watc
   scope.lanes.for_each(watches.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     examined_[first + i].stage = open_pair(scope, watches[i], pairs[first + i]);
   });
+  // Pairs that stay open are measured where they stand, then advanced along their paths.
   counts.candidates += static_cast<std::uint32_t>(watches.size());
   opened_.clear();
   for (std::size_t k = first; k < last; ++k)
@@ -77,6 +93,7 @@ void PairFinder::examine(const Scope& scope, std::span<const std::uint32_t> watc
       opened_.push_back({mover_of(scope.model, pairs[k].solids), static_cast<std::uint32_t>(k)});
   measure_opened(scope, pairs);
   find_impacts_of_opened(scope, pairs);
+  // Pairs of no interest are removed, and the order is kept.
   std::size_t kept = first;
   for (std::size_t k = first; k < last; ++k) {
     if (examined_[k].stage != Stage::open) continue;
@@ -216,6 +233,7 @@ std::size_t PairFinder::gather_left_out(const Scope& scope, std::span<const Cont
     if (is_among(known, pair) || !model.is_checked(pair) || is_among(contacts, pair)) return;
     left_out_[count.fetch_add(1, std::memory_order_relaxed)] = {pair, index};
   };
+  // Rigid movers look through the pairs of their solids, in lanes.
   left_out_.resize(std::max(left_out_.size(), std::size_t{watches.size()}));
   scope.lanes.for_each(roots.size(), kRootsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     if (!is_short[roots[i]] || model.mechanism_of(roots[i]) != nullptr) return;
@@ -232,6 +250,7 @@ std::size_t PairFinder::gather_left_out(const Scope& scope, std::span<const Cont
       if (model.root_of(a) == root || model.root_of(b) == root) take(index, model.root_of(a) == root ? a : b);
     }
   }
+  // Sorting makes the order independent of lanes.
   std::sort(left_out_.begin(), left_out_.begin() + static_cast<std::ptrdiff_t>(count));
   return count;
 }

@@ -28,11 +28,12 @@ class PairFinder {
     std::uint32_t iteration_limits = 0;
   };
 
-  /// @param watched so many pairs at most.
+  /// @param watched the most pairs.
   void take_room(std::size_t slots, std::size_t solids, std::size_t watched, bool anew);
 
   /// Fills `pairs`, by solids, with those that are not known to stay apart, and their impacts.
-  Counts find(const Scope& scope, std::vector<FramePair>& pairs);
+  /// @param contacts as the frame begins, by solids: they come first, as they stop movers soonest.
+  Counts find(const Scope& scope, std::span<const ContactState> contacts, std::vector<FramePair>& pairs);
   /// Once a frame is executed: adds what find() left out as its path leads far away, where that path was not
   /// gone to its end, and what was in contact before: it may be near yet.
   /// @param contacts as the frame began, by solids.
@@ -67,6 +68,8 @@ class PairFinder {
 
   void examine(const Scope& scope, std::span<const std::uint32_t> watches, std::vector<FramePair>& pairs,
                Counts& counts);
+  void examine_touching(const Scope& scope, std::span<const ContactState> contacts,
+                        std::vector<FramePair>& pairs, Counts& counts);
   Stage open_pair(const Scope& scope, std::uint32_t watch, FramePair& entry) const;
   void measure_opened(const Scope& scope, std::span<FramePair> pairs);
   void find_impacts_of_opened(const Scope& scope, std::span<FramePair> pairs);
@@ -83,8 +86,8 @@ class PairFinder {
   std::vector<double> stop_bounds_;  // by slot; a root's: it goes no further; 1 between calls
 
   // Memory of one call.
-  std::vector<std::uint32_t> close_, deferred_;  // watched pairs by index
-  std::vector<Examined> examined_;               // by pair
+  std::vector<std::uint32_t> touching_, close_, deferred_;  // watched pairs by index
+  std::vector<Examined> examined_;                          // by pair
   std::vector<Opened> opened_;
   std::vector<std::uint32_t> opened_groups_;     // where each mover's begin
   std::vector<SolidPair> ahead_;                 // what is asked about next

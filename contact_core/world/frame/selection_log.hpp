@@ -17,7 +17,7 @@ class SelectionLog {
   void forget_queued() { queue_.clear(); }
 
   void take_room() { queue_.reserve(1024), applied_.reserve(1024), refused_.reserve(1024); }
-  /// The record begins anew, with room for so many changes.
+  /// The record begins anew, with room for that many changes.
   void begin_record(std::size_t room);
 
   /// A frame begins: applies what is queued, in order.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 
@@ -17,9 +18,6 @@ namespace touchstone {
 class StopQueue {
  public:
   void reserve(std::size_t pairs) {
-    const auto reserve_more = [](auto& list, std::size_t count) {
-      if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
-    };
     reserve_more(times_, 4 * pairs), reserve_more(of_root_, 2 * pairs), reserve_more(due_, 4 * pairs);
   }
 

@@ -1,5 +1,6 @@
 #include "touchstone/contact_core/world/frame/stop_resolver.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 #include <algorithm>
 
@@ -10,7 +11,7 @@ void StopResolver::take_room(std::size_t slots, std::size_t solids, bool anew) {
     if (anew) flags->clear();
     flags->resize(slots, 0);
   }
-  if (slots > restopped_.capacity()) restopped_.reserve(std::max(slots, 2 * restopped_.capacity()));
+  reserve_more(restopped_, slots);
   queue_.reserve(64 + 16 * solids);
 }
 
@@ -21,14 +22,17 @@ void StopResolver::resolve(const Scope& scope, std::span<FramePair> among, std::
   const std::size_t most = 16 + 8 * std::size_t{scope.model.layout.slots()};
   std::size_t round = 0;
   while (round < most) {
+    // The earliest stop is settled first.
     const double least = queue_.take_first(
         [&](double s, std::uint32_t i) { return among[i].is_open() && among[i].impact.lo == s; });
     if (least == kInfinity) return;
     if (settle(scope, among, least, part)) {
+      // Motion was taken back: all stops are found anew.
       begin_again(scope, among);
       round = 0;
       continue;
     }
+    // Pairs of the movers that it stopped are checked again.
     ++round;
     for (const std::uint32_t root : restopped_) {
       recheck(scope, root, among);
@@ -36,6 +40,7 @@ void StopResolver::resolve(const Scope& scope, std::span<FramePair> among, std::
     }
     restopped_.clear();
   }
+  // At the cap no mover leaves its start.
   for (const std::uint32_t root : scope.movers) scope.model.stops[root] = 0.0;
   for (FramePair& pair : among)
     if (pair.stopped_at > 0.0) pair.stopped_at = kNotStopped;

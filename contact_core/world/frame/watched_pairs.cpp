@@ -5,27 +5,24 @@
 #include <atomic>
 #include <cmath>
 
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
+
 namespace touchstone {
 namespace {
 
-/// Solids may go so many times as far as on the path at hand, and so much of their radius, before the
+/// Solids may go this many times as far as on the path at hand, and this share of their radius, before the
 /// broadphase is asked again.
 constexpr double kReserveFrames = 8.0;
 constexpr double kReserveRadius = 0.125;
 /// The same of the imminent ones of the watched pairs.
 constexpr double kImminentFrames = 1.0;
 constexpr double kImminentRadius = 0x1p-6;
-/// And so many times as far as slides ask.
+/// The same factor for what slides ask.
 constexpr double kReserveNeeds = 1.5;
-/// Of more objects than one in so many the pairs are found together with all others.
+/// Of more objects than one in this many the pairs are found together with all others.
 constexpr std::size_t kWatchAll = 4;
 /// Rounding of bounds.
 constexpr double kUp = 1.0 + 0x1p-20;
-
-template <class T>
-void reserve_more(std::vector<T>& list, std::size_t count) {
-  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
-}
 
 bool may_be_watched(const WorldModel& model, const SolidPair& pair) {
   const ObjectTable& objects = model.objects;
@@ -58,7 +55,7 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
   if (pairs_.capacity() < 256 + 64 * solids) {
     const std::size_t room = std::max(256 + 64 * solids, anew ? 0 : 2 * pairs_.capacity());
     pairs_.reserve(room), pairs_before_.reserve(room);
-    for (std::vector<std::uint32_t>* indices : {&imminent_, &unclear_, &off_}) indices->reserve(room);
+    for (std::vector<std::uint32_t>* indices : {&imminent_, &unclear_, &taken_}) indices->reserve(room);
     gathered_.reserve(room), is_taken_.reserve(room);
   }
   pairs_.set_solids(solids), pairs_before_.set_solids(solids);
@@ -281,6 +278,7 @@ bool WatchedPairs::update_partners(const WorldModel& model, Broadphase& broadpha
 
 void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
   const Layout& layout = model.layout;
+  // Objects that may move get the region that they can reach before the next update.
   movable_.clear();
   for (std::uint32_t slot = 0; slot < layout.slots(); ++slot) {
     if (!layout.is_alive(slot)) continue;
@@ -289,6 +287,7 @@ void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
     movable_.push_back(slot);
   }
   broadphase.update_paths({stands_, stands_, regions_}, movable_);
+  // The list is rebuilt from the broadphase's pairs.
   std::swap(pairs_before_, pairs_);
   pairs_.clear();
   pairs_.set_solids(layout.solids.size());
@@ -300,6 +299,7 @@ void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
     for (const SolidPair& pair : std::span(block).first(count)) {
       if (!may_be_watched(model, pair)) continue;
       WatchedPair watch{pair.a, pair.b, model.link_pair_index(pair), kNotKnown};
+      // A pair that was watched before keeps what is known of it.
       const std::uint32_t before = pairs_before_.find(pair);
       if (before != PairWatch::kNone)
         watch.clear_until = pairs_before_[before].clear_until, watch.axis_W = pairs_before_[before].axis_W;
@@ -312,11 +312,13 @@ void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
 void WatchedPairs::choose_imminent(WorldModel& model) {
   Travels& travels = model.travels;
   const Layout& layout = model.layout;
+  // A solid's limit is what it has travelled and may travel within a few frames.
   for (SolidIndex solid = 0; solid < layout.solids.size(); ++solid)
     if (layout.is_static[layout.slot_of[solid]] == 0)
       travels.imminent_solid[solid] = travels.of_solid[solid] + kImminentFrames * travels.last_solid[solid] +
                                       2.0 * travels.planned_solid[solid] +
                                       kImminentRadius * layout.solids[solid].bounding_sphere().radius;
+  // The same holds for links relative to each other.
   for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i) {
     const MechanismMover* mover = model.mechanisms.at(i);
     if (mover == nullptr) continue;
@@ -328,6 +330,7 @@ void WatchedPairs::choose_imminent(WorldModel& model) {
           2.0 * travels.planned_link_pair[link_pair] + kImminentRadius * mover->radius_of_link[k % links];
     }
   }
+  // Pairs that are clear beyond these limits are not imminent.
   imminent_.clear();
   for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
     const WatchedPair& watch = pairs_[i];
@@ -336,8 +339,6 @@ void WatchedPairs::choose_imminent(WorldModel& model) {
                              : travels.imminent_solid[watch.a] + travels.imminent_solid[watch.b];
     if (!(limit <= watch.clear_until)) imminent_.push_back(i);
   }
-  std::sort(imminent_.begin(), imminent_.end(),
-            [&](std::uint32_t x, std::uint32_t y) { return pairs_.solids(x) < pairs_.solids(y); });
   needs_imminent_ = false;
 }
 
@@ -353,23 +354,19 @@ void WatchedPairs::find_looked_at(const WorldModel& model, const Movers& movers)
 }
 
 /// Those of what moves, or has moved since, and those that were not clear before. Pairs that are off are
-/// kept, unsorted: when they are switched on they may have come near.
+/// kept: when they are switched on they may have come near.
 void WatchedPairs::gather(WorldModel& model, const Movers& movers, FrameLanes& lanes,
                           std::vector<std::uint32_t>& close, std::vector<std::uint32_t>& deferred) {
   constexpr std::size_t kRootsAtOnce = 16;
   find_looked_at(model, movers);
   const bool has_links = model.mechanisms.size() > 0;
   if (has_links && needs_imminent_) choose_imminent(model);
+  // Each list gets room for all pairs, as lanes append to it.
   const auto make_room = [&](auto& list) { list.resize(std::max(list.size(), std::size_t{pairs_.size()})); };
-  make_room(gathered_), make_room(off_), make_room(is_taken_);
-  std::atomic<std::size_t> count{0}, off_count{0};
+  make_room(taken_), make_room(is_taken_);
+  std::atomic<std::size_t> count{0};
   const auto take = [&](std::uint32_t i) {
-    if (model.is_clear(pairs_[i])) return;
-    const SolidPair pair = pairs_.solids(i);
-    if (model.is_checked(pair))
-      gathered_[count.fetch_add(1, std::memory_order_relaxed)] = {pair, i};
-    else
-      off_[off_count.fetch_add(1, std::memory_order_relaxed)] = i;
+    if (!model.is_clear(pairs_[i])) taken_[count.fetch_add(1, std::memory_order_relaxed)] = i;
   };
   // A pair of two roots that are looked at comes from its a.
   lanes.for_each(looked_at_.size(), kRootsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
@@ -379,25 +376,39 @@ void WatchedPairs::gather(WorldModel& model, const Movers& movers, FrameLanes& l
       });
     });
   });
+  // Pairs that were not clear before, and those of links that are imminent, are added once.
   const auto take_once = [&](std::uint32_t i) {
-    const std::uint32_t a = model.root_of(pairs_[i].a), b = model.root_of(pairs_[i].b);
-    if (is_taken_[i] || is_looked_at_[a] || is_looked_at_[b]) return;
+    if (is_taken_[i] || model.is_clear(pairs_[i])) return;
+    if (is_looked_at_[model.root_of(pairs_[i].a)] || is_looked_at_[model.root_of(pairs_[i].b)]) return;
     is_taken_[i] = 1;
     take(i);
   };
   const std::array<std::span<const std::uint32_t>, 2> others{
       unclear_, has_links ? std::span<const std::uint32_t>(imminent_) : std::span<const std::uint32_t>()};
   for (const std::span<const std::uint32_t> list : others) std::for_each(list.begin(), list.end(), take_once);
-  for (const std::span<const std::uint32_t> list : others)
-    for (const std::uint32_t i : list) is_taken_[i] = 0;
+  // The marks are cleared, and pairs that were clear before this frame's motion are deferred.
   for (const std::uint32_t root : looked_at_) is_looked_at_[root] = 0;
-  std::sort(gathered_.begin(), gathered_.begin() + static_cast<std::ptrdiff_t>(count));
-  unclear_.assign(off_.begin(), off_.begin() + static_cast<std::ptrdiff_t>(off_count));
   close.clear(), deferred.clear();
-  for (const GatheredPair& pair : std::span(gathered_).first(count)) {
-    unclear_.push_back(pair.watch);
-    (is_clear_before(model, pairs_[pair.watch]) ? deferred : close).push_back(pair.watch);
+  unclear_.assign(taken_.begin(), taken_.begin() + static_cast<std::ptrdiff_t>(count));
+  for (const std::uint32_t i : unclear_) {
+    is_taken_[i] = 0;
+    (is_clear_before(model, pairs_[i]) ? deferred : close).push_back(i);
   }
+  keep_checked(model, lanes, close);
+}
+
+void WatchedPairs::keep_checked(const WorldModel& model, FrameLanes& lanes,
+                                std::vector<std::uint32_t>& indices) {
+  constexpr std::size_t kPairsAtOnce = 64;
+  gathered_.resize(std::max(gathered_.size(), indices.size()));
+  std::atomic<std::size_t> count{0};
+  lanes.for_each(indices.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+    const SolidPair pair = pairs_.solids(indices[i]);
+    if (model.is_checked(pair)) gathered_[count.fetch_add(1, std::memory_order_relaxed)] = {pair, indices[i]};
+  });
+  std::sort(gathered_.begin(), gathered_.begin() + static_cast<std::ptrdiff_t>(count));
+  indices.clear();
+  for (const GatheredPair& pair : std::span(gathered_).first(count)) indices.push_back(pair.watch);
 }
 
 }  // namespace touchstone

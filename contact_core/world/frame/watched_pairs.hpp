@@ -46,7 +46,7 @@ class WatchedPairs {
   void lay_paths(WorldModel& model, std::span<const std::uint32_t> roots);
   /// Counts out what a mover was stopped before.
   void take_back(WorldModel& model, std::uint32_t root) const;
-  /// Objects on their way on the paths that were laid last, slots ascending.
+  /// Objects in motion on the paths that were laid last, slots ascending.
   std::span<const std::uint32_t> moved() const { return moved_; }
 
   /// The slot's object may go further than its pairs are known for.
@@ -55,12 +55,16 @@ class WatchedPairs {
   /// Asks the broadphase for the pairs of those that are due, or of all.
   void update(WorldModel& model, Broadphase& broadphase);
 
-  /// Those that are switched on and may not be clear on the paths that are laid, by solids.
-  /// @param close not known to be clear at the start. @param deferred clear there.
+  /// Those that may not be clear on the paths that are laid.
+  /// @param close not known to be clear at the start, and switched on; by solids. @param deferred clear
+  /// there: once it is known how far paths matter, most of them are clear, and keep_checked() is for the
+  /// others.
   void gather(WorldModel& model, const Movers& movers, FrameLanes& lanes, std::vector<std::uint32_t>& close,
               std::vector<std::uint32_t>& deferred);
+  /// Leaves those that are switched on, by solids.
+  void keep_checked(const WorldModel& model, FrameLanes& lanes, std::vector<std::uint32_t>& indices);
 
-  /// Of the pairs those that may come near within a few frames, by solids: enough for moving links.
+  /// Of the pairs those that may come near within a few frames, in no order: enough for moving links.
   /// @pre !needs_imminent().
   std::span<const std::uint32_t> imminent() const { return imminent_; }
   bool needs_imminent() const { return needs_imminent_; }
@@ -100,8 +104,8 @@ class WatchedPairs {
   std::vector<std::uint32_t> movable_;                                // slots, of update_all()
   std::vector<SolidIndex> partners_;                                  // of update_partners()
   std::vector<std::pair<SolidIndex, std::uint32_t>> known_partners_;  // the same: watched so far, by index
-  std::vector<GatheredPair> gathered_;                                // of gather(): those that are on
-  std::vector<std::uint32_t> off_;                                    // the same: those that are off
+  std::vector<GatheredPair> gathered_;                                // of keep_checked(): those that are on
+  std::vector<std::uint32_t> taken_;                                  // of gather(): not clear
   std::vector<std::uint32_t> looked_at_;                              // the same: roots
   std::vector<std::uint8_t> is_looked_at_;                            // the same, by slot
   std::vector<std::uint8_t> is_taken_;                                // the same, by index

@@ -48,7 +48,7 @@ class FrameLanes {
 
   /// Calls body(query, i) for each i below `items`, once each, in any order. body() writes what is the i-th's
   /// alone, and allocates nothing.
-  /// @param chunk so many a lane takes at once; below two chunks no other thread is woken.
+  /// @param chunk how many a lane takes at once; below two chunks no other thread is woken.
   template <class Body>
   void for_each(std::size_t items, std::size_t chunk, const Body& body);
 

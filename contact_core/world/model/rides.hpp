@@ -48,8 +48,6 @@ class Rides {
   void end(std::uint32_t root) { rides_[root].lead = kNone; }
 
  private:
-  static bool is_same(const Pose& a, const Pose& b) { return a.p == b.p && a.R == b.R; }
-
   std::vector<Ride> rides_;  // by slot
 };
 

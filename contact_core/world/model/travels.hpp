@@ -9,8 +9,8 @@
 namespace touchstone {
 
 /// How far solids have gone since counting began: sums of bounds, so that a pair which was d apart when they
-/// stood at t cannot be nearer than c before they stand at t + d - c. What moves within a mechanism, relative
-/// to each other, is counted for each pair of its links apart.
+/// stood at t cannot be nearer than c before they stand at t + d - c. Motion within a mechanism, of
+/// links relative to each other, is counted for each pair of its links apart.
 struct Travels {
   std::vector<double> of_solid;      ///< [m]
   std::vector<double> of_link_pair;  ///< by pair of links [m]

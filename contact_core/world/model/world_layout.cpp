@@ -2,15 +2,12 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
+
 namespace touchstone {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffff;
-
-template <class T>
-void reserve_more(std::vector<T>& list, std::size_t count) {
-  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
-}
 
 /// Each two links of a mechanism have a place in Travels::of_link_pair.
 void number_own_pairs(WorldModel& model) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/world/model/frame_lanes.hpp"
 
@@ -50,16 +51,16 @@ double WorldModel::gap_of(const SolidPair& pair) const {
   // A carried object rounds as its body does, which may be further out.
   const auto reach = [&](SolidIndex i) {
     const Sphere& sphere = layout.solids[i].bounding_sphere();
-    const double body = objects[body_of(i)].X_WO.p.cwiseAbs().maxCoeff();
-    return std::max(body, from[i].p.cwiseAbs().maxCoeff()) + norm(sphere.centre) + 2.0 * sphere.radius;
+    const double body = norm_inf(objects[body_of(i)].X_WO.p);
+    return std::max(body, norm_inf(from[i].p)) + norm(sphere.centre) + 2.0 * sphere.radius;
   };
   return gap_at(std::max(reach(pair.a), reach(pair.b)));
 }
 
-double WorldModel::contact_reach(SolidIndex solid, double way) const {
+double WorldModel::contact_reach(SolidIndex solid, double travel) const {
   const Sphere& sphere = layout.solids[solid].bounding_sphere();
   const double size = norm(X_BS[solid].p) + norm(sphere.centre) + 2.0 * sphere.radius;
-  return std::max(2.0 * gap_at(from[solid].p.cwiseAbs().maxCoeff() + size + way) - margin, 0.0);
+  return std::max(2.0 * gap_at(norm_inf(from[solid].p) + size + travel) - margin, 0.0);
 }
 
 PairDistances WorldModel::most_distances() const {
@@ -141,9 +142,9 @@ void WorldModel::measure_link_travels(const MechanismMover& mover, std::vector<d
     for (std::uint32_t b = a + 1; b < links; ++b) {
       double travel = 0.0;
       for (std::uint32_t k = 0; k < mover.actual.size(); ++k) {
-        const int way = mover.frame.sign(k, b, a);
-        if (way == 0) continue;
-        const std::uint32_t outer = way > 0 ? b : a;
+        const int turn = mover.frame.sign(k, b, a);
+        if (turn == 0) continue;
+        const std::uint32_t outer = turn > 0 ? b : a;
         travel += std::abs(mover.path.to()[k] - mover.path.from()[k]) *
                   mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
       }
@@ -251,25 +252,26 @@ double apart_at_least(WorldModel& model, const WatchedPair& watch) {
     const auto centre_of = [&](SolidIndex solid) {
       return transform(model.from[solid], model.layout.solids[solid].bounding_sphere().centre);
     };
-    const Vector3 way = centre_of(watch.b) - centre_of(watch.a);
-    const double length = norm(way);
+    const Vector3 offset = centre_of(watch.b) - centre_of(watch.a);
+    const double length = norm(offset);
     if (!(length > 0.0)) return -1.0;
-    n = way / length;
+    n = offset / length;
   }
   double highest = dot(n, a.vertex(0)), lowest = dot(n, b.vertex(0));
   for (int i = 1; i < Hexahedron::kVertices; ++i) {
     highest = std::max(highest, dot(n, a.vertex(i)));
     lowest = std::min(lowest, dot(n, b.vertex(i)));
   }
-  return lowest - highest;
+  const std::vector<Hexahedron>& solids = model.layout.solids;
+  return (lowest - highest) - (solids[watch.a].radius() + solids[watch.b].radius());
 }
 
 bool is_apart_by_axis(WorldModel& model, WatchedPair& watch, const PairDistances& pair, double standing,
-                      double way) {
+                      double travel) {
   if (model.is_sampled() || !(standing <= Travels::kMost)) return false;
   // The gap is far more than separations and sums round.
   const double room = apart_at_least(model, watch) - pair.interest - pair.gap;
-  if (!(room > way)) return false;
+  if (!(room > travel)) return false;
   watch.clear_until = std::max(watch.clear_until, standing + room);
   return true;
 }

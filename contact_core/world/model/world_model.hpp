@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/contact_core/world/model/rides.hpp"
@@ -92,14 +93,14 @@ struct WorldModel {
       for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) visit(i);
     });
   }
-  /// A mover's solid, then the other one's; of an arm's own pair the one on the later link counts as the
+  /// A mover's solid, then the other one's; of two links of one arm the one on the later link counts as the
   /// mover's: which of the two is a depends on the order of registration.
   std::pair<SolidIndex, SolidIndex> mover_first(const SolidPair& pair, std::uint32_t root) const {
     const bool is_own = root_of(pair.a) == root_of(pair.b);
     const bool is_b = is_own ? is_a_on_earlier_link(pair) : root_of(pair.b) == root;
     return is_b ? std::pair{pair.b, pair.a} : std::pair{pair.a, pair.b};
   }
-  /// Of an arm's own pair: whether a is on the earlier link.
+  /// Of two links of one arm: whether a is on the earlier link.
   bool is_a_on_earlier_link(const SolidPair& pair) const {
     return objects[body_of(pair.a)].link < objects[body_of(pair.b)].link;
   }
@@ -107,7 +108,7 @@ struct WorldModel {
   /// On its path.
   BodyState state_at(std::uint32_t slot, double s) const;
   MovingSolid moving_solid(SolidIndex solid) const;
-  /// Of an arm's own pair, a and b as the earlier link of the two sees them, which stands.
+  /// Of two links of one arm, a and b as the earlier link of the two sees them, which stands.
   /// @param travel how far the other one goes at most [m].
   std::pair<MovingSolid, MovingSolid> seen_from_earlier_link(const SolidPair& pair, double travel) const;
 
@@ -115,14 +116,12 @@ struct WorldModel {
   double gap_at(double distance) const;
   double gap_of(const SolidPair& pair) const;
   /// Once an object stands elsewhere: for `furthest`.
-  void note_place(std::uint32_t slot) {
-    furthest = std::max(furthest, objects[slot].X_WO.p.cwiseAbs().maxCoeff());
-  }
+  void note_place(std::uint32_t slot) { furthest = std::max(furthest, norm_inf(objects[slot].X_WO.p)); }
   /// No pair has more.
   PairDistances most_distances() const;
   /// By so much more than the broadphase's margin the solid is in contact with others: far out, or with a
-  /// coarse backend, twice the gap is more. @param way it goes no further from where it is. [m]
-  double contact_reach(SolidIndex solid, double way) const;
+  /// coarse backend, twice the gap is more. @param travel it goes no further from where it is. [m]
+  double contact_reach(SolidIndex solid, double travel) const;
   /// Switched on, not exempt, and not of one body.
   bool is_checked(const SolidPair& pair) const;
   /// Its rule and distances; nothing is known of it yet.
@@ -176,9 +175,9 @@ const WorldVertices& vertices_of(WorldModel& model, SolidIndex solid);
 /// A lower bound of the separation of two solids as they stand [m]: how far apart they are along the axis
 /// that parted them last, or the line of their centres. A tenth of what a narrowphase call costs.
 double apart_at_least(WorldModel& model, const WatchedPair& watch);
-/// Whether a pair is further apart than `way` and what is of interest by that bound: then this is noted.
+/// Whether a pair is further apart than `travel` and what is of interest by that bound: then this is noted.
 /// @param standing travels of the two where they stand. @pre the narrowphase gives separations.
 bool is_apart_by_axis(WorldModel& model, WatchedPair& watch, const PairDistances& pair, double standing,
-                      double way);
+                      double travel);
 
 }  // namespace touchstone

@@ -39,7 +39,7 @@ struct MechanismMover final : PathViews {
   double shift_limit = -1.0;  ///< no prismatic value has been further from 0, or is commanded to go [m]
   std::vector<double> radius_of_link;  ///< of all that the link carries, about its origin [m]
   std::uint32_t first_link_pair = 0;   ///< of its pairs of links in Travels
-  std::uint64_t paths = 0;             ///< so many were laid: another count, another path
+  std::uint64_t paths = 0;             ///< laid so far: another count, another path
   std::uint64_t planned_path = 0;      ///< the one whose travels were planned last: plan_goes_beyond()
   std::uint64_t planned_after = 0;     ///< Travels::clearings then
 

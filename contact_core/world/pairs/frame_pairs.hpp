@@ -34,7 +34,7 @@ struct FramePair : PairDistances {
   std::uint32_t link_pair = kNoLinkPair;  ///< of two links of a mechanism: see Travels
   double clear_until = kNotKnown;   ///< it stays further apart than `interest` while Travels has no more
   std::uint32_t watch = 0;          ///< its index among the watched pairs, while these are looked through
-  double start_separation = 0.0;    ///< as the frame starts [m]; of an own pair: infinity
+  double start_separation = 0.0;    ///< as the frame starts [m]; of two links of one arm: infinity
   double way = 0.0;                 ///< how far the plan at hand may bring the two together [m]
   bool is_settled = false;          ///< its stop is in force
   bool is_active = false;           ///< it holds back a sub-step's plan

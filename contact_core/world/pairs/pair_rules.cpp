@@ -10,10 +10,6 @@
 namespace touchstone {
 namespace {
 
-std::pair<std::uint32_t, std::uint32_t> ordered(std::uint32_t a, std::uint32_t b) {
-  return a < b ? std::pair{a, b} : std::pair{b, a};
-}
-
 bool is_empty(const PairRule& rule) {
   return !rule.policy && !rule.warn_distance && !rule.translation_only && !rule.passive;
 }
@@ -47,7 +43,7 @@ void PairRules::set_default(const PairRule& rule) {
 void PairRules::set_for_groups(const ObjectTable& objects, std::uint32_t first, std::uint32_t second,
                                const PairRule& rule) {
   check(rule), note(rule);
-  const std::pair key = ordered(first, second);
+  const std::pair key = std::minmax({first, second});
   const bool is_second_smaller =
       objects.members_of_group(key.second).size() < objects.members_of_group(key.first).size();
   std::erase_if(for_groups_, [&](const GroupEntry& entry) {
@@ -58,7 +54,7 @@ void PairRules::set_for_groups(const ObjectTable& objects, std::uint32_t first, 
 }
 
 PairRule PairRules::rule_of_groups(std::uint32_t first, std::uint32_t second) const {
-  const std::pair key = ordered(first, second);
+  const std::pair key = std::minmax({first, second});
   for (const GroupEntry& entry : for_groups_)
     if (std::pair{entry.first, entry.second} == key) return entry.rule;
   return {};
@@ -135,7 +131,7 @@ void PairRules::set_for_pair(const ObjectTable& objects, ObjectHandle a, ObjectH
 
 EffectiveRule PairRules::find(const ObjectTable& objects, std::uint32_t a, std::uint32_t b) const {
   PairRule rule;
-  const std::pair key = ordered(a, b);
+  const std::pair key = std::minmax({a, b});
   const std::size_t place = place_of(objects.handle(key.first), objects.handle(key.second));
   if (place != kNone) rule = for_pairs_[place].rule;
   const std::uint64_t groups_a = objects[a].groups, groups_b = objects[b].groups;
@@ -178,7 +174,7 @@ void PairRules::find_reaches(const ObjectTable& objects, std::span<double> by_sl
 }
 
 std::uint32_t PairRules::bearer_of(std::uint32_t first, std::uint32_t second) const {
-  const std::pair key = ordered(first, second);
+  const std::pair key = std::minmax({first, second});
   for (const GroupEntry& entry : for_groups_)
     if (std::pair{entry.first, entry.second} == key) return entry.bearer;
   return key.first;

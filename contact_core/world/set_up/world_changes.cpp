@@ -2,6 +2,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 #include "touchstone/contact_core/world/model/world_layout.hpp"
 #include "touchstone/contact_core/world/set_up/world_state.hpp"
 
@@ -15,16 +16,20 @@ namespace {
 /// Of objects replaced at once more than a quarter, and some, cost less when all is built anew.
 constexpr std::size_t kBuildAnew = 64;
 
-template <class T>
-void reserve_more(std::vector<T>& list, std::size_t count) {
-  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
-}
-
 }  // namespace
 
+void ContactWorld::State::check_takes(const HexahedronTree& tree) const {
+  if (narrowphase->capabilities().rounded_solids) return;
+  refuse_rounded(tree, "backend '" + std::string(narrowphase->name()) + "'");
+}
+
 void ContactWorld::State::build_all() {
+  // The new layout is made and checked before anything is replaced.
   Layout next = make_layout(objects);
+  for (const HexahedronTree* tree : next.trees)
+    if (tree != nullptr) check_takes(*tree);
   list_exempt_pairs(*this, next);
+  // The backends are built from it.
   narrowphase->build(next.solids);
   if (!planner) planner = make_native();
   planner->build(next.solids);
@@ -34,12 +39,15 @@ void ContactWorld::State::build_all() {
   input.is_static = next.is_static;
   input.threads = lanes.runner();
   broadphase->build(input);
+  // Slots that hold no object are emptied in the broadphase.
   for (std::uint32_t slot = 0; slot < next.slots(); ++slot)
     if (!next.is_alive(slot)) broadphase->set_object(slot, nullptr, false);
+  // The world takes over the new layout and makes room for it.
   lanes.build(*narrowphase, *planner, next.solids.size());
   contact_log.renumber(layout, next);
   layout = std::move(next);
   take_room(true);
+  // All objects are placed, and watching begins anew.
   poses_in_body = objects.poses_in_body().data();
   place_all(*this);
   if (!watched.begin(*this, *broadphase))
@@ -74,12 +82,15 @@ void ContactWorld::State::take_room(bool anew) {
 bool ContactWorld::State::take_up_changes() {
   const TableChanges& changed = objects.changes();
   if (changed.empty()) return true;
+  // Where many objects changed, building anew is cheaper.
   if (changed.all || 4 * changed.replaced.size() > layout.slots() + kBuildAnew) return false;
+  // Contacts of replaced objects end before their solids change.
   std::vector<std::uint32_t> slots = changed.replaced;
   std::sort(slots.begin(), slots.end());
   if (!slots.empty()) contact_log.end_of(layout, slots);
   for (const std::uint32_t slot : slots)
     if (!replace_object(slot)) return false;
+  // Such objects begin anew, once there is room for them.
   if (!slots.empty()) {
     lanes.take_up(layout.solids.size());
     take_room(false);
@@ -91,16 +102,19 @@ bool ContactWorld::State::take_up_changes() {
     }
     watched.take_up_early_reaches(objects);
   }
+  // Exemptions change the list of pairs that are not checked.
   for (const TableChanges::ExemptionChange& change : changed.exemptions) {
     const std::vector<SolidPair> named = exempt_pairs(layout, change.exemption);
     change.is_on ? layout.add_exempt(named) : layout.remove_exempt(named);
     if (!change.is_on) watched.watch_anew(*this, change.exemption.a.slot);
   }
+  // Objects that now move with another body, or with none, are watched anew.
   for (const std::uint32_t slot : changed.rebodied) {
     if (!layout.is_alive(slot)) continue;
     change_body(*this, slot);
     watched.watch_anew(*this, slot);
   }
+  // Paths refer to the poses in bodies: where these moved in memory, paths are laid again.
   if (objects.poses_in_body().data() != poses_in_body) {
     poses_in_body = objects.poses_in_body().data();
     lay_resting_paths(*this);

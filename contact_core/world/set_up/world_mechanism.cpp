@@ -23,8 +23,12 @@ MechanismHandle ContactWorld::add_mechanism(MechanismPlacement placement) {
   const std::vector<std::string> groups = placement.groups;
   auto mover = std::make_unique<MechanismMover>(std::move(placement));
   const Mechanism& mechanism = *mover->mechanism;
+  // A mechanism that has no solids, or that a backend cannot take, is refused before anything is added.
   if (mechanism.solids().empty())
     throw InputError("contact world: mechanism '" + mechanism.name() + "' has no hexahedra");
+  for (const Mechanism::Link& link : mechanism.links())
+    if (link.tree) state_->check_takes(*link.tree);
+  // The mechanism is registered, then each link that has solids becomes an object.
   MechanismMover& added = *mover;
   state_->needs_layout = true;
   const MechanismHandle handle = state_->mechanisms.add(std::move(mover));
@@ -39,6 +43,7 @@ MechanismHandle ContactWorld::add_mechanism(MechanismPlacement placement) {
       state_->objects.make_link(objects.back(), handle.index, link, added.lead);
     }
   } catch (...) {
+    // If a link is refused, nothing of the mechanism stays.
     for (const ObjectHandle object : objects) state_->objects.remove_link(object);
     state_->mechanisms.remove(handle);
     throw;

@@ -57,6 +57,8 @@ struct ContactWorld::State : WorldModel {
   }
 
   void take_loads();
+  /// @throws InputError naming the tree's first rounded solid, where the narrowphase takes none.
+  void check_takes(const HexahedronTree& tree) const;
   void build_all();
   bool take_up_changes();
   void take_room(bool anew);

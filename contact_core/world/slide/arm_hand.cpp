@@ -61,7 +61,9 @@ void feel(const MechanismMover& arm, std::span<const SlideRow> rows, std::span<c
   if (!project_joints(joints_left(arm), arm.metric(), std::span(holding).first(active.size()), kept)) return;
   const Vector3 p_T = tool_pose(arm).p;
   for (int i = 0; i < kept.active_count; ++i) {
-    const SlideRow& row = rows[active[kept.active[i]]];
+    const auto held_by = static_cast<std::size_t>(active[kept.active[i]]);
+    if (held_by >= rows.size()) continue;  // a joint's stop
+    const SlideRow& row = rows[held_by];
     if (row.other_link != arm.mechanism->base()) continue;
     const Vector3 f_W = kept.force[i] * row.n;
     force_W += f_W;

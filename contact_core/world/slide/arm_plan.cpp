@@ -20,8 +20,13 @@ class ArmBends final : public JointBends {
       : arm_(arm), rows_(rows), joint_rows_(joint_rows) {}
 
   void lay(const JointVector& dq) noexcept override { lay_path(arm_, dq); }
-  double most(std::size_t row) noexcept override { return most_of(rows_[row], joint_rows_[row]); }
-  double bend(std::size_t row) noexcept override { return bend_of(rows_[row], joint_rows_[row]); }
+  // Those behind the contacts' are of joints' stops, from which nothing bends.
+  double most(std::size_t row) noexcept override {
+    return row < rows_.size() ? most_of(rows_[row], joint_rows_[row]) : 0.0;
+  }
+  double bend(std::size_t row) noexcept override {
+    return row < rows_.size() ? bend_of(rows_[row], joint_rows_[row]) : 0.0;
+  }
 
   static void lay_path(MechanismMover& arm, const JointVector& dq) noexcept {
     JointVector to{};
@@ -56,7 +61,7 @@ class ArmBends final : public JointBends {
     return row.e == Vector3::Zero() ? 0.0 : norm(row.e) * norm(row.f);
   }
 
-  /// A plane of the mover's own turns with it. With o the mover's point that is in the obstacle's at p at
+  /// A plane of the mover turns with it. With o the mover's point that is in the obstacle's at p at
   /// first, T and T' bounds on its turning and V on o's speed:
   ///   |(n . (p - o))''| <= |n''| |p - o| + 2 |n'| |o'| + |n . o''| <= (T^2 + T') V + 2 T V + |n . o''|.
   static double bend_of_plane(const MechanismPath& path, std::uint32_t link, const Vector3& p_L) noexcept {
@@ -77,48 +82,62 @@ void find_joint_rows(const MechanismMover& arm, std::span<const SlideRow> rows,
     out.slack = row.slack, out.room = row.room;
     out.link = row.link, out.other = row.other_link;
     for (std::uint32_t k = 0; k < arm.actual.size(); ++k) {
-      const int way = arm.frame.sign(k, row.link, row.other_link);
-      if (way == 0) continue;
+      const int sign = arm.frame.sign(k, row.link, row.other_link);
+      if (sign == 0) continue;
       const Twist twist = arm.frame.twist(k, arm.X_WL[row.link].p);
-      out.g[k] = way * dot(row.n, twist.v + cross(twist.w, row.r));
+      out.g[k] = sign * dot(row.n, twist.v + cross(twist.w, row.r));
     }
     joint_rows.push_back(out);
   }
 }
 
-/// Joints that a plan would take beyond their limits: they go there and no further, whatever the others do.
+/// Limits of joints that a plan would go beyond, as rows behind those of the contacts: in a metric that
+/// couples joints one that is held changes where the others do best.
 class JointStops {
  public:
-  /// @returns whether the plan goes beyond any that did not stop yet; it stops there from now on.
+  /// @returns whether the plan goes beyond any that has no row yet; it has one from now on.
   bool take_up(const MechanismMover& arm, const JointVector& dq) {
     bool any = false;
     for (const Mechanism::Joint& joint : arm.mechanism->joints()) {
-      if (joint.value == Mechanism::kNone || stops_[joint.value]) continue;
+      if (joint.value == Mechanism::kNone) continue;
       const double q = arm.actual[joint.value], to = q + dq[joint.value];
-      if (to >= joint.lower && to <= joint.upper) continue;
-      stops_[joint.value] = any = any_ = true;
-      way_[joint.value] = std::clamp(to, joint.lower, joint.upper) - q;
+      const bool is_low = to < joint.lower;
+      if (!is_low && !(to > joint.upper)) continue;
+      bool& has_row = (is_low ? has_lower_ : has_upper_)[joint.value];
+      if (has_row || count_ == kMostStops) continue;
+      has_row = any = true;
+      stops_[count_++] = {joint.value, is_low ? 1.0 : -1.0, is_low ? q - joint.lower : joint.upper - q};
     }
     return any;
   }
-  /// What the rows leave to the other joints.
-  void apply(std::size_t count, JointVector& wanted, std::vector<JointRow>& rows) const {
-    for (std::size_t k = 0; any_ && k < count; ++k) {
-      if (!stops_[k]) continue;
-      wanted[k] = way_[k];
-      for (JointRow& row : rows) row.slack += row.g[k] * way_[k], row.g[k] = 0.0;
+  /// How many rows contacts may have.
+  std::size_t room() const { return kMostSlideRows - count_; }
+  void append_to(std::vector<JointRow>& rows) const {
+    for (const Stop& stop : std::span(stops_).first(count_)) {
+      JointRow& row = rows.emplace_back();
+      row.g[stop.value] = stop.sign;
+      row.slack = stop.left;
     }
   }
-  /// Where a metric that couples joints took them aside.
+  /// Where rounding takes a value beyond its stop.
   void hold(const MechanismMover& arm, JointVector& dq) const {
-    for (std::size_t k = 0; any_ && k < arm.actual.size(); ++k)
-      if (stops_[k]) dq[k] = way_[k];
+    for (const Mechanism::Joint& joint : arm.mechanism->joints()) {
+      if (joint.value == Mechanism::kNone || !(has_lower_[joint.value] || has_upper_[joint.value])) continue;
+      const double q = arm.actual[joint.value];
+      dq[joint.value] = std::clamp(q + dq[joint.value], joint.lower, joint.upper) - q;
+    }
   }
 
  private:
-  std::array<bool, kMostSlideJoints> stops_{};
-  bool any_ = false;
-  JointVector way_{};
+  struct Stop {
+    std::uint32_t value;
+    double sign, left;  // +-1, of motion away from it; how far it is
+  };
+  static constexpr std::size_t kMostStops = 2 * kMostSlideJoints;
+
+  std::array<bool, kMostSlideJoints> has_lower_{}, has_upper_{};
+  std::array<Stop, kMostStops> stops_;
+  std::size_t count_ = 0;
 };
 
 /// Along a change of joint values. @returns whether any plane is another one than before.
@@ -146,49 +165,61 @@ void begin_arm_slide(const Slider& slider) {
 
 ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vector<SlideRow>& rows,
                        std::vector<JointRow>& joint_rows) {
+  // The plan aims at the part of the remaining joint motion that the slider is trusted with.
   MechanismMover& arm = *slider.arm;
   arm.frame.set(arm.X_WL);
   JointVector goal = joints_left(arm), wanted{};
   for (std::size_t k = 0; k < arm.actual.size(); ++k) wanted[k] = slider.trust * goal[k];
+  // Pairs near where the arm stands are taken up first.
   obstacles.take_up_standing();
+  // A plan is repeated with a row for each joint limit that it goes beyond, until it keeps to all.
   JointStops stops;
   const auto plan_with = [&](bool all) {
     collect_rows(obstacles.near(), all, rows);
     for (;;) {
+      if (rows.size() > stops.room()) rows.resize(stops.room());
       find_joint_rows(arm, rows, joint_rows);
-      stops.apply(arm.actual.size(), wanted, joint_rows);
+      stops.append_to(joint_rows);
       ArmBends bends(arm, rows, joint_rows);
       JointSlidePlan plan = plan_joint_slide(wanted, arm.metric(), joint_rows, bends);
+      if (stops.take_up(arm, plan.dq)) continue;  // each limit once at most
       stops.hold(arm, plan.dq);
-      if (!stops.take_up(arm, plan.dq)) return plan;  // each joint once at most
+      return plan;
     }
   };
-  JointSlidePlan plan = plan_with(false);
+  // The first plan uses only the pairs whose plane is certain.
   const std::span<const NearPair> standing = obstacles.near();
-  bool has_all =
-      std::all_of(standing.begin(), standing.end(), [](const NearPair& near) { return near.is_sure; });
-  // Pairs that held the last sub-step probably hold this one: without them the plan goes far off, and all
-  // that lies there is looked at.
-  if (obstacles.take_up_held()) {
+  const auto is_sure = [](const NearPair& near) { return near.is_sure; };
+  const bool has_all = std::all_of(standing.begin(), standing.end(), is_sure);
+  const bool has_any = standing.empty() || std::any_of(standing.begin(), standing.end(), is_sure);
+  JointSlidePlan plan;
+  plan.dq = wanted;
+  if (has_any) plan = plan_with(false);
+  // Pairs in contact probably hold this sub-step, and so do those that held the last one: without them the
+  // plan goes far off, and all that lies there is looked at.
+  if (obstacles.take_up_held() || !has_all) {
     choose_planes(arm, obstacles, plan.dq);
     plan = plan_with(true);
-    has_all = true;
   }
+  // Pairs that the plan could bring together are added, until no plane changes any more.
   for (int round = 0; round < kRounds; ++round) {
     ArmBends::lay_path(arm, plan.dq);
-    bool changed = obstacles.take_up_on_path() || !has_all;
+    bool changed = obstacles.take_up_on_path();
     if (obstacles.is_over()) break;
     if (choose_planes(arm, obstacles, plan.dq)) changed = true;
     if (!changed) break;
     plan = plan_with(true);
-    has_all = true;
   }
+  // The result names the contacts that hold the plan, and the hand feels them.
   ArmPlan out;
   out.is_near_end = slider.trust == 1.0 && plan.is_whole && !shares_room(obstacles.near()) &&
                     leaves_little(slider, plan.left_over);
-  out.held_by = plan.active_count;
-  out.active = plan.active;
-  if (arm.hand != nullptr) feel(arm, rows, joint_rows, out.active_rows(), out.force_W, out.moment_W);
+  for (const int row : std::span(plan.active).first(static_cast<std::size_t>(plan.active_count)))
+    if (static_cast<std::size_t>(row) < rows.size()) out.active[out.held_by++] = row;
+  if (arm.hand != nullptr)
+    feel(arm, rows, joint_rows, std::span(plan.active).first(static_cast<std::size_t>(plan.active_count)),
+         out.force_W, out.moment_W);
+  // The plan is laid as a path only if it gains enough.
   for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
   const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.metric()));
   out.moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0 && !obstacles.is_over();

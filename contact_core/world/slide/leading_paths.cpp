@@ -48,9 +48,9 @@ Vector3 pressed_point(const WorldModel& model, NarrowphaseQuery& query, const Pi
   if (!has_geometry(query.manifold(model.from[a], model.from[b], reach, geometry, points)))
     return pivot.touching_W;
   const Vector3 n = is_a ? Vector3(-geometry.n_AB_W) : geometry.n_AB_W;  // from the obstacle
-  const BodyState way = RigidPath::between(model.objects[root].X_WO, goal).at(0, 0.0);
+  const BodyState start = RigidPath::between(model.objects[root].X_WO, goal).at(0, 0.0);
   const auto key = [&](const Vector3& p) {
-    const double away = dot(n, way.velocity_W + cross(way.angular_velocity_W, p - way.centre_W));
+    const double away = dot(n, start.velocity_W + cross(start.angular_velocity_W, p - start.centre_W));
     return std::tuple(away, p.x(), p.y(), p.z());
   };
   const Vector3* pressed = nullptr;
@@ -82,8 +82,9 @@ RigidPath shoving_path(const Slider& slider, const Pose& X_WO) {
 
 RigidPath path_along(const RigidPath& leader, const Pose& X_WO) {
   if (leader.at_rest()) return RigidPath(X_WO);
-  const BodyState way = leader.at(0, 0.0);
-  return RigidPath::by(X_WO, way.velocity_W, way.angular_velocity_W, transform(inverse(X_WO), way.centre_W));
+  const BodyState start = leader.at(0, 0.0);
+  return RigidPath::by(X_WO, start.velocity_W, start.angular_velocity_W,
+                       transform(inverse(X_WO), start.centre_W));
 }
 
 }  // namespace touchstone

@@ -23,7 +23,7 @@ struct Pivot {
 /// whatever order they come in.
 Pivot find_pivot(const WorldModel& model, std::span<const FramePair> pairs, std::span<const Moment> moments,
                  std::uint32_t root, double stop);
-/// Of the points at which that pair touches where it stands the one that the way to the goal presses most:
+/// Of the points at which that pair touches where it stands the one that the motion to the goal presses most:
 /// of a face that rests on another, one of the edge that it is turned about.
 Vector3 pressed_point(const WorldModel& model, NarrowphaseQuery& query, const Pivot& pivot,
                       std::uint32_t root, const Pose& goal);

@@ -107,7 +107,9 @@ void take_loads(WorldModel& model, const StandingContacts& contacts, Movers& mov
 bool take_shoved(WorldModel& model, std::span<const FramePair> among, Movers& movers, Followers& followers,
                  ExecutedParts& parts) {
   if (!model.rules.moves_passive()) return false;
+  // No leader is known to be blocked yet.
   for (const std::uint32_t root : movers.roots) followers.set_blocked(root, false);
+  // each() visits every mover that a pair stopped, with the solid that stopped it.
   const auto stopped = [&](const FramePair& pair, SolidIndex solid) {
     const std::uint32_t root = model.root_of(solid);
     const double stop = model.stops[root];
@@ -119,16 +121,19 @@ bool take_shoved(WorldModel& model, std::span<const FramePair> among, Movers& mo
       if (stopped(pair, pair.solids.b)) act(pair, pair.solids.b, pair.solids.a);
     }
   };
+  // A leader is blocked by anything that does not go along.
   each([&](const FramePair& pair, SolidIndex mover, SolidIndex solid) {
     const std::uint32_t other = model.root_of(solid);
     const bool goes = pair.rule.passive != Passive::stays && !pair.holds() && may_shove(model, mover) &&
                       is_passive(model, followers, other) && !followers.is_disputed(other);
     if (!goes) followers.set_blocked(followers.leader_of(model.root_of(mover)), true);
   });
+  // Leaders that are not blocked claim what stopped them.
   each([&](const FramePair&, SolidIndex mover, SolidIndex other) {
     const Followers::Lead lead = lead_of(model, followers, mover);
     if (!followers.is_blocked(lead.root)) followers.claim(lead, model.root_of(other));
   });
+  // New followers start at rest, and their part is recorded.
   const std::size_t before = followers.all().size();
   const bool any = settle_claims(model, movers, followers);
   for (const std::uint32_t root : followers.all().subspan(before)) {

@@ -20,7 +20,7 @@ class SlideMeter {
     seen_ = 0;
     if (is_timed_) start_ = Clock::now();
   }
-  /// A sub-step, of which each of so many plans may take an equal share of what is left.
+  /// A sub-step, of which each of `plans` plans may take an equal share of what is left.
   void begin_step(std::size_t plans) {
     pair_share_ = (budget_.pairs - std::min(seen_, budget_.pairs)) / plans;
     time_share_ = std::max(budget_.seconds - elapsed(), 0.0) / static_cast<double>(plans);

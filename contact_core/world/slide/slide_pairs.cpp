@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
@@ -13,14 +14,9 @@ namespace {
 constexpr double kUp = 1.0 + 0x1p-20;
 /// Rounds sums of travels down.
 constexpr double kDown = 1.0 - 0x1p-50;
-/// So many a lane takes at once.
+/// Pairs that a lane takes at once.
 constexpr std::size_t kSlidersAtOnce = 16;
 constexpr std::size_t kPairsAtOnce = 64;
-
-template <class T>
-void reserve_more(std::vector<T>& list, std::size_t count) {
-  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
-}
 
 std::uint32_t other_link(const WorldModel& model, const Slider& slider, SolidIndex other) {
   return model.root_of(other) == slider.root ? model.objects[model.body_of(other)].link
@@ -129,7 +125,7 @@ void SlidePairs::reserve(std::size_t slots, std::size_t solids, std::size_t mech
 
 void SlidePairs::reserve_watched(std::size_t watched) {
   met_.reserve(2 * watched), taken_in_.reserve(2 * watched);
-  pair_of_.reserve(watched), is_near_.reserve(watched);
+  pair_of_.reserve(watched), is_near_.reserve(watched), passed_on_.reserve(watched);
   close_.reserve(watched), ahead_.reserve(watched);
   unclear_.reserve(2 * watched), watches_.reserve(watched);
 }
@@ -157,6 +153,7 @@ std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Slider
 void SlidePairs::renumber(const PairWatch& watched) {
   pair_of_.assign(watched.size(), kNone);
   is_near_.assign(watched.size(), 0);
+  passed_on_.assign(watched.size(), 0);
   for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
     pairs_[i].watch = kNone;
     const std::uint32_t watch = watched.find(pairs_[i].solids);
@@ -169,6 +166,7 @@ void SlidePairs::renumber(const PairWatch& watched) {
 void SlidePairs::gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders,
                         std::span<const std::uint32_t> imminent, FrameLanes& lanes) {
   ranges_.clear();
+  // For a single arm the imminent pairs are enough.
   if (sliders.is_one_arm()) {
     const std::uint32_t root = sliders.list[0].root;
     met_.clear();
@@ -177,24 +175,27 @@ void SlidePairs::gather(const WorldModel& model, const PairWatch& watched, const
     ranges_.push_back({root, 0, static_cast<std::uint32_t>(met_.size())});
     return;
   }
+  // The first pass counts each slider's pairs.
   for (const Slider& slider : sliders.list) ranges_.push_back({slider.root, 0, 0});  // by root
   lanes.for_each(ranges_.size(), kSlidersAtOnce, [&](NarrowphaseQuery&, std::size_t k) {
     model.for_each_solid(ranges_[k].root, [&](SolidIndex i) {
       watched.for_each_of(i, [&](std::uint32_t) { ++ranges_[k].end; });
     });
   });
+  // The counts give each slider its range of the list.
   std::uint32_t room = 0;
   for (Range& range : ranges_) {
     range.begin = room;
     room += range.end;
   }
   met_.resize(room);
+  // The second pass fills the ranges and sorts them.
   lanes.for_each(ranges_.size(), kSlidersAtOnce, [&](NarrowphaseQuery&, std::size_t k) {
     Range& range = ranges_[k];
     range.end = range.begin;
     model.for_each_solid(range.root, [&](SolidIndex i) {
       watched.for_each_of(i, [&](std::uint32_t index) {
-        // Of two solids of the slider's, the one that is a.
+        // A pair of two solids of the slider is taken from its a.
         const bool is_inner = model.root_of(watched[index].a) == model.root_of(watched[index].b);
         if (!is_inner || watched[index].a == i) met_[range.end++] = index;
       });
@@ -235,20 +236,25 @@ void SlidePairs::find_close(const Scope& scope) {
   PairWatch& watched = scope.watched;
   FrameLanes& lanes = scope.lanes;
   unclear_.resize(std::max(unclear_.size(), met_.size()));
+  // No path has the number 0. Where another one moves as well, none is passed by.
+  const std::uint64_t path = scope.sliders.is_one_arm() ? scope.sliders.list[0].arm->paths : 0;
+  // Lanes collect the pairs that are not clear and of which one moves.
   std::atomic<std::size_t> count{0};
   lanes.for_each(ranges_.size(), kSlidersAtOnce, [&](NarrowphaseQuery&, std::size_t k) {
     for (std::uint32_t i = ranges_[k].begin; i < ranges_[k].end; ++i) {
       const WatchedPair& watch = watched[met_[i]];
-      if (model.is_clear(watch)) continue;
+      if (model.is_clear(watch) || (path != 0 && passed_on_[met_[i]] == path)) continue;
       if (model.in_motion[model.root_of(watch.a)] || model.in_motion[model.root_of(watch.b)])
         unclear_[count.fetch_add(1, std::memory_order_relaxed)] = {{watch.a, watch.b}, met_[i]};
     }
   });
+  // Sorting makes the order independent of lanes; a pair that was found from both sides is kept once.
   const auto end = unclear_.begin() + static_cast<std::ptrdiff_t>(count);
   std::sort(unclear_.begin(), end);
   const auto unique_end = std::unique(
       unclear_.begin(), end, [](const GatheredPair& a, const GatheredPair& b) { return a.watch == b.watch; });
   const std::span<const GatheredPair> found(unclear_.begin(), unique_end);
+  // The pairs join the slide's list; those that are seen in the world can be asked about in one batch.
   take_in_all(scope, found);
   ahead_.clear(), close_.clear();
   for (const GatheredPair& each : found) {
@@ -294,17 +300,20 @@ std::uint32_t SlidePairs::find_impacts(const Scope& scope) {
   PairWatch& watched = scope.watched;
   NarrowphaseQuery& query = scope.query;
   SlideMeter& meter = scope.meter;
+  // Results of the sub-step before are cleared.
   for (FramePair& pair : pairs_) {
     pair.is_settled = false;
     pair.impact.status = ImpactStatus::clear;
     pair.impact.queries = 0;  // of the sub-step before
   }
+  // Many close pairs are shared among lanes, unless a budget could stop the search part-way.
   find_close(scope);
   const bool in_lanes = close_.size() >= kFew && !meter.is_limited();
   if (in_lanes)
     find_impacts_in_lanes(scope);
   else
     query.look_ahead(ahead_, model.from);
+  // Impacts are found in order, and pairs that were near count against the budget.
   std::uint32_t limits = 0;
   for (const std::uint32_t index : close_) {
     if (!meter.may_go_on()) return limits;  // nothing of this sub-step is executed
@@ -327,6 +336,7 @@ void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
   PairWatch& watched = scope.watched;
   NarrowphaseQuery& query = scope.query;
   FrameLanes& lanes = scope.lanes;
+  // Pairs that are still apart along a known axis are dropped.
   watches_.clear(), ahead_.clear();
   for (const std::uint32_t index : close_) watches_.push_back(pairs_[index].watch);
   place_vertices(model, lanes, watched, watches_);
@@ -337,7 +347,7 @@ void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
     const double standing = model.travelled(pair.solids, pair.link_pair) * kDown - last * (1.0 + 0x1p-19);
     if (is_apart_by_axis(model, watch, pair, standing, last)) watches_[i] = kNone;
   });
-  // From here on: where each of them finds its answer.
+  // From here on the list says where each pair finds its answer.
   std::vector<std::uint32_t>& answer_of = watches_;
   for (std::size_t i = 0; i < close_.size(); ++i) {
     if (answer_of[i] == kNone) continue;
@@ -345,8 +355,10 @@ void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
     answer_of[i] = pair.link_pair == kNoLinkPair ? static_cast<std::uint32_t>(ahead_.size()) : kSeenFromLink;
     if (pair.link_pair == kNoLinkPair) ahead_.push_back(pair.solids);
   }
+  // One batch asks for all separations where the solids stand.
   answers_.resize(std::max(answers_.size(), ahead_.size()));
   lanes.ask(ahead_, model.from, answers_);
+  // Pairs of arms are searched one after the other, all others in lanes.
   const auto find = [&](NarrowphaseQuery& asking, std::size_t i) {
     FramePair& pair = pairs_[close_[i]];
     const bool is_known = answer_of[i] != kSeenFromLink;
@@ -371,6 +383,7 @@ bool SlidePairs::make_near(const Scope& scope, NarrowphaseQuery& query, const Sl
   const auto [mover, obstacle] = model.mover_first(pair.solids, slider.root);
   const bool is_b = mover == pair.solids.b;
   const Pose &X_WA = model.from[pair.solids.a], &X_WB = model.from[pair.solids.b];
+  // Contact points are needed only as far out as the two could come together.
   near.centre_W = slide_centre(model, slider, mover);
   near.reach = reach_of_pair(model, slider, pair.solids);
   const double furthest = near.reach + other_reach(scope, slider, pair.solids) + 2.0 * pair.gap;
@@ -378,6 +391,7 @@ bool SlidePairs::make_near(const Scope& scope, NarrowphaseQuery& query, const Sl
   PairGeometry geometry{};
   if (!has_geometry(query.manifold(X_WA, X_WB, furthest, geometry, near.points))) return false;
   if (!(geometry.separation < furthest)) return false;
+  // The pair is described from the slider's side.
   near.mover = &model.layout.solids[mover], near.obstacle = &model.layout.solids[obstacle];
   near.X_WM = model.from[mover], near.X_WB = model.from[obstacle];
   near.gap = pair.gap;
@@ -386,11 +400,13 @@ bool SlidePairs::make_near(const Scope& scope, NarrowphaseQuery& query, const Sl
     near.link = model.objects[model.body_of(mover)].link;
     near.other_link = other_link(model, slider, obstacle);
   }
+  // The normal points from the obstacle to the mover.
   near.separation = geometry.separation;
   near.n = is_b ? geometry.n_AB_W : Vector3(-geometry.n_AB_W);
   near.point_count = geometry.point_count;
   if (!is_b)
     for (int i = 0; i < near.point_count; ++i) std::swap(near.points[i].p_A_W, near.points[i].p_B_W);
+  // Two sliders share the room between them.
   if (const Slider* other = other_slider(scope, slider, obstacle))
     near.share =
         share_between(slider, model.objects[slider.root].X_WO, *other, model.objects[other->root].X_WO, near);
@@ -457,7 +473,7 @@ void SlidePairs::find_near(const Scope& scope, const Slider& slider) {
 bool SlidePairs::stays_apart(const Scope& scope, std::uint32_t watch, double way) {
   const WorldModel& model = scope.model;
   NarrowphaseQuery& query = scope.query;
-  if (query.judges_poses()) return false;  // what separations say is not what such a backend sees
+  if (query.judges_poses()) return false;  // separations say nothing about what such a backend sees
   const FramePair& pair = pairs_[pair_of_[watch]];
   PairGeometry geometry{};
   query.set_pair(pair.solids);
@@ -473,33 +489,44 @@ bool SlidePairs::stays_apart(const Scope& scope, std::uint32_t watch, double way
   return room > way;
 }
 
-/// Gathers into close_ the pairs that an arm's plan could bring together, by travels and axes.
+/// Gathers into close_ the pairs that an arm's plan could bring together, by travels and axes; by solids.
 void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
   WorldModel& model = scope.model;
-  ahead_.clear(), close_.clear();
+  ahead_.clear(), close_.clear(), unclear_.clear();
   const PairDistances most = model.most_distances();
-  for_each_of(slider, [&](std::uint32_t index) {
-    WatchedPair& watch = scope.watched[index];
-    const SolidPair pair{watch.a, watch.b};
+  // A plan brings two solids together by at most what they travel on it.
+  const auto approach_of = [&](const WatchedPair& watch) {
     const Travels& travels = model.travels;
     const double planned = watch.link_pair != kNoLinkPair
                                ? travels.planned_link_pair[watch.link_pair]
                                : travels.planned_solid[watch.a] + travels.planned_solid[watch.b];
-    const bool meets_slider = scope.sliders.list.size() > 1 && other_reach(scope, slider, pair) > 0.0;
-    const double way = meets_slider ? planned + other_reach(scope, slider, pair) : planned;
-    if (model.travelled(pair, watch.link_pair) + way <= watch.clear_until || is_near_[index]) return;
+    return scope.sliders.list.size() > 1 ? planned + other_reach(scope, slider, {watch.a, watch.b}) : planned;
+  };
+  // Pairs that the plan cannot bring together, by travels or along a known axis, are left out.
+  for_each_of(slider, [&](std::uint32_t index) {
+    WatchedPair& watch = scope.watched[index];
+    const SolidPair pair{watch.a, watch.b};
+    const double approach = approach_of(watch);
+    if (model.travelled(pair, watch.link_pair) + approach <= watch.clear_until || is_near_[index]) return;
     if (watch.link_pair == kNoLinkPair && go_as_one(scope, pair)) return;
     // Mostly it is, and its rule need not be looked up for that.
     const double standing = model.travelled(pair, watch.link_pair) * kDown;
-    if (is_apart_by_axis(model, watch, most, standing, way)) return;
-    const std::uint32_t source = take_in(model, scope.watched, index);
-    if (source == kNone) return;
-    FramePair& met = pairs_[source];
-    const bool is_same = met.gap == most.gap && met.interest == most.interest;
-    if (!is_same && is_apart_by_axis(model, watch, met, standing, way)) return;
-    met.way = way;
-    close_.push_back(source), ahead_.push_back(pair);
+    if (!is_apart_by_axis(model, watch, most, standing, approach)) unclear_.push_back({pair, index});
   });
+  // The rest are taken in by solids and tried once more with the distances of their rule.
+  std::sort(unclear_.begin(), unclear_.end());
+  for (const GatheredPair& found : unclear_) {
+    const std::uint32_t source = take_in(model, scope.watched, found.watch);
+    if (source == kNone) continue;
+    FramePair& met = pairs_[source];
+    WatchedPair& watch = scope.watched[found.watch];
+    const double approach = approach_of(watch);
+    const double standing = model.travelled(found.solids, watch.link_pair) * kDown;
+    const bool is_same = met.gap == most.gap && met.interest == most.interest;
+    if (!is_same && is_apart_by_axis(model, watch, met, standing, approach)) continue;
+    met.way = approach;
+    close_.push_back(source), ahead_.push_back(found.solids);
+  }
 }
 
 bool SlidePairs::add_on_path(const Scope& scope, const Slider& slider) {
@@ -508,7 +535,11 @@ bool SlidePairs::add_on_path(const Scope& scope, const Slider& slider) {
   scope.query.look_ahead(ahead_, scope.model.from);
   for (const std::uint32_t source : close_) {
     const FramePair& pair = pairs_[source];
-    if (stays_apart(scope, pair.watch, pair.way) || is_passed_by(scope, slider, pair)) continue;
+    if (stays_apart(scope, pair.watch, pair.way)) continue;
+    if (is_passed_by(scope, slider, pair)) {
+      passed_on_[pair.watch] = slider.arm->paths;
+      continue;
+    }
     is_near_[pair.watch] = 1;
     if (pair.rule.policy != ContactPolicy::slide) continue;
     if (!scope.meter.may_go_on()) return false;
@@ -539,13 +570,13 @@ void SlidePairs::note_held(const Slider& slider, std::uint32_t source) {
   if (!is_noted) held_.push_back({slider.root, source});
 }
 
-void merge_slide_pairs(const WorldModel& model, const PairWatch& watched,
-                       std::span<const ContactState> contacts, std::span<FramePair> met_pairs,
-                       std::vector<FramePair>& pairs) {
+void merge_slide_pairs(WorldModel& model, PairWatch& watched, std::span<const ContactState> contacts,
+                       std::span<FramePair> met_pairs, std::vector<FramePair>& pairs) {
   const auto by_solids = [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; };
   const std::size_t known = pairs.size();
   for (FramePair& met : met_pairs) {
     if (met.watch != SlidePairs::kNone) met.clear_until = watched[met.watch].clear_until;
+    // A pair that the frame knows already keeps its entry and takes the slide's moments.
     const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
     const auto place = std::lower_bound(pairs.begin(), end, met, by_solids);
     if (place != end && place->solids == met.solids) {
@@ -555,8 +586,13 @@ void merge_slide_pairs(const WorldModel& model, const PairWatch& watched,
       continue;
     }
     // Pairs known to be further apart than any distance of interest have nothing to report.
-    const bool is_apart = model.travelled(met.solids, met.link_pair) <= met.clear_until;
-    if (is_apart && !met.has_moment() && !is_among(contacts, met.solids)) continue;
+    const double gone = model.travelled(met.solids, met.link_pair);
+    const bool may_matter = met.has_moment() || is_among(contacts, met.solids);
+    if (!may_matter && gone <= met.clear_until) continue;
+    if (!may_matter && met.watch != SlidePairs::kNone &&
+        is_apart_by_axis(model, watched[met.watch], met, gone * kDown, 0.0))
+      continue;
+    // The others are added as they are at the slide's end.
     met.impact.is_far = false;
     met.impact.starts_overlapping = false;  // a sub-step's start is not the frame's
     pairs.push_back(met);

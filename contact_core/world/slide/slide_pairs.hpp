@@ -15,7 +15,7 @@
 namespace touchstone {
 
 /// The pairs that the slides of one frame have to look at: those of the watched pairs that are not known to
-/// stay apart. What a plan leaves out stops no motion later than it may: every sub-step's path is checked
+/// stay apart. A pair that a plan leaves out stops no motion too late: every sub-step's path is checked
 /// against all of them.
 ///
 /// Each call is given what it reads. `model` and `watched` are written where distances were learnt: how long
@@ -35,7 +35,7 @@ class SlidePairs {
   };
 
   void reserve(std::size_t slots, std::size_t solids, std::size_t mechanisms);
-  /// For so many watched pairs.
+  /// @param watched the most pairs
   void reserve_watched(std::size_t watched);
 
   /// A frame's slides begin. Notes how far on rigid bodies ask what is watched: as the distance to its goal
@@ -43,7 +43,7 @@ class SlidePairs {
   /// @returns slots of objects of whose pairs too few are watched.
   std::span<const std::uint32_t> begin(WorldModel& model, const Sliders& sliders);
   /// Which of the watched pairs have a slider as part. An arm alone meets only those that are imminent (see
-  /// plan_goes_beyond()); rigid bodies plan with all that they could reach. @param imminent ascending solids.
+  /// plan_goes_beyond()); rigid bodies plan with all that they could reach. @param imminent in any order.
   void gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders,
               std::span<const std::uint32_t> imminent, FrameLanes& lanes);
   /// Updates the indices of watched pairs, which may have changed. Before gather().
@@ -60,7 +60,7 @@ class SlidePairs {
   /// in the order in which find_near() would. @param plans by index into the sliders' list: it plans with
   /// rows.
   void take_in_reached(const Scope& scope, std::span<const std::uint8_t> plans);
-  /// Then each finds its own, whoever is beside it: nothing here is written. @param out cleared first.
+  /// Then each finds its pairs, whoever is beside it: nothing here is written. @param out cleared first.
   void find_near_taken_in(const Scope& scope, NarrowphaseQuery& query, const Slider& slider,
                           std::vector<NearPair>& out) const;
   /// Of an arm alone, once its plan is measured: takes up what that could bring together.
@@ -104,17 +104,18 @@ class SlidePairs {
   template <class Visit>
   void for_each_of(const Slider& slider, Visit visit) const;
 
-  std::vector<FramePair> pairs_;        // those of the watched pairs that had to be looked at
-  std::vector<std::uint32_t> met_;      // watched pairs of which a slider is part, by index; of two, twice
-  std::vector<std::uint32_t> pair_of_;  // by watched pair: index into pairs_, or kNone
-  std::vector<std::uint8_t> is_near_;   // by watched pair: in near_, within one plan
-  std::vector<Range> ranges_;           // by root: each slider's in met_
-  std::vector<std::uint8_t> taken_in_;  // within take_in_all(); by place in met_, within take_in_reached()
+  std::vector<FramePair> pairs_;          // those of the watched pairs that had to be looked at
+  std::vector<std::uint32_t> met_;        // watched pairs of which a slider is part, by index; of two, twice
+  std::vector<std::uint32_t> pair_of_;    // by watched pair: index into pairs_, or kNone
+  std::vector<std::uint8_t> is_near_;     // by watched pair: in near_, within one plan
+  std::vector<std::uint64_t> passed_on_;  // by watched pair: it stays apart on an arm's path of this number
+  std::vector<Range> ranges_;             // by root: each slider's in met_
+  std::vector<std::uint8_t> taken_in_;    // within take_in_all(); by place in met_, within take_in_reached()
   std::vector<HeldPair> held_;
   std::vector<NearPair> near_;
   std::vector<std::uint32_t> close_;             // indices into pairs_ of those that are asked about next
   std::vector<SolidPair> ahead_;                 // the same pairs
-  std::vector<GatheredPair> unclear_;            // of met_, within find_close()
+  std::vector<GatheredPair> unclear_;            // of met_, within one call
   std::vector<std::uint32_t> watches_;           // within find_impacts_in_lanes(): of close_
   std::vector<SeparationMemo::Answer> answers_;  // the same: to ahead_
   std::vector<std::uint32_t> wanting_;           // slots, of begin()
@@ -129,8 +130,7 @@ bool plan_goes_beyond(WorldModel& model, const Slider& slider);
 
 /// Takes up in a frame's pairs, which are sorted by solids, what slides looked at and is not known to be
 /// apart at their end. @param contacts as the frame began, sorted.
-void merge_slide_pairs(const WorldModel& model, const PairWatch& watched,
-                       std::span<const ContactState> contacts, std::span<FramePair> met_pairs,
-                       std::vector<FramePair>& pairs);
+void merge_slide_pairs(WorldModel& model, PairWatch& watched, std::span<const ContactState> contacts,
+                       std::span<FramePair> met_pairs, std::vector<FramePair>& pairs);
 
 }  // namespace touchstone

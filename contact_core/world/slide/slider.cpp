@@ -13,14 +13,14 @@ constexpr double kLeastShare = 0.125;
 
 /// How fast a slider would come along n if it went straight to its goal.
 double rate_along(const Vector3& n, const Vector3& p_W, const Pose& X_WR, const Slider& slider) {
-  const Twist way = twist_to_goal(slider, X_WR);
-  return dot(n, way.v + cross(way.w, p_W - transform(X_WR, slider.metric.centre)));
+  const Twist twist = twist_to_goal(slider, X_WR);
+  return dot(n, twist.v + cross(twist.w, p_W - transform(X_WR, slider.metric.centre)));
 }
 
-double share_of(double own_rate, double other_rate) {
-  const double own = std::max(own_rate, 0.0), other = std::max(other_rate, 0.0);
-  if (own == other) return 0.5;
-  return std::clamp(own / (own + other), kLeastShare, 1.0 - kLeastShare);
+double share_of(double rate, double other_rate) {
+  const double approach = std::max(rate, 0.0), other = std::max(other_rate, 0.0);
+  if (approach == other) return 0.5;
+  return std::clamp(approach / (approach + other), kLeastShare, 1.0 - kLeastShare);
 }
 
 }  // namespace
@@ -28,9 +28,9 @@ double share_of(double own_rate, double other_rate) {
 double Slider::turn_rate() const { return 1.0 / std::sqrt(least_inertia(metric.J)); }
 
 Twist twist_to_goal(const Slider& slider, const Pose& X_WR) {
-  const BodyState way = RigidPath::between(X_WR, slider.goal).at(0, 0.0);
+  const BodyState start = RigidPath::between(X_WR, slider.goal).at(0, 0.0);
   return {transform(slider.goal, slider.metric.centre) - transform(X_WR, slider.metric.centre),
-          way.angular_velocity_W};
+          start.angular_velocity_W};
 }
 
 TwistMetric metric_at(const Slider& slider, const Pose& X_WR) {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/world/frame/execution.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 #include "touchstone/contact_core/world/slide/arm_hand.hpp"
 #include "touchstone/contact_core/world/slide/arm_plan.hpp"
 #include "touchstone/contact_core/world/slide/leading_paths.hpp"
@@ -27,19 +28,22 @@ constexpr std::size_t kPlansAtOnce = 4;
 /// One slider's near pairs in a lane, more than which allocate.
 constexpr std::size_t kNearInLane = 512;
 
-template <class T>
-void reserve_more(std::vector<T>& list, std::size_t count) {
-  if (count > list.capacity()) list.reserve(std::max(count, 2 * list.capacity()));
-}
-
 bool turns_too_far(const CarriedPath& path, double stop) {
   return (1.0 - stop) * norm(path.carrier().at(0, 0.0).angular_velocity_W) > std::numbers::pi;
 }
 
-/// Lays an arm's path to its command, straight on. @returns whether there is any way left.
+/// Lays an arm's path to its command, straight on. @returns whether any distance is left.
 bool go_on_as_commanded(MechanismMover& arm) {
   arm.go(arm.commanded);
   return arm.commanded != arm.actual;
+}
+
+/// By what its last sub-step gained. Where bends or an obstacle keep the first ones short, what comes after
+/// them may be worth more.
+bool is_worth_going_on(Slider& slider, double gain) {
+  if (gain >= kLeastGain * slider.start_distance) return true;
+  const bool hardly_begun = slider.start_distance - slider.distance < kHardlyBegun * slider.start_distance;
+  return gain > 0.0 && hardly_begun && ++slider.poor_steps <= kMostPoorSteps;
 }
 
 /// A rigid body that turns, stopped by pairs that advance or slide, of which not all slide.
@@ -105,19 +109,25 @@ void Slides::take_room(const WorldModel& model, std::size_t watched, std::size_t
 
 void Slides::begin_object(const WorldModel& model, std::uint32_t slot) {
   const Layout& layout = model.layout;
-  for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i)
-    moments_[i] = transform(layout.X_OS[i], mass_moments(layout.solids[i]));
+  for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) {
+    const Hexahedron& solid = layout.solids[i];
+    // Moments weigh turns against shifts: of padding about what is no box, the core's do as well.
+    moments_[i] = transform(layout.X_OS[i], solid.is_box() ? mass_moments(solid) : core_moments(solid));
+  }
 }
 
 void Slides::run(const FrameScope& scope, std::vector<FramePair>& pairs, FrameReport& report) {
   WorldModel& model = scope.model;
   MomentLog& moments = scope.moments;
   cut_off_.clear(), felt_.clear();
+  // Shoved objects are found first; sliders start where the commanded paths ended.
   take_shoved(model, pairs, scope.movers, scope.followers, scope.parts);
   if (!begin(scope)) return;
+  // The pairs that sliders touch or could meet are found.
   meter_.begin(budget);
   find_touching(model, pairs);
   find_pairs(scope);
+  // Each sub-step plans paths, checks them and executes them up to their stops.
   for (std::uint32_t step = 1; step <= kMostSlideSteps; ++step) {
     if (!meter_.has_left()) {
       cut_off_all();
@@ -135,6 +145,7 @@ void Slides::run(const FrameScope& scope, std::vector<FramePair>& pairs, FrameRe
     report.slide_steps = step;
     if (!finish_step(scope)) break;
   }
+  // The slide's pairs join those of the frame, and the report says what hands feel.
   merge_slide_pairs(model, scope.watched.pairs(), scope.contacts, pairs_.pairs(), pairs);
   report_feel(model, report);
 }
@@ -143,8 +154,10 @@ void Slides::run(const FrameScope& scope, std::vector<FramePair>& pairs, FrameRe
 bool Slides::begin(const FrameScope& scope) {
   WorldModel& model = scope.model;
   const Followers& followers = scope.followers;
+  // The sliders of the slide before are cleared.
   for (const Slider& slider : sliders_.list) sliders_.index_of[slider.root] = Sliders::kNone;
   sliders_.list.clear();
+  // A mover goes on if it may slide, if it turns about a contact, or if others go along with it.
   for (const std::uint32_t slot : scope.movers.roots) {
     const double stop = model.stops[slot];
     const RigidPath& path = model.paths[slot].carrier();
@@ -157,6 +170,7 @@ bool Slides::begin(const FrameScope& scope) {
     const bool pivots = may_pivot(model, permits_, slot) && may_go_on && !has_taken_along;
     const bool may_slide = stop < 1.0 && permits_.may_slide[slot] && may_go_on;
     if (!may_slide && !pivots && !has_taken_along) continue;
+    // Such a mover becomes a slider whose goal is the end of its commanded path.
     sliders_.index_of[slot] = static_cast<std::uint32_t>(sliders_.list.size());
     Slider slider{};
     slider.root = slider.leader = slot, slider.stop = stop, slider.arm = arm;
@@ -168,6 +182,7 @@ bool Slides::begin(const FrameScope& scope) {
     sliders_.list.push_back(slider);
   }
   if (sliders_.list.empty()) return false;
+  // Followers get sliders too, and all rest where they stopped until a plan moves them.
   if (!followers.all().empty()) add_follower_sliders(scope);
   for (const std::uint32_t slot : scope.movers.roots) rest(model, slot);
   weigh(model);
@@ -197,19 +212,23 @@ void Slides::weigh(const WorldModel& model) {
   const ObjectTable& objects = model.objects;
   const bool all_arms = std::all_of(sliders_.list.begin(), sliders_.list.end(),
                                     [](const Slider& slider) { return slider.arm != nullptr; });
+  // Moments are collected of all objects that a rigid slider moves.
   carried_.clear();
   for (std::uint32_t i = 0; i < layout.slots() && !all_arms; ++i) {
     const Slider* slider = layout.is_alive(i) ? sliders_.find(objects[i].root) : nullptr;
     if (slider == nullptr || slider->arm != nullptr) continue;
-    MassMoments own;
+    MassMoments moments;
     for (SolidIndex solid = layout.first_solid[i]; solid < layout.first_solid[i + 1]; ++solid)
-      own += moments_[solid];
-    if (i != slider->root) own = transform(objects.poses_in_body()[i], own);
-    const Vector3 centre = own.first / own.volume;
-    if (norm(centre) <= longest_lever(model.gap)) carried_.push_back({slider->root, own});
+      moments += moments_[solid];
+    if (i != slider->root) moments = transform(objects.poses_in_body()[i], moments);
+    // Objects too far from the mover's origin do not count in the metric.
+    const Vector3 centre = moments.first / moments.volume;
+    if (norm(centre) <= longest_lever(model.gap)) carried_.push_back({slider->root, moments});
   }
+  // Sorting makes sums independent of the order in which objects were added.
   std::sort(carried_.begin(), carried_.end());
   for (const CarriedMoments& carried : carried_) sliders_.find(carried.root)->moments += carried.moments;
+  // Each slider gets its metric and its distance to the goal.
   for (Slider& slider : sliders_.list) {
     if (slider.follows) continue;
     // All of it is too far out: it stays where it was stopped.
@@ -268,16 +287,19 @@ void Slides::take_up_pairs(const FrameScope& scope) {
 /// @returns whether any moves: their paths are laid, and their stops are known.
 bool Slides::plan(const FrameScope& scope, FrameReport& report) {
   WorldModel& model = scope.model;
+  // Sliders that are not done share the budget.
   std::size_t sharers = 0;
   for (const Slider& slider : sliders_.list) sharers += !slider.done;
   if (sharers == 0) return false;
   meter_.begin_step(sharers);
+  // Plans are made, in lanes where that is allowed.
   if (may_plan_in_lanes(sharers))
     plan_in_lanes(scope);
   else
     plan_in_turn(scope);
-  // Only now, so that all plan alike.
+  // Sliders that were cut off end only now, so that all plan alike.
   for (Slider& slider : sliders_.list) slider.done = slider.done || slider.is_cut_off;
+  // Sliders that have a path are in motion, and followers move with their leaders.
   bool any = false;
   for (const Slider& slider : sliders_.list) {
     if (slider.arm == nullptr || slider.done)
@@ -290,6 +312,7 @@ bool Slides::plan(const FrameScope& scope, FrameReport& report) {
     if (model.in_motion[slider.leader]) go_along(model, slider.leader, slider.root);
   }
   if (!any) return false;
+  // The paths are laid and checked.
   scope.watched.lay_paths(model, scope.movers.roots);
   take_up_pairs(scope);
   meter_.begin_checks();
@@ -329,11 +352,13 @@ void Slides::plan_in_lanes(const FrameScope& scope) {
   const SlidePairs::Scope among = pair_scope(scope);
   const std::size_t count = sliders_.list.size();
   plans_.resize(count), results_.assign(count, {});
+  // Sliders that shove or turn about a contact take a path without a plan.
   for (std::size_t k = 0; k < count; ++k) {
     const Slider& slider = sliders_.list[k];
     plans_[k] = !slider.done && !slider.shoves && !slider.pivots;
     if (!slider.done) model.stops[slider.root] = 1.0;
   }
+  // Pairs within reach are taken in beforehand: lanes add none to the list.
   pairs_.take_in_reached(among, plans_);
   scope.lanes.for_each(count, kPlansAtOnce, [&](NarrowphaseQuery& asking, std::size_t k) {
     Slider& slider = sliders_.list[k];
@@ -344,6 +369,7 @@ void Slides::plan_in_lanes(const FrameScope& scope) {
       path = CarriedPath(leading_path(scope, asking, slider), model.objects.poses_in_body());
       return;
     }
+    // All others plan from the pairs near them.
     PlanRoom& room = rooms_[scope.lanes.lane_of(asking)];
     pairs_.find_near_taken_in(among, asking, slider, room.near);
     const bool translation_only = permits_.translation_only[slider.root] != 0;
@@ -357,6 +383,7 @@ void Slides::plan_in_lanes(const FrameScope& scope) {
     slider.is_near_end = plan.is_near_end;
     path = CarriedPath(plan.path, model.objects.poses_in_body());
   });
+  // The budget counts the pairs in the sliders' order.
   for (const PlanResult& result : results_) meter_.add_pairs(result.near);
 }
 
@@ -416,7 +443,9 @@ void Slides::go(const FrameScope& scope, std::uint32_t step) {
 bool Slides::finish_step(const FrameScope& scope) {
   WorldModel& model = scope.model;
   bool goes_on = false;
+  // Objects that stopped a slider may go along from here on.
   const bool shoves_more = take_shoved(model, pairs_.pairs(), scope.movers, scope.followers, scope.parts);
+  // A slider goes on if it gained enough, or if a shorter sub-step still may.
   for (Slider& slider : sliders_.list) {
     if (!model.in_motion[slider.root]) continue;
     const double before = slider.distance, stop = model.stops[slider.root];
@@ -430,13 +459,15 @@ bool Slides::finish_step(const FrameScope& scope) {
       continue;
     }
     slider.done = !may_slide || slider.pivots;
+    // A plan that was stopped early was too long: the next one is planned for less.
     const double trust = slider.trust;
     slider.trust = stop < kFarEnough ? 0.25 * trust : std::min(1.0, 4.0 * trust);
-    const bool gained = before - slider.distance >= kLeastGain * slider.start_distance &&
-                        !(slider.is_near_end && stop == 1.0);
+    const bool gained =
+        is_worth_going_on(slider, before - slider.distance) && !(slider.is_near_end && stop == 1.0);
     const bool shorter = stop < kFarEnough && slider.trust >= kLeastTrust;
     goes_on = goes_on || (!slider.done && (gained || shorter));
   }
+  // New followers change the pairs that matter.
   if (shoves_more) {
     add_follower_sliders(scope);
     gather_pairs(scope);

@@ -15,7 +15,7 @@ namespace touchstone {
 
 /// The slide policy: movers that slide pairs stopped go on towards their commanded poses in sub-steps. All of
 /// a sub-step are planned from the same poses, each for itself (a pair of two sliders shares its slack), then
-/// move together as on any path: who is registered first does not matter. What is here leads from part to
+/// move together as on any path: who is registered first does not matter. This class leads from part to
 /// part: SlidePairs finds what is near, plan_rigid_slide() and plan_arm_slide() plan, and stops and execution
 /// are those of any path.
 class Slides {
@@ -64,7 +64,7 @@ class Slides {
   };
   /// A slider's plan but for its path.
   struct PlanResult {
-    std::uint32_t near = 0;  ///< so many pairs were near
+    std::uint32_t near = 0;  ///< pairs that were near
   };
 
   bool begin(const FrameScope& scope);
