@@ -3,24 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <sstream>
 
 #include "touchstone/adapters/cover_proof/exact_cover.hpp"
 #include "touchstone/adapters/cover_proof/excess_proof.hpp"
 #include "touchstone/adapters/cover_proof/solid_side.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {
 
 using namespace cover_proof;
-
-std::string text_of(const Vector3& p) {
-  std::ostringstream text;
-  text.precision(9);
-  text << "(" << p.x() << ", " << p.y() << ", " << p.z() << ")";
-  return text.str();
-}
 
 Vector3 middle_of(const Polygon& polygon, const Grid& grid) {
   Vector3 sum = Vector3::Zero();
@@ -52,14 +45,14 @@ class CoverCheck {
   CoverCheck(const TriangleMesh& mesh, const CoverClaim& claim) : mesh_(mesh), claim_(claim) {
     for (const Vector3& p : mesh.vertices) {
       grid_.include(p);
-      largest_ = std::max(largest_, p.cwiseAbs().maxCoeff());
+      largest_ = std::max(largest_, norm_inf(p));
     }
     for (std::size_t h = 0; h < claim.hexahedra.size(); ++h) {
       for (const Vector3& p : claim.hexahedra[h]) {
-        if (!(p.cwiseAbs().maxCoeff() <= kLargestCoordinate) || !is_finite(p))
+        if (!(norm_inf(p) <= kLargestCoordinate) || !is_finite(p))
           reject("hexahedron " + std::to_string(h), "a coordinate is not finite or beyond 1e70");
         grid_.include(p);
-        largest_ = std::max(largest_, p.cwiseAbs().maxCoeff());
+        largest_ = std::max(largest_, norm_inf(p));
       }
     }
     for (std::size_t h = 0; h < claim.hexahedra.size(); ++h) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <tuple>
 
 namespace touchstone::cover_proof {
@@ -282,6 +283,13 @@ void divide(std::vector<Polygon>& parts, const FacetPlane& facet, const std::arr
     if (has_area(halves.outside)) divided.push_back(std::move(halves.outside));
   }
   parts = std::move(divided);
+}
+
+std::string text_of(const Vector3& p) {
+  std::ostringstream text;
+  text.precision(9);
+  text << "(" << p.x() << ", " << p.y() << ", " << p.z() << ")";
+  return text.str();
 }
 
 }  // namespace touchstone::cover_proof

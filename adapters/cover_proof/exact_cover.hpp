@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "touchstone/contact_core/geometry/vector.hpp"
@@ -65,5 +66,8 @@ bool subtract(const Polygon& polygon, std::span<const Hull* const> others, std::
 /// triangle that reaches no point above the facet's plane, or none of the plane, divides nothing.
 /// @param triangle with w = 1
 void divide(std::vector<Polygon>& parts, const FacetPlane& facet, const std::array<Point, 3>& triangle);
+
+/// A place as reasons print it: "(1, 2, 3)".
+std::string text_of(const Vector3& p);
 
 }  // namespace touchstone::cover_proof

@@ -2,19 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 #include <vector>
 
 namespace touchstone::cover_proof {
 namespace {
-
-std::string text_of(const Vector3& p) {
-  std::ostringstream text;
-  text.precision(9);
-  text << "(" << p.x() << ", " << p.y() << ", " << p.z() << ")";
-  return text.str();
-}
 
 bool is_in(const CoverClaim::Region* region, const Vector3& p) {
   return region == nullptr || ((p - region->low).minCoeff() >= 0.0 && (region->high - p).minCoeff() >= 0.0);
@@ -82,11 +74,11 @@ bool ExcessProof::is_clear(const Tetrahedron& piece) const {
 // Each corner outside has a point of the surface near it. If the tetrahedron of these and of the corners
 // inside is within the solid, a point of the piece is at most as far from it as the farthest corner is: mixed
 // alike, they give a point for every point. It is drawn in by what the limit leaves, off the surface.
-bool ExcessProof::is_within_solid(const Tetrahedron& piece) const {
+bool ExcessProof::is_within_solid(const Tetrahedron& piece, std::uint32_t hint) const {
   Tetrahedron held = piece;
   double moved = 0.0;
+  std::uint32_t triangle = hint;
   for (Vector3& p : held) {
-    std::uint32_t triangle = 0;
     const double distance = std::sqrt(surface_.nearest(p, triangle));
     const double clearance = distance - surface_.blur() - margin_;
     if (clearance > 0.0 && solid_.is_inside(p, clearance)) continue;
@@ -101,7 +93,6 @@ bool ExcessProof::is_within_solid(const Tetrahedron& piece) const {
   const double share = std::min(0.5, slack / std::max(radius, 1e-300));
   for (Vector3& p : held) p += share * (middle - p);
   if (!is_clear(held)) return false;
-  std::uint32_t triangle = 0;
   const double clearance = std::sqrt(surface_.nearest(middle, triangle)) - surface_.blur() - margin_;
   return clearance > 0.0 && solid_.is_inside(middle, clearance);
 }
@@ -116,8 +107,7 @@ bool ExcessProof::is_beside(const Tetrahedron& piece) const {
   return (high - region_->low).minCoeff() < 0.0 || (region_->high - low).minCoeff() < 0.0;
 }
 
-bool ExcessProof::is_beyond(const Vector3& p) {
-  std::uint32_t triangle = 0;
+bool ExcessProof::is_beyond(const Vector3& p, std::uint32_t triangle) {
   const double distance =
       is_in(region_, p) ? std::sqrt(surface_.nearest(p, triangle)) - surface_.blur() : 0.0;
   if (distance <= limit_ || solid_.is_inside(p, distance)) return false;
@@ -148,8 +138,8 @@ ExcessProof::Finding ExcessProof::look_at(const Tetrahedron& piece, std::uint32_
     surface_.nearest(p, triangle);
     if (triangle != hint && is_within_one(piece, triangle)) return Finding::within;
   }
-  if (is_within_solid(piece)) return Finding::within;
-  return std::any_of(piece.begin(), piece.end(), [this](const Vector3& p) { return is_beyond(p); })
+  if (is_within_solid(piece, hint)) return Finding::within;
+  return std::any_of(piece.begin(), piece.end(), [&](const Vector3& p) { return is_beyond(p, hint); })
              ? Finding::beyond
              : Finding::open;
 }

@@ -31,10 +31,10 @@ class ExcessProof {
   enum class Finding { within, beyond, open };
   Finding look_at(const Tetrahedron& piece, std::uint32_t& hint);
   bool is_within_one(const Tetrahedron& piece, std::uint32_t triangle) const;
-  bool is_within_solid(const Tetrahedron& piece) const;
+  bool is_within_solid(const Tetrahedron& piece, std::uint32_t hint) const;
   bool is_clear(const Tetrahedron& piece) const;
   bool is_beside(const Tetrahedron& piece) const;
-  bool is_beyond(const Vector3& p);
+  bool is_beyond(const Vector3& p, std::uint32_t triangle);
 
   const TriangleBoxes& surface_;
   const SolidSide& solid_;

@@ -50,7 +50,7 @@ void TriangleBoxes::build(std::uint32_t begin, std::uint32_t end) {
     }
   }
   nodes_.push_back({low, high, begin, end, 0});
-  if (end - begin <= 3) return;
+  if (end - begin == 1) return;  // a look at a box costs less than one at a triangle
   int axis = 0;
   for (int other = 1; other < 3; ++other)
     if (high(other) - low(other) > high(axis) - low(axis)) axis = other;
@@ -85,8 +85,9 @@ double TriangleBoxes::squared_distance(const Vector3& p, std::uint32_t triangle)
 }
 
 double TriangleBoxes::nearest(const Vector3& p, std::uint32_t& triangle) const {
-  double best = kInfinity;
-  if (!order_.empty()) nearest(0, p, best, triangle);
+  if (order_.empty()) return kInfinity;
+  double best = squared_distance(p, triangle);
+  nearest(0, p, best, triangle);
   return best;
 }
 

@@ -23,6 +23,7 @@ class TriangleBoxes {
   /// Squared distance to closest() [m2].
   double squared_distance(const Vector3& p, std::uint32_t triangle) const;
   /// The nearest triangle and the squared distance to it; none: infinite.
+  /// @param triangle in: a chosen one to begin with, the sooner found the nearer it is
   double nearest(const Vector3& p, std::uint32_t& triangle) const;
   /// How much farther than the nearest point of a triangle closest() can be: where a triangle is so thin that
   /// rounding turns its normal, its foot of a perpendicular is another [m].

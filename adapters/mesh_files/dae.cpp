@@ -9,6 +9,7 @@
 #include "touchstone/adapters/mesh_files/dae_nodes.hpp"
 #include "touchstone/adapters/mesh_files/mesh_file.hpp"
 #include "touchstone/adapters/mesh_files/soup.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace mesh_files {
@@ -86,11 +87,6 @@ struct SceneReader {
     for (unsigned i = 0; i < node.mNumChildren; ++i) take_node(*node.mChildren[i], X, level + 1);
   }
 };
-
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
 
 }  // namespace
 

@@ -77,6 +77,7 @@ std::vector<std::size_t> next_of(const Nodes& nodes, std::size_t node) {
 
 void require_finite_nodes(std::string_view text, const ReadTask& task) {
   const Nodes nodes = nodes_of(text);
+  // Depth first, without recursion: a node that is still open is reached again by a cycle alone.
   enum class State : unsigned char { unseen, open, done };
   std::vector<State> state(nodes.held.size(), State::unseen);
   struct Step {

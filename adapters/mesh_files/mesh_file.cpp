@@ -8,16 +8,13 @@
 #include "touchstone/adapters/mesh_files/soup.hpp"
 #include "touchstone/adapters/mesh_files/weld.hpp"
 #include "touchstone/contact_core/fit/stl_file.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace mesh_files {
 
 void ReadTask::fail(const std::string& reason) const { throw InputError(file + ": " + reason); }
-
-void ReadTask::fail_line(std::size_t line, const std::string& reason) const {
-  throw InputError(file + ":" + std::to_string(line) + ": " + reason);
-}
 
 void ReadTask::fail_triangle(std::size_t triangle, const std::string& reason) const {
   fail("triangle " + std::to_string(triangle) + ": " + reason);
@@ -111,9 +108,8 @@ void finish(const Soup& soup, const MeshFileOptions& options, const ReadTask& ta
   report.high = turned_up(report.high, options.up) * scale;
   report.low = low;
   if (!is_finite(report.low) || !is_finite(report.high) || !std::isfinite(report.size()))
-    task.fail("its coordinates are too large: up to " + figure(report.high.cwiseAbs().maxCoeff()));
-  report.rounding =
-      soup.relative_rounding * std::max(report.low.cwiseAbs().maxCoeff(), report.high.cwiseAbs().maxCoeff());
+    task.fail("its coordinates are too large: up to " + figure(norm_inf(report.high)));
+  report.rounding = soup.relative_rounding * std::max(norm_inf(report.low), norm_inf(report.high));
   report.volume = report.is_closed() ? volume_of(loaded.mesh, 0.5 * (report.low + report.high)) : 0.0;
   if (report.shells > options.most_shells)
     task.fail(std::to_string(report.shells) + " shells, more than " + std::to_string(options.most_shells) +

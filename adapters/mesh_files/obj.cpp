@@ -3,7 +3,7 @@
 #include <charconv>
 
 #include "touchstone/adapters/mesh_files/soup.hpp"
-#include "touchstone/adapters/mesh_files/text_scanner.hpp"
+#include "touchstone/contact_core/fit/text_scanner.hpp"
 
 namespace touchstone::mesh_files {
 namespace {
@@ -50,7 +50,7 @@ void read_face(TextScanner& text, Soup& soup, const ReadTask& task) {
 
 Soup read_obj(std::string_view bytes, const ReadTask& task) {
   Soup soup;
-  TextScanner text(bytes, task);
+  TextScanner text(bytes, task.file);
   std::size_t lines = 0;
   for (std::string_view word = text.word(); !word.empty(); word = text.word()) {
     if (word == "v") {

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "touchstone/adapters/mesh_files/soup.hpp"
-#include "touchstone/adapters/mesh_files/text_scanner.hpp"
+#include "touchstone/contact_core/fit/text_scanner.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::mesh_files {
@@ -138,7 +138,7 @@ class Values {
       fail("the file ends: it is truncated");
     }
   }
-  /// The length of a list; 1 of what is none. Below 0 as 0.
+  /// The length of a list; 1 of a single value. Below 0 as 0.
   std::size_t count(const Property& property) {
     if (!property.is_list) return 1;
     const double count = next(property.count);
@@ -242,7 +242,7 @@ void require_coordinates(const Element& element, const ReadTask& task) {
 }  // namespace
 
 Soup read_ply(std::string_view bytes, const ReadTask& task) {
-  TextScanner text(bytes, task);
+  TextScanner text(bytes, task.file);
   const Header header = read_header(text);
   Values values(bytes, header.coding, text, task);
   Soup soup;

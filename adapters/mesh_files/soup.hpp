@@ -34,7 +34,6 @@ struct ReadTask {
     if (*progress) (*progress)(share);
   }
   [[noreturn]] void fail(const std::string& reason) const;
-  [[noreturn]] void fail_line(std::size_t line, const std::string& reason) const;
   [[noreturn]] void fail_triangle(std::size_t triangle, const std::string& reason) const;
   /// Called before triangle `index` is added. @throws InputError beyond most_triangles.
   void require_room(std::size_t index) const;

@@ -1,9 +1,8 @@
 #include "touchstone/adapters/mesh_files/weld.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <numeric>
 
+#include "touchstone/contact_core/fit/places.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -12,35 +11,6 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 constexpr std::uint32_t kNone = 0xffffffff;
-
-/// Vertices by place, open addressing. What comes first gives the index, so that no order of a hash shows.
-class Places {
- public:
-  explicit Places(std::size_t most) : slots_(std::bit_ceil(2 * most + 2), kNone) {}
-
-  std::uint32_t index_of(const Vector3& place, std::vector<Vector3>& kept) {
-    std::size_t slot = hash(place) & (slots_.size() - 1);
-    while (slots_[slot] != kNone && kept[slots_[slot]] != place) slot = (slot + 1) & (slots_.size() - 1);
-    if (slots_[slot] == kNone) {
-      slots_[slot] = static_cast<std::uint32_t>(kept.size());
-      kept.push_back(place);
-    }
-    return slots_[slot];
-  }
-
- private:
-  static std::size_t hash(const Vector3& place) {
-    std::uint64_t h = 0;
-    for (int i = 0; i < 3; ++i) {
-      h ^= std::bit_cast<std::uint64_t>(place[i]);
-      h *= 0x9e3779b97f4a7c15ULL;  // 2^64 / golden ratio
-      h ^= h >> 32;
-    }
-    return h;
-  }
-
-  std::vector<std::uint32_t> slots_;
-};
 
 /// Decided exactly. A triangle with an area has a plane, and no plane holds all four of the points below.
 bool has_area(const Vector3& a, const Vector3& b, const Vector3& c) {
@@ -121,18 +91,11 @@ void count_edges(const std::vector<Triangle>& triangles, const std::vector<std::
 }
 
 std::size_t count_shells(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (const Triangle& t : mesh.triangles)
-    for (int k = 1; k < 3; ++k) parent[root(t[k])] = root(t[0]);
+  DisjointSets joined = join_corners(mesh);
   std::vector<char> is_used(mesh.vertices.size(), 0);
   for (const Triangle& t : mesh.triangles) is_used[t[0]] = is_used[t[1]] = is_used[t[2]] = 1;
   std::size_t shells = 0;
-  for (std::uint32_t v = 0; v < parent.size(); ++v) shells += is_used[v] && parent[v] == v;
+  for (std::uint32_t v = 0; v < is_used.size(); ++v) shells += is_used[v] && joined.least_of(v) == v;
   return shells;
 }
 

@@ -30,6 +30,10 @@ struct AllowedSpace::Query {
   Vector3 edge = Vector3::Zero(), across = Vector3::Zero();
   bool turns = false;
   double best = kNever;
+  std::array<Vector3, 6> sizes{};  // of the planes' normals: how far they reach over half a box
+
+  /// Bits of the faces that do not grow.
+  unsigned others() const { return face < 0 ? 0x3fU : 0x3fU & ~(1U << face); }
 
   bool holds(const Vector3& p) const {
     for (int f = 0; f < 6; ++f)
@@ -37,11 +41,14 @@ struct AllowedSpace::Query {
     return true;
   }
 
-  bool is_beside(const Vector3& middle, const Vector3& size) const {
+  /// Whether the box is outside of one of these faces. Those that have all of it inside are taken out: none
+  /// of them is asked of a box within it.
+  bool is_beside(const Vector3& middle, const Vector3& size, unsigned& faces) const {
     for (int f = 0; f < 6; ++f) {
-      if (f == face) continue;
-      const Plane& plane = solid.planes[f];
-      if (plane.signed_distance(middle) >= dot(plane.normal.cwiseAbs(), size)) return true;
+      if ((faces >> f & 1U) == 0) continue;
+      const double height = solid.planes[f].signed_distance(middle), reach = dot(sizes[f], size);
+      if (height >= reach) return true;
+      if (height < -reach) faces &= ~(1U << f);
     }
     return false;
   }
@@ -50,7 +57,7 @@ struct AllowedSpace::Query {
   double earliest(const Vector3& middle, const Vector3& size) const {
     if (face < 0) return 0.0;
     const Plane& plane = solid.planes[face];
-    const double height = plane.signed_distance(middle) - dot(plane.normal.cwiseAbs(), size);
+    const double height = plane.signed_distance(middle) - dot(sizes[face], size);
     if (!turns || height <= 0.0) return std::max(height, 0.0);
     const double out = dot(across, middle - edge) + dot(across.cwiseAbs(), size);
     return out > 0.0 ? height / out : kNever;
@@ -87,6 +94,7 @@ double AllowedSpace::least_limit(const Vector3& centre, double half) const {
 }
 
 AllowedSpace::Cell AllowedSpace::make_cell(const Vector3& centre, double half, const Cell* parent) const {
+  // A new cell spans its box and takes the least limit in it.
   Cell cell{centre,
             half,
             0.0,
@@ -95,18 +103,19 @@ AllowedSpace::Cell AllowedSpace::make_cell(const Vector3& centre, double half, c
             centre + Vector3::Constant(half),
             0};
   bool is_inside = false;
+  // The root asks the whole mesh; any other cell starts from its parent's triangle.
   if (parent == nullptr) {
     const MeshDistance::Nearest nearest = mesh_.nearest(centre);
     cell.distance = nearest.distance;
     cell.triangle = nearest.triangle;
     is_inside = mesh_.is_inside(centre);
   } else {
-    // No sign changes without a way through the surface.
-    const double way = kRoot3 * half, known = std::abs(parent->distance);
+    // The sign changes only where the surface is crossed.
+    const double farthest = kRoot3 * half, known = std::abs(parent->distance);
     const MeshDistance::Nearest nearest = mesh_.nearest_from(centre, parent->triangle);
     cell.distance = nearest.distance;
     cell.triangle = nearest.triangle;
-    is_inside = known > way * (1.0 + 1e-9) ? parent->distance < 0.0 : mesh_.is_inside(centre);
+    is_inside = known > farthest * (1.0 + 1e-9) ? parent->distance < 0.0 : mesh_.is_inside(centre);
   }
   if (is_inside) cell.distance = -cell.distance;
   classify(cell);
@@ -128,7 +137,7 @@ void AllowedSpace::classify(Cell& cell) const {
     } else if (cell.distance <= limit) {
       cell.kind = Kind::clear;
     } else {
-      cell.kind = Kind::point;  // on the way to the nearest point of the surface, where the limit is
+      cell.kind = Kind::point;  // towards the nearest point of the surface, where the limit is
       cell.low = cell.centre;
       if (cell.least_limit == limit) cell.low = surface + (limit / cell.distance) * away;
       cell.high = cell.low;
@@ -155,36 +164,50 @@ void AllowedSpace::divide(std::uint32_t cell) {
 }
 
 void AllowedSpace::search(Query& query) {
+  for (int f = 0; f < 6; ++f) query.sizes[f] = query.solid.planes[f].normal.cwiseAbs();
   for (const Vector3& p : forbidden_) query.meet(p, limit_at(p));
-  search(query, 0);
+  search(query, 0, query.others());
 }
 
-void AllowedSpace::search(Query& query, std::uint32_t index) {
+bool AllowedSpace::search(Query& query, std::uint32_t index, unsigned faces) {
   const Cell& cell = cells_[index];
-  if (cell.kind == Kind::clear || query.best <= 0.0) return;
+  ++visits_;
+  if (cell.kind == Kind::clear || query.best <= 0.0) return false;
   const Vector3 middle = 0.5 * (cell.low + cell.high), size = 0.5 * (cell.high - cell.low);
-  if (query.earliest(middle, size) >= query.best || query.is_beside(middle, size)) return;
-  if (cell.kind == Kind::point) return query.meet(cell.low, cell.least_limit);
-  if (cell.kind == Kind::block) return search_block(query, cell.centre, cell.half, cell.least_limit);
-  if (cell.children == 0) divide(index);
-  search_children(query, index);
+  if (query.earliest(middle, size) >= query.best || query.is_beside(middle, size, faces)) return false;
+  if (cell.kind == Kind::point) {
+    query.meet(cell.low, cell.least_limit);
+    return false;
+  }
+  if (cell.kind == Kind::block) {
+    search_block(query, cell.centre, cell.half, cell.least_limit, faces);
+    return false;
+  }
+  const bool is_new = cell.children == 0;
+  if (is_new) divide(index);
+  return search_children(query, index, faces, is_new);
 }
 
-void AllowedSpace::search_children(Query& query, std::uint32_t index) {
+bool AllowedSpace::search_children(Query& query, std::uint32_t index, unsigned faces, bool is_new) {
   const std::uint32_t first = cells_[index].children;
-  std::array<std::pair<double, std::uint32_t>, 8> order;
+  // Children that could improve the result are sorted by the best that they could give.
+  std::array<std::pair<double, std::uint32_t>, 8> order;  // the earliest first
+  std::size_t count = 0;
   for (std::uint32_t i = 0; i < 8; ++i) {
     const Cell& child = cells_[first + i];
-    const bool is_clear = child.kind == Kind::clear;
-    order[i] = {
-        is_clear ? kNever : query.earliest(0.5 * (child.low + child.high), 0.5 * (child.high - child.low)),
-        first + i};
+    if (child.kind == Kind::clear) continue;
+    const double earliest = query.earliest(0.5 * (child.low + child.high), 0.5 * (child.high - child.low));
+    if (earliest >= query.best) continue;
+    std::size_t at = count++;
+    for (; at > 0 && order[at - 1].first > earliest; --at) order[at] = order[at - 1];
+    order[at] = {earliest, first + i};
   }
-  std::sort(order.begin(), order.end());
-  for (const auto& [earliest, child] : order) {
-    if (earliest >= query.best) break;
-    search(query, child);
-  }
+  // They are searched in that order, as long as they could still improve it.
+  bool has_learned = is_new;
+  for (std::size_t i = 0; i < count && order[i].first < query.best; ++i)
+    has_learned = search(query, order[i].second, faces) || has_learned;
+  if (!has_learned) return false;
+  // The cell's box shrinks to those of its children.
   Bounds left;  // what children learned
   for (std::uint32_t i = 0; i < 8; ++i) {
     const Cell& child = cells_[first + i];
@@ -196,16 +219,18 @@ void AllowedSpace::search_children(Query& query, std::uint32_t index) {
   if (left.low.x() > left.high.x()) cell.kind = Kind::clear;
   cell.low = left.low;
   cell.high = left.high;
+  return true;
 }
 
 // As points, as close as leaves are.
-void AllowedSpace::search_block(Query& query, const Vector3& centre, double half, double limit) const {
+void AllowedSpace::search_block(Query& query, const Vector3& centre, double half, double limit,
+                                unsigned faces) const {
   if (query.best <= 0.0) return;
   const Vector3 size = Vector3::Constant(half);
-  if (query.earliest(centre, size) >= query.best || query.is_beside(centre, size)) return;
+  if (query.earliest(centre, size) >= query.best || query.is_beside(centre, size, faces)) return;
   query.meet(centre, limit);
   if (half <= kLeaf * limit) return;
-  for (int i = 0; i < 8; ++i) search_block(query, centre + 0.5 * half * octant(i), 0.5 * half, limit);
+  for (int i = 0; i < 8; ++i) search_block(query, centre + 0.5 * half * octant(i), 0.5 * half, limit, faces);
 }
 
 bool AllowedSpace::allows(const Vector3& p) const {

@@ -34,6 +34,8 @@ class AllowedSpace {
   bool allows(const Vector3& p) const;
   /// Whether the hexahedron keeps to what is allowed.
   bool allows(const SixPlanes& solid);
+  /// Cells looked at so far: what queries cost, the same on every machine.
+  std::uint64_t visits() const { return visits_; }
   /// From now on this point is not allowed.
   void forbid(const Vector3& p) { forbidden_.push_back(p); }
   /// How far the face may move outwards, the others staying where they are: at most `far` [m].
@@ -66,9 +68,11 @@ class AllowedSpace {
   void divide(std::uint32_t cell);
   struct Query;
   void search(Query& query);
-  void search(Query& query, std::uint32_t cell);
-  void search_children(Query& query, std::uint32_t cell);
-  void search_block(Query& query, const Vector3& centre, double half, double limit) const;
+  /// @param faces bits of those that may have some of the cell outside. @return whether the cell's box or
+  /// kind has changed
+  bool search(Query& query, std::uint32_t cell, unsigned faces);
+  bool search_children(Query& query, std::uint32_t cell, unsigned faces, bool is_new);
+  void search_block(Query& query, const Vector3& centre, double half, double limit, unsigned faces) const;
   double least_limit(const Vector3& centre, double half) const;
 
   const MeshDistance& mesh_;
@@ -76,6 +80,7 @@ class AllowedSpace {
   std::vector<LimitBox> boxes_;
   std::vector<Cell> cells_;
   std::vector<Vector3> forbidden_;
+  std::uint64_t visits_ = 0;
 };
 
 }  // namespace touchstone::fit

@@ -109,13 +109,14 @@ class CellBuilder {
         sectors_(sectors),
         largest_(std::max(over / std::sqrt(3.0), mesh.bounds().diagonal() / 100.0)) {}
 
-  void build() {
+  void build(double shift) {
     std::vector<Polygon> polygons;
     for (const auto& t : mesh_.mesh().triangles)
       polygons.push_back(
           {mesh_.mesh().vertices[t[0]], mesh_.mesh().vertices[t[1]], mesh_.mesh().vertices[t[2]]});
     const Vector3 margin = Vector3::Constant(1e-3 * largest_);
-    divide(mesh_.bounds().low - margin, mesh_.bounds().high + margin, polygons);
+    const Vector3 shifted = shift * largest_ * Vector3(1.0, 0.7, 0.4);  // no two axes alike
+    divide(mesh_.bounds().low - margin - shifted, mesh_.bounds().high + margin, polygons);
   }
 
  private:
@@ -172,10 +173,10 @@ class CellBuilder {
       if (corners.empty()) continue;
       std::sort(corners.begin(), corners.end(), ByCoordinates());
       corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-      const std::vector<Polygon> own = between(polygons, from, to);
+      const std::vector<Polygon> part = between(polygons, from, to);
       Vector3 middle = Vector3::Zero();
       for (const Vector3& p : corners) middle += p / static_cast<double>(corners.size());
-      if (!own.empty() || mesh_.is_inside(middle)) add(corners, own);
+      if (!part.empty() || mesh_.is_inside(middle)) add(corners, part);
     }
   }
 
@@ -202,8 +203,8 @@ class CellBuilder {
 };
 
 Cells::Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
-             std::span<const Sectors> sectors) {
-  CellBuilder(*this, mesh, allowed, over, sectors).build();
+             std::span<const Sectors> sectors, double shift) {
+  CellBuilder(*this, mesh, allowed, over, sectors).build(shift);
   index(0, static_cast<std::uint32_t>(cells_.size()));
 }
 

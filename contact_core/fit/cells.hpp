@@ -29,8 +29,10 @@ class Cells {
     bool has_surface = false;
   };
 
+  /// @param shift of the tree's low corner, a share of the largest cell: where the cuts are is chance, and
+  /// how few hexahedra hold all cells depends on it
   Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
-        std::span<const Sectors> sectors = {});
+        std::span<const Sectors> sectors = {}, double shift = 0.0);
 
   std::size_t size() const { return cells_.size(); }
   const Cell& cell(std::size_t i) const { return cells_[i]; }

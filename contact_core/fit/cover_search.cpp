@@ -1,9 +1,9 @@
 #include "touchstone/contact_core/fit/cover_search.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <utility>
+#include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone::fit {
 namespace {
@@ -17,6 +17,10 @@ constexpr std::array<std::array<int, 6>, 7> kOrders = {{{0, 1, 2, 3, 4, 5},
                                                         {0, 2, 4, 1, 3, 5}}};
 
 constexpr std::size_t kOrdersTried = 3;
+
+// Where repairs cost less than this there are more of them, up to this many times as asked.
+constexpr double kVisitsARepair = 1e6;
+constexpr int kMostTimes = 16;
 
 void set(std::vector<std::uint64_t>& bits, std::size_t i) { bits[i / 64] |= std::uint64_t{1} << (i % 64); }
 bool has(const std::vector<std::uint64_t>& bits, std::size_t i) {
@@ -79,8 +83,7 @@ CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSp
   const Vector3 z = main_direction(mesh.mesh(), Vector3::Zero());
   if (norm(z) == 0.0) return;
   const Vector3 x = main_direction(mesh.mesh(), z);
-  const bool is_aligned =
-      z.cwiseAbs().maxCoeff() > 0.9999 && (norm(x) == 0.0 || x.cwiseAbs().maxCoeff() > 0.9999);
+  const bool is_aligned = norm_inf(z) > 0.9999 && (norm(x) == 0.0 || norm_inf(x) > 0.9999);
   if (!is_aligned) main_frames_.push_back(frame_of(z, x));
 }
 
@@ -106,7 +109,7 @@ std::vector<Normals> CoverSearch::frames_at(std::size_t cell) const {
   }
   // A facet of a round part has its long edge along the axis; a slanted wall may lie in a main plane.
   const Vector3 z = n / norm(n);
-  if (z.cwiseAbs().maxCoeff() < 0.9999) {
+  if (norm_inf(z) < 0.9999) {
     frames.push_back(frame_of(z, longest));
     Eigen::Index across = 0;
     z.cwiseAbs().minCoeff(&across);
@@ -115,7 +118,7 @@ std::vector<Normals> CoverSearch::frames_at(std::size_t cell) const {
   return frames;
 }
 
-void CoverSearch::add(const SixPlanes& solid) {
+CoverSearch::Candidate CoverSearch::candidate(const SixPlanes& solid) const {
   std::vector<std::uint32_t> held;
   cells_.held(solid, held);
   Candidate candidate{solid, {}, held.size()};
@@ -124,36 +127,50 @@ void CoverSearch::add(const SixPlanes& solid) {
       candidate.held.push_back({i / 64, 0});
     candidate.held.back().bits |= std::uint64_t{1} << (i % 64);
   }
+  return candidate;
+}
+
+void CoverSearch::add(Candidate candidate) {
+  // Another that holds the same cells is as good: most that grow in one place are.
+  std::uint64_t hash = 0;
+  for (const Word& word : candidate.held)
+    hash = (hash ^ (word.index * 0x9e3779b97f4a7c15U) ^ word.bits) * 0xff51afd7ed558ccdU + (hash >> 29);
+  const auto [first, last] = by_held_.equal_range(hash);
+  for (auto known = first; known != last; ++known)
+    if (pool_[known->second].held == candidate.held) return;
+  by_held_.emplace(hash, pool_.size());
   pool_.push_back(std::move(candidate));
 }
 
 void CoverSearch::grow_from(std::size_t cell) {
   const std::vector<Normals> frames = frames_at(cell);
-  const std::size_t before = pool_.size();
+  bool has_grown = false;
   for (const Normals& frame : frames) {
     SixPlanes start = enclosing(frame, cells_.points(cell));
     for (Plane& plane : start.planes) plane.offset -= 1e-9 * mesh_.bounds().diagonal();
     if (!growth_.allows(start)) continue;
+    has_grown = true;
     // Some of the orders each time: cells in reach of one hexahedron try the others.
     const std::size_t first = random();
     for (std::size_t i = 0; i < kOrdersTried; ++i) {
       SixPlanes solid = start;
       growth_.push(solid, kOrders[(first + i * 3) % kOrders.size()]);
-      add(solid);
+      add(candidate(solid));
     }
   }
-  if (pool_.size() > before) return;
+  if (has_grown) return;
   // A cell is at most as large as the limit: the box about it keeps to what is allowed, whatever a filter
   // says.
   SixPlanes box = enclosing(main_frames_[0], cells_.points(cell));
   for (Plane& plane : box.planes) plane.offset -= 1e-9 * mesh_.bounds().diagonal();
-  add(box);
+  add(candidate(box));
 }
 
 // A hexahedron a sector, from the cells at the bore's wall outwards.
 void CoverSearch::grow_sectors(const Sectors& sectors) {
   constexpr std::array<std::array<int, 3>, 2> kOutwards = {{{4, 5, 1}, {1, 4, 5}}};
   const double slack = 1e-9 * mesh_.bounds().diagonal();
+  // Each sector collects the points of cells about the bore whose middle is in it.
   std::vector<std::vector<Vector3>> points(static_cast<std::size_t>(sectors.count));
   for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
     if (!sectors.touches(cells_.cell(cell).low, cells_.cell(cell).high)) continue;
@@ -170,6 +187,7 @@ void CoverSearch::grow_sectors(const Sectors& sectors) {
           sectors.border((i + 1) % sectors.count).signed_distance(middle) <= 0.0)
         points[i].insert(points[i].end(), cells_.points(cell).begin(), cells_.points(cell).end());
   }
+  // Each sector starts as a hexahedron around its points and grows outwards.
   for (int i = 0; i < sectors.count; ++i) {
     if (points[i].empty()) continue;
     const Vector3 out = sectors.middle(i);
@@ -182,15 +200,27 @@ void CoverSearch::grow_sectors(const Sectors& sectors) {
     for (const auto& order : kOutwards) {
       SixPlanes solid = start;
       growth_.push(solid, order);
-      add(solid);
+      add(candidate(solid));
     }
   }
 }
 
+namespace {
+
+// Without a call, which the compiler makes of std::popcount where no instruction is sure to be there.
+std::size_t count_bits(std::uint64_t bits) {
+  bits -= bits >> 1 & 0x5555555555555555U;
+  bits = (bits & 0x3333333333333333U) + (bits >> 2 & 0x3333333333333333U);
+  bits = (bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fU;
+  return bits * 0x0101010101010101U >> 56;
+}
+
+}  // namespace
+
 std::size_t CoverSearch::gain(const Candidate& candidate, const Bits& covered) const {
   std::size_t count = 0;
   for (const Word& word : candidate.held)
-    count += static_cast<std::size_t>(std::popcount(word.bits & ~covered[word.index]));
+    if (const std::uint64_t open = word.bits & ~covered[word.index]; open != 0) count += count_bits(open);
   return count;
 }
 
@@ -206,8 +236,7 @@ bool CoverSearch::holds(const Candidate& candidate, std::size_t cell) {
 
 std::size_t CoverSearch::count_open(const Bits& covered) const {
   std::size_t count = 0;
-  for (std::size_t w = 0; w < covered.size(); ++w)
-    count += static_cast<std::size_t>(std::popcount(all_[w] & ~covered[w]));
+  for (std::size_t w = 0; w < covered.size(); ++w) count += count_bits(all_[w] & ~covered[w]);
   return count;
 }
 
@@ -242,8 +271,8 @@ void CoverSearch::improve_best(std::size_t index, const Bits& covered) {
   SixPlanes solid = pool_[index].solid;
   growth_.tilt(solid);
   growth_.push(solid, kOrders[6]);
-  add(solid);
-  if (gain(pool_.back(), covered) <= gain(pool_[index], covered)) pool_.pop_back();
+  Candidate turned = candidate(solid);
+  if (gain(turned, covered) > gain(pool_[index], covered)) add(std::move(turned));
 }
 
 void CoverSearch::choose(std::vector<std::size_t>& chosen, Bits& covered, int seeds,
@@ -286,6 +315,7 @@ void CoverSearch::drop_redundant(std::vector<std::size_t>& chosen) const {
 
 // Takes a hexahedron and those that share cells with it, or any, out and covers what is then open anew.
 bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
+  // The hexahedra nearest to a random place are taken out.
   const std::size_t out = std::min<std::size_t>(chosen.size(), 2 + random() % 5);
   std::vector<std::size_t> kept = chosen;
   const Vector3 centre =
@@ -294,9 +324,10 @@ bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
     return pool_[a].solid.above(centre) > pool_[b].solid.above(centre);
   });
   kept.resize(kept.size() - out);
+  // A new candidate grows from a cell that is open now.
   Bits covered = union_of(kept);
   if (covered != all_) grow_from(some_uncovered(covered));
-  // A little chance, so that the same hole is not always covered in the same way.
+  // Chance decides, so that the same hole is not always covered alike.
   if (covered != all_ && random() % 2 == 0) {
     const std::size_t cell = some_uncovered(covered);
     std::size_t index = pool_.size(), most = 0;
@@ -313,6 +344,7 @@ bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
       cover(covered, pool_[index]);
     }
   }
+  // The hole is covered anew; the result is kept if it has no more hexahedra than before.
   choose(kept, covered, 0, chosen.size());
   if (covered != all_ || kept.size() > chosen.size()) return false;
   drop_redundant(kept);
@@ -322,12 +354,14 @@ bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
 }
 
 std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chosen, double thinnest) const {
+  // The hexahedra that hold each cell are counted.
   std::vector<int> holders(cells_.size(), 0);
   std::vector<std::vector<std::uint32_t>> held(chosen.size());
   for (std::size_t c = 0; c < chosen.size(); ++c) {
     cells_.held(pool_[chosen[c]].solid, held[c]);
     for (const std::uint32_t cell : held[c]) ++holders[cell];
   }
+  // A hexahedron needs the points of the cells that no later one holds.
   std::vector<SixPlanes> result;
   for (std::size_t c = 0; c < chosen.size(); ++c) {
     SixPlanes solid = pool_[chosen[c]].solid;
@@ -341,6 +375,7 @@ std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chose
       needed.insert(needed.end(), points.begin(), points.end());
     }
     if (needed.empty()) continue;
+    // Its planes keep their normals and move in to these points.
     Normals normals;
     for (int f = 0; f < 6; ++f) normals[f] = solid.planes[f].normal;
     SixPlanes tight = enclosing(normals, needed);
@@ -370,9 +405,14 @@ void CoverSearch::replace(std::vector<std::size_t>& chosen, std::span<const Vect
 }
 
 void CoverSearch::look_for_fewer(std::vector<std::size_t>& chosen, int repairs) {
-  for (int i = 0; i < repairs; ++i) {
+  const std::uint64_t start = space_.visits();
+  const double budget = static_cast<double>(repairs) * kVisitsARepair;
+  for (int i = 0; i < kMostTimes * repairs; ++i) {
+    const double spent = static_cast<double>(space_.visits() - start) / budget;
+    if (i >= repairs && spent >= 1.0) return;
     repair(chosen);
-    if (progress_) progress_(static_cast<double>(i + 1) / repairs);
+    if (progress_)
+      progress_(std::min(1.0, std::max(spent, static_cast<double>(i + 1) / (kMostTimes * repairs))));
   }
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "touchstone/contact_core/fit/allowed_space.hpp"
@@ -47,6 +48,7 @@ class CoverSearch {
   struct Word {
     std::uint32_t index;
     std::uint64_t bits;
+    bool operator==(const Word&) const = default;
   };
   struct Candidate {
     SixPlanes solid;
@@ -56,7 +58,8 @@ class CoverSearch {
 
   void grow_from(std::size_t cell);
   void grow_sectors(const Sectors& sectors);
-  void add(const SixPlanes& solid);
+  Candidate candidate(const SixPlanes& solid) const;
+  void add(Candidate candidate);
   std::vector<Normals> frames_at(std::size_t cell) const;
   std::size_t gain(const Candidate& candidate, const Bits& covered) const;
   std::size_t count_open(const Bits& covered) const;
@@ -83,6 +86,7 @@ class CoverSearch {
   const std::function<void(double)>& progress_;  ///< of a share from 0 to 1; may be empty
   std::vector<Normals> main_frames_;
   std::vector<Candidate> pool_;
+  std::unordered_multimap<std::uint64_t, std::size_t> by_held_;  ///< candidates by a hash of what they hold
   Bits all_;
   std::uint64_t state_ = 88172645463325252U;
 };

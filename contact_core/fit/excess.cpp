@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone {
 namespace {
@@ -41,15 +42,18 @@ class ExcessSearch {
   void add(Corners corners, std::uint32_t hint) {
     if (is_beside(corners)) return;
     ++result.pieces;
+    // A first bound comes from the centre and radius of the piece.
     const Vector3 centre = 0.25 * ((corners[0].p + corners[1].p) + (corners[2].p + corners[3].p));
     double radius = 0.0;
     for (const Corner& corner : corners) radius = std::max(radius, norm(corner.p - centre));
     const MeshDistance::Nearest nearest = mesh_.nearest_from(centre, hint);
     double most = std::min(farthest(corners, nearest.triangle), nearest.distance + radius);
     if (most <= result.least + resolution_) return settle(most);
+    // A piece within the solid ends here.
     const bool is_inside = is_inside_near(centre, nearest.distance, corners);
     if (is_inside && nearest.distance >= radius * (1.0 + 1e-12)) return;
     if (!is_inside) note(centre, nearest.distance);
+    // Each corner tightens the bound by its nearest triangle.
     std::array<Vector3, 4> held{};  // of the solid: the corners inside, and what is nearest to the others
     double moved = 0.0;
     for (int i = 0; i < 4; ++i) {
@@ -57,9 +61,10 @@ class ExcessSearch {
       Corner& corner = corners[i];
       if (!corner.is_known) {
         corner.nearest = mesh_.nearest_from(corner.p, nearest.triangle);
-        const double way = norm(corner.p - centre) * (1.0 + 1e-9);
-        corner.is_inside =
-            std::max(nearest.distance, corner.nearest.distance) > way ? is_inside : mesh_.is_inside(corner.p);
+        const double distance_to_corner = norm(corner.p - centre) * (1.0 + 1e-9);
+        corner.is_inside = std::max(nearest.distance, corner.nearest.distance) > distance_to_corner
+                               ? is_inside
+                               : mesh_.is_inside(corner.p);
         corner.is_known = true;
       }
       held[i] = corner.p;
@@ -70,6 +75,7 @@ class ExcessSearch {
       moved = std::max(moved, corner.nearest.distance);
       held[i] = mesh_.closest_on(corner.p, corner.nearest.triangle);
     }
+    // If the tetrahedron of the held points is solid, no point is further out than its corners moved.
     if (moved + 0.5 * resolution_ < most && is_solid(held)) most = moved + 0.5 * resolution_;
     if (most <= result.least + resolution_) return settle(most);
     open.push({corners, most});
@@ -103,7 +109,7 @@ class ExcessSearch {
   }
 
  private:
-  // A corner that the surface does not part from p is on the same side; else a ray tells.
+  // A corner that the surface does not part from p is on the same side; else a ray decides.
   bool is_inside_near(const Vector3& p, double distance, const Corners& corners) const {
     for (const Corner& corner : corners)
       if (corner.is_known && std::max(distance, corner.nearest.distance) > norm(corner.p - p) * (1.0 + 1e-9))
@@ -135,9 +141,9 @@ class ExcessSearch {
 
   bool is_beside(const Corners& corners) const {
     if (box_ == nullptr) return false;
-    Bounds own;
-    for (const Corner& corner : corners) own.add(corner.p);
-    return (own.high - box_->low).minCoeff() < 0.0 || (box_->high - own.low).minCoeff() < 0.0;
+    Bounds bounds;
+    for (const Corner& corner : corners) bounds.add(corner.p);
+    return (bounds.high - box_->low).minCoeff() < 0.0 || (box_->high - bounds.low).minCoeff() < 0.0;
   }
 
   double farthest(const Corners& corners, std::uint32_t triangle) const {
@@ -157,18 +163,19 @@ class ExcessSearch {
 ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double resolution,
                          double enough, const Bounds* box, std::size_t most_pieces) {
   ExcessSearch search(mesh, box, resolution);
+  // All pieces have the centre of the vertices as a corner.
   Vector3 centre = Vector3::Zero();
   double largest = mesh.largest_coordinate();
   for (const Vector3& p : vertices) {
     centre += 0.125 * p;
-    largest = std::max(largest, p.cwiseAbs().maxCoeff());
+    largest = std::max(largest, norm_inf(p));
   }
-  // Both ways to fold each face: together they fill the hull, however its faces bend.
+  // Each face is folded along both diagonals: together the pieces fill the hull, however its faces bend.
   for (const auto& face : Hexahedron::kFaceVertices) {
     for (int fold = 0; fold < 2; ++fold) {
       const Vector3 &a = vertices[face[fold]], &b = vertices[face[fold + 1]], &c = vertices[face[fold + 2]],
                     &d = vertices[face[(fold + 3) % 4]];
-      // Of a face that is flat to rounding one way is enough; what the other adds is in the margin below.
+      // One fold is enough for a face that is flat to rounding; what the other adds is in the margin below.
       const Vector3 n = cross(c - a, d - b);
       const double bend = norm(n) > 0.0 ? std::abs(dot(n, b - a)) / norm(n) : 0.0;
       if (fold == 1 && bend <= 0x1p-44 * largest) continue;
@@ -176,6 +183,7 @@ ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>&
       search.add({centre, a, c, d});
     }
   }
+  // The worst piece is divided until the bound is close enough, or decides.
   while (!search.open.empty() && search.result.pieces < most_pieces) {
     const double most = search.open.top().most;
     if (most <= search.result.least + resolution || most <= enough) break;

@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/fit/fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <optional>
@@ -31,6 +32,7 @@ void validate(const MeshDistance& mesh, const FitOptions& options) {
                         " m, 2^-20 of the largest coordinate");
   };
   check(options.over, "error");
+  if (options.tries < 1) reject("fit", "tries: " + std::to_string(options.tries) + " is not at least 1");
   for (const FitRegion& region : options.regions) {
     check(region.over, "region '" + region.name + "': error");
     if (region.over > options.over)
@@ -119,13 +121,23 @@ bool keeps_to(const Fit& fit, const FitOptions& options) {
   return fit.excess <= options.over;
 }
 
+// Where a search starts: the share of what is allowed that it plans with, and where the solid is cut.
+struct Start {
+  double share, shift;
+};
+constexpr std::array<Start, 6> kStarts = {
+    {{0.96, 0.0}, {0.98, 0.25}, {0.96, 0.5}, {0.98, 0.0}, {0.96, 0.75}, {0.98, 0.5}}};
+constexpr double kVisitsARepair = 1.25e6;  // that a try may take on average for others to follow it
+constexpr std::array<double, 3> kSmallerShares = {0.9, 0.8, 0.65};
+
 Fit fit_within(const MeshDistance& mesh, std::span<const RoundPart> rounds, const FitOptions& options,
-               double share) {
+               const Start& start, std::uint64_t& visits) {
+  const double share = start.share;
   const std::vector<LimitBox> boxes = limit_boxes(options, share);
   AllowedSpace space(mesh, share * options.over, boxes);
   if (options.progress) options.progress("cut", 0.0);
   const std::vector<Sectors> sectors = fit::sectors_about_bores(rounds, space);
-  const Cells cells(mesh, space, share * options.over, sectors);
+  const Cells cells(mesh, space, share * options.over, sectors, start.shift);
   fit::SearchEffort effort;
   effort.repairs = options.repairs;
   const std::function<void(double)> progress = [&](double done) {
@@ -137,7 +149,13 @@ Fit fit_within(const MeshDistance& mesh, std::span<const RoundPart> rounds, cons
   Fit fit = measures.fit(search.run(options.over / 64.0, margin,
                                     [&](const SixPlanes& solid) { return measures.refused(solid); }));
   fit.pieces = cells.size();
+  visits += space.visits();
   return fit;
+}
+
+bool is_better(const Fit& fit, const Fit& than) {
+  if (fit.hexahedra.size() != than.hexahedra.size()) return fit.hexahedra.size() < than.hexahedra.size();
+  return fit.excess < than.excess;
 }
 
 }  // namespace
@@ -145,9 +163,19 @@ Fit fit_within(const MeshDistance& mesh, std::span<const RoundPart> rounds, cons
 Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options) {
   validate(mesh, options);
   const std::vector<RoundPart> rounds = find_round_parts(mesh);
+  const double budget = kVisitsARepair * options.repairs * options.tries;
+  std::optional<Fit> best;
+  std::uint64_t visits = 0;
+  for (int i = 0; i < options.tries; ++i) {
+    // Another try takes what the tries so far took on average.
+    if (best && static_cast<double>(visits) * (i + 1) / i > budget) break;
+    Fit fit = fit_within(mesh, rounds, options, kStarts[i % kStarts.size()], visits);
+    if (keeps_to(fit, options) && (!best || is_better(fit, *best))) best = std::move(fit);
+  }
+  if (best) return *std::move(best);
   // The search filters; where that let something through, it looks again with less to spend.
-  for (const double share : {0.96, 0.9, 0.8, 0.65}) {
-    Fit fit = fit_within(mesh, rounds, options, share);
+  for (const double share : kSmallerShares) {
+    Fit fit = fit_within(mesh, rounds, options, {share, 0.0}, visits);
     if (keeps_to(fit, options)) return fit;
   }
   reject("fit", "no cover within " + figure(options.over) + " m was found");

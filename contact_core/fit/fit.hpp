@@ -27,9 +27,13 @@ struct FitRegion {
 struct FitOptions {
   double over = 0.0;               ///< no point of the cover is farther from the solid [m]; > 0
   std::vector<FitRegion> regions;  ///< each with an `over` of at most the one above
-  /// Times that a few hexahedra are taken out and their place covered anew. A count, not seconds: the same
-  /// cover everywhere.
+  /// Times that a few hexahedra are taken out and their place covered anew; up to 16 times as often where
+  /// that costs little, about a tenth of a second each at most. Counts, not seconds: the same cover
+  /// everywhere.
   int repairs = 60;
+  /// Times that the search starts anew, the solid cut elsewhere; the cover of fewest hexahedra counts, of
+  /// equal ones that with the least excess. Fewer where a try costs much, again by counts. >= 1
+  int tries = 1;
   /// Called with a stage and how much of it is done, 0 to 1, from the calling thread; may be empty.
   std::function<void(std::string_view stage, double share)> progress;
 };
@@ -61,7 +65,7 @@ struct Fit {
 ///
 /// @param mesh welded or not
 /// @throws InputError: a bad mesh, an `over` that is not positive and finite or below 2^-20 of the largest
-/// coordinate, a region whose box or `over` is none.
+/// coordinate, a region whose box or `over` is invalid.
 Fit fit_hexahedra(const TriangleMesh& mesh, const FitOptions& options);
 /// The same of a mesh whose distances are known already.
 Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options);

@@ -4,17 +4,19 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone {
 namespace {
 
 constexpr std::uint32_t kLeafTriangles = 4;
 constexpr int kDeepest = 64;
+constexpr double kEdge = 1e-9;  // of the triangle: nearer to an edge another ray is asked
 
 // From the point of a triangle that is nearest to p to p: the region of the plane that p projects into
 // decides (Ericson, Real-Time Collision Detection, 5.1.5). Triangles without area end in the cases of their
 // edges.
-Vector3 way_to(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c) {
+Vector3 offset_from(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c) {
   const Vector3 ab = b - a, ac = c - a, ap = p - a;
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
   if (d1 <= 0.0 && d2 <= 0.0) return ap;
@@ -36,8 +38,8 @@ Vector3 way_to(const Vector3& p, const Vector3& a, const Vector3& b, const Vecto
 }
 
 double squared_distance(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c) {
-  const Vector3 way = way_to(p, a, b, c);
-  return dot(way, way);
+  const Vector3 offset = offset_from(p, a, b, c);
+  return dot(offset, offset);
 }
 
 // Whether the axis has the two on different sides, `room` between them.
@@ -91,7 +93,7 @@ bool ray_meets(const Vector3& p, const Vector3& inverse, const Vector3& low, con
 MeshDistance::MeshDistance(const TriangleMesh& mesh) : mesh_(mesh), shells_(find_shells(mesh)) {
   for (const auto& triangle : mesh_.triangles)
     for (const std::uint32_t corner : triangle) bounds_.add(mesh_.vertices[corner]);
-  largest_coordinate_ = std::max(bounds_.low.cwiseAbs().maxCoeff(), bounds_.high.cwiseAbs().maxCoeff());
+  largest_coordinate_ = std::max(norm_inf(bounds_.low), norm_inf(bounds_.high));
   has_closed_ = std::find(shells_.is_closed.begin(), shells_.is_closed.end(), 1) != shells_.is_closed.end();
   order_.resize(mesh_.triangles.size());
   std::iota(order_.begin(), order_.end(), 0U);
@@ -99,7 +101,9 @@ MeshDistance::MeshDistance(const TriangleMesh& mesh) : mesh_(mesh), shells_(find
   split(0, 0, static_cast<std::uint32_t>(order_.size()));
   for (const std::uint32_t t : order_) {
     const auto& i = mesh_.triangles[t];
-    corners_.push_back({mesh_.vertices[i[0]], mesh_.vertices[i[1]], mesh_.vertices[i[2]]});
+    const Vector3 &a = mesh_.vertices[i[0]], &b = mesh_.vertices[i[1]], &c = mesh_.vertices[i[2]];
+    const bool is_closed = shells_.is_closed[shells_.shell_of_triangle[t]] != 0;
+    corners_.push_back({a, b, c, is_closed ? kEdge * (norm(b - a) * norm(c - a)) : 0.0});
   }
 }
 
@@ -109,17 +113,20 @@ void MeshDistance::split(std::uint32_t node, std::uint32_t begin, std::uint32_t 
     const auto& i = mesh_.triangles[t];
     return Vector3((mesh_.vertices[i[0]] + mesh_.vertices[i[1]] + mesh_.vertices[i[2]]) / 3.0);
   };
+  // The node's box holds its triangles.
   for (std::uint32_t i = begin; i < end; ++i) {
     for (const std::uint32_t corner : mesh_.triangles[order_[i]]) box.add(mesh_.vertices[corner]);
     centres.add(centre(order_[i]));
   }
   nodes_[node].low = box.low;
   nodes_[node].high = box.high;
+  // Few triangles make a leaf.
   if (end - begin <= kLeafTriangles) {
     nodes_[node].first = begin;
     nodes_[node].count = end - begin;
     return;
   }
+  // More are halved at the median of their centres, along the longest axis.
   Eigen::Index axis = 0;
   (centres.high - centres.low).maxCoeff(&axis);
   const std::uint32_t middle = begin + (end - begin) / 2;
@@ -128,6 +135,7 @@ void MeshDistance::split(std::uint32_t node, std::uint32_t begin, std::uint32_t 
                      const double ca = centre(a)(axis), cb = centre(b)(axis);
                      return ca != cb ? ca < cb : a < b;
                    });
+  // Both halves become nodes, one after the other.
   const auto left = static_cast<std::uint32_t>(nodes_.size());
   nodes_[node].first = left;
   nodes_.resize(nodes_.size() + 2);
@@ -140,6 +148,7 @@ MeshDistance::Nearest MeshDistance::nearest_within(const Vector3& p, Nearest kno
     double squared;
     std::uint32_t node;
   };
+  // Nodes are searched depth first.
   std::array<Open, kDeepest> stack{};
   int size = 0;
   double best = known.distance * known.distance;
@@ -149,6 +158,7 @@ MeshDistance::Nearest MeshDistance::nearest_within(const Vector3& p, Nearest kno
     const Open open = stack[--size];
     if (open.squared >= best) continue;
     const Node& node = nodes_[open.node];
+    // A leaf compares its triangles.
     for (std::uint32_t i = 0; i < node.count; ++i) {
       const Corners& t = corners_[node.first + i];
       const double squared = squared_distance(p, t.a, t.b, t.c);
@@ -157,6 +167,7 @@ MeshDistance::Nearest MeshDistance::nearest_within(const Vector3& p, Nearest kno
       triangle = order_[node.first + i];
     }
     if (node.count > 0) continue;
+    // The nearer child goes on top of the stack.
     Open left{squared_distance(p, nodes_[node.first].low, nodes_[node.first].high), node.first};
     Open right{squared_distance(p, nodes_[node.first + 1].low, nodes_[node.first + 1].high), node.first + 1};
     if (left.squared < right.squared) std::swap(left, right);
@@ -173,7 +184,7 @@ double MeshDistance::to_triangle(const Vector3& p, std::uint32_t triangle) const
 
 Vector3 MeshDistance::closest_on(const Vector3& p, std::uint32_t triangle) const {
   const auto& i = mesh_.triangles[triangle];
-  return p - way_to(p, mesh_.vertices[i[0]], mesh_.vertices[i[1]], mesh_.vertices[i[2]]);
+  return p - offset_from(p, mesh_.vertices[i[0]], mesh_.vertices[i[1]], mesh_.vertices[i[2]]);
 }
 
 bool MeshDistance::is_clear(const std::array<Vector3, 4>& tetrahedron) const {
@@ -198,8 +209,8 @@ bool MeshDistance::is_clear(const std::array<Vector3, 4>& tetrahedron) const {
 }
 
 bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, int& winding) const {
-  constexpr double kEdge = 1e-9;  // of the triangle: nearer to an edge another ray is asked
   const Vector3 inverse = direction.cwiseInverse();
+  // Nodes that the ray meets are opened.
   std::array<std::uint32_t, kDeepest> stack{};
   int size = 0;
   stack[size++] = 0;
@@ -212,20 +223,18 @@ bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, i
       stack[size++] = node.first + 1;
       continue;
     }
+    // Triangles that the ray crosses count by their side; a ray near an edge decides nothing.
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      if (shells_.is_closed[shells_.shell_of_triangle[order_[i]]] == 0) continue;
       const Corners& t = corners_[i];
+      if (t.edge == 0.0) continue;
       const Vector3 ab = t.b - t.a, ac = t.c - t.a, h = cross(direction, ac), ap = p - t.a;
-      const double det = dot(ab, h);
-      const double size_of_det = norm(ab) * norm(ac);
-      if (size_of_det == 0.0) continue;
-      const double u = dot(ap, h);
+      const double det = dot(ab, h), sign = det < 0.0 ? -1.0 : 1.0, u = sign * dot(ap, h);
+      if (u < -t.edge) continue;
       const Vector3 q = cross(ap, ab);
-      const double v = dot(direction, q), w = det - u - v, along = dot(ac, q);
-      const double sign = det < 0.0 ? -1.0 : 1.0;
-      const double lowest = std::min({sign * u, sign * v, sign * w});
-      if (lowest < -kEdge * size_of_det) continue;
-      if (std::abs(det) <= kEdge * size_of_det || lowest <= kEdge * size_of_det) return false;
+      const double v = sign * dot(direction, q), w = std::abs(det) - u - v;
+      const double lowest = std::min({u, v, w}), along = dot(ac, q);
+      if (lowest < -t.edge) continue;
+      if (std::abs(det) <= t.edge || lowest <= t.edge) return false;
       if (sign * along > 0.0) winding += det > 0.0 ? 1 : -1;
     }
   }
@@ -234,8 +243,14 @@ bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, i
 
 bool MeshDistance::is_inside(const Vector3& p) const {
   if (!has_closed_ || (p - bounds_.low).minCoeff() < 0.0 || (bounds_.high - p).minCoeff() < 0.0) return false;
-  // Directions without a pattern; one that meets no edge decides.
-  Vector3 direction(0.8264, 0.3417, 0.4471);
+  // Directions without a pattern, the first towards the nearest side; one that meets no edge decides.
+  Eigen::Index low_axis = 0, high_axis = 0;
+  const double to_low = (p - bounds_.low).minCoeff(&low_axis);
+  const double to_high = (bounds_.high - p).minCoeff(&high_axis);
+  const Eigen::Index axis = to_low < to_high ? low_axis : high_axis;
+  Vector3 direction(0.1417, 0.1417, 0.1417);
+  direction((axis + 1) % 3) = 0.1171;
+  direction(axis) = to_low < to_high ? -0.9829 : 0.9829;
   int winding = 0;
   for (int attempt = 0; attempt < 40; ++attempt) {
     if (count_crossings(p, direction, winding)) return winding != 0;

@@ -73,6 +73,7 @@ class MeshDistance {
   };
   struct Corners {
     Vector3 a, b, c;
+    double edge;  ///< a ray this near to an edge, times the area, does not tell; 0: of no closed shell
   };
 
   Nearest nearest_within(const Vector3& p, Nearest known) const;

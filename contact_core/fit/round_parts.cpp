@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "touchstone/contact_core/fit/disjoint_sets.hpp"
+#include "touchstone/contact_core/geometry/disjoint_sets.hpp"
 
 namespace touchstone {
 namespace {
@@ -85,7 +85,7 @@ std::optional<Vector3> circle_centre(const std::vector<Vector3>& flat, const Vec
   return centre;
 }
 
-// Whether the way around has no wide gap: from each direction the next one counter-clockwise.
+// Whether the directions from the centre have no wide gap, each to the next one counter-clockwise.
 bool goes_around(const std::vector<Vector3>& flat, const Vector3& centre, const Vector3& axis) {
   const Vector3 x = (flat.front() - centre) / norm(flat.front() - centre), y = cross(axis, x);
   std::vector<double> angles;
@@ -100,6 +100,7 @@ std::optional<RoundPart> round_part(const MeshDistance& distance, const std::vec
   const TriangleMesh& mesh = distance.mesh();
   const std::optional<Vector3> axis = axis_of(mesh, patch);
   if (!axis) return std::nullopt;
+  // The vertices are projected along the axis.
   std::vector<Vector3> flat;
   double low = 1e300, high = -1e300;
   for (const std::uint32_t t : patch) {
@@ -111,11 +112,12 @@ std::optional<RoundPart> round_part(const MeshDistance& distance, const std::vec
       flat.push_back(p - along * *axis);
     }
   }
+  // They have to lie on a circle and to go all around it.
   const std::optional<Vector3> centre = circle_centre(flat, *axis);
   if (!centre || !goes_around(flat, *centre, *axis)) return std::nullopt;
   const double radius = norm(flat.front() - *centre);
   const Vector3 foot = *centre + (low - dot(*centre, *axis)) * *axis;
-  // Which side of a facet is solid: seen a hair inwards from its middle.
+  // A point a hair inwards from a facet's middle says which side is solid.
   const auto& facet = mesh.triangles[patch.front()];
   const Vector3 middle = (mesh.vertices[facet[0]] + mesh.vertices[facet[1]] + mesh.vertices[facet[2]]) / 3.0;
   const Vector3 off = middle - foot, out = off - dot(off, *axis) * *axis;

@@ -1,14 +1,13 @@
 #include "touchstone/contact_core/fit/stl_file.hpp"
 
-#include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string_view>
 
+#include "touchstone/contact_core/fit/text_scanner.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -43,66 +42,40 @@ TriangleMesh parse_binary(const std::string& bytes, std::size_t count, double sc
   return mesh;
 }
 
-// Words of an ASCII file with the lines they stand in.
-struct Words {
-  static constexpr std::string_view kBlanks = " \t\r\n";
-  std::string_view rest;
-  std::size_t line = 1;
-
-  std::string_view next() {
-    while (!rest.empty() && kBlanks.find(rest.front()) != std::string_view::npos) {
-      if (rest.front() == '\n') ++line;
-      rest.remove_prefix(1);
-    }
-    const std::string_view word = rest.substr(0, rest.find_first_of(kBlanks));
-    rest.remove_prefix(word.size());
-    return word;
-  }
-
-  void skip_line() { rest.remove_prefix(std::min(rest.find('\n'), rest.size())); }
-};
-
-double number(Words& words, const std::string& name) {
-  const std::string_view word = words.next();
-  double value = 0;
-  const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size())
-    throw InputError(
-        name + ":" + std::to_string(words.line) +
-        (word.empty() ? ": the file ends in a triangle" : ": no number: '" + std::string(word) + "'"));
-  return value;
+double number(TextScanner& text) {
+  const std::string_view word = text.word();
+  if (word.empty()) text.fail("the file ends in a triangle");
+  return text.number(word);
 }
 
 TriangleMesh parse_ascii(const std::string& bytes, double scale, const std::string& name) {
   TriangleMesh mesh;
-  Words words{bytes};
+  TextScanner text(bytes, name);
   std::size_t corners = 0;
   bool is_in_solid = true;
-  words.skip_line();  // "solid" and its name
-  const auto refuse = [&](const std::string& why) {
-    return InputError(name + ":" + std::to_string(words.line) + ": " + why);
-  };
-  for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
+  text.skip_line();  // "solid" and its name
+  // Only solids, vertices and the ends of triangles matter; other words are skipped.
+  for (std::string_view word = text.word(); !word.empty(); word = text.word()) {
     if (word == "solid" || word == "endsolid") {  // the rest of the line is a name, of any words
-      if (corners != 0) throw refuse("'" + std::string(word) + "' within a triangle");
+      if (corners != 0) text.fail("'" + std::string(word) + "' within a triangle");
       if (is_in_solid == (word == "solid"))
-        throw refuse("'" + std::string(word) + "' " + (is_in_solid ? "within" : "outside of") + " a solid");
+        text.fail("'" + std::string(word) + "' " + (is_in_solid ? "within" : "outside of") + " a solid");
       is_in_solid = !is_in_solid;
-      words.skip_line();
+      text.skip_line();
     } else if (word == "vertex") {
-      const double x = number(words, name), y = number(words, name), z = number(words, name);
+      const double x = number(text), y = number(text), z = number(text);
       mesh.vertices.emplace_back(scale * x, scale * y, scale * z);
       ++corners;
     } else if (word == "endloop") {
-      if (corners != 3) throw refuse("a facet of " + std::to_string(corners) + " corners; STL has three");
+      if (corners != 3) text.fail("a facet of " + std::to_string(corners) + " corners; STL has three");
       const auto end = static_cast<std::uint32_t>(mesh.vertices.size());
       mesh.triangles.push_back({end - 3, end - 2, end - 1});
       corners = 0;
     }
   }
-  if (corners != 0) throw refuse("the file ends in a triangle");
-  if (is_in_solid) throw refuse("the file ends in a solid: 'endsolid' is missing");
+  // The file has to end outside of triangles and solids.
+  if (corners != 0) text.fail("the file ends in a triangle");
+  if (is_in_solid) text.fail("the file ends in a solid: 'endsolid' is missing");
   return mesh;
 }
 

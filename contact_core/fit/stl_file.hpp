@@ -17,7 +17,7 @@ namespace touchstone {
 /// read, empty, cut off (ASCII: a solid without `endsolid`, too), no number, not finite, no triangle.
 TriangleMesh read_stl(const std::string& path, double scale);
 
-/// How many triangles a binary STL file of these bytes has; empty where they are none.
+/// How many triangles a binary STL file of these bytes has; empty where they are no such file.
 std::optional<std::size_t> binary_stl_triangles(std::string_view bytes);
 
 /// read_stl() from a file's bytes; `name` stands in errors.

@@ -1,29 +1,15 @@
 #include "touchstone/contact_core/fit/triangle_mesh.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
-#include "touchstone/contact_core/fit/disjoint_sets.hpp"
+#include "touchstone/contact_core/fit/places.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
 namespace {
 
 constexpr double kLargestCoordinate = 1e70;  // fourth powers stay finite: squares of areas
-
-bool is_before(const Vector3& a, const Vector3& b) {
-  if (a.x() != b.x()) return a.x() < b.x();
-  return a.y() != b.y() ? a.y() < b.y() : a.z() < b.z();
-}
-
-// The vertices' shells, by joining the corners of each triangle.
-DisjointSets join_corners(const TriangleMesh& mesh) {
-  DisjointSets out(mesh.vertices.size());
-  for (const auto& corners : mesh.triangles)
-    for (int i = 1; i < 3; ++i) out.join(corners[0], corners[i]);
-  return out;
-}
 
 // An edge with its lower vertex first; `turn` is +1 where the triangle runs up, else -1.
 struct DirectedEdge {
@@ -68,27 +54,20 @@ void validate(const TriangleMesh& mesh, std::string_view name) {
 }
 
 TriangleMesh weld(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> order(mesh.vertices.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    if (is_before(mesh.vertices[a], mesh.vertices[b])) return true;
-    return !is_before(mesh.vertices[b], mesh.vertices[a]) && a < b;
-  });
-  std::vector<std::uint32_t> first(mesh.vertices.size());  // the lowest vertex at the same place
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && !is_before(mesh.vertices[order[i - 1]], mesh.vertices[order[i]]);
-    first[order[i]] = same ? first[order[i - 1]] : order[i];
-  }
+  Places places(mesh.vertices.size());
+  std::vector<Vector3> distinct;
+  std::vector<std::uint32_t> place_of(mesh.vertices.size());
+  for (std::size_t i = 0; i < place_of.size(); ++i) place_of[i] = places.index_of(mesh.vertices[i], distinct);
   constexpr std::uint32_t kUnused = static_cast<std::uint32_t>(-1);
-  std::vector<std::uint32_t> place(mesh.vertices.size(), kUnused);
+  std::vector<std::uint32_t> number(distinct.size(), kUnused);  // by first use
   TriangleMesh welded;
   for (const auto& corners : mesh.triangles) {
     std::array<std::uint32_t, 3> joined{};
     for (int i = 0; i < 3; ++i) {
-      std::uint32_t& at = place[first[corners[i]]];
+      std::uint32_t& at = number[place_of[corners[i]]];
       if (at == kUnused) {
         at = static_cast<std::uint32_t>(welded.vertices.size());
-        welded.vertices.push_back(mesh.vertices[first[corners[i]]]);
+        welded.vertices.push_back(distinct[place_of[corners[i]]]);
       }
       joined[i] = at;
     }

@@ -22,7 +22,7 @@ struct TriangleMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into `vertices`, each below their number
 };
 
-/// @throws InputError naming `name` and the triangle (counted from 0): no triangle, an index that is none, a
+/// @throws InputError naming `name` and the triangle (counted from 0): no triangle, an invalid index, a
 /// coordinate that is not finite or beyond 1e70.
 void validate(const TriangleMesh& mesh, std::string_view name = "mesh");
 

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/json.hpp"
-#include "touchstone/examples/program/sha256.hpp"
+#include "touchstone/examples/program/files/json.hpp"
+#include "touchstone/examples/program/files/sha256.hpp"
 
 namespace touchstone::fitting {
 namespace {
@@ -14,11 +14,6 @@ using comparison::Json;
 constexpr const char* kFormat = "touchstone cover certificate 1";
 
 Json point(const Vector3& p) { return Json::array({p.x(), p.y(), p.z()}); }
-
-Vector3 point_of(const Json& value) {
-  if (!value.is_array() || value.size() != 3) throw std::runtime_error("a point has three coordinates");
-  return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
-}
 
 Certificate certificate_of(const Json& json) {
   if (json.at("format") != kFormat)
@@ -31,13 +26,13 @@ Certificate certificate_of(const Json& json) {
   if (mesh.contains("up_axis")) result.up = parse_up(mesh.at("up_axis"));
   result.claim.excess = json.at("excess_m");
   for (const Json& region : json.at("regions"))
-    result.claim.regions.push_back({region.at("name"), point_of(region.at("low_m")),
-                                    point_of(region.at("high_m")), region.at("excess_m")});
+    result.claim.regions.push_back({region.at("name"), comparison::vector3_of(region.at("low_m")),
+                                    comparison::vector3_of(region.at("high_m")), region.at("excess_m")});
   for (const Json& hexahedron : json.at("hexahedra_m")) {
     if (!hexahedron.is_array() || hexahedron.size() != 8)
       throw std::runtime_error("a hexahedron has eight vertices");
     std::array<Vector3, 8>& vertices = result.claim.hexahedra.emplace_back();
-    for (std::size_t i = 0; i < 8; ++i) vertices[i] = point_of(hexahedron[i]);
+    for (std::size_t i = 0; i < 8; ++i) vertices[i] = comparison::vector3_of(hexahedron[i]);
   }
   return result;
 }

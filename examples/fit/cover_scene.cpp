@@ -1,5 +1,5 @@
 #include "touchstone/examples/fit/cover_scene.hpp"
-#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/files/json.hpp"
 
 #include <fmt/format.h>
 

@@ -9,9 +9,9 @@
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/fit/page/page_text.hpp"
-#include "touchstone/examples/program/json.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/files/json.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::fitting {
 namespace {

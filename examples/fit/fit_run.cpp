@@ -11,9 +11,9 @@
 #include "touchstone/examples/fit/fit_page.hpp"
 #include "touchstone/examples/fit/samples.hpp"
 #include "touchstone/examples/fit/training_scene.hpp"
-#include "touchstone/examples/program/json.hpp"
-#include "touchstone/examples/program/sha256.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/files/json.hpp"
+#include "touchstone/examples/program/files/sha256.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::fitting {
 namespace {
@@ -34,6 +34,7 @@ FitOptions options_for(const FitRequest& request, double scale, double diagonal,
   FitOptions options;
   options.over = request.over.metres(diagonal);
   options.repairs = request.repairs;
+  options.tries = request.tries;
   for (const RegionRequest& region : request.regions)
     options.regions.push_back(
         {region.name, {scale * region.low, scale * region.high}, region.over.metres(diagonal)});

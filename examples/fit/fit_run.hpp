@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "touchstone/examples/fit/certificate.hpp"
-#include "touchstone/examples/program/length.hpp"
-#include "touchstone/examples/program/progress.hpp"
-#include "touchstone/examples/program/report_files.hpp"
+#include "touchstone/examples/program/files/report_files.hpp"
+#include "touchstone/examples/program/options/length.hpp"
+#include "touchstone/examples/program/terminal/progress.hpp"
 
 namespace touchstone::fitting {
 
@@ -23,7 +23,7 @@ struct RegionRequest {
   Vector3 low, high;  ///< in the file's units, DAE: in metres; axes as they are read
 };
 
-/// @throws InputError for what is none.
+/// @throws InputError for invalid ones.
 RegionRequest parse_region(const std::string& text);
 
 /// The fit that each mesh gets.
@@ -36,6 +36,7 @@ struct FitRequest {
   bool page = false;      ///< a page and a glTF model, too
   bool training = false;  ///< a scene and a script to fly, too
   int repairs = FitOptions().repairs;
+  int tries = 3;
   std::size_t samples = 0;
 };
 

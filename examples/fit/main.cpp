@@ -9,7 +9,7 @@
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/examples/fit/serves.hpp"
 #endif
-#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 
 namespace {
 
@@ -22,6 +22,7 @@ struct Options {
   std::vector<std::string> unit, regions;
   std::size_t count = 0, samples = 0;
   int repairs = FitOptions().repairs;
+  int tries = fitting::FitRequest().tries;
   bool page = false, training = false, uniform = false;
 };
 
@@ -79,6 +80,10 @@ bool parse(int argc, char** argv, Options& options) {
   app.add_option("--repairs", options.repairs, "How hard to look for fewer: places that are covered anew")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000000));
+  app.add_option("--tries", options.tries,
+                 "Searches that start anew, of which the fewest hexahedra count; fewer where one costs much")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
   app.add_flag(
       "--training", options.training,
       "Writes of each mesh a scene with a block that comes against it, and a script that training_run flies");
@@ -89,7 +94,7 @@ bool parse(int argc, char** argv, Options& options) {
   auto* const check = app.add_option("--check", options.check,
                                      "Checks this certificate against the mesh, and writes nothing");
   for (const char* fits :
-       {"--over", "--count", "--region", "--keep-open", "--samples", "--repairs", "--serves"})
+       {"--over", "--count", "--region", "--keep-open", "--samples", "--repairs", "--tries", "--serves"})
     check->excludes(app.get_option(fits));
   app.add_option("--out,--output", options.output, "Folder of scenes, certificates and the table")
       ->capture_default_str();
@@ -161,6 +166,7 @@ FitRequest request_of(const Options& options) {
   request.page = options.page;
   request.training = options.training;
   request.repairs = options.repairs;
+  request.tries = options.tries;
   request.samples = options.samples;
   return request;
 }

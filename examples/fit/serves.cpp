@@ -12,7 +12,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::fitting {
 namespace {
@@ -29,8 +29,7 @@ std::size_t target_of(const ServesRequest& request) {
     reject("--serves",
            "scene '" + scene.name + "' has no object '" + request.object + "', as the mesh is named");
   const SceneObject& object = scene.objects[target];
-  if (!object.motion.segments.empty() || !object.motion.keys.empty() ||
-      carrier_of(scene, target) != kNoObject)
+  if (!object.motion.at_rest() || carrier_of(scene, target) != kNoObject)
     reject("--serves", "object '" + request.object + "' moves: one that stands can be fitted to a scene");
   return target;
 }
@@ -38,8 +37,7 @@ std::size_t target_of(const ServesRequest& request) {
 bool moves(const Scene& scene, std::size_t object) {
   const std::size_t carrier = carrier_of(scene, object);
   if (carrier != kNoObject) return moves(scene, carrier);
-  const Motion& motion = scene.objects[object].motion;
-  return !motion.segments.empty() || !motion.keys.empty();
+  return !scene.objects[object].motion.at_rest();
 }
 
 Scene with_cover(const ServesRequest& request, const Fit& fit) {
@@ -72,8 +70,10 @@ class Sweep {
       for (const PlacedHexahedron& each : tree.solids())
         for (const Vector3& v : each.solid.vertices()) {
           const Vector3 p_O = transform(each.X_OS, v);
-          radius = std::max(radius, norm(p_O));
-          bounds_.add(transform(X_TW_, transform(X_WO, p_O)));
+          radius = std::max(radius, norm(p_O) + each.solid.radius());
+          const Vector3 p_T = transform(X_TW_, transform(X_WO, p_O));
+          const Vector3 around = Vector3::Constant(each.solid.radius());
+          bounds_.add(p_T - around), bounds_.add(p_T + around);
         }
       bulge_ = std::max(bulge_, 0.5 * step_length(mover.X_WO, X_WO, radius));
       mover.X_WO = X_WO;

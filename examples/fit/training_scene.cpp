@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "touchstone/examples/fit/cover_scene.hpp"
-#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/files/json.hpp"
 
 namespace touchstone::fitting {
 namespace {

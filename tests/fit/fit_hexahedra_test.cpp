@@ -1,3 +1,5 @@
+#include <cstdint>
+#include <random>
 
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
@@ -71,6 +73,48 @@ TEST(Fit, AnAngleIsTwoAndATurnedOneToo) {
   EXPECT_LE(fit.excess, 0.2);
 }
 
+// Blocks that overlap, turned about z.
+TriangleMesh random_blocks(int count, std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  const auto next = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
+  TriangleMesh blocks;
+  for (int i = 0; i < count; ++i) {
+    Vector3 low, size;
+    for (int axis = 0; axis < 3; ++axis) {
+      low(axis) = 3.0 * next();
+      size(axis) = 0.2 + (axis < 2 ? 1.5 : 0.3) * next();
+    }
+    TriangleMesh block = box_mesh(low, low + size);
+    const double angle = std::numbers::pi * next(), c = std::cos(angle), s = std::sin(angle);
+    for (Vector3& p : block.vertices) p = Vector3(c * p.x() - s * p.y(), s * p.x() + c * p.y(), p.z());
+    append(blocks, block);
+  }
+  return blocks;
+}
+
+// With as many repairs as asked and no more these take 15 and 14.
+TEST(Fit, WhereRepairsCostLittleThereAreMoreOfThem) {
+  std::size_t hexahedra = 0;
+  for (const std::uint64_t seed : {1, 2}) {
+    const MeshDistance blocks(weld(random_blocks(14, seed)));
+    FitOptions options = within(0.05 * blocks.bounds().diagonal());
+    options.repairs = 1;
+    hexahedra += fit_hexahedra(blocks, options).hexahedra.size();
+  }
+  EXPECT_LE(hexahedra, 27U);
+}
+
+TEST(Fit, OfSeveralTriesTheFewestHexahedraCount) {
+  const MeshDistance blocks(weld(random_blocks(8, 3)));
+  FitOptions options = within(0.1 * blocks.bounds().diagonal());
+  options.repairs = 2;
+  const std::size_t one = fit_hexahedra(blocks, options).hexahedra.size();
+  options.tries = 3;
+  const Fit fit = fit_hexahedra(blocks, options);
+  EXPECT_LE(fit.excess, options.over);
+  EXPECT_LT(fit.hexahedra.size(), one);
+}
+
 TEST(Fit, KeepsToItsErrorAndToARegionsSmallerOne) {
   const TriangleMesh tube = tube_mesh(0.3, 0.6, 0.5, 48);
   FitOptions options = within(0.15);
@@ -136,10 +180,12 @@ TEST(Fit, TheSameMeshGivesTheSameBits) {
 
 TEST(Fit, ACountIsKeptWithLessErrorForMore) {
   const TriangleMesh tube = tube_mesh(0.3, 0.6, 0.5, 8);
-  double two = 0.0, six = 0.0;
-  EXPECT_LE(fit_count(tube, 2, within(0.4), &two).hexahedra.size(), 2U);
-  EXPECT_LE(fit_count(tube, 6, within(0.4), &six).hexahedra.size(), 6U);
-  EXPECT_LT(six, two);
+  FitOptions options = within(0.4);
+  options.repairs = 0;
+  double two = 0.0, four = 0.0;
+  EXPECT_LE(fit_count(tube, 2, options, &two).hexahedra.size(), 2U);
+  EXPECT_LE(fit_count(tube, 4, options, &four).hexahedra.size(), 4U);
+  EXPECT_LT(four, two);
 }
 
 TEST(Fit, ACountThatABoxNeverReachesEnds) {
@@ -152,6 +198,9 @@ TEST(Fit, BadRequestsAreNamed) {
   for (const double over : {0.0, -1.0, 1e-9, kNaN})
     EXPECT_THROW(fit_hexahedra(box, within(over)), InputError) << over;
   FitOptions options = within(0.1);
+  options.tries = 0;
+  EXPECT_THROW(fit_hexahedra(box, options), InputError);
+  options.tries = 1;
   options.regions.push_back({"port", {Vector3(0, 0, 0), Vector3(1, 1, 1)}, 0.2});
   EXPECT_THROW(fit_hexahedra(box, options), InputError);
   EXPECT_THROW(fit_hexahedra(TriangleMesh(), within(0.1)), InputError);

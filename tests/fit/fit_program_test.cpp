@@ -1,26 +1,17 @@
 #include <filesystem>
 #include <fstream>
 
-#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/fit/cover_scene.hpp"
 #include "touchstone/examples/fit/fit_run.hpp"
 #include "touchstone/examples/fit/samples.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
+#include "touchstone/tests/support/refusal.hpp"
 
 namespace touchstone::fitting {
 namespace {
 
 using testing::HasSubstr;
-
-std::string error_of(const std::function<void()>& run) {
-  try {
-    run();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(FitProgram, ReadsLengthsUnitsAndRegions) {
   EXPECT_DOUBLE_EQ(parse_length("2mm", "--over").metres(10.0), 2e-3);
@@ -29,14 +20,14 @@ TEST(FitProgram, ReadsLengthsUnitsAndRegions) {
   EXPECT_DOUBLE_EQ(parse_unit("in"), 0.0254);
   EXPECT_DOUBLE_EQ(parse_unit("0.1"), 0.1);
   for (const char* bad : {"", "2", "mm", "-2mm", "nanmm", "2 furlongs", "0%"})
-    EXPECT_THAT(error_of([&] { parse_length(bad, "--over"); }), HasSubstr("--over: '")) << bad;
-  EXPECT_THAT(error_of([] { parse_unit("inch?"); }), HasSubstr("--unit: 'inch?'"));
+    EXPECT_THAT(refusal_of([&] { parse_length(bad, "--over"); }), HasSubstr("--over: '")) << bad;
+  EXPECT_THAT(refusal_of([] { parse_unit("inch?"); }), HasSubstr("--unit: 'inch?'"));
   const RegionRequest region = parse_region("port=0.9mm:1,2,3:-1,5,3.5");
   EXPECT_EQ(region.name, "port");
   EXPECT_EQ(region.low, Vector3(-1, 2, 3));
   EXPECT_EQ(region.high, Vector3(1, 5, 3.5));
   for (const char* bad : {"port", "port=1mm", "port=1mm:1,2,3", "=1mm:1,2,3:1,2,3", "port=1mm:1,2:1,2,3"})
-    EXPECT_THAT(error_of([&] { parse_region(bad); }), HasSubstr("--region: '")) << bad;
+    EXPECT_THAT(refusal_of([&] { parse_region(bad); }), HasSubstr("--region: '")) << bad;
 }
 
 class FittedFile : public testing::Test {
@@ -90,7 +81,7 @@ TEST_F(FittedFile, IsCoveredProvenAndReadBackToTheSameBits) {
   std::ofstream(path_, std::ios::app) << "\n";  // another file
   EXPECT_THAT(check_certificate(read, path_).reason, HasSubstr("is of another file"));
   std::ofstream(written) << "{\"format\": \"touchstone cover certificate 1\"}";
-  EXPECT_THAT(error_of([&] { read_certificate(written); }), HasSubstr("no certificate"));
+  EXPECT_THAT(refusal_of([&] { read_certificate(written); }), HasSubstr("no certificate"));
 }
 
 TEST_F(FittedFile, SamplesFindAMissingHexahedron) {
@@ -109,11 +100,11 @@ TEST_F(FittedFile, WithoutSizeOrMissingIsNamedOnce) {
     file << "solid x\nfacet\nouter loop\nvertex 1 1 1\nvertex 1 1 1\nvertex 1 1 "
             "1\nendloop\nendfacet\nendsolid x\n";
   }
-  const std::string place = error_of([&] { run(); });
+  const std::string place = refusal_of([&] { run(); });
   EXPECT_THAT(place, HasSubstr("fitted_angle.stl"));
   EXPECT_THAT(place, HasSubstr("at one place"));
   std::filesystem::remove(path_);
-  EXPECT_EQ(error_of([&] { run(); }), path_.string() + ": cannot be read");
+  EXPECT_EQ(refusal_of([&] { run(); }), path_.string() + ": cannot be read");
 }
 
 class FitProgramRun : public ProgramTest {
@@ -157,8 +148,8 @@ TEST(FitProgram, NamesThatAreNoUtf8AreReplaced) {
 }
 
 TEST(FitProgram, MeshesWithOneNameAreRejectedUpFront) {
-  EXPECT_EQ(error_of([] { check_names({"d/a.stl", "d/b.stl"}); }), "");
-  EXPECT_THAT(error_of([] {
+  EXPECT_EQ(refusal_of([] { check_names({"d/a.stl", "d/b.stl"}); }), "accepted");
+  EXPECT_THAT(refusal_of([] {
                 check_names({"d/a.STL", "d/a.stl"});
               }),
               HasSubstr("a.STL and a.stl would both become a.yaml"));
@@ -237,13 +228,13 @@ TEST_F(OtherFormats, TheAxisThatPointsUpIsStatedAndKept) {
 
 TEST_F(OtherFormats, UnitsAreAskedForAndWrongOnesRefused) {
   const std::filesystem::path file = write("block.obj", obj());
-  EXPECT_THAT(error_of([&] { fit(file, {}); }),
+  EXPECT_THAT(refusal_of([&] { fit(file, {}); }),
               HasSubstr("--unit: is missing: block.obj does not say its unit"));
-  EXPECT_THAT(error_of([&] { fit(file, {1.0, UpAxis::as_written, 0.004}); }), HasSubstr("block.obj: "));
-  EXPECT_THAT(error_of([&] { fit(file, {1.0, UpAxis::stated}); }), HasSubstr("block.obj: "));
-  EXPECT_THAT(error_of([&] { fit(write("block.step", "x"), {1.0}); }),
+  EXPECT_THAT(refusal_of([&] { fit(file, {1.0, UpAxis::as_written, 0.004}); }), HasSubstr("block.obj: "));
+  EXPECT_THAT(refusal_of([&] { fit(file, {1.0, UpAxis::stated}); }), HasSubstr("block.obj: "));
+  EXPECT_THAT(refusal_of([&] { fit(write("block.step", "x"), {1.0}); }),
               HasSubstr("a mesh is read from .stl, .obj, .ply or .dae"));
-  EXPECT_THAT(error_of([] { parse_up("up"); }), HasSubstr("--up: 'up' is none of"));
+  EXPECT_THAT(refusal_of([] { parse_up("up"); }), HasSubstr("--up: 'up' is none of"));
 }
 
 }  // namespace

@@ -6,10 +6,10 @@
 #include <fstream>
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
-#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/fit/training_scene.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
+#include "touchstone/tests/support/refusal.hpp"
 
 namespace touchstone::fitting {
 namespace {
@@ -46,12 +46,7 @@ class Serves : public FolderTest {
   }
   static constexpr const char* kComes = "    motion: {segments: [{velocity: [-0.5, 0, 0]}]}\n";
   std::string error_of(const ServesRequest& request) {
-    try {
-      find_coarsest(mesh_, fit_, request, *progress_);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return refusal_of([&] { find_coarsest(mesh_, fit_, request, *progress_); });
   }
 
   std::filesystem::path mesh_;

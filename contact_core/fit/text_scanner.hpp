@@ -5,16 +5,15 @@
 #include <string>
 #include <string_view>
 
-#include "touchstone/adapters/mesh_files/soup.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
-// Private to this folder.
+namespace touchstone {
 
-namespace touchstone::mesh_files {
-
-/// Words and numbers of a text file, with the line they stand in.
+/// Words and numbers of a mesh's text file, with the line they stand in.
 class TextScanner {
  public:
-  TextScanner(std::string_view text, const ReadTask& task) : text_(text), task_(&task) {}
+  /// @param file for messages. Both must outlive this.
+  TextScanner(std::string_view text, std::string_view file) : text_(text), file_(file) {}
 
   std::size_t position() const { return at_; }  ///< in the text
   double share() const { return static_cast<double>(at_) / static_cast<double>(text_.size()); }
@@ -46,7 +45,9 @@ class TextScanner {
     return value;
   }
 
-  [[noreturn]] void fail(const std::string& reason) const { task_->fail_line(line_, reason); }
+  [[noreturn]] void fail(const std::string& reason) const {
+    reject(std::string(file_) + ":" + std::to_string(line_), reason);
+  }
   /// A word as messages show it: short, and printable.
   static std::string shown(std::string_view word) {
     std::string out;
@@ -63,9 +64,8 @@ class TextScanner {
     return text_.substr(first, at_ - first);
   }
 
-  std::string_view text_;
-  const ReadTask* task_;
+  std::string_view text_, file_;
   std::size_t at_ = 0, line_ = 1;
 };
 
-}  // namespace touchstone::mesh_files
+}  // namespace touchstone
