@@ -14,7 +14,7 @@ namespace {
 // on the way to the matrix (a rotation, a parallel-axis shift).
 constexpr double kMomentTolerance = 64 * 0x1p-52;
 
-/// m (|r|^2 1 - r r^T): what a shift of a mass by r adds to its inertia.
+/// m (|r|^2 1 - r r^T): a shift of a mass by r adds this to its inertia.
 Matrix3 point_inertia(double mass, const Vector3& r) {
   return mass * (dot(r, r) * Matrix3::Identity() - outer(r, r));
 }
@@ -102,6 +102,11 @@ BodyInertia combined(const BodyInertia& a, const BodyInertia& b) {
   return {mass, centre,
           (a.inertia_B + point_inertia(a.mass, a.centre_B - centre)) +
               (b.inertia_B + point_inertia(b.mass, b.centre_B - centre))};
+}
+
+void add_inertia(BodyInertia& sum, const BodyInertia& part) {
+  if (part.mass == 0.0) return;
+  sum = sum.mass == 0.0 ? part : combined(sum, part);
 }
 
 }  // namespace touchstone::physics

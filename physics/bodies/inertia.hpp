@@ -47,5 +47,7 @@ BodyInertia inertia_of(const MassProperties& mass, std::string_view name);
 BodyInertia transform(const Pose& X_AB, const BodyInertia& inertia_B);
 /// Of two bodies that move as one; both in one frame. One of them may have no mass.
 BodyInertia combined(const BodyInertia& a, const BodyInertia& b);
+/// As combined(), of which neither, one or both may have a mass.
+void add_inertia(BodyInertia& sum, const BodyInertia& part);
 
 }  // namespace touchstone::physics

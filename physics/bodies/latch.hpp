@@ -20,7 +20,7 @@ struct LatchedBodies {
 };
 
 /// Captures b by a as they stand: linear and angular momentum of both stay, all relative motion ends.
-/// @throws InputError where the combined inertia is none (see RigidBody).
+/// @throws InputError where the combined inertia is invalid (see RigidBody).
 LatchedBodies latch(const RigidBody& a, const RigidBodyState& state_a, const RigidBody& b,
                     const RigidBodyState& state_b, std::string_view name);
 

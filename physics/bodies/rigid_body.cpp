@@ -77,19 +77,22 @@ void RigidBody::apply_impulse(RigidBodyState& state, const Vector3& impulse_W, c
 
 bool RigidBody::fly(RigidBodyState& state, double h, const Vector3& gravity_W,
                     double kept_back) const noexcept {
+  // The angular velocity follows from the angular momentum in the body's axes.
   Vector3 l_B = rotate_back(rotation_matrix(state.q_WB), state.angular_W);
   Vector3 w_B = rotate(inverse_B_, l_B);
   double rate = norm(w_B);
   if (!(rate * std::abs(h) <= kMostTurn)) return false;
+  // The centre of mass moves on a parabola, which is exact.
   RigidBodyState next = state;
   add_compensated(next.p_W, next.p_low_W, h * (state.momentum_W / inertia_.mass + (0.5 * h) * gravity_W));
   add_compensated(next.momentum_W, next.low_W, (h * inertia_.mass) * gravity_W);
+  // A turn too small to integrate is accumulated until it reaches `least`.
   const double least = least_turn(kept_back);
   if (rate * std::abs(h) < least) {
     turn_by(next, h * rotate(rotation_matrix(state.q_WB), w_B), least);
     rate = 0.0;
   }
-  // A body may turn up to I_max / I_min faster on its way; the series that follow each look for themselves.
+  // A body may turn up to I_max / I_min faster in flight; each later series chooses its number of terms.
   for (double left = rate > 0.0 ? h : 0.0; left != 0.0;) {
     const double part =
         std::abs(left) * rate <= kLargestAngle ? left : std::copysign(kLargestAngle / rate, h);
@@ -117,10 +120,10 @@ void RigidBody::turn_by(RigidBodyState& state, const Vector3& angles_W, double l
 }
 
 void RigidBody::keep_place(RigidBodyState& state, const RigidBodyState& from, double kept_back) const {
-  const Vector3 way = (state.p_W - from.p_W) + state.p_low_W;
-  if (!(norm(way) < std::max(kSmallestTurn * gyration_, kept_back))) return;
+  const Vector3 displacement = (state.p_W - from.p_W) + state.p_low_W;
+  if (!(norm(displacement) < std::max(kSmallestTurn * gyration_, kept_back))) return;
   state.p_W = from.p_W;
-  state.p_low_W = way;
+  state.p_low_W = displacement;
 }
 
 void RigidBody::turn(Quaternion& q, const Vector3& l_B, const Vector3& w_B, double h) const noexcept {

@@ -54,16 +54,13 @@ void GapNarrowphase::evaluate(const NarrowphaseInput& input, const NarrowphaseOu
   further.query.max_separation += gap_;
   further.query.max_point_separation += gap_;
   inner_->evaluate(further, output, workspace);
-  const auto slots = static_cast<std::size_t>(input.query.max_points);
   for (std::size_t i = 0; i < input.pairs.size(); ++i) {
     if (!seen_->sees(input.pairs[i])) {
       output.status[i] = PairStatus::separated;
       output.geometry[i] = far_apart();
       continue;
     }
-    const bool has_points = input.query.kind == QueryKind::manifold && !output.points.empty();
-    bring_nearer(output.status[i], output.geometry[i],
-                 has_points ? output.points.subspan(i * slots, slots) : std::span<ContactPoint>());
+    bring_nearer(output.status[i], output.geometry[i], output.points_of(i, input.query));
   }
 }
 

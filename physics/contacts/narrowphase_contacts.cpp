@@ -1,7 +1,6 @@
 #include "touchstone/physics/contacts/narrowphase_contacts.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <string>
 
@@ -19,17 +18,6 @@ Pose pose_of(const Mover& mover, const DynamicsWorld& world) {
   if (mover.kind == Mover::Kind::body) return world.pose(mover.index);
   if (mover.kind == Mover::Kind::link) return world.link_pose(mover.index, mover.link);
   return {};
-}
-
-bool is_identity(const Pose& X) { return X.R == Matrix3::Identity() && X.p == Vector3::Zero(); }
-
-/// To the bit: -0.0 is not 0.0.
-bool is_same(const Pose& X, const Pose& Y) {
-  const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
-  bool same = true;
-  for (int i = 0; i < 9; ++i) same = same && bits(X.R.data()[i]) == bits(Y.R.data()[i]);
-  for (int i = 0; i < 3; ++i) same = same && bits(X.p[i]) == bits(Y.p[i]);
-  return same;
 }
 
 /// Never 0, which names nothing.
@@ -56,6 +44,7 @@ std::uint32_t NarrowphaseContacts::add(const Mover& mover, const HexahedronTree&
   if (!(surface.friction >= 0.0) || !std::isfinite(surface.friction) || !(surface.restitution >= 0.0) ||
       !(surface.restitution <= 1.0))
     throw InputError("contacts: '" + tree.name() + "': friction must be >= 0, restitution from 0 to 1");
+  refuse_rounded(tree, "dynamics");
   parts_.push_back({mover, &tree, surface, part_of_.size(), X_MO, is_static});
   part_of_.insert(part_of_.end(), tree.solids().size(), static_cast<std::uint32_t>(parts_.size() - 1));
   return static_cast<std::uint32_t>(parts_.size() - 1);
@@ -112,6 +101,7 @@ void NarrowphaseContacts::reserve(std::size_t contacts, std::size_t pairs) {
 void NarrowphaseContacts::build() {
   if (parts_.empty()) throw InputError("contacts: nothing to find any between");
   sort_exempt();
+  // The backends are built over the trees and solids of all parts.
   std::vector<const HexahedronTree*> trees;
   std::vector<Hexahedron> solids;
   std::vector<std::uint8_t> is_static;
@@ -127,6 +117,7 @@ void NarrowphaseContacts::build() {
   broadphase_->build(input);
   narrowphase_->build(solids);
   workspace_ = narrowphase_->make_workspace();
+  // Buffers are sized for all solids and for one block of pairs.
   poses_.resize(solids.size());
   moved_.reserve(parts_.size());
   for (auto* vector : {&block_, &evaluated_}) vector->resize(kBlock);
@@ -137,6 +128,7 @@ void NarrowphaseContacts::build() {
   ways_.assign(solids.size(), 0.0);
   trial_poses_.resize(solids.size());
   is_warm_ = false;
+  // Memory for contacts and pairs is reserved.
   exempt_parts_.reserve(parts_.size() * parts_.size() + exempt_parts_.size());
   reserve(kContacts, kPairs);
   was_found_ = false;
@@ -150,19 +142,22 @@ bool NarrowphaseContacts::is_covered(SolidIndex solid, SolidIndex other, const V
   const Part& part = part_of(solid);
   const std::span<const PlacedHexahedron> solids = part.tree->solids();
   if (solids.size() < 2) return false;
-  const Hexahedron& own = solids[solid - part.first_solid].solid;
+  const Hexahedron& hexahedron = solids[solid - part.first_solid].solid;
   const Pose& X_WS = poses_[solid];
+  // The normal leaves by the face whose outward normal is nearest to it.
   int face = 0;
   double most = -2.0;
   for (int f = 0; f < 6; ++f) {
-    const double along = dot(rotate(X_WS.R, own.face_plane(f).normal), n_W);
+    const double along = dot(rotate(X_WS.R, hexahedron.face_plane(f).normal), n_W);
     if (along > most) most = along, face = f;
   }
+  // The test point lies slightly inside the face's outline and slightly outside the solid.
   Vector3 middle = Vector3::Zero();
   for (const std::uint8_t corner : Hexahedron::kFaceVertices[static_cast<std::size_t>(face)])
-    middle += 0.25 * own.vertices()[corner];
+    middle += 0.25 * hexahedron.vertices()[corner];
   const Vector3 q_W =
-      (p_W + 0x1p-20 * (touchstone::transform(X_WS, middle) - p_W)) + (0x1p-30 * own.size()) * n_W;
+      (p_W + 0x1p-20 * (touchstone::transform(X_WS, middle) - p_W)) + (0x1p-30 * hexahedron.size()) * n_W;
+  // Another solid that contains the test point covers the face, unless the pair is exempt.
   for (std::size_t i = 0; i < solids.size(); ++i) {
     if (part.first_solid + i == solid) continue;
     const auto neighbour = static_cast<SolidIndex>(part.first_solid + i);
@@ -181,11 +176,11 @@ bool NarrowphaseContacts::move_parts(const DynamicsWorld& world) {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Part& part = parts_[i];
     const Pose X_WM = pose_of(part.mover, world);
-    part.has_moved = !was_found_ || part.is_fast || !is_same(X_WM, part.X_WM);
+    part.has_moved = !was_found_ || part.is_fast || !has_same_bits(X_WM, part.X_WM);
     if (!part.has_moved) continue;
     part.X_WM = X_WM;
     moved_.push_back(static_cast<std::uint32_t>(i));
-    find_global_positions(*part.tree, is_identity(part.X_MO) ? X_WM : compose(X_WM, part.X_MO),
+    find_global_positions(*part.tree, is_same(part.X_MO, {}) ? X_WM : compose(X_WM, part.X_MO),
                           std::span(poses_).subspan(part.first_solid, part.tree->solids().size()));
   }
   return !moved_.empty();
@@ -239,13 +234,16 @@ std::span<const Contact> NarrowphaseContacts::show(const DynamicsWorld& world) {
 }
 
 std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, double h) {
+  // A world that sleeps has no contacts to find.
   if (world.is_at_rest() && world.sleepers() > 0) {
     shown_origins_ = {};
     return {};
   }
+  // Contacts of a deterministic narrowphase stay valid while nothing has moved.
   if (!narrowphase_->capabilities().deterministic) was_found_ = false;
   const bool any_moved = move_parts(world), any_fast = find_ways(world, h);
   if (!any_moved && !any_fast) return show(world);
+  // The last results are kept aside, for pairs that have not moved.
   step_ = h;
   contacts_.swap(last_contacts_);
   origins_.swap(last_origins_);
@@ -255,12 +253,14 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, d
   origins_.clear();
   found_.clear();
   undecided_ = failed_ = 0;
+  // The broadphase's pairs are evaluated block by block.
   place_in_broadphase(any_fast);
   std::size_t last = 0;
   for (PairCursor cursor; !cursor.done;) {
     sort_out(broadphase_->find_pairs(cursor, block_), last);
     take_block();
   }
+  // The swapped buffers get the same capacity.
   was_found_ = true;
   last_contacts_.reserve(contacts_.capacity());
   last_origins_.reserve(origins_.capacity());
@@ -268,7 +268,7 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, d
   return show(world);
 }
 
-/// The block's pairs that count, each with what the last find() knew of it: pairs ascend in both.
+/// The block's pairs that count, each with its result of the last find(): pairs ascend in both.
 void NarrowphaseContacts::sort_out(std::size_t count, std::size_t& last) {
   candidates_.clear();
   for (const SolidPair& pair : std::span(block_).first(count)) {
@@ -284,6 +284,7 @@ void NarrowphaseContacts::sort_out(std::size_t count, std::size_t& last) {
 }
 
 void NarrowphaseContacts::take_block() {
+  // The narrowphase evaluates only the pairs without a kept result.
   std::size_t count = 0;
   for (const Candidate& candidate : candidates_)
     if (candidate.kept == nullptr) evaluated_[count++] = candidate.pair;
@@ -291,6 +292,7 @@ void NarrowphaseContacts::take_block() {
   narrowphase_->evaluate({std::span(evaluated_).first(count), poses_, query, {}},
                          {std::span(status_).first(count), std::span(geometry_).first(count), points_},
                          *workspace_);
+  // Results are taken in the order of the pairs; kept ones are copied from the last call.
   std::size_t i = 0;
   for (const Candidate& candidate : candidates_) {
     const std::size_t first = contacts_.size();
@@ -303,6 +305,7 @@ void NarrowphaseContacts::take_block() {
       found_.push_back({candidate.pair, kept->status, first, kept->count});
       continue;
     }
+    // An evaluated pair gives its contacts; a fast, separated one may meet within the step.
     this->count(status_[i]);
     const bool is_fast = part_of(candidate.pair.a).is_fast || part_of(candidate.pair.b).is_fast;
     if (is_fast && status_[i] == PairStatus::separated && geometry_[i].separation > margin_)

@@ -44,11 +44,11 @@ class NarrowphaseContacts {
   void exempt_parts(std::uint32_t a, std::uint32_t b);
   /// The same for two solids, as counted through add().
   void exempt_solids(SolidIndex a, SolidIndex b);
-  /// Memory for so many pairs of exempt_solids().
+  /// Memory for this many pairs of exempt_solids().
   void reserve_exempt_solids(std::size_t pairs) { exempt_solids_.reserve(pairs); }
   /// Takes up what was added. @throws InputError: nothing added, no manifolds, what the backends refuse.
   void build();
-  /// Memory for so many contacts at a time, and pairs of solids that come up; build() sees to some.
+  /// Memory for this many contacts at a time, and pairs of solids that come up; build() sees to some.
   void reserve(std::size_t contacts, std::size_t pairs);
 
   /// After build(): another mover for a part, as when it is latched or released. Does not allocate.
@@ -152,10 +152,10 @@ class NarrowphaseContacts {
   std::vector<Pose> poses_;
   bool was_found_ = false;          // since build()
   bool is_warm_ = false;            // the broadphase has seen poses and paths
-  double step_ = 0.0, fall_ = 0.0;  // of this find(); what gravity may add to a way in it
+  double step_ = 0.0, fall_ = 0.0;  // of this find(); the travel that gravity may add in it
   double reach_ = 0.0;              // of its queries, pairs and points
   std::vector<double> ways_;        // by solid, of its bounding sphere's centre
-  std::vector<Pose> trial_poses_;   // of a pair on its way
+  std::vector<Pose> trial_poses_;   // of a pair in motion
   std::uint32_t unfollowed_ = 0;
   std::vector<std::uint32_t> moved_;  // parts
   std::vector<SolidPair> block_;

@@ -37,15 +37,15 @@ double NarrowphaseContacts::find_motion(const DynamicsWorld& world, double h, Pa
   part.w_W = is_body ? world.angular_velocity(part.mover.index)
                      : world.link_angular_velocity(part.mover.index, part.mover.link);
   const double w = norm(part.w_W);
-  double way = 0.0;
+  double travel = 0.0;
   for (std::size_t i = 0; i < part.tree->solids().size(); ++i) {
     const std::size_t solid = part.first_solid + i;
     const Sphere sphere = part.tree->solids()[i].solid.bounding_sphere();
     const double lever = norm(touchstone::transform(poses_[solid], sphere.centre) - part.p_W);
     ways_[solid] = (norm(part.v_W) + w * lever) * h + fall_;
-    way = std::max(way, ways_[solid] + w * sphere.radius * h);
+    travel = std::max(travel, ways_[solid] + w * sphere.radius * h);
   }
-  return way;
+  return travel;
 }
 
 /// @return whether any part is fast.
@@ -64,9 +64,9 @@ bool NarrowphaseContacts::find_ways(const DynamicsWorld& world, double h) {
   return any;
 }
 
-/// At most so fast do the solids close along n, whose bounding spheres' centres are at a_W and b_W: the
-/// centres' velocities and what each solid's turn adds. A turning centre's velocity changes by w^2 times its
-/// lever.
+/// The largest speed at which the solids close along n, whose bounding spheres' centres are at a_W and b_W:
+/// the centres' velocities and the share of each solid's rotation. A turning centre's velocity changes by w^2
+/// times its lever.
 double NarrowphaseContacts::closing_speed(const SolidPair& pair, const Vector3& n_AB_W, const Vector3& a_W,
                                           const Vector3& b_W) const {
   double speed = 0.0;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -52,6 +54,25 @@ struct EngineStep {
   double last_stop = kNaN;
 };
 
+/// All that an engine's run has come to. @see DynamicsEngine::snapshot()
+class EngineSnapshot {
+ public:
+  EngineSnapshot() = default;
+  EngineSnapshot(const EngineSnapshot&) = delete;
+  EngineSnapshot& operator=(const EngineSnapshot&) = delete;
+  virtual ~EngineSnapshot() = default;
+};
+
+/// Steps after DynamicsEngine::restore().
+enum class EngineReturn : std::uint8_t {
+  none,        ///< unsupported
+  repeatable,  ///< the same to the bit after every restore() of one snapshot; from the run that went on they
+               ///< differ by what the engine remembers of contacts, which is found anew
+  same_bits,   ///< the same to the bit as in the run that went on
+};
+/// In words: "same bits".
+std::string_view to_string(EngineReturn after);
+
 /// Steps one scene. Set-up throws InputError; the parts of a step do not throw. One thread; engines of
 /// different scenes share nothing but what their adapters say (tables of a process).
 ///
@@ -84,6 +105,29 @@ class DynamicsEngine {
   void push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
             const Vector3& moment_W = Vector3::Zero());
 
+  /// Takes a free object out of the world: it stays where it is, without velocity, and touches nothing.
+  /// Between steps.
+  /// @throws InputError: no such object, not a free one, one that is carried or carries, one with a joint
+  /// between bodies, one that is out; "unsupported" where the engine has no such means.
+  void remove(std::size_t object);
+  /// Brings it in again: one that an action or remove() took out, or whose first action will bring it in.
+  /// Bodies that are to come are objects of the scene. @param v_W of its centre of mass [m/s]
+  /// @param w_W [rad/s]
+  /// @throws InputError: as remove(), one that is in, a bad pose, velocities that are not finite.
+  void add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W);
+  virtual bool has(std::size_t object) const = 0;
+
+  virtual EngineReturn after_restore() const = 0;
+  /// Between steps; good for this engine alone. @throws InputError: "unsupported".
+  virtual std::unique_ptr<EngineSnapshot> snapshot() const = 0;
+  /// Back to then: positions, velocities, drives, latches, joints, what is in the world, actions that are
+  /// due, the time. Pushes for the next step are forgotten. after_restore() says what follows.
+  /// @throws InputError: of another engine.
+  virtual void restore(const EngineSnapshot& snapshot) = 0;
+  /// Back to the start: an engine made anew takes the same steps to the bit. @throws InputError:
+  /// "unsupported".
+  virtual void reset() = 0;
+
   /// Of the last step. @param contacts emptied first
   virtual void list_contacts(std::vector<EngineContact>& contacts) const = 0;
 
@@ -110,6 +154,9 @@ class DynamicsEngine {
   /// As push(). @pre the object moves by forces, the figures are finite
   virtual void take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
                          const Vector3& moment_W) = 0;
+  /// As remove() and add(). @pre the object is dynamic and is in, or out; the pose is valid and all finite
+  virtual void take_out(std::size_t object) = 0;
+  virtual void put_in(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) = 0;
 };
 
 }  // namespace touchstone::physics

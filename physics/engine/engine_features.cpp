@@ -29,10 +29,6 @@ class Needs {
   std::vector<EngineNeed> needs_;
 };
 
-std::string object_name(const DynamicScene& scene, std::size_t object) {
-  return "object '" + scene.scene.objects[object].tree.name() + "'";
-}
-
 std::string joint_name(const DynamicScene& scene, const JointAddress& joint) {
   return "joint '" + name_of(scene, joint) + "'";
 }
@@ -99,7 +95,8 @@ std::string_view to_string(EngineFeature feature) {
                                                                  "friction and damping of joints",
                                                                  "inertia of rotors",
                                                                  "drives of a stiffness",
-                                                                 "joints between bodies"};
+                                                                 "joints between bodies",
+                                                                 "bodies that come and go"};
   return kNames[static_cast<std::size_t>(feature)];
 }
 
@@ -108,6 +105,7 @@ std::vector<EngineNeed> needs_of(const DynamicScene& scene) {
   add_bodies(scene, needs);
   add_pairs(scene, needs);
   add_mechanisms(scene, needs);
+  // Joints between bodies need stops, drives and losses where they have them.
   for (const SceneBodyJoint& joint : scene.joints) {
     const std::string who = "joint '" + joint.name + "'";
     needs.add(EngineFeature::body_joints, who);
@@ -116,11 +114,14 @@ std::vector<EngineNeed> needs_of(const DynamicScene& scene) {
     if (joint.losses.friction > 0.0 || joint.losses.damping > 0.0)
       needs.add(EngineFeature::joint_losses, who);
   }
+  // Latches and actions need the features that they use.
   if (!scene.scene.latches.empty())
     needs.add(EngineFeature::latches, "object '" + scene.scene.latches[0].carried + "'");
   for (const SceneAction& action : scene.actions) {
     if (action.kind == SceneAction::Kind::set_joint)
       needs.add(EngineFeature::set_joints, joint_name(scene, action.joint));
+    else if (action.kind == SceneAction::Kind::add || action.kind == SceneAction::Kind::remove)
+      needs.add(EngineFeature::come_and_go, object_name(scene, action.carried));
     else if (action.kind == SceneAction::Kind::join || action.kind == SceneAction::Kind::part)
       continue;  // of joints between bodies, which were named
     else if (action.kind == SceneAction::Kind::drive)
@@ -128,6 +129,7 @@ std::vector<EngineNeed> needs_of(const DynamicScene& scene) {
     else
       needs.add(EngineFeature::latches, object_name(scene, action.carried));
   }
+  // A pair of bodies that is exempt only in part is a need as well.
   const std::string partly = EngineScene(scene).partly_exempt();
   if (!partly.empty()) needs.add(EngineFeature::exempt_parts, partly);
   return needs.take();

@@ -29,9 +29,10 @@ enum class EngineFeature : std::uint8_t {
   rotors,           ///< inertia that turns with a joint alone
   position_drives,  ///< drives of a stiffness and damping
   body_joints,      ///< joints between bodies, links and the ground, loops closed, let go by actions
+  come_and_go,      ///< bodies brought in and taken out by actions
 };
 /// How many there are.
-inline constexpr int kEngineFeatures = 16;
+inline constexpr int kEngineFeatures = 17;
 /// In words: "rate drives".
 std::string_view to_string(EngineFeature feature);
 

@@ -5,15 +5,6 @@
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::physics {
-namespace {
-
-std::string joined(const std::vector<std::string>& texts) {
-  std::string all;
-  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
-  return all;
-}
-
-}  // namespace
 
 EngineChoice parse_engine_choice(std::string_view text) {
   const std::size_t colon = text.find(':');
@@ -39,6 +30,10 @@ const EngineRegistry::Entry& EngineRegistry::engine(std::string_view name) const
 
 const EngineRegistry::Entry& EngineRegistry::engine(const EngineChoice& choice) const {
   const Entry& entry = engine(choice.engine);
+  for (const Missing& refused : entry.refused_checks)
+    if (refused.name == choice.check)
+      throw InputError("engine '" + entry.name + "': unsupported: check '" + refused.name +
+                       "': " + refused.reason);
   if (std::find(entry.checks.begin(), entry.checks.end(), choice.check) == entry.checks.end())
     throw InputError("engine '" + entry.name + "' has no check '" + choice.check + "'; it has " +
                      joined(entry.checks));
@@ -52,6 +47,30 @@ std::unique_ptr<DynamicsEngine> EngineRegistry::make(const EngineChoice& choice,
   const std::vector<std::string> lacking = unsupported(entry.features(choice.check), scene);
   if (!lacking.empty()) throw InputError("engine '" + choice.text() + "': unsupported: " + joined(lacking));
   return entry.make(scene, choice.check);
+}
+
+void set_checks(EngineRegistry::Entry& entry, const BackendRegistry& backends) {
+  entry.checks.emplace_back(kOwnCheck);
+  for (const BackendRegistry::NarrowphaseEntry& each : backends.narrowphases())
+    if (each.make()->capabilities().manifold)
+      entry.checks.push_back(each.name);
+    else
+      entry.refused_checks.push_back({each.name, "it has no manifolds"});
+}
+
+std::shared_ptr<CheckInside> make_check(const BackendRegistry& backends, const std::string& check,
+                                        const DynamicScene& scene) {
+  if (check == kOwnCheck || check == "native") return nullptr;
+  std::vector<Hexahedron> solids;
+  for (const SceneObject& object : scene.scene.objects)
+    for (const PlacedHexahedron& placed : object.tree.solids()) solids.push_back(placed.solid);
+  std::unique_ptr<Narrowphase> narrowphase = backends.make_narrowphase(check);
+  try {
+    narrowphase->build(solids);
+  } catch (const InputError& error) {
+    throw InputError("check '" + check + "': " + error.what());
+  }
+  return make_check_inside(std::move(narrowphase));
 }
 
 }  // namespace touchstone::physics

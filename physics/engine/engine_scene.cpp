@@ -10,15 +10,6 @@
 namespace touchstone::physics {
 namespace {
 
-std::string quoted(const DynamicScene& scene, std::size_t object) {
-  return "object '" + scene.scene.objects[object].tree.name() + "'";
-}
-
-void add_inertia(BodyInertia& sum, const BodyInertia& part) {
-  if (part.mass == 0.0) return;
-  sum = sum.mass == 0.0 ? part : combined(sum, part);
-}
-
 bool is_diagonal(const Matrix3& I) {
   return I(0, 1) == 0.0 && I(0, 2) == 0.0 && I(1, 2) == 0.0 && I(1, 0) == 0.0 && I(2, 0) == 0.0 &&
          I(2, 1) == 0.0;
@@ -81,8 +72,9 @@ EngineScene::EngineScene(const DynamicScene& scene)
   compare_exempt();
 }
 
-/// One body for links that fixed joints join; what one fixes to the ground is ground.
+/// One body for links that fixed joints join; a link fixed to the ground is ground.
 void EngineScene::cluster_links() {
+  // Links that fixed joints connect get one cluster number.
   std::vector<std::size_t> cluster(body_of_.size());
   for (std::size_t i = 0; i < cluster.size(); ++i) cluster[i] = i;
   for (const SceneMechanism& mechanism : scene_->mechanisms)
@@ -92,6 +84,7 @@ void EngineScene::cluster_links() {
       const std::size_t from = cluster[joint.child], to = cluster[joint.parent];
       std::replace(cluster.begin(), cluster.end(), from, to);
     }
+  // Each cluster becomes one body.
   std::map<std::size_t, std::size_t> body_of_cluster;
   for (std::size_t i = 0; i < cluster.size(); ++i) {
     if (scene_->bodies[i].kind != BodyKind::link) continue;
@@ -102,6 +95,7 @@ void EngineScene::cluster_links() {
     }
     body_of_[i] = at->second;
   }
+  // A cluster that is fixed to the ground becomes ground.
   for (const SceneMechanism& mechanism : scene_->mechanisms)
     for (const SceneJoint& joint : mechanism.joints) {
       const bool is_ground =
@@ -113,12 +107,14 @@ void EngineScene::cluster_links() {
 
 /// The body's frame, and its objects in it.
 void EngineScene::place(std::size_t index) {
+  // The body's frame starts as that of its first object.
   Body& body = bodies_[index];
   const std::size_t first = body.objects[0];
   const Pose& X_WF = scene_->scene.objects[first].X_WO;
-  body.name = quoted(*scene_, first);
+  body.name = object_name(*scene_, first);
   body.X_WB = X_WF;
   const Pose X_FW = inverse(X_WF);
+  // A dynamic body's frame moves to its centre of mass, along the principal axes.
   Pose X_FB;
   if (body.kind == ContactSide::body || body.kind == ContactSide::link) {
     BodyInertia sum;
@@ -132,6 +128,7 @@ void EngineScene::place(std::size_t index) {
     const bool is_at = X_FB.R == Matrix3::Identity() && X_FB.p == Vector3::Zero();
     if (!is_at) body.X_WB = compose(X_WF, X_FB);
   }
+  // The objects' poses are expressed in that frame.
   const bool is_at = X_FB.R == Matrix3::Identity() && X_FB.p == Vector3::Zero();
   for (const std::size_t i : body.objects) {
     if (i == first)
@@ -139,6 +136,7 @@ void EngineScene::place(std::size_t index) {
     else
       X_BO_[i] = compose(inverse(body.X_WB), scene_->scene.objects[i].X_WO);
   }
+  // Free bodies have initial velocities.
   if (body.kind == ContactSide::body) {
     body.v_W = scene_->bodies[first].v_W;
     body.w_W = scene_->bodies[first].w_W;
@@ -146,6 +144,7 @@ void EngineScene::place(std::size_t index) {
 }
 
 void EngineScene::add_joints() {
+  // Each joint that moves is listed with its parent and child bodies.
   for (std::size_t m = 0; m < scene_->mechanisms.size(); ++m) {
     const SceneMechanism& mechanism = scene_->mechanisms[m];
     for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {

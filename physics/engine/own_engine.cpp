@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/physics/engine/engine_registry.hpp"
 #include "touchstone/physics/scene/scene_simulation.hpp"
@@ -51,6 +52,19 @@ class OwnEngine final : public DynamicsEngine {
     return out;
   }
 
+  bool has(std::size_t object) const override { return simulation_.has(object); }
+  EngineReturn after_restore() const override { return EngineReturn::same_bits; }
+  std::unique_ptr<EngineSnapshot> snapshot() const override {
+    return std::make_unique<Snapshot>(simulation_.snapshot());
+  }
+  void restore(const EngineSnapshot& snapshot) override {
+    const auto* const ours = dynamic_cast<const Snapshot*>(&snapshot);
+    if (ours == nullptr) throw InputError("restore: the snapshot is of another engine");
+    simulation_.restore(ours->state);
+    simulation_.world_to_set().forget_pushes();
+  }
+  void reset() override { simulation_.reset(); }
+
   void list_contacts(std::vector<EngineContact>& contacts) const override {
     contacts.clear();
     for (std::size_t i = 0; i < simulation_.contacts().size(); ++i) {
@@ -59,8 +73,8 @@ class OwnEngine final : public DynamicsEngine {
       const ContactOrigin& origin = simulation_.detection().origins()[i];
       const Vector3 p_W = 0.5 * (c.p_A_W + c.p_B_W);
       contacts.push_back({origin.solids, origin.status, p_W, c.n_AB_W, origin.separation, force.force_W,
-                          force.impact_W, side_of(c.a), side_of(c.b), told_velocity(c.a, p_W),
-                          told_velocity(c.b, p_W)});
+                          force.impact_W, side_of(c.a), side_of(c.b), commanded_velocity(c.a, p_W),
+                          commanded_velocity(c.b, p_W)});
     }
   }
 
@@ -103,7 +117,17 @@ class OwnEngine final : public DynamicsEngine {
   }
 
  private:
-  /// What a kinematic body or the ground carries is moved by no force.
+  struct Snapshot final : EngineSnapshot {
+    explicit Snapshot(SceneSimulation::Snapshot of) : state(std::move(of)) {}
+    SceneSimulation::Snapshot state;
+  };
+
+  void take_out(std::size_t object) override { simulation_.remove(object); }
+  void put_in(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) override {
+    simulation_.add(object, X_WO, v_W, w_W);
+  }
+
+  /// No force moves objects that a kinematic body or the ground carries.
   void take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
                  const Vector3& moment_W) override {
     const Mover& mover = simulation_.mover_of(object);
@@ -120,7 +144,7 @@ class OwnEngine final : public DynamicsEngine {
     if (mover.kind == Mover::Kind::link) return ContactSide::link;
     return is_kinematic(mover) ? ContactSide::kinematic : ContactSide::body;
   }
-  Vector3 told_velocity(const Mover& mover, const Vector3& p_W) const {
+  Vector3 commanded_velocity(const Mover& mover, const Vector3& p_W) const {
     if (!is_kinematic(mover)) return Vector3::Zero();
     return world().velocity(mover.index) +
            cross(world().angular_velocity(mover.index), p_W - world().state(mover.index).p_W);
@@ -142,6 +166,7 @@ void register_own_engine(EngineRegistry& registry, const BackendRegistry& backen
   for (const BackendRegistry::NarrowphaseEntry& each : backends.narrowphases())
     entry.checks.push_back(each.name);
   entry.features = [](std::string_view) { return EngineFeatures::all(); };
+  entry.after_restore = EngineReturn::same_bits;
   entry.make = [&backends](const DynamicScene& scene, const std::string& check) {
     return std::make_unique<OwnEngine>(scene, backends, check == kOwnCheck ? "native" : check);
   };

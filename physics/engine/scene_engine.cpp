@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
@@ -83,6 +84,7 @@ SceneEngine::SceneEngine(const DynamicScene& scene)
     : bodies_(scene),
       states_(bodies_.bodies().size()),
       targets_(bodies_.bodies().size()),
+      is_out_(bodies_.bodies().size(), 0),
       pushes_(bodies_.bodies().size()),
       joint_states_(bodies_.joints().size() + bodies_.body_joints().size()),
       drives_since_(joint_states_.size(), 0.0),
@@ -104,8 +106,13 @@ void SceneEngine::start() {
   for (const SceneLatch& each : scene.latches)
     hold(bodies_.body_of(find_object(scene, each.carrier)), bodies_.body_of(find_object(scene, each.carried)),
          each.allowed);
+  const std::vector<std::uint8_t> absent = absent_at_start(this->scene());
+  for (std::size_t object = 0; object < absent.size(); ++object)
+    if (absent[object] != 0) take_out(object);
   tell_drives(true);
 }
+
+void SceneEngine::keep_start() { start_ = snapshot(); }
 
 void SceneEngine::carry_out(const SceneAction& action) {
   switch (action.kind) {
@@ -125,6 +132,15 @@ void SceneEngine::carry_out(const SceneAction& action) {
     case SceneAction::Kind::part:
       switch_joint(action.joint.joint, action.kind == SceneAction::Kind::join);
       break;
+    case SceneAction::Kind::add: {
+      const SceneBody& body = scene().bodies[action.carried];
+      if (has(action.carried)) take_out(action.carried);  // brought in by hand before
+      put_in(action.carried, scene().scene.objects[action.carried].X_WO, body.v_W, body.w_W);
+      break;
+    }
+    case SceneAction::Kind::remove:
+      if (has(action.carried)) take_out(action.carried);
+      break;
     case SceneAction::Kind::set_joint:
       set_joint(joint_index(action.joint), action.value, action.rate);
       break;
@@ -133,10 +149,15 @@ void SceneEngine::carry_out(const SceneAction& action) {
 
 void SceneEngine::begin_step() {
   const DynamicScene& scene = this->scene();
+  refused_.clear();
   bool any = false;
   for (; next_action_ < scene.actions.size(); ++next_action_) {
     const SceneAction& action = scene.actions[next_action_];
     if (static_cast<double>(steps_) < action.time / scene.step * (1.0 - 0x1p-40)) break;
+    if (action.kind == SceneAction::Kind::latch && !(has(action.carrier) && has(action.carried))) {
+      refused_ = "latch: one of the two objects is not in the world";
+      break;
+    }
     carry_out(action);
     any = true;
   }
@@ -174,6 +195,8 @@ void SceneEngine::aim(double time) {
 
 EngineStep SceneEngine::step() {
   EngineStep out;
+  out.failure = refused_;
+  if (!refused_.empty()) return out;
   const Clock::time_point start = Clock::now();
   apply_pushes();
   advance(out);
@@ -192,7 +215,7 @@ EngineStep SceneEngine::step() {
   return out;
 }
 
-/// Kept until the step: actions in between may rebuild what an engine would have added it to.
+/// Kept until the step: actions in between may rebuild the body that an engine would have added it to.
 void SceneEngine::take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
                             const Vector3& moment_W) {
   const std::size_t body = bodies_.body_of(object);
@@ -213,13 +236,72 @@ void SceneEngine::apply_pushes() {
 void SceneEngine::read() {
   for (std::size_t b = 0; b < states_.size(); ++b) {
     const ContactSide kind = bodies_.bodies()[b].kind;
+    if (is_out(b)) continue;
     if (moves(kind)) states_[b] = read_state(b);
     if (kind == ContactSide::kinematic) states_[b] = targets_[b];
   }
   for (std::size_t j = 0; j < joint_states_.size(); ++j) joint_states_[j] = read_joint(j);
 }
 
-// ---- what moves with what
+// ---- objects that come and go
+
+void SceneEngine::take_out(std::size_t object) {
+  const std::size_t body = bodies_.body_of(object);
+  for (const Held& each : held_)
+    if (each.carrier == body || each.carried == body)
+      throw InputError("remove: " + bodies_.bodies()[body].name + ": is carried, or carries another object");
+  take_body(body);
+  is_out_[body] = 1;
+  states_[body].v_W = states_[body].w_W = Vector3::Zero();
+  pushes_[body] = {};
+}
+
+void SceneEngine::put_in(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) {
+  const std::size_t body = bodies_.body_of(object);
+  const Pose& X_BO = bodies_.X_BO(object);
+  const bool is_at = X_BO.R == Matrix3::Identity() && X_BO.p == Vector3::Zero();
+  states_[body] = {is_at ? X_WO : compose(X_WO, inverse(X_BO)), v_W, w_W};
+  put_body(body, states_[body]);
+  is_out_[body] = 0;
+}
+
+// ---- back in time
+
+struct SceneEngine::Snapshot final : EngineSnapshot {
+  std::shared_ptr<const int> of;
+  Run run;
+  std::unique_ptr<EngineSnapshot> engines;
+
+  Snapshot(const SceneEngine& engine, Run kept, std::unique_ptr<EngineSnapshot> saved)
+      : of(engine.id_), run(std::move(kept)), engines(std::move(saved)) {}
+};
+
+std::unique_ptr<EngineSnapshot> SceneEngine::snapshot() const {
+  return std::make_unique<Snapshot>(*this,
+                                    Run{states_, targets_, is_out_, joint_states_, drives_, drives_since_,
+                                        held_, root_, next_action_, steps_},
+                                    save());
+}
+
+void SceneEngine::restore(const EngineSnapshot& snapshot) {
+  const auto* const ours = dynamic_cast<const Snapshot*>(&snapshot);
+  if (ours == nullptr || ours->of != id_) throw InputError("restore: the snapshot is of another engine");
+  const Run& run = ours->run;
+  states_ = run.states, targets_ = run.targets, is_out_ = run.is_out;
+  joint_states_ = run.joint_states;
+  drives_ = run.drives, drives_since_ = run.drives_since;
+  held_ = run.held, root_ = run.root;
+  next_action_ = run.next_action;
+  steps_ = run.steps;
+  refused_.clear();
+  std::fill(pushes_.begin(), pushes_.end(), Push{});
+  load(*ours->engines);
+  tell_drives(true);
+}
+
+void SceneEngine::reset() { restore(*start_); }
+
+// ---- latches
 
 void SceneEngine::hold(std::size_t carrier, std::size_t carried, std::span<const ExemptPair> allowed) {
   Held held{carrier, carried, {}};
@@ -249,6 +331,7 @@ void SceneEngine::find_roots() {
 
 bool SceneEngine::is_checked(SolidIndex a, SolidIndex b) const {
   if (!bodies_.is_checked(a, b)) return false;
+  if (is_out(bodies_.solids()[a].body) || is_out(bodies_.solids()[b].body)) return false;
   if (held_.empty()) return true;
   const std::size_t root_a = root_[bodies_.solids()[a].body], root_b = root_[bodies_.solids()[b].body];
   if (root_a == root_b || (!moves(bodies_.bodies()[root_a].kind) && !moves(bodies_.bodies()[root_b].kind)))
@@ -259,9 +342,9 @@ bool SceneEngine::is_checked(SolidIndex a, SolidIndex b) const {
   });
 }
 
-// ---- what there is
+// ---- state
 
-Vector3 SceneEngine::told_velocity(std::size_t body, const Vector3& p_W) const {
+Vector3 SceneEngine::commanded_velocity(std::size_t body, const Vector3& p_W) const {
   if (bodies_.bodies()[body].kind != ContactSide::kinematic) return Vector3::Zero();
   const State& to = targets_[body];
   return to.v_W + cross(to.w_W, p_W - to.X_WB.p);
@@ -271,8 +354,8 @@ void SceneEngine::finish_contact(EngineContact& contact) const {
   const std::size_t a = bodies_.solids()[contact.solids.a].body, b = bodies_.solids()[contact.solids.b].body;
   contact.side_a = bodies_.bodies()[root_[a]].kind;
   contact.side_b = bodies_.bodies()[root_[b]].kind;
-  contact.kinematic_v_A_W = told_velocity(root_[a], contact.p_W);
-  contact.kinematic_v_B_W = told_velocity(root_[b], contact.p_W);
+  contact.kinematic_v_A_W = commanded_velocity(root_[a], contact.p_W);
+  contact.kinematic_v_B_W = commanded_velocity(root_[b], contact.p_W);
   contact.impact_W = Vector3::Constant(kNaN);
 }
 
@@ -285,7 +368,7 @@ Pose SceneEngine::object_pose(std::size_t object) const {
 
 std::optional<Vector3> SceneEngine::velocity(std::size_t object) const {
   const std::size_t root = root_[bodies_.body_of(object)];
-  if (bodies_.bodies()[root].kind != ContactSide::body) return std::nullopt;
+  if (bodies_.bodies()[root].kind != ContactSide::body || is_out(root)) return std::nullopt;
   Vector3 momentum = Vector3::Zero();
   double mass = 0.0;
   for (std::size_t b = 0; b < root_.size(); ++b) {
@@ -298,7 +381,7 @@ std::optional<Vector3> SceneEngine::velocity(std::size_t object) const {
 
 std::optional<Vector3> SceneEngine::angular_velocity(std::size_t object) const {
   const std::size_t root = root_[bodies_.body_of(object)];
-  if (bodies_.bodies()[root].kind != ContactSide::body) return std::nullopt;
+  if (bodies_.bodies()[root].kind != ContactSide::body || is_out(root)) return std::nullopt;
   return states_[root].w_W;
 }
 
@@ -355,7 +438,7 @@ double SceneEngine::energy() const {
   for (std::size_t b = 0; b < states_.size(); ++b) {
     const EngineScene::Body& body = bodies_.bodies()[b];
     const State& state = states_[b];
-    if (!moves(bodies_.bodies()[root_[b]].kind)) continue;
+    if (is_out(b) || !moves(bodies_.bodies()[root_[b]].kind)) continue;
     sum += 0.5 * (body.mass * dot(state.v_W, state.v_W) +
                   dot(state.w_W, spin(state.X_WB.R, body.moments, state.w_W))) -
            body.mass * dot(scene().gravity_W, state.X_WB.p);
@@ -374,7 +457,7 @@ Vector3 SceneEngine::body_momentum() const {
 double SceneEngine::body_mass() const {
   double sum = 0.0;
   for (std::size_t b = 0; b < states_.size(); ++b)
-    if (bodies_.bodies()[root_[b]].kind == ContactSide::body) sum += bodies_.bodies()[b].mass;
+    if (bodies_.bodies()[root_[b]].kind == ContactSide::body && !is_out(b)) sum += bodies_.bodies()[b].mass;
   return sum;
 }
 
@@ -387,7 +470,7 @@ double SceneEngine::worst_depth() {
   return judge_->worst([&](SolidIndex a, SolidIndex b) { return is_checked(a, b); });
 }
 
-// ---- what engines without arms and latches leave out
+// ---- defaults of engines without arms and latches
 
 SceneEngine::JointState SceneEngine::read_joint(std::size_t) const { return {}; }
 void SceneEngine::set_drive(std::size_t, const JointDrive&) {}

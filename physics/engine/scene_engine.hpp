@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
@@ -9,14 +10,19 @@
 namespace touchstone::physics {
 
 /// Shared by the adapters of engines: the scene in an engine's terms, its actions in time, what
-/// moves with what, sums over the bodies, and the depth as `native` sees it. An adapter sets the engine up in
-/// its constructor, then calls start().
+/// moves with what, what is in the world, sums over the bodies, and the depth as `native` sees it. An adapter
+/// sets the engine up in its constructor, all objects in, then calls start(), and keep_start() at the end.
 class SceneEngine : public DynamicsEngine {
  public:
   const DynamicScene& scene() const final { return bodies_.scene(); }
   std::uint64_t steps() const final { return steps_; }
   void begin_step() final;
   EngineStep step() final;
+
+  bool has(std::size_t object) const final { return !is_out(bodies_.body_of(object)); }
+  std::unique_ptr<EngineSnapshot> snapshot() const final;
+  void restore(const EngineSnapshot& snapshot) final;
+  void reset() final;
 
   Pose object_pose(std::size_t object) const final;
   std::optional<Vector3> velocity(std::size_t object) const final;
@@ -43,18 +49,22 @@ class SceneEngine : public DynamicsEngine {
   };
 
   explicit SceneEngine(const DynamicScene& scene);
-  /// Latches that hold from the start, drives at the start, and the state.
+  /// Latches that hold from the start, drives at the start, and the state; what is out is taken out.
   void start();
+  /// What reset() goes back to.
+  void keep_start();
 
   const EngineScene& bodies() const { return bodies_; }
   double step_size() const { return scene().step; }
   /// Whether the pair is checked now, latches in force.
   bool is_checked(SolidIndex a, SolidIndex b) const;
   bool has_latches() const { return !held_.empty(); }
+  bool is_out(std::size_t body) const { return is_out_[body] != 0; }
+  const State& state(std::size_t body) const { return states_[body]; }
   /// A kinematic body's state at the next step's end, and its velocity until then.
   const State& target(std::size_t body) const { return targets_[body]; }
   /// Velocity of a kinematic body's point over the last step; of others 0.
-  Vector3 told_velocity(std::size_t body, const Vector3& p_W) const;
+  Vector3 commanded_velocity(std::size_t body, const Vector3& p_W) const;
   /// Fills what does not depend on the engine: sides and their velocities.
   void finish_contact(EngineContact& contact) const;
 
@@ -76,6 +86,14 @@ class SceneEngine : public DynamicsEngine {
   virtual void release(std::size_t carried);
   /// From now on the joint between bodies holds them as they stand, its value 0; or lets go.
   virtual void switch_joint(std::size_t body_joint, bool is_on);
+  /// From now on the free body is out of the engine's world, or in it in that state.
+  virtual void take_body(std::size_t body) = 0;
+  virtual void put_body(std::size_t body, const State& at) = 0;
+  /// What of the engine's own state its next steps depend on, beyond what this class keeps.
+  virtual std::unique_ptr<EngineSnapshot> save() const = 0;
+  /// Back to it. This class restores its part itself, and commands the drives afterwards.
+  /// @pre save() of this engine made it
+  virtual void load(const EngineSnapshot& saved) = 0;
 
  private:
   struct Held {
@@ -89,6 +107,22 @@ class SceneEngine : public DynamicsEngine {
     Vector3 force_W = Vector3::Zero(), moment_W = Vector3::Zero();
   };
 
+  /// All of this class that changes from step to step.
+  struct Run {
+    std::vector<State> states, targets;
+    std::vector<std::uint8_t> is_out;
+    std::vector<JointState> joint_states;
+    std::vector<SceneDrive> drives;
+    std::vector<double> drives_since;
+    std::vector<Held> held;
+    std::vector<std::size_t> root;
+    std::size_t next_action;
+    std::uint64_t steps;
+  };
+  struct Snapshot;
+
+  void take_out(std::size_t object) final;
+  void put_in(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) final;
   void take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
                  const Vector3& moment_W) final;
   void apply_pushes();
@@ -104,7 +138,8 @@ class SceneEngine : public DynamicsEngine {
 
   EngineScene bodies_;
   std::vector<State> states_, targets_;
-  std::vector<Push> pushes_;  // by body
+  std::vector<std::uint8_t> is_out_;  // by body
+  std::vector<Push> pushes_;          // by body
   std::vector<JointState> joint_states_;
   std::vector<SceneDrive> drives_;
   std::vector<double> drives_since_;
@@ -112,6 +147,9 @@ class SceneEngine : public DynamicsEngine {
   std::vector<std::size_t> root_;  // by body: that carries it, or itself
   std::size_t next_action_ = 0;
   std::uint64_t steps_ = 0;
+  std::string refused_;  // why the next step fails
+  std::unique_ptr<EngineSnapshot> start_;
+  std::shared_ptr<const int> id_ = std::make_shared<const int>(0);  // snapshots know it: addresses come again
 
   struct Judge;
   struct JudgeDeleter {

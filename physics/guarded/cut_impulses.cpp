@@ -62,7 +62,7 @@ void CutImpulses::take_up(const SceneSimulation& simulation, std::uint32_t index
   for (std::size_t i = 0; i < unit.size; ++i) qd_[unit.first + i] = qd[i];
 }
 
-/// Fills the side's Jacobian; returns what a unit impulse changes its own speed by [1/kg].
+/// Fills the side's Jacobian; returns the change of the side's speed by a unit impulse [1/kg].
 double CutImpulses::per_mass_of(Side& side, const Row& row) const {
   if (side.unit == kNone) return 0.0;
   const Unit& unit = units_[side.unit];
@@ -77,11 +77,13 @@ double CutImpulses::per_mass_of(Side& side, const Row& row) const {
 }
 
 void CutImpulses::add(const SceneSimulation& simulation, const Contact& contact) {
+  // The row acts along the contact normal, midway between the two points.
   Row row;
   row.n_W = contact.n_AB_W;
   row.p_W = 0.5 * (contact.p_A_W + contact.p_B_W);
   const Mover* movers[2] = {&contact.a, &contact.b};
   double per_mass = 0.0;
+  // Each side adds to the row's inverse mass; a commanded side adds its velocity.
   for (const int k : {0, 1}) {
     Side& side = row.sides[k];
     side.sign = k == 0 ? -1.0 : 1.0;
@@ -92,6 +94,7 @@ void CutImpulses::add(const SceneSimulation& simulation, const Contact& contact)
       row.commanded += side.sign * dot(row.n_W, simulation.world().velocity_at(*movers[k], row.p_W));
     if (side.unit == kNone) continue;
     take_up(simulation, side.unit);
+    // A mechanism has a Jacobian row J and Y = M^-1 J^T.
     if (side.unit >= bodies_) {
       const std::size_t n = units_[side.unit].size;
       const MechanismDynamics& dynamics = simulation.dynamics_of(side.unit - bodies_);
@@ -110,6 +113,7 @@ void CutImpulses::add(const SceneSimulation& simulation, const Contact& contact)
     }
     per_mass += per_mass_of(side, row);
   }
+  // A contact that no impulse moves has no row.
   if (!(per_mass > 0.0)) return;
   row.mass = 1.0 / per_mass;
   row.wanted = contact.restitution;
@@ -171,17 +175,20 @@ void CutImpulses::give(SceneSimulation& simulation, CutReport& report) {
 CutReport CutImpulses::solve(SceneSimulation& simulation, std::span<const Contact> contacts,
                              double bounce_speed) noexcept {
   CutReport report;
+  // Each contact adds a row.
   rows_.clear(), J_.clear(), Y_.clear();
   for (Unit& unit : units_) unit.is_used = false;
   for (const Contact& contact : contacts) {
     if (rows_.size() == kMostContacts) break;
     add(simulation, contact);
   }
+  // An approach faster than `bounce_speed` rebounds, a slower one stops.
   for (Row& row : rows_) {
     const double v = speed(row);
     report.approach = std::max(report.approach, -v);
     row.wanted = v < -bounce_speed ? -row.wanted * v : 0.0;
   }
+  // Projected Gauss-Seidel sweeps run until the impulses hardly change.
   double change = report.approach;
   for (int sweep = 0; sweep < kMostSweeps && change > kShareLeft * report.approach; ++sweep) {
     change = 0.0;
@@ -192,6 +199,7 @@ CutReport CutImpulses::solve(SceneSimulation& simulation, std::span<const Contac
       change = std::max(change, std::abs(step) / row.mass);
     }
   }
+  // The remaining error is reported, and the impulses are applied.
   for (const Row& row : rows_) report.left = std::max(report.left, row.wanted - speed(row));
   if (report.approach > 0.0) give(simulation, report);
   std::fill(held_.begin(), held_.end(), std::uint8_t{0});

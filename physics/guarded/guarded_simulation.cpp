@@ -6,7 +6,8 @@
 namespace touchstone::physics {
 namespace {
 
-bool is_same(const Pose& a, const Pose& b) { return a.p == b.p && a.R == b.R; }
+/// Frames of one step in which jointed bodies follow a cut one; each cuts one more mover at least.
+constexpr int kMostFollows = 4;
 
 }  // namespace
 
@@ -20,7 +21,7 @@ Vector3 GuardedSimulation::hand_point(std::size_t hand) const {
   return transform(simulation_.object_pose(hands_[hand].setting.link), hands_[hand].setting.p_O);
 }
 
-/// Joint rates for what the hands want, from where the arms are; drives follow with what torque they have.
+/// Joint rates for the hands' commands, from where the arms are; drives follow as their torques allow.
 void GuardedSimulation::drive_hands() {
   DynamicsWorld& world = simulation_.world_to_set();
   for (Hand& hand : hands_) {
@@ -129,11 +130,26 @@ bool GuardedSimulation::cut_mechanism(std::uint32_t mechanism, GuardedStep& repo
 }
 
 bool GuardedSimulation::find_cuts(GuardedStep& report) {
-  std::fill(is_cut_.begin(), is_cut_.end(), std::uint8_t{0});
+  const std::uint32_t before = report.cut;
   for (const std::size_t object : movers_) report.cut += cut_body(object, report) ? 1 : 0;
   for (std::size_t m = 0; m < mechanisms_.size(); ++m)
     report.cut += cut_mechanism(static_cast<std::uint32_t>(m), report) ? 1 : 0;
-  return report.cut > 0;
+  return report.cut > before;
+}
+
+/// Bodies that joints hold to a cut one follow it, frame by frame, as far as the world lets them.
+void GuardedSimulation::bring_joints_together(GuardedStep& report) {
+  if (!follower_.any()) return;
+  events_.assign(frame_.events.begin(), frame_.events.end());
+  for (int i = 0; i < kMostFollows && follower_.follow(simulation_, is_cut_); ++i) {
+    propose();
+    const FrameReport further = world_.frame(commands_, joint_commands_);
+    for (const ContactEvent& event : further.events)
+      if (event.kind != EventKind::near && event.kind != EventKind::persists) events_.push_back(event);
+    if (!find_cuts(report)) break;
+  }
+  frame_.events = events_;
+  report.joint_error = follower_.worst_error(simulation_);
 }
 
 std::pair<Vector3, Vector3> GuardedSimulation::momentum() const {
@@ -148,7 +164,7 @@ std::pair<Vector3, Vector3> GuardedSimulation::momentum() const {
   return {linear, angular};
 }
 
-/// Rates and momenta of what stands are gone; kinematic bodies that were cut stand until commanded again.
+/// Standing units lose their rates and momenta; kinematic bodies that were cut stand until commanded again.
 void GuardedSimulation::stand(GuardedStep& report) {
   DynamicsWorld& world = simulation_.world_to_set();
   const Vector3 before = momentum().first;
@@ -178,7 +194,9 @@ void GuardedSimulation::take_back(GuardedStep& report) {
   DynamicsWorld& world = simulation_.world_to_set();
   const auto [linear, angular] = momentum();
   const double energy = world.energy();
+  std::fill(is_cut_.begin(), is_cut_.end(), std::uint8_t{0});
   if (!find_cuts(report)) return;
+  bring_joints_together(report);
   mark_standing();
   stand(report);
   report.impulses = impulses_.solve(simulation_, cut_contacts(), scene_->bounce_speed);

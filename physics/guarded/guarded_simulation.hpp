@@ -13,6 +13,7 @@
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/physics/contacts/gap_narrowphase.hpp"
 #include "touchstone/physics/guarded/cut_impulses.hpp"
+#include "touchstone/physics/guarded/joint_follower.hpp"
 #include "touchstone/physics/scene/scene_simulation.hpp"
 
 namespace touchstone::physics {
@@ -65,6 +66,8 @@ struct GuardedStep {
   /// Of bodies and mechanisms: after the cut less that before [J].
   double energy = 0.0;
   double way = 0.0;  ///< the farthest that a body's origin or a link's was held back [m]
+  /// The largest error of a joint between bodies, as all are shown, where something was cut [m] or [rad].
+  double joint_error = 0.0;
 };
 
 /// The paper's second build with dynamics in it, in one loop: hands to joint rates, drives of limited torque
@@ -79,6 +82,10 @@ struct GuardedStep {
 /// along the normals take (CutImpulses), equal and opposite between what is free, with Newton's restitution;
 /// friction follows in the next step's forces. Who stands (hold, advance) loses its momentum to what holds
 /// it.
+///
+/// Joints between bodies: what one holds to what was cut follows it in a further frame of the world, the
+/// joint's frames together again as far as that is clear (JointFollower); what is in the way of that is cut,
+/// too. Errors that stay are the next step's to take back.
 ///
 /// Shown poses are proven to be apart by g/2 at least, path and all, with the world's narrowphase, whatever
 /// dynamics' contacts come from; objects that overlap at the start may part. Set-up throws InputError, and so
@@ -128,7 +135,8 @@ class GuardedSimulation {
                : world_.actual_pose(objects_[object]);
   }
   GuardPolicy policy(std::size_t a, std::size_t b) const { return policies_[a * objects_.size() + b]; }
-  /// Of the last step, events and all.
+  /// Of the last step, events and all, those of its further frames for joints between bodies among them (but
+  /// for `near` and `persists`).
   const FrameReport& proof() const { return frame_; }
   const ContactWorld& world() const { return world_; }
   const SceneSimulation& simulation() const { return simulation_; }
@@ -153,6 +161,8 @@ class GuardedSimulation {
   void see(std::size_t a, std::size_t b);
   void set_pair_rules();
   void follow_latches();
+  void follow_joints();
+  bool is_joined(std::size_t a, std::size_t b) const;
   bool names(const std::string& name, std::size_t object) const;
   void fill_world();
   void exempt_in_world();
@@ -163,6 +173,7 @@ class GuardedSimulation {
   void drive_hands();
   void propose();
   bool find_cuts(GuardedStep& report);
+  void bring_joints_together(GuardedStep& report);
   bool cut_body(std::size_t object, GuardedStep& report);
   bool cut_mechanism(std::uint32_t mechanism, GuardedStep& report);
   void mark_standing();
@@ -193,6 +204,9 @@ class GuardedSimulation {
   std::uint64_t latched_ = 0;         // simulation_.worlds() that the world knows
   std::vector<Hand> hands_;
   CutImpulses impulses_;
+  JointFollower follower_;
+  std::vector<std::uint8_t> are_joined_;           // by joint between bodies: the world lets its pair through
+  std::vector<ContactEvent> events_;               // of a step with several frames
   std::unique_ptr<NarrowphaseContacts> touching_;  // what a cut's impulses act at
   // Of the step.
   std::vector<Contact> cut_contacts_;

@@ -12,7 +12,7 @@ namespace touchstone::physics {
 namespace {
 
 constexpr std::size_t kMostPairsListed = 1024;
-/// Less, and what dynamics takes to touch is what the world takes to be too near.
+/// With less, bodies that touch in dynamics are too near in the world.
 constexpr double kLeastGaps = 10.0;
 
 std::vector<std::uint32_t> object_of_solids(const Scene& scene) {
@@ -31,9 +31,10 @@ ContactPolicy policy_in_world(GuardPolicy policy) {
 
 const DynamicScene& checked(const DynamicScene& scene, const GuardSettings& settings) {
   validate(scene);
-  if (!scene.joints.empty())
-    throw InputError("guard: joint '" + scene.joints[0].name +
-                     "': what is shown is proven for mechanisms alone, not for joints between bodies");
+  for (const SceneAction& action : scene.actions)
+    if (action.kind == SceneAction::Kind::add || action.kind == SceneAction::Kind::remove)
+      throw InputError(action.where + "guard: object '" + scene.scene.objects[action.carried].tree.name() +
+                       "': nothing comes or goes in a guarded scene");
   if (!std::isfinite(settings.gap) || !(settings.gap >= kLeastGaps * scene.scene.contact_gap))
     throw InputError("guard: the gap is less than 10 times the scene's contact_gap");
   return scene;
@@ -67,7 +68,9 @@ GuardedSimulation::GuardedSimulation(const DynamicScene& scene, const GuardSetti
                         scene_->contact_margin + settings_.gap);
                   }),
       world_(make_proof_(), make_broadphase_(), settings_.gap),
-      impulses_(simulation_) {
+      impulses_(simulation_),
+      follower_(simulation_),
+      are_joined_(scene.joints.size(), 0) {
   fill_world();
   fill_touching();
   frame_ = world_.frame({});  // so that its memory is there
@@ -118,6 +121,7 @@ void GuardedSimulation::set_policies() {
 void GuardedSimulation::fill_world() {
   const Scene& scene = scene_->scene;
   world_.set_default_rule({.policy = policy_in_world(settings_.policy)});
+  // Mechanisms come first, since links refer to them.
   for (std::size_t m = 0; m < scene_->mechanisms.size(); ++m) {
     const Mechanism& mechanism = simulation_.dynamics_of(m).mechanism();
     const std::span<const double> q = simulation_.world().joint_values(static_cast<std::uint32_t>(m));
@@ -127,6 +131,7 @@ void GuardedSimulation::fill_world() {
     joint_commands_.push_back({mechanisms_.back(), q});
     still_.resize(std::max(still_.size(), q.size()), 0.0);
   }
+  // Each object is added, or found as a link, and is indexed by its slot.
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const SceneObject& object = scene.objects[i];
     const SceneBody& body = scene_->bodies[i];
@@ -141,15 +146,18 @@ void GuardedSimulation::fill_world() {
     if (object_of_slot_.size() <= objects_[i].slot) object_of_slot_.resize(objects_[i].slot + 1);
     object_of_slot_[objects_[i].slot] = i;
   }
+  // Pair rules, exemptions and latches follow the scene.
   set_pair_rules();
   exempt_in_world();
   carrier_.assign(objects_.size(), kNoObject);
   take_up_latches();
+  // Memory for the steps is reserved.
   commands_.reserve(objects_.size());
   movers_.reserve(objects_.size());
   const std::size_t units = simulation_.world().body_count() + mechanisms_.size();
   is_cut_.assign(units, 0);
   cut_contacts_.reserve(CutImpulses::kMostContacts);
+  if (follower_.any()) events_.reserve(kMostPairsListed);
   standing_.assign(units, 0);
   world_.prepare();
 }
@@ -181,6 +189,39 @@ void GuardedSimulation::exempt_in_world() {
   for (std::size_t a = 0; a < objects_.size(); ++a)
     for (std::size_t b = a + 1; b < objects_.size(); ++b)
       if (simulation_.are_one(a, b)) world_.exempt({objects_[a], objects_[b]});
+  follow_joints();
+}
+
+/// By a joint of a mechanism, or as one link: exempt for good.
+bool GuardedSimulation::is_joined(std::size_t a, std::size_t b) const {
+  if (simulation_.are_one(a, b)) return true;
+  for (const SceneMechanism& mechanism : scene_->mechanisms)
+    for (const SceneJoint& joint : mechanism.joints)
+      if ((joint.parent == a && joint.child == b) || (joint.parent == b && joint.child == a)) return true;
+  return false;
+}
+
+/// Pairs of objects that joints between bodies join, as dynamics has it: while one of them holds.
+void GuardedSimulation::follow_joints() {
+  const auto holds = [&](std::size_t j) {
+    return simulation_.world().world_joint(static_cast<std::uint32_t>(j)).is_on;
+  };
+  for (std::size_t j = 0; j < scene_->joints.size(); ++j) {
+    const SceneBodyJoint& joint = scene_->joints[j];
+    if (joint.parent == kNoObject || is_joined(joint.parent, joint.child)) continue;
+    bool is_first = true, any_holds = false;  // several of a pair: the first speaks for all
+    for (std::size_t k = 0; k < scene_->joints.size(); ++k) {
+      const SceneBodyJoint& other = scene_->joints[k];
+      const bool is_same = (other.parent == joint.parent && other.child == joint.child) ||
+                           (other.parent == joint.child && other.child == joint.parent);
+      is_first = is_first && !(is_same && k < j);
+      any_holds = any_holds || (is_same && holds(k));
+    }
+    if (!is_first || any_holds == (are_joined_[j] != 0)) continue;
+    const Exemption pair{objects_[joint.parent], objects_[joint.child]};
+    any_holds ? world_.exempt(pair) : world_.unexempt(pair);
+    are_joined_[j] = any_holds ? 1 : 0;
+  }
 }
 
 /// Follows the latches and releases of the simulation since the last call; allocates.
@@ -234,9 +275,10 @@ void GuardedSimulation::select(std::size_t object, bool is_on) {
   world_.prepare();
 }
 
-/// What follows a latch or a release in the proof and in what impulses act at.
+/// Takes a latch or a release over into the proof, and into the pairs whose impulses count as touching.
 void GuardedSimulation::follow_latches() {
   take_up_latches();
+  follow_joints();
   fill_touching();
   world_.prepare();
 }

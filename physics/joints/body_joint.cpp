@@ -52,11 +52,13 @@ BodyJoint::Placed BodyJoint::place(const FrameMotion& a, const FrameMotion& b) c
   Placed out;
   out.at_W = B.p;
   out.axis_W = A.R.col(2);
+  // The frames' relative offset and velocity are taken at B's origin.
   const Vector3 apart = B.p - A.p;
   const Vector3 v = velocity_at(b, B.p) - velocity_at(a, B.p), w = b.w_W - a.w_W;
-  // A's axes turn with A: Coriolis of what shifts against it, and of what turns.
+  // A's axes turn with A: B has a Coriolis term, of its translation and of its rotation against A.
   const Vector3 coriolis = -2.0 * cross(a.w_W, v);
   const Vector3 turned = turn_between(A.R, B.R, kind == BodyJointKind::hinge);
+  // Each translation and each rotation that is held gives a row.
   const Held held = held_by(kind);
   for (int i = 0; i < 3; ++i) {
     if (!held.shifts[static_cast<std::size_t>(i)]) continue;
@@ -68,6 +70,7 @@ BodyJoint::Placed BodyJoint::place(const FrameMotion& a, const FrameMotion& b) c
     const Vector3 axis = A.R.col(i);
     out.rows[out.count++] = {Vector3::Zero(), axis, dot(axis, turned), dot(w, cross(a.w_W, axis))};
   }
+  // The free axis has a value and a rate.
   if (kind == BodyJointKind::hinge) {
     const Vector3 x_B = B.R.col(0);
     out.value = arc_tangent(dot(x_B, Vector3(A.R.col(1))), dot(x_B, Vector3(A.R.col(0))));

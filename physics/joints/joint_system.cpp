@@ -14,18 +14,18 @@ namespace touchstone::physics {
 namespace {
 
 // Added to each row's diagonal entry of J M^-1 J^T, so that redundant rows have a solution; the
-// square root of eps, which refinement takes out of all others: each time what is left shrinks by this over
-// the row's share that is its own.
+// square root of eps, which refinement takes out of all others: each time the error shrinks by this over
+// the row's independent share.
 constexpr double kRegular = 0x1p-26;
 constexpr int kRefinements = 3;
 // Errors that are rounding of poses some metres from the origin are left: 2^-44 m, or rad.
 constexpr double kSettled = 0x1p-44;
 constexpr int kMostPulls = 4;
-// A flight is cut into parts in which nothing turns further [rad]: what order 6 leaves of one is then below
-// 1e-12 of it. No more than so many.
+// A flight is cut into parts in which nothing turns further [rad]: the error of order 6 over one is then
+// below 1e-12 of it. No more than kMostParts.
 constexpr double kMostTurn = 0.0625;
 constexpr int kMostParts = 32;
-// By body: place gained, momentum, attitude, moment of momentum.
+// By body: place gained, momentum, attitude, angular momentum.
 constexpr std::size_t kPlace = 0, kMomentum = 3, kAttitude = 6, kAngular = 10, kBodySize = 13;
 constexpr std::size_t kBodyRates = 6;
 
@@ -128,6 +128,7 @@ FrameMotion JointSystem::motion_of(const Side& side, double t) const {
     case Side::Kind::ground:
       break;
     case Side::Kind::body: {
+      // A body's frame is offset from its centre of mass.
       const Placed& body = placed_[side.index];
       const Vector3 c = rotate(body.R_WB, bodies[side.index].body->inertia().centre_B);
       out = {{body.R_WB, body.p_W - c}, body.v_W - cross(body.w_W, c), body.w_W};
@@ -141,6 +142,7 @@ FrameMotion JointSystem::motion_of(const Side& side, double t) const {
       break;
     }
     case Side::Kind::kinematic: {
+      // A kinematic body moves at constant velocities from t = 0.
       const Kinematic& body = kinematic[side.index];
       out = {body.X_WB, body.v_W, body.w_W};
       if (t == 0.0) break;
@@ -182,6 +184,7 @@ void JointSystem::add_side(const Side& side, const BodyJointRow& row, const Vect
   const std::uint32_t unit = unit_of(side);
   if (unit == kNone) return;
   const std::size_t n = size_of_unit(unit);
+  // The unit's part of the row is found, or appended.
   int part = 0;
   while (part < out.count && out.units[part] != unit) ++part;
   if (part == out.count) {
@@ -189,6 +192,7 @@ void JointSystem::add_side(const Side& side, const BodyJointRow& row, const Vect
     ++out.count;
     J_.resize(J_.size() + n, 0.0);
   }
+  // A body's entries are the force and its moment about the centre of mass.
   const Vector3 force = sign * row.force_W, moment = sign * row.moment_W;
   double* const J = &J_[out.first[part]];
   if (unit < bodies.size()) {
@@ -196,6 +200,7 @@ void JointSystem::add_side(const Side& side, const BodyJointRow& row, const Vect
     for (int i = 0; i < 3; ++i) J[i] += force[i], J[i + 3] += turn[i];
     return;
   }
+  // A mechanism's entries come from the link's point and rotation Jacobians.
   const Arm& arm = arms[unit - bodies.size()];
   rest_.resize(n);  // scratch
   const auto add = [&] {
@@ -211,12 +216,13 @@ void JointSystem::add_side(const Side& side, const BodyJointRow& row, const Vect
   }
 }
 
-/// J and M^-1 J^T of all rows, and what they miss: accelerations, or errors of place.
+/// J and M^-1 J^T of all rows, and their errors: of accelerations, or of place.
 void JointSystem::add_rows(double t, bool with_accelerations) {
   rows_.clear();
   J_.clear();
   placed_joints_.resize(joints.size());
-  lambda_.clear();  // what rows miss, for now
+  lambda_.clear();  // the rows' errors, for now
+  // Each joint is placed by the motion of its two sides.
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const Joint& joint = joints[j];
     const BodyJoint::Placed& placed = placed_joints_[j] =
@@ -226,6 +232,7 @@ void JointSystem::add_rows(double t, bool with_accelerations) {
       a = point_acceleration(joint.b, placed.at_W, t) - point_acceleration(joint.a, placed.at_W, t);
       alpha = turn_acceleration(joint.b) - turn_acceleration(joint.a);
     }
+    // Each of its rows gets both sides' Jacobians and its error.
     for (std::size_t i = 0; i < placed.count; ++i) {
       const BodyJointRow& row = placed.rows[i];
       Row& out = rows_.emplace_back();
@@ -237,6 +244,7 @@ void JointSystem::add_rows(double t, bool with_accelerations) {
                                            : row.error);
     }
   }
+  // Y = M^-1 J^T is solved unit by unit.
   Y_ = J_;
   for (const Row& row : rows_)
     for (int part = 0; part < row.count; ++part) {
@@ -274,6 +282,7 @@ bool JointSystem::factor() {
   find_first_columns();
   W_.assign(n * n, 0.0);
   right_.resize(n);
+  // W couples rows that act on a common unit.
   for (std::size_t r = 0; r < n; ++r)
     for (std::size_t s = first_column_[r]; s <= r; ++s) {
       double sum = 0.0;
@@ -292,6 +301,7 @@ bool JointSystem::factor() {
     for (std::size_t s = first_column_[r]; s < r; ++s) W_[r * n + s] *= right_[r] * right_[s];
     W_[r * n + r] = right_[r] > 0.0 ? 1.0 : 0.0;
   }
+  // The Cholesky factor stays within the profile.
   L_ = W_;
   for (std::size_t r = 0; r < n; ++r) {
     double* const row = &L_[r * n];
@@ -324,7 +334,7 @@ void JointSystem::solve(std::vector<double>& x) const {
   }
 }
 
-/// lambda_: in, what rows miss; out, what makes it up. right_ holds the rows' scales.
+/// lambda_: in, the rows' errors; out, the multipliers that correct them. right_ holds the rows' scales.
 void JointSystem::find_multipliers() {
   const std::size_t n = rows_.size();
   const std::vector<double>& scale = right_;
@@ -376,6 +386,7 @@ void JointSystem::accelerations(double* slope) const {
 }
 
 bool JointSystem::slope_at(double t, const double* y, double* slope, const Vector3& gravity_W) {
+  // Each unit's rates have a range in `change_`.
   first_rate_.clear();
   std::size_t rates = 0;
   for (std::uint32_t unit = 0; unit < bodies.size() + arms.size(); ++unit) {
@@ -383,12 +394,14 @@ bool JointSystem::slope_at(double t, const double* y, double* slope, const Vecto
     rates += size_of_unit(unit);
   }
   change_.assign(rates, 0.0);
+  // The units are placed at this state, and the joints' multipliers are found.
   gravity_W_ = gravity_W;
   place_bodies(y, gravity_W);
   if (!place_arms(y, gravity_W)) return false;  // change_ of arms: without joints
   add_rows(t, true);
   if (!factor()) return false;
   find_multipliers();
+  // The multipliers act on bodies as forces, on mechanisms as accelerations.
   for (std::size_t r = 0; r < rows_.size(); ++r)
     for (int part = 0; part < rows_[r].count; ++part) {
       const std::uint32_t unit = rows_[r].units[part];
@@ -397,6 +410,7 @@ bool JointSystem::slope_at(double t, const double* y, double* slope, const Vecto
       for (std::size_t k = 0; k < rows_[r].size[part]; ++k)
         to[k] += of[rows_[r].first[part] + k] * lambda_[r];
     }
+  // Bodies have accelerations, and quaternion rates from their angular velocities.
   accelerations(slope);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const double* const q = y + i * kBodySize + kAttitude;
@@ -405,6 +419,7 @@ bool JointSystem::slope_at(double t, const double* y, double* slope, const Vecto
     to[0] = rate.w;
     put(rate.v, to + 1);
   }
+  // Mechanisms have joint rates and accelerations.
   std::size_t at = kBodySize * bodies.size();
   for (std::size_t i = 0; i < arms.size(); ++i) {
     const std::size_t n = arms[i].q.size();
@@ -426,7 +441,7 @@ bool JointSystem::take(const std::vector<double>& gained, double h) {
     add_compensated(state.momentum_W, state.low_W, h * vector_at(d + kMomentum));
     state.angular_W += h * vector_at(d + kAngular);
     const Quaternion dq{h * d[kAttitude], h * vector_at(d + kAttitude + 1)};
-    // Less than an attitude can tell goes where such turns are kept.
+    // A turn below the resolution of an attitude is kept back.
     if (norm(dq.v) < 0x1p-54)
       RigidBody::turn_by(state, 2.0 * (dq * conjugate(state.q_WB)).v);
     else
@@ -442,10 +457,12 @@ bool JointSystem::take(const std::vector<double>& gained, double h) {
 }
 
 bool JointSystem::fly(double h, const Vector3& gravity_W) {
+  // The state vector is sized, and the reactions start at zero.
   std::size_t size = kBodySize * bodies.size();
   for (const Arm& arm : arms) size += 2 * arm.q.size();
   for (auto& slope : slopes_) slope.resize(size);
   reactions_.assign(joints.size(), {Vector3::Zero(), Vector3::Zero()});
+  // The flight is divided so that nothing turns too far in one part.
   double fastest = 0.0;
   for (const Body& body : bodies) fastest = std::max(fastest, norm(body.body->angular_velocity(body.state)));
   for (const Arm& arm : arms)
@@ -455,10 +472,12 @@ bool JointSystem::fly(double h, const Vector3& gravity_W) {
   const double part = h / std::max(parts, 1);
   const RungeKutta& method = kOrder6;
   for (int i = 0; i < std::max(parts, 1); ++i) {
+    // Each part starts from the present state.
     y_.resize(2 * size);
     double* const y = y_.data();
     double* const at = y + size;
     start(y);
+    // Each Runge-Kutta stage finds the slopes at a weighted state.
     for (std::size_t stage = 0; stage < method.stages; ++stage) {
       double c = 0.0;
       std::copy_n(y, size, at);
@@ -467,6 +486,7 @@ bool JointSystem::fly(double h, const Vector3& gravity_W) {
         for (std::size_t n = 0; n < size; ++n) at[n] += part * method.before[stage][k] * slopes_[k][n];
       }
       if (!slope_at(part * (i + c), at, slopes_[stage].data(), gravity_W)) return false;
+      // The stage's multipliers add to the reactions of their joints.
       for (std::size_t r = 0; r < rows_.size(); ++r) {
         const std::size_t j = rows_[r].joint;
         std::size_t first = r;
@@ -477,6 +497,7 @@ bool JointSystem::fly(double h, const Vector3& gravity_W) {
         reactions_[j].twist_W += impulse * row.moment_W;
       }
     }
+    // The weighted slopes advance the state.
     for (std::size_t n = 0; n < size; ++n) {
       double sum = 0.0;
       for (std::size_t k = 0; k < method.stages; ++k) sum += method.all[k] * slopes_[k][n];
@@ -510,9 +531,10 @@ double JointSystem::worst_error() {
   return worst;
 }
 
-/// By what lambda_ says, no row by more than most_way; returns by how much. A system that nothing holds keeps
-/// its moment of momentum.
+/// By the multipliers lambda_, no row by more than most_way; returns by how much. A system that nothing holds
+/// keeps its angular momentum.
 double JointSystem::move_apart(double most_way) {
+  // The multipliers give each unit's displacement.
   std::fill(change_.begin(), change_.end(), 0.0);
   for (std::size_t r = 0; r < rows_.size(); ++r)
     for (int part = 0; part < rows_[r].count; ++part) {
@@ -520,16 +542,18 @@ double JointSystem::move_apart(double most_way) {
       for (std::size_t k = 0; k < rows_[r].size[part]; ++k)
         to[k] += Y_[rows_[r].first[part] + k] * lambda_[r];
     }
+  // The largest displacement of a row limits the scale.
   double farthest = 0.0;
   for (const Row& row : rows_) {
-    double way = 0.0;
+    double travel = 0.0;
     for (int part = 0; part < row.count; ++part)
       for (std::size_t k = 0; k < row.size[part]; ++k)
-        way += J_[row.first[part] + k] * change_[first_rate_[row.units[part]] + k];
-    farthest = worse_of(farthest, std::abs(way));
+        travel += J_[row.first[part] + k] * change_[first_rate_[row.units[part]] + k];
+    farthest = worse_of(farthest, std::abs(travel));
   }
   const double scale = farthest > most_way ? most_way / farthest : 1.0;
   for (double& change : change_) change *= scale;
+  // A system of free bodies keeps its angular momentum, about its centre of mass.
   const auto is_free = [](const Joint& joint) {
     return joint.a.kind == Side::Kind::body && joint.b.kind == Side::Kind::body;
   };
@@ -540,13 +564,14 @@ double JointSystem::move_apart(double most_way) {
     mass += body.body->inertia().mass;
     momentum += body.state.momentum_W;
   }
+  // Bodies and mechanisms move by the scaled displacements.
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     RigidBodyState& state = bodies[i].state;
     const double* const by = &change_[first_rate_[i]];
-    const Vector3 way = vector_at(by);
-    const double own = bodies[i].body->inertia().mass;
-    if (all_free) state.angular_W -= cross(way, Vector3(state.momentum_W - (own / mass) * momentum));
-    add_compensated(state.p_W, state.p_low_W, way);
+    const Vector3 offset = vector_at(by);
+    const double body_mass = bodies[i].body->inertia().mass;
+    if (all_free) state.angular_W -= cross(offset, Vector3(state.momentum_W - (body_mass / mass) * momentum));
+    add_compensated(state.p_W, state.p_low_W, offset);
     RigidBody::turn_by(state, vector_at(by + 3));
   }
   for (std::size_t i = 0; i < arms.size(); ++i) {

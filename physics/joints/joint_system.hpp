@@ -30,14 +30,14 @@ class JointSystem {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  /// A free body on its way.
+  /// A free body in flight.
   struct Body {
     const RigidBody* body;
     RigidBodyState state;
     Vector3 push_W = Vector3::Zero(),
             push_moment_W = Vector3::Zero();  ///< constant [N], [N m] about its centre
   };
-  /// A mechanism on its way, its base held.
+  /// A mechanism in flight, its base held.
   struct Arm {
     const MechanismDynamics* dynamics;
     Pose X_WBase;
@@ -69,7 +69,7 @@ class JointSystem {
   std::vector<Joint> joints;
 
   void clear();
-  /// Memory for so many at a time; of `arms` mechanisms of at most `widest` joint values. Systems of more
+  /// Memory for this many at a time; of `arms` mechanisms of at most `widest` joint values. Systems of more
   /// than 64 joints get theirs when they come.
   void reserve(std::size_t bodies, std::size_t arms, std::size_t joints, std::size_t widest);
 
@@ -84,10 +84,10 @@ class JointSystem {
 
   /// Takes the rows' errors back by the least motion, weighed by mass, that does; what contradicts is left
   /// where the sum of squares, metres and radians alike, is least. No velocities come of it: the momenta of
-  /// bodies keep their bits, but for angular_W, which takes what keeps the moment of momentum of all about
+  /// bodies keep their bits, but for angular_W, which takes what keeps the angular momentum of all about
   /// any point, seen from their common centre, where nothing is held from outside. Newton's method, a few
   /// steps.
-  /// @param most_way that any row may be moved [m] [rad]. @return what error is left, the largest.
+  /// @param most_way the longest that any row may be moved [m] [rad]. @return the largest error left.
   double pull_together(double most_way);
   /// The largest error of any row as all stand [m] [rad].
   double worst_error();

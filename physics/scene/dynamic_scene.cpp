@@ -13,14 +13,6 @@ namespace {
   throw InputError(where + reason);
 }
 
-std::string object_name(const DynamicScene& scene, std::size_t object) {
-  return "object '" + scene.scene.objects[object].tree.name() + "'";
-}
-
-bool has_motion(const SceneObject& object) {
-  return !object.motion.segments.empty() || !object.motion.keys.empty();
-}
-
 bool is_number_at_least_0(double value) { return value >= 0.0; }  // infinity too, not NaN
 
 void validate_drive(const SceneDrive& drive, const std::string& name) {
@@ -99,11 +91,11 @@ void validate_mechanism(const DynamicScene& scene, const SceneMechanism& mechani
                "mechanism '" + mechanism.name + "': joint '" + mechanism.joints[i].name + "' occurs twice");
 }
 
-/// Follows latches and releases by what carries what, as they will be carried out.
+/// Follows which object carries which through latches and releases, as they will be carried out.
 class LatchPlan {
  public:
   explicit LatchPlan(const DynamicScene& scene)
-      : scene_(&scene), carrier_(scene.scene.objects.size(), kNoObject) {}
+      : scene_(&scene), carrier_(scene.scene.objects.size(), kNoObject), is_out_(absent_at_start(scene)) {}
 
   void latch(std::size_t carrier, std::size_t carried, const std::string& where) {
     const std::string here = where + "latch: ";
@@ -117,6 +109,8 @@ class LatchPlan {
                        object_name(*scene_, carrier_[carried]));
     for (std::size_t i = carrier; i != kNoObject; i = carrier_[i])
       if (i == carried) reject(here, "closes a cycle");
+    for (const std::size_t object : {carrier, carried})
+      if (is_out_[object] != 0) reject(here, object_name(*scene_, object) + " is not in the world then");
     carrier_[carried] = carrier;
   }
   void release(std::size_t carried, const std::string& where) {
@@ -125,10 +119,27 @@ class LatchPlan {
       reject(where, "release: " + object_name(*scene_, carried) + " is not carried");
     carrier_[carried] = kNoObject;
   }
+  void come_or_go(std::size_t object, bool comes, const std::string& where) {
+    const std::string here = where + (comes ? "add: " : "remove: ");
+    if (object >= carrier_.size()) reject(here, "no such object");
+    const std::string name = object_name(*scene_, object);
+    if (scene_->bodies[object].kind != BodyKind::dynamic)
+      reject(here, name + " is " + std::string(to_string(scene_->bodies[object].kind)) +
+                       ": only dynamic ones come and go");
+    if (const std::string joint = joint_that_holds(*scene_, object); !joint.empty())
+      reject(here, name + " is held by joint '" + joint + "'");
+    if ((is_out_[object] != 0) != comes) reject(here, name + (comes ? " is there already" : " is not there"));
+    if (carrier_[object] != kNoObject)
+      reject(here, name + " is carried by " + object_name(*scene_, carrier_[object]));
+    if (std::find(carrier_.begin(), carrier_.end(), object) != carrier_.end())
+      reject(here, name + " carries another object");
+    is_out_[object] = comes ? 0 : 1;
+  }
 
  private:
   const DynamicScene* scene_;
   std::vector<std::size_t> carrier_;
+  std::vector<std::uint8_t> is_out_;
 };
 
 void validate_allowed(const DynamicScene& scene, std::span<const ExemptPair> allowed,
@@ -149,9 +160,11 @@ void validate_latch_options(const DynamicScene& scene) {
 }
 
 void validate_actions(const DynamicScene& scene) {
+  // The plan starts with the latches that hold from the start.
   LatchPlan plan(scene);
   for (const SceneLatch& latch : scene.scene.latches)
     plan.latch(find_object(scene.scene, latch.carrier), find_object(scene.scene, latch.carried), "");
+  // Actions must be in order of time, and each is checked by its kind.
   double earliest = 0.0;
   for (const SceneAction& action : scene.actions) {
     if (!(action.time >= earliest) || !std::isfinite(action.time))
@@ -162,6 +175,8 @@ void validate_actions(const DynamicScene& scene) {
       validate_allowed(scene, action.allowed, action.where);
     }
     if (action.kind == SceneAction::Kind::release) plan.release(action.carried, action.where);
+    if (action.kind == SceneAction::Kind::add || action.kind == SceneAction::Kind::remove)
+      plan.come_or_go(action.carried, action.kind == SceneAction::Kind::add, action.where);
     if (action.kind == SceneAction::Kind::set_joint) {
       if (action.joint.is_of_bodies())
         reject(action.where, "set: only joints of mechanisms are put at values");
@@ -317,6 +332,23 @@ std::string unit_of(const SceneAnswer& answer, JointKind kind) {
   return "";
 }
 
+std::vector<std::uint8_t> absent_at_start(const DynamicScene& scene) {
+  std::vector<std::uint8_t> is_out(scene.scene.objects.size(), 0), is_known = is_out;
+  for (const SceneAction& action : scene.actions) {
+    const bool comes = action.kind == SceneAction::Kind::add;
+    if ((!comes && action.kind != SceneAction::Kind::remove) || action.carried >= is_out.size()) continue;
+    if (is_known[action.carried] == 0) is_out[action.carried] = comes ? 1 : 0;
+    is_known[action.carried] = 1;
+  }
+  return is_out;
+}
+
+std::string joint_that_holds(const DynamicScene& scene, std::size_t object) {
+  for (const SceneBodyJoint& joint : scene.joints)
+    if (joint.parent == object || joint.child == object) return joint.name;
+  return "";
+}
+
 std::uint64_t DynamicScene::step_count() const {
   return static_cast<std::uint64_t>(std::round(scene.duration / step));
 }
@@ -326,6 +358,10 @@ JointKind kind_of(const DynamicScene& scene, const JointAddress& joint) {
   const BodyJointKind kind = scene.joints[joint.joint].kind;
   if (kind == BodyJointKind::hinge) return JointKind::revolute;
   return kind == BodyJointKind::slider ? JointKind::prismatic : JointKind::fixed;
+}
+
+std::string object_name(const DynamicScene& scene, std::size_t object) {
+  return "object '" + scene.scene.objects[object].tree.name() + "'";
 }
 
 std::string name_of(const DynamicScene& scene, const JointAddress& joint) {
@@ -349,7 +385,7 @@ void validate_body(const DynamicScene& scene, std::size_t object) {
   const std::string name = body.where + object_name(scene, object);
   if (body.kind == BodyKind::dynamic) validate(body.inertia, Thinness::solid, name);
   if (body.kind == BodyKind::link) validate(body.inertia, Thinness::thin, name);
-  if (has_motion(scene.scene.objects[object]) && body.kind != BodyKind::kinematic)
+  if (!scene.scene.objects[object].motion.at_rest() && body.kind != BodyKind::kinematic)
     reject(name, ": has a motion, but is " + std::string(to_string(body.kind)));
   if (!touchstone::is_finite(body.v_W) || !touchstone::is_finite(body.w_W))
     reject(name, ": velocities are not finite");
@@ -382,16 +418,20 @@ void validate_joint(const DynamicScene& scene, const SceneMechanism& mechanism, 
 
 void validate(const DynamicScene& scene) {
   touchstone::validate(scene.scene);
+  for (const SceneObject& object : scene.scene.objects) refuse_rounded(object.tree, "dynamics");
+  // Bodies, mechanisms and links must fit together.
   const std::string name = "scene '" + scene.scene.name + "': ";
   if (scene.bodies.size() != scene.scene.objects.size()) reject(name, "one body an object is needed");
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) validate_body(scene, i);
   std::vector<std::string> moved_by(scene.bodies.size());
   for (const SceneMechanism& mechanism : scene.mechanisms) validate_mechanism(scene, mechanism, moved_by);
   validate_links(scene, moved_by);
+  // Pairs, joints between bodies, actions and latches refer to them.
   validate_pairs(scene);
   validate_body_joints(scene);
   validate_actions(scene);
   validate_latch_options(scene);
+  // Settings must be finite and in range.
   if (!touchstone::is_finite(scene.gravity_W)) reject(name, "gravity is not finite");
   if (!(scene.step > 0.0) || !std::isfinite(scene.step)) reject(name, "the step is not above 0");
   // Two figures from a file and their quotient: a whole number to rounding.
@@ -404,6 +444,7 @@ void validate(const DynamicScene& scene) {
     if (!is_number_at_least_0(figure) || std::isinf(figure))
       reject(name, "bounce speed, push-out, part speed and sleep speed must be >= 0 and finite");
   if (!is_number_at_least_0(scene.sleep_time)) reject(name, "the sleep time must be >= 0");
+  // Answers and acceptance come last.
   for (const SceneAnswer& answer : scene.answers) validate_answer(scene, answer);
   validate_accept(scene, name);
 }

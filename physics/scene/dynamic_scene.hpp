@@ -109,15 +109,26 @@ struct JointAddress {
 
 /// In force from the first step on that starts at `time` or later.
 struct SceneAction {
-  /// Sets a drive, makes two objects one or parts them, puts a joint at a value, or has a joint between
-  /// bodies hold, as they stand then, or let go.
-  enum class Kind : std::uint8_t { drive, latch, release, set_joint, join, part } kind = Kind::drive;
+  /// Sets a drive, makes two objects one or parts them, puts a joint at a value, has a joint between
+  /// bodies hold, as they stand then, or let go, or brings an object in, or takes it out. What is brought in
+  /// comes to its initial pose with its initial velocities, whatever is there; an object whose first such
+  /// action is `add` is out from the start.
+  enum class Kind : std::uint8_t {
+    drive,
+    latch,
+    release,
+    set_joint,
+    join,
+    part,
+    add,
+    remove
+  } kind = Kind::drive;
   double time = 0.0;                     ///< [s]
   JointAddress joint = {};               ///< drive, set_joint, join, part
   double value = 0.0, rate = 0.0;        ///< set_joint: from then on [rad, rad/s] or [m, m/s]
   SceneDrive drive = {};                 ///< drive
   std::size_t carrier = 0;               ///< latch: an object
-  std::size_t carried = 0;               ///< latch, release: an object
+  std::size_t carried = 0;               ///< latch, release, add, remove: an object
   std::vector<ExemptPair> allowed = {};  ///< latch: not checked as well, while it holds
   std::string where = {};
 };
@@ -205,6 +216,12 @@ struct DynamicScene {
   std::uint64_t step_count() const;
 };
 
+/// By object: whether it is out of the world at the start.
+std::vector<std::uint8_t> absent_at_start(const DynamicScene& scene);
+/// Objects that may not come or go, as a joint between bodies holds them, or would: the name of one such
+/// joint; empty: none does.
+std::string joint_that_holds(const DynamicScene& scene, std::size_t object);
+
 /// @throws InputError `where` object 'x': reason: a mass or inertia that no such body has (see
 /// validate(BodyInertia)), velocities that are not finite, a bad surface, a motion of what is not kinematic.
 void validate_body(const DynamicScene& scene, std::size_t object);
@@ -213,6 +230,8 @@ void validate_body(const DynamicScene& scene, std::size_t object);
 void validate_joint(const DynamicScene& scene, const SceneMechanism& mechanism, const SceneJoint& joint);
 /// Its kind as a mechanism's would be, for units; ball: fixed. @pre there is one
 JointKind kind_of(const DynamicScene& scene, const JointAddress& joint);
+/// "object 'box'". @pre there is one
+std::string object_name(const DynamicScene& scene, std::size_t object);
 /// "arm.elbow", or its own name. @pre there is one
 std::string name_of(const DynamicScene& scene, const JointAddress& joint);
 /// How the scene's surfaces meet; numbers are objects. @pre the scene is valid.

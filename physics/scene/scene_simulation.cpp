@@ -9,7 +9,7 @@
 namespace touchstone::physics {
 namespace {
 
-/// The angular velocity that turns one attitude into another in `h`, the shorter way round.
+/// The angular velocity that turns one attitude into another in `h`, by the smaller angle.
 Vector3 rate_between(const Quaternion& from, const Quaternion& to, double h) {
   const AxisAngle turn = axis_angle_of(to * conjugate(from));
   return (turn.angle / h) * turn.axis;
@@ -61,8 +61,7 @@ void SceneSimulation::tell_body_drive(std::size_t joint) {
   world_->set_joint_drive(static_cast<std::uint32_t>(joint), drive.drive);
 }
 
-/// So that it is where it is commanded at the step's end, from where it is: what rounding takes does not add
-/// up.
+/// So that it is where it is commanded at the step's end, from where it is: rounding errors do not add up.
 void SceneSimulation::move_kinematic(std::size_t object) {
   const SceneObject& source = scene_->scene.objects[object];
   const std::uint32_t index = pieces_[object].own.index;
@@ -117,7 +116,7 @@ StepReport SceneSimulation::advance() {
   return report;
 }
 
-// ---- what there is
+// ---- state
 
 Pose SceneSimulation::object_pose(std::size_t object) const {
   const Piece& piece = pieces_[object];
@@ -129,7 +128,7 @@ Pose SceneSimulation::object_pose(std::size_t object) const {
 
 std::optional<std::uint32_t> SceneSimulation::dynamic_body(std::size_t object) const {
   const Piece& piece = pieces_[pieces_[object].root];
-  if (!piece.body) return std::nullopt;
+  if (!piece.body || piece.is_out) return std::nullopt;
   return piece.mover.index;
 }
 

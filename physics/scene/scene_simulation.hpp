@@ -61,12 +61,23 @@ class SceneSimulation {
   /// @throws InputError: no such joint, a fixed one, a value out of its limits, figures that are not finite.
   void set_joint(const JointAddress& joint, double value, double rate);
 
+  /// Takes a free object out of the world: it stays where it is, without velocity, and touches nothing. What
+  /// slept on it wakes. Between steps; does not allocate.
+  /// @throws InputError: no such object, not a free one of its own (a carrier, one that is carried, one with
+  /// a joint between bodies), one that is out.
+  void remove(std::size_t object);
+  /// Brings it in again, or for the first time. What is there then is parted as other overlaps are. Does not
+  /// allocate. @param v_W of its centre of mass [m/s] @param w_W [rad/s]
+  /// @throws InputError: as remove(), one that is in, a bad pose, velocities that are not finite.
+  void add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W);
+  bool has(std::size_t object) const { return !pieces_[object].is_out; }
+
   bool is_over() const { return steps_ >= scene_->step_count(); }
   std::uint64_t steps() const { return steps_; }  ///< taken
   double time() const { return static_cast<double>(steps_) * scene_->step; }
 
   /// Takes the commands for this step: actions that are due, drives, velocities of kinematic bodies. A latch
-  /// or release is not carried out where a body would have an inertia that is none to rounding (some 1e7 of
+  /// or release is not carried out where a body would have an invalid inertia to rounding (some 1e7 of
   /// its sizes from end to end): advance() then fails with StepFailure::latch, and so does every step from
   /// there on.
   void begin_step();
@@ -95,7 +106,7 @@ class SceneSimulation {
   /// Of the centre of mass of the body that the object is, or is part of; links and fixed objects: nothing.
   std::optional<Vector3> velocity(std::size_t object) const;
   std::optional<Vector3> angular_velocity(std::size_t object) const;
-  /// The index in world() of the body that the object moves with; nothing where that is not dynamic.
+  /// The index in world() of the body that the object moves with; nothing where that is not dynamic, or out.
   std::optional<std::uint32_t> dynamic_body(std::size_t object) const;
   /// The object that it moves with: itself unless it is carried.
   std::size_t root_of(std::size_t object) const { return pieces_[object].root; }
@@ -134,6 +145,7 @@ class SceneSimulation {
     std::size_t root;
     std::size_t carrier = kNoObject;
     std::size_t latch = kNoLatch;  // that carries it
+    bool is_out = false;           // of the world
     Pose X_FO;
     Mover mover;                    // of the root
     Mover own;                      // where it is a root
@@ -184,6 +196,9 @@ class SceneSimulation {
   Pose pose_in_mover(const Piece& piece) const;
   bool is_commanded(std::size_t object) const;
   void change_contacts();
+  void require_free(std::size_t object, bool is_out, const char* call) const;
+  void come(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W);
+  void go(std::size_t object);
   static std::uint32_t index_of(std::size_t object) { return static_cast<std::uint32_t>(object); }
 
   // scene_simulation_state.cpp
@@ -220,7 +235,8 @@ class SceneSimulation {
   std::unique_ptr<Snapshot> initial_;
   TouchEvents touches_;
   bool is_watched_ = false;
-  std::vector<double> joint_q_, joint_qd_;  // of set_joint()
+  std::vector<double> joint_q_, joint_qd_;                          // of set_joint()
+  std::shared_ptr<const int> id_ = std::make_shared<const int>(0);  // snapshots know it: addresses come again
 };
 
 /// @see SceneSimulation::snapshot()
@@ -233,7 +249,7 @@ class SceneSimulation::Snapshot {
   friend class SceneSimulation;
   explicit Snapshot(const DynamicsWorld& world) : world_(world) {}
 
-  const SceneSimulation* of_ = nullptr;
+  std::shared_ptr<const int> of_;
   DynamicsWorld world_;
   std::vector<Piece> pieces_;
   std::vector<std::vector<BodyInertia>> links_;  // by mechanism

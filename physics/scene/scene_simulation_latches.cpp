@@ -1,19 +1,10 @@
+#include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/physics/scene/scene_simulation.hpp"
 
-// Latches and releases, in place.
+// Latches and releases, objects that come and go, in place.
 
 namespace touchstone::physics {
-namespace {
-
-/// Any of them may have no mass.
-void add_inertia(BodyInertia& sum, const BodyInertia& part) {
-  if (part.mass == 0.0) return;
-  sum = sum.mass == 0.0 ? part : combined(sum, part);
-}
-
-}  // namespace
-
 Pose SceneSimulation::root_pose(std::size_t root) const {
   const Piece& piece = pieces_[root];
   if (piece.own.kind == Mover::Kind::body) return world_->pose(piece.own.index);
@@ -27,7 +18,7 @@ bool SceneSimulation::is_carried_by(std::size_t object, std::size_t carrier) con
   return false;
 }
 
-/// Of a carried object with all that it carries, in its own frame.
+/// Of a carried object with all that it carries, in that object's frame.
 BodyInertia SceneSimulation::inertia_of_part(std::size_t carried) const {
   const Pose X_GF = inverse(pieces_[carried].X_FO);
   BodyInertia sum;
@@ -60,8 +51,10 @@ bool SceneSimulation::is_commanded(std::size_t object) const {
 }
 
 void SceneSimulation::change_contacts() {
-  for (std::size_t i = 0; i < pieces_.size(); ++i)
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
     contacts_->move_to(index_of(i), pieces_[i].mover, pose_in_mover(pieces_[i]));
+    contacts_->hold_out(index_of(i), pieces_[i].is_out);
+  }
   contacts_->exempt_anew([this](NarrowphaseContacts& contacts) { exempt_pairs(contacts); });
   found_ = {};
   ++worlds_;
@@ -69,14 +62,21 @@ void SceneSimulation::change_contacts() {
 
 /// Both refuse before they change anything. @return false where they do.
 bool SceneSimulation::carry_out(const SceneAction& action) {
+  const bool is_latch = action.kind == SceneAction::Kind::latch;
+  if (is_latch && (pieces_[action.carrier].is_out || pieces_[action.carried].is_out)) return false;
   try {
-    if (action.kind == SceneAction::Kind::latch)
-      latch(action.carrier, action.carried, scene_->scene.latches.size() + next_action_);
+    if (is_latch) latch(action.carrier, action.carried, scene_->scene.latches.size() + next_action_);
     if (action.kind == SceneAction::Kind::release) release(action.carried);
     if (action.kind == SceneAction::Kind::join)
       world_->join_as_they_stand(static_cast<std::uint32_t>(action.joint.joint));
     if (action.kind == SceneAction::Kind::part)
       world_->switch_joint(static_cast<std::uint32_t>(action.joint.joint), false);
+    if (action.kind == SceneAction::Kind::add) {
+      const SceneBody& body = scene_->bodies[action.carried];
+      if (!pieces_[action.carried].is_out) go(action.carried);  // brought in by hand before
+      come(action.carried, scene_->scene.objects[action.carried].X_WO, body.v_W, body.w_W);
+    }
+    if (action.kind == SceneAction::Kind::remove && !pieces_[action.carried].is_out) go(action.carried);
   } catch (const InputError&) {
     return false;
   }
@@ -85,10 +85,12 @@ bool SceneSimulation::carry_out(const SceneAction& action) {
 
 bool SceneSimulation::latch_now(std::size_t option) {
   if (option >= scene_->latch_options.size()) return false;
-  const SceneLatchOption& told = scene_->latch_options[option];
-  if (pieces_[told.carried].carrier != kNoObject || is_carried_by(told.carrier, told.carried)) return false;
+  const SceneLatchOption& wanted = scene_->latch_options[option];
+  if (pieces_[wanted.carried].carrier != kNoObject || is_carried_by(wanted.carrier, wanted.carried))
+    return false;
+  if (pieces_[wanted.carried].is_out || pieces_[wanted.carrier].is_out) return false;
   try {
-    latch(told.carrier, told.carried, first_option() + option);
+    latch(wanted.carrier, wanted.carried, first_option() + option);
   } catch (const InputError&) {
     return false;
   }
@@ -132,6 +134,46 @@ void SceneSimulation::latch(std::size_t carrier, std::size_t carried, std::size_
   }
 }
 
+// ---- objects that come and go
+
+void SceneSimulation::require_free(std::size_t object, bool is_out, const char* call) const {
+  if (object >= pieces_.size()) throw InputError(std::string(call) + ": no such object");
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(std::string(call) + ": " + pieces_[object].name + ": " + why);
+  };
+  if (kind_of(object) != BodyKind::dynamic) refuse("is not dynamic");
+  if (pieces_[object].is_out != is_out) refuse(is_out ? "is there already" : "is not there");
+  if (pieces_[object].carrier != kNoObject) refuse("is carried");
+  for (const Piece& piece : pieces_)
+    if (piece.carrier == object) refuse("carries another object");
+  if (const std::string joint = joint_that_holds(*scene_, object); !joint.empty())
+    refuse("is held by joint '" + joint + "'");
+}
+
+void SceneSimulation::go(std::size_t object) {
+  require_free(object, false, "remove");
+  world_->hold_out(pieces_[object].own.index);
+  pieces_[object].is_out = true;
+}
+
+void SceneSimulation::come(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) {
+  require_free(object, true, "add");
+  Piece& piece = pieces_[object];
+  if (!is_valid_pose(X_WO)) throw InputError("add: " + piece.name + ": a bad pose");
+  world_->set_body(piece.own.index, *piece.body, piece.body->state(X_WO, v_W, w_W));
+  piece.is_out = false;
+}
+
+void SceneSimulation::remove(std::size_t object) {
+  go(object);
+  change_contacts();
+}
+
+void SceneSimulation::add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) {
+  come(object, X_WO, v_W, w_W);
+  change_contacts();
+}
+
 void SceneSimulation::capture_by_link(const Mover& link, const RigidBody& body, const RigidBodyState& state) {
   Arm& arm = *arms_[link.index];
   const std::span<const double> q = world_->joint_values(link.index), qd = world_->joint_rates(link.index);
@@ -162,19 +204,23 @@ void SceneSimulation::release(std::size_t carried) {
   const std::size_t root = pieces_[carried].root;
   const Pose X_FG = pieces_[carried].X_FO;
   Piece &from = pieces_[root], &to = pieces_[carried];
+  // The released part and the remaining carrier have their inertias.
   const RigidBody part(inertia_of_part(carried), to.name);
   const BodyInertia rest = inertia_without(root, carried);
   std::optional<RigidBody> rest_body;
   if (from.body) rest_body.emplace(rest, from.name);
+  // The part becomes the root of all that it carries.
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     if (!is_carried_by(i, carried)) continue;
     pieces_[i].root = carried;
     pieces_[i].mover = to.own;
     pieces_[i].X_FO = i == carried ? Pose{} : compose(inverse(X_FG), pieces_[i].X_FO);
   }
+  // The part's state is taken while the carrier is still unchanged.
   const RigidBodyState state = released_state(root, part, X_FG);
   to.carrier = kNoObject;
   to.latch = kNoLatch;
+  // The carrier continues with the remaining inertia.
   if (from.body) {
     world_->set_body(from.own.index, *rest_body,
                      physics::release(*from.body, world_->state(from.own.index), *rest_body, {}));
@@ -185,6 +231,7 @@ void SceneSimulation::release(std::size_t carried) {
     arm.dynamics->set_links(arm.links);
     world_->set_rates(from.own.index, world_->joint_rates(from.own.index));
   }
+  // The part is a free body again.
   to.body = part;
   world_->set_body(to.own.index, part, state);
 }

@@ -53,9 +53,11 @@ void SceneSimulation::place_objects() {
 void SceneSimulation::make_arm(std::size_t mechanism) {
   const SceneMechanism& source = scene_->mechanisms[mechanism];
   MechanismDescription description{.name = source.name, .links = {{.name = kGround}}, .joints = {}};
+  // Each link's frame lies at its joint.
   std::vector<Pose> X_WL(pieces_.size());  // by object, of links
   for (const SceneJoint& joint : source.joints)
     X_WL[joint.child] = joint_frame(joint, scene_->scene.objects[joint.child].X_WO);
+  // Each joint and its child link are described, solids in the link's frame.
   std::vector<double> q, qd;
   for (const SceneJoint& joint : source.joints) {
     JointDescription out;
@@ -81,6 +83,7 @@ void SceneSimulation::make_arm(std::size_t mechanism) {
     description.reference.push_back(joint.value);
   }
   try {
+    // The mechanism is built, and objects become its links with their inertias.
     arms_.push_back(std::make_unique<Arm>(Arm{Mechanism(description), {}, {}, {}, {}, {}, qd, {}}));
     Arm& arm = *arms_.back();
     arm.links.resize(arm.mechanism.links().size());
@@ -91,6 +94,7 @@ void SceneSimulation::make_arm(std::size_t mechanism) {
       piece.X_FO = compose(inverse(X_WL[joint.child]), scene_->scene.objects[joint.child].X_WO);
       arm.links[link] = transform(piece.X_FO, scene_->bodies[joint.child].inertia);
     }
+    // Drives and rotor inertias go by joint.
     for (const Mechanism::Joint& joint : arm.mechanism.joints()) arm.value_of.push_back(joint.value);
     for (const SceneJoint& joint : source.joints) arm.drives.push_back(joint.drive);
     arm.drives_since.assign(source.joints.size(), 0.0);
@@ -100,6 +104,7 @@ void SceneSimulation::make_arm(std::size_t mechanism) {
       if (joint.kind != JointKind::fixed) rotors.push_back(joint.rotor);
     arm.dynamics->set_rotors(rotors);
     arm.scratch.emplace(*arm.dynamics);
+    // The world takes the arm with its initial values, rates and losses.
     const std::uint32_t index = world_->add_mechanism(*arm.dynamics, {}, q, qd);
     for (std::size_t j = 0; j < source.joints.size(); ++j)
       if (arm.value_of[j] != Mechanism::kNone)
@@ -109,10 +114,10 @@ void SceneSimulation::make_arm(std::size_t mechanism) {
   }
 }
 
-/// Told where all stand; objects with joints are never carried, so that their movers stay.
+/// Called where all objects stand; those with joints are never carried, so that their movers stay.
 void SceneSimulation::make_body_joints() {
   for (const SceneBodyJoint& source : scene_->joints) {
-    // z of its frame is the axis; the rest is of no account.
+    // z of its frame is the axis; x and y are arbitrary.
     Matrix3 R;
     const Vector3 z = source.axis_W;
     const int least = std::abs(z.x()) <= std::abs(z.y()) && std::abs(z.x()) <= std::abs(z.z()) ? 0
@@ -122,6 +127,7 @@ void SceneSimulation::make_body_joints() {
     x = x / norm(x);
     R.col(0) = x, R.col(1) = cross(z, x), R.col(2) = z;
     const Pose X_WJ = rigid_frame({R, source.p_W});
+    // Each side's frame is expressed in its mover, or in the world where that is the ground.
     WorldJoint joint;
     const auto frame = [&](std::size_t object, Mover& mover) -> Pose {
       if (object == kNoObject) return X_WJ;
@@ -132,11 +138,13 @@ void SceneSimulation::make_body_joints() {
     joint.joint.kind = source.kind;
     joint.joint.X_AJ = frame(source.parent, joint.a);
     joint.joint.X_BJ = frame(source.child, joint.b);
+    // Limits, losses and the drive are copied.
     joint.lower = source.lower, joint.upper = source.upper;
     joint.losses = source.losses;
     joint.is_on = source.is_on;
     body_drives_.push_back(source.drive);
     body_drives_since_.push_back(0.0);
+    // The world validates the joint, and its drive is commanded at once.
     try {
       world_->add_joint(joint);
     } catch (const InputError& error) {
@@ -147,6 +155,7 @@ void SceneSimulation::make_body_joints() {
 }
 
 void SceneSimulation::build_world() {
+  // The world's settings are those of the scene.
   DynamicsWorld::Settings settings;
   settings.gravity_W = scene_->gravity_W;
   settings.contact_gap = scene_->scene.contact_gap;
@@ -156,14 +165,21 @@ void SceneSimulation::build_world() {
   settings.sleep_speed = scene_->sleep_speed;
   settings.sleep_time = scene_->sleep_time;
   world_ = std::make_unique<DynamicsWorld>(settings);
+  // Objects, arms and initial latches enter the world.
   place_objects();
   for (std::size_t m = 0; m < scene_->mechanisms.size(); ++m) make_arm(m);
   for (std::size_t i = 0; i < scene_->scene.latches.size(); ++i)
     latch(find_object(scene_->scene, scene_->scene.latches[i].carrier),
           find_object(scene_->scene, scene_->scene.latches[i].carried), i);
+  // Drives are commanded, and joints between bodies made, once the latches hold.
   for (std::size_t m = 0; m < arms_.size(); ++m)
     for (std::size_t j = 0; j < arms_[m]->drives.size(); ++j) tell_drive({m, j});
   make_body_joints();
+  // Objects that come in later are taken out.
+  const std::vector<std::uint8_t> is_out = absent_at_start(*scene_);
+  for (std::size_t i = 0; i < pieces_.size(); ++i)
+    if (is_out[i] != 0) go(i);
+  // Memory is reserved, and the contacts are set up.
   world_->reserve(kReservedContacts);
   forces_.reserve(kReservedContacts);
   name_solids();
@@ -172,6 +188,7 @@ void SceneSimulation::build_world() {
   fill(*contacts_);
   contacts_->find(*world_, scene_->step);  // so that the backends' memory is there
   worlds_ = 1;
+  // Scratch memory fits the largest arm, and the initial state is kept.
   std::size_t most = 0;
   for (const std::unique_ptr<Arm>& arm : arms_) most = std::max(most, arm->value_of.size());
   joint_q_.reserve(most);
@@ -199,6 +216,7 @@ void SceneSimulation::fill(NarrowphaseContacts& contacts) const {
   contacts.reserve_exempt_solids(listed_.size());
   exempt_pairs(contacts);
   contacts.build();
+  for (std::size_t i = 0; i < pieces_.size(); ++i) contacts.hold_out(index_of(i), pieces_[i].is_out);
 }
 
 void SceneSimulation::list_exempt(std::span<const ExemptPair> pairs, std::size_t carried, std::size_t latch) {

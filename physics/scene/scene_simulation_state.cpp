@@ -12,7 +12,7 @@ SceneSimulation::~SceneSimulation() = default;
 
 SceneSimulation::Snapshot SceneSimulation::snapshot() const {
   Snapshot out(*world_);
-  out.of_ = this;
+  out.of_ = id_;
   out.pieces_ = pieces_;
   for (const std::unique_ptr<Arm>& arm : arms_) {
     out.links_.push_back(arm->links);
@@ -28,7 +28,7 @@ SceneSimulation::Snapshot SceneSimulation::snapshot() const {
 }
 
 void SceneSimulation::restore(const Snapshot& snapshot) {
-  if (snapshot.of_ != this) throw InputError("restore: the snapshot is of another simulation");
+  if (snapshot.of_ != id_) throw InputError("restore: the snapshot is of another simulation");
   *world_ = snapshot.world_;
   pieces_ = snapshot.pieces_;
   for (std::size_t m = 0; m < arms_.size(); ++m) {

@@ -108,6 +108,7 @@ void BlockCholesky::reserve(std::size_t units, std::size_t pairs, std::size_t wi
 /// The unit with the fewest neighbours first; those are then each other's. Ties go to the first.
 void BlockCholesky::order(std::span<const Pair> pairs) {
   const std::size_t n = sizes_.size();
+  // The adjacency of the units is stored as rows of bits.
   words_ = (n + 63) / 64;
   adjacent_.assign(n * words_, 0);
   left_.assign(words_, 0);
@@ -116,6 +117,7 @@ void BlockCholesky::order(std::span<const Pair> pairs) {
     row_of(a)[b / 64] |= std::uint64_t{1} << (b % 64);
     row_of(b)[a / 64] |= std::uint64_t{1} << (a % 64);
   }
+  // A unit's degree counts its neighbours that are not eliminated yet.
   degree_.assign(n, 0);
   const auto count = [&](std::size_t unit) {
     std::uint32_t sum = 0;
@@ -124,6 +126,7 @@ void BlockCholesky::order(std::span<const Pair> pairs) {
     return sum;
   };
   for (std::size_t i = 0; i < n; ++i) degree_[i] = count(i);
+  // The unit of least degree is eliminated next, which joins its neighbours.
   order_.clear();
   position_.assign(n, 0);
   for (std::size_t step = 0; step < n; ++step) {
@@ -155,16 +158,19 @@ void BlockCholesky::lay_out() {
   std::size_t values = 0, widest = 0;
   work_ = 0.0;
   for (std::size_t j = 0; j < n; ++j) {
+    // Each column starts with its diagonal block.
     const std::size_t width = sizes_[order_[j]];
     widest = std::max(widest, width);
     diagonal_[j] = values;
     values += width * width;
+    // The blocks below it belong to neighbours that are eliminated later.
     const std::uint64_t* const mine = row_of(order_[j]);
     for (std::size_t w = 0; w < words_; ++w)
       for (std::uint64_t bits = mine[w]; bits != 0; bits &= bits - 1)
         rows_.push_back(position_[64 * w + static_cast<std::size_t>(std::countr_zero(bits))]);
     std::sort(rows_.begin() + static_cast<std::ptrdiff_t>(first_row_[j]), rows_.end());
     first_row_[j + 1] = rows_.size();
+    // Those blocks get their offsets, and the column's work is counted.
     double below = 0.0;
     for (std::size_t r = first_row_[j]; r < rows_.size(); ++r) {
       const std::size_t height = sizes_[order_[rows_[r]]];

@@ -17,7 +17,7 @@ constexpr int kFirstSweeps = 16;
 // Where log s changes less than this along the arc, all is taken for linear in its length.
 constexpr double kSlope = 1e-3;
 // Points closer together tell nothing of curvature, nor do points that lie on either side of a turn.
-constexpr double kShortestWay = 1e-4, kLeastRate = 1e-2;
+constexpr double kShortestOffset = 1e-4, kLeastRate = 1e-2;
 
 /// Close to exp(x) for |x| up to 3, in arithmetic that is the same everywhere.
 double growth(double x) {
@@ -64,9 +64,11 @@ void ContactArc::load(const ScaledContacts& problem, std::span<const double> anc
 
 /// By fixed-point steps of the projected softened laws, which contract where s is large.
 bool ContactArc::begin() {
+  // The largest entry of b scales the speeds.
   speed_ = 0.0;
   for (const double b : problem_.b) speed_ = std::max(speed_, std::abs(b));
   if (!(speed_ > 0.0)) return false;
+  // The first softness is a multiple of the largest row sum of W.
   double most = 0.0;
   for (std::size_t i = 0; i < n_; ++i) {
     double sum = 0.0;
@@ -75,6 +77,7 @@ bool ContactArc::begin() {
   }
   s_ = kFirstSoftness * most;
   if (!(s_ > 0.0)) return false;
+  // Sweeps of projected steps solve the softened problem.
   for (int sweep = 0; sweep < kFirstSweeps; ++sweep) {
     update_velocities();
     for (std::size_t c = 0; c < problem_.contacts; ++c) {
@@ -89,6 +92,7 @@ bool ContactArc::begin() {
       if (problem_.W[i * n_ + i] > 0.0) y_[i] = clamped(y_[i] - u_[i] / s_, problem_.bounds[j]);
     }
   }
+  // Each block's status follows from the point reached.
   update_velocities();
   for (std::size_t k = 0; k < problem_.blocks(); ++k) set_status(k);
   number_unknowns();
@@ -99,6 +103,7 @@ bool ContactArc::begin() {
 void ContactArc::set_status(std::size_t block) {
   const std::size_t i = problem_.row(block);
   Status& status = status_[block];
+  // A joint row is at a bound or between them.
   if (block >= problem_.contacts) {
     const auto& bounds = problem_.bounds[block - problem_.contacts];
     status = problem_.W[i * n_ + i] == 0.0 || bounds.lower == bounds.upper ? Status::still
@@ -107,10 +112,12 @@ void ContactArc::set_status(std::size_t block) {
                                                                            : Status::within;
     return;
   }
+  // A contact that no impulse moves stays still.
   if (block_scale(problem_.W, n_, i, 3) == 0.0) {
     status = Status::still;
     return;
   }
+  // A contact is open, without friction, sticking or slipping along `e_`.
   const double radius = problem_.friction[block] * y_[i];
   const double z1 = y_[i + 1] - u_[i + 1] / s_, z2 = y_[i + 2] - u_[i + 2] / s_, length = length_of(z1, z2);
   if (!(y_[i] > 0.0)) {
@@ -274,15 +281,15 @@ void ContactArc::predict(std::span<const double> tangent, std::span<const double
 void ContactArc::find_curvature(std::span<const double> before, std::span<const double> tangent,
                                 double length, std::span<double> curvature) const {
   const double slope = tangent[m_], slope_before = before[m_];
-  double way = -length, rate = 1.0;  // predict()'s factor at the point before, and its rate there
+  double offset = -length, rate = 1.0;  // predict()'s factor at the point before, and its rate there
   if (std::abs(slope) > kSlope) {
     const double share = (1.0 + s_) / (1.0 + kept_s_);
-    way = (kept_s_ - s_) * share / (s_ * slope);
+    offset = (kept_s_ - s_) * share / (s_ * slope);
     rate = (kept_s_ / s_) * (share * share) * (slope_before / slope);
   }
-  const bool is_useful = way < -kShortestWay && rate > kLeastRate;
+  const bool is_useful = offset < -kShortestOffset && rate > kLeastRate;
   for (std::size_t j = 0; j < m_; ++j)
-    curvature[j] = is_useful ? (tangent[j] - before[j] / rate) / -way : 0.0;
+    curvature[j] = is_useful ? (tangent[j] - before[j] / rate) / -offset : 0.0;
   curvature[m_] = is_useful ? (slope - slope_before) / length : 0.0;
 }
 

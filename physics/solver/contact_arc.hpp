@@ -27,7 +27,7 @@ class ContactArc {
   void reserve(std::size_t rows);
   /// @param anchor of rows, kept; or empty: 0.
   void load(const ScaledContacts& problem, std::span<const double> anchor);
-  /// The softest arc there is need of. @return false where there is none.
+  /// The softest arc that is needed. @return false where there is none.
   bool begin();
 
   std::size_t unknowns() const { return m_ + 1; }
@@ -40,12 +40,12 @@ class ContactArc {
   double linearise();
   /// The last equation: steps at right angles to the tangent; along: the new tangent.
   void border_by(std::span<const double> tangent);
-  /// The last equation: steps to where the limit is 0; along: the way on which it grows.
+  /// The last equation: steps to where the limit is 0; along: the direction in which it grows.
   void border_by(Limit limit);
   /// Into step and along. @return false where there is no solution. Spoils the equations.
   bool solve(std::span<double> step, std::span<double> along);
   void move(std::span<const double> step);
-  /// Some way along the tangent and its change, where log s changes by its share of `length`; the other
+  /// A distance along the tangent and its change, where log s changes by its share of `length`; the other
   /// unknowns by that of s / (1 + s), in which they are linear both where softness rules and where it hardly
   /// counts.
   void predict(std::span<const double> tangent, std::span<const double> curvature, double length);

@@ -1,4 +1,4 @@
-// Where arcs end, and what comes next.
+// Where arcs end, and which arc comes next.
 
 #include <algorithm>
 #include <cmath>
@@ -18,9 +18,11 @@ void ContactArc::add_velocity(std::size_t row, double factor) {
 void ContactArc::border_by(Limit limit) {
   const auto [block, second] = limit;
   const std::size_t row = problem_.row(block), j = first_[block];
+  // The border row is the gradient of the limit.
   double* const a = &A_[m_ * (m_ + 3)];
   std::fill(a, a + m_ + 1, 0.0);
   double unit = size_;
+  // The status decides whether a velocity, an impulse or the friction cone is the limit.
   switch (status_[block]) {
     case Status::open:
     case Status::lower:
@@ -51,6 +53,7 @@ void ContactArc::border_by(Limit limit) {
     case Status::still:
       break;
   }
+  // The row is scaled and gets its two right-hand sides.
   for (std::size_t k = 0; k <= m_; ++k) a[k] /= unit;
   a[m_ + 1] = -value(limit);
   a[m_ + 2] = 1.0;
@@ -93,6 +96,7 @@ double ContactArc::rate(Limit limit, std::span<const double> tangent) const {
   const Status status = status_[block];
   const bool has_second = status == Status::slip || status == Status::within;
   if (status == Status::still || (second && !has_second)) return 0.0;
+  // A velocity, an impulse or the distance to the friction cone changes, by status.
   switch (status) {
     case Status::open:
     case Status::lower:
@@ -119,6 +123,7 @@ ContactArc::Limit ContactArc::cross(Limit limit) {
   Status& status = status_[block];
   Limit next{block, false};
   double* const e = &e_[2 * block];
+  // The status changes as its limit is crossed; `next` is the same point in the new status.
   switch (status) {
     case Status::open: {
       if (problem_.friction[block] == 0.0) {

@@ -41,6 +41,7 @@ void ContactNewton::decide(std::span<double> step) {
   const ScaledContacts& view = problem_->view();
   law_.resize(n_);
   for (std::size_t c = 0; c < view.contacts; ++c) decide_contact(c, step);
+  // A joint row is held at a bound, or its velocity is stopped.
   for (std::size_t i = 3 * view.contacts; i < n_; ++i) {
     const auto& bounds = view.bounds[i - 3 * view.contacts];
     const double z = y_[i] - rho_ * u_[i];
@@ -55,6 +56,7 @@ void ContactNewton::decide(std::span<double> step) {
       law_[i] = Law::stopped;
     }
   }
+  // Rows that are not held are the unknowns; the held rows' steps change the velocities.
   active_.clear();
   before_.resize(n_ + 1);
   met_u_.assign(u_.begin(), u_.end());
@@ -118,7 +120,7 @@ void ContactNewton::fill() {
   }
 }
 
-/// W is symmetric: what a row may hold something of may hold something of it.
+/// W is symmetric: the columns in which a row may be nonzero are rows that may be nonzero in its column.
 void ContactNewton::find_profile() {
   end_.resize(m_);
   block_end_.resize(m_);
@@ -142,6 +144,7 @@ bool ContactNewton::eliminate_rows() {
   std::size_t products = m * m;  // of filling, at most; each entry is cleared besides
   for (std::size_t k = 0; k < m; ++k) {
     reach = std::max(reach, block_end_[k]);
+    // The column's largest entry is the pivot.
     std::size_t pivot = k;
     for (std::size_t i = k + 1; i < reach; ++i)
       if (std::abs(A_[i * m + k]) > std::abs(A_[pivot * m + k])) pivot = i;
@@ -152,6 +155,7 @@ bool ContactNewton::eliminate_rows() {
       std::swap(end_[k], end_[pivot]);
       std::swap(right_[k], right_[pivot]);
     }
+    // The rows below are eliminated within the profile.
     const double inverse = 1.0 / A_[k * m + k];
     for (std::size_t i = k + 1; i < reach; ++i) {
       double& entry = A_[i * m + k];
@@ -164,6 +168,7 @@ bool ContactNewton::eliminate_rows() {
     products += (reach - k) * (end_[k] - k);
   }
   work_ = static_cast<double>(products);
+  // Back substitution gives the solution.
   for (std::size_t i = m; i-- > 0;) {
     const double sum = sum_of_products(&A_[i * m] + i + 1, right_.data() + i + 1, end_[i] - i - 1);
     right_[i] = (right_[i] - sum) / A_[i * m + i];

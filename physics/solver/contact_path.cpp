@@ -11,14 +11,14 @@ namespace {
 // Lengths are in log softness, radians, and impulses over their size.
 constexpr double kFirstStep = 1.0, kLongestStep = 3.0, kShortestStep = 1e-5, kShorter = 0.35;
 constexpr int kMostCorrections = 5;
-// Of Newton's steps: the longest, the most of the one before, what the last one is shorter than, and how far
-// back they may lead.
+// Of Newton's steps: the longest, the most of the one before, the bound of the last one, and how far back
+// they may lead.
 constexpr double kMostCorrection = 0.3, kContraction = 0.5, kLastCorrection = 1e-2, kSharpest = 1e-6,
                  kLoosest = 1e-3, kBackwards = 1e-6;
 constexpr double kMostTurn = 2.0;  // one over the cosine between the tangents of a step
 // How far from the path a point may be, and beyond a limit, over the sizes of velocities and impulses.
 constexpr double kOff = 1e-8;
-// A path that gets this much softer than it began has gone back the way it came.
+// A path that gets this much softer than it began has turned back on itself.
 constexpr double kLost = 1.5;
 
 }  // namespace
@@ -53,8 +53,9 @@ double ContactPath::length_of(std::span<const double> step) const {
   return std::sqrt(sum);
 }
 
-/// Takes next_tangent_ at the point, of length 1, and what limits do along it.
-/// @param way since the last point, if it was on the same arc, or 0. @return false where it turned too much.
+/// Takes next_tangent_ at the point, of length 1, and the limits' rates along it.
+/// @param way the length since the last point, if it was on the same arc, or 0. @return false where it turned
+/// too much.
 bool ContactPath::take_tangent(double way, double longest) {
   const double length = length_of(next_tangent_);
   if (!(length > 0.0) || !std::isfinite(length) || length > longest) return false;
@@ -98,11 +99,11 @@ bool ContactPath::start(const ScaledContacts& problem, std::span<const double> a
 }
 
 /// From `length` along the tangent back to the path: at right angles, or to where the limit is 0. Newton's
-/// steps must shrink, and the last one of all is so short that what it leaves is nothing.
+/// steps must shrink, and the last one of all is so short that no error is left.
 bool ContactPath::correct(const ContactArc::Limit* limit, double length) {
   arc_.go_back();
   arc_.predict(tangent_, curvature_, length);
-  double last = kInfinity, way = length;
+  double last = kInfinity, travel = length;
   for (corrections_ = 1; corrections_ <= kMostCorrections; ++corrections_) {
     arc_.linearise();
     if (limit != nullptr) {
@@ -114,17 +115,17 @@ bool ContactPath::correct(const ContactArc::Limit* limit, double length) {
     const double size = length_of(change_);
     if (!(size <= kMostCorrection) || size > kContraction * last) return false;
     last = size;
-    way += along_tangent(change_);
+    travel += along_tangent(change_);
     arc_.move(change_);
     if (size > (limit != nullptr ? kSharpest : std::clamp(kLastCorrection * length, kSharpest, kLoosest)))
       continue;
     arc_.update_velocities();
-    return way >= -kBackwards && way <= 2.0 * length + kBackwards;
+    return travel >= -kBackwards && travel <= 2.0 * length + kBackwards;
   }
   return false;
 }
 
-/// Of a limit: what was a little below 0 may stay so.
+/// Of a limit: one that was slightly below 0 may stay so.
 double ContactPath::least_of(std::size_t limit) const { return 2.0 * std::min(values_[limit], 0.0) - kOff; }
 
 /// To the end of the arc and around the corner.
@@ -161,12 +162,14 @@ bool ContactPath::go(double length, double& broken_at, ContactArc::Limit& broken
 
 bool ContactPath::advance() {
   if (is_lost_ || !(arc_.softness() <= kLost * first_softness_)) return false;
+  // The nearest limit along the tangent may end the arc.
   double first = kInfinity;
   ContactArc::Limit limit;
   for (std::size_t i = 0; i < arc_.limits(); ++i) {
     const double at = arc_.length_to_zero(values_[i], rates_[i], tangent_);
     if (at < first) first = at, limit = ContactArc::limit(i);
   }
+  // The step is shortened until it succeeds or a limit is met.
   double length = std::min(step_, kLongestStep);
   while (length > kShortestStep) {
     if (first <= length) {
@@ -174,6 +177,7 @@ bool ContactPath::advance() {
       if (is_lost_) return false;
       first = kInfinity;
     }
+    // A step that succeeds sets the next length; one that breaks a limit goes to that limit.
     double broken_at = kInfinity;
     ContactArc::Limit broken;
     if (go(length, broken_at, broken)) {

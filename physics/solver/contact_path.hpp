@@ -7,7 +7,7 @@
 #include "touchstone/physics/solver/contact_arc.hpp"
 
 /// @file
-/// The way to a solution from an easy problem, followed through its turns and corners.
+/// The path to a solution from an easy problem, followed through its turns and corners.
 
 namespace touchstone::physics {
 
@@ -26,7 +26,7 @@ class ContactPath {
   void reserve(std::size_t rows);
   /// @param anchor of rows, kept; or empty: 0. @return false where even the softest problem was not solved.
   bool start(const ScaledContacts& problem, std::span<const double> anchor = {});
-  /// One step: some way along an arc, or to its end. @return false where it leads no further.
+  /// One step: a distance along an arc, or to its end. @return false where it leads no further.
   bool advance();
 
   std::span<const double> y() const { return arc_.y(); }

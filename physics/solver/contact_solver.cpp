@@ -17,18 +17,18 @@ constexpr double kFirstPolish = 1e-2, kPolishAgain = 0.05;
 // once, it does from there, for a tenth of what a path costs.
 constexpr int kSweepsBetween = 30, kSweptTries = 4, kSweptSteps = 8;
 constexpr int kPathSteps = 8;
-// Rounds: the one that goes on from sweeps, the first that follows a path, and every so many another.
+// Rounds: the one that goes on from sweeps, the first that follows a path, and the period of the next ones.
 constexpr int kSwept = 1, kFirstPath = 2, kPathEvery = 4;
 // Linear systems of a round along a path.
 constexpr int kPathSolves = 700;
-// The caps are for problems of up to so many rows; above, what they allow falls with the fifth power, the
+// The caps are for problems of up to kFullRows rows; above, they fall with the fifth power, the
 // cost of a linear system being the third: a step of a stack that does not come to a solution is not to last
 // for seconds. But not fewer rounds than these.
 constexpr double kFullRows = 32.0;
 constexpr int kLeastRounds = 8;
-// Softer than this is what rounding makes of 0.
+// A softness below this is rounding of 0.
 constexpr double kLeastSoftness = 1e-14;
-// In units of the tolerance: what is more does not count as solved. More is let pass when all is tried.
+// In units of the tolerance: a larger residual does not count as solved. More is let pass when all is tried.
 constexpr double kMostRounding = 5.0, kMostLateRounding = 9.0;
 constexpr int kLate = 4;
 
@@ -188,31 +188,35 @@ bool ContactSolver::try_round(int round) {
   const bool is_path = round % kPathEvery == kFirstPath % kPathEvery;
   if (is_path && has_path_) return go_on_with_path();
   draw_values();
-  // Of what is left after the sweeps, half is found by whole steps, for a tenth of what a path costs.
+  // Of the problems left after the sweeps, half are solved by whole steps, for a tenth of a path's cost.
   if (!is_path) return descend(2 * settings_.newton_steps, false);
   start_ = y_;
   return follow_path(start_);
 }
 
 SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget) {
+  // The start is kept as the best so far, zero impulses where it is not finite.
   load(problem, x);
   best_ = y_;
   report_.residual = residual_of(y_);
-  if (!std::isfinite(report_.residual)) {  // where to start from is none, or the problem
+  if (!std::isfinite(report_.residual)) {  // the start is not finite, or the problem
     std::fill(y_.begin(), y_.end(), 0.0);
     best_ = y_;
     report_.residual = residual_of(y_);
   }
+  // A problem that is not finite has no solution.
   if (!std::isfinite(report_.residual)) {
     std::fill(x.begin(), x.end(), 0.0);
     report_.converged = false;
     return report_;
   }
+  // The problem's size decides the methods and the number of rounds.
   bool done = report_.residual <= settings_.tolerance;
   const bool with_newton = y_.size() <= settings_.most_newton_rows;
   const bool only_newton = with_newton && y_.size() > settings_.most_path_rows;
   const int share_of_rounds = std::max(static_cast<int>(share_ * settings_.rounds), kLeastRounds);
   const int rounds = std::min(settings_.rounds, only_newton || budget != nullptr ? 1 : share_of_rounds);
+  // Large problems are swept; others are solved by Newton's method and along paths.
   for (int round = 0; round < rounds && !done; ++round) {
     report_.rounds = round + 1;
     if (!with_newton) {
@@ -226,12 +230,13 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
     }
   }
   if (done && with_newton) {
-    // One more step pays: it converges quadratically, and what goes on as it was is then held by the same
-    // impulses for a long time.
+    // One more step pays: it converges quadratically, and a steady state is then held by the same impulses
+    // for a long time.
     rho_ = 1.0;
     y_ = best_;
     keep_better(newton(false));
   }
+  // The result is scaled back, and its residual is taken unscaled.
   for (std::size_t i = 0; i < y_.size(); ++i) x[i] = best_[i] * scaled_.scale(i);
   if (done && with_newton) {  // the scaled problem's sums round differently
     report_.residual = std::max(report_.residual, natural_residual(scaled_.unscaled(), x, step_));

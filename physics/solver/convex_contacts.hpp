@@ -55,8 +55,8 @@ struct ConvexReport {
   bool converged = false;
   /// No impulses do: what is returned yields as little as the softness lets it.
   bool is_contradictory = false;
-  /// That was proven on the way: impulses press against what is commanded and move nothing (Farkas). True
-  /// alone where the work ended before the soft answer was found.
+  /// That was proven during the solve: impulses press against commands and move nothing (Farkas). True alone
+  /// where the work ended before the soft answer was found.
   bool is_certain = false;
 };
 
@@ -87,8 +87,8 @@ class ConvexContacts {
   /// @param soft when the soft answer is tried.
   ConvexReport solve(const SparseContacts& problem, std::span<double> x, double tolerance, WorkBudget& budget,
                      Softness soft = Softness::last);
-  /// The soft answer around 0 alone, as far as the budget and so many Newton steps go: it gives way to what
-  /// contradicts by no more than kSoftAnswer of each contact's W.
+  /// The soft answer around 0 alone, as far as the budget and the number of Newton steps go: it yields to
+  /// contradictions by no more than kSoftAnswer of each contact's W.
   /// @param x in: where to start from; out. @param tolerance of the velocities [m/s].
   ConvexReport solve_softly(const SparseContacts& problem, std::span<double> x, double tolerance,
                             WorkBudget& budget, int most_steps);

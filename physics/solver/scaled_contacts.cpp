@@ -9,7 +9,7 @@
 namespace touchstone::physics {
 namespace {
 
-// A residual below this share of what the sums of W y + b are made of is rounding: more than the square root
+// A residual below this share of the terms in the sums of W y + b is rounding: more than the square root
 // of the number of rows times the unit roundoff, so that no problem is given up that could be solved better.
 constexpr double kRounding = 0x1p-49;
 
@@ -29,6 +29,7 @@ void ScaledProblem::load(const ContactProblem& problem, std::span<const double> 
   W_.resize(n * n);
   columns_.resize(n);
   bounds_.assign(problem.bounds.begin(), problem.bounds.end());
+  // A block's scale makes the largest diagonal entry of its W 1; it is 0 where nothing moves.
   const auto scale_block = [&](std::size_t row, std::size_t size) {
     const double w = block_scale(problem.W, n, row, size);
     const double scale = std::isfinite(w) ? 1.0 / std::sqrt(w) : kNaN;
@@ -40,6 +41,7 @@ void ScaledProblem::load(const ContactProblem& problem, std::span<const double> 
     auto& bounds = bounds_[i - 3 * problem.contacts];
     if (scale_[i] > 0.0) bounds = {bounds.lower / scale_[i], bounds.upper / scale_[i]};
   }
+  // W, b and the start are scaled, and each row's range of nonzero columns is found.
   std::size_t entries = 0;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < n; ++k) W_[i * n + k] = scale_[i] * problem.W[i * n + k] * scale_[k];

@@ -115,7 +115,7 @@ std::uint32_t DynamicsWorld::add_kinematic(const Pose& X_WB, const Vector3& v_W,
   const RigidBody body = unit_body();
   const std::uint32_t index = add_body(body, body.state(X_WB, Vector3::Zero(), Vector3::Zero()));
   parts_->movers.bodies[index].is_kinematic = true;
-  parts_->movers.bodies[index].told_v_W = v_W, parts_->movers.bodies[index].told_w_W = w_W;
+  parts_->movers.bodies[index].commanded_v_W = v_W, parts_->movers.bodies[index].commanded_w_W = w_W;
   count_restless(parts_->movers);
   return index;
 }
@@ -127,7 +127,7 @@ void DynamicsWorld::set_velocity(std::uint32_t kinematic, const Vector3& v_W, co
     throw InputError(indexed("kinematic body", kinematic) + ": velocities are not finite");
   Body& body = parts_->movers.bodies[kinematic];
   const bool moved = moves(body);
-  body.told_v_W = v_W, body.told_w_W = w_W;
+  body.commanded_v_W = v_W, body.commanded_w_W = w_W;
   if (moves(body) != moved) parts_->movers.restless += moved ? -1 : 1;
 }
 
@@ -151,7 +151,7 @@ void DynamicsWorld::set_body(std::uint32_t body, const RigidBody& as, const Rigi
 void DynamicsWorld::hold_out(std::uint32_t body) {
   wake(body);
   parts_->movers.bodies[body].is_kinematic = true;
-  parts_->movers.bodies[body].told_v_W = parts_->movers.bodies[body].told_w_W = Vector3::Zero();
+  parts_->movers.bodies[body].commanded_v_W = parts_->movers.bodies[body].commanded_w_W = Vector3::Zero();
   count_restless(parts_->movers);
 }
 
@@ -161,12 +161,14 @@ void DynamicsWorld::push(const Mover& mover, const Vector3& force_W, const Vecto
     throw InputError(indexed(mover.kind == Mover::Kind::link ? "mechanism" : "body", mover.index) + ": " +
                      why);
   };
+  // The ground, unknown and kinematic movers and pushes that are not finite are refused.
   if (mover.kind == Mover::Kind::ground) throw InputError("a push on the ground");
   if (!parts_->movers.is_known(mover)) refuse("no such body or link to push");
   if (!touchstone::is_finite(force_W) || !touchstone::is_finite(p_W) || !touchstone::is_finite(moment_W))
     refuse("a push that is not finite");
   if (mover.kind == Mover::Kind::body && parts_->movers.bodies[mover.index].is_kinematic)
     refuse("is kinematic: it is not pushed");
+  // A body collects the force and its moment about the centre of mass.
   parts_->movers.is_pushed = true;
   if (mover.kind == Mover::Kind::body) {
     Body& body = parts_->movers.bodies[mover.index];
@@ -175,6 +177,7 @@ void DynamicsWorld::push(const Mover& mover, const Vector3& force_W, const Vecto
     body.push_moment_W += moment_W + cross(Vector3(p_W - body.state.p_W), force_W);
     return;
   }
+  // A mechanism collects generalised forces.
   Arm& arm = parts_->movers.arms[mover.index];
   for (const auto& [of, is_turn] : {std::pair(force_W, false), std::pair(moment_W, true)}) {
     const double size = norm(of);
@@ -205,6 +208,7 @@ std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, co
                                            std::span<const double> q, std::span<const double> qd) {
   const std::string name = "mechanism '" + dynamics.mechanism().name() + "'";
   const std::size_t n = dynamics.size();
+  // Values, rates and the base's pose are checked.
   if (q.size() != n || qd.size() != n)
     throw InputError(name + ": " + std::to_string(q.size()) + " values and " + std::to_string(qd.size()) +
                      " rates for " + std::to_string(n) + " joints that move");
@@ -212,11 +216,13 @@ std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, co
   for (const double rate : qd)
     if (!std::isfinite(rate)) throw InputError(name + ": a joint rate is not finite");
   validate_pose(X_WBase, name + ", base");
+  // The mechanism starts in that state.
   Arm& arm = parts_->movers.arms.emplace_back();
   arm.dynamics = &dynamics;
   arm.X_WBase = rigid_frame(X_WBase);
   arm.q.assign(q.begin(), q.end());
   arm.qd.assign(qd.begin(), qd.end());
+  // Its memory is sized by the number of joints.
   for (auto* vector :
        {&arm.torque, &arm.start_torque, &arm.tau, &arm.change, &arm.kept_q, &arm.kept_qd, &arm.start_q,
         &arm.start_qd, &arm.flown_q, &arm.flown_qd, &arm.kept_torque, &arm.push, &arm.turned})
@@ -227,6 +233,7 @@ std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, co
   arm.drives.resize(n);
   arm.placed = dynamics.make_workspace();
   arm.scratch = dynamics.make_workspace();
+  // Its links are placed, and its drives limited by the joints' efforts.
   dynamics.place(arm.X_WBase, arm.q, arm.qd, arm.placed);
   for (const Mechanism::Joint& joint : dynamics.mechanism().joints())
     if (joint.value != Mechanism::kNone) arm.drives[joint.value].limit = joint.effort;
@@ -283,12 +290,14 @@ void DynamicsWorld::reserve(std::size_t contacts) {
                                 std::min(world.movers.arms.size(), 2 * held), held, widest);
     world.movers.system_index.reserve(units);
   }
-  world.group.points.reserve(contacts);
+  for (auto* vector : {&world.group.points, &world.group.spare}) vector->reserve(contacts);
   world.group.kinematics.reserve(units);
   world.rows.reserve(contacts, joint_rows, units, widest);
   world.solver.reserve(world.rows, units, blocks, widest);
   world.forces.reserve(contacts);
 }
+
+void DynamicsWorld::forget_pushes() { parts_->movers.forget_pushes(); }
 
 bool DynamicsWorld::is_asleep(std::uint32_t body) const { return parts_->movers.bodies[body].is_asleep; }
 std::uint32_t DynamicsWorld::first_of_sleepers(std::uint32_t body) const {
@@ -328,12 +337,12 @@ std::span<const double> DynamicsWorld::joint_torques(std::uint32_t mechanism) co
 
 Vector3 DynamicsWorld::velocity(std::uint32_t body) const {
   const Body& b = parts_->movers.bodies[body];
-  return b.is_kinematic ? b.told_v_W : b.body.velocity(b.state);
+  return b.is_kinematic ? b.commanded_v_W : b.body.velocity(b.state);
 }
 
 Vector3 DynamicsWorld::angular_velocity(std::uint32_t body) const {
   const Body& b = parts_->movers.bodies[body];
-  return b.is_kinematic ? b.told_w_W : b.body.angular_velocity(b.state);
+  return b.is_kinematic ? b.commanded_w_W : b.body.angular_velocity(b.state);
 }
 
 Pose DynamicsWorld::link_pose(std::uint32_t mechanism, std::uint32_t link) const {

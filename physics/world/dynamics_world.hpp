@@ -248,6 +248,8 @@ class DynamicsWorld {
   /// @throws InputError: the ground, a kinematic body, no such body or link, figures that are not finite.
   void push(const Mover& mover, const Vector3& force_W, const Vector3& p_W,
             const Vector3& moment_W = Vector3::Zero());
+  /// As if push() had not been called since the last step.
+  void forget_pushes();
   /// Ends a free body's sleep, and that of all it lies with.
   void wake(std::uint32_t body);
   bool is_asleep(std::uint32_t body) const;

@@ -1,4 +1,4 @@
-// Joints between movers: what a world is given about them, and what it reports.
+// Joints between movers: a world's settings of them, and its reports.
 
 #include <algorithm>
 #include <cmath>
@@ -63,14 +63,14 @@ HeldJoint& held_at(Movers& movers, std::uint32_t joint) {
   return movers.joints[joint];
 }
 
-/// Of what the world holds now, which is what was left after the last step.
+/// In the world's present state, which the last step left.
 FrameMotion motion_of(const Mover& mover, const Movers& movers) {
   if (mover.kind != Mover::Kind::body) return stepping::motion_now(mover, movers);
   const stepping::Body& body = movers.bodies[mover.index];
   FrameMotion out;
   out.X_WM = body.body.pose(body.state);
-  out.w_W = body.is_kinematic ? body.told_w_W : body.body.angular_velocity(body.state);
-  const Vector3 v = body.is_kinematic ? body.told_v_W : body.body.velocity(body.state);
+  out.w_W = body.is_kinematic ? body.commanded_w_W : body.body.angular_velocity(body.state);
+  const Vector3 v = body.is_kinematic ? body.commanded_v_W : body.body.velocity(body.state);
   out.v_W = v + cross(out.w_W, Vector3(out.X_WM.p - body.state.p_W));
   return out;
 }

@@ -27,6 +27,7 @@ void ContactGroups::find(std::span<const Contact> contacts, const Movers& movers
     if (a != kNoUnit && b != kNoUnit) sets_.join(a, b);
     group_of_contact_[i] = a != kNoUnit ? a : b;  // a unit of it, for now
   }
+  // Join the units of each joint that holds.
   group_of_joint_.resize(movers.joints.size());
   for (std::size_t i = 0; i < movers.joints.size(); ++i) {
     group_of_joint_[i] = kNoUnit;
@@ -40,7 +41,7 @@ void ContactGroups::find(std::span<const Contact> contacts, const Movers& movers
   std::uint32_t groups = 0;
   group_of_unit_.assign(units, kNoUnit);
   const auto group_of = [&](std::uint32_t unit) {
-    std::uint32_t& group = group_of_unit_[sets_.leader_of(unit)];
+    std::uint32_t& group = group_of_unit_[sets_.least_of(unit)];
     if (group == kNoUnit) group = groups++;
     return group;
   };
@@ -50,9 +51,10 @@ void ContactGroups::find(std::span<const Contact> contacts, const Movers& movers
     if (group != kNoUnit) group = group_of(group);
   for (std::size_t i = bodies.size(); i < units; ++i)
     group_of_unit_[i] = group_of(static_cast<std::uint32_t>(i));
+  // List the free bodies that are awake and in no group.
   loose_.clear();
   for (std::uint32_t i = 0; i < bodies.size(); ++i) {
-    group_of_unit_[i] = group_of_unit_[sets_.leader_of(i)];
+    group_of_unit_[i] = group_of_unit_[sets_.least_of(i)];
     if (group_of_unit_[i] == kNoUnit && !bodies[i].is_kinematic && !bodies[i].is_asleep) loose_.push_back(i);
   }
   sort_by_group(contacts, movers, groups);

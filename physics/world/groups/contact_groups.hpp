@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/physics/world/groups/disjoint_sets.hpp"
+#include "touchstone/contact_core/geometry/disjoint_sets.hpp"
 #include "touchstone/physics/world/groups/movers.hpp"
 
 // Groups: bodies and mechanisms that contacts join go through a step together, the rest by themselves.

@@ -36,7 +36,7 @@ double allowed_depth(double depth, double h, const DynamicsWorld::Settings& sett
 void attach(const Group& group, std::span<const Contact> contacts, const WarmStart& warm,
             const StepContext& step, Movers& movers, GroupState& state) {
   state.members = group;
-  // The kinematic bodies among what contacts touch, each once.
+  // The kinematic bodies that contacts touch, each once.
   state.kinematics.clear();
   const auto meet = [&](const Mover& mover) {
     if (mover.kind != Mover::Kind::body) return;
@@ -52,6 +52,7 @@ void attach(const Group& group, std::span<const Contact> contacts, const WarmSta
   movers.place_kinematics(state.kinematics, 0.0);
   update_motions(state, movers);
   // The points, in their movers' frames.
+  state.spare.clear();
   state.points.resize(group.contacts.size());
   for (std::size_t i = 0; i < state.points.size(); ++i) {
     GroupPoint& point = state.points[i];

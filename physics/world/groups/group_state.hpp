@@ -8,11 +8,11 @@
 #include "touchstone/physics/world/groups/step_context.hpp"
 #include "touchstone/physics/world/groups/warm_start.hpp"
 
-// The contact points of the group that is on its way through the step.
+// The contact points of the group that is being stepped.
 
 namespace touchstone::physics::stepping {
 
-/// A contact on its way through the step.
+/// A contact during the step.
 struct GroupPoint {
   const Contact* contact;
   std::uint32_t index;            // of the contact
@@ -31,8 +31,9 @@ struct GroupState {
   Group members;
   std::vector<std::uint32_t> kinematics;  // that its contacts touch
   std::vector<GroupPoint> points;
-  double joint_speed = 0.0;  // the largest that a joint does not allow, at the start of the piece
-  bool is_coarse = false;    // it goes through the step in one piece
+  std::vector<GroupPoint> spare;  // that take no part in the step: see keep_fewest()
+  double joint_speed = 0.0;       // the largest that a joint does not allow, at the start of the piece
+  bool is_coarse = false;         // it goes through the step in one piece
 };
 
 /// Takes up the group's contacts, as they are at the start of the step.

@@ -23,18 +23,18 @@ void Movers::update_motions(std::span<const std::uint32_t> which) {
   for (const std::uint32_t i : which) {
     Body& body = bodies[i];
     body.X_WB = body.body.pose(body.state);
-    body.v_W = body.is_kinematic ? body.told_v_W : body.body.velocity(body.state);
-    body.w_W =
-        body.is_kinematic ? body.told_w_W : body.body.angular_velocity(body.X_WB.R, body.state.angular_W);
+    body.v_W = body.is_kinematic ? body.commanded_v_W : body.body.velocity(body.state);
+    body.w_W = body.is_kinematic ? body.commanded_w_W
+                                 : body.body.angular_velocity(body.X_WB.R, body.state.angular_W);
   }
 }
 
 void Movers::place_kinematics(std::span<const std::uint32_t> kinematics, double elapsed) {
   for (const std::uint32_t i : kinematics) {
     Body& body = bodies[i];
-    if (body.told_v_W == Vector3::Zero() && body.told_w_W == Vector3::Zero()) continue;
-    body.state.p_W = body.kept.p_W + elapsed * body.told_v_W;
-    body.state.q_WB = normalized(quaternion_of_turn(elapsed * body.told_w_W) * body.kept.q_WB);
+    if (body.commanded_v_W == Vector3::Zero() && body.commanded_w_W == Vector3::Zero()) continue;
+    body.state.p_W = body.kept.p_W + elapsed * body.commanded_v_W;
+    body.state.q_WB = normalized(quaternion_of_turn(elapsed * body.commanded_w_W) * body.kept.q_WB);
   }
 }
 

@@ -22,13 +22,13 @@ struct Body {
   RigidBody body;
   RigidBodyState state;
   bool is_kinematic = false, is_met = false, is_asleep = false, is_jointed = false;
-  std::uint32_t first_sleeper = 0, next_sleeper = 0;                  // a ring of those that sleep together
-  double still_for = 0.0;                                             // [s]
-  Vector3 told_v_W = Vector3::Zero(), told_w_W = Vector3::Zero();     // kinematic
-  Vector3 push_W = Vector3::Zero(), push_moment_W = Vector3::Zero();  // about its centre
-  RigidBodyState kept = {};                                           // before the step
-  RigidBodyState start = {};                                          // before the piece of the step
-  RigidBodyState flown = {};                                          // after the piece, without impulses
+  std::uint32_t first_sleeper = 0, next_sleeper = 0;  // a ring of those that sleep together
+  double still_for = 0.0;                             // [s]
+  Vector3 commanded_v_W = Vector3::Zero(), commanded_w_W = Vector3::Zero();  // kinematic
+  Vector3 push_W = Vector3::Zero(), push_moment_W = Vector3::Zero();         // about its centre
+  RigidBodyState kept = {};                                                  // before the step
+  RigidBodyState start = {};                                                 // before the piece of the step
+  RigidBodyState flown = {};  // after the piece, without impulses
   // Of the state, by Movers::update_motions().
   Pose X_WB = {};
   Vector3 v_W = Vector3::Zero(), w_W = Vector3::Zero();

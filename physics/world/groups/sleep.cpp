@@ -29,7 +29,8 @@ void put_to_sleep(std::span<const std::uint32_t> group, Movers& movers) {
 }  // namespace
 
 bool moves(const Body& body) {
-  return body.is_kinematic && (body.told_v_W != Vector3::Zero() || body.told_w_W != Vector3::Zero());
+  return body.is_kinematic &&
+         (body.commanded_v_W != Vector3::Zero() || body.commanded_w_W != Vector3::Zero());
 }
 
 bool is_restless(const Movers& movers, const Mover& mover) {

@@ -6,7 +6,7 @@
 #include "touchstone/physics/world/groups/contact_groups.hpp"
 #include "touchstone/physics/world/groups/movers.hpp"
 
-// The step on its way, as its stages share it.
+// The step in progress, as its stages share it.
 
 namespace touchstone::physics::stepping {
 

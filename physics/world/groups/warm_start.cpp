@@ -7,8 +7,8 @@
 namespace touchstone::physics::stepping {
 namespace {
 
-/// Contacts mostly come in the same order: each is looked for a little way on from where the one before was
-/// found, so that many of them do not cost their square.
+/// Contacts mostly come in the same order: each is searched for in this many entries from where the one
+/// before was found, so that many of them do not cost their square.
 constexpr std::size_t kReach = 64;
 
 /// Of its state: motions may not be updated yet.
@@ -68,12 +68,14 @@ void WarmStart::pass_on(std::span<const Contact> contacts, std::span<Carried> ca
                         std::size_t& next) {
   const Contact& first = contacts.front();
   if (first.key == 0) return;
+  // The pair's last entries are searched for from where the pair before was found.
   const auto is_pair = [&](const Entry& entry) { return entry.a == first.a && entry.b == first.b; };
   const std::size_t reach = std::min(kReach, last_.size());
   std::size_t skipped = 0;
   while (skipped < reach && !is_pair(last_[(next + skipped) % last_.size()])) ++skipped;
   if (skipped == reach) return;
   next = (next + skipped) % last_.size();
+  // Each entry that was not taken gives its force to the nearest point.
   bool is_placed = false;
   for (std::size_t i = 0; i < last_.size(); ++i) {
     Entry& entry = last_[(next + i) % last_.size()];

@@ -77,6 +77,7 @@ void IslandProblem::write_out(const ContactRows::Contact& contact, std::size_t d
     if (side.unit == kNoUnit) continue;
     const RowUnit& unit = all.units[side.unit];
     row.units[row.count] = side.unit;
+    // A mechanism's entries exist; those of two links of one mechanism are summed.
     if (!unit.is_body()) {
       const std::size_t n = unit.width(), first = side.first + direction * n;
       if (row.count == 1 && row.units[0] == side.unit) {  // two links of one mechanism
@@ -91,6 +92,7 @@ void IslandProblem::write_out(const ContactRows::Contact& contact, std::size_t d
       row.first[row.count++] = first;
       continue;
     }
+    // A body's entries are the direction and its moment, in Y divided by the inertia.
     const Vector3 linear = side.sign * direction_W, angular = cross(side.lever_W, linear);
     const Vector3 v = linear / unit.mass, w = rotate(unit.inverse_inertia_W, angular);
     row.first[row.count++] = J.size();
@@ -121,9 +123,11 @@ void IslandProblem::load(const Islands& islands, const Island& island, ContactRo
   commanded_.clear();
   contacts_ = island.contacts;
   group_entries_ = rows.J.size();
+  // The island's blocks are listed in order.
   for (const std::size_t block : islands.blocks_of(island)) {
     const std::size_t first = rows.first_row(block);
     commanded_.push_back(rows.commanded[block]);
+    // A contact has three rows and a coefficient of friction.
     if (block < rows.contacts.size()) {
       for (std::size_t i = 0; i < 3; ++i) {
         group_rows_.push_back(first + i);
@@ -133,6 +137,7 @@ void IslandProblem::load(const Islands& islands, const Island& island, ContactRo
       friction_.push_back(rows.friction[block]);
       continue;
     }
+    // A joint has one row with bounds and compliance.
     const std::size_t j = block - rows.contacts.size();
     group_rows_.push_back(first);
     const ContactRows::Joint& joint = rows.joints[j];
@@ -140,6 +145,7 @@ void IslandProblem::load(const Islands& islands, const Island& island, ContactRo
     bounds_.push_back(rows.bounds[j]);
     compliance_.push_back(rows.joints[j].compliance);
   }
+  // b and the start are gathered by row.
   b.resize(row_count());
   x.resize(row_count());
   for (std::size_t r = 0; r < row_count(); ++r) {

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/physics/solver/cone_projection.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
 
 namespace touchstone::physics::stepping {
 namespace {
 
-// Forces of what rests but is not still (IslandVelocities) are found anew, though not more often than every
-// so many steps: where rounding is larger than that, nothing is won.
+// Forces of bodies that rest but are not still (IslandVelocities) are found anew, though not more often than
+// every kPatience steps: where rounding is larger than that, nothing is won.
 constexpr std::uint8_t kPatience = 16;
 // Of large islands that this made calm: tall stacks topple by a third more from step to step until then.
 // Chosen on reported scenes; on stacks and pyramids of other sizes (`other:` in dynamics_scenes_benchmark) 1
@@ -17,23 +19,29 @@ constexpr std::uint8_t kPatience = 16;
 constexpr std::uint8_t kCalmPatience = kPatience / 4;
 // A step's work beside linear systems: an entry of W, a row that is set up and tried.
 constexpr double kCouplingWork = 10.0, kRowWork = 300.0;
-// Of the distance that the contact gap allows: what is left moves nothing by more than this share of it in a
+// Of the distance that the contact gap allows: the residual moves nothing by more than this share of it in a
 // step.
 constexpr double kShareOfGap = 0.1;
-// Of the fastest that anything approaches or slides: what is left of large islands that move is not more.
+// Of the fastest that anything approaches or slides: the residual of large moving islands is not more.
 constexpr double kShareOfSpeed = 1e-5;
-// Of ContactSolver's tolerance: what the forces of a large island at rest are found anew to.
+// Of ContactSolver's tolerance: to this the forces of a large island at rest are found anew.
 constexpr double kShareOfExact = 1e-3;
 // Rows of islands that ContactSolver is tried on at once: its linear systems grow with the third power, those
 // of ConvexContacts with the number of contacts, four times less at 48 rows.
 constexpr std::size_t kDirectRows = 32;
-// An island whose contradiction was proven is taken to contradict itself still for so many solves, as long as
-// what it presses says so, then tried by all means again.
+// An island whose contradiction was proven is taken to contradict itself still for this number of solves, as
+// long as the bodies that it presses show it, then tried by all methods again.
 constexpr std::uint8_t kSoftSolves = 64;
-// Cosine of the angle to a way out: less is along, not out.
+// Cosine of the angle to a direction that opens: less is along, not out.
 constexpr double kAside = 1e-3;
 // Newton's, of solve_softly(): the next step goes on with what they leave.
 constexpr int kMostSoftSteps = 4;
+// The passive answer, of kMostPassiveSteps Newton steps, is tried where an unsolved island makes something
+// faster than both its fastest was and kMostDriven times the commanded speed; and where a solved one with
+// commands, or an unsolved one without, makes it kMostPressedOut times as fast: it would be pressed out of a
+// wedge that narrow.
+constexpr double kMostDriven = 2.0, kMostPressedOut = 10.0;
+constexpr int kMostPassiveSteps = 12;
 
 /// Adds the work of one solve to another's.
 void count(const SolveReport& of, SolveReport& to) {
@@ -93,24 +101,30 @@ void IslandSolver::solve_softly(ContactRows& rows, double tolerance, WorkBudget&
 }
 
 void IslandSolver::solve_island(const Island& island, ContactRows& rows, StepContext& step) {
-  // Most of what rests goes on resting: the last step's impulses hold it in this one.
+  // Most bodies at rest stay at rest: the last step's impulses hold them in this one.
   IslandResidual warm = velocities_.update(islands_, island, rows);
+  // A start that is not finite is replaced by zero impulses.
   if (!std::isfinite(warm.worst)) {
     for (const std::size_t block : islands_.blocks_of(island))
       std::fill_n(&rows.x[rows.first_row(block)], block < rows.contacts.size() ? 3 : 1, 0.0);
     warm = velocities_.update(islands_, island, rows);
   }
   if (!std::isfinite(warm.worst)) return fail(island, rows, step);
+  // The start holds if its residual is within the tolerance.
   const ContactSolver::Settings& limits = step.settings.solver;
   const bool is_small = island.rows() <= limits.most_path_rows;
   const bool holds = warm.worst <= tolerance_of(island, is_small, rows, step);
   step.budget.spend(kRowWork * static_cast<double>(island.rows()));
   // Large ones for the next hundreds of steps, not to rounding.
   const bool is_calm = is_small || !step.is_bounded() ? warm.is_still : warm.worst <= limits.tolerance;
+  // An island that does not hold is solved anew; excess speed and energy are taken out.
   SolveReport solved;
   solved.residual = warm.worst;
   if (!holds || (!is_calm && may_refine(island))) solved = solve_anew(island, warm.worst, rows, step);
   if (!is_small && holds && solved.residual <= limits.tolerance) expect_calm(island);
+  if (step.is_bounded() && island.joints == 0) calm(island, rows, step, solved);
+  if (step.is_soft && !solved.converged) limit_energy(island, rows, step, solved);
+  // The step's report includes the island.
   StepReport& report = step.report;
   ++report.solves;
   report.unconverged += solved.converged ? 0 : 1;
@@ -124,6 +138,7 @@ void IslandSolver::solve_island(const Island& island, ContactRows& rows, StepCon
 SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual, ContactRows& rows,
                                      StepContext& step) {
   const ContactSolver::Settings& limits = step.settings.solver;
+  // The tolerance depends on the size; a start that meets it is refined.
   problem_.load(islands_, island, rows);
   const std::size_t size = island.rows();
   const double tolerance = tolerance_of(island, size <= limits.most_path_rows, rows, step);
@@ -131,16 +146,19 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
   SolveReport solved;
   solved.converged = false;
   warm_x_ = problem_.x;
+  // Size and signs of contradiction choose the method.
   const bool is_small = size <= (step.is_bounded() ? limits.most_path_rows : limits.most_newton_rows);
   const bool is_direct = size <= kDirectRows || is_refined || !step.is_bounded();
   const bool is_doubtful = !is_refined && (is_contradicted(island, step) || is_squeezed(island, rows, step));
   if (step.is_soft && !is_doubtful) return solve_soft(island, tolerance, rows, step);
+  // Small islands are solved exactly.
   if (is_small && is_direct && !is_doubtful) {
     load_couplings(rows, step);
     solved = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr);
     if (is_refined && solved.converged) refine(island, rows);
     velocities_.update(islands_, island, rows);
   }
+  // The rest is solved as a convex problem, and polished where it is small.
   if (!solved.converged) {
     problem_.x = warm_x_;
     const SolveReport tried = solved;
@@ -155,7 +173,7 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
   return solved;
 }
 
-/// Of what overlaps: the compliant answer (Castro, Permenter, Han 2022) as it is.
+/// Of overlapping bodies: the compliant answer (Castro, Permenter, Han 2022) as it is.
 SolveReport IslandSolver::solve_soft(const Island& island, double tolerance, ContactRows& rows,
                                      StepContext& step) {
   problem_.load_masses(islands_, island, rows);
@@ -170,7 +188,7 @@ SolveReport IslandSolver::solve_soft(const Island& island, double tolerance, Con
   return solved;
 }
 
-/// From what the convex problems leave, Newton's method on the laws mostly converges at once.
+/// From the convex problems' answer, Newton's method on the laws mostly converges at once.
 void IslandSolver::polish(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved) {
   if (step.budget.is_spent()) return;
   warm_x_ = problem_.x;
@@ -184,6 +202,96 @@ void IslandSolver::polish(const Island& island, ContactRows& rows, StepContext& 
     problem_.store_impulses(rows);
   }
   velocities_.update(islands_, island, rows);
+}
+
+/// Of the contacts' velocities `of` [m/s].
+double IslandSolver::most_speed(const Island& island, std::span<const double> of) const {
+  double most = 0.0;
+  for (const std::size_t block : islands_.blocks_of(island))
+    for (std::size_t i = 0; i < 3; ++i) most = worse_of(most, std::abs(of[3 * block + i]));
+  return most;
+}
+
+/// The most that contacts may leave with [m/s]. Bodies that nothing presses are left alone longer: an
+/// unsolved stack of very different masses stands in the next steps, where the passive answer lets it sink.
+double IslandSolver::allowed_speed(const Island& island, const ContactRows& rows, bool is_solved,
+                                   bool is_soft) const {
+  double commanded = 0.0;
+  for (const std::size_t block : islands_.blocks_of(island))
+    commanded = std::max(commanded, -rows.commanded[block]);
+  const double before = most_speed(island, rows.b);
+  if (commanded == 0.0) return is_solved || is_soft ? kInfinity : kMostPressedOut * before;
+  return is_solved ? kMostPressedOut * std::max(before, commanded)
+                   : std::max(before, kMostDriven * commanded);
+}
+
+/// Impulses of contacts that contradict each other, or that no solve has found, may shoot out a light body
+/// between heavy or commanded ones. Then the passive answer: the compliant one (Castro, Permenter, Han 2022)
+/// of the same contacts where commanded movers do not press. Standing still solves these, so that solved it
+/// gives no energy: commanded movers go on into the bodies that they meet.
+void IslandSolver::calm(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved) {
+  // An allowed speed needs no other answer.
+  const double speed = most_speed(island, rows.u);
+  if (speed <= allowed_speed(island, rows, solved.converged, step.is_soft)) return;
+  // The passive problem starts at 0 and leaves commanded approaches out.
+  problem_.load(islands_, island, rows);
+  problem_.load_masses(islands_, island, rows);
+  warm_x_ = problem_.x;
+  std::fill(problem_.x.begin(), problem_.x.end(), 0.0);
+  const std::span<const std::size_t> blocks = islands_.blocks_of(island);
+  for (std::size_t i = 0; i < blocks.size(); ++i)
+    problem_.b[3 * i] -= std::min(rows.commanded[blocks[i]], 0.0);
+  // Its budget is separate and limited by its steps: the solves before may have spent the step's.
+  WorkBudget budget;
+  const ConvexReport passive = convex_.solve_softly(
+      problem_.sparse(rows), problem_.x, tolerance_of(island, false, rows, step), budget, kMostPassiveSteps);
+  solved.newton_steps += passive.newton_steps;
+  // The passive answer is taken only if it is slower.
+  problem_.store_impulses(rows);
+  double residual = velocities_.update(islands_, island, rows).worst;
+  if (most_speed(island, rows.u) < speed) {
+    solved.converged = false;
+  } else {
+    problem_.x = warm_x_;
+    problem_.store_impulses(rows);
+    residual = velocities_.update(islands_, island, rows).worst;
+  }
+  solved.residual = residual;
+  problem_.unload(rows);
+}
+
+/// Impulses of an unfinished solve may pull, and give energy: they are put into their cones, and the share of
+/// them is left that takes most of the velocities' energy, as long as it gives none in all. For they act all
+/// along the piece: half of what they make of velocities goes into places, against gravity.
+void IslandSolver::limit_energy(const Island& island, ContactRows& rows, StepContext& step,
+                                SolveReport& solved) {
+  const std::span<const std::size_t> blocks = islands_.blocks_of(island);
+  // The impulses are projected on their friction cones.
+  for (const std::size_t block : blocks) {
+    double* const x = &rows.x[3 * block];
+    const double y[3] = {x[0], x[1], x[2]};
+    project_on_cone(rows.friction[block], y, length_of(y[1], y[2]), x);
+  }
+  solved.residual = velocities_.update(islands_, island, rows).worst;
+  // The energy is a quadratic function of the impulses' share.
+  double by_b = 0.0, by_W = 0.0, lifting = 0.0;
+  for (const std::size_t block : blocks)
+    for (std::size_t r = 3 * block; r < 3 * block + 3; ++r) {
+      by_b += rows.x[r] * rows.b[r];
+      by_W += rows.x[r] * (rows.u[r] - rows.b[r]);
+    }
+  for (const std::uint32_t member : islands_.units_of(island)) {
+    const RowUnit& unit = rows.units[member];
+    if (unit.is_body())
+      lifting -= 0.5 * rows.length * unit.mass * dot(step.settings.gravity_W, unit.change_v_W);
+  }
+  // The share that loses most energy is applied.
+  if (!(by_W > 0.0)) return;
+  const double share = std::max(0.0, std::min(-by_b, -2.0 * (by_b + lifting)) / by_W);
+  if (share >= 1.0) return;
+  for (const std::size_t block : blocks)
+    for (std::size_t r = 3 * block; r < 3 * block + 3; ++r) rows.x[r] *= share;
+  solved.residual = velocities_.update(islands_, island, rows).worst;
 }
 
 void IslandSolver::load_couplings(const ContactRows& rows, StepContext& step) {
@@ -204,16 +312,19 @@ SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, bo
   const double tolerance = tolerance_of(island, false, rows, step);
   const double aim = is_refined ? kShareOfExact * step.settings.solver.tolerance : tolerance;
   problem_.load_masses(islands_, island, rows);
+  // Signs of a contradiction decide when the soft answer is tried.
   using Softness = ConvexContacts::Softness;
   const Softness soft = !is_doubtful                    ? Softness::last
                         : is_contradicted(island, step) ? Softness::first
                                                         : Softness::maybe;
   const ConvexReport convex = convex_.solve(problem_.sparse(rows), problem_.x, aim, step.budget, soft);
   problem_.store_impulses(rows);
+  // The island's velocities decide whether it is solved.
   SolveReport solved;
   solved.newton_steps = convex.newton_steps;
   solved.residual = velocities_.update(islands_, island, rows).worst;
   solved.converged = solved.residual <= tolerance;
+  // Units remember a contradiction for some solves.
   step.report.contradictory += convex.is_contradictory ? 1 : 0;
   for (const std::uint32_t unit : islands_.units_of(island)) {
     std::uint8_t& left = contradicted_[unit];
@@ -238,7 +349,7 @@ void IslandSolver::refine(const Island& island, ContactRows& rows) {
   solve_dense(rows, nullptr);
 }
 
-/// Two steps on end: the first stops what moves, the second finds the forces without what stopped it.
+/// Two steps on end: the first stops the motion, the second finds the forces without those that stopped it.
 bool IslandSolver::may_refine(const Island& island) {
   bool may = true;
   const std::span<const std::uint32_t> units = islands_.units_of(island);
@@ -258,21 +369,23 @@ void IslandSolver::expect_calm(const Island& island) {
     if (patience_[unit] == kPatience - 1) patience_[unit] = kCalmPatience;
 }
 
-/// Then the soft answer comes first: contacts were proven to contradict each other lately.
-bool IslandSolver::is_contradicted(const Island& island, const StepContext& step) const {
-  if (!step.is_bounded()) return false;
-  const std::span<const std::uint32_t> units = islands_.units_of(island);
+bool IslandSolver::is_contradicted(std::span<const std::uint32_t> units) const {
   return std::any_of(units.begin(), units.end(),
                      [&](std::uint32_t unit) { return contradicted_[unit] != 0; });
 }
 
-/// Whether something that moves as commanded presses on bodies that have no common way out of what does not
-/// give way: most that contradicts itself looks so, and some that does not. Without such a mover the velocity
+/// Then the soft answer comes first.
+bool IslandSolver::is_contradicted(const Island& island, const StepContext& step) const {
+  return step.is_bounded() && is_contradicted(islands_.units_of(island));
+}
+
+/// Whether something that moves as commanded presses on bodies that have no common direction away from those
+/// that do not yield: most contradictory contacts look so, and some others. Without such a mover the velocity
 /// 0 is one that all contacts allow.
 bool IslandSolver::is_squeezed(const Island& island, const ContactRows& rows, const StepContext& step) const {
   if (!step.is_bounded() || island.joints > 0) return false;
   const std::span<const std::size_t> blocks = islands_.blocks_of(island);
-  const auto outward = [&](std::size_t block, Vector3& n_W) {  // of what does not give way
+  const auto outward = [&](std::size_t block, Vector3& n_W) {  // of those that do not yield
     const ContactRows::Contact& contact = rows.contacts[block];
     const bool is_a = contact.sides[0].unit == kNoUnit, is_b = contact.sides[1].unit == kNoUnit;
     n_W = is_a ? contact.n_W : -contact.n_W;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "touchstone/physics/solver/contact_solver.hpp"
@@ -26,7 +27,10 @@ class IslandSolver {
   /// softness of contacts that contradict each other. @param budget of its own.
   void solve_softly(ContactRows& rows, double tolerance, WorkBudget& budget, StepReport& report);
 
-  /// Before a step, for so many units; and back to that.
+  /// Whether contacts of any of these were proven to contradict each other, lately.
+  bool is_contradicted(std::span<const std::uint32_t> units) const;
+
+  /// Before a step, for this many units; and back to that.
   void keep(std::size_t units);
   void undo();
 
@@ -39,6 +43,10 @@ class IslandSolver {
                            StepContext& step);
   SolveReport solve_soft(const Island& island, double tolerance, ContactRows& rows, StepContext& step);
   void polish(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved);
+  double most_speed(const Island& island, std::span<const double> of) const;
+  double allowed_speed(const Island& island, const ContactRows& rows, bool is_solved, bool is_soft) const;
+  void calm(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved);
+  void limit_energy(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved);
   void refine(const Island& island, ContactRows& rows);
   bool may_refine(const Island& island);
   void expect_calm(const Island& island);

@@ -17,6 +17,7 @@ constexpr double kStill = 0x1p-52;
 /// Velocities that the island's impulses add to its units: RowUnit::change_v_W and change_w_W, or change.
 void spread_impulses(const Islands& islands, const Island& island, ContactRows& rows) {
   const std::span<const std::uint32_t> units = islands.units_of(island);
+  // The changes start at zero.
   for (const std::uint32_t member : units) {
     RowUnit& unit = rows.units[member];
     if (unit.is_body()) {
@@ -29,6 +30,7 @@ void spread_impulses(const Islands& islands, const Island& island, ContactRows& 
     for (std::size_t k = 0; k < change.size(); ++k) change[k] += rows.Y[first + k] * x;
   };
   for (const std::size_t block : islands.blocks_of(island)) {
+    // A joint row acts on one or two units.
     if (block >= rows.contacts.size()) {
       const ContactRows::Joint& joint = rows.joints[block - rows.contacts.size()];
       const double x = rows.x[rows.first_row(block)];
@@ -42,6 +44,7 @@ void spread_impulses(const Islands& islands, const Island& island, ContactRows& 
       }
       continue;
     }
+    // A contact acts on both of its sides.
     const Vector3 impulse = rows.impulse_of(block);
     for (const ContactRows::Side& side : rows.contacts[block].sides) {
       if (side.unit == kNoUnit) continue;
@@ -55,6 +58,7 @@ void spread_impulses(const Islands& islands, const Island& island, ContactRows& 
         add(unit.change, side.first + r * unit.change.size(), rows.x[3 * block + r]);
     }
   }
+  // The bodies' impulses are divided by their inertias.
   for (const std::uint32_t member : units) {
     RowUnit& unit = rows.units[member];
     if (!unit.is_body()) continue;
@@ -63,7 +67,7 @@ void spread_impulses(const Islands& islands, const Island& island, ContactRows& 
   }
 }
 
-/// Velocities of a contact after what spread_impulses() left. Returns its natural residual or more: the trace
+/// Velocities of a contact after spread_impulses(). Returns its natural residual or more: the trace
 /// of its block stands for the largest diagonal entry, and the residual grows with the scale (Gafni and
 /// Bertsekas, Two-Metric Projection Methods, 1984, lemma 1).
 double contact_velocities(std::size_t block, ContactRows& rows, double& scale) {
@@ -71,6 +75,7 @@ double contact_velocities(std::size_t block, ContactRows& rows, double& scale) {
   Vector3 v = Vector3::Zero();
   double* const u = &rows.u[3 * block];
   for (int i = 0; i < 3; ++i) u[i] = rows.b[3 * block + static_cast<std::size_t>(i)];
+  // Each side adds its velocity and its share of the trace of W.
   double trace = 0.0;
   for (const ContactRows::Side& side : contact.sides) {
     if (side.unit == kNoUnit) continue;
@@ -90,6 +95,7 @@ double contact_velocities(std::size_t block, ContactRows& rows, double& scale) {
         trace += rows.J[at] * rows.Y[at];
       }
   }
+  // The bodies' velocity is resolved along the normal and the tangents.
   u[0] += dot(contact.n_W, v);
   u[1] += dot(contact.t1_W, v);
   u[2] += dot(contact.t2_W, v);

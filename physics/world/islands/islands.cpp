@@ -26,7 +26,7 @@ void Islands::find(const ContactRows& rows) {
   const std::size_t blocks = rows.block_count();
   island_of_block_.resize(blocks);
   for (std::size_t i = 0; i < blocks; ++i) {
-    std::uint32_t& island = island_of_unit_[sets_.leader_of(rows.unit_of_block(i))];
+    std::uint32_t& island = island_of_unit_[sets_.least_of(rows.unit_of_block(i))];
     if (island == kNoUnit) {
       island = static_cast<std::uint32_t>(islands_.size());
       islands_.push_back({});
@@ -35,7 +35,7 @@ void Islands::find(const ContactRows& rows) {
     ++(i < rows.contacts.size() ? islands_[island].contacts : islands_[island].joints);
   }
   for (const std::uint32_t unit : rows.members) {
-    const std::uint32_t island = island_of_unit_[sets_.leader_of(unit)];
+    const std::uint32_t island = island_of_unit_[sets_.least_of(unit)];
     if (island != kNoUnit) ++islands_[island].units;
   }
   // Each island's run starts where the one before ends.
@@ -55,7 +55,7 @@ void Islands::find(const ContactRows& rows) {
     ++(i < rows.contacts.size() ? island.contacts : island.joints);
   }
   for (const std::uint32_t unit : rows.members) {
-    const std::uint32_t island = island_of_unit_[sets_.leader_of(unit)];
+    const std::uint32_t island = island_of_unit_[sets_.least_of(unit)];
     if (island != kNoUnit) unit_order_[islands_[island].first_unit + islands_[island].units++] = unit;
   }
 }

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/physics/world/groups/disjoint_sets.hpp"
+#include "touchstone/contact_core/geometry/disjoint_sets.hpp"
 #include "touchstone/physics/world/rows/contact_rows.hpp"
 
 // Islands: rows of a group that act on the same units, directly or through others, are one problem each.

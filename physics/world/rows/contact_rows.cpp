@@ -72,6 +72,7 @@ void Gathering::prepare_units(const Group& group) {
   rows_.units.resize(movers_.unit_count());
   rows_.first_mechanism = movers_.unit_of_arm(0);
   rows_.members.assign(group.bodies.begin(), group.bodies.end());
+  // Bodies have a mass, an inertia, a centre for levers and velocities.
   for (const std::uint32_t i : group.bodies) {
     const Body& body = movers_.bodies[i];
     const RigidBodyState& state = wanted_.phase == Phase::forces ? body.flown : body.state;
@@ -87,6 +88,7 @@ void Gathering::prepare_units(const Group& group) {
       unit.middle_W = state.p_W - (0.5 * wanted_.t) * unit.v_W;
     if (wanted_.phase == Phase::parting) unit.v_W = unit.w_W = Vector3::Zero();
   }
+  // Mechanisms have a mass matrix.
   for (const std::uint32_t m : group.mechanisms) {
     const std::uint32_t unit = movers_.unit_of_arm(m);
     rows_.members.push_back(unit);
@@ -100,15 +102,18 @@ void Gathering::prepare_units(const Group& group) {
 Vector3 Gathering::add_side(const Mover& mover, const GroupPoint& point, const Vector3& act_W,
                             const ContactRows::Contact& contact, ContactRows::Side& side, double* b) {
   side.unit = movers_.unit_of(mover);
+  // A side that no impulse moves has its velocity only.
   if (side.unit == kNoUnit)
     return mover.kind == Mover::Kind::body && wanted_.phase != Phase::parting
                ? movers_.point_velocity(mover, point.p_W)
                : Vector3(Vector3::Zero());
+  // A body has a lever.
   if (movers_.is_body(side.unit)) {
     const RowUnit& unit = rows_.units[side.unit];
     side.lever_W = act_W - unit.middle_W;
     return unit.v_W + cross(unit.w_W, side.lever_W);
   }
+  // A mechanism has three rows J and Y = M^-1 J^T, which are kept until made anew.
   const Arm& arm = movers_.arm_of(side.unit);
   const std::vector<double>& rates = wanted_.phase == Phase::forces ? arm.flown_qd : arm.qd;
   const std::size_t n = rates.size();
@@ -126,6 +131,7 @@ Vector3 Gathering::add_side(const Mover& mover, const GroupPoint& point, const V
       solve_cholesky(arm.M, Y);
     }
   }
+  // The joint rates add to b.
   for (std::size_t r = 0; r < 3 && wanted_.phase != Phase::parting; ++r)
     for (std::size_t k = 0; k < n; ++k) b[r] += J_all[side.first + r * n + k] * rates[k];
   return Vector3::Zero();
@@ -133,6 +139,7 @@ Vector3 Gathering::add_side(const Mover& mover, const GroupPoint& point, const V
 
 void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
   const Contact& given = *point.contact;
+  // A row that is made anew gets the contact's frame.
   if (wanted_.is_anew) {
     ContactRows::Contact& added = rows_.contacts.emplace_back();
     added.point = index;
@@ -140,9 +147,10 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
     added.sides[0].sign = -1.0, added.sides[1].sign = 1.0;
   }
   ContactRows::Contact& contact = rows_.contacts[next_contact_++];
-  // The point goes along with what touches there, half with each.
+  // The point moves with both bodies that touch there, half with each.
   Vector3 act_W = point.p_W;
   if (wanted_.phase == Phase::forces) act_W += (0.5 * wanted_.t) * point.mean_v_W;
+  // b is the relative velocity without impulses; the commanded part is kept as well.
   double b[3] = {0.0, 0.0, 0.0};
   const Vector3 v_A = add_side(given.a, point, act_W, contact, contact.sides[0], b);
   const Vector3 v_B = add_side(given.b, point, act_W, contact, contact.sides[1], b);
@@ -170,7 +178,7 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
   rows_.friction.push_back(given.friction);
 }
 
-/// Takes the row up, and returns its number; what depends on its W is still to be set.
+/// Adds the row, and returns its number; entries that depend on its W are still to be set.
 std::size_t Gathering::add_joint(const ContactRows::Joint& joint, double b, double commanded,
                                  ContactProblem::Bounds bounds, double warm) {
   rows_.b.push_back(b);
@@ -228,6 +236,7 @@ void Gathering::write_part(const ContactRows::Joint& row, int part, const Vector
   const std::size_t n = rows_.units[unit].width();
   const std::span<double> J = std::span(rows_.J).subspan(row.first[part], n),
                           Y = std::span(rows_.Y).subspan(row.first[part], n);
+  // J sums the sides of the joint that are on this unit.
   std::fill(J.begin(), J.end(), 0.0);
   for (const double sign : {-1.0, 1.0}) {
     const Mover& mover = sign < 0.0 ? held.joint.a : held.joint.b;
@@ -247,6 +256,7 @@ void Gathering::write_part(const ContactRows::Joint& row, int part, const Vector
     if (moment != Vector3::Zero())
       arm.dynamics->turn_jacobian(mover.link, sign * moment, arm.turned, at), add();
   }
+  // Y = M^-1 J^T is solved with the unit's inertia.
   std::copy(J.begin(), J.end(), Y.begin());
   if (!movers_.is_body(unit)) return solve_cholesky(movers_.arm_of(unit).M, Y);
   const Vector3 w = rotate(rows_.units[unit].inverse_inertia_W, Vector3(Y[3], Y[4], Y[5]));
@@ -287,6 +297,7 @@ void Gathering::add_drive(const Axis& axis) {
   if (phase == Phase::impact && drive.limit < kInfinity) return;
   const bool parts = phase == Phase::parting;  // then drives hold
   const double rate = parts ? 0.0 : axis.end_rate, last = parts ? 0.0 : t * axis.last[0];
+  // A drive to a position is a spring and a damper, up to its limit.
   if (drive.mode == Mode::position) {
     if (phase == Phase::impact || (drive.stiffness == 0.0 && drive.damping == 0.0)) return;
     const double most = parts || drive.limit == kInfinity ? kInfinity : drive.limit * t;
@@ -368,12 +379,13 @@ void Gathering::add_joints(std::uint32_t mechanism) {
   }
 }
 
-/// Rows of a joint between movers: what it holds, then what acts along its axis. Its impulses act at one
+/// Rows of a joint between movers: the held directions, then those along its axis. Its impulses act at one
 /// point on both, where that was in the middle of the piece.
 void Gathering::add_held(std::uint32_t index) {
   HeldJoint& held = movers_.joints[index];
   const bool is_flown = wanted_.phase == Phase::forces, parts = wanted_.phase == Phase::parting;
   const double t = wanted_.t;
+  // The joint is placed by both sides' motions, as flown or as they are now.
   const auto motion = [&](const Mover& mover) {
     return is_flown ? motion_flown(mover, movers_, t) : motion_now(mover, movers_);
   };
@@ -382,14 +394,17 @@ void Gathering::add_held(std::uint32_t index) {
   const Vector3 v_A = a.v_W + cross(a.w_W, Vector3(held.placed.at_W - a.X_WM.p)),
                 v_B = b.v_W + cross(b.w_W, Vector3(held.placed.at_W - b.X_WM.p)), v = v_B - v_A,
                 w = b.w_W - a.w_W;
+  // Sides that no impulse moves give the commanded velocities.
   const auto commanded = [&](const Vector3& of_A, const Vector3& of_B) -> Vector3 {
     const Vector3 none = Vector3::Zero();
     return (movers_.unit_of(held.joint.b) == kNoUnit ? of_B : none) -
            (movers_.unit_of(held.joint.a) == kNoUnit ? of_A : none);
   };
   const Vector3 commanded_v = commanded(v_A, v_B), commanded_w = commanded(a.w_W, b.w_W);
+  // Impulses act at the joint's point in the middle of the piece.
   act_W_ = held.placed.at_W;
   if (is_flown) act_W_ -= (0.25 * t) * (v_A + v_B);
+  // Each held direction has a row without bounds.
   ContactRows::Joint row{kNoUnit, index, 1.0, false};
   row.is_axis = false;
   for (std::uint32_t i = 0; i < held.placed.count; ++i) {
@@ -399,6 +414,7 @@ void Gathering::add_held(std::uint32_t index) {
               dot(direction.force_W, commanded_v) + dot(direction.moment_W, commanded_w),
               {-kInfinity, kInfinity}, is_flown ? t * held.last[i] : 0.0);
   }
+  // The free axis has limits, losses and a drive.
   if (!held.joint.joint.has_axis()) return;
   row.is_axis = true;
   const double* const last = &held.last[BodyJoint::kMostRows];
@@ -461,6 +477,7 @@ void gather(const RowsWanted& wanted, const GroupState& group, StepContext& step
   }
   for (auto* vector : {&rows.b, &rows.commanded, &rows.x, &rows.friction}) vector->clear();
   rows.bounds.clear();
+  rows.length = wanted.phase == Phase::forces ? wanted.t : 0.0;
   step.budget.spend(kPointWork * static_cast<double>(group.points.size()));
   Gathering gathering(wanted, step.settings, movers, rows);
   gathering.prepare_units(group.members);
@@ -480,11 +497,13 @@ void factor_masses(const Group& group, Movers& movers) {
 }
 
 void sum_impulses(ContactRows& rows) {
+  // The sums start at zero.
   for (const std::uint32_t member : rows.members) {
     RowUnit& unit = rows.units[member];
     unit.impulse_W = unit.moment_W = Vector3::Zero();
     std::fill(unit.change.begin(), unit.change.end(), 0.0);
   }
+  // Contacts add impulses and moments to bodies, changes of rates to mechanisms.
   for (std::size_t i = 0; i < rows.contacts.size(); ++i) {
     const Vector3 impulse = rows.impulse_of(i);
     for (const ContactRows::Side& side : rows.contacts[i].sides) {
@@ -501,6 +520,7 @@ void sum_impulses(ContactRows& rows) {
           unit.change[k] += rows.Y[side.first + r * n + k] * rows.x[3 * i + r];
     }
   }
+  // Joint rows add the same.
   for (std::size_t j = 0; j < rows.joints.size(); ++j) {
     const ContactRows::Joint& joint = rows.joints[j];
     const double x = rows.joint_impulse(j);

@@ -68,6 +68,7 @@ struct ContactRows {
   std::vector<RowUnit> units;          // by unit; those of the group are set
   std::vector<std::uint32_t> members;  // units of the group, in order
   std::uint32_t first_mechanism = 0;   // its unit: bodies come before
+  double length = 0.0;                 // of the piece that impulses act over [s]; 0: at once
   std::vector<Contact> contacts;
   std::vector<Joint> joints;
   std::vector<double> J, Y;  // of mechanisms and joints, and M^-1 J^T; then rows that are written out

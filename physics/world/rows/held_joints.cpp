@@ -35,12 +35,14 @@ double unwrapped(const HeldJoint& held, double value, double near) {
   return value + turn * std::round((near - value) / turn);
 }
 
-/// The group's joints and what they hold, each once. @param of the state of a body, values of a mechanism.
+/// The group's joints and the units that they hold, each once. @param of the state of a body, values of a
+/// mechanism.
 template <class StateOf, class ArmOf>
 void fill_system(const Group& group, Movers& movers, const StateOf& state_of, const ArmOf& arm_of) {
   JointSystem& system = movers.system;
   system.clear();
   movers.system_index.resize(movers.unit_count());
+  // Jointed bodies and mechanisms enter the system.
   for (const std::uint32_t i : group.bodies) {
     Body& body = movers.bodies[i];
     if (!body.is_jointed) continue;
@@ -52,6 +54,7 @@ void fill_system(const Group& group, Movers& movers, const StateOf& state_of, co
     movers.system_index[movers.unit_of_arm(m)] = static_cast<std::uint32_t>(system.arms.size());
     system.arms.push_back(arm_of(movers.arms[m]));
   }
+  // A joint's side is the ground, a kinematic body or a unit of the system.
   const auto side_of = [&](const Mover& mover) -> Side {
     if (mover.kind == Mover::Kind::ground) return {};
     if (is_commanded(mover, movers)) {
@@ -63,6 +66,7 @@ void fill_system(const Group& group, Movers& movers, const StateOf& state_of, co
     const std::uint32_t index = movers.system_index[movers.unit_of(mover)];
     return {mover.kind == Mover::Kind::body ? Side::Kind::body : Side::Kind::arm, index, mover.link};
   };
+  // The group's joints connect their sides.
   for (const std::uint32_t j : group.joints) {
     const WorldJoint& joint = movers.joints[j].joint;
     const Side a = side_of(joint.a), b = side_of(joint.b);
@@ -137,6 +141,7 @@ bool meets_end(const Group& group, const Movers& movers, double gap, double leas
 }
 
 bool fly_jointed(const Group& group, double t, StepContext& step, Movers& movers) {
+  // Mechanisms fly in copies of their values and rates.
   fill_system(
       group, movers, [](const Body& body) { return body.state; },
       [](Arm& arm) -> JointSystem::Arm {
@@ -144,6 +149,7 @@ bool fly_jointed(const Group& group, double t, StepContext& step, Movers& movers
         arm.flown_qd = arm.qd;
         return {arm.dynamics, arm.X_WBase, arm.tau, arm.flown_q, arm.flown_qd, &arm.scratch};
       });
+  // A failure is reported of the first jointed unit.
   if (!movers.system.fly(t, step.settings.gravity_W)) {
     const bool is_body = !movers.system.bodies.empty();
     const auto jointed = [&](std::uint32_t i) {
@@ -153,6 +159,7 @@ bool fly_jointed(const Group& group, double t, StepContext& step, Movers& movers
     return step.fail(is_body ? StepFailure::body : StepFailure::mechanism,
                      *std::find_if(all.begin(), all.end(), jointed));
   }
+  // The flown states and the joints' reactions are taken over.
   take_states(group, movers, true);
   for (const std::uint32_t m : group.mechanisms) {
     Arm& arm = movers.arms[m];

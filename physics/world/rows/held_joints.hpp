@@ -4,7 +4,7 @@
 #include "touchstone/physics/world/groups/step_context.hpp"
 #include "touchstone/physics/world/rows/contact_rows.hpp"
 
-// Joints between movers on their way through a step.
+// Joints between movers during a step.
 
 namespace touchstone::physics::stepping {
 

@@ -40,9 +40,9 @@ bool fail_flight(const Body& body, double t, std::uint32_t index, StepContext& s
 void commit_body(double t, double gap, const RowUnit& unit, Body& body) {
   RigidBodyState& state = body.flown;
   if (unit.impulse_W != Vector3::Zero() || (unit.is_jointed && unit.moment_W != Vector3::Zero())) {
-    // About the mean of where the body was and is: so that the moment of momentum of all stays.
+    // About the mean of where the body was and is: so that the angular momentum of all stays.
     add_compensated(state.p_W, state.p_low_W, (0.5 * t / body.body.inertia().mass) * unit.impulse_W);
-    // Of what joints hold, which is not accelerated evenly, the rows' middle is that mean already.
+    // Of a jointed body, which is not accelerated evenly, the rows' middle is that mean already.
     const Vector3 middle = unit.is_jointed ? unit.middle_W : Vector3(0.5 * (body.state.p_W + state.p_W));
     const Vector3 twist = unit.moment_W - cross(middle - unit.middle_W, unit.impulse_W);
     const Vector3 turn = rotate(unit.inverse_inertia_W, (0.5 * t) * twist);

@@ -9,9 +9,9 @@
 namespace touchstone::physics::stepping {
 
 bool needs_impact(const GroupState& group, const Movers& movers, const DynamicsWorld::Settings& settings) {
-  const double least = 10.0 * settings.solver.tolerance;  // less is what a solve leaves
+  const double least = 10.0 * settings.solver.tolerance;  // a solve leaves less
   if (group.joint_speed > least || meets_end(group.members, movers, settings.contact_gap, least)) return true;
-  // In one piece what does not bounce is stopped with the forces.
+  // In one piece contacts that do not bounce are stopped with the forces.
   if (group.is_coarse)
     return std::any_of(group.points.begin(), group.points.end(), [&](const GroupPoint& point) {
       return point.separation <= settings.contact_gap && point.approach_v < -settings.bounce_speed &&
@@ -32,6 +32,7 @@ bool needs_impact(const GroupState& group, const Movers& movers, const DynamicsW
 }
 
 void impact(GroupState& group, StepContext& step, Movers& movers, ContactRows& rows, IslandSolver& solver) {
+  // The impact's rows are gathered and solved.
   gather({Phase::impact, 0.0, false, true}, group, step, movers, rows);
   solver.solve(rows, step);
   // Velocities jump.
@@ -60,6 +61,7 @@ void impact(GroupState& group, StepContext& step, Movers& movers, ContactRows& r
     else if (!joint.is_stop)
       movers.arm_of(joint.unit).torque[joint.value] += rows.joint_impulse(j) / step.h;
   }
+  // Motions and speeds follow from the new velocities.
   update_motions(group, movers);
   update_speeds(movers, group);
   group.joint_speed = refresh_joints(group.members, movers);

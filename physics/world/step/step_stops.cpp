@@ -11,15 +11,15 @@ namespace {
 
 // A piece of a step that is this close to its whole is the whole.
 constexpr double kWhole = 1.0 - 1e-6;
-// Of the contact gap, the shortest distance there is: what is off by no more than this share is where it
-// should be.
+// Of the contact gap, the shortest distance there is: a place that is off by no more than this share is
+// right.
 constexpr double kMostMissed = 1e-3;
 // All but a first aim goes beyond the stop, by this share of the correction at most, so that the stop is
 // within the piece.
 constexpr double kBeyond = 1e-3;
 // A stop that was aimed at and missed by less than this is aimed at again.
 constexpr double kNear = 1.05;
-// Of the speed: what is still moved across where a straight slide has stopped.
+// Of the speed: the speed across that is left where a straight slide has stopped.
 constexpr double kStraight = 1e-3;
 
 double speed_at_rest(const TriedPiece& piece) { return 10.0 * piece.settings.solver.tolerance; }
@@ -80,15 +80,16 @@ Stop coming_stop(const TriedPiece& piece, double left) {
 
 }  // namespace
 
-/// Forces are at their limits until the stop, so velocities change evenly, and what the rest of the piece
-/// took beside what it could have taken says when. Until the end, what has stopped went on at half its speed
-/// on the mean. Not at once: where friction took nothing, something else ends the sliding, with the piece.
+/// Forces are at their limits until the stop, so velocities change evenly, and the ratio of the impulse taken
+/// to the limit over the piece gives the time. Until the end, a stopped point went on at half its speed on
+/// the mean. Not at once: where friction took nothing, something else ends the sliding, with the piece.
 Stop first_stop(const TriedPiece& piece) {
   const double rest = speed_at_rest(piece), t = piece.t;
   const ContactRows& rows = piece.rows;
   const Stopped slides = stopped_slides(piece);
   Stop stop{false, t};
   stop.speed = slides.speed;
+  // A stop counts by its time, its speed and the travel missed after it.
   const auto add = [&](double share, double speed) {
     const double when = std::min(1.0, share) * t;
     if (!(when > 0.0)) return;
@@ -97,6 +98,7 @@ Stop first_stop(const TriedPiece& piece) {
     stop.speed = std::max(stop.speed, speed);
     stop.missed = std::max(stop.missed, 0.5 * (speed * (t - when)));
   };
+  // Slides stop together, joint rows one by one.
   if (slides.used > 0.0) add(slides.used / slides.most, slides.speed);
   for (std::size_t j = 0; j < rows.joints.size(); ++j) {
     if (!rows.joints[j].stops) continue;
@@ -104,7 +106,7 @@ Stop first_stop(const TriedPiece& piece) {
     const double before = row.before;
     const std::size_t r = 3 * rows.contacts.size() + j;
     if (std::abs(before) <= rest || std::abs(rows.u[r]) > rest) continue;
-    // With its drive at the limit all the way the joint would have gone on to another rate.
+    // With its drive at the limit throughout, the joint would have gone on to another rate.
     const double w = rows.own_entry(j), most_x = std::copysign(rows.bounds[j].upper, -before);
     add(before / (before - (rows.u[r] + w * (most_x - rows.x[r]))), std::abs(before));
   }
@@ -150,6 +152,7 @@ bool seek_stop(const TriedPiece& piece, const Stop& stop, double left, double& t
 
 double first_arrival(const GroupState& group, const Movers& movers, double gap, double t) {
   double first = kInfinity;
+  // A parabola through both ends of the piece says when the room is used up.
   const auto arrive = [&](double room, double speed, double room_now) {
     if (room <= gap || room_now >= -gap) return;
     const double curve = (room_now - room) / t - speed;  // room + speed s + curve s^2 / t
@@ -158,8 +161,10 @@ double first_arrival(const GroupState& group, const Movers& movers, double gap, 
     const double when = 2.0 * room / (root - speed);
     first = std::min(first, when > 0.0 ? std::min(when, t) : t);
   };
+  // Contact points close their separation.
   for (const GroupPoint& point : group.points)
     if (point.separation > gap) arrive(point.separation, point.approach_v, separation_now(point, movers));
+  // Joints of mechanisms reach their limits.
   for (const std::uint32_t m : group.members.mechanisms) {
     const Arm& arm = movers.arms[m];
     for (const Mechanism::Joint& joint : arm.dynamics->mechanism().joints()) {
@@ -169,6 +174,7 @@ double first_arrival(const GroupState& group, const Movers& movers, double gap, 
       arrive(joint.upper - arm.start_q[i], -arm.start_qd[i], joint.upper - arm.q[i]);
     }
   }
+  // So do joints between movers.
   for (const std::uint32_t j : group.members.joints) {
     const HeldJoint& held = movers.joints[j];
     const WorldJoint& joint = held.joint;

@@ -21,10 +21,10 @@ struct WorldParts {
   Movers movers;
   WarmStart warm;
   ContactGroups groups;
-  GroupState group;  // on its way through the step
+  GroupState group;  // that is being stepped
   ContactRows rows;  // of that group
   IslandSolver solver;
-  std::vector<ContactForce> forces;  // by contact, of the step on its way
+  std::vector<ContactForce> forces;  // by contact, of the step in progress
 };
 
 /// DynamicsWorld::step().

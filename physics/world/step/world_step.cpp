@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/physics/world/groups/fewest_points.hpp"
 #include "touchstone/physics/world/groups/sleep.hpp"
 #include "touchstone/physics/world/rows/held_joints.hpp"
 #include "touchstone/physics/world/step/flight.hpp"
@@ -15,7 +16,7 @@
 namespace touchstone::physics::stepping {
 namespace {
 
-// Arrivals tried for one piece: each try lands closer by the square of what is left.
+// Arrivals tried for one piece: each try squares the remaining error.
 constexpr int kMostTries = 6;
 // Where points stop one by one (a body that turns as it slides) their stops are many and none is sharp: this
 // many pieces of a step end at one, each found in a few tries.
@@ -121,6 +122,7 @@ double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) 
   for (int attempt = 0;; ++attempt) {
     const bool is_last = all || attempt == kMostTries || (attempt > 0 && step.is_work_over());
     if (is_last && !all) t = left;
+    // The piece is flown and solved; a stop within it may shorten it.
     if (!fly(group.members, t, step, movers)) return 0.0;
     gather({Phase::forces, t, is_last, attempt == 0 || is_last}, group, step, movers, rows);
     world.solver.solve(rows, step);
@@ -129,6 +131,7 @@ double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) 
     if (!is_last && !step.is_work_over() && seek_stop(tried, stop, left, t, search)) continue;
     if (stop.is_any) step.report.last_stop = std::fmax(step.report.last_stop, elapsed + stop.when);
     if (search.is_aimed && stop.is_any) clock.probe = t;
+    // The piece is committed; an arrival within it takes it back and shortens it.
     commit(t, step, group, movers, rows);
     if (is_last) return t;
     place(elapsed + t);
@@ -146,24 +149,34 @@ void finish_group(double h, WorldParts& world) {
     world.warm.keep(point.index, *point.contact, point.p_A, point.last_force_W);
     world.forces[point.index] = {point.impulse_W / h, point.impact_W};
   }
+  for (const GroupPoint& point : world.group.spare) {
+    world.warm.keep(point.index, *point.contact, point.p_A, Vector3::Zero());
+    world.forces[point.index] = {Vector3::Zero(), Vector3::Zero()};
+  }
   for (const std::uint32_t i : world.group.kinematics) world.movers.bodies[i].is_met = false;
 }
 
 bool step_group(const Group& members, std::span<const Contact> contacts, StepContext& step,
                 WorldParts& world) {
   GroupState& group = world.group;
+  // The group gets its budget of work, its points and its joints.
   step.budget.grant(work_of(members, world.movers, step.settings));
   step.contradictory_before = step.report.contradictory;
   attach(members, contacts, world.warm, step, world.movers, group);
   mark_jointed(members, world.movers);
   const DynamicsWorld::Settings& settings = step.settings;
   const bool is_large = 3 * group.points.size() > settings.solver.most_path_rows;
-  // Where bodies lie in each other, when in the step something stops or arrives says nothing.
+  // Where bodies overlap deeply, the times of stops and arrivals within the step mean nothing.
   step.is_soft =
       step.is_bounded() && members.mechanisms.empty() && members.joints.empty() && is_deep(group, settings);
-  group.is_coarse = step.is_soft || (is_large && step.is_bounded());
+  if (step.is_soft) keep_fewest(group);
+  // Contradictory contacts are stopped with the forces, too: impacts before them would be solved twice.
+  const bool is_squeezed =
+      members.mechanisms.empty() && members.joints.empty() && world.solver.is_contradicted(members.bodies);
+  group.is_coarse = step.is_bounded() && (step.is_soft || is_large || is_squeezed);
   const std::uint32_t most_pieces =
       is_large ? std::min(kMostLargePieces, settings.most_substeps) : settings.most_substeps;
+  // Pieces follow each other until the step is over.
   Clock clock{step.h};
   while (clock.left > 0.0) {
     ++clock.pieces;
@@ -172,6 +185,7 @@ bool step_group(const Group& members, std::span<const Contact> contacts, StepCon
     if (step.report.failure != StepFailure::none) return false;
     clock.left = t >= clock.left ? 0.0 : clock.left - t;
   }
+  // Overlaps are parted, and the results are checked and kept.
   step.report.substeps = std::max(step.report.substeps, clock.pieces);
   part(group, step, world.movers, world.rows, world.solver);
   finish_joints(group.members, step, world.movers);
@@ -219,6 +233,7 @@ StepReport take_step(double h, std::span<const Contact> contacts, std::span<Cont
                      WorldParts& world) {
   Movers& movers = world.movers;
   StepContext step{world.settings, h, {}};
+  // A bad step is refused; a world in which nothing moves stays as it is.
   if (!(h > 0.0) || !std::isfinite(h)) {
     step.report.failure = StepFailure::bad_step;
     return step.report;
@@ -226,7 +241,7 @@ StepReport take_step(double h, std::span<const Contact> contacts, std::span<Cont
   step.report.substeps = 1;
   if (contacts.empty() && movers.restless == 0 && movers.arms.empty()) return step.report;
   if (!check(contacts, movers, step)) return step.report;
-  // Before anything moves: who sleeps, what to go back to, what the last step left.
+  // Before anything moves, sleepers are woken, the state is kept and the last forces are carried over.
   wake_touched(movers, contacts);
   if (step.is_bounded()) step.budget.start(0.0, world.settings.most_microseconds);
   movers.keep();
@@ -248,6 +263,7 @@ StepReport take_step(double h, std::span<const Contact> contacts, std::span<Cont
     world.solver.undo();
     return step.report;
   }
+  // The step is accepted.
   world.warm.accept();
   movers.forget_pushes();
   std::copy_n(world.forces.begin(), std::min(forces.size(), world.forces.size()), forces.begin());
