@@ -11,8 +11,8 @@ namespace {
 /// An adapter of a dynamics engine that a build may lack.
 struct EngineSource {
   const char* engine;
-  void (*register_in)(EngineRegistry&);  // null: not in this build
-  const char* missing;                   // why, where it is not
+  void (*register_in)(EngineRegistry&, const BackendRegistry&);  // null: not in this build
+  const char* missing;                                           // why, where it is not
 };
 
 constexpr EngineSource kSources[] = {
@@ -30,7 +30,7 @@ void register_all_engines(EngineRegistry& registry, const BackendRegistry& backe
   register_own_engine(registry, backends);
   for (const EngineSource& source : kSources) {
     if (source.register_in != nullptr)
-      source.register_in(registry);
+      source.register_in(registry, backends);
     else
       registry.add_missing({source.engine, source.missing});
   }

@@ -5,7 +5,7 @@
 
 #include "touchstone/adapters/bullet/engine.hpp"
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
-#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/raw_check.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 

@@ -28,16 +28,15 @@ double grown_down(double value, double margin) {
 }
 double grown_up(double value, double margin) { return -grown_down(-value, margin); }
 
-/// The world vertices' bounding box grown by margin.
-btDbvtVolume bounding_volume(const WorldVertices& v, double margin) {
+/// The bounding box of a solid with these vertices and this radius, grown by margin.
+btDbvtVolume bounding_volume(const WorldVertices& v, double radius, double margin) {
+  const auto down = [&](double value) { return round_down(grown_down(grown_down(value, radius), margin)); };
+  const auto up = [&](double value) { return round_up(grown_up(grown_up(value, radius), margin)); };
   const auto [low_x, high_x] = std::minmax_element(v.x.begin(), v.x.end());
   const auto [low_y, high_y] = std::minmax_element(v.y.begin(), v.y.end());
   const auto [low_z, high_z] = std::minmax_element(v.z.begin(), v.z.end());
-  return btDbvtVolume::FromMM(
-      btVector3(round_down(grown_down(*low_x, margin)), round_down(grown_down(*low_y, margin)),
-                round_down(grown_down(*low_z, margin))),
-      btVector3(round_up(grown_up(*high_x, margin)), round_up(grown_up(*high_y, margin)),
-                round_up(grown_up(*high_z, margin))));
+  return btDbvtVolume::FromMM(btVector3(down(*low_x), down(*low_y), down(*low_z)),
+                              btVector3(up(*high_x), up(*high_y), up(*high_z)));
 }
 
 btDbvtVolume engine_volume(const Box& box) {
@@ -108,7 +107,8 @@ class BulletBroadphase final : public Broadphase {
     take(State::posed, moved, [&](SolidIndex i) {
       WorldVertices vertices;
       world_vertices(solids_[i], poses[i], vertices);
-      place(i, bounding_volume(vertices, 0.0), bounding_volume(vertices, margin_));
+      const double radius = solids_[i].radius();
+      place(i, bounding_volume(vertices, radius, 0.0), bounding_volume(vertices, radius, margin_));
     });
   }
 

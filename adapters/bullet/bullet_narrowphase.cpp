@@ -99,12 +99,9 @@ class BulletNarrowphase final : public Narrowphase {
     Solvers& solvers = static_cast<BulletWorkspace&>(workspace).solvers;
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       PairGeometry unused;
-      const bool wants_points = input.query.kind == QueryKind::manifold;
-      const std::size_t slots = static_cast<std::size_t>(input.query.max_points);
-      output.status[i] =
-          evaluate_pair(input.pairs[i], input.poses, input.query, solvers,
-                        output.geometry.empty() ? unused : output.geometry[i],
-                        wants_points ? output.points.subspan(i * slots, slots) : std::span<ContactPoint>{});
+      output.status[i] = evaluate_pair(input.pairs[i], input.poses, input.query, solvers,
+                                       output.geometry.empty() ? unused : output.geometry[i],
+                                       output.points_of(i, input.query));
     }
   }
 
@@ -131,6 +128,7 @@ class BulletNarrowphase final : public Narrowphase {
         largest_coordinate(b, poses[pair.b]) > kLargestCoordinate)
       return PairStatus::failed;
 
+    // The engine's answer, asked as far as the query and the resolution look.
     const bool boxes = method_ == Method::box_and_convex && a.is_box && b.is_box;
     const double resolution =
         pair_resolution(boxes ? box_resolution() : convex_resolution(), a, b, poses[pair.a], poses[pair.b]);
@@ -144,6 +142,7 @@ class BulletNarrowphase final : public Narrowphase {
     const std::span<const EngineContact> contacts = solvers.collector.contacts();
     for (const EngineContact& contact : contacts)
       if (!is_finite(contact)) return PairStatus::failed;
+    // The deepest contact decides, and is the witness.
     const EngineContact& deepest = deepest_of(contacts);
     const double separation = deepest.distance;
     const bool is_near = std::abs(separation) < resolution;

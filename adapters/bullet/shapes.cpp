@@ -24,15 +24,6 @@ constexpr double kLargestSize = kDouble ? 1e75 : 1e9;
                    (kDouble ? "double" : "single") + " precision)");
 }
 
-bool has_volume(const std::array<Vector3, 8>& v) {
-  for (int i = 0; i < 8; ++i)
-    for (int j = i + 1; j < 8; ++j)
-      for (int k = j + 1; k < 8; ++k)
-        for (int l = k + 1; l < 8; ++l)
-          if (numerics::orient3d_sign(v[i], v[j], v[k], v[l]) != 0) return true;
-  return false;
-}
-
 std::unique_ptr<btConvexShape> make_box(const Hexahedron& solid) {
   const btVector3 half_extents = to_engine(solid.half_extents());
   auto box = std::make_unique<btBoxShape>(half_extents);
@@ -59,7 +50,7 @@ Shape make_shape(const Hexahedron& solid, std::size_t index) {
     rounded[i] = from_engine(to_engine(solid.vertices()[i]));
   }
   if (!(reach <= kLargestSize)) reject(index, "too large, or too far from its local origin");
-  if (!has_volume(rounded)) reject(index, "zero volume after rounding to the engine's scalar");
+  if (!numerics::has_volume(rounded)) reject(index, "zero volume after rounding to the engine's scalar");
   return {solid.is_box() ? make_box(solid) : make_hull(rounded), solid.is_box(), solid.size(), reach};
 }
 

@@ -4,7 +4,8 @@
 
 /// @file
 /// Dynamic scenes in Bullet (double precision), as engine `bullet`: with its own check (`own`), or with ours
-/// inside through adapters/bullet_plugin (`native`). Bullet's headers are not needed here.
+/// inside through adapters/bullet_plugin (`native`, or any narrowphase by its name). Bullet's headers are not
+/// needed here.
 ///
 /// How a scene is modelled. Bodies at their centre of mass, along principal axes; boxes are btBoxShapes,
 /// other hexahedra btConvexHullShapes without margin, several solids a btCompoundShape. Friction and
@@ -30,13 +31,20 @@
 /// Joints between rigid bodies are Bullet's constraints (fixed, hinge, slider, point to point), swept with
 /// the contacts, so that they give way a little; what their motors give is not reported (NaN).
 ///
-/// Features: the usual ones, joints put at values, and joints between bodies. Refused by name: friction
-/// beyond 10 (Bullet cuts it there), latches on kinematic bodies, joints between bodies on a link, beside
-/// latches, or whose child is the ground, and latches whose carried body is a link (they would close a loop).
+/// Back in time: a snapshot holds where bodies and joints are and how they move, latches and joints between
+/// bodies. restore() puts the world in anew in that state: Bullet's cached manifolds, with the impulses that
+/// its contacts start from, are dropped, so that steps after it are the same after every restore(), but not
+/// those of the run that went on.
+///
+/// Features: the usual ones, joints put at values, joints between bodies, bodies that come and go. Refused by
+/// name: friction beyond 10 (Bullet cuts it there), latches on kinematic bodies, joints between bodies on a
+/// link, beside latches, or whose child is the ground, and latches whose carried body is a link (they would
+/// close a loop).
 
 namespace touchstone {
 
 /// Adds engine `bullet`.
-void register_bullet_dynamics(physics::EngineRegistry& registry);
+/// @param backends whose narrowphases may stand inside; must outlive the registry's engines
+void register_bullet_dynamics(physics::EngineRegistry& registry, const BackendRegistry& backends);
 
 }  // namespace touchstone

@@ -74,10 +74,19 @@ void BodyJoint::switch_to(bool is_on) {
   if (is_on) make();
 }
 
-void BodyJoint::make() {
+void BodyJoint::set_hold(const Hold& hold) {
+  take_out();
+  X_CJ_ = hold.X_CJ;
+  if (hold.is_on) make_at(hold.X_CJ);
+  value_ = hold.value, last_angle_ = hold.last_angle;
+}
+
+void BodyJoint::make() { make_at(compose(inverse(pose_of(child_)), X_WJ())); }
+
+void BodyJoint::make_at(const Pose& X_CJ) {
+  X_CJ_ = X_CJ;
   value_ = last_angle_ = 0.0;
-  const btTransform on_parent = to_engine(X_PJ_),
-                    on_child = to_engine(compose(inverse(pose_of(child_)), X_WJ()));
+  const btTransform on_parent = to_engine(X_PJ_), on_child = to_engine(X_CJ);
   if (is_hinge()) {
     auto hinge = std::make_unique<btHingeConstraint>(parent_, child_, on_parent, on_child, true);
     if (std::isfinite(source_.lower) || std::isfinite(source_.upper))  // the last figure: it would bounce

@@ -28,6 +28,16 @@ class BodyJoint {
   /// After it. Follows turns beyond half a revolution.
   void read();
 
+  /// As it holds its bodies, and counts.
+  struct Hold {
+    bool is_on = false;
+    Pose X_CJ = {};  ///< the joint's frame in the child
+    double value = 0.0, last_angle = 0.0;
+  };
+  Hold hold() const { return {constraint_ != nullptr, X_CJ_, value_, last_angle_}; }
+  /// Made anew so, as the bodies then stand.
+  void set_hold(const Hold& hold);
+
   double value() const { return value_; }
   double rate() const;
   /// The drive's torque over the last step, as commanded; NaN of motors: Bullet does not report their share
@@ -39,6 +49,7 @@ class BodyJoint {
   bool is_slider() const { return source_.kind == BodyJointKind::slider; }
   Pose X_WJ() const;
   void make();
+  void make_at(const Pose& X_CJ);
   void tell_motor();
   void take_out();
 
@@ -47,6 +58,7 @@ class BodyJoint {
   btRigidBody &child_, &parent_;
   double step_;
   Pose X_PJ_;  // its axis is x of a slider, else z
+  Pose X_CJ_;  // of the last make()
   std::unique_ptr<btTypedConstraint> constraint_;
   JointDrive drive_ = {};
   double value_ = 0.0, last_angle_ = 0.0;

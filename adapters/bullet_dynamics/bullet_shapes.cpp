@@ -6,12 +6,6 @@ namespace touchstone::physics::bullet_dynamics {
 
 using namespace TOUCHSTONE_BULLET_NAMESPACE;
 
-namespace {
-
-bool is_identity(const Pose& X) { return X.R == Matrix3::Identity() && X.p == Vector3::Zero(); }
-
-}  // namespace
-
 btCollisionShape* Shapes::keep(std::unique_ptr<btCollisionShape> shape) {
   shapes_.push_back(std::move(shape));
   return shapes_.back().get();
@@ -27,7 +21,7 @@ btCollisionShape* Shapes::box(const Vector3& half) {
 btCollisionShape* Shapes::hull(const Hexahedron& solid, const Pose& X_BS) {
   auto hull = std::make_unique<btConvexHullShape>();
   for (const Vector3& v : solid.vertices())
-    hull->addPoint(to_engine(is_identity(X_BS) ? v : transform(X_BS, v)), false);
+    hull->addPoint(to_engine(is_same(X_BS, {}) ? v : transform(X_BS, v)), false);
   hull->setMargin(0);
   hull->recalcLocalAabb();
   hull->initializePolyhedralFeatures();
@@ -40,7 +34,7 @@ btCollisionShape* Shapes::make(const EngineScene& scene, std::size_t index) {
   if (body.solids.size() == 1) {
     const EngineScene::Solid& only = solid_of(body.solids[0]);
     if (!only.solid->is_box()) return hull(*only.solid, only.X_BS);
-    if (is_identity(only.X_BS)) return box(only.solid->half_extents());
+    if (is_same(only.X_BS, {})) return box(only.solid->half_extents());
   }
   auto compound = std::make_unique<btCompoundShape>(true, static_cast<int>(body.solids.size()));
   for (const SolidIndex i : body.solids) {

@@ -105,19 +105,23 @@ bool has_joints_or_latches(const DynamicScene& scene) {
 
 class BulletEngine final : public SceneEngine {
  public:
-  BulletEngine(const DynamicScene& scene, bool by_native) : SceneEngine(scene) {
-    if (by_native) plugin_.emplace(dispatcher_, BulletPlugin::Options{EngineCheck::native, nullptr, true});
+  BulletEngine(const DynamicScene& scene, const WorldCheck& check) : SceneEngine(scene) {
+    if (check.is_ours)
+      plugin_.emplace(dispatcher_, BulletPlugin::Options{EngineCheck::native, nullptr, true, check.inside});
     make_world();
     world_->setGravity(to_engine(scene.gravity_W));
     world_->getSolverInfo().m_restitutionVelocityThreshold = scene.bounce_speed;
     for (std::size_t b = 0; b < bodies().bodies().size(); ++b) add(b);
     set_rules();
-    refuse_told_carriers();
+    refuse_kinematic_carriers();
     add_body_joints();
     start();
     if (articulated_ != nullptr) regroup();
     is_started_ = true;
+    keep_start();
   }
+
+  EngineReturn after_restore() const override { return EngineReturn::repeatable; }
 
   ~BulletEngine() override {
     trees_.clear();
@@ -199,11 +203,58 @@ class BulletEngine final : public SceneEngine {
     regroup();
   }
 
+  void take_body(std::size_t body) override { world_->removeRigidBody(bodies_[body].get()); }
+  void put_body(std::size_t body, const State& at) override { put_back(body, {at.X_WB, at.v_W, at.w_W}); }
+
+  std::unique_ptr<EngineSnapshot> save() const override {
+    auto out = std::make_unique<Saved>();
+    for (std::size_t b = 0; b < bodies_.size(); ++b) out->bodies.push_back(motion(b));
+    for (std::size_t j = 0; j < tree_of_joint_.size(); ++j) out->joints.push_back(joint_motion(j));
+    for (const auto& joint : body_joints_) out->holds.push_back(joint->hold());
+    out->latches = latches_;
+    return out;
+  }
+
+  /// All of the world is put in anew, in the order of the start: what Bullet remembers of pairs and contacts
+  /// has gone with it.
+  void load(const EngineSnapshot& saved) override {
+    const auto& from = static_cast<const Saved&>(saved);
+    clear();
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (!bodies_[b]) continue;
+      place(*bodies_[b], from.bodies[b]);
+      world_->addRigidBody(bodies_[b].get());
+    }
+    for (std::size_t j = 0; j < body_joints_.size(); ++j) body_joints_[j]->set_hold(from.holds[j]);
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (is_out(b)) take_body(b);
+    latches_ = from.latches;
+    if (articulated_ != nullptr) regroup(from.bodies, from.joints);
+  }
+
  private:
   struct Latch {
     std::size_t carrier, carried;  // bodies
     Pose X_CB;                     // of the carried one in the carrier
   };
+  struct Saved final : EngineSnapshot {
+    std::vector<BodyMotion> bodies;
+    std::vector<JointMotion> joints;
+    std::vector<BodyJoint::Hold> holds;
+    std::vector<Latch> latches;
+  };
+
+  /// Takes everything out of the world.
+  void clear() {
+    trees_.clear();
+    std::fill(tree_of_.begin(), tree_of_.end(), nullptr);
+    std::fill(tree_of_joint_.begin(), tree_of_joint_.end(), nullptr);
+    for (const auto& joint : body_joints_) joint->switch_to(false);
+    for (const auto& body : bodies_)
+      if (body && body->isInWorld()) world_->removeRigidBody(body.get());
+    broadphase_.resetPool(&dispatcher_);
+    solver_->reset();
+  }
 
   /// Bullet's accessor is not const.
   btCollisionDispatcher& dispatcher() const { return const_cast<Dispatcher&>(dispatcher_); }
@@ -249,7 +300,7 @@ class BulletEngine final : public SceneEngine {
   }
 
   /// A body that a kinematic one carries would have to be kinematic, and dynamic again once let go.
-  void refuse_told_carriers() const {
+  void refuse_kinematic_carriers() const {
     const auto refuse = [&](std::size_t carrier, std::size_t carried) {
       if (bodies().bodies()[carrier].kind == ContactSide::kinematic)
         throw InputError("engine 'bullet': unsupported: a latch on a kinematic body (" +
@@ -340,12 +391,16 @@ class BulletEngine final : public SceneEngine {
     std::vector<JointMotion> joints;
     for (std::size_t b = 0; b < bodies_.size(); ++b) now.push_back(motion(b));
     for (std::size_t j = 0; j < tree_of_joint_.size(); ++j) joints.push_back(joint_motion(j));
+    regroup(now, joints);
+  }
+
+  void regroup(const std::vector<BodyMotion>& now, const std::vector<JointMotion>& joints) {
     const std::vector<Tree*> before = tree_of_;
     trees_.clear();
     std::fill(tree_of_.begin(), tree_of_.end(), nullptr);
     for (auto& [root, links] : groups()) {
-      for (const TreeLink& link : links) take_out(link.body, before);
-      if (root != EngineScene::kNone) take_out(root, before);
+      for (const TreeLink& link : links) take_from_world(link.body, before);
+      if (root != EngineScene::kNone) take_from_world(root, before);
       trees_.push_back(std::make_unique<Tree>(bodies(), *articulated_, root, std::move(links), made_shapes_));
       Tree& tree = *trees_.back();
       tree.set_motion(now, joints);
@@ -361,18 +416,22 @@ class BulletEngine final : public SceneEngine {
       if (before[b] != nullptr && tree_of_[b] == nullptr) put_back(b, now[b]);
   }
 
-  void take_out(std::size_t body, const std::vector<Tree*>& before) {
+  void take_from_world(std::size_t body, const std::vector<Tree*>& before) {
     if (bodies_[body] && before[body] == nullptr) world_->removeRigidBody(bodies_[body].get());
   }
 
   void put_back(std::size_t index, const BodyMotion& motion) {
-    btRigidBody& body = *bodies_[index];
+    place(*bodies_[index], motion);
+    world_->addRigidBody(bodies_[index].get());
+  }
+
+  static void place(btRigidBody& body, const BodyMotion& motion) {
     body.setWorldTransform(to_engine(motion.X_WB));
     body.setInterpolationWorldTransform(to_engine(motion.X_WB));
     body.setLinearVelocity(to_engine(motion.v_W));
     body.setAngularVelocity(to_engine(motion.w_W));
+    body.clearForces();
     body.updateInertiaTensor();
-    world_->addRigidBody(&body);
   }
 
   struct Group {
@@ -458,8 +517,8 @@ class BulletEngine final : public SceneEngine {
 
 }  // namespace
 
-std::unique_ptr<DynamicsEngine> make_world(const DynamicScene& scene, bool by_native) {
-  return std::make_unique<BulletEngine>(scene, by_native);
+std::unique_ptr<DynamicsEngine> make_world(const DynamicScene& scene, const WorldCheck& check) {
+  return std::make_unique<BulletEngine>(scene, check);
 }
 
 }  // namespace touchstone::physics::bullet_dynamics

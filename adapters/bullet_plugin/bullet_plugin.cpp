@@ -41,6 +41,7 @@ class BulletPlugin::Registration {
     state_->check = options.check;
     state_->middle_first = options.middle_first;
     state_->observer = options.observer;
+    state_->store = options.inside ? options.inside : std::make_shared<native::SolidStore>();
     constexpr int kTypes[2] = {BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE};
     for (const int a : kTypes) {
       for (const int b : kTypes) {

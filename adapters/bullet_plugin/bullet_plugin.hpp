@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "touchstone/contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/contact_core/native/check_inside.hpp"
 
 /// @file
 /// Our check inside Bullet, in place of the engine's own, for boxes and hexahedral hulls. Bullet's headers
@@ -83,6 +84,9 @@ class BulletPlugin {
     /// four corners turn it to and fro and leave some of that in every step. It costs a corner: a box that
     /// slides over flush ones strays by 33 um, not 1e-14 m.
     bool middle_first = false;
+    /// With EngineCheck::native: whose answers stand inside instead of native's. Null: native's. A shape that
+    /// it refuses goes to what the dispatcher had before, as one that is no hexahedron does.
+    std::shared_ptr<CheckInside> inside = nullptr;
   };
 
   /// @throws InputError when the dispatcher's pool has elements too small for our algorithm.

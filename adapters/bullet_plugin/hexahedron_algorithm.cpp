@@ -69,16 +69,16 @@ HexahedronAlgorithm::HexahedronAlgorithm(const btCollisionAlgorithmConstructionI
 
 HexahedronAlgorithm::~HexahedronAlgorithm() {
   if (owns_manifold_) m_dispatcher->releaseManifold(manifold_);
-  for (const SolidHandle& solid : solids_) state_->store.release(solid);
+  for (const SolidHandle& solid : solids_) state_->store->release(solid);
 }
 
 bool HexahedronAlgorithm::hold_shapes(const btCollisionShape& a, const btCollisionShape& b) {
   const btCollisionShape* const shapes[2] = {&a, &b};
   for (int i = 0; i < 2; ++i) {
     if (is_content_of(*solids_[i].content, *shapes[i])) continue;
-    const std::optional<SolidHandle> now = acquire(state_->store, *shapes[i]);
+    const std::optional<SolidHandle> now = acquire(*state_->store, *shapes[i]);
     if (!now) return false;
-    state_->store.release(solids_[i]);
+    state_->store->release(solids_[i]);
     solids_[i] = *now;
   }
   return true;
@@ -87,6 +87,7 @@ bool HexahedronAlgorithm::hold_shapes(const btCollisionShape& a, const btCollisi
 bool HexahedronAlgorithm::stays_apart(const ObjectPair& objects, const btManifoldResult& result) {
   const btCollisionShape &a = *objects.a.getCollisionShape(), &b = *objects.b.getCollisionShape();
   if (a.getShapeType() != BOX_SHAPE_PROXYTYPE || b.getShapeType() != BOX_SHAPE_PROXYTYPE) return false;
+  if (!state_->store->is_native()) return false;  // another check is asked itself
   if (manifold_->getNumContacts() != 0 || result.m_closestPointDistanceThreshold > 0 ||
       !keeps_manifold(objects.a, result) || state_->observer.load(std::memory_order_relaxed) != nullptr)
     return false;
@@ -131,15 +132,15 @@ std::size_t HexahedronAlgorithm::find_points(const ObjectPair& objects, const bt
     const btScalar kept = keeps ? manifold_->getContactBreakingThreshold() : limit;
     const Query query{QueryKind::manifold, margins + (may_be_apart ? limit : 0.0), MANIFOLD_CACHE_SIZE,
                       margins + kept};
-    state_->store.compute_manifold(solids_[0], from_engine(objects.a.getWorldTransform()), solids_[1],
-                                   from_engine(objects.b.getWorldTransform()), query, answer);
+    state_->store->compute_manifold(solids_[0], from_engine(objects.a.getWorldTransform()), solids_[1],
+                                    from_engine(objects.b.getWorldTransform()), query, answer);
     const btScalar separation = to_engine(answer.geometry.separation - margins);
     if (!keeps || threshold > 0 || (answer.geometry.point_count > 0 && goes_on(answer, separation)))
       count = write_points(answer, margin_a, margin_b, kept,
                            keeps ? position_rounding(objects, answer.geometry.n_AB_W) : 0.0, points);
   }
   if (PairObserver* const observer = state_->observer.load(std::memory_order_relaxed))
-    observe_ours(objects, state_->store, solids_, answer, *observer);
+    observe_ours(objects, *state_->store, solids_, answer, *observer);
   if (answer.status == PairStatus::failed) state_->refused.fetch_add(1, std::memory_order_relaxed);
   return count;
 }
@@ -184,11 +185,11 @@ btCollisionAlgorithm* HexahedronCreateFunc::CreateCollisionAlgorithm(
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
     const btCollisionObjectWrapper* b) {
   if (is_retired_) return before()->CreateCollisionAlgorithm(info, a, b);
-  const std::optional<SolidHandle> solid_a = acquire(state_->store, *a->getCollisionShape());
-  const std::optional<SolidHandle> solid_b = acquire(state_->store, *b->getCollisionShape());
+  const std::optional<SolidHandle> solid_a = acquire(*state_->store, *a->getCollisionShape());
+  const std::optional<SolidHandle> solid_b = acquire(*state_->store, *b->getCollisionShape());
   if (!solid_a || !solid_b) {
-    if (solid_a) state_->store.release(*solid_a);
-    if (solid_b) state_->store.release(*solid_b);
+    if (solid_a) state_->store->release(*solid_a);
+    if (solid_b) state_->store->release(*solid_b);
     return before()->CreateCollisionAlgorithm(info, a, b);
   }
   if (state_->check == EngineCheck::own) {

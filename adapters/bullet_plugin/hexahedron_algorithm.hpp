@@ -17,7 +17,7 @@ namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 
 /// State that the algorithms of a plugin share. They hold it too: a pair may outlive the plugin.
 struct PluginState {
-  native::SolidStore store;
+  std::shared_ptr<native::SolidStore> store;
   EngineCheck check = EngineCheck::native;
   bool middle_first = false;
   std::atomic<PairObserver*> observer = nullptr;

@@ -3,6 +3,7 @@
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 
 #include <algorithm>
+#include <string>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
@@ -55,8 +56,8 @@ class OwnAnswer {
 
 constexpr std::string_view kOwn =
     kDouble ? "Bullet, double precision, its own check" : "Bullet, single precision, its own check";
-constexpr std::string_view kOurs =
-    kDouble ? "native inside Bullet, double precision" : "native inside Bullet, single precision";
+constexpr std::string_view kInside =
+    kDouble ? " inside Bullet, double precision" : " inside Bullet, single precision";
 
 }  // namespace
 
@@ -65,7 +66,7 @@ ObservedAlgorithm::~ObservedAlgorithm() {
     own_->~btCollisionAlgorithm();
     m_dispatcher->freeCollisionAlgorithm(own_);
   }
-  for (const native::SolidHandle& solid : solids_) state_->store.release(solid);
+  for (const native::SolidHandle& solid : solids_) state_->store->release(solid);
 }
 
 void ObservedAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
@@ -82,7 +83,7 @@ void ObservedAlgorithm::processCollision(const btCollisionObjectWrapper* a, cons
   const bool swapped = manifold->getBody0() != a->getCollisionObject();
   const OwnAnswer answer(*manifold, swapped, outer_margin(shape_a), outer_margin(shape_b));
   const bool contact = answer.geometry().point_count > 0 && answer.geometry().separation <= 0.0;
-  tell({*a, *b}, state_->store, solids_, contact ? PairStatus::overlapping : PairStatus::separated,
+  tell({*a, *b}, *state_->store, solids_, contact ? PairStatus::overlapping : PairStatus::separated,
        contact ? answer.geometry() : no_geometry(), contact ? answer.points() : std::span<ContactPoint>{},
        kOwn, *observer);
 }
@@ -93,7 +94,8 @@ void observe_ours(const ObjectPair& objects, const native::SolidStore& store,
   if (answer.status == PairStatus::failed) return;
   const bool known = answer.geometry.separation < kInfinity;
   tell(objects, store, solids, answer.status, known ? answer.geometry : no_geometry(),
-       {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)}, kOurs, observer);
+       {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},
+       std::string(store.name()).append(kInside), observer);
 }
 
 }  // namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE

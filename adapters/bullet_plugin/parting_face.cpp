@@ -45,11 +45,11 @@ struct Block {
 bool PartingFace::parts(const btTransform& X_WA, const btVector3& half_a, const btTransform& X_WB,
                         const btVector3& half_b) {
   const Block a(X_WA, half_a), b(X_WB, half_b);
-  const Vector3 way = b.p - a.p;
+  const Vector3 offset = b.p - a.p;
   const double rounding = kRounding * (a.scale() + b.scale());
   const auto is_parted_by = [&](std::uint8_t face) {
     const Vector3& n = face < 3 ? a.axes[face] : b.axes[face - 3];
-    return std::abs(dot(n, way)) - (a.reach(n) + b.reach(n)) > rounding;
+    return std::abs(dot(n, offset)) - (a.reach(n) + b.reach(n)) > rounding;
   };
   bool found = is_parted_by(last_);
   for (std::uint8_t face = 0; face < 6 && !found; ++face)

@@ -44,7 +44,6 @@ class ExactNarrowphase final : public Narrowphase {
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace&) const noexcept override {
     assert(fits(input, output, solids_.size()));
-    const std::size_t max_points = static_cast<std::size_t>(input.query.max_points);
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       const SolidPair pair = input.pairs[i];
       if (!has_finite_poses(pair, input.poses)) {
@@ -62,11 +61,8 @@ class ExactNarrowphase final : public Narrowphase {
         if (!output.geometry.empty()) output.geometry[i] = no_geometry();
         continue;
       }
-      const bool wants_points = input.query.kind == QueryKind::manifold;
-      const std::span<ContactPoint> points =
-          wants_points ? output.points.subspan(i * max_points, max_points) : std::span<ContactPoint>{};
       evaluate_pair(pair, {a, radius_a}, {b, radius_b}, input.query, output.status[i], output.geometry[i],
-                    points);
+                    output.points_of(i, input.query));
     }
   }
 

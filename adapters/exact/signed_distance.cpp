@@ -88,6 +88,7 @@ void find_deepest_witnesses(const IntegerPair& pair, const ExactDistance& deepes
                             WeightedPoint& on_b) {
   const IntegerVector& n = deepest.direction;
   const Integer square = dot(n, n);
+  // The vertices of the facet.
   std::array<Integer, 8> along_a, along_b;
   for (int i = 0; i < 8; ++i) {
     along_a[i] = dot(pair.a[i], n);
@@ -107,6 +108,7 @@ void find_deepest_witnesses(const IntegerPair& pair, const ExactDistance& deepes
       index_b.push_back(i);
     }
   }
+  // Its point nearest v, as weights.
   ClosestSimplex<Integer> simplex;
   simplex.size = 1;
   simplex.vertices[0] = {0, 0};

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/raw_check.hpp"
 
 namespace touchstone::libccd {
 

@@ -89,15 +89,12 @@ class MujocoNarrowphase final : public Narrowphase {
     assert(fits(input, output, geoms_->solid_count()));
     auto& scratch = static_cast<MujocoWorkspace&>(workspace);
     scratch.follow(geoms_);
-    const bool wants_points = input.query.kind == QueryKind::manifold;
-    const auto slots = static_cast<std::size_t>(input.query.max_points);
     for (std::size_t i = 0; i < input.pairs.size(); ++i) {
       PairGeometry unused;
       PairGeometry& geometry = output.geometry.empty() ? unused : output.geometry[i];
       geometry = no_geometry();
-      output.status[i] =
-          evaluate_pair(input.pairs[i], input.poses, input.query, scratch, geometry,
-                        wants_points ? output.points.subspan(i * slots, slots) : std::span<ContactPoint>{});
+      output.status[i] = evaluate_pair(input.pairs[i], input.poses, input.query, scratch, geometry,
+                                       output.points_of(i, input.query));
     }
   }
 

@@ -4,8 +4,9 @@
 
 /// @file
 /// Dynamic scenes in MuJoCo, as engine `mujoco`: with its own check (`own`), or with ours through
-/// adapters/mujoco_plugin (`native`), which stands in the process's table of collision functions during a
-/// step and no longer: engines of two threads do not step at one time. MuJoCo's headers are not needed here.
+/// adapters/mujoco_plugin (`native`, or any narrowphase by its name), which stands in the process's table of
+/// collision functions during a step and no longer: engines of two threads do not step at one time. MuJoCo's
+/// headers are not needed here.
 ///
 /// How a scene is modelled. Bodies at their centre of mass along principal axes, boxes as box geoms, other
 /// hexahedra as meshes (whose vertices MuJoCo keeps as floats: off by 1e-7 of the mesh's size). Elliptic
@@ -17,15 +18,24 @@
 /// than the parabola. A link's principal moment below 1e-6 of its largest is raised to that. Impacts are not
 /// told from forces, stops within a step are not located.
 ///
-/// Features: hulls, arms with stops, torques and brakes, joints put at values. No restitution (MuJoCo has no
-/// coefficient), no kinematic bodies (its mocap bodies have no velocity in contacts), no rate drives with
-/// limits, no latches, one friction. MuJoCo 2.2 counts the bytes of its tables in an int: scenes beyond 2 GB,
-/// with room for five contacts a body at some 700 free bodies, are refused. Beyond 600 degrees of freedom the
-/// solver is MuJoCo's conjugate gradients: Newton's method there factors a dense matrix of them.
+/// Joints between bodies are equality constraints `connect`, one of a ball, two of a hinge, three of a fixed
+/// one, as hard as MuJoCo lets them be (within two steps, impedance 0.9999); a hinge's torque acts both ways.
+/// Loops may be closed, bases free. Refused by name: sliders, stops, motors, losses of such joints.
+///
+/// Back in time: a snapshot is all of mjData, and what follows restore() has the same bits. Bodies that are
+/// out of the world stay in MuJoCo's model: they meet nothing, and are put back after each step.
+///
+/// Features: hulls, arms with stops, torques and brakes, joints put at values, joints between bodies, bodies
+/// that come and go. No restitution (MuJoCo has no coefficient), no kinematic bodies (its mocap bodies have
+/// no velocity in contacts), no rate drives with limits, no latches, one friction. MuJoCo 2.2 counts the
+/// bytes of its tables in an int: scenes beyond 2 GB, with room for five contacts a body at some 700 free
+/// bodies, are refused. Beyond 600 degrees of freedom the solver is MuJoCo's conjugate gradients: Newton's
+/// method there factors a dense matrix of them.
 
 namespace touchstone {
 
 /// Adds engine `mujoco`.
-void register_mujoco_dynamics(physics::EngineRegistry& registry);
+/// @param backends whose narrowphases may stand inside; must outlive the registry's engines
+void register_mujoco_dynamics(physics::EngineRegistry& registry, const BackendRegistry& backends);
 
 }  // namespace touchstone

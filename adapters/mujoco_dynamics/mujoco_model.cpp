@@ -5,6 +5,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "touchstone/adapters/mujoco_dynamics/mujoco_joints.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -13,7 +14,7 @@ namespace {
 
 /// MuJoCo takes no body without inertia about an axis.
 constexpr double kThinnest = 1e-6;
-/// Contacts that there is room for: so many a body, fewer where the tables would not fit. (A thousand boxes
+/// Contacts a body that there is room for; fewer where the tables would not fit. (A thousand boxes
 /// in a pile had 3 to 4 a body with any engine's check.)
 constexpr std::size_t kContactsABody = 12, kLeastABody = 5, kContactsBesides = 200;
 constexpr double kMostBytes = 1.9e9;  // MuJoCo 2.2 counts them in an int
@@ -29,7 +30,7 @@ struct Tables {
     std::size_t moving = 0;
     for (const EngineScene::Body& body : scene.bodies()) moving += body.kind == ContactSide::body ? 1 : 0;
     contacts = a_body * moving + kContactsBesides;
-    rows = 3 * contacts + 2 * scene.joints().size();
+    rows = 3 * contacts + 2 * scene.joints().size() + 9 * scene.body_joints().size();
     columns = 6 * moving + scene.joints().size();
   }
   /// Jacobian and its transpose, A + R, each with column indices.
@@ -67,6 +68,7 @@ class Writer {
     write_links(EngineScene::kNone, {});
     out_ << "</worldbody>";
     write_exempt();
+    write_body_joints();
     out_ << "</mujoco>";
     return out_.str();
   }
@@ -163,6 +165,24 @@ class Writer {
     for (const auto& [a, b] : scene_.exempt_bodies())
       out_ << "<exclude body1='b" << a << "' body2='b" << b << "'/>";
     out_ << "</contact>";
+  }
+
+  /// As hard as MuJoCo holds them: within two steps, at its largest impedance.
+  void write_body_joints() {
+    const auto joints = scene_.body_joints();
+    if (joints.empty()) return;
+    out_ << "<equality>";
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      const std::vector<Vector3> points = shared_points(scene_, joints[j]);
+      const Pose X_CW = inverse(scene_.bodies()[joints[j].child].X_WB);
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        out_ << "<connect name='" << connect_name(j, k) << "' body1='b" << joints[j].child << "'";
+        if (joints[j].parent != EngineScene::kNone) out_ << " body2='b" << joints[j].parent << "'";
+        out_ << " anchor='" << Triple{transform(X_CW, points[k])} << "' solref='" << 2.0 * scene_.scene().step
+             << " 1' solimp='0.9999 0.9999 0.001 0.5 2'/>";
+      }
+    }
+    out_ << "</equality>";
   }
 
   const EngineScene& scene_;

@@ -7,6 +7,7 @@
 
 #include "touchstone/adapters/mujoco/engine.hpp"
 #include "touchstone/adapters/mujoco/xml_model.hpp"
+#include "touchstone/adapters/mujoco_dynamics/mujoco_joints.hpp"
 #include "touchstone/adapters/mujoco_dynamics/mujoco_model.hpp"
 #include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
@@ -27,7 +28,7 @@ Matrix3 matrix_of(const mjtNum* R) {
 
 class MujocoEngine final : public SceneEngine {
  public:
-  MujocoEngine(const DynamicScene& scene, bool by_native) : SceneEngine(scene), by_native_(by_native) {
+  MujocoEngine(const DynamicScene& scene, const WorldCheck& check) : SceneEngine(scene), check_(check) {
     mujoco::require_version();
     model_ = mujoco::load_model(model_text(bodies()));
     data_.reset(mj_makeData(model_.get()));
@@ -37,11 +38,16 @@ class MujocoEngine final : public SceneEngine {
       const int geom = mj_name2id(model_.get(), mjOBJ_GEOM, ("s" + std::to_string(s)).c_str());
       solid_of_.resize(std::max(solid_of_.size(), static_cast<std::size_t>(geom) + 1));
       solid_of_[static_cast<std::size_t>(geom)] = static_cast<SolidIndex>(s);
+      geom_of_.push_back(geom);
     }
     for (std::size_t j = 0; j < bodies().joints().size(); ++j) add_joint(j);
+    add_body_joints();
     start();
     find_links();
+    keep_start();
   }
+
+  EngineReturn after_restore() const override { return EngineReturn::same_bits; }
 
   void list_contacts(std::vector<EngineContact>& contacts) const override {
     contacts.clear();
@@ -51,19 +57,25 @@ class MujocoEngine final : public SceneEngine {
  protected:
   void apply(std::size_t body, const Vector3& force_W, const Vector3& moment_W) override {
     mjtNum* const on_body = data_->xfrc_applied + 6 * static_cast<std::size_t>(ids_[body]);
-    for (int i = 0; i < 3; ++i) on_body[i] = force_W[i], on_body[3 + i] = moment_W[i];
+    for (int i = 0; i < 3; ++i) on_body[i] += force_W[i], on_body[3 + i] += moment_W[i];
     is_pushed_ = true;
   }
 
   void advance(EngineStep& step) override {
     for (const Joint& joint : joints_) data_->qfrc_applied[joint.dof] = joint.drive.torque;
-    {
-      std::optional<MujocoOverride> native;
-      if (by_native_) native.emplace();
+    apply_body_torques();
+    try {
+      std::optional<MujocoOverride> ours;
+      if (check_.is_ours) ours.emplace(MujocoOverride::Options{.inside = check_.inside});
       mj_step(model_.get(), data_.get());
+    } catch (const InputError& error) {  // a program's own override stands there
+      step.failure = error.what();
+      return;
     }
     if (is_pushed_) mju_zero(data_->xfrc_applied, 6 * model_->nbody);  // MuJoCo keeps it
     is_pushed_ = false;
+    for (std::size_t b = 0; b < first_q_.size(); ++b)
+      if (is_out(b)) set_free(b, state(b));  // it fell
     step.contacts = static_cast<std::size_t>(data_->ncon);
     constexpr std::array<std::pair<mjtWarning, const char*>, 5> kWarnings{
         {{mjWARN_CONTACTFULL, "more contacts than there is room for"},
@@ -74,6 +86,7 @@ class MujocoEngine final : public SceneEngine {
     for (const auto& [warning, text] : kWarnings)
       if (data_->warning[warning].number > 0) step.failure = std::string("MuJoCo: ") + text;
     if (step.failure.empty()) find_links();
+    for (BodyJoint& joint : body_joints_) joint.read(side(joint.child()), side(joint.parent()));
   }
 
   State read_state(std::size_t body) const override {
@@ -97,6 +110,10 @@ class MujocoEngine final : public SceneEngine {
   }
 
   JointState read_joint(std::size_t index) const override {
+    if (index >= joints_.size()) {
+      const BodyJoint& of_bodies = body_joints_[index - joints_.size()];
+      return {of_bodies.value(), of_bodies.rate(), of_bodies.torque()};
+    }
     const Joint& joint = joints_[index];
     double torque = joint.drive.torque;
     for (int row = 0; row < data_->nefc; ++row)
@@ -106,6 +123,7 @@ class MujocoEngine final : public SceneEngine {
   }
 
   void set_drive(std::size_t index, const JointDrive& drive) override {
+    if (index >= joints_.size()) return body_joints_[index - joints_.size()].set_torque(drive.torque);
     Joint& joint = joints_[index];
     joint.drive = drive;
     const bool is_brake = drive.mode == JointDrive::Mode::brake;
@@ -117,6 +135,45 @@ class MujocoEngine final : public SceneEngine {
     data_->qpos[joints_[index].q] = value;
     data_->qvel[joints_[index].dof] = rate;
     find_links();
+  }
+
+  void switch_joint(std::size_t index, bool is_on) override {
+    BodyJoint& joint = body_joints_[index];
+    joint.switch_to(is_on, *model_, *data_, side(joint.child()), side(joint.parent()));
+  }
+
+  /// MuJoCo's bodies stay: what is out meets nothing, and is put back after each step.
+  void take_body(std::size_t body) override {
+    set_meeting(body, false);
+    set_free(body, {read_state(body).X_WB, Vector3::Zero(), Vector3::Zero()});
+  }
+  void put_body(std::size_t body, const State& at) override {
+    set_meeting(body, true);
+    set_free(body, at);
+  }
+
+  /// All of mjData: positions, velocities, time, and what the solver starts from.
+  struct Saved final : EngineSnapshot {
+    explicit Saved(mujoco::DataHandle of) : data(std::move(of)) {}
+    mujoco::DataHandle data;
+    std::vector<BodyJoint::State> joints;
+  };
+  std::unique_ptr<EngineSnapshot> save() const override {
+    mujoco::DataHandle copy(mj_copyData(nullptr, model_.get(), data_.get()));
+    if (!copy) throw InputError("engine 'mujoco': no memory for a snapshot");
+    auto out = std::make_unique<Saved>(std::move(copy));
+    for (const BodyJoint& joint : body_joints_) out->joints.push_back(joint.state());
+    return out;
+  }
+  void load(const EngineSnapshot& saved) override {
+    const auto& from = static_cast<const Saved&>(saved);
+    mj_copyData(data_.get(), model_.get(), from.data.get());
+    for (std::size_t j = 0; j < body_joints_.size(); ++j)
+      body_joints_[j].set_state(from.joints[j], *model_, *data_);
+    if (is_pushed_) mju_zero(data_->xfrc_applied, 6 * model_->nbody);
+    is_pushed_ = false;
+    for (std::size_t b = 0; b < first_q_.size(); ++b)
+      if (first_q_[b] >= 0) set_meeting(b, !is_out(b));
   }
 
  private:
@@ -140,6 +197,56 @@ class MujocoEngine final : public SceneEngine {
       data_->qvel[first_v_.back() + i] = body.v_W[i];
       data_->qvel[first_v_.back() + 3 + i] = w_B[i];
     }
+  }
+
+  /// Those that do not hold from the start wait for their action.
+  void add_body_joints() {
+    for (const SceneAction& action : scene().actions)
+      if (action.kind == SceneAction::Kind::drive && action.joint.is_of_bodies() &&
+          action.drive.drive.mode != JointDrive::Mode::torque)
+        throw InputError("engine 'mujoco': unsupported: motors of joints between bodies (joint '" +
+                         name_of(scene(), action.joint) + "')");
+    for (std::size_t j = 0; j < bodies().body_joints().size(); ++j) {
+      body_joints_.emplace_back(bodies(), j, *model_);
+      if (!bodies().body_joints()[j].source->is_on) switch_joint(j, false);
+    }
+  }
+
+  BodyJoint::Side side(std::size_t body) const {
+    if (body == EngineScene::kNone) return {};
+    const State now = read_state(body);
+    return {now.X_WB, now.w_W};
+  }
+
+  /// Both ways: the drive's on the child.
+  void apply_body_torques() {
+    for (const BodyJoint& joint : body_joints_) {
+      if (joint.torque() == 0.0) continue;
+      const Vector3 moment = joint.torque() * joint.axis_W(side(joint.parent()));
+      apply(joint.child(), Vector3::Zero(), moment);
+      if (joint.parent() != EngineScene::kNone) apply(joint.parent(), Vector3::Zero(), -moment);
+    }
+  }
+
+  void set_meeting(std::size_t body, bool meets) {
+    for (const SolidIndex solid : bodies().bodies()[body].solids) {
+      const auto geom = static_cast<std::size_t>(geom_of_[solid]);
+      model_->geom_contype[geom] = model_->geom_conaffinity[geom] = meets ? 1 : 0;
+    }
+  }
+
+  /// A free body's place in MuJoCo's vectors; what its solver remembers of it is forgotten.
+  void set_free(std::size_t body, const State& at) {
+    mjtNum* const q = data_->qpos + first_q_[body];
+    mjtNum* const v = data_->qvel + first_v_[body];
+    const Quaternion turn = quaternion_of(at.X_WB.R);
+    const Vector3 w_B = rotate(Matrix3(at.X_WB.R.transpose()), at.w_W);
+    q[3] = turn.w;
+    for (int i = 0; i < 3; ++i) {
+      q[i] = at.X_WB.p[i], q[4 + i] = turn.v[i];
+      v[i] = at.v_W[i], v[3 + i] = w_B[i];
+    }
+    mju_zero(data_->qacc_warmstart + first_v_[body], 6);
   }
 
   void add_joint(std::size_t index) {
@@ -184,18 +291,21 @@ class MujocoEngine final : public SceneEngine {
     return out;
   }
 
-  bool by_native_, is_pushed_ = false;
+  WorldCheck check_;
+  bool is_pushed_ = false;
   mujoco::ModelHandle model_;
   mujoco::DataHandle data_;
   std::vector<int> ids_, first_q_, first_v_;  // by body
   std::vector<SolidIndex> solid_of_;          // by geom
+  std::vector<int> geom_of_;                  // by solid
   std::vector<Joint> joints_;
+  std::vector<BodyJoint> body_joints_;
 };
 
 }  // namespace
 
-std::unique_ptr<DynamicsEngine> make_world(const DynamicScene& scene, bool by_native) {
-  return std::make_unique<MujocoEngine>(scene, by_native);
+std::unique_ptr<DynamicsEngine> make_world(const DynamicScene& scene, const WorldCheck& check) {
+  return std::make_unique<MujocoEngine>(scene, check);
 }
 
 }  // namespace touchstone::physics::mujoco_dynamics

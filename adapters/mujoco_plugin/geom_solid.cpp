@@ -11,9 +11,20 @@ namespace {
 
 using native::SolidContent;
 
-std::shared_ptr<native::SolidStore> shared_store() {
-  static const auto store = std::make_shared<native::SolidStore>();
-  return store;
+/// This thread's for the store: native's stay, of others those of the last one.
+native::SolidMemory& memory_of(const std::shared_ptr<native::SolidStore>& store) {
+  thread_local native::SolidMemory natives(solid_store());
+  if (store->is_native() && store == solid_store()) return natives;
+  struct Other {
+    std::shared_ptr<native::SolidStore> store;
+    std::optional<native::SolidMemory> memory;
+  };
+  thread_local Other other;
+  if (other.store != store) {
+    other.memory.emplace(store);
+    other.store = store;
+  }
+  return *other.memory;
 }
 
 SolidContent box_content(const mjModel& model, int geom) {
@@ -45,10 +56,14 @@ bool mesh_content(const mjModel& model, int mesh, SolidContent& content) {
 
 }  // namespace
 
-const native::SolidStore& solid_store() { return *shared_store(); }
+std::shared_ptr<native::SolidStore> solid_store() {
+  static const auto store = std::make_shared<native::SolidStore>();
+  return store;
+}
 
-std::optional<native::SolidHandle> solid_of(const mjModel& model, int geom) {
-  thread_local native::SolidMemory memory(shared_store());
+std::optional<native::SolidHandle> solid_of(const std::shared_ptr<native::SolidStore>& store,
+                                            const mjModel& model, int geom) {
+  native::SolidMemory& memory = memory_of(store);
   if (model.geom_type[geom] == mjGEOM_BOX) return memory.find(box_content(model, geom));
   SolidContent content;
   if (!mesh_content(model, model.geom_dataid[geom], content)) return std::nullopt;

@@ -2,6 +2,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <memory>
 #include <optional>
 
 #include "touchstone/contact_core/native/engine/solid_store.hpp"
@@ -10,11 +11,12 @@
 
 namespace touchstone::mujoco_plugin {
 
-/// One for the process.
-const native::SolidStore& solid_store();
+/// Native's, one for the process.
+std::shared_ptr<native::SolidStore> solid_store();
 
-/// The geom's solid, remembered by this thread. Empty for what is no hexahedron.
-std::optional<native::SolidHandle> solid_of(const mjModel& model, int geom);
+/// The geom's solid in the store, remembered by this thread. Empty for what is no hexahedron, or refused.
+std::optional<native::SolidHandle> solid_of(const std::shared_ptr<native::SolidStore>& store,
+                                            const mjModel& model, int geom);
 
 /// X_WG, as kinematics have left it.
 Pose pose_of(const mjData& data, int geom);

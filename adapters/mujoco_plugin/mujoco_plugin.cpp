@@ -29,6 +29,7 @@ struct Overrides {
   std::mutex mutex;
   int count = 0;
   MujocoOverride::Options options;
+  std::shared_ptr<native::SolidStore> store;  // whose answers stand inside
   mjfCollision before[3] = {};
   std::atomic<std::uint64_t> checks{0};
 };
@@ -46,15 +47,17 @@ mjfCollision before(const mjModel& model, int geom1, int geom2) {
 struct SolidPairHandles {
   std::optional<SolidHandle> first, second;
 
-  SolidPairHandles(const mjModel& model, int geom1, int geom2)
-      : first(solid_of(model, geom1)), second(first ? solid_of(model, geom2) : first) {}
+  SolidPairHandles(const std::shared_ptr<native::SolidStore>& store, const mjModel& model, int geom1,
+                   int geom2)
+      : first(solid_of(store, model, geom1)), second(first ? solid_of(store, model, geom2) : first) {}
   bool known() const { return first && second; }
 };
 
 void tell(PairObserver& observer, const SolidPairHandles& pair, const Pose& X_1, const Pose& X_2,
           PairStatus status, const PairGeometry& geometry, std::span<const ContactPoint> points,
           std::string_view by) {
-  const Hexahedron a = solid_store().solid(*pair.first), b = solid_store().solid(*pair.second);
+  const native::SolidStore& store = *overrides().store;
+  const Hexahedron a = store.solid(*pair.first), b = store.solid(*pair.second);
   observer.observe({{&a, &b}, {X_1, X_2}, status, geometry, points, by});
 }
 
@@ -70,20 +73,20 @@ void write_contact(const ContactPoint& point, const Vector3& n_12_W, EngineConta
 /// mjfCollision, whose mjData is const in some versions.
 template <class Data>
 int collide(const mjModel* model, Data* data, EngineContact* contacts, int geom1, int geom2, mjtNum margin) {
-  const SolidPairHandles pair(*model, geom1, geom2);
-  if (!pair.known()) return before(*model, geom1, geom2)(model, data, contacts, geom1, geom2, margin);
   Overrides& shared = overrides();
+  const SolidPairHandles pair(shared.store, *model, geom1, geom2);
+  if (!pair.known()) return before(*model, geom1, geom2)(model, data, contacts, geom1, geom2, margin);
   shared.checks.fetch_add(1, std::memory_order_relaxed);
   const Pose X_1 = pose_of(*data, geom1), X_2 = pose_of(*data, geom2);
   native::PairAnswer answer;
   const int most =
       std::min(shared.options.most_contacts, mujoco::places_for_contacts(model, geom1, geom2, margin));
   const Query query{QueryKind::manifold, margin, most, margin};
-  solid_store().compute_manifold(*pair.first, X_1, *pair.second, X_2, query, answer);
+  shared.store->compute_manifold(*pair.first, X_1, *pair.second, X_2, query, answer);
   if (shared.options.observer != nullptr && answer.status != PairStatus::failed)
     tell(*shared.options.observer, pair, X_1, X_2, answer.status, answer.geometry,
          {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},
-         "native inside MuJoCo");
+         std::string(shared.store->name()) + " inside MuJoCo");
   int count = 0;
   for (int i = 0; i < answer.geometry.point_count; ++i)
     if (answer.points[i].separation <= margin)
@@ -96,8 +99,8 @@ template <class Data>
 int collide_observed(const mjModel* model, Data* data, EngineContact* contacts, int geom1, int geom2,
                      mjtNum margin) {
   const int count = before(*model, geom1, geom2)(model, data, contacts, geom1, geom2, margin);
-  const SolidPairHandles pair(*model, geom1, geom2);
   Overrides& shared = overrides();
+  const SolidPairHandles pair(shared.store, *model, geom1, geom2);
   if (!pair.known() || shared.options.observer == nullptr) return count;
   shared.checks.fetch_add(1, std::memory_order_relaxed);
   std::array<int, mjMAXCONPAIR> order{};
@@ -137,9 +140,14 @@ MujocoOverride::MujocoOverride(const Options& options) {
   check_options(options);
   Overrides& shared = overrides();
   const std::scoped_lock lock(shared.mutex);
+  const std::shared_ptr<native::SolidStore> wanted = options.inside ? options.inside : solid_store();
+  if (shared.count > 0 && options.check == EngineCheck::native && wanted != shared.store)
+    throw InputError("MuJoCo: another override lives, with check '" + std::string(shared.store->name()) +
+                     "'");
   if (shared.count++ > 0) return;
   mujoco::own_collision_functions();  // for the backend, which asks the engine all the same
   shared.options = options;
+  shared.store = wanted;
   for (int i = 0; i < 3; ++i) {
     shared.before[i] = entry(i);
     if (options.check == EngineCheck::native)
@@ -153,6 +161,8 @@ MujocoOverride::~MujocoOverride() {
   Overrides& shared = overrides();
   const std::scoped_lock lock(shared.mutex);
   if (--shared.count > 0) return;
+  shared.options = {};
+  shared.store.reset();
   for (int i = 0; i < 3; ++i) entry(i) = shared.before[i];
 }
 

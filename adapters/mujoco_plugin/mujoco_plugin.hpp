@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 #include "touchstone/contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/contact_core/native/check_inside.hpp"
 
 /// @file
 /// Our check inside MuJoCo, in place of its own for boxes and hexahedral meshes, each against each. MuJoCo's
@@ -30,7 +32,8 @@
 namespace touchstone {
 
 /// While one of these lives, our check stands in mjCOLLISIONFUNC for box-box, box-mesh and mesh-mesh, in the
-/// whole process; then the three entries are what they were. Of several that live at once the first decides.
+/// whole process; then the three entries are what they were. Of several that live at once the first decides;
+/// one with another check inside than it has is refused.
 /// The backend `mujoco` (adapters/mujoco) asks MuJoCo's own all the same.
 class MujocoOverride {
  public:
@@ -40,10 +43,14 @@ class MujocoOverride {
     int most_contacts = kMaxManifoldPoints;   ///< a pair, 1 to 8
     /// Called with every pair that is ours to check; must outlive this. May be null.
     PairObserver* observer = nullptr;
+    /// With EngineCheck::native: whose answers stand inside instead of native's. Null: native's. Geoms that
+    /// it refuses go to what MuJoCo's table held before, as those that are no hexahedra do. Each thread
+    /// remembers the solids of the one that it met last.
+    std::shared_ptr<CheckInside> inside = nullptr;
   };
 
   /// @throws InputError when the library loaded is not of the version that this was compiled for (its structs
-  /// differ), or for most_contacts out of range.
+  /// differ), for most_contacts out of range, or where one with another check inside lives.
   MujocoOverride() : MujocoOverride(Options{}) {}
   explicit MujocoOverride(const Options& options);
   ~MujocoOverride();

@@ -42,12 +42,13 @@ struct World {
   State state = State::built;
 };
 
-Box bounding_box(const WorldVertices& vertices) {
+/// @param radius of the solid that has these vertices. What its sum rounds, place() covers.
+Box bounding_box(const WorldVertices& vertices, double radius) {
   Box box;
   const std::array<double, 8>* axes[3] = {&vertices.x, &vertices.y, &vertices.z};
   for (int k = 0; k < 3; ++k) {
     const auto [low, high] = std::minmax_element(axes[k]->begin(), axes[k]->end());
-    box.low[k] = *low, box.high[k] = *high;
+    box.low[k] = *low - radius, box.high[k] = *high + radius;
   }
   return box;
 }
@@ -102,7 +103,7 @@ class OdeBroadphase final : public Broadphase {
     take(World::State::posed, moved, [&](const Body& body, SolidIndex i) {
       WorldVertices vertices;
       world_vertices(body.solid, poses[i], vertices);
-      return bounding_box(vertices);
+      return bounding_box(vertices, body.solid.radius());
     });
   }
 

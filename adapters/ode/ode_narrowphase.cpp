@@ -239,8 +239,7 @@ class OdeNarrowphase final : public Narrowphase {
     output.geometry[i] = {witness.separation, contacts.n_AB_W, witness.p_A_W, witness.p_B_W, 0};
     if (query.kind != QueryKind::manifold) return;
     const int count = contacts.count < query.max_points ? contacts.count : query.max_points;
-    const auto points = output.points.subspan(i * static_cast<std::size_t>(query.max_points),
-                                              static_cast<std::size_t>(count));
+    const auto points = output.points_of(i, query).first(static_cast<std::size_t>(count));
     for (int k = 0; k < count; ++k) points[static_cast<std::size_t>(k)] = contact_point(contacts, k);
     output.geometry[i].point_count = keep_within(points, point_limit(query, witness.separation));
   }

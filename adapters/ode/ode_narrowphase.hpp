@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/narrowphase/raw_check.hpp"
 
 namespace touchstone::ode {
 

@@ -5,8 +5,9 @@
 /// @file
 /// Dynamic scenes in ODE (double precision), as two engines: `ode` steps by dWorldQuickStep() (20 sweeps: for
 /// many bodies), `ode_direct` by dWorldStep() (a direct method, cubic in what touches: for arms, and few
-/// contacts). Each with ODE's own check (`own`), or with ours (`native`): every solid then is a geom of
-/// adapters/ode_plugin, so that nothing of the process's tables changes. ODE's headers are not needed here.
+/// contacts). Each with ODE's own check (`own`), or with ours (`native`, or any narrowphase by its name):
+/// every solid then is a geom of adapters/ode_plugin, so that nothing of the process's tables changes. ODE's
+/// headers are not needed here.
 ///
 /// How a scene is modelled. Bodies at their centre of mass, boxes as dBox (own) or hexahedron geoms (native).
 /// Joints are hinges and sliders with motors (rate drives and brakes: dParamVel, dParamFMax; torques are
@@ -20,6 +21,10 @@
 /// largest is raised to that: ODE has no slender rods. Impacts are not distinguished from forces, stops
 /// within a step are not located.
 ///
+/// Back in time: a snapshot holds bodies' states to the bit, joints, the order in which pairs come, and the
+/// row of random numbers that dWorldQuickStep() sweeps by, of which each engine here has its own. Steps after
+/// restore() have the same bits; where a latch or a joint between bodies was made again since, to rounding.
+///
 /// Features: `ode_direct` the usual ones and joints between bodies (torque and rate drives, brakes and stops;
 /// the child must move), `ode` all but these, arms and latches: its sweeps do not converge on joints between
 /// unequal masses. Hexahedra that are no boxes with `native` alone (ODE's own check of convexes ends in
@@ -31,6 +36,7 @@
 namespace touchstone {
 
 /// Adds engines `ode` and `ode_direct`.
-void register_ode_dynamics(physics::EngineRegistry& registry);
+/// @param backends whose narrowphases may stand inside; must outlive the registry's engines
+void register_ode_dynamics(physics::EngineRegistry& registry, const BackendRegistry& backends);
 
 }  // namespace touchstone

@@ -1,5 +1,6 @@
 #include "touchstone/adapters/ode_dynamics/ode_joints.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -11,6 +12,25 @@ namespace {
 Vector3 vector_of(const dReal* v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
+
+BodyBits bits_of(dBodyID body) {
+  BodyBits out;
+  std::copy_n(dBodyGetPosition(body), out.p.size(), out.p.begin());
+  std::copy_n(dBodyGetLinearVel(body), out.v.size(), out.v.begin());
+  std::copy_n(dBodyGetAngularVel(body), out.w.size(), out.w.begin());
+  std::copy_n(dBodyGetQuaternion(body), out.q.size(), out.q.begin());
+  std::copy_n(dBodyGetRotation(body), out.R.size(), out.R.begin());
+  return out;
+}
+
+/// ODE lends its own numbers; the position's setter then tells the geoms.
+void set_bits(dBodyID body, const BodyBits& bits) {
+  std::copy(bits.q.begin(), bits.q.end(), const_cast<dReal*>(dBodyGetQuaternion(body)));
+  std::copy(bits.R.begin(), bits.R.end(), const_cast<dReal*>(dBodyGetRotation(body)));
+  dBodySetPosition(body, bits.p[0], bits.p[1], bits.p[2]);
+  dBodySetLinearVel(body, bits.v[0], bits.v[1], bits.v[2]);
+  dBodySetAngularVel(body, bits.w[0], bits.w[1], bits.w[2]);
+}
 
 OdeJoint::OdeJoint(dWorldID world, const EngineScene::Joint& joint, dBodyID child, dBodyID parent)
     : source_(joint.source), child_(child), value_(joint.source->value) {
@@ -87,7 +107,7 @@ double OdeJoint::torque() const {
 }
 
 OdeBodyJoint::OdeBodyJoint(dWorldID world, const EngineScene::BodyJoint& joint, dBodyID child, dBodyID parent)
-    : source_(joint.source), parent_(parent), p_P_(source_->p_W), axis_P_(source_->axis_W) {
+    : source_(joint.source), child_(child), parent_(parent), p_P_(source_->p_W), axis_P_(source_->axis_W) {
   if (child == nullptr)
     throw InputError("engine 'ode': unsupported: a child that is the ground (joint '" + source_->name +
                      "'): make it the parent");
@@ -115,6 +135,8 @@ OdeBodyJoint::OdeBodyJoint(dWorldID world, const EngineScene::BodyJoint& joint, 
 
 void OdeBodyJoint::switch_to(bool is_on) {
   is_on_ = is_on;
+  placing_ = {is_on, ++placings_, bits_of(child_), {}};
+  if (parent_ != nullptr) placing_.parent = bits_of(parent_);
   if (!is_on) return dJointDisable(joint_);
   dVector3 p = {p_P_.x(), p_P_.y(), p_P_.z()}, axis = {axis_P_.x(), axis_P_.y(), axis_P_.z()};
   if (parent_ != nullptr) {
@@ -128,6 +150,14 @@ void OdeBodyJoint::switch_to(bool is_on) {
   else
     dJointSetFixed(joint_);
   dJointEnable(joint_);
+}
+
+void OdeBodyJoint::place_again(const Placing& placing) {
+  if (placing.number == placing_.number) return;
+  set_bits(child_, placing.child);
+  if (parent_ != nullptr) set_bits(parent_, placing.parent);
+  switch_to(placing.is_on);
+  placing_.number = placing.number;
 }
 
 }  // namespace touchstone::physics::ode_dynamics

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -7,6 +9,15 @@
 #include "touchstone/physics/engine/engine_scene.hpp"
 
 namespace touchstone::physics::ode_dynamics {
+
+/// Where a body is and how it moves, to the bit: ODE's own setters round what they are given.
+struct BodyBits {
+  std::array<dReal, 3> p, v, w;
+  std::array<dReal, 4> q;
+  std::array<dReal, 12> R;
+};
+BodyBits bits_of(dBodyID body);
+void set_bits(dBodyID body, const BodyBits& bits);
 
 /// A joint of a mechanism as a hinge or a slider, the child as ODE's first body.
 class OdeJoint {
@@ -25,6 +36,13 @@ class OdeJoint {
   void apply();
   /// After it. Follows turns beyond half a revolution.
   void read();
+
+  /// What read() counts on from.
+  struct Count {
+    double value, last_angle;
+  };
+  Count count() const { return {value_, last_angle_}; }
+  void set_count(const Count& count) { value_ = count.value, last_angle_ = count.last_angle; }
 
   double value() const { return value_; }
   double rate() const;
@@ -59,12 +77,24 @@ class OdeBodyJoint {
   const OdeJoint* axis() const { return axis_ ? &*axis_ : nullptr; }
   bool is_on() const { return is_on_; }
 
+  /// Whether it holds, and as its bodies stood when that was last changed.
+  struct Placing {
+    bool is_on;
+    std::uint64_t number;  ///< no other of this joint has it
+    BodyBits child, parent;
+  };
+  const Placing& placing() const { return placing_; }
+  /// As it then was. Bodies may be moved. Nothing where it has not changed since.
+  void place_again(const Placing& placing);
+
  private:
   const SceneBodyJoint* source_;
   SceneJoint as_joint_;  // with its axis
   dJointID joint_ = nullptr;
-  dBodyID parent_;
-  Vector3 p_P_, axis_P_;  // in the parent's frame
+  dBodyID child_, parent_;
+  Placing placing_{};
+  std::uint64_t placings_ = 0;  // made so far
+  Vector3 p_P_, axis_P_;        // in the parent's frame
   std::optional<OdeJoint> axis_;
   bool is_on_ = true;
 };

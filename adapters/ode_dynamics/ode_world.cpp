@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <deque>
+#include <mutex>
 
 #include "touchstone/adapters/ode_dynamics/ode_joints.hpp"
 #include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
@@ -77,9 +78,12 @@ class OdeEngine final : public SceneEngine {
     const auto body = [&](std::size_t b) { return b == EngineScene::kNone ? nullptr : bodies_[b]; };
     for (const EngineScene::BodyJoint& joint : bodies().body_joints())
       body_joints_.emplace_back(ode_.world, joint, body(joint.child), body(joint.parent));
-    latches_.resize(bodies_.size(), nullptr);
+    latches_.resize(bodies_.size());
     start();
+    keep_start();
   }
+
+  EngineReturn after_restore() const override { return EngineReturn::same_bits; }
 
   void list_contacts(std::vector<EngineContact>& contacts) const override {
     contacts.clear();
@@ -102,7 +106,13 @@ class OdeEngine final : public SceneEngine {
     for_each_axis([](OdeJoint& joint) { joint.apply(); });
     find_contacts(step);
     if (!options_.is_direct) {
+      // Its order of sweeps is drawn by chance, from one row of numbers for the process: each engine has its
+      // own, and engines on other threads wait.
+      static std::mutex row;
+      const std::scoped_lock lock(row);
+      dRandSetSeed(seed_);
       dWorldQuickStep(ode_.world, step_size());
+      seed_ = dRandGetSeed();
     } else if (!step_directly(ode_.world, step_size())) {
       step.failure = "ODE: its direct method met contacts that it cannot solve (LCP internal error)";
       point_count_ = 0;
@@ -139,17 +149,99 @@ class OdeEngine final : public SceneEngine {
     body_joints_[body_joint].switch_to(is_on);
   }
   void latch(std::size_t carrier, std::size_t carried) override {
-    dJointID joint = dJointCreateFixed(ode_.world, nullptr);
-    dJointAttach(joint, bodies_[carried], bodies_[carrier]);
-    dJointSetFixed(joint);
-    latches_[carried] = joint;
+    Latch& latch = latches_[carried];
+    latch = {dJointCreateFixed(ode_.world, nullptr), ++latchings_, carrier, bits_of(bodies_[carried]), {}};
+    if (bodies_[carrier] != nullptr) latch.carrier_at = bits_of(bodies_[carrier]);
+    dJointAttach(latch.joint, bodies_[carried], bodies_[carrier]);
+    dJointSetFixed(latch.joint);
   }
   void release(std::size_t carried) override {
-    dJointDestroy(latches_[carried]);
-    latches_[carried] = nullptr;
+    dJointDestroy(latches_[carried].joint);
+    latches_[carried] = {};
+  }
+  void take_body(std::size_t body) override {
+    dBodySetLinearVel(bodies_[body], 0, 0, 0);
+    dBodySetAngularVel(bodies_[body], 0, 0, 0);
+    enable(body, false);
+  }
+  void put_body(std::size_t body, const State& at) override {
+    place(bodies_[body], at.X_WB);
+    dBodySetLinearVel(bodies_[body], at.v_W.x(), at.v_W.y(), at.v_W.z());
+    dBodySetAngularVel(bodies_[body], at.w_W.x(), at.w_W.y(), at.w_W.z());
+    enable(body, true);
+  }
+
+  std::unique_ptr<EngineSnapshot> save() const override {
+    auto out = std::make_unique<Saved>();
+    for (const dBodyID body : bodies_) out->bodies.push_back(body == nullptr ? BodyBits{} : bits_of(body));
+    for (int i = 0; i < dSpaceGetNumGeoms(ode_.space); ++i)
+      out->geoms.push_back(dSpaceGetGeom(ode_.space, i));
+    out->latches = latches_;
+    for (const OdeBodyJoint& joint : body_joints_) out->placings.push_back(joint.placing());
+    for (std::size_t j = 0; j < joints_.size() + body_joints_.size(); ++j) {
+      const OdeJoint* const axis = any_axis(j);
+      out->counts.push_back(axis == nullptr ? OdeJoint::Count{} : axis->count());
+    }
+    out->seed = seed_;
+    return out;
+  }
+
+  void load(const EngineSnapshot& saved) override {
+    const auto& from = static_cast<const Saved&>(saved);
+    for (std::size_t j = 0; j < body_joints_.size(); ++j) body_joints_[j].place_again(from.placings[j]);
+    for (std::size_t b = 0; b < latches_.size(); ++b) latch_again(b, from.latches[b]);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (bodies_[b] == nullptr) continue;
+      set_bits(bodies_[b], from.bodies[b]);
+      dBodySetForce(bodies_[b], 0, 0, 0);
+      dBodySetTorque(bodies_[b], 0, 0, 0);
+      if (bodies().bodies()[b].kind == ContactSide::body) enable(b, !is_out(b));
+    }
+    for (std::size_t j = 0; j < from.counts.size(); ++j)
+      if (OdeJoint* const axis = any_axis(j)) axis->set_count(from.counts[j]);
+    // Pairs come in the order of the space's list, where what moved last stands first.
+    for (auto geom = from.geoms.rbegin(); geom != from.geoms.rend(); ++geom) {
+      dSpaceRemove(ode_.space, *geom);
+      dSpaceAdd(ode_.space, *geom);
+    }
+    seed_ = from.seed;
+    point_count_ = 0;
   }
 
  private:
+  /// A body that another carries: by a fixed joint, made as the two stood.
+  struct Latch {
+    dJointID joint = nullptr;
+    std::uint64_t number = 0;  ///< counts latchings
+    std::size_t carrier = 0;
+    BodyBits carried_at{}, carrier_at{};
+  };
+  struct Saved final : EngineSnapshot {
+    std::vector<BodyBits> bodies;
+    std::vector<dGeomID> geoms;
+    std::vector<Latch> latches;
+    std::vector<OdeBodyJoint::Placing> placings;
+    std::vector<OdeJoint::Count> counts;
+    unsigned long seed = 0;
+  };
+
+  void latch_again(std::size_t carried, const Latch& as) {
+    if (latches_[carried].number == as.number) return;
+    if (latches_[carried].joint != nullptr) release(carried);
+    if (as.joint == nullptr) return;
+    set_bits(bodies_[carried], as.carried_at);
+    if (bodies_[as.carrier] != nullptr) set_bits(bodies_[as.carrier], as.carrier_at);
+    latch(as.carrier, carried);
+    latches_[carried].number = as.number;
+  }
+
+  /// In the world, or out of it.
+  void enable(std::size_t body, bool is_in) {
+    is_in ? dBodyEnable(bodies_[body]) : dBodyDisable(bodies_[body]);
+    for (dGeomID geom = dBodyGetFirstGeom(bodies_[body]); geom != nullptr; geom = dBodyGetNextGeom(geom))
+      is_in ? dGeomEnable(geom) : dGeomDisable(geom);
+  }
+
   /// A contact of the step, with what its joint did.
   struct Point {
     SolidPair solids;
@@ -170,6 +262,13 @@ class OdeEngine final : public SceneEngine {
     if (joint < joints_.size()) return &joints_[joint];
     const OdeBodyJoint& of_bodies = body_joints_[joint - joints_.size()];
     return of_bodies.is_on() ? of_bodies.axis() : nullptr;
+  }
+
+  const OdeJoint* any_axis(std::size_t joint) const {
+    return joint < joints_.size() ? &joints_[joint] : body_joints_[joint - joints_.size()].axis();
+  }
+  OdeJoint* any_axis(std::size_t joint) {
+    return joint < joints_.size() ? &joints_[joint] : body_joints_[joint - joints_.size()].axis();
   }
 
   static void place(dBodyID body, const Pose& X) {
@@ -197,8 +296,8 @@ class OdeEngine final : public SceneEngine {
   void add_solid(SolidIndex index) {
     const EngineScene::Solid& solid = bodies().solids()[index];
     dGeomID geom;
-    if (options_.by_native) {
-      geom = create_ode_hexahedron(ode_.space, *solid.solid);
+    if (options_.is_ours) {
+      geom = create_ode_hexahedron(ode_.space, *solid.solid, options_.inside);
     } else {
       const Vector3 sides = 2.0 * solid.solid->half_extents();
       geom = dCreateBox(ode_.space, sides.x(), sides.y(), sides.z());
@@ -223,9 +322,9 @@ class OdeEngine final : public SceneEngine {
   void find_contacts(EngineStep& step) {
     const Clock::time_point start = Clock::now();
     point_count_ = 0;
-    const std::uint64_t refused = options_.by_native ? ode_native_refusals() : 0;
+    const std::uint64_t refused = options_.is_ours ? ode_native_refusals() : 0;
     dSpaceCollide(ode_.space, this, &OdeEngine::meet);
-    if (options_.by_native) step.failed = static_cast<std::uint32_t>(ode_native_refusals() - refused);
+    if (options_.is_ours) step.failed = static_cast<std::uint32_t>(ode_native_refusals() - refused);
     step.contacts = point_count_;
     step.detection_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   }
@@ -260,7 +359,7 @@ class OdeEngine final : public SceneEngine {
       point.first_is_null = body_a == nullptr;
       point.p_W = vector_of(contact.geom.pos), point.n_W = vector_of(contact.geom.normal);
       point.depth = contact.geom.depth;
-      if (options_.is_direct && options_.by_native)
+      if (options_.is_direct && options_.is_ours)
         contact.geom.depth += kTieBreak * (1.0 + 0.37 * static_cast<double>(point_count_ % 7));
       const dJointID joint = dJointCreateContact(ode_.world, ode_.contacts, &contact);
       dJointAttach(joint, body_a, body_b);
@@ -286,8 +385,10 @@ class OdeEngine final : public SceneEngine {
   std::vector<dBodyID> bodies_;
   std::deque<OdeJoint> joints_;
   std::deque<OdeBodyJoint> body_joints_;
-  std::vector<dJointID> latches_;  // by body that is carried
-  std::deque<Point> points_;       // stay where they are: ODE writes their feedback
+  std::vector<Latch> latches_;  // by body that is carried
+  std::uint64_t latchings_ = 0;
+  unsigned long seed_ = 0;
+  std::deque<Point> points_;  // stay where they are: ODE writes their feedback
   std::size_t point_count_ = 0;
 };
 

@@ -74,13 +74,13 @@ int EngineTwin::collide_ray(dGeomID geom, dGeomID ray, dContactGeom& contact) co
     if (rate > 0.0 && -above / rate < leaves) leaves = -above / rate, n_out = n;
   }
   const bool from_within = enters < 0.0;
-  const double way = from_within ? leaves : enters;
-  if (!(enters <= leaves) || !(way >= 0.0) || !(way <= dGeomRayGetLength(ray))) return 0;
-  const Vector3 on_surface = p_W + way * d_W;
+  const double distance = from_within ? leaves : enters;
+  if (!(enters <= leaves) || !(distance >= 0.0) || !(distance <= dGeomRayGetLength(ray))) return 0;
+  const Vector3 on_surface = p_W + distance * d_W;
   const Vector3 n_W = rotate(X.R, from_within ? n_out : Vector3(-n_in));  // into the solid, or back into it
   for (int k = 0; k < 3; ++k) contact.pos[k] = on_surface[k], contact.normal[k] = n_W[k];
   contact.pos[3] = contact.normal[3] = 0.0;
-  contact.depth = way;
+  contact.depth = distance;
   contact.g1 = geom, contact.g2 = ray;
   contact.side1 = contact.side2 = -1;
   return 1;

@@ -50,14 +50,14 @@ void find_bounds(dGeomID geom, dReal bounds[6]) {
 
 int collide_hexahedra(dGeomID geom1, dGeomID geom2, int flags, dContactGeom* contacts, int skip) {
   const GeomSolid &a = solid_of(geom1), &b = solid_of(geom2);
-  if (!a.store || !b.store) return refuse();
+  if (!a.store || a.store != b.store) return refuse();
   return collide_solids(geom1, a.solid, geom2, b.solid, *a.store, flags, contacts, skip);
 }
 
 int collide_with_box(dGeomID geom, dGeomID box, int flags, dContactGeom* contacts, int skip) {
   const GeomSolid& a = solid_of(geom);
   const auto b = solid_of_box(box);
-  if (!a.store || !b) return refuse();
+  if (!a.store || !a.store->is_native() || !b) return refuse();
   return collide_solids(geom, a.solid, box, *b, *a.store, flags, contacts, skip);
 }
 
@@ -69,6 +69,7 @@ int collide_with_plane(dGeomID geom, dGeomID plane, int flags, dContactGeom* con
   dVector4 n;
   dGeomPlaneGetParams(plane, n);
   const Pose X = pose_of(geom);
+  // Vertices below the plane, sorted.
   struct Below {
     Vector3 p;
     double depth;
@@ -83,6 +84,7 @@ int collide_with_plane(dGeomID geom, dGeomID plane, int flags, dContactGeom* con
   std::stable_sort(below.begin(), below.begin() + count,
                    [](const Below& u, const Below& v) { return u.depth > v.depth; });
   count = std::min(count, most_contacts(flags));
+  // Contacts half-way between vertex and plane.
   for (int i = 0; i < count; ++i) {
     dContactGeom& contact = contact_at(contacts, skip, i);
     for (int k = 0; k < 3; ++k) {
@@ -149,11 +151,13 @@ int ode_hexahedron_class() {
   return hexahedron.number;
 }
 
-dxGeom* create_ode_hexahedron(dxSpace* space, const Hexahedron& solid) {
+dxGeom* create_ode_hexahedron(dxSpace* space, const Hexahedron& solid,
+                              const std::shared_ptr<CheckInside>& inside) {
   refuse_rounded({&solid, 1}, "ODE hexahedron");
-  const std::shared_ptr<native::SolidStore> store = solid_store();
+  const std::shared_ptr<native::SolidStore> store = inside ? inside : solid_store();
   const auto handle = store->acquire({solid.is_box(), points_of(solid)});
-  if (!handle) throw InputError("ODE hexahedron: zero volume");
+  if (!handle)
+    throw InputError("ODE hexahedron: zero volume, or refused by check '" + std::string(store->name()) + "'");
   dAllocateODEDataForThread(dAllocateMaskAll);
   const dGeomID geom = dCreateGeom(ode_hexahedron_class());
   new (dGeomGetClassData(geom))

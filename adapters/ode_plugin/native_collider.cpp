@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <string>
 
 #include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
@@ -96,7 +97,7 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
                     answer.status,
                     answer.geometry,
                     {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},
-                    "native inside ODE, double precision"});
+                    std::string(store.name()) + " inside ODE, double precision"});
   }
   if (answer.status == PairStatus::failed) return refuse();
   if (answer.status != PairStatus::overlapping) return 0;
@@ -136,6 +137,7 @@ void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int sk
   count_check();
   const std::shared_ptr<SolidStore> store = solid_store();
   const Hexahedron a = store->solid(*solid1), b = store->solid(*solid2);
+  // ODE's contacts in the words of a narrowphase: the deepest is the pair's.
   std::array<ContactPoint, kMaxManifoldPoints> points;
   PairGeometry geometry = no_geometry();
   geometry.point_count = std::min(count, kMaxManifoldPoints);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/contact_core/native/check_inside.hpp"
 
 /// @file
 /// Our check inside the Open Dynamics Engine (double precision), in place of its own for boxes, and a geom
@@ -77,8 +79,12 @@ std::uint64_t ode_native_refusals();
 ///   convexes ends the process where a mesh has no face angles.)
 /// Geoms of other user classes meet it only if they say how.
 /// @param space may be null
-/// @throws InputError for a solid of zero volume
-dxGeom* create_ode_hexahedron(dxSpace* space, const Hexahedron& solid);
+/// @param inside whose answers decide about it and others of its kind with the same one; null: native's. Two
+/// geoms with different ones, and one with another than native's and a dBox, are refused and counted. Planes
+/// and the rest meet it as before.
+/// @throws InputError for a solid of zero volume, or that `inside` refuses
+dxGeom* create_ode_hexahedron(dxSpace* space, const Hexahedron& solid,
+                              const std::shared_ptr<CheckInside>& inside = nullptr);
 
 /// Its class, for dGeomGetClass. One of ODE's four user classes is taken on the first call of either function
 /// and kept; ODE stays initialised from then on.

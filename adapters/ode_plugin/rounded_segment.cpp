@@ -90,10 +90,10 @@ Nearest nearest(const Vector3& a, const Vector3& b, std::span<const Vector3, Hex
     }
   visit_edges(vertices, [&](const Vector3& from, const Vector3& to) {
     const Between points = between(a, b, from, to);
-    const Vector3 way = points.on_first - points.on_second;
-    const double distance = norm(way);
+    const Vector3 offset = points.on_first - points.on_second;
+    const double distance = norm(offset);
     if (distance < least.distance && distance > 0.0)
-      least = {distance, Vector3(way / distance), points.on_first};
+      least = {distance, Vector3(offset / distance), points.on_first};
   });
   return least;
 }

@@ -121,7 +121,7 @@ class PluginNarrowphase final : public Narrowphase {
     std::size_t first = 0;
     const char* what = nullptr;
     const std::size_t broken = settle_answers(input.query, count, output, first, what);
-    if (broken > 0 && !told_.exchange(true))
+    if (broken > 0 && !has_complained_.exchange(true))
       std::fprintf(stderr, "touchstone: plug-in %s, pair %zu of %zu: %s; counted as failed\n", backend().name,
                    first, count, what);
   }
@@ -133,7 +133,7 @@ class PluginNarrowphase final : public Narrowphase {
   Capabilities capabilities_;
   void* self_;
   std::size_t solid_count_ = 0;
-  mutable std::atomic<bool> told_ = false;
+  mutable std::atomic<bool> has_complained_ = false;
 };
 
 }  // namespace

@@ -93,6 +93,7 @@ TEST_F(DynamicsRun, WritesResultsSeriesContactsAndPlots) {
   const std::vector<std::string> series = lines(read(report() / "series/08_pushed_offset.native.csv"));
   ASSERT_EQ(series.size(), 1002u);  // header, the start, each step
   EXPECT_THAT(series[0], StartsWith("time_s,momentum_x_ns,"));
+  EXPECT_THAT(series[0], HasSubstr(",oru.attitude_w,oru.attitude_x,oru.attitude_y,oru.attitude_z"));
   for (const std::string& line : series) ASSERT_EQ(columns(line), columns(series[0])) << line;
   const std::vector<std::string> contacts = lines(read(report() / "contacts/08_pushed_offset.native.csv"));
   ASSERT_GT(contacts.size(), 500u);  // from a margin before the impact on
@@ -216,7 +217,7 @@ TEST_F(DynamicsRun, ListsScenesAndBackendsAndHelps) {
   EXPECT_THAT(row("hexahedra that are no boxes"), HasSubstr("yes"));
   EXPECT_THAT(row("inertia of rotors"), HasSubstr("yes"));
   if (list.out.find("\n  ode  ") != std::string::npos) {
-    EXPECT_THAT(row("hexahedra that are no boxes"), HasSubstr("native"));
+    EXPECT_THAT(row("hexahedra that are no boxes"), HasSubstr("ours"));  // of any narrowphase
     EXPECT_THAT(row("latches"), HasSubstr("-"));
   }
   const Outcome help = run("--help");

@@ -1,4 +1,4 @@
-// What a program asks of a running engine, in every one with each of its checks: wrenches, joints put at
+// A program's requests to a running engine, in every one with each of its checks: wrenches, joints put at
 // values, and what touches.
 
 #include <gtest/gtest.h>

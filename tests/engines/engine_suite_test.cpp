@@ -10,6 +10,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/engines/engine_suite.hpp"
+#include "touchstone/tests/support/refusal.hpp"
 
 namespace touchstone {
 namespace {
@@ -234,6 +235,14 @@ void add_ball(DynamicScene& scene) {
   scene.joints.push_back(joint);
 }
 
+void add_comer(DynamicScene& scene) {
+  physics::SceneAction add;
+  add.kind = physics::SceneAction::Kind::add;
+  add.time = 0.02;
+  add.carried = kOther;
+  scene.actions.push_back(add);
+}
+
 void ask_for(EngineFeature feature, DynamicScene& scene) {
   using enum EngineFeature;
   using Mode = physics::JointDrive::Mode;
@@ -278,6 +287,8 @@ void ask_for(EngineFeature feature, DynamicScene& scene) {
       return;
     case body_joints:
       return add_ball(scene);
+    case come_and_go:
+      return add_comer(scene);
   }
 }
 
@@ -322,15 +333,10 @@ TEST(EngineRegistry, NamesWhatThereIsAndWhyNot) {
   EngineRegistry registry;
   register_own_engine(registry, backends());
   registry.add_missing({"havok", "nobody has it"});
-  const auto message = [&](const EngineChoice& choice) -> std::string {
-    try {
-      registry.engine(choice);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+  const auto message = [&](const EngineChoice& choice) {
+    return refusal_of([&] { registry.engine(choice); });
   };
-  EXPECT_EQ(message({"own", "native"}), "");
+  EXPECT_EQ(message({"own", "native"}), "accepted");
   EXPECT_EQ(message({"havok", "own"}), "engine 'havok' is missing: nobody has it");
   EXPECT_EQ(message({"jolt", "own"}), "no engine 'jolt'; known are own");
   EXPECT_EQ(message({"own", "sharp"}).find("engine 'own' has no check 'sharp'; it has own, native"), 0u);

@@ -234,13 +234,13 @@ TEST(MujocoPlugin, AMeshThatIsNoHexahedronGoesToTheEngine) {
 
 /// Keeps what it is told.
 struct Observer final : PairObserver {
-  struct Told {
+  struct Observation {
     std::array<Vector3, 2> half_extents;
     PairStatus status;
     PairGeometry geometry;
     std::vector<ContactPoint> points;
   };
-  std::vector<Told> all;
+  std::vector<Observation> all;
 
   void observe(const ObservedPair& pair) noexcept override {
     all.push_back({{pair.solids[0]->half_extents(), pair.solids[1]->half_extents()},
@@ -262,16 +262,16 @@ TEST(MujocoPlugin, AnObserverIsToldOfBothChecksInOurTerms) {
     const MujocoOverride native({.check = check, .observer = &observer});
     const auto contacts = answers(scene);
     ASSERT_EQ(observer.all.size(), 1u);
-    const Observer::Told& told = observer.all[0];
-    EXPECT_EQ(told.half_extents[0].x(), 1.0);
-    EXPECT_EQ(told.status, PairStatus::overlapping);
+    const Observer::Observation& observed = observer.all[0];
+    EXPECT_EQ(observed.half_extents[0].x(), 1.0);
+    EXPECT_EQ(observed.status, PairStatus::overlapping);
     // The engine's input: of its own check half the depth, in MuJoCo 2.2.2.
     const double given = contacts[0];
     EXPECT_LT(given, -0.12);
-    EXPECT_NEAR(told.geometry.separation, given, kTolerance);
-    EXPECT_NEAR(told.geometry.n_AB_W.x(), 1.0, kTolerance);
-    ASSERT_EQ(told.points.size(), contacts.size() / 13);
-    for (const ContactPoint& point : told.points) {
+    EXPECT_NEAR(observed.geometry.separation, given, kTolerance);
+    EXPECT_NEAR(observed.geometry.n_AB_W.x(), 1.0, kTolerance);
+    ASSERT_EQ(observed.points.size(), contacts.size() / 13);
+    for (const ContactPoint& point : observed.points) {
       EXPECT_NEAR(point.p_A_W.x(), 0.875 - 0.5 * given, kTolerance);
       EXPECT_NEAR(point.p_B_W.x(), 0.875 + 0.5 * given, kTolerance);
     }

@@ -13,6 +13,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/ode_plugin/frustum.hpp"
 #include "touchstone/tests/support/ask.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
@@ -63,15 +64,6 @@ double depth(const std::vector<dContactGeom>& contacts) {
   double deepest = -1.0;
   for (const dContactGeom& contact : contacts) deepest = std::max(deepest, contact.depth);
   return deepest;
-}
-
-Hexahedron frustum() {
-  std::array<Vector3, 8> v;
-  for (int i = 0; i < 8; ++i) {
-    const double w = (i & 1) != 0 ? 0.25 : 0.5;
-    v[i] = {(i & 4) != 0 ? w : -w, (i & 2) != 0 ? w : -w, (i & 1) != 0 ? 0.5 : -0.5};
-  }
-  return Hexahedron::from_vertices(v);
 }
 
 TEST_F(OdePlugin, TheNormalPointsIntoGeom1InEitherOrder) {
@@ -214,7 +206,7 @@ TEST_F(OdePlugin, WhatWasThereIsThereAgain) {
 
 /// Keeps what it is told.
 struct Observer final : PairObserver {
-  struct Told {
+  struct Observation {
     std::array<Vector3, 2> half_extents;
     std::array<Pose, 2> X_WS;
     PairStatus status;
@@ -222,7 +214,7 @@ struct Observer final : PairObserver {
     std::vector<ContactPoint> points;
     std::string by;
   };
-  std::vector<Told> all;
+  std::vector<Observation> all;
 
   void observe(const ObservedPair& pair) noexcept override {
     all.push_back({{pair.solids[0]->half_extents(), pair.solids[1]->half_extents()},
@@ -244,14 +236,14 @@ TEST_F(OdePlugin, AnObserverIsToldOfBothChecksInOurTerms) {
     const auto contacts = collide(a, b);
     collide(a, far);
     ASSERT_EQ(observer.all.size(), 2u);
-    const Observer::Told& told = observer.all[0];
-    EXPECT_EQ(told.status, PairStatus::overlapping);
-    EXPECT_NEAR(told.geometry.separation, -0.25, kTolerance);
-    ASSERT_EQ(told.points.size(), contacts.size());
+    const Observer::Observation& observed = observer.all[0];
+    EXPECT_EQ(observed.status, PairStatus::overlapping);
+    EXPECT_NEAR(observed.geometry.separation, -0.25, kTolerance);
+    ASSERT_EQ(observed.points.size(), contacts.size());
     // In whichever order ODE asks: A is where its half extents say, and n points from it to the other.
-    const double from_a = told.half_extents[0].x() == 1.0 ? 1.0 : -1.0;
-    EXPECT_NEAR(told.geometry.n_AB_W.x(), from_a, kTolerance);
-    for (const ContactPoint& point : told.points) {
+    const double from_a = observed.half_extents[0].x() == 1.0 ? 1.0 : -1.0;
+    EXPECT_NEAR(observed.geometry.n_AB_W.x(), from_a, kTolerance);
+    for (const ContactPoint& point : observed.points) {
       EXPECT_NEAR((from_a > 0 ? point.p_A_W : point.p_B_W).x(), 1.0, kTolerance);
       EXPECT_NEAR((from_a > 0 ? point.p_B_W : point.p_A_W).x(), 0.75, kTolerance);
     }

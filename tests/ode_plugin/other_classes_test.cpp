@@ -10,18 +10,10 @@
 
 #include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/tests/ode_plugin/frustum.hpp"
 
 namespace touchstone {
 namespace {
-
-Hexahedron frustum() {
-  std::array<Vector3, 8> v;
-  for (int i = 0; i < 8; ++i) {
-    const double w = (i & 1) != 0 ? 0.25 : 0.5;
-    v[i] = {(i & 4) != 0 ? w : -w, (i & 2) != 0 ? w : -w, (i & 1) != 0 ? 0.5 : -0.5};
-  }
-  return Hexahedron::from_vertices(v);
-}
 
 /// A pyramid: its upper face is one point.
 Hexahedron pyramid() {
