@@ -1,62 +1,33 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <memory>
-#include <new>
 #include <string>
-#include <utility>
 
+#include "touchstone/adapters/c_interface/calls.hpp"
 #include "touchstone/adapters/c_interface/corners.hpp"
 #include "touchstone/adapters/c_interface/layout.hpp"
 #include "touchstone/adapters/c_interface/touchstone.h"
-#include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/registry.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "touchstone/adapters/exact/exact.hpp"
 #endif
 
 using namespace touchstone;
+using c_interface::guarded;
+using c_interface::registry;
+using c_interface::require;
 
-struct touchstone_narrowphase {
-  std::unique_ptr<Narrowphase> narrowphase;
-  std::size_t solids = 0;
-};
-
-struct touchstone_workspace {
-  const touchstone_narrowphase* of = nullptr;
-  std::unique_ptr<Narrowphase::Workspace> workspace;
-};
-
+namespace touchstone::c_interface {
 namespace {
 
 /// A line of fixed size, so that a failure for want of memory can be reported.
 thread_local char error_text[512] = "";
 
+}  // namespace
+
 touchstone_code fail(touchstone_code code, const char* text) noexcept {
   std::snprintf(error_text, sizeof error_text, "%s", text);
   return code;
-}
-
-/// Calls `body`; what it throws becomes a code.
-template <class Body>
-touchstone_code guarded(Body&& body) noexcept {
-  try {
-    std::forward<Body>(body)();
-    return TOUCHSTONE_OK;
-  } catch (const InputError& error) {
-    return fail(TOUCHSTONE_BAD_INPUT, error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(TOUCHSTONE_NO_MEMORY, "not enough memory");
-  } catch (const std::exception& error) {
-    return fail(TOUCHSTONE_FAILURE, error.what());
-  } catch (...) {
-    return fail(TOUCHSTONE_FAILURE, "unknown exception");
-  }
-}
-
-void require(const void* pointer, const char* name) {
-  if (pointer == nullptr) reject(name, "is NULL");
 }
 
 const BackendRegistry& registry() {
@@ -70,6 +41,20 @@ const BackendRegistry& registry() {
   }();
   return filled;
 }
+
+}  // namespace touchstone::c_interface
+
+struct touchstone_narrowphase {
+  std::unique_ptr<Narrowphase> narrowphase;
+  std::size_t solids = 0;
+};
+
+struct touchstone_workspace {
+  const touchstone_narrowphase* of = nullptr;
+  std::unique_ptr<Narrowphase::Workspace> workspace;
+};
+
+namespace {
 
 void check_query(const touchstone_query& query) {
   if (query.kind < TOUCHSTONE_OVERLAP || query.kind > TOUCHSTONE_MANIFOLD)
@@ -140,7 +125,7 @@ NarrowphaseOutput output_of(const touchstone_output& output, const touchstone_in
 
 uint32_t touchstone_abi_version(void) { return TOUCHSTONE_ABI_VERSION; }
 const char* touchstone_version(void) { return TOUCHSTONE_VERSION; }
-const char* touchstone_error(void) { return error_text; }
+const char* touchstone_error(void) { return touchstone::c_interface::error_text; }
 
 size_t touchstone_backend_count(void) {
   size_t count = 0;

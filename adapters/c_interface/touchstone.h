@@ -13,7 +13,7 @@
  * Errors: a call that can fail returns a touchstone_code and, where that is not TOUCHSTONE_OK, has changed
  * nothing; touchstone_error() has the text. Nothing throws, nothing ends the process.
  *
- * Threads: touchstone_evaluate() may be called from several at once on one narrowphase, each with a workspace
+ * Threads, of pairs: touchstone_evaluate() may be called from several at once on one narrowphase, each with a workspace
  * of its own; the other calls on a narrowphase not while it is in use.
  *
  * Versions: what is declared here stays as it is within one TOUCHSTONE_ABI_VERSION.
@@ -181,6 +181,107 @@ touchstone_code touchstone_pose_from_matrix(const double matrix[16], touchstone_
 /** A pose from a position [m] and a quaternion (w, x, y, z), of any length but 0. */
 touchstone_code touchstone_pose_from_quaternion(const double position[3], const double quaternion[4],
                                                 touchstone_pose* out);
+
+/**
+ * A contact world (contact_core/world/contact_world.hpp): objects that are commanded frame by frame and move only as
+ * far as no pair gets closer than the gap. One thread owns a world; touchstone_select() alone may be called
+ * from others. Set-up may allocate; touchstone_frame() does not, once warm.
+ */
+typedef struct touchstone_world touchstone_world;
+/** Names an object of a world for as long as it lives; never reused. */
+typedef uint64_t touchstone_object;
+/** In place of an object: none. */
+#define TOUCHSTONE_NO_OBJECT UINT64_MAX
+
+/** What stops a pair's movers. */
+enum {
+  TOUCHSTONE_CUE = 0,     /**< nothing: entry and exit are reported */
+  TOUCHSTONE_HOLD = 1,    /**< the step is not executed; what holds where no policy was set */
+  TOUCHSTONE_ADVANCE = 2, /**< up to the contact */
+  TOUCHSTONE_SLIDE = 3    /**< up to it, then along it */
+};
+
+/** Values of touchstone_event::kind, as EventKind of contact_world.hpp. */
+enum {
+  TOUCHSTONE_NEAR = 0,
+  TOUCHSTONE_BEGAN = 1,
+  TOUCHSTONE_PERSISTS = 2,
+  TOUCHSTONE_ENDED = 3,
+  TOUCHSTONE_PENETRATING_AT_START = 4,
+  TOUCHSTONE_BLOCKED = 5,
+  TOUCHSTONE_REFUSED = 6,
+  TOUCHSTONE_AT_LIMIT = 7
+};
+
+/** An object to go to a pose over a frame, on the shorter way round. */
+typedef struct touchstone_command {
+  touchstone_object object;
+  touchstone_pose X_WO;
+} touchstone_command;
+
+/** An event of a frame: of a pair of solids, or of a command (b: TOUCHSTONE_NO_OBJECT). */
+typedef struct touchstone_event {
+  touchstone_object a, b;
+  uint32_t solid_a, solid_b;    /**< within their objects, in the order of touchstone_add_object() */
+  int32_t kind;
+  uint32_t part;                /**< 0: the commanded paths; then the sub-steps of slides */
+  double s;                     /**< within the part, 0 to 1 */
+  touchstone_geometry geometry; /**< then; NaN where there is none */
+} touchstone_event;
+
+/** How a frame went. */
+typedef struct touchstone_report {
+  uint64_t frame;
+  const touchstone_event* events; /**< by pair; valid until the world's next frame */
+  size_t event_count;
+  uint64_t queries;         /**< narrowphase calls */
+  uint32_t blocked_movers;  /**< stopped on their commanded paths */
+  uint32_t candidate_pairs; /**< looked at */
+  uint8_t is_proven;        /**< 0: the backend judges poses only, and what it does not see is let through */
+  uint8_t reserved[7];
+} touchstone_report;
+
+/** Makes an empty world. @param gap kept between objects [m], finite, > 0; 0: the default, 1e-7. */
+touchstone_code touchstone_create_world(const char* backend, double gap, touchstone_world** out);
+/** NULL is allowed. */
+void touchstone_destroy_world(touchstone_world* world);
+/**
+ * Adds a rigid object.
+ * @param name unique in the world.
+ * @param corners of its solids, as touchstone_build(), in the object's frame.
+ * @param is_static other than 0: it never moves.
+ */
+touchstone_code touchstone_add_object(touchstone_world* world, const char* name, const double* corners,
+                                      size_t solids, const touchstone_pose* X_WO, int32_t is_static,
+                                      touchstone_object* out);
+/** Takes it from the world. */
+touchstone_code touchstone_remove_object(touchstone_world* world, touchstone_object object);
+/**
+ * The rule of a pair (before any other), or of all pairs: a and b TOUCHSTONE_NO_OBJECT.
+ * @param warn_distance events TOUCHSTONE_NEAR come within this [m]; finite, >= 0.
+ */
+touchstone_code touchstone_set_policy(touchstone_world* world, touchstone_object a, touchstone_object b,
+                                      int32_t policy, double warn_distance);
+/** `carried` moves with `carrier` from now on, as they stand; the two are not checked against each other. */
+touchstone_code touchstone_latch(touchstone_world* world, touchstone_object carrier, touchstone_object carried);
+/** Ends that. */
+touchstone_code touchstone_unlatch(touchstone_world* world, touchstone_object carried);
+/**
+ * Switches checks from the next frame on, from any thread: of everything (a and b TOUCHSTONE_NO_OBJECT), of
+ * an object (b that), of a pair. @param on 0: off.
+ */
+touchstone_code touchstone_select(touchstone_world* world, touchstone_object a, touchstone_object b, int32_t on);
+/** Takes up all set-up so far, which a frame would do else. */
+touchstone_code touchstone_prepare(touchstone_world* world);
+/**
+ * Moves what is commanded as far as the rules allow. A pose that is none is reported (TOUCHSTONE_REFUSED) and its
+ * object stays. @return TOUCHSTONE_BAD_INPUT for an object that is none: nothing moved.
+ */
+touchstone_code touchstone_frame(touchstone_world* world, const touchstone_command* commands, size_t count,
+                                 touchstone_report* out);
+/** X_WO of objects, as the last frame left them. @param poses `count` of them. */
+touchstone_code touchstone_get_poses(const touchstone_world* world, const touchstone_object* objects, size_t count,
+                                     touchstone_pose* poses);
 
 #ifdef __cplusplus
 }

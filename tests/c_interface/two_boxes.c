@@ -1,4 +1,4 @@
-/* Two unit cubes, 0.5 m apart along x, through the C interface. Ends with 0 where all is as it should be. */
+/* Two unit cubes, 0.5 m apart along x, through the C interface; then one is moved against the other. Ends with 0 where all is as it should be. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,6 +10,23 @@ static void must(int holds, const char* what) {
   if (holds) return;
   fprintf(stderr, "%s: %s\n", what, touchstone_error());
   exit(1);
+}
+
+static void move_against(const double* corners, const touchstone_pose* poses) {
+  touchstone_world* world = NULL;
+  touchstone_object mover, wall;
+  touchstone_report report;
+  must(touchstone_create_world("native", 0.0, &world) == TOUCHSTONE_OK, "world");
+  must(touchstone_add_object(world, "mover", corners, 1, &poses[0], 0, &mover) == TOUCHSTONE_OK, "mover");
+  must(touchstone_add_object(world, "wall", corners, 1, &poses[1], 1, &wall) == TOUCHSTONE_OK, "wall");
+  must(touchstone_set_policy(world, TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT, TOUCHSTONE_ADVANCE, 0.0) == TOUCHSTONE_OK, "policy");
+  const touchstone_command command = {mover, poses[1]};
+  must(touchstone_frame(world, &command, 1, &report) == TOUCHSTONE_OK, "frame");
+  must(report.blocked_movers == 1 && report.event_count > 0 && report.events[0].a == mover, "events");
+  touchstone_pose end;
+  must(touchstone_get_poses(world, &mover, 1, &end) == TOUCHSTONE_OK, "poses");
+  must(end.p[0] > 0.499 && end.p[0] < 0.5, "it stops at the wall");
+  touchstone_destroy_world(world);
 }
 
 int main(void) {
@@ -37,6 +54,7 @@ int main(void) {
   must(geometry.separation > 0.4999 && geometry.separation < 0.5001, "separation");
   must(geometry.n_AB_W[0] > 0.9999, "normal");
 
+  move_against(&corners[0][0][0], poses);
   must(touchstone_create("no_such_engine", &narrowphase) == TOUCHSTONE_BAD_INPUT, "unknown name");
   must(strstr(touchstone_error(), "native") != NULL, "the text names the known ones");
   touchstone_destroy_workspace(workspace);

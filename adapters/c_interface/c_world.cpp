@@ -1,0 +1,200 @@
+#include <bit>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "touchstone/adapters/c_interface/calls.hpp"
+#include "touchstone/adapters/c_interface/corners.hpp"
+#include "touchstone/adapters/c_interface/layout.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+
+using namespace touchstone;
+using c_interface::guarded;
+using c_interface::registry;
+using c_interface::require;
+
+struct touchstone_world {
+  ContactWorld world;
+  std::vector<MotionCommand> commands;   ///< of a frame; kept for their room
+  std::vector<touchstone_event> events;  ///< of the last frame
+};
+
+namespace {
+
+static_assert(TOUCHSTONE_CUE == static_cast<int>(ContactPolicy::cue) &&
+              TOUCHSTONE_HOLD == static_cast<int>(ContactPolicy::hold) &&
+              TOUCHSTONE_ADVANCE == static_cast<int>(ContactPolicy::advance) &&
+              TOUCHSTONE_SLIDE == static_cast<int>(ContactPolicy::slide));
+static_assert(TOUCHSTONE_NEAR == static_cast<int>(EventKind::near) &&
+              TOUCHSTONE_BEGAN == static_cast<int>(EventKind::began) &&
+              TOUCHSTONE_PERSISTS == static_cast<int>(EventKind::persists) &&
+              TOUCHSTONE_ENDED == static_cast<int>(EventKind::ended) &&
+              TOUCHSTONE_PENETRATING_AT_START == static_cast<int>(EventKind::penetrating_at_start) &&
+              TOUCHSTONE_BLOCKED == static_cast<int>(EventKind::blocked) &&
+              TOUCHSTONE_REFUSED == static_cast<int>(EventKind::refused) &&
+              TOUCHSTONE_AT_LIMIT == static_cast<int>(EventKind::at_limit));
+
+constexpr ObjectHandle kNone{};
+
+touchstone_object number_of(ObjectHandle object) {
+  return object == kNone ? TOUCHSTONE_NO_OBJECT : std::bit_cast<touchstone_object>(object);
+}
+ObjectHandle object_of(touchstone_object number) {
+  return number == TOUCHSTONE_NO_OBJECT ? kNone : std::bit_cast<ObjectHandle>(number);
+}
+
+const Pose& pose_of(const touchstone_pose& X) { return reinterpret_cast<const Pose&>(X); }
+
+touchstone_event event_of(const ContactEvent& event) {
+  touchstone_event out{number_of(event.a),
+                       number_of(event.b),
+                       event.solids.a,
+                       event.solids.b,
+                       static_cast<int32_t>(event.kind),
+                       event.part,
+                       event.s,
+                       {}};
+  // By the checked layout; not by reference, which aliasing rules forbid.
+  std::memcpy(&out.geometry, static_cast<const void*>(&event.geometry), sizeof out.geometry);
+  return out;
+}
+
+std::vector<PlacedHexahedron> placed_solids(const double* corners, std::size_t solids) {
+  std::vector<PlacedHexahedron> placed;
+  for (Hexahedron& solid : c_interface::solids_from_corners({corners, solids * c_interface::kCornerDoubles}))
+    placed.push_back({std::to_string(placed.size()), std::move(solid), Pose{}});
+  return placed;
+}
+
+PairRule rule_of(int32_t policy, double warn_distance) {
+  if (policy < TOUCHSTONE_CUE || policy > TOUCHSTONE_SLIDE)
+    reject("policy", std::to_string(policy) + " is none");
+  PairRule rule;
+  rule.policy = static_cast<ContactPolicy>(policy);
+  rule.warn_distance = warn_distance;
+  return rule;
+}
+
+SelectionChange change_of(touchstone_object a, touchstone_object b, bool on) {
+  if (a == TOUCHSTONE_NO_OBJECT && b != TOUCHSTONE_NO_OBJECT) reject("a", "is no object, though b is one");
+  if (a == TOUCHSTONE_NO_OBJECT) return SelectionChange::of_everything(on);
+  if (b == TOUCHSTONE_NO_OBJECT) return SelectionChange::of(object_of(a), on);
+  return SelectionChange::of(object_of(a), object_of(b), on);
+}
+
+}  // namespace
+
+touchstone_code touchstone_create_world(const char* backend, double gap, touchstone_world** out) {
+  return guarded([&] {
+    require(backend, "backend");
+    require(static_cast<const void*>(out), "out");
+    auto made = std::unique_ptr<touchstone_world>(new touchstone_world{
+        ContactWorld(registry().make_narrowphase(backend), registry().make_broadphase("native"),
+                     gap == 0.0 ? kDefaultGap : gap),
+        {},
+        {}});
+    *out = made.release();
+  });
+}
+
+void touchstone_destroy_world(touchstone_world* world) { delete world; }
+
+touchstone_code touchstone_add_object(touchstone_world* world, const char* name, const double* corners,
+                                      size_t solids, const touchstone_pose* X_WO, int32_t is_static,
+                                      touchstone_object* out) {
+  return guarded([&] {
+    require(world, "world");
+    require(name, "name");
+    require(corners, "corners");
+    require(X_WO, "X_WO");
+    require(out, "out");
+    auto tree = std::make_shared<const HexahedronTree>(placed_solids(corners, solids), name);
+    *out = number_of(world->world.add({std::move(tree), pose_of(*X_WO), is_static != 0, {}}));
+  });
+}
+
+touchstone_code touchstone_remove_object(touchstone_world* world, touchstone_object object) {
+  return guarded([&] {
+    require(world, "world");
+    world->world.remove(object_of(object));
+  });
+}
+
+touchstone_code touchstone_set_policy(touchstone_world* world, touchstone_object a, touchstone_object b,
+                                      int32_t policy, double warn_distance) {
+  return guarded([&] {
+    require(world, "world");
+    const PairRule rule = rule_of(policy, warn_distance);
+    if (a == TOUCHSTONE_NO_OBJECT && b == TOUCHSTONE_NO_OBJECT)
+      world->world.set_default_rule(rule);
+    else
+      world->world.set_pair_rule(object_of(a), object_of(b), rule);
+  });
+}
+
+touchstone_code touchstone_latch(touchstone_world* world, touchstone_object carrier,
+                                 touchstone_object carried) {
+  return guarded([&] {
+    require(world, "world");
+    world->world.latch(object_of(carrier), object_of(carried));
+  });
+}
+
+touchstone_code touchstone_unlatch(touchstone_world* world, touchstone_object carried) {
+  return guarded([&] {
+    require(world, "world");
+    world->world.unlatch(object_of(carried));
+  });
+}
+
+touchstone_code touchstone_select(touchstone_world* world, touchstone_object a, touchstone_object b,
+                                  int32_t on) {
+  return guarded([&] {
+    require(world, "world");
+    world->world.select(change_of(a, b, on != 0));
+  });
+}
+
+touchstone_code touchstone_prepare(touchstone_world* world) {
+  return guarded([&] {
+    require(world, "world");
+    world->world.prepare();
+  });
+}
+
+touchstone_code touchstone_frame(touchstone_world* world, const touchstone_command* commands, size_t count,
+                                 touchstone_report* out) {
+  return guarded([&] {
+    require(world, "world");
+    require(out, "out");
+    if (count > 0) require(commands, "commands");
+    world->commands.clear();
+    for (std::size_t i = 0; i < count; ++i)
+      world->commands.push_back(world->world.go_to(object_of(commands[i].object), pose_of(commands[i].X_WO)));
+    const FrameReport report = world->world.frame(world->commands);
+    world->events.clear();
+    for (const ContactEvent& event : report.events) world->events.push_back(event_of(event));
+    *out = {report.frame,
+            world->events.data(),
+            world->events.size(),
+            report.queries,
+            report.blocked_movers,
+            report.candidate_pairs,
+            static_cast<uint8_t>(report.check == MotionCheck::proven ? 1 : 0),
+            {}};
+  });
+}
+
+touchstone_code touchstone_get_poses(const touchstone_world* world, const touchstone_object* objects,
+                                     size_t count, touchstone_pose* poses) {
+  return guarded([&] {
+    require(world, "world");
+    if (count == 0) return;
+    require(objects, "objects");
+    require(poses, "poses");
+    for (std::size_t i = 0; i < count; ++i) world->world.actual_pose(object_of(objects[i]));
+    for (std::size_t i = 0; i < count; ++i)
+      reinterpret_cast<Pose&>(poses[i]) = world->world.actual_pose(object_of(objects[i]));
+  });
+}

@@ -1,0 +1,257 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "touchstone/adapters/c_interface/corners.hpp"
+#include "touchstone/adapters/c_interface/touchstone.h"
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/random.hpp"
+
+namespace touchstone {
+namespace {
+
+using testing::HasSubstr;
+
+struct Destroy {
+  void operator()(touchstone_world* one) const { touchstone_destroy_world(one); }
+};
+
+touchstone_pose c_pose(const Pose& X) {
+  touchstone_pose out;
+  std::memcpy(&out, &X, sizeof out);
+  return out;
+}
+
+/// A world through C, and what is in it.
+struct CWorld {
+  std::unique_ptr<touchstone_world, Destroy> world;
+  std::vector<touchstone_object> objects;
+
+  explicit CWorld(double gap = 0.0) {
+    touchstone_world* made = nullptr;
+    EXPECT_EQ(touchstone_create_world("native", gap, &made), TOUCHSTONE_OK) << touchstone_error();
+    world.reset(made);
+  }
+  touchstone_object add(const std::string& name, const Hexahedron& solid, const Pose& X_WO,
+                        bool is_static = false) {
+    const std::vector<double> corners = c_interface::corners_of({&solid, 1});
+    const touchstone_pose X = c_pose(X_WO);
+    touchstone_object made = TOUCHSTONE_NO_OBJECT;
+    EXPECT_EQ(
+        touchstone_add_object(world.get(), name.c_str(), corners.data(), 1, &X, is_static ? 1 : 0, &made),
+        TOUCHSTONE_OK)
+        << touchstone_error();
+    objects.push_back(made);
+    return made;
+  }
+  touchstone_report frame(const std::vector<touchstone_command>& commands) const {
+    touchstone_report report{};
+    EXPECT_EQ(touchstone_frame(world.get(), commands.data(), commands.size(), &report), TOUCHSTONE_OK)
+        << touchstone_error();
+    return report;
+  }
+  touchstone_pose pose(touchstone_object object) const {
+    touchstone_pose out{};
+    EXPECT_EQ(touchstone_get_poses(world.get(), &object, 1, &out), TOUCHSTONE_OK) << touchstone_error();
+    return out;
+  }
+};
+
+template <class X, class Y>
+bool same_bits(const X& x, const Y& y) {
+  static_assert(sizeof(X) == sizeof(Y));
+  return std::memcmp(&x, &y, sizeof(X)) == 0;
+}
+
+// ---- the same as through C++
+
+constexpr int kBoxes = 40;
+
+Pose at(double x, double y, double z) { return {Matrix3::Identity(), {x, y, z}}; }
+
+Pose start_of(int i) { return at(1.2 * (i % 5), 1.2 * (i / 5 % 4), 1.2 * (i / 20)); }
+
+class SameAsCpp : public testing::TestWithParam<ContactPolicy> {};
+
+TEST_P(SameAsCpp, PosesAndEvents) {
+  BackendRegistry registry;
+  register_core(registry);
+  ContactWorld cpp(make_native(), registry.make_broadphase("native"), kDefaultGap);
+  CWorld c;
+  std::vector<ObjectHandle> handles;
+  for (int i = 0; i < kBoxes; ++i) {
+    const Hexahedron box = Hexahedron::from_size({0.8, 0.9, 1.0});
+    const std::string name = "box" + std::to_string(i);
+    const auto tree =
+        std::make_shared<const HexahedronTree>(std::vector<PlacedHexahedron>{{"0", box, Pose{}}}, name);
+    handles.push_back(cpp.add({tree, start_of(i), i % 7 == 0, {}}));
+    c.add(name, box, start_of(i), i % 7 == 0);
+  }
+  PairRule rule;
+  rule.policy = GetParam();
+  rule.warn_distance = 0.05;
+  cpp.set_default_rule(rule);
+  ASSERT_EQ(touchstone_set_policy(c.world.get(), TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT,
+                                  static_cast<int32_t>(GetParam()), 0.05),
+            TOUCHSTONE_OK);
+  cpp.latch(handles[1], handles[2]);
+  ASSERT_EQ(touchstone_latch(c.world.get(), c.objects[1], c.objects[2]), TOUCHSTONE_OK);
+  Random random(2111);
+  std::size_t events = 0;
+  for (int frame = 0; frame < 25; ++frame) {
+    if (frame == 12) {
+      cpp.select(SelectionChange::of(handles[3], handles[4], false));
+      ASSERT_EQ(touchstone_select(c.world.get(), c.objects[3], c.objects[4], 0), TOUCHSTONE_OK);
+    }
+    std::vector<MotionCommand> commands;
+    std::vector<touchstone_command> c_commands;
+    for (std::size_t i = 0; i < handles.size(); ++i) {
+      if (i % 7 == 0 || i == 2) continue;
+      Pose goal = cpp.actual_pose(handles[i]);
+      goal.p += random.vector(0.2);
+      commands.push_back(cpp.go_to(handles[i], goal));
+      c_commands.push_back({c.objects[i], c_pose(goal)});
+    }
+    const FrameReport report = cpp.frame(commands);
+    const touchstone_report got = c.frame(c_commands);
+    ASSERT_EQ(got.event_count, report.events.size()) << frame;
+    ASSERT_EQ(got.queries, report.queries);
+    ASSERT_EQ(got.blocked_movers, report.blocked_movers);
+    EXPECT_EQ(got.is_proven, 1);
+    for (std::size_t e = 0; e < report.events.size(); ++e) {
+      ASSERT_EQ(got.events[e].kind, static_cast<int32_t>(report.events[e].kind)) << frame;
+      ASSERT_TRUE(same_bits(got.events[e].geometry.separation, report.events[e].geometry.separation));
+      ASSERT_TRUE(same_bits(got.events[e].s, report.events[e].s));
+    }
+    events += report.events.size();
+    for (std::size_t i = 0; i < handles.size(); ++i)
+      ASSERT_TRUE(same_bits(c.pose(c.objects[i]), cpp.actual_pose(handles[i]))) << frame << " " << i;
+  }
+  EXPECT_GT(events, 50u);
+}
+
+INSTANTIATE_TEST_SUITE_P(CWorld, SameAsCpp,
+                         testing::Values(ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance,
+                                         ContactPolicy::slide),
+                         [](const auto& param) { return std::string(to_string(param.param)); });
+
+// ---- the simplest run, and what it costs
+
+TEST(CWorld, AStepThroughAWallStopsAtIt) {
+  CWorld c(1e-6);
+  const auto box = c.add("box", Hexahedron::from_size({1, 1, 1}), at(0, 0, 0));
+  const auto wall = c.add("wall", Hexahedron::from_size({0.01, 5, 5}), at(2, 0, 0), true);
+  ASSERT_EQ(touchstone_set_policy(c.world.get(), box, wall, TOUCHSTONE_ADVANCE, 0.0), TOUCHSTONE_OK);
+  const touchstone_report report = c.frame({{box, c_pose(at(4, 0, 0))}});
+  EXPECT_EQ(report.blocked_movers, 1u);
+  EXPECT_NEAR(c.pose(box).p[0], 2.0 - 0.005 - 0.5, 2e-6);
+  EXPECT_LT(c.pose(box).p[0], 2.0 - 0.005 - 0.5);
+  bool blocked = false;
+  for (std::size_t e = 0; e < report.event_count; ++e) {
+    const touchstone_event& event = report.events[e];
+    if (event.kind != TOUCHSTONE_BLOCKED) continue;
+    blocked = true;
+    EXPECT_EQ(event.a, box);
+    EXPECT_EQ(event.b, wall);
+    EXPECT_NEAR(event.s, 1.495 / 4, 1e-6);
+    EXPECT_EQ(event.geometry.n_AB_W[0], 1.0);
+  }
+  EXPECT_TRUE(blocked);
+}
+
+TEST(CWorld, FramesDoNotAllocate) {
+  CWorld c;
+  for (int i = 0; i < kBoxes; ++i)
+    c.add("box" + std::to_string(i), Hexahedron::from_size({0.8, 0.9, 1.0}), start_of(i));
+  ASSERT_EQ(touchstone_prepare(c.world.get()), TOUCHSTONE_OK);
+  std::vector<touchstone_command> commands;
+  for (const touchstone_object object : c.objects) commands.push_back({object, c.pose(object)});
+  touchstone_report report;
+  const auto step = [&](int frame) {
+    for (std::size_t i = 0; i < commands.size(); ++i)
+      commands[i].X_WO.p[0] = start_of(static_cast<int>(i)).p.x() + 0.5 * ((frame + static_cast<int>(i)) % 3);
+    return touchstone_frame(c.world.get(), commands.data(), commands.size(), &report);
+  };
+  for (int frame = 0; frame < 6; ++frame) ASSERT_EQ(step(frame), TOUCHSTONE_OK);
+  const std::size_t before = allocation_count();
+  for (int frame = 6; frame < 12; ++frame) ASSERT_EQ(step(frame), TOUCHSTONE_OK);
+  EXPECT_EQ(allocation_count(), before);
+  EXPECT_GT(report.event_count, 0u);
+}
+
+// ---- bad calls
+
+class BadWorldCalls : public testing::Test {
+ protected:
+  CWorld c;
+  touchstone_object box = c.add("box", Hexahedron::from_size({1, 1, 1}), at(0, 0, 0));
+  touchstone_object other = c.add("other", Hexahedron::from_size({1, 1, 1}), at(3, 0, 0));
+  touchstone_report report{};
+
+  static void refused(touchstone_code code, const char* text) {
+    EXPECT_EQ(code, TOUCHSTONE_BAD_INPUT);
+    EXPECT_THAT(touchstone_error(), HasSubstr(text));
+  }
+};
+
+TEST_F(BadWorldCalls, NullPointersAreNamed) {
+  touchstone_world* made = nullptr;
+  refused(touchstone_create_world(nullptr, 0.0, &made), "backend: is NULL");
+  refused(touchstone_create_world("native", 0.0, nullptr), "out: is NULL");
+  refused(touchstone_prepare(nullptr), "world: is NULL");
+  refused(touchstone_frame(c.world.get(), nullptr, 1, &report), "commands: is NULL");
+  refused(touchstone_frame(c.world.get(), nullptr, 0, nullptr), "out: is NULL");
+}
+
+TEST_F(BadWorldCalls, UnknownNamesAndFigures) {
+  touchstone_world* made = nullptr;
+  refused(touchstone_create_world("no_such_check", 0.0, &made), "no_such_check");
+  refused(touchstone_create_world("native", -1.0, &made), "gap");
+  refused(touchstone_create_world("native", kNaN, &made), "gap");
+  EXPECT_EQ(made, nullptr);
+  refused(touchstone_set_policy(c.world.get(), box, other, 4, 0.0), "policy: 4 is none");
+  refused(touchstone_set_policy(c.world.get(), box, other, TOUCHSTONE_HOLD, kNaN), "warn");
+  refused(touchstone_select(c.world.get(), TOUCHSTONE_NO_OBJECT, box, 1), "a: is no object");
+}
+
+TEST_F(BadWorldCalls, AnObjectThatIsGoneMovesNothing) {
+  ASSERT_EQ(touchstone_remove_object(c.world.get(), other), TOUCHSTONE_OK);
+  const touchstone_command commands[] = {{box, c_pose(at(0.5, 0, 0))}, {other, c_pose(at(9, 0, 0))}};
+  EXPECT_EQ(touchstone_frame(c.world.get(), commands, 2, &report), TOUCHSTONE_BAD_INPUT);
+  EXPECT_EQ(c.pose(box).p[0], 0.0);
+  touchstone_pose pose;
+  EXPECT_EQ(touchstone_get_poses(c.world.get(), &other, 1, &pose), TOUCHSTONE_BAD_INPUT);
+  EXPECT_EQ(touchstone_remove_object(c.world.get(), other), TOUCHSTONE_BAD_INPUT);
+  EXPECT_EQ(touchstone_latch(c.world.get(), box, TOUCHSTONE_NO_OBJECT), TOUCHSTONE_BAD_INPUT);
+}
+
+TEST_F(BadWorldCalls, ANameTwiceAndNoHexahedron) {
+  double corners[24] = {};
+  const touchstone_pose X = c_pose(at(0, 0, 0));
+  touchstone_object made = 5;
+  EXPECT_EQ(touchstone_add_object(c.world.get(), "flat", corners, 1, &X, 0, &made), TOUCHSTONE_BAD_INPUT);
+  refused(touchstone_add_object(c.world.get(), "flat", corners, 0, &X, 0, &made), "flat");
+  const std::vector<double> good = c_interface::corners_of(std::vector{Hexahedron::from_size({1, 1, 1})});
+  refused(touchstone_add_object(c.world.get(), "box", good.data(), 1, &X, 0, &made), "box");
+  EXPECT_EQ(made, 5u);
+}
+
+TEST_F(BadWorldCalls, APoseThatIsNoneIsRefusedAndReported) {
+  const touchstone_report got = c.frame({{box, c_pose(at(kNaN, 0, 0))}});
+  ASSERT_EQ(got.event_count, 1u);
+  EXPECT_EQ(got.events[0].kind, TOUCHSTONE_REFUSED);
+  EXPECT_EQ(got.events[0].a, box);
+  EXPECT_EQ(got.events[0].b, TOUCHSTONE_NO_OBJECT);
+  EXPECT_EQ(c.pose(box).p[0], 0.0);
+}
+
+}  // namespace
+}  // namespace touchstone
