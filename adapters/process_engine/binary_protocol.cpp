@@ -43,13 +43,9 @@ T read_at(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-std::size_t slots_of(const Query& query) {
-  return query.kind == QueryKind::manifold ? static_cast<std::size_t>(query.max_points) : 0;
-}
-
 std::size_t answer_bytes(const Query& query) {
   return sizeof(TwoWords) + (query.kind == QueryKind::overlap ? 0 : sizeof(touchstone_geometry)) +
-         slots_of(query) * sizeof(touchstone_point);
+         query.slots() * sizeof(touchstone_point);
 }
 
 class BinaryProtocol final : public Protocol {
@@ -63,10 +59,10 @@ class BinaryProtocol final : public Protocol {
 
   void write_question(const Question& question, std::string& out) const override {
     const NarrowphaseInput& input = question.input;
-    append(out, Head{2, static_cast<std::uint32_t>(question.pairs.size()), question.batch,
-                     static_cast<std::uint32_t>(input.query.kind),
-                     static_cast<std::uint32_t>(slots_of(input.query)), 0, input.query.max_separation,
-                     input.query.max_point_separation});
+    append(out,
+           Head{2, static_cast<std::uint32_t>(question.pairs.size()), question.batch,
+                static_cast<std::uint32_t>(input.query.kind), static_cast<std::uint32_t>(input.query.slots()),
+                0, input.query.max_separation, input.query.max_point_separation});
     const std::size_t before = out.size();
     out.resize(before + question.pairs.size() * sizeof(PairRecord));
     char* to = out.data() + before;
@@ -101,10 +97,10 @@ class BinaryProtocol final : public Protocol {
       if (query.kind == QueryKind::overlap) continue;
       std::memcpy(static_cast<void*>(&output.geometry[i]), reply.data() + at + sizeof(TwoWords),
                   sizeof(touchstone_geometry));
-      if (slots_of(query) > 0)
-        std::memcpy(static_cast<void*>(&output.points[i * slots_of(query)]),
+      if (query.slots() > 0)
+        std::memcpy(static_cast<void*>(&output.points[i * query.slots()]),
                     reply.data() + at + sizeof(TwoWords) + sizeof(touchstone_geometry),
-                    slots_of(query) * sizeof(touchstone_point));
+                    query.slots() * sizeof(touchstone_point));
     }
     return {question.pairs.size(), nullptr};
   }

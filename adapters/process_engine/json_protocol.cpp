@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// No answer is longer; a line that is, is none.
+/// No answer is longer: a longer line is refused.
 constexpr std::size_t kLongestLine = 1 << 14;
 
 void append(std::string& out, double value) {
@@ -36,7 +36,7 @@ void append(std::string& out, std::span<const double> values) {
   out += ']';
 }
 
-/// An unsigned number below 2^64 that is written as one: 30.5 is none, and -1.
+/// An unsigned whole number below 2^64: not 30.5, not -1.
 std::uint64_t whole_number(const json& value) {
   if (!value.is_number_unsigned()) throw std::runtime_error("no whole number");
   return value.get<std::uint64_t>();
@@ -138,12 +138,11 @@ class JsonProtocol final : public Protocol {
     if (query.kind != QueryKind::manifold) return;
     const json& points = line.at("points");
     geometry.point_count = static_cast<std::int32_t>(std::min<std::size_t>(points.size(), 1000));
-    const auto slots = static_cast<std::size_t>(query.max_points);
-    for (std::size_t p = 0; p < std::min(points.size(), slots); ++p)
-      output.points[i * slots + p] = {
-          vector_at(points[p], "p_A_W"), vector_at(points[p], "p_B_W"),
-          points[p].at("separation").get<double>(),
-          static_cast<std::uint32_t>(whole_number(points[p].value("feature_id", json(0u))))};
+    const std::span<ContactPoint> slots = output.points_of(i, query);
+    for (std::size_t p = 0; p < std::min(points.size(), slots.size()); ++p)
+      slots[p] = {vector_at(points[p], "p_A_W"), vector_at(points[p], "p_B_W"),
+                  points[p].at("separation").get<double>(),
+                  static_cast<std::uint32_t>(whole_number(points[p].value("feature_id", json(0u))))};
   }
 };
 

@@ -23,7 +23,7 @@ namespace touchstone {
 namespace process_engine {
 namespace {
 
-/// An engine that gives a byte now and then is ended, too: so many time limits for one question.
+/// Time limits that one question may take in all: an engine that gives a byte now and then is ended, too.
 constexpr int kLimitsOfAQuestion = 30;
 /// Interpreters take their time to start.
 constexpr int kLimitsOfAStart = 5;

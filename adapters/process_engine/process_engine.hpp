@@ -32,8 +32,8 @@ struct ProcessEngineOptions {
 };
 
 /// Starts the engine once, for its greeting, and adds its narrowphase. Returns the backend's name.
-/// @throws InputError naming the command: it cannot be started, its greeting is none or for another version,
-/// its name is taken.
+/// @throws InputError naming the command: it cannot be started, its greeting is invalid or of another
+/// version, its name is taken.
 std::string register_process_engine(BackendRegistry& registry, const ProcessEngineOptions& options);
 
 }  // namespace touchstone
