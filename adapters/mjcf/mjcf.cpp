@@ -8,8 +8,10 @@
 
 #include "touchstone/adapters/mujoco/engine.hpp"
 #include "touchstone/adapters/robots/builder.hpp"
+#include "touchstone/adapters/robots/mesh_units.hpp"
 #include "touchstone/adapters/robots/text_file.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::mjcf {
 namespace {
@@ -32,12 +34,6 @@ class WarningLog {
  private:
   void (*before_)(const char*);
 };
-
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
-}
 
 Vector3 vector(const mjtNum* v) { return {v[0], v[1], v[2]}; }
 
@@ -240,6 +236,7 @@ Robot load_robot(const std::filesystem::path& file, const RobotOptions& options)
   reader.read();
   for (const std::string& warning : WarningLog::warnings())
     reader.robot.notes.push_back(source + ": " + one_line(warning));
+  check_mesh_units(source, options, reader.robot);
   return std::move(reader.robot);
 }
 

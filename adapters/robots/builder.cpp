@@ -5,6 +5,7 @@
 #include "touchstone/adapters/robots/enclosing_box.hpp"
 #include "touchstone/adapters/robots/mesh_path.hpp"
 #include "touchstone/adapters/robots/shapes.hpp"
+#include "touchstone/contact_core/fit/mesh_distance.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 
@@ -20,6 +21,13 @@ auto at(const ShapePlace& place, const Action& action) {
     const std::string what = error.what();
     throw InputError(what.starts_with(place.label) ? what : place.label + ": " + what);
   }
+}
+
+double size_of(const TriangleMesh& mesh) {
+  Bounds bounds;
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t i : t) bounds.add(mesh.vertices[i]);
+  return mesh.triangles.empty() ? 0.0 : bounds.diagonal();
 }
 
 Pose with_rounded_frame(const Pose& X_LS, const Pose& X_SH) { return rigid_frame(compose(X_LS, X_SH)); }
@@ -65,13 +73,25 @@ void RobotBuilder::add_cylinder(const ShapePlace& place, double radius, double l
   });
 }
 
+void RobotBuilder::add_rounded(const ShapePlace& place, const char* shape, const Hexahedron& solid) {
+  const std::string name = unique_name(place.link, place.name);
+  LinkDescription& link = robot_->mechanism.links[place.link];
+  link.solids.push_back({name, solid, place.X_LS});
+  robot_->replaced.push_back({link.name, name, shape, "", 0, 1, 0.0});
+}
+
 void RobotBuilder::add_sphere(const ShapePlace& place, double radius) {
+  if (options_->sphere_facets == 0)
+    return at(place, [&] { add_rounded(place, "sphere", Hexahedron::sphere(radius, place.label)); });
   add_round(place, "sphere", [&](const std::string& name) {
     return make_sphere(radius, options_->sphere_facets, place.X_LS, name);
   });
 }
 
 void RobotBuilder::add_capsule(const ShapePlace& place, double radius, double length) {
+  if (options_->sphere_facets == 0)
+    return at(place,
+              [&] { add_rounded(place, "capsule", Hexahedron::capsule(radius, length, place.label)); });
   add_round(place, "capsule", [&](const std::string& name) {
     return make_capsule(radius, length, options_->sphere_facets, place.X_LS, name);
   });
@@ -79,7 +99,7 @@ void RobotBuilder::add_capsule(const ShapePlace& place, double radius, double le
 
 void RobotBuilder::add_ellipsoid(const ShapePlace& place, const Vector3& half_axes) {
   add_round(place, "ellipsoid", [&](const std::string& name) {
-    return make_ellipsoid(half_axes, options_->sphere_facets, place.X_LS, name);
+    return make_ellipsoid(half_axes, options_->ellipsoid_facets, place.X_LS, name);
   });
 }
 
@@ -102,7 +122,8 @@ RobotBuilder::Loaded RobotBuilder::load(const std::filesystem::path& file, const
   if (!loaded.report.bounds_a_solid())
     robot_->notes.push_back(file.string() + ": " + to_string(loaded.report));
   return loaded_
-      .emplace(key, Loaded{cover(loaded.mesh, file.filename().string()), loaded.mesh.triangles.size()})
+      .emplace(key, Loaded{cover(loaded.mesh, file.filename().string()), loaded.mesh.triangles.size(),
+                           size_of(loaded.mesh)})
       .first->second;
 }
 
@@ -116,8 +137,8 @@ void RobotBuilder::add_cover(const ShapePlace& place, const Loaded& loaded, cons
                                       : unique_name(place.link, name + "." + std::to_string(index++));
     link.solids.push_back({part_name, part.solid, with_rounded_frame(place.X_LS, part.X_OS)});
   }
-  robot_->replaced.push_back(
-      {link.name, name, "mesh", file, loaded.triangles, loaded.cover.solids.size(), loaded.cover.error});
+  robot_->replaced.push_back({link.name, name, "mesh", file, loaded.triangles, loaded.cover.solids.size(),
+                              loaded.cover.error, loaded.size});
 }
 
 void RobotBuilder::add_mesh_file(const ShapePlace& place, const std::string& uri, const Vector3& scale) {
@@ -131,12 +152,13 @@ void RobotBuilder::add_mesh_file(const ShapePlace& place, const std::string& uri
 }
 
 void RobotBuilder::add_mesh(const ShapePlace& place, const TriangleMesh& mesh, const std::string& file) {
-  at(place, [&] { add_cover(place, {cover(mesh, file), mesh.triangles.size()}, file); });
+  at(place, [&] { add_cover(place, {cover(mesh, file), mesh.triangles.size(), size_of(mesh)}, file); });
 }
 
 std::string to_string(const ShapeReplacement& r) {
   std::string out = r.link + "/" + r.name + ": " + r.shape;
   if (!r.file.empty()) out += " " + r.file + ", " + std::to_string(r.triangles) + " triangles";
+  if (r.shape != "mesh" && r.hexahedra == 1 && r.error == 0.0) return out + ", is one rounded solid, exactly";
   return out + ", is " + std::to_string(r.hexahedra) + (r.hexahedra == 1 ? " hexahedron" : " hexahedra") +
          ", off by up to " + figure(r.error) + " m";
 }

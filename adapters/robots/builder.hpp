@@ -46,9 +46,11 @@ class RobotBuilder {
   struct Loaded {
     MeshCover cover;
     std::size_t triangles;
+    double size;  ///< [m]
   };
 
   std::string unique_name(std::size_t link, const std::string& wanted);
+  void add_rounded(const ShapePlace& place, const char* shape, const Hexahedron& solid);
   template <class Make>
   void add_round(const ShapePlace& place, const char* shape, const Make& make);
   Loaded load(const std::filesystem::path& file, const Vector3& scale);

@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -135,7 +136,7 @@ PlacedHexahedron box_around(const std::vector<Vector3>& vertices, const std::str
   const Matrix3 R = best_frame(vertices);
   const Extent around = extent(vertices, R);
   const Vector3 centre = 0.5 * (around.low + around.high);
-  const double scale = std::max(around.low.cwiseAbs().maxCoeff(), around.high.cwiseAbs().maxCoeff());
+  const double scale = std::max(norm_inf(around.low), norm_inf(around.high));
   double margin = 0x1p-50 * scale;  // of a few roundings; seldom enough at once
   for (int doublings = 0; doublings < 30; ++doublings, margin *= 2.0) {
     const Vector3 size = around.size() + Vector3::Constant(2.0 * margin);

@@ -59,16 +59,20 @@ FitOptions fit_options(const FittedCoverOptions& options, const TriangleMesh& me
 
 MeshCover cover(const TriangleMesh& mesh, const std::string& name, const FittedCoverOptions& options) {
   validate(mesh, name);
-  Fit fit;
+  const FitOptions asked = fit_options(options, mesh, name);
+  std::optional<Fit> fit;
+  if (options.find) fit = options.find(mesh, asked);
+  const bool is_new = !fit.has_value();
   try {
-    fit = fit_hexahedra(mesh, fit_options(options, mesh, name));
+    if (is_new) fit = fit_hexahedra(mesh, asked);
   } catch (const InputError& error) {
     throw InputError("mesh '" + name + "': " + error.what());
   }
-  if (options.check) options.check(mesh, fit, name);
+  if (options.check) options.check(mesh, *fit, name);
+  if (is_new && options.keep) options.keep(mesh, asked, *fit);
   MeshCover cover;
-  cover.error = fit.excess;
-  cover.solids = make_tree(fit, name).solids();
+  cover.error = fit->excess;
+  cover.solids = make_tree(*fit, name).solids();
   return cover;
 }
 

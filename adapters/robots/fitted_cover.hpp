@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "touchstone/adapters/robots/robot.hpp"
@@ -18,7 +19,12 @@ struct FittedCoverOptions {
   /// Called with the mesh's name, a stage and how much of it is done, 0 to 1; may be empty. Not for meshes
   /// that were covered before.
   std::function<void(const std::string& mesh, std::string_view stage, double share)> progress = {};
-  /// Called with each new cover before it is used; may be empty. What it throws ends the reading.
+  /// Called before a mesh is fitted; returns its cover from an earlier run, or none. May be empty.
+  std::function<std::optional<Fit>(const TriangleMesh& mesh, const FitOptions& asked)> find = {};
+  /// Called with a cover that was fitted anew, once `check` let it pass; may be empty.
+  std::function<void(const TriangleMesh& mesh, const FitOptions& asked, const Fit& fit)> keep = {};
+  /// Called with each new cover, found or fitted, before it is used; may be empty. What it throws ends the
+  /// reading.
   std::function<void(const TriangleMesh& mesh, const Fit& fit, const std::string& name)> check = {};
 };
 

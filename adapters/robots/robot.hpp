@@ -35,15 +35,17 @@ enum class MimicJoints : std::uint8_t {
 struct RobotOptions {
   int cylinder_facets = 12;         ///< even, >= 4; see make_cylinder()
   bool cylinder_inscribed = false;  ///< otherwise the facets touch the cylinder, and the solid holds it
-  /// Of spheres, capsules and ellipsoids, round and along: a multiple of 4 that is >= 4, for (n/2 - 1)^2
-  /// hexahedra. They hold the round shape; 8: 16 % of the radius outside, 16: 4 %, 49 hexahedra. See
-  /// shapes.hpp.
-  int sphere_facets = 8;
+  /// 0: spheres and capsules become rounded solids, exactly; for whoever takes these (native, exact). Else
+  /// hexahedra that hold the round shape, with so many facets round and along: a multiple of 4 that is >= 4,
+  /// for (n/2 - 1)^2 hexahedra; 8: 16 % of the radius outside, 16: 4 %, 49 hexahedra. See shapes.hpp.
+  int sphere_facets = 0;
+  int ellipsoid_facets = 8;   ///< the same of ellipsoids, which are never exact
   CoverMesh cover_mesh = {};  ///< such as fitted_cover(); empty: enclosing_box()
   /// Folders that hold packages (or are one), in which `package://` and `model://` are looked for first. Then
   /// those of ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and GAZEBO_MODEL_PATH, and the file's own folders upwards.
   std::vector<std::filesystem::path> package_paths = {};
   MimicJoints mimic = MimicJoints::refuse;
+  bool any_mesh_size = false;  ///< meshes of an unlikely size are noted, not refused; see mesh_units.hpp
 };
 
 /// A shape that is no hexahedron, and what stands for it.
@@ -55,6 +57,7 @@ struct ShapeReplacement {
   std::size_t triangles = 0;
   std::size_t hexahedra = 0;
   double error = 0.0;  ///< the hexahedra's surface is nowhere further from the shape than this [m]
+  double size = 0.0;   ///< of a mesh: the diagonal of its box along its axes [m]
 };
 /// One line.
 std::string to_string(const ShapeReplacement& replacement);

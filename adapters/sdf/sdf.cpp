@@ -13,6 +13,7 @@
 
 #include "touchstone/adapters/robots/builder.hpp"
 #include "touchstone/adapters/robots/mesh_path.hpp"
+#include "touchstone/adapters/robots/mesh_units.hpp"
 #include "touchstone/adapters/robots/text_file.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 
@@ -476,6 +477,7 @@ struct Reader {
 Robot parse_robot(const std::string& xml, const std::string& source, const RobotOptions& options) {
   Reader reader{source, options};
   reader.read(reader.model_in(reader.parse(xml, source)));
+  check_mesh_units(source, options, reader.robot);
   return std::move(reader.robot);
 }
 

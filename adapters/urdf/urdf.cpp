@@ -9,6 +9,7 @@
 #include <set>
 
 #include "touchstone/adapters/robots/builder.hpp"
+#include "touchstone/adapters/robots/mesh_units.hpp"
 #include "touchstone/adapters/robots/text_file.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 
@@ -197,6 +198,7 @@ Robot parse_robot(const std::string& xml, const std::string& source, const Robot
   }
   Reader reader{*model, source, options};
   reader.read();
+  check_mesh_units(source, options, reader.robot);
   return std::move(reader.robot);
 }
 

@@ -60,12 +60,12 @@ TEST(FittedCover, AShareOfABoomIsNotByItsLength) {
 
 TEST(FittedCover, FitsAMeshOnceARun) {
   int fits = 0;
-  std::string told;
+  std::string named_mesh;
   FittedCoverOptions options;
   options.over = 0.1;
   options.repairs = 2;  // soon done
   options.progress = [&](const std::string& mesh, std::string_view, double share) {
-    told = mesh;
+    named_mesh = mesh;
     EXPECT_TRUE(share >= 0.0 && share <= 1.0);
   };
   options.check = [&](const TriangleMesh&, const Fit& fit, const std::string& name) {
@@ -79,7 +79,7 @@ TEST(FittedCover, FitsAMeshOnceARun) {
   const double error = cover(angle, "angle").error;
   EXPECT_EQ(copy(angle, "the same").error, error);
   EXPECT_EQ(fits, 1);
-  EXPECT_EQ(told, "angle");
+  EXPECT_EQ(named_mesh, "angle");
   for (Vector3& v : angle.vertices) v *= 0.9;
   cover(angle, "angle");
   EXPECT_EQ(fits, 2);

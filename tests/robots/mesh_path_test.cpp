@@ -5,24 +5,14 @@
 
 #include <cstdlib>
 #include <fstream>
-#include <functional>
 
-#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/refusal.hpp"
 
 namespace touchstone {
 namespace {
 
 using std::filesystem::path;
 using testing::HasSubstr;
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
 
 /// share/my_arm/{package.xml, urdf/arm.urdf, meshes/link.stl}, other/hand/finger.stl and secret.stl.
 class MeshPath : public testing::Test {
@@ -39,7 +29,7 @@ class MeshPath : public testing::Test {
   }
   void TearDown() override { remove_all(root_); }
   std::string error(const std::string& uri) {
-    return message_of([&] { mesh_path(uri, robot_, {root_ / "other"}); });
+    return refusal_of([&] { mesh_path(uri, robot_, {root_ / "other"}); });
   }
 
   path root_, robot_;
@@ -53,7 +43,7 @@ TEST_F(MeshPath, PackagesAreFoundByNameManifestAndEnvironment) {
   const path finger = root_ / "other/hand/finger.stl";
   EXPECT_TRUE(equivalent(mesh_path("package://hand/finger.stl", robot_, {root_ / "other"}), finger));
   EXPECT_TRUE(equivalent(mesh_path("model://hand/finger.stl", robot_, {root_ / "other/hand"}), finger));
-  EXPECT_THAT(message_of([&] { mesh_path("package://hand/finger.stl", robot_, {}); }),
+  EXPECT_THAT(refusal_of([&] { mesh_path("package://hand/finger.stl", robot_, {}); }),
               HasSubstr("not found; looked for package 'hand'"));
   ASSERT_EQ(setenv("ROS_PACKAGE_PATH", ("/nowhere:" + (root_ / "other").string()).c_str(), 1), 0);
   EXPECT_TRUE(equivalent(mesh_path("package://hand/finger.stl", robot_, {}), finger));

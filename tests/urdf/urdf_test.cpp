@@ -4,12 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <numbers>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/tests/support/refusal.hpp"
 
 namespace touchstone {
 namespace {
@@ -106,7 +105,9 @@ TEST(Urdf, MeshesAndRoundShapesAreReplacedAndAccountedFor) {
   for (const ShapeReplacement& each : robot.replaced) replaced.push_back(each.link + " " + each.shape);
   EXPECT_THAT(replaced, testing::ElementsAre("shoulder sphere", "upper mesh", "lower mesh", "lower cylinder",
                                              "hand mesh"));
-  EXPECT_EQ(robot.replaced[0].hexahedra, 9u);
+  EXPECT_EQ(robot.replaced[0].hexahedra, 1u);
+  EXPECT_EQ(robot.replaced[0].error, 0.0);
+  EXPECT_TRUE(arm.placed(arm.links()[arm.find_link("shoulder")].first_solid).solid.is_rounded());
   EXPECT_EQ(robot.replaced[1].triangles, 28u);
   EXPECT_TRUE(robot.notes.empty());
   // The boom's box: 0.6 m long from 0.12 m on, as wide as its octagon (corner radius 0.08).
@@ -160,17 +161,8 @@ TEST(Srdf, DisabledCollisionsBecomeExemptPairs) {
   EXPECT_FALSE(arm.is_exempt(solid("base_lee"), solid("lower_boom")));
 }
 
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 std::string urdf_error(const std::string& body) {
-  return message_of(
+  return refusal_of(
       [&] { const Mechanism arm(urdf::parse_urdf("<robot name=\"r\">" + body + "</robot>", "r.urdf")); });
 }
 
@@ -197,9 +189,8 @@ TEST(Urdf, AShapeThatCannotBeReadTakesNoOthersAwayUnsaid) {
 }
 
 TEST(Urdf, WhatIsNoArmOfHexahedraIsRefusedByName) {
-  EXPECT_THAT(
-      urdf_error(with_geometry("<sphere radius=\"-1\"/>")),
-      HasSubstr("r.urdf: link 'a', collision 'collision.0': round part 'collision.0': a length is -1"));
+  EXPECT_THAT(urdf_error(with_geometry("<sphere radius=\"-1\"/>")),
+              HasSubstr("r.urdf: link 'a', collision 'collision.0': radius is -1, must be > 0"));
   const auto mesh = [](const std::string& rest) {
     return urdf_error(with_geometry("<mesh filename=" + rest + "/>"));
   };
@@ -227,8 +218,8 @@ TEST(Urdf, WhatIsNoArmOfHexahedraIsRefusedByName) {
   // The parser's own words.
   EXPECT_THAT(urdf_error(joint_element("revolute", "<axis xyz=\"0 0 1\"/>")), HasSubstr("r.urdf: "));
   EXPECT_THAT(urdf_error("<link name=\"a\"/><link name=\"b\"/>"), HasSubstr("Two root links found"));
-  EXPECT_THAT(message_of([] { urdf::parse_urdf("no xml", "x.urdf"); }), HasSubstr("x.urdf: "));
-  EXPECT_THAT(message_of([] { urdf::load_urdf("missing.urdf"); }), HasSubstr("missing.urdf: cannot be read"));
+  EXPECT_THAT(refusal_of([] { urdf::parse_urdf("no xml", "x.urdf"); }), HasSubstr("x.urdf: "));
+  EXPECT_THAT(refusal_of([] { urdf::load_urdf("missing.urdf"); }), HasSubstr("missing.urdf: cannot be read"));
 }
 
 TEST(Urdf, ALoopIsRefused) {
@@ -245,15 +236,15 @@ TEST(Urdf, ALoopIsRefused) {
 
 TEST(Srdf, BadEntriesAreRefusedByLine) {
   EXPECT_THAT(
-      message_of([] { urdf::parse_srdf("<robot>\n<disable_collisions link1=\"a\"/></robot>", "r.srdf"); }),
+      refusal_of([] { urdf::parse_srdf("<robot>\n<disable_collisions link1=\"a\"/></robot>", "r.srdf"); }),
       HasSubstr("r.srdf:2: <disable_collisions> needs link1 and link2"));
-  EXPECT_THAT(message_of([] { urdf::parse_srdf("<robot><enable_collisions/></robot>", "r.srdf"); }),
+  EXPECT_THAT(refusal_of([] { urdf::parse_srdf("<robot><enable_collisions/></robot>", "r.srdf"); }),
               HasSubstr("r.srdf:1: <enable_collisions> is not supported"));
-  EXPECT_THAT(message_of([] { urdf::parse_srdf("<arm/>", "r.srdf"); }), HasSubstr("r.srdf: no <robot>"));
-  EXPECT_THAT(message_of([] { urdf::parse_srdf("<robot>", "r.srdf"); }), HasSubstr("r.srdf:"));
+  EXPECT_THAT(refusal_of([] { urdf::parse_srdf("<arm/>", "r.srdf"); }), HasSubstr("r.srdf: no <robot>"));
+  EXPECT_THAT(refusal_of([] { urdf::parse_srdf("<robot>", "r.srdf"); }), HasSubstr("r.srdf:"));
   MechanismDescription description = urdf::load_urdf(kFiles / "arm.urdf");
   description.exempt_pairs = {{"base_lee", "moon"}};
-  EXPECT_THAT(message_of([&] { const Mechanism arm(description); }), HasSubstr("no link 'moon'"));
+  EXPECT_THAT(refusal_of([&] { const Mechanism arm(description); }), HasSubstr("no link 'moon'"));
 }
 
 }  // namespace
