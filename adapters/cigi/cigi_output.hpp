@@ -50,7 +50,7 @@ class CigiOutput final : public FrameOutput {
   static constexpr std::size_t kMostEntities = (65507 - cigi::kIgControlBytes) / cigi::kEntityControlBytes;
   static constexpr int kFarewells = 10;
 
-  /// @throws InputError: a host that is not found, an anchor or pose that is none, an identifier given twice.
+  /// @throws InputError: a host that is not found, an invalid anchor or pose, an identifier given twice.
   explicit CigiOutput(CigiOptions options);
   ~CigiOutput() override;
 

@@ -47,7 +47,7 @@ using Anchor = std::variant<AttachedTo, OnEarth>;
 /// Half a turn about x: from axes with z up to axes with z down.
 Pose z_up();
 
-/// @throws InputError: a pose that is none, a latitude or longitude out of its range, not finite.
+/// @throws InputError: an invalid pose, a latitude or longitude out of its range, not finite.
 void validate(const Anchor& anchor);
 
 /// Fills in attachment, parent, position and angles for an entity at X_WE.

@@ -62,6 +62,7 @@ std::string gltf_model(std::span<const GltfPart> parts, const GltfOptions& optio
   document["asset"] = {{"version", "2.0"}, {"generator", "Touchstone"}};
   ordered_json nodes = ordered_json::array(), meshes = ordered_json::array(),
                materials = ordered_json::array(), children = ordered_json::array();
+  // A mesh, a material and a node a part.
   for (const GltfPart& part : parts) {
     require_whole(part);
     const std::size_t index = meshes.size();
@@ -73,6 +74,7 @@ std::string gltf_model(std::span<const GltfPart> parts, const GltfOptions& optio
     nodes.push_back({{"name", part.name}, {"mesh", index}});
     children.push_back(index);
   }
+  // All hang on one node, which turns z up to glTF's y up.
   ordered_json root = {{"name", "world"}, {"children", children}};
   if (options.is_z_up)
     root["rotation"] = ordered_json::array({-0.7071067811865476, 0.0, 0.0, 0.7071067811865476});

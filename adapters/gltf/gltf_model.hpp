@@ -23,7 +23,7 @@ struct GltfPart {
 
 /// A glTF 2.0 file's text with its buffer inside: a node and a mesh a part, nothing moves. Coordinates are
 /// rounded to floats. For looking at, not for measuring.
-/// @throws InputError naming the part: no triangle, an index that is none, colours that are neither one nor
+/// @throws InputError naming the part: no triangle, an invalid index, colours that are neither one nor
 /// as many as vertices.
 std::string gltf_model(std::span<const GltfPart> parts, const GltfOptions& options = {});
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <ctime>
 #include <mutex>
 
 #include "touchstone/adapters/c_interface/corners.hpp"
@@ -18,6 +17,7 @@
 #endif
 #ifdef TOUCHSTONE_HAS_PROCESS_ENGINE
 #include "touchstone/adapters/process_engine/process_engine.hpp"
+#include "touchstone/contact_core/threads/processor_time.hpp"
 #endif
 
 namespace touchstone::python {
@@ -186,13 +186,6 @@ void check(const Query& query) {
   if (std::isnan(query.max_point_separation)) reject("query", "max_point_separation is nan");
 }
 
-/// As Python's time.thread_time().
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 /// A narrowphase and its solids, which stay as they are: any thread may ask at any time.
 class BuiltNarrowphase {
  public:
@@ -218,10 +211,10 @@ class BuiltNarrowphase {
     const auto workspace = narrowphase_->make_workspace();
     const Poses::Reading reading(poses);
     const py::gil_scoped_release unlocked;
-    const double begin = thread_seconds();
+    const double begin = processor_us();
     for (int i = 0; i < repeats; ++i)
       narrowphase_->evaluate({list.span(), poses.span(), query}, answers.output(), *workspace);
-    return thread_seconds() - begin;
+    return 1e-6 * (processor_us() - begin);  // as time.thread_time() has it
   }
 
   py::object ask(const Query& query, const py::object& poses, const py::object& pairs,

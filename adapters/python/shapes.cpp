@@ -53,6 +53,22 @@ void bind_hexahedron(py::module_& module) {
             return Hexahedron::from_size(vector3(size, "size"), name);
           },
           py::arg("size"), py::arg("name") = "box", "A box about its origin; size: (3,) full sides [m].")
+      .def_static("sphere", &Hexahedron::sphere, py::arg("radius"), py::arg("name") = "sphere",
+                  "A sphere about its origin: a rounded solid.")
+      .def_static("capsule", &Hexahedron::capsule, py::arg("radius"), py::arg("length"),
+                  py::arg("name") = "capsule",
+                  "All points within radius of a segment of this length along z, about its origin [m].")
+      .def_static(
+          "rounded_box",
+          [](const py::object& core_size, double radius, const std::string& name) {
+            return Hexahedron::rounded_box(vector3(core_size, "core_size"), radius, name);
+          },
+          py::arg("core_size"), py::arg("radius"), py::arg("name") = "rounded box",
+          "All points within radius of a box about its origin; core_size: (3,) full sides, 0 allowed [m].")
+      .def("padded", &Hexahedron::padded, py::arg("radius"), py::arg("name") = "hexahedron",
+           "This solid grown by a radius all round.")
+      .def_property_readonly("radius", &Hexahedron::radius,
+                             "How far a rounded solid reaches beyond its vertices' hull [m]; else 0.")
       .def_property_readonly(
           "vertices", [](const Hexahedron& self) { return frozen(array_of(std::span(self.vertices()))); },
           "(8, 3) [m]. Not writeable.")
@@ -73,12 +89,16 @@ void bind_hexahedron(py::module_& module) {
   hexahedron.def(py::pickle(
       [](const Hexahedron& self) {
         return py::make_tuple(self.is_box(), array_of(self.half_extents()),
-                              array_of(std::span(self.vertices())));
+                              array_of(std::span(self.vertices())), self.radius());
       },
       [](const py::tuple& state) {
-        if (state[0].cast<bool>())
-          return Hexahedron::from_size(2.0 * vector3(state[1], "half_extents"), "pickled box");
-        return from_corners(state[2], "accept", "pickled hexahedron");
+        const double radius = state[3].cast<double>();
+        const bool is_box = state[0].cast<bool>();
+        const Vector3 size = is_box ? Vector3(2.0 * vector3(state[1], "half_extents")) : Vector3::Zero();
+        if (is_box && radius > 0.0) return Hexahedron::rounded_box(size, radius, "pickled box");
+        if (is_box) return Hexahedron::from_size(size, "pickled box");
+        const Hexahedron core = from_corners(state[2], "accept", "pickled hexahedron");
+        return radius > 0.0 ? core.padded(radius, "pickled hexahedron") : core;
       }));
   hexahedron.attr("FACE_VERTICES") = index_table(Hexahedron::kFaceVertices);
   hexahedron.attr("EDGE_VERTICES") = index_table(Hexahedron::kEdgeVertices);

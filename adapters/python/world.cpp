@@ -139,8 +139,8 @@ std::vector<MotionCommand> commands_of(ContactWorld& world, const py::dict& pose
   std::vector<MotionCommand> made;
   for (const auto& [object, X] : poses)
     made.push_back(world.go_to(object.cast<ObjectHandle>(), pose(X, "pose")));
-  for (const auto& [object, way] : moves) {
-    const auto parts = py::cast<py::sequence>(way);
+  for (const auto& [object, move] : moves) {
+    const auto parts = py::cast<py::sequence>(move);
     if (py::len(parts) != 2) reject("move", "is no (displacement, turn)");
     made.push_back(world.move_by(object.cast<ObjectHandle>(), vector3(parts[0], "displacement"),
                                  vector3(parts[1], "turn")));

@@ -23,8 +23,7 @@ void read_arm(const YamlReader& item, physics::DynamicScene& scene) {
   const std::string name = item.at("name").text();
   const YamlReader reader = item.within("arm '" + name + "'");
   const Mechanism arm = read_arm_model(reader.at("model"));
-  std::vector<double> q;
-  for (const YamlReader& joint : reader.at("joints").list()) q.push_back(joint.angle());
+  const std::vector<double> q = read_joint_values(reader.at("joints"), arm);
   const YamlReader pose = reader.at("pose");
   pose.require_keys({"position", "rpy"});
   Vector6 position = Vector6::Zero();

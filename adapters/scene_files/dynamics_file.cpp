@@ -24,6 +24,7 @@ using physics::SceneBody;
 using physics::SceneDrive;
 using physics::SceneJoint;
 using physics::SceneMechanism;
+using scene_files::read_positive;
 using scene_files::YamlReader;
 using scene_files::YamlSource;
 
@@ -57,13 +58,8 @@ double read_at_least_0(const YamlReader& reader, double value) {
   return value;
 }
 
-double read_positive(const YamlReader& reader, double value) {
-  if (!(value > 0.0)) reader.fail("must be > 0");
-  return value;
-}
-
 /// Of a joint: an angle where it turns, a length where it shifts.
-double read_way(const YamlReader& reader, JointKind kind) {
+double read_joint_figure(const YamlReader& reader, JointKind kind) {
   return kind == JointKind::revolute ? reader.angle() : reader.length();
 }
 
@@ -209,6 +205,7 @@ void read_pairs(const YamlReader& dynamics, DynamicScene& out) {
     if (rules.has("friction")) read_rule(rules.at("friction"), out.friction_rule);
     if (rules.has("restitution")) read_rule(rules.at("restitution"), out.restitution_rule);
   }
+  // Figures of pairs: every object of one name with every one of the other.
   if (!dynamics.has("pairs")) return;
   for (const YamlReader& item : dynamics.at("pairs").list()) {
     item.require_keys({"between", "friction", "restitution"});
@@ -246,6 +243,7 @@ SceneDrive read_drive(const YamlReader& reader, JointKind kind) {
   for (const char* key : {"stiffness", "damping"})
     if (reader.has(key) && !is_position) reader.at(key).fail("goes with a position");
   if (reader.has("ramp") && !reader.has("torque")) reader.at("ramp").fail("only a torque has one");
+  // Figures, each with its own conditions.
   if (reader.has("limit")) {
     if (reader.has("brake")) reader.at("limit").fail("a brake's limit is its figure");
     out.drive.limit = read_at_least_0(reader.at("limit"), reader.at("limit").number());
@@ -254,14 +252,14 @@ SceneDrive read_drive(const YamlReader& reader, JointKind kind) {
   if (reader.has("ramp")) out.ramp = reader.at("ramp").number();
   if (reader.has("rate")) {
     out.drive.mode = JointDrive::Mode::rate;
-    out.drive.rate = read_way(reader.at("rate"), kind);
+    out.drive.rate = read_joint_figure(reader.at("rate"), kind);
   }
   if (is_position) {
     const auto figure = [&](const char* key) {
       return reader.has(key) ? read_at_least_0(reader.at(key), reader.at(key).number()) : 0.0;
     };
     out.drive.mode = JointDrive::Mode::position;
-    out.drive.position = read_way(reader.at("position"), kind);
+    out.drive.position = read_joint_figure(reader.at("position"), kind);
     out.drive.stiffness = figure("stiffness");
     out.drive.damping = figure("damping");
     if (out.drive.stiffness == 0.0 && out.drive.damping == 0.0)
@@ -286,11 +284,11 @@ void read_limits(const YamlReader& reader, SceneJoint& joint) {
     const std::vector<YamlReader> ends = reader.at("position").list();
     if (ends.size() != 2)
       reader.at("position").fail("expected the lower and the upper one, got " + std::to_string(ends.size()));
-    joint.lower = read_way(ends[0], joint.kind);
-    joint.upper = read_way(ends[1], joint.kind);
+    joint.lower = read_joint_figure(ends[0], joint.kind);
+    joint.upper = read_joint_figure(ends[1], joint.kind);
   }
   if (reader.has("rate"))
-    joint.most_rate = read_at_least_0(reader.at("rate"), read_way(reader.at("rate"), joint.kind));
+    joint.most_rate = read_at_least_0(reader.at("rate"), read_joint_figure(reader.at("rate"), joint.kind));
   if (reader.has("torque")) joint.effort = read_at_least_0(reader.at("torque"), reader.at("torque").number());
 }
 
@@ -324,6 +322,7 @@ SceneJoint read_joint(const YamlReader& item, const std::string& mechanism, cons
       if (reader.has(key)) reader.at(key).fail("a fixed joint has none");
     return joint;
   }
+  // Place and axis, in the world at the scene's start.
   if (joint.kind == JointKind::revolute || reader.has("position"))
     joint.p_W = reader.at("position").length3();
   else
@@ -331,8 +330,9 @@ SceneJoint read_joint(const YamlReader& item, const std::string& mechanism, cons
   const Vector3 axis = reader.at("axis").vector3();
   if (norm(axis) == 0.0) reader.at("axis").fail("the axis is zero");
   joint.axis_W = axis / norm(axis);
-  if (reader.has("value")) joint.value = read_way(reader.at("value"), joint.kind);
-  if (reader.has("rate")) joint.rate = read_way(reader.at("rate"), joint.kind);
+  // State, limits, losses and drive.
+  if (reader.has("value")) joint.value = read_joint_figure(reader.at("value"), joint.kind);
+  if (reader.has("rate")) joint.rate = read_joint_figure(reader.at("rate"), joint.kind);
   if (reader.has("limits")) read_limits(reader.at("limits"), joint);
   read_losses(reader, joint.losses);
   if (reader.has("rotor")) joint.rotor = read_at_least_0(reader.at("rotor"), reader.at("rotor").number());
@@ -426,13 +426,14 @@ JointAddress read_joint_name(const YamlReader& reader, const DynamicScene& scene
 // ---- actions
 
 SceneAction read_action(const YamlReader& item, const DynamicScene& scene) {
-  const std::array<const char*, 6> kinds{"drive", "latch", "release", "set", "join", "part"};
-  item.require_keys({"time", "drive", "latch", "release", "set", "join", "part"});
+  const std::array<const char*, 8> kinds{"drive", "latch", "release", "set", "join", "part", "add", "remove"};
+  item.require_keys({"time", "drive", "latch", "release", "set", "join", "part", "add", "remove"});
   if (std::count_if(kinds.begin(), kinds.end(), [&](const char* kind) { return item.has(kind); }) != 1)
-    item.fail("expected one of drive, latch, release, set, join, part");
+    item.fail("expected one of drive, latch, release, set, join, part, add, remove");
   SceneAction action;
   action.where = where(item);
   action.time = read_at_least_0(item.at("time"), item.at("time").number());
+  // A drive, of any joint.
   if (item.has("drive")) {
     const YamlReader drive = item.at("drive");
     drive.require_keys(
@@ -442,6 +443,7 @@ SceneAction read_action(const YamlReader& item, const DynamicScene& scene) {
     action.drive = read_drive(drive, kind_of(scene, action.joint));
     return action;
   }
+  // A value, of an arm's joint.
   if (item.has("set")) {
     const YamlReader set = item.at("set");
     set.require_keys({"joint", "value", "rate"});
@@ -450,12 +452,13 @@ SceneAction read_action(const YamlReader& item, const DynamicScene& scene) {
     if (action.joint.is_of_bodies()) set.at("joint").fail("is no joint of a mechanism");
     const SceneJoint& joint = scene.mechanisms[action.joint.mechanism].joints[action.joint.joint];
     if (joint.kind == JointKind::fixed) set.at("joint").fail("is fixed");
-    action.value = read_way(set.at("value"), joint.kind);
+    action.value = read_joint_figure(set.at("value"), joint.kind);
     if (!(action.value >= joint.lower && action.value <= joint.upper))
       set.at("value").fail("is out of the joint's limits");
-    if (set.has("rate")) action.rate = read_way(set.at("rate"), joint.kind);
+    if (set.has("rate")) action.rate = read_joint_figure(set.at("rate"), joint.kind);
     return action;
   }
+  // Joints between bodies are joined and parted.
   for (const auto& [key, kind] :
        {std::pair("join", SceneAction::Kind::join), std::pair("part", SceneAction::Kind::part)}) {
     if (!item.has(key)) continue;
@@ -464,6 +467,14 @@ SceneAction read_action(const YamlReader& item, const DynamicScene& scene) {
     if (!action.joint.is_of_bodies()) item.at(key).fail("is no joint between bodies");
     return action;
   }
+  for (const auto& [key, kind] :
+       {std::pair("add", SceneAction::Kind::add), std::pair("remove", SceneAction::Kind::remove)}) {
+    if (!item.has(key)) continue;
+    action.kind = kind;
+    action.carried = read_object(item.at(key), scene.scene);
+    return action;
+  }
+  // Latches name who carries whom.
   action.kind = item.has("latch") ? SceneAction::Kind::latch : SceneAction::Kind::release;
   if (item.has("release")) {
     action.carried = read_object(item.at("release"), scene.scene);
@@ -596,14 +607,15 @@ DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
   DynamicScene out;
   out.scene = std::move(scene);
   read_settings(dynamics, out);
+  // What has a motion is kinematic unless `bodies` says otherwise.
   SceneBody usual;
   usual.where = where(dynamics);
   read_surface(dynamics, usual.surface);
   out.bodies.assign(out.scene.objects.size(), usual);
   for (std::size_t i = 0; i < out.bodies.size(); ++i) {
-    const Motion& motion = out.scene.objects[i].motion;
-    if (!motion.segments.empty() || !motion.keys.empty()) out.bodies[i].kind = BodyKind::kinematic;
+    if (!out.scene.objects[i].motion.at_rest()) out.bodies[i].kind = BodyKind::kinematic;
   }
+  // Mechanisms first: bodies, joints and actions name their links.
   if (dynamics.has("mechanisms")) read_mechanisms(dynamics, out);
   read_bodies(dynamics, out);
   if (dynamics.has("arms")) scene_files::read_arms(dynamics.at("arms"), out);

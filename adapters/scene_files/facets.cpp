@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <numbers>
 
-#include "touchstone/contact_core/geometry/trigonometry.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::scene_files {
@@ -17,40 +14,16 @@ void require(bool holds, const std::string& name, const char* reason) {
   if (!holds) throw InputError(labelled(name) + ": " + reason);
 }
 
-double corner_radius(double radius, int facets, bool inscribed) {
-  return inscribed ? radius : radius / cosine(std::numbers::pi / facets);
-}
-
 }  // namespace
 
-double facet_error(double radius, int facets, bool inscribed) {
-  const double c = cosine(std::numbers::pi / facets);
-  return inscribed ? radius * (1.0 - c) : radius * (1.0 / c - 1.0);
-}
-
-std::vector<PlacedHexahedron> make_ring(const RingSize& size, const Pose& X_OS, const std::string& name) {
+RoundPart make_ring(const RingSize& size, const Pose& X_OS, const std::string& name) {
   require(size.facets >= 3, name, "a ring needs at least 3 facets");
   require(size.facets <= 4096, name, "a ring has at most 4096 facets");
   require(size.inner_radius > 0.0 && size.outer_radius > size.inner_radius, name,
           "a ring needs 0 < inner_radius < outer_radius");
   require(size.height > 0.0, name, "a ring needs height > 0");
-  const double inner = corner_radius(size.inner_radius, size.facets, size.inscribed);
-  const double outer = corner_radius(size.outer_radius, size.facets, size.inscribed);
-  // Neighbours share corners bit for bit: corner k is at the angle (2 k - 1) pi / n, k modulo n.
-  const auto corner = [&](double radius, int k, double z) {
-    const double angle = (2 * (k % size.facets) - 1) * std::numbers::pi / size.facets;
-    const auto [s, c] = sine_cosine(angle);
-    return Vector3(radius * c, radius * s, z);
-  };
-  std::vector<PlacedHexahedron> facets;
-  for (int i = 0; i < size.facets; ++i) {
-    std::array<Vector3, 8> v;
-    for (int bits = 0; bits < 8; ++bits)
-      v[bits] = corner(bits & 4 ? outer : inner, bits & 2 ? i + 1 : i, bits & 1 ? size.height : 0.0);
-    const std::string facet = name + "." + std::to_string(i);
-    facets.push_back({facet, Hexahedron::from_vertices(v, WarpPolicy::refuse, labelled(facet)), X_OS});
-  }
-  return facets;
+  return make_tube(size.outer_radius, size.inner_radius, size.height, size.facets, size.inscribed, X_OS,
+                   name);
 }
 
 PlacedHexahedron make_frustum(const FrustumSize& size, const Pose& X_OS, const std::string& name) {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 namespace touchstone::scene_files {
 
@@ -18,10 +18,7 @@ struct RingSize {
 };
 
 /// Names `name.0`, `name.1`, ... @throws InputError naming the figure.
-std::vector<PlacedHexahedron> make_ring(const RingSize& size, const Pose& X_OS, const std::string& name);
-
-/// How far the faceted circle is off at most [m].
-double facet_error(double radius, int facets, bool inscribed);
+RoundPart make_ring(const RingSize& size, const Pose& X_OS, const std::string& name);
 
 /// A truncated pyramid about z: half widths `bottom` at z = 0, `top` (may be zero) at z = height.
 struct FrustumSize {

@@ -43,10 +43,8 @@ void require_fields(const Json& object, std::initializer_list<const char*> known
   if (!object.is_object()) return;  // the reader of its members says so
   for (const auto& item : object.items()) {
     if (std::find(known.begin(), known.end(), item.key()) != known.end()) continue;
-    std::string list;
-    for (const char* each : known) list += (list.empty() ? "" : ", ") + std::string(each);
     throw BadField{(where.empty() ? "" : where + ": ") + "unknown field '" + item.key() +
-                   "'; known: " + list};
+                   "'; known: " + joined(known)};
   }
 }
 
@@ -394,20 +392,29 @@ std::vector<PairCase> load_pairs(const std::filesystem::path& path) {
   return cases;
 }
 
-void save_pairs(const std::filesystem::path& path, std::span<const PairCase> cases) {
+std::string pairs_text(std::span<const PairCase> cases) {
   std::ostringstream text;
   text << "[";
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (!cases[i].pair)
-      throw InputError(path.string() + ": case '" + cases[i].id + "' is invalid and cannot be saved");
+    if (!cases[i].pair) throw InputError("case '" + cases[i].id + "' is invalid and cannot be saved");
     // The library writes the shortest decimal (at most 17 digits) that reads back as the same double.
     text << (i == 0 ? "\n" : ",\n") << to_json(cases[i]).dump();
   }
   text << "\n]\n";
+  return text.str();
+}
+
+void save_pairs(const std::filesystem::path& path, std::span<const PairCase> cases) {
+  std::string text;
+  try {
+    text = pairs_text(cases);
+  } catch (const InputError& error) {
+    throw InputError(path.string() + ": " + error.what());
+  }
   std::filesystem::path partial = path;
   partial += ".partial";
   std::ofstream stream(partial, std::ios::binary);
-  stream << text.str();
+  stream << text;
   stream.close();
   std::error_code error;
   if (stream) std::filesystem::rename(partial, path, error);

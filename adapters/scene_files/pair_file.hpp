@@ -59,8 +59,12 @@ struct PairCase {
 /// mm.
 std::vector<PairCase> load_pairs(const std::filesystem::path& path);
 
-/// Writes a file in metres that load_pairs reads back bit for bit: shapes (warped ones marked `accept`),
-/// poses (as matrices), exact and captured answers. The file appears whole or not at all.
+/// Returns the text of a file in metres that load_pairs reads back bit for bit: shapes (warped ones marked
+/// `accept`), poses (as matrices), exact and captured answers.
+/// @throws InputError when a case is invalid.
+std::string pairs_text(std::span<const PairCase> cases);
+
+/// Writes that text to a file, which appears whole or not at all.
 /// @throws InputError when a case is invalid or the file cannot be written.
 void save_pairs(const std::filesystem::path& path, std::span<const PairCase> cases);
 

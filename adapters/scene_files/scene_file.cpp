@@ -15,10 +15,10 @@
 namespace touchstone {
 namespace {
 
+using scene_files::quoted;
+using scene_files::read_positive;
 using scene_files::YamlReader;
 using scene_files::YamlSource;
-
-std::string quoted(const std::string& name) { return "'" + name + "'"; }
 
 // Runs f; what the core refuses gets this node's file, line and prefix.
 template <typename F>
@@ -128,13 +128,28 @@ struct ObjectParts {
   std::vector<FacetFigure> facet_figures;
 };
 
+/// Spheres, capsules, boxes with a radius all round.
+Hexahedron read_rounded(const YamlReader& shape, const std::string& kind, const std::string& name) {
+  const std::string label = "hexahedron " + quoted(name);
+  if (kind == "sphere") {
+    shape.require_keys({"radius"});
+    return Hexahedron::sphere(shape.at("radius").length(), label);
+  }
+  if (kind == "capsule") {
+    shape.require_keys({"radius", "length"});
+    return Hexahedron::capsule(shape.at("radius").length(), shape.at("length").length(), label);
+  }
+  shape.require_keys({"core_size", "radius"});
+  return Hexahedron::rounded_box(shape.at("core_size").length3(), shape.at("radius").length(), label);
+}
+
 void add_ring(const YamlReader& reader, const Pose& X_OS, const std::string& name, ObjectParts& parts) {
-  const scene_files::RingSize ring = read_ring(reader);
-  for (PlacedHexahedron& facet : scene_files::make_ring(ring, X_OS, name))
-    parts.solids.push_back(std::move(facet));
-  for (double radius : {ring.outer_radius, ring.inner_radius})
-    parts.facet_figures.push_back({parts.object, name, ring.facets, ring.inscribed, radius,
-                                   scene_files::facet_error(radius, ring.facets, ring.inscribed)});
+  RoundPart ring = scene_files::make_ring(read_ring(reader), X_OS, name);
+  for (PlacedHexahedron& facet : ring.solids) parts.solids.push_back(std::move(facet));
+  for (FacetFigure& figure : ring.figures) {
+    figure.object = parts.object;
+    parts.facet_figures.push_back(std::move(figure));
+  }
 }
 
 void add_solids(const YamlReader& part, const std::string& kind, const std::string& name,
@@ -152,6 +167,8 @@ void add_solids(const YamlReader& part, const std::string& kind, const std::stri
     parts.solids.push_back(read_frustum(shape, X_OS, name));
   } else if (kind == "ring") {
     add_ring(shape, X_OS, name, parts);
+  } else if (kind == "sphere" || kind == "capsule" || kind == "rounded_box") {
+    parts.solids.push_back({name, read_rounded(shape, kind, name), X_OS});
   } else {
     for (PlacedHexahedron& wall : scene_files::make_walls(read_walls(shape), X_OS, name))
       parts.solids.push_back(std::move(wall));
@@ -159,8 +176,10 @@ void add_solids(const YamlReader& part, const std::string& kind, const std::stri
 }
 
 void read_part(const YamlReader& part, std::set<std::string>& names, ObjectParts& parts) {
-  constexpr std::array<const char*, 5> kKinds = {"box", "hexahedron", "frustum", "ring", "walls"};
-  part.require_keys({"name", "pose", "box", "hexahedron", "frustum", "ring", "walls"});
+  constexpr std::array<const char*, 8> kKinds = {"box",   "hexahedron", "frustum", "ring",
+                                                 "walls", "sphere",     "capsule", "rounded_box"};
+  part.require_keys(
+      {"name", "pose", "box", "hexahedron", "frustum", "ring", "walls", "sphere", "capsule", "rounded_box"});
   const std::string name = part.at("name").text();
   const YamlReader named = part.within("hexahedron " + quoted(name));
   if (name.empty()) part.fail("a hexahedron's name is empty");
@@ -168,8 +187,9 @@ void read_part(const YamlReader& part, std::set<std::string>& names, ObjectParts
   for (const char* kind : kKinds)
     if (part.has(kind)) kinds.emplace_back(kind);
   if (kinds.size() != 1)
-    named.fail("needs exactly one of box, hexahedron, frustum, ring, walls; has " +
-               std::to_string(kinds.size()));
+    named.fail(
+        "needs exactly one of box, hexahedron, frustum, ring, walls, sphere, capsule, rounded_box; has " +
+        std::to_string(kinds.size()));
   const std::size_t first = parts.solids.size();
   try {
     add_solids(part, kinds[0], name, parts);
@@ -285,8 +305,7 @@ Copies read_copies(const YamlReader& reader) {
 void add_copies(const YamlReader& reader, const SceneObject& object, std::set<std::string>& names,
                 Scene& scene) {
   Copies copies = read_copies(reader);
-  if (!object.motion.segments.empty() || !object.motion.keys.empty())
-    reader.fail("what has a motion has no copies");
+  if (!object.motion.at_rest()) reader.fail("what has a motion has no copies");
   int number = 0;
   for (int z = 0; z < copies.count[2]; ++z)
     for (int y = 0; y < copies.count[1]; ++y)
@@ -304,11 +323,6 @@ void add_copies(const YamlReader& reader, const SceneObject& object, std::set<st
         }
         scene.objects.push_back(std::move(copy));
       }
-}
-
-double read_positive(const YamlReader& reader, double value) {
-  if (!(value > 0.0)) reader.fail("must be > 0");
-  return value;
 }
 
 void read_latches(const YamlReader& reader, Scene& scene) {

@@ -5,13 +5,11 @@
 #include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone::scene_files {
 namespace {
-
-std::string quoted(const std::string& name) { return "'" + name + "'"; }
 
 std::string unit_name(const YamlReader& units, const char* key, std::array<const char*, 2> known) {
   if (!units.has(key)) return known[0];
@@ -23,6 +21,11 @@ std::string unit_name(const YamlReader& units, const char* key, std::array<const
 }
 
 }  // namespace
+
+double read_positive(const YamlReader& reader, double value) {
+  if (!(value > 0.0)) reader.fail("must be > 0");
+  return value;
+}
 
 std::string read_units(const YamlReader& root, YamlSource& source) {
   std::string length = "m";
@@ -49,8 +52,7 @@ void read_parameters(const YamlReader& root, const SceneParameters& given, YamlS
   for (const auto& [name, value] : given) {
     const auto found = parameters.find(name);
     if (found == parameters.end()) {
-      std::string known;
-      for (const auto& entry : parameters) known += (known.empty() ? "" : ", ") + entry.first;
+      const std::string known = joined(parameters, [](const auto& entry) { return entry.first; });
       throw InputError(source.file + ": the scene has no parameter " + quoted(name) +
                        "; known: " + (known.empty() ? "none" : known));
     }
@@ -69,6 +71,18 @@ Mechanism read_arm_model(const YamlReader& reader) {
   } catch (const InputError& error) {
     reader.fail(error.what());
   }
+}
+
+std::vector<double> read_joint_values(const YamlReader& list, const Mechanism& mechanism) {
+  std::vector<JointKind> kinds;
+  for (const Mechanism::Joint& joint : mechanism.joints())
+    if (joint.value != Mechanism::kNone) kinds.push_back(joint.kind);
+  std::vector<double> values;
+  for (const YamlReader& value : list.list()) {
+    const bool shifts = values.size() < kinds.size() && kinds[values.size()] == JointKind::prismatic;
+    values.push_back(shifts ? value.length() : value.angle());
+  }
+  return values;
 }
 
 ContactPolicy read_policy(const YamlReader& reader) {

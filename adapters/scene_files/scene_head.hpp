@@ -11,6 +11,11 @@
 
 namespace touchstone::scene_files {
 
+inline std::string quoted(const std::string& name) { return "'" + name + "'"; }
+
+/// Fails at the reader's place unless the value is above 0.
+double read_positive(const YamlReader& reader, double value);
+
 /// Sets the source's factors; returns the text for the scene.
 std::string read_units(const YamlReader& root, YamlSource& source);
 
@@ -19,6 +24,9 @@ std::string read_units(const YamlReader& root, YamlSource& source);
 void read_parameters(const YamlReader& root, const SceneParameters& given, YamlSource& source);
 
 Mechanism read_arm_model(const YamlReader& reader);  ///< by YamlSource::arm_models
+/// Joint values: turns as the file's angles, shifts as its lengths. As many as the list has: their number is
+/// for the caller to check.
+std::vector<double> read_joint_values(const YamlReader& list, const Mechanism& mechanism);
 ContactPolicy read_policy(const YamlReader& reader);
 Passive read_passive(const YamlReader& reader);
 bool read_choice(const YamlReader& reader);  ///< true or false

@@ -80,13 +80,26 @@ HandRates read_rates(const YamlReader& item) {
   return rates;
 }
 
+std::string read_held_joint(const YamlReader& reader, const Mechanism& mechanism) {
+  try {
+    const Mechanism::Joint& joint = mechanism.joints()[mechanism.find_joint(reader.text())];
+    if (joint.value != Mechanism::kNone) return joint.name;
+  } catch (const InputError& error) {
+    reader.fail(error.what());
+  }
+  reader.fail("joint '" + reader.text() + "' does not move");
+}
+
 ArmScript read_arm(const YamlReader& reader) {
-  reader.require_keys({"model", "link", "joints", "pose", "hold"});
+  reader.require_keys({"model", "link", "joints", "held_joints", "pose", "hold"});
   ArmScript arm;
   arm.model = reader.at("model").text();
   arm.mechanism = std::make_shared<const Mechanism>(scene_files::read_arm_model(reader.at("model")));
   arm.link = reader.at("link").text();
-  for (const YamlReader& joint : reader.at("joints").list()) arm.joints.push_back(joint.angle());
+  arm.joints = scene_files::read_joint_values(reader.at("joints"), *arm.mechanism);
+  if (reader.has("held_joints"))
+    for (const YamlReader& joint : reader.at("held_joints").list())
+      arm.held_joints.push_back(read_held_joint(joint, *arm.mechanism));
   const YamlReader pose = reader.at("pose");
   pose.require_keys({"position", "rpy"});
   Vector6 position = Vector6::Zero();

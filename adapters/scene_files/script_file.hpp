@@ -20,11 +20,13 @@ struct HandRates {
     world,  ///< both along the world's axes
     hand,   ///< both along the object's own axes, as they stand at the frame's start
   } mode = Mode::world;
+
+  bool at_rest() const { return velocity == Vector3::Zero() && turn == Vector3::Zero(); }
 };
 
 /// An arm in the scene, one of whose links is flown by resolved rates.
 struct ArmScript {
-  std::string model;  ///< a bundled arm (mechanism/ssrms.hpp) or a robot's file, as the script has it
+  std::string model;  ///< a bundled arm (mechanism/bundled_arms.hpp) or a robot's file, as the script has it
   std::shared_ptr<const Mechanism> mechanism = {};
   std::string link;            ///< that is flown
   std::vector<double> joints;  ///< values at the start [rad or m]
@@ -33,6 +35,7 @@ struct ArmScript {
   /// along the axes on which it asks for no rate, and to the attitude where it asks for no turn. Otherwise
   /// rates go on from where the link is.
   bool holds = false;
+  std::vector<std::string> held_joints = {};  ///< that the hand does not drive: other joints serve its rates
 };
 
 /// One hand on one object or arm.

@@ -25,13 +25,6 @@ std::string kind_of(const YAML::Node& node) {
   }
 }
 
-template <typename Names>
-std::string joined(const Names& names) {
-  std::string text;
-  for (const auto& name : names) text += (text.empty() ? "" : ", ") + std::string(name);
-  return text;
-}
-
 bool is_infinite_or_nan(std::string_view text) {
   if (!text.empty() && (text[0] == '-' || text[0] == '+')) text.remove_prefix(1);
   std::string lower(text.substr(text.substr(0, 1) == "." ? 1 : 0));

@@ -2,6 +2,7 @@
 
     campaign.py run --pairs 1000000 --shard 3/64 --out shards     # writes shards/shard_3_of_64.json
     campaign.py merge shards/*.json --out campaign.json           # any order; names the shards that are lost
+    campaign.py dask --pairs 1000000 --shards 64 --out campaign.json    # all of it, on a local cluster or --scheduler ADDRESS
 
 Pairs come in blocks; block b's are drawn from Philox keyed by (seed, b) alone, and shard k of n has the blocks k - 1, k - 1 + n, ... So the
 merged file does not depend on how many shards there were, where they ran or in which order they come. A shard's file appears whole or not
@@ -93,19 +94,42 @@ def parse_shard(text):
     return k, n
 
 
-def run(options):
-    (k, n), blocks = options.shard, -(-options.pairs // BLOCK)
+def shard_root(seed, pairs, k, n):
+    """Shard k of n: what its file holds."""
+    blocks = -(-pairs // BLOCK)
     tallies, faults = {name: {} for name in FAMILIES}, []
     mine = range(k - 1, blocks, n)
     for done, block in enumerate(mine):
-        count = min(BLOCK, options.pairs - block * BLOCK)
-        judge(options.seed, block, count, tallies[FAMILIES[block % len(FAMILIES)]], faults)
+        count = min(BLOCK, pairs - block * BLOCK)
+        judge(seed, block, count, tallies[FAMILIES[block % len(FAMILIES)]], faults)
         if done % 20 == 19:
             print(f"shard {k}/{n}: {done + 1} of {len(mine)} blocks", file=sys.stderr)
-    settings = {"seed": options.seed, "pairs": options.pairs, "block": BLOCK, "version": touchstone.__version__}
-    root = {"schema": SCHEMA, "settings": settings, "shard": [k, n], "families": tallies, "faults": faults[:FAULTS_KEPT]}
+    settings = {"seed": seed, "pairs": pairs, "block": BLOCK, "version": touchstone.__version__}
+    return {"schema": SCHEMA, "settings": settings, "shard": [k, n], "families": tallies, "faults": faults[:FAULTS_KEPT]}
+
+
+def run(options):
+    k, n = options.shard
+    root = shard_root(options.seed, options.pairs, k, n)
     options.out.mkdir(parents=True, exist_ok=True)
     write(options.out / f"shard_{k}_of_{n}.json", root)
+
+
+def run_dask(options):
+    """A worker that dies is no loss: its shards are run again elsewhere."""
+    try:
+        import distributed
+    except ImportError:
+        sys.exit("Python package 'distributed' is not installed (Debian: python3-distributed; PyPI: distributed)")
+    where = options.scheduler or distributed.LocalCluster(n_workers=options.workers, threads_per_worker=1, dashboard_address=None)
+    with distributed.Client(where) as client:
+        print(f"scheduler: {client.scheduler.address}", file=sys.stderr, flush=True)
+        waiting = [client.submit(shard_root, options.seed, options.pairs, k, options.shards, retries=3) for k in range(1, options.shards + 1)]
+        shards = {}
+        for future, root in distributed.as_completed(waiting, with_results=True):
+            shards[tuple(root["shard"])] = root
+            print(f"{len(shards)} of {options.shards} shards", file=sys.stderr, flush=True)
+    return write_merged(shards, options.out)
 
 
 def write(path, root):
@@ -133,6 +157,11 @@ def merge(options):
         shard, root = load(path)
         if shards.setdefault(shard, root) != root:
             sys.exit(f"{path}: shard {shard[0]}/{shard[1]} is there twice, and the two differ")
+    return write_merged(shards, options.out)
+
+
+def write_merged(shards, path):
+    """The shards' files, by (k, n), as one: the same bytes in any order."""
     (first, *others) = shards.values()
     if any(root["settings"] != first["settings"] or root["shard"][1] != first["shard"][1] for root in others):
         sys.exit("the files are of different campaigns")
@@ -147,7 +176,7 @@ def merge(options):
                 known = families[name].get(key)
                 families[name][key] = value if known is None else max(known, value) if key == "worst_over_S" else known + value
     faults = sorted(fault for root in shards.values() for fault in root["faults"])[:FAULTS_KEPT]
-    write(options.out, {"schema": SCHEMA, "settings": first["settings"], "families": families, "faults": faults})
+    write(path, {"schema": SCHEMA, "settings": first["settings"], "families": families, "faults": faults})
     return 1 if faults else 0
 
 
@@ -164,6 +193,14 @@ def main():
     all_of.add_argument("files", type=pathlib.Path, nargs="+")
     all_of.add_argument("--out", type=pathlib.Path, default=pathlib.Path("campaign.json"))
     all_of.set_defaults(call=merge)
+    spread = commands.add_parser("dask", help="all shards on Dask's workers")
+    spread.add_argument("--pairs", type=int, default=100_000)
+    spread.add_argument("--seed", type=int, default=1)
+    spread.add_argument("--shards", type=int, default=64)
+    spread.add_argument("--workers", type=int, default=os.cpu_count(), help="of a local cluster")
+    spread.add_argument("--scheduler", help="address of one that runs; none: a local cluster")
+    spread.add_argument("--out", type=pathlib.Path, default=pathlib.Path("campaign.json"))
+    spread.set_defaults(call=run_dask)
     options = parser.parse_args()
     if "exact" not in touchstone.backends():
         sys.exit("this build has no exact (Debian: libgmp-dev)")

@@ -22,14 +22,6 @@ CigiOptions options_for(const Listener& listener) {
   return options;
 }
 
-void announce(FrameOutput& output, std::uint32_t objects) {
-  for (std::uint32_t i = 0; i < objects; ++i) output.add_object({{i, 0}, "object " + std::to_string(i)});
-}
-
-void expect_adds_up(const OutputStatus& status) {
-  EXPECT_EQ(status.offered, status.delivered + status.dropped);
-}
-
 TEST(CigiOutput, SendsWhereObjectsAre) {
   Listener listener;
   CigiOptions options = options_for(listener);

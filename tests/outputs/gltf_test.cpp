@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "output_fixture.hpp"
-#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/refusal.hpp"
 
 namespace touchstone {
 namespace {
@@ -240,12 +240,7 @@ TEST(Gltf, FramesCloserThanFloatsAreLeftOut) {
 
 TEST(Gltf, RefusesWhatItCannotWrite) {
   const auto message = [](const Recording& recording, const std::string& path, const std::string& name) {
-    try {
-      write_gltf(path, recording, std::array{two_solids(name)});
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return refusal_of([&] { write_gltf(path, recording, std::array{two_solids(name)}); });
   };
   const TemporaryFile file("refused.gltf");
   EXPECT_THAT(message({}, file.path(), "object 0"), HasSubstr("no frame"));

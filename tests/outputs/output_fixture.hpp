@@ -40,6 +40,15 @@ class TemporaryFile {
 /// Of an event that has none to tell.
 inline PairGeometry zero_geometry() { return {0.0, Vector3::Zero(), Vector3::Zero(), Vector3::Zero(), 0}; }
 
+/// Objects named "object 0" and so on.
+inline void announce(FrameOutput& output, std::uint32_t objects) {
+  for (std::uint32_t i = 0; i < objects; ++i) output.add_object({{i, 0}, "object " + std::to_string(i)});
+}
+
+inline void expect_adds_up(const OutputStatus& status) {
+  EXPECT_EQ(status.offered, status.delivered + status.dropped);
+}
+
 /// Random frames, kept by value.
 struct MadeFrame {
   std::uint64_t frame;

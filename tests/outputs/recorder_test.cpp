@@ -18,10 +18,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-void announce(FrameOutput& output, std::uint32_t objects) {
-  for (std::uint32_t i = 0; i < objects; ++i) output.add_object({{i, 0}, "object " + std::to_string(i)});
-}
-
 void expect_same_frame(const RecordedFrame& read, const MadeFrame& made, const Recording& recording) {
   EXPECT_EQ(read.frame, made.frame);
   EXPECT_TRUE(same_bits(read.time, made.time));
@@ -42,10 +38,6 @@ void expect_same_frame(const RecordedFrame& read, const MadeFrame& made, const R
     EXPECT_TRUE(same_bits(a.s, b.s) && same_bits(a.geometry, b.geometry) &&
                 same_bits(a.geometry_at_end, b.geometry_at_end));
   }
-}
-
-void expect_adds_up(const OutputStatus& status) {
-  EXPECT_EQ(status.offered, status.delivered + status.dropped);
 }
 
 TEST(RecorderThread, ReadsBackBitForBit) {

@@ -1,5 +1,6 @@
 """Shards of a campaign: any number, any order, some lost, some twice, one killed; the merged bytes are the same."""
 
+import importlib.util
 import os
 import pathlib
 import signal
@@ -58,6 +59,21 @@ class Campaign(unittest.TestCase):
             self.assertFalse((self.folder / "shards" / "shard_1_of_2.json").exists())
         again = self.shard(1, 2)
         self.merged([again, other])
+
+    @unittest.skipUnless(importlib.util.find_spec("distributed"), "not installed: distributed (Debian: python3-distributed)")
+    def test_dask_loses_nothing_where_a_worker_is_killed(self):
+        whole = self.merged([self.shard(1, 1)])
+        command = [sys.executable, "-B", FOLDER / "campaign.py", "dask", "--pairs", PAIRS, "--shards", 7, "--workers", 2, "--out", "dask.json"]
+        run = subprocess.Popen(list(map(str, command)), cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        for line in run.stderr:
+            if line.startswith("1 of 7"):
+                break
+        children = [each for task in pathlib.Path(f"/proc/{run.pid}/task").iterdir() for each in (task / "children").read_text().split()]
+        workers = [each for each in children if "spawn_main" in pathlib.Path(f"/proc/{each}/cmdline").read_text()]
+        os.kill(int(workers[0]), signal.SIGKILL)
+        self.assertIn("7 of 7 shards", run.stderr.read())
+        self.assertEqual(run.wait(), 0)
+        self.assertEqual((self.folder / "dask.json").read_bytes(), whole)
 
     def test_what_does_not_fit_together_is_refused(self):
         one, other = self.shard(1, 2, pairs=600), self.shard(2, 2, "others", pairs=601)

@@ -45,10 +45,22 @@ class Hexahedra(unittest.TestCase):
     def test_pickles_keep_every_bit(self):
         corners = touchstone.Hexahedron.box([1, 2, 3]).vertices.copy()
         corners[7] += 0.001
-        for solid in (touchstone.Hexahedron.box([0.1, 0.2, 0.3]), touchstone.Hexahedron(corners, warp="accept")):
+        block = touchstone.Hexahedron(corners, warp="accept")
+        for solid in (touchstone.Hexahedron.box([0.1, 0.2, 0.3]), block, block.padded(0.1),
+                      touchstone.Hexahedron.capsule(0.1, 0.3)):
             twin = pickle.loads(pickle.dumps(solid))
             np.testing.assert_array_equal(twin.vertices, solid.vertices)
-            self.assertEqual((twin.is_box, twin.is_warped), (solid.is_box, solid.is_warped))
+            self.assertEqual((twin.is_box, twin.is_warped, twin.radius), (solid.is_box, solid.is_warped, solid.radius))
+
+    def test_rounded_solids_are_exact(self):
+        solids = [touchstone.Hexahedron.sphere(0.5), touchstone.Hexahedron.rounded_box([1, 1, 0], 0.25)]
+        self.assertEqual([solid.radius for solid in solids], [0.5, 0.25])
+        poses = np.tile(np.eye(4), (2, 1, 1))
+        poses[1, 2, 3] = 2
+        answer = touchstone.Narrowphase("native", solids).distance(poses, [[0, 1]])
+        self.assertEqual(answer.geometry["separation"][0], 1.25)
+        with self.assertRaisesRegex(InputError, "solid 0 is rounded"):
+            touchstone.Narrowphase("edge_face", solids)
 
 
 class Trees(unittest.TestCase):

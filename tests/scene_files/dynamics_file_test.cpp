@@ -384,7 +384,33 @@ TEST(DynamicsFile, ActionsPutJointsAtValues) {
   EXPECT_EQ(error_of(start + "    - {time: 0.5, set: {joint: m.j, value: 91}}\n"),
             "24: dynamics: actions: set: value: is out of the joint's limits");
   EXPECT_EQ(error_of(start + "    - {time: 0.5, set: {joint: m.j, value: 1}, release: a}\n"),
-            "24: dynamics: actions: expected one of drive, latch, release, set, join, part");
+            "24: dynamics: actions: expected one of drive, latch, release, set, join, part, add, remove");
+}
+
+TEST(DynamicsFile, ActionsBringInAndTakeOut) {
+  const std::string start =
+      "dynamics:\n  step: 0.1\n  bodies: [{object: a, kind: dynamic, mass: 1}, {object: b, kind: dynamic, "
+      "mass: 1}]\n"
+      "  actions:\n";
+  const physics::DynamicScene scene =
+      loaded(start + "    - {time: 0.2, remove: a}\n    - {time: 0.5, add: b}\n    - {time: 0.6, add: a}\n");
+  ASSERT_EQ(scene.actions.size(), 3u);
+  EXPECT_EQ(scene.actions[0].kind, physics::SceneAction::Kind::remove);
+  EXPECT_EQ(scene.actions[1].kind, physics::SceneAction::Kind::add);
+  const auto absent = physics::absent_at_start(scene);
+  EXPECT_EQ(absent[scene.actions[0].carried], 0);
+  EXPECT_EQ(absent[scene.actions[1].carried], 1);
+  const auto ends_with = [](const std::string& text, const std::string& end) {
+    return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
+  };
+  const std::string twice = error_of(start + "    - {time: 0.2, remove: a}\n    - {time: 0.3, remove: a}\n");
+  EXPECT_TRUE(ends_with(twice, "remove: object 'a' is not there")) << twice;
+  const std::string latched =
+      error_of(start + "    - {time: 0.2, latch: {carrier: a, carried: b}}\n    - {time: 0.3, remove: b}\n");
+  EXPECT_TRUE(ends_with(latched, "remove: object 'b' is carried by object 'a'")) << latched;
+  const std::string gone =
+      error_of(start + "    - {time: 0.2, remove: b}\n    - {time: 0.3, latch: {carrier: a, carried: b}}\n");
+  EXPECT_TRUE(ends_with(gone, "latch: object 'b' is not in the world then")) << gone;
 }
 
 TEST(DynamicsFile, ReadsJointsBetweenBodiesLossesAndPositionDrives) {

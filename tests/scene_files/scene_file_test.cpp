@@ -70,6 +70,36 @@ TEST(SceneFile, ReadsUnitsPosesGroupsAndExemptions) {
   EXPECT_EQ(instance.checked_pairs(), (std::vector<SolidPair>{{0, 3}}));
 }
 
+TEST(SceneFile, ReadsRoundedSolids) {
+  const Scene scene = load_scene(
+      written(std::string("units: {length: mm}\n") + kHead +
+              "  - name: a\n    hexahedra:\n      - {name: ball, sphere: {radius: 250}}\n"
+              "      - {name: rod, pose: {position: [0, 0, 9]}, capsule: {radius: 100, length: 600}}\n"
+              "      - {name: lid, rounded_box: {core_size: [300, 200, 0], radius: 50}}\n"));
+  const std::vector<PlacedHexahedron>& solids = scene.objects[0].tree.solids();
+  ASSERT_EQ(solids.size(), 3u);
+  EXPECT_EQ(solids[0].solid.radius(), 0.25);
+  EXPECT_EQ(solids[0].solid.size(), 0.0);
+  EXPECT_EQ(solids[1].solid.radius(), 0.1);
+  EXPECT_EQ(solids[1].solid.half_extents(), Vector3(0, 0, 0.3));
+  EXPECT_EQ(solids[1].X_OS.p.z(), 0.009);
+  EXPECT_EQ(solids[2].solid.radius(), 0.05);
+  EXPECT_EQ(solids[2].solid.half_extents(), Vector3(0.15, 0.1, 0));
+}
+
+TEST(SceneFile, RefusesBadRoundedSolids) {
+  const auto error_with = [](const std::string& shape) {
+    return error_in_objects("  - name: a\n    hexahedra:\n      - {name: h, " + shape + "}\n");
+  };
+  EXPECT_EQ(error_with("sphere: {radius: 0}"), "9: object 'a': hexahedron 'h': radius is 0, must be > 0");
+  EXPECT_EQ(error_with("sphere: {diameter: 1}"),
+            "9: object 'a': hexahedron 'h': sphere: unknown key 'diameter'; known: radius");
+  EXPECT_EQ(error_with("capsule: {radius: 1, length: -1}"),
+            "9: object 'a': hexahedron 'h': length is -1, must be >= 0");
+  EXPECT_EQ(error_with("rounded_box: {size: [1, 1, 1], radius: 1}"),
+            "9: object 'a': hexahedron 'h': rounded_box: unknown key 'size'; known: core_size, radius");
+}
+
 TEST(SceneFile, ParametersAreOverriddenByTheCaller) {
   const std::string text =
       std::string("parameters: {side: 2}\n") + kHead +
@@ -163,11 +193,13 @@ TEST(SceneFile, ErrorsNameFileLineObjectAndHexahedron) {
   EXPECT_EQ(error_in_objects(
                 "  - name: a\n    hexahedra:\n      - name: h\n        box:\n          size: [1, $w, 1]\n"),
             "11: object 'a': hexahedron 'h': box: size: unknown parameter '$w'; known: none");
-  EXPECT_EQ(error_in_objects("  - name: a\n    hexahedra:\n      - name: h\n        sphere: 1\n"),
-            "10: object 'a': unknown key 'sphere'; known: name, pose, box, hexahedron, frustum, ring, walls");
   EXPECT_EQ(
-      error_in_objects("  - name: a\n    hexahedra:\n      - name: h\n"),
-      "9: object 'a': hexahedron 'h': needs exactly one of box, hexahedron, frustum, ring, walls; has 0");
+      error_in_objects("  - name: a\n    hexahedra:\n      - name: h\n        cone: 1\n"),
+      "10: object 'a': unknown key 'cone'; known: name, pose, box, hexahedron, frustum, ring, walls, sphere, "
+      "capsule, rounded_box");
+  EXPECT_EQ(error_in_objects("  - name: a\n    hexahedra:\n      - name: h\n"),
+            "9: object 'a': hexahedron 'h': needs exactly one of box, hexahedron, frustum, ring, walls, "
+            "sphere, capsule, rounded_box; has 0");
   EXPECT_EQ(error_in_objects(
                 "  - name: a\n    hexahedra:\n      - {name: h, hexahedron: {vertices: [[0, 0, 0]]}}\n"),
             "9: object 'a': hexahedron 'h': has 1 vertices, a hexahedron has 8");
