@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "touchstone/examples/program/files/json.hpp"
+
+namespace touchstone::comparison {
+
+/// Where a set of a corpus comes from: a pair family, or files of pairs.
+struct PlannedSet {
+  std::string name, description;
+  std::string family;  ///< empty: of files
+  std::uint64_t seed = 0;
+  std::size_t count = 0;
+  std::vector<std::filesystem::path> files;
+  std::string pairs_sha256, truth_sha256;  ///< empty: not frozen yet
+};
+
+/// A corpus before its files are written: a manifest, perhaps without hashes.
+struct CorpusPlan {
+  std::string name, version;
+  std::vector<PlannedSet> sets;
+  Json manifest;
+};
+
+/// Reads a manifest. Files are relative to its folder.
+/// @throws InputError naming file and field.
+CorpusPlan load_plan(const std::filesystem::path& manifest);
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,164 @@
+#include "touchstone/examples/bench/site/bench_results.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/results/results_file.hpp"
+#include "touchstone/examples/program/files/json_error.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+Vector3 vector_of(const Json& json) {
+  return {number_of(json.at(0)), number_of(json.at(1)), number_of(json.at(2))};
+}
+
+FiledAnswer answer_of(const Json& json) {
+  FiledAnswer answer;
+  answer.id = json.at("case");
+  answer.reason = json.at("reason");
+  answer.status = json.at("status");
+  answer.cost = number_of(json.at("cost_m"));
+  answer.separation = number_of(json.at("separation_m"));
+  answer.n_AB_W = vector_of(json.at("normal"));
+  return answer;
+}
+
+Wrongness wrongness_of(const Json& json) {
+  Wrongness wrong;
+  wrong.cases = json.at("cases");
+  wrong.missed = json.at("missed");
+  wrong.phantom = json.at("phantom");
+  wrong.undecided = json.at("undecided");
+  wrong.failed = json.at("failed");
+  wrong.unsupported = json.at("unsupported");
+  wrong.missing = json.at("missing_value");
+  return wrong;
+}
+
+std::optional<Timing> timing_of(const Json& json) {
+  if (json.is_null()) return std::nullopt;
+  Timing timing;
+  timing.median_ns = number_of(json.at("median_ns"));
+  timing.minimum_ns = number_of(json.at("minimum_ns"));
+  timing.p99_ns = number_of(json.at("p99_ns"));
+  timing.blocks = json.at("blocks");
+  return timing;
+}
+
+Cell cell_of(const Json& json) {
+  Cell cell;
+  cell.wrong = wrongness_of(json.at("wrong"));
+  cell.single = timing_of(json.at("single"));
+  if (const Json& cost = json.at("cost_over_S"); !cost.is_null()) {
+    cell.cost.median = number_of(cost.at("median"));
+    cell.cost.p99 = number_of(cost.at("p99"));
+    cell.cost.worst = number_of(cost.at("worst"));
+    cell.cost.count = cost.at("cases");
+    cell.worst = answer_of(json.at("worst"));
+  }
+  for (const Json& each : json.at("wrong_cases")) cell.wrong_cases.push_back(answer_of(each));
+  return cell;
+}
+
+bool has_set(const Corpus& corpus, const std::string& name) {
+  return std::any_of(corpus.sets.begin(), corpus.sets.end(),
+                     [&](const CorpusSet& set) { return set.name == name; });
+}
+
+void add_entries(const Json& results, const std::string& file, const Corpus& corpus, BenchResults& into) {
+  const std::size_t first = into.entries.size();
+  for (const Json& backend : results.at("backends")) {
+    Entry& entry = into.entries.emplace_back();
+    entry.engine = backend.at("name");
+    entry.description = backend.at("description");
+    entry.file = std::filesystem::path(file).filename().string();
+    entry.machine = results.at("machine").at("cpu").get<std::string>();
+  }
+  for (const Json& set : results.at("pair_sets")) {
+    const std::string name = set.at("name");
+    if (!has_set(corpus, name)) continue;  // somebody's own pairs, measured in the same run
+    if (std::find(into.sets.begin(), into.sets.end(), name) == into.sets.end()) into.sets.push_back(name);
+    for (const Json& backend : set.at("backends")) {
+      for (std::size_t e = first; e < into.entries.size(); ++e) {
+        if (into.entries[e].engine != backend.at("backend").get<std::string>()) continue;
+        for (const QueryKind query : kQueryKinds)
+          into.entries[e].sets[name][index_of(query)] =
+              cell_of(backend.at("queries").at(std::string(to_string(query))));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Wrongness Entry::wrong(QueryKind query) const {
+  Wrongness total;
+  for (const auto& [name, cells] : sets) total += cells[index_of(query)].wrong;
+  return total;
+}
+
+double Entry::worst_over_scale(QueryKind query) const {
+  double worst = kNaN;
+  for (const auto& [name, cells] : sets) {
+    const Quantiles& cost = cells[index_of(query)].cost;
+    if (cost.count > 0 && !(worst >= cost.worst)) worst = cost.worst;
+  }
+  return worst;
+}
+
+std::vector<Entry> BenchResults::newest() const {
+  std::vector<Entry> kept;
+  for (const Entry& entry : entries) {
+    const auto known = std::find_if(kept.begin(), kept.end(),
+                                    [&](const Entry& other) { return other.engine == entry.engine; });
+    if (known == kept.end())
+      kept.push_back(entry);
+    else
+      *known = entry;
+  }
+  return kept;
+}
+
+BenchResults read_bench_results(const std::vector<std::string>& files, const Corpus& corpus) {
+  BenchResults all;
+  all.corpus_sha256 = corpus.sha256;
+  for (const std::string& file : files) {
+    const Json results = parse_results(read_file(file, "site"), "site", file);
+    try {
+      if (!results.contains("corpus") || results.at("corpus").at("sha256") != corpus.sha256)
+        throw InputError("site: " + file + ": was not measured on this corpus (compare_backends --corpus)");
+      if (results.at("partial").get<bool>())
+        throw InputError("site: " + partial_note(results, file).substr(0, 300));
+      if (!results.at("measured_against_exact").get<bool>())
+        throw InputError("site: " + file + ": has no errors: it was measured without `exact`");
+      add_entries(results, file, corpus, all);
+    } catch (const nlohmann::json::exception& error) {
+      throw InputError("site: " + file + ": " + reason_of(error));
+    }
+  }
+  return all;
+}
+
+SetResult set_result(const std::vector<Entry>& entries, const std::string& set) {
+  SetResult result;
+  result.name = set;
+  for (const Entry& entry : entries) {
+    const auto found = entry.sets.find(set);
+    if (found == entry.sets.end()) continue;
+    BackendResult& backend = result.backends.emplace_back();
+    backend.name = entry.engine;
+    backend.judged = true;
+    for (const QueryKind query : kQueryKinds) {
+      const std::size_t q = index_of(query);
+      backend.judgement.wrongness[q] = found->second[q].wrong;
+      backend.judgement.cost[q] = found->second[q].cost;
+      backend.rows[q].single = found->second[q].single;
+      result.cases = std::max(result.cases, found->second[q].wrong.cases);
+    }
+  }
+  return result;
+}
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,205 @@
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <string>
+
+#include "touchstone/tests/support/program_test.hpp"
+
+// The corpus and the site of the reference benchmark, as a user runs them.
+
+namespace touchstone {
+namespace {
+
+using Json = nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* kPlan =
+    R"({"schema": "touchstone.corpus/1", "name": "small", "version": "0.1", "sets": [
+  {"name": "containment", "description": "boxes in boxes", "from": {"family": "containment", "seed": 7, "count": 30}},
+  {"name": "touching", "description": "flush <boxes>", "from": {"family": "touching", "seed": 7, "count": 30}},
+  {"name": "own", "description": "of a file", "from": {"files": ["own.json"]}}]})";
+
+constexpr const char* kOwn = R"([{"id": "a pair", "shapes": [{"type": "box", "size": [1, 1, 1]},
+  {"type": "box", "size": [1, 1, 1]}], "poses": ["identity", {"position": [1.5, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]}]}])";
+
+class Bench : public ProgramTest {
+ protected:
+  Bench() : ProgramTest("") {
+    write("own.json", kOwn);
+    write("plan.json", kPlan);
+  }
+
+  std::string at(const std::string& name) const { return (folder_ / name).string(); }
+  Outcome bench(const std::string& arguments) const { return run(std::string(BENCH) + " " + arguments); }
+  Outcome compare(const std::string& arguments) const {
+    return run(std::string(COMPARE_BACKENDS) + " --no-broadphase --repetitions 1 " + arguments);
+  }
+  void make_corpus() const {
+    const Outcome made = bench("corpus " + at("corpus") + " --freeze --manifest " + at("plan.json"));
+    ASSERT_EQ(made.code, 0) << made.err;
+  }
+  void measure(const std::string& backends, const std::string& name) const {
+    const Outcome asked =
+        compare("--corpus " + at("corpus") + " --backend " + backends + " --output " + at(name));
+    ASSERT_EQ(asked.code, 0) << asked.err;
+    std::filesystem::copy_file(folder_ / name / "results.json", folder_ / (name + ".json"));
+  }
+  void replace_in(const std::string& file, const std::string& from, const std::string& to) const {
+    std::string text = read(folder_ / file);
+    ASSERT_NE(text.find(from), std::string::npos) << text;
+    write(file, text.replace(text.find(from), from.size(), to));
+  }
+};
+
+// ---- the corpus
+
+TEST_F(Bench, ACorpusIsTheSameEachTimeAndFrozen) {
+  make_corpus();
+  std::filesystem::copy_file(folder_ / "corpus" / "corpus.json", folder_ / "frozen.json");
+  const Outcome again = bench("corpus " + at("again") + " --manifest " + at("frozen.json"));
+  ASSERT_EQ(again.code, 0) << again.err;
+  for (const char* name : {"corpus.json", "containment.json", "touching.truth.json", "own.truth.json"})
+    EXPECT_EQ(read(folder_ / "again" / name), read(folder_ / "corpus" / name)) << name;
+  EXPECT_THAT(read(folder_ / "corpus" / "own.truth.json"), HasSubstr(R"(["a pair","separated",0.5])"));
+
+  replace_in("frozen.json", R"("seed": 7)", R"("seed": 8)");
+  const Outcome other = bench("corpus " + at("other") + " --manifest " + at("frozen.json"));
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("corpus: containment: this build makes other files"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "other" / "corpus.json"));
+}
+
+TEST_F(Bench, AChangedFileIsNamedBeforeAnythingIsMeasured) {
+  make_corpus();
+  replace_in("corpus/containment.json", "containment:0", "containment:O");
+  const Outcome asked = compare("--corpus " + at("corpus") + " --backend native --output " + at("report"));
+  EXPECT_EQ(asked.code, 2);
+  EXPECT_THAT(asked.err, HasSubstr("containment.json: is not the file that the manifest names"));
+}
+
+TEST_F(Bench, AWrongTruthIsFound) {
+  make_corpus();
+  Json manifest = Json::parse(read(folder_ / "corpus" / "corpus.json"));
+  write("corpus/own.truth.json", "[\n[\"a pair\",\"separated\",0.5000000000000001]\n]\n");
+  // Its hash is made to fit, so that only `exact` can tell.
+  const Outcome sum = run("sha256sum " + at("corpus/own.truth.json"));
+  ASSERT_EQ(sum.code, 0);
+  manifest["sets"][2]["truth_sha256"] = sum.out.substr(0, 64);
+  write("corpus/corpus.json", manifest.dump());
+  const Outcome asked = compare("--corpus " + at("corpus") + " --backend native --output " + at("report"));
+  EXPECT_EQ(asked.code, 2);
+  EXPECT_THAT(asked.err, HasSubstr("own: case 'a pair': the truth in the corpus is not what `exact` says"));
+}
+
+TEST_F(Bench, WhatIsNoCorpusIsRefused) {
+  EXPECT_THAT(compare("--corpus " + at("nowhere")).err, HasSubstr("corpus.json"));
+  make_corpus();
+  EXPECT_THAT(compare("--corpus " + at("corpus") + " --families random").err,
+              HasSubstr("brings its own sets"));
+  write("corpus/corpus.json", "{}");
+  EXPECT_THAT(compare("--corpus " + at("corpus")).err, HasSubstr("corpus.json: has no 'schema'"));
+}
+
+// ---- the site
+
+TEST_F(Bench, EveryRedCellOpensItsCaseAndAReproduction) {
+  make_corpus();
+  measure("native edge_face", "ours");
+  const Outcome made = bench("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus"));
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::string index = read(folder_ / "site" / "index.html");
+  const std::regex link("href='(cases/[^'#]*)#([^']*)'");
+  int links = 0;
+  for (auto at = std::sregex_iterator(index.begin(), index.end(), link); at != std::sregex_iterator(); ++at) {
+    ++links;
+    const std::string page = read(folder_ / "site" / (*at)[1].str());
+    EXPECT_THAT(page, HasSubstr("<section id='" + (*at)[2].str() + "'>"));
+    EXPECT_THAT(page, HasSubstr("<svg"));
+    const std::string text = read(folder_ / "site" / "reproductions" / ((*at)[2].str() + ".md"));
+    EXPECT_THAT(text, HasSubstr("The exact answer"));
+    EXPECT_THAT(text, HasSubstr("penetrating, signed distance -"));
+  }
+  EXPECT_GE(links, 1);  // edge_face misses what is contained
+  EXPECT_THAT(index, HasSubstr("href='cases/containment.html#containment_edge_face_overlap'"));
+  EXPECT_THAT(index, HasSubstr("flush &lt;boxes&gt;"));
+  EXPECT_EQ(read(folder_ / "site" / "raw" / "ours.json"), read(folder_ / "ours.json"));
+  for (const char* request : {"http://", "https://", "src="}) {
+    std::string page = index;
+    for (std::size_t w; (w = page.find("http://www.w3.org/")) != std::string::npos;) page.erase(w, 18);
+    EXPECT_THAT(page, Not(HasSubstr(request)));
+  }
+}
+
+TEST_F(Bench, AReproductionIsWrongAgain) {
+  make_corpus();
+  measure("native edge_face", "ours");
+  ASSERT_EQ(bench("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus")).code, 0);
+  const std::string pair = at("site/reproductions/containment_edge_face_overlap.json");
+  const std::string id = Json::parse(read(pair)).at(0).at("id");
+  const Outcome asked = compare("--pairs " + pair + " --backend edge_face native --case '" + id + "'");
+  ASSERT_EQ(asked.code, 0) << asked.err;
+  EXPECT_THAT(asked.out, HasSubstr("exact: penetrating"));
+  EXPECT_THAT(asked.out, HasSubstr("edge_face\n    overlap: separated"));
+}
+
+TEST_F(Bench, FilesMergeAndALaterOneOfAnEngineReplacesAnEarlierOne) {
+  make_corpus();
+  measure("native", "first");
+  measure("edge_face", "second");
+  std::filesystem::copy_file(folder_ / "second.json", folder_ / "third.json");
+  replace_in("third.json", "\"name\": \"edge_face\",\n   \"description\": \"",
+             "\"name\": \"edge_face\",\n   \"description\": \"2nd ");
+  const std::string corpus = " --corpus " + at("corpus");
+  ASSERT_EQ(bench("site " + at("site") + " " + at("first.json") + " " + at("second.json") + " " +
+                  at("third.json") + corpus)
+                .code,
+            0);
+  const std::string index = read(folder_ / "site" / "index.html");
+  EXPECT_THAT(index, HasSubstr("title='2nd "));
+  for (const char* raw : {"raw/first.json", "raw/second.json", "raw/third.json"})
+    EXPECT_THAT(index, HasSubstr(raw));
+  EXPECT_THAT(bench("site " + at("twice") + " " + at("first.json") + " " + at("first.json") + corpus).err,
+              HasSubstr("another results file has that name"));
+}
+
+TEST_F(Bench, CorpusAndSiteDoNotTakeEachOthersFolders) {
+  make_corpus();
+  measure("native", "ours");
+  const Outcome over = bench("site " + at("corpus") + " " + at("ours.json") + " --corpus " + at("corpus"));
+  EXPECT_EQ(over.code, 2);
+  EXPECT_THAT(over.err, HasSubstr("holds a corpus; name another folder"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "corpus" / "containment.json"));
+  ASSERT_EQ(bench("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus")).code, 0);
+  const Outcome under = bench("corpus " + at("site") + " --freeze --manifest " + at("plan.json"));
+  EXPECT_EQ(under.code, 2);
+  EXPECT_THAT(under.err, HasSubstr("holds a site; name another folder"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "site" / "raw" / "ours.json"));
+}
+
+TEST_F(Bench, NamesOfEnginesDoNotLeadOutOfTheSite) {
+  make_corpus();
+  measure("edge_face", "ours");
+  std::string text = read(folder_ / "ours.json");
+  for (std::size_t w = 0; (w = text.find("\"edge_face\"", w)) != std::string::npos; w += 20)
+    text.replace(w, 11, "\"/../../../victim\"");
+  write("ours.json", text);
+  const Outcome made = bench("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus"));
+  EXPECT_EQ(made.code, 2);
+  EXPECT_THAT(made.err, HasSubstr("leads out of it"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "site"));
+}
+
+TEST_F(Bench, ResultsOfAnotherCorpusAreRefused) {
+  make_corpus();
+  measure("native", "ours");
+  replace_in("corpus/corpus.json", "\"0.1\"", "\"0.2\"");
+  const Outcome made = bench("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus"));
+  EXPECT_EQ(made.code, 2);
+  EXPECT_THAT(made.err, HasSubstr("ours.json: was not measured on this corpus"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "site" / "index.html"));
+}
+
+}  // namespace
+}  // namespace touchstone
