@@ -20,9 +20,10 @@
 #include "touchstone/examples/compare_backends/page/html_report.hpp"
 #include "touchstone/examples/compare_backends/results/json_writer.hpp"
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
+#include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {

@@ -1,6 +1,6 @@
 #include <cstdlib>
 
-#include "touchstone/examples/compare_backends/run/worker.hpp"
+#include "touchstone/examples/compare_backends/run/workers/worker.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 
 // Offers the fakes; dies in `failing`'s place when it is asked for "dying".

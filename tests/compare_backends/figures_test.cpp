@@ -16,8 +16,9 @@
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/drift_file.hpp"
 #include "touchstone/examples/compare_backends/run/replay_command.hpp"
-#include "touchstone/examples/program/shell_text.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
+#include "touchstone/examples/program/options/shell_text.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 

@@ -9,7 +9,7 @@
 #include "touchstone/examples/compare_backends/results/json_writer.hpp"
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
 #include "touchstone/examples/measures/random.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 #include "touchstone/tests/compare_backends/page_in_browser.hpp"
 #include "touchstone/tests/compare_backends/random_choices.hpp"
 
@@ -69,21 +69,21 @@ void expect_said(const nlohmann::json& page, const Verdict& verdict, const nlohm
   }
 }
 
-struct Told {
+struct VerdictCounts {
   std::size_t decided = 0, empty = 0;
 };
 // The page's answers to all that was asked, against decide()'s.
-Told expect_all_said(const nlohmann::json& page, const std::vector<ChoiceSet>& sets,
-                     const nlohmann::json& asked) {
-  Told told;
+VerdictCounts expect_all_said(const nlohmann::json& page, const std::vector<ChoiceSet>& sets,
+                              const nlohmann::json& asked) {
+  VerdictCounts counted;
   EXPECT_EQ(page.size(), asked.size());
   for (std::size_t i = 0; i < asked.size() && i < page.size(); ++i) {
     const Verdict verdict = decide(sets, choice_from(asked[i]));
     expect_said(page[i], verdict, asked[i]);
-    told.decided += !verdict.fastest.empty();
-    told.empty += verdict.is_empty();
+    counted.decided += !verdict.fastest.empty();
+    counted.empty += verdict.is_empty();
   }
-  return told;
+  return counted;
 }
 
 // The page's menus have the ends of the bins alone.
@@ -118,9 +118,9 @@ TEST_F(PageInBrowser, DecidesAsTheProgramOnFiveHundredChoices) {
   const nlohmann::json seen = look(html_report(made_up_report(sets)), controls_script(asked));
   EXPECT_EQ(seen["faults"], nlohmann::json::array());
   ASSERT_TRUE(seen["found"].is_array()) << seen;
-  const Told told = expect_all_said(seen["found"], sets, asked);
-  EXPECT_GT(told.decided, 100u);
-  EXPECT_GT(told.empty, 5u);
+  const VerdictCounts counted = expect_all_said(seen["found"], sets, asked);
+  EXPECT_GT(counted.decided, 100u);
+  EXPECT_GT(counted.empty, 5u);
 }
 
 // Contacts only, and 0.1 mm with one in a thousand beyond.
@@ -150,9 +150,10 @@ TEST_F(PageScript, DecidesAsTheProgramOnFiveHundredChoices) {
   Random random(20);
   const std::vector<ChoiceSet> sets = made_up_choice_sets(random);
   const nlohmann::json asked = random_choices(random, sets, 500);
-  const Told told = expect_all_said(in_node(choices_json(made_up_report(sets)), asked), sets, asked);
-  EXPECT_GT(told.decided, 100u);
-  EXPECT_GT(told.empty, 5u);
+  const VerdictCounts counted =
+      expect_all_said(in_node(choices_json(made_up_report(sets)), asked), sets, asked);
+  EXPECT_GT(counted.decided, 100u);
+  EXPECT_GT(counted.empty, 5u);
 }
 
 // A real run's page against the command line on that run's results.json.
@@ -175,15 +176,15 @@ TEST_F(PageScript, OfARealRunSaysWhatTheCommandLineSays) {
   const nlohmann::json seen = in_node(results.at("choices").dump(), asked);
   expect_all_said(seen, sets, asked);
   EXPECT_THAT(read(report + "/report.html"), ::testing::HasSubstr(std::string(embedded_text("decide.js"))));
-  int told = 0;
-  for (std::size_t i = 0; i < asked.size() && told < 12; ++i) {
+  int counted = 0;
+  for (std::size_t i = 0; i < asked.size() && counted < 12; ++i) {
     if (decide(sets, choice_from(asked[i])).is_empty()) continue;
     const std::string said = command("decide " + report + "/results.json" + as_options(asked[i]));
     const std::string shown = said.substr(1, said.find("\n  backend ") - 1);
     EXPECT_EQ(shown, wrapped(seen[i]["sentence"].get<std::string>())) << asked[i];
-    ++told;
+    ++counted;
   }
-  EXPECT_EQ(told, 12);
+  EXPECT_EQ(counted, 12);
 }
 
 TEST_F(PageInBrowser, OpensWithoutAnErrorOrARequest) {

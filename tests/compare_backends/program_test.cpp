@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
 // The program as a user runs it.
@@ -174,7 +174,7 @@ TEST_F(Program, EveryFileThatItWritesIsLookedForBeforeTheRun) {
     fs::remove_all(folder_ / "other");
     fs::create_directories((folder_ / "other" / name).parent_path());
     write("other/" + name, "mine");
-    // So many pairs that a run which starts is not over in a minute.
+    // Enough pairs that a run which starts is not over in a minute.
     const Outcome outcome = run("--count 1000000 --families random touching" + insertion + " --output " +
                                 (folder_ / "other").string());
     ASSERT_EQ(outcome.code, 2) << name;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/compare_backends/run/options.hpp"
+#include "touchstone/examples/compare_backends/run/sets/options.hpp"
 
 namespace touchstone::comparison {
 namespace {

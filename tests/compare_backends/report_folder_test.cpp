@@ -13,11 +13,11 @@
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/engine_log.hpp"
-#include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/report_files.hpp"
-#include "touchstone/examples/program/report_manifest.hpp"
-#include "touchstone/examples/program/sha256.hpp"
+#include "touchstone/examples/program/files/report_files.hpp"
+#include "touchstone/examples/program/files/report_manifest.hpp"
+#include "touchstone/examples/program/files/sha256.hpp"
+#include "touchstone/examples/program/terminal/engine_log.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
 namespace touchstone::comparison {

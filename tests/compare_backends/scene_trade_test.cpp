@@ -8,9 +8,9 @@
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
 #include "touchstone/examples/compare_backends/results/least_that_serves_page.hpp"
-#include "touchstone/examples/compare_backends/run/pair_choice.hpp"
-#include "touchstone/examples/compare_backends/run/scene_covers.hpp"
-#include "touchstone/examples/compare_backends/run/scene_trade.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/pair_choice.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_covers.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_trade.hpp"
 #include "touchstone/examples/measures/random.hpp"
 
 // The smallest sufficient model: its reference against closed forms, its errors and its choices against brute

@@ -1,11 +1,12 @@
-#include "touchstone/examples/compare_backends/run/worker.hpp"
+#include "touchstone/examples/compare_backends/run/workers/worker.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
-#include "touchstone/examples/compare_backends/run/job_io.hpp"
+#include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
+#include "touchstone/examples/compare_backends/run/workers/job_io.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/shell_text.hpp"
+#include "touchstone/examples/program/options/shell_text.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 /// Cases of the user's own decide alone, unless families are named too.
 void choose_families(Options& options) {
   const std::vector<std::string> all = {"all"}, none = {"none"};
-  const bool has_own = !options.pairs_file.empty() || !options.scenes.empty();
+  const bool has_own = !options.pairs_file.empty() || !options.scenes.empty() || !options.corpus.empty();
   if (options.families.empty() && has_own) {
     options.families = none;
     options.no_broadphase = true;
@@ -111,10 +111,10 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--engine", options.engines,
                  "Commands of engines that read pairs and write answers, split at blanks "
                  "(adapters/process_engine/README.md)");
-  app.add_option(
-      "--families", options.families,
-      "Pair families, 'all' or 'none' (default: all; none where --pairs, --capture or --scene brings "
-      "cases of your own, which then decide alone)");
+  app.add_option("--families", options.families,
+                 "Pair families, 'all' or 'none' (default: all; none where --pairs, --capture, --corpus or "
+                 "--scene brings "
+                 "cases of your own, which then decide alone)");
   app.add_option("--count", raw.count, "Pairs a family (default 20000, 500 with --quick)")
       ->check(CLI::Range(1, 10000000));
   app.add_option("--seed", options.seed, "Seed of the pair families")
@@ -127,6 +127,8 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
   auto* pairs_option = app.add_option("--pairs", options.pairs_file, "Your own cases (JSON)");
   app.add_option("--capture", raw.capture_file, "The same of an engine's own check, with its answers")
       ->excludes(pairs_option);
+  app.add_option("--corpus", options.corpus,
+                 "Folder of a corpus (touchstone_bench corpus): its sets, held against its hashes and truth");
   app.add_option("--dynamics", options.dynamics_file,
                  "results.json of dynamics_run, for the page's section on dynamics drift");
   raw.choice.add_to(app);
@@ -158,6 +160,7 @@ void settle(const CLI::App& app, const RawOptions& raw, Options& options) {
   if (!raw.settings.empty() && options.scenes.empty())
     throw InputError("--set: there is no --scene to set it in");
   if (app.count("--case") > 0 && options.case_id.empty()) throw InputError("--case: names no case");
+  if (app.count("--corpus") > 0 && options.corpus.empty()) throw InputError("--corpus: names no folder");
   if (options.output.empty()) throw InputError("--output: names no folder");
   if (app.count("--capture") > 0) {
     if (raw.capture_file.empty()) throw InputError("--capture: names no file");
@@ -165,7 +168,10 @@ void settle(const CLI::App& app, const RawOptions& raw, Options& options) {
     options.is_capture = true;
   }
   choose_families(options);
-  if (options.no_families && options.scenes.empty() && options.pairs_file.empty() && options.no_broadphase)
+  if (!options.corpus.empty() && !options.no_families)
+    throw InputError("--corpus: brings its own sets; --families draws others of the same names");
+  if (options.no_families && options.scenes.empty() && options.pairs_file.empty() && options.corpus.empty() &&
+      options.no_broadphase)
     throw InputError(
         "--families none: and no --scene, no --pairs and no broadphases: there is nothing to compare");
   if (options.quick && app.count("--repetitions") == 0) options.repetitions = 2;

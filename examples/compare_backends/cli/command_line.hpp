@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/compare_backends/run/options.hpp"
+#include "touchstone/examples/compare_backends/run/sets/options.hpp"
 
 namespace CLI {
 class App;

@@ -6,8 +6,8 @@
 #include "touchstone/examples/compare_backends/cli/command_line.hpp"
 #include "touchstone/examples/compare_backends/cli/terminal.hpp"
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
-#include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 

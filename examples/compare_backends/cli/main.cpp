@@ -18,9 +18,9 @@
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/replay.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
-#include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/report_run.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/files/report_run.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace {
 
@@ -60,6 +60,8 @@ std::vector<std::string> report_names(const Options& options, const Backends& ba
   std::vector<std::string> sets, names = {"results.json", "results.csv", "report.html"}, backend_names;
   if (!options.no_families)
     for (const PairFamily& family : pair_families()) sets.emplace_back(family.name);
+  if (!options.corpus.empty())
+    for (const CorpusSet& set : load_corpus(options.corpus).sets) sets.push_back(set.name);
   if (!options.pairs_file.empty()) {
     sets.emplace_back("pairs");
     names.insert(names.end(), {"answers.json", "answers.csv"});

@@ -1,7 +1,7 @@
 #include <iostream>
 
 #include "touchstone/adapters/plugin/plugin.hpp"
-#include "touchstone/examples/compare_backends/run/worker.hpp"
+#include "touchstone/examples/compare_backends/run/workers/worker.hpp"
 
 // The first argument is the library, the others are a worker's.
 int main(int argc, char** argv) {

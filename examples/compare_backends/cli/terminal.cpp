@@ -6,12 +6,10 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-double median(const std::optional<Timing>& timing) { return timing ? timing->median_ns : kNaN; }
 
 // The reference of the ratio columns: native's one-pair-a-call median, else the fastest one's.
 double reference(const SetResult& set, QueryKind kind) {

@@ -11,9 +11,9 @@
 #include "touchstone/examples/compare_backends/diff/mann_whitney.hpp"
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
 #include "touchstone/examples/measures/quantiles.hpp"
-#include "touchstone/examples/program/json_error.hpp"
-#include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/files/json_error.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

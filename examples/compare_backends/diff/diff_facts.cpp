@@ -4,7 +4,7 @@
 
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
 #include "touchstone/examples/measures/accuracy.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kKinds[] = {"missed", "phantom", "undecided", "failed", "unsupported", "missing_value"};
 constexpr const char* kFrameKinds[] = {"missed_frames", "phantom_frames", "undecided_frames"};
 constexpr const char* kModes[] = {"single", "cached", "batch", "raw", "frame"};
-constexpr const char* kWays[] = {"swapped", "moved", "repeated", "threads"};
+constexpr const char* kChecks[] = {"swapped", "moved", "repeated", "threads"};
 
 bool is_of_manifold(const std::string& measure) {
   for (auto m = static_cast<std::size_t>(Measure::deepest); m < kMeasures; ++m)
@@ -91,11 +91,11 @@ class Collector {
 
   void add_consistency(const std::string& where, const std::string& backend, const Json& consistency) {
     if (consistency.is_null()) return;
-    for (const char* way : kWays) {
-      const Json& change = consistency.at(way);
+    for (const char* check : kChecks) {
+      const Json& change = consistency.at(check);
       const Json& cases = change.at("cases");
       if (cases == 0) continue;
-      const std::string name = way;
+      const std::string name = check;
       add_count(FactPart::consistency, {where, "", backend, name + ": classes"}, change.at("classes_changed"),
                 cases);
       add_count(FactPart::consistency, {where, "", backend, name + ": bits"}, change.at("bits_changed"),

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/files/json.hpp"
 
 namespace touchstone::comparison {
 

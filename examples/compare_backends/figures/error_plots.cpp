@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "touchstone/examples/compare_backends/figures/plot_scale.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 
 namespace touchstone::comparison {
 namespace {

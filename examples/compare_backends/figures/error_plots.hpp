@@ -6,7 +6,7 @@
 
 #include "touchstone/examples/compare_backends/figures/plot_scale.hpp"
 #include "touchstone/examples/compare_backends/judge/set_result.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 
 namespace touchstone::comparison {
 

@@ -42,6 +42,7 @@ std::vector<ReportFile> figure_files(const Report& report) {
   const auto add = [&](const std::string& name, std::string svg) {
     if (!svg.empty()) files.emplace_back(file_name(name), std::move(svg));
   };
+  // Of each set, on axes that all share.
   const PlotAxes axes = axes_for(report.sets);
   const Decades error_axis = error_axis_for(report.sets, QueryKind::distance);
   const Decades time_axis = time_axis_for(report.sets);
@@ -58,6 +59,7 @@ std::vector<ReportFile> figure_files(const Report& report) {
     for (const std::string& name : names)
       add("signed_" + name, signed_error_plot(report.sets, name, names, true));
   }
+  // Of the whole run.
   add("broadphases", growth_plot(report.broadphases, Growth::objects, names, true));
   add("broadphases_hexahedra", growth_plot(report.broadphases, Growth::hexahedra_each, names, true));
   add("threads", thread_plot(report.thread_runs, names, true));

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "touchstone/examples/compare_backends/run/report.hpp"
-#include "touchstone/examples/program/report_files.hpp"
+#include "touchstone/examples/program/files/report_files.hpp"
 
 namespace touchstone::comparison {
 

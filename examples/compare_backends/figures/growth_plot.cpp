@@ -7,8 +7,8 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/figures/plot_scale.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -138,6 +138,7 @@ bool has_room_inside(const std::vector<Drawn>& lines, const Drawn& own) {
 std::string line_labels(const std::vector<Drawn>& lines, const std::vector<std::string>& without_speed) {
   std::string svg;
   std::vector<const Drawn*> column;
+  // Inside where there is room.
   for (const Drawn& line : lines) {
     if (!has_room_inside(lines, line)) {
       column.push_back(&line);
@@ -146,6 +147,7 @@ std::string line_labels(const std::vector<Drawn>& lines, const std::vector<std::
     svg += fmt::format("<text class='label' x='{:.1f}' y='{:.1f}'>{}</text>", line.end_x() + 11,
                        line.end_y() + 4, xml_text(line.text));
   }
+  // The others in the column, from top to bottom.
   std::stable_sort(column.begin(), column.end(),
                    [](const Drawn* x, const Drawn* y) { return x->end_y() < y->end_y(); });
   std::vector<double> wanted;
@@ -160,6 +162,7 @@ std::string line_labels(const std::vector<Drawn>& lines, const std::vector<std::
     svg += fmt::format("<text class='label' x='{}' y='{:.1f}'>{}</text>", kRight + 26, heights[i] + 4,
                        xml_text(column[i]->text));
   }
+  // Below them, the backends without a speed.
   double y = (heights.empty() ? kTop : std::max(heights.back(), low_end)) + kLabelStep;
   for (const std::string& text : without_speed) {
     svg += fmt::format("<text class='label' x='{}' y='{:.1f}'>{}</text>", kRight + 10, y + 4, xml_text(text));

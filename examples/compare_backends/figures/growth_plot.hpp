@@ -6,7 +6,7 @@
 
 #include "touchstone/examples/measures/broadphase_run.hpp"
 #include "touchstone/examples/measures/thread_run.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 
 namespace touchstone::comparison {
 

@@ -7,8 +7,8 @@
 
 #include "touchstone/examples/compare_backends/figures/plot_scale.hpp"
 #include "touchstone/examples/compare_backends/judge/pareto_front.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -151,6 +151,7 @@ std::string draw_rail(const std::vector<RailEntry>& rail, const std::vector<Rail
         "speed</text>",
         kRail, kTop, y + step * static_cast<double>(rail.size() - 1), kRail - 12, kTop - 8);
   }
+  // Wrong or silent backends.
   for (const RailEntry& entry : rail) {
     svg += mark_at(entry.place, kRail, y, true);
     svg += fmt::format("<text class='label' x='{}' y='{:.1f}'>{}</text>", kRail + 13, y + 0.5,
@@ -160,6 +161,7 @@ std::string draw_rail(const std::vector<RailEntry>& rail, const std::vector<Rail
     y += step;
   }
   if (unsupported.empty()) return svg;
+  // Those that do not support some pairs.
   y = rail.empty() ? kTop - 8 : y + 2;
   svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>pairs not supported: no speed</text>", kRail - 12,
                      y);
@@ -208,6 +210,7 @@ std::string draw_marks(const std::vector<Mark>& marks, const LogScale& x, const 
   std::string whiskers, shapes, text;
   Labels labels;
   const std::vector<double> columns = zero_columns(marks, y);
+  // Names keep clear of marks and whiskers.
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const double mx = marks[i].error.worst == 0.0 ? columns[i] : x(marks[i].error.worst),
                  my = y(marks[i].time.median_ns);

@@ -9,8 +9,8 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/figures/plot_scale.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

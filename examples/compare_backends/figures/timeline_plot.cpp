@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 
 namespace touchstone::comparison {
 namespace {

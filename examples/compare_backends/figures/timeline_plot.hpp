@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/compare_backends/run/scene_run.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_run.hpp"
 
 namespace touchstone::comparison {
 

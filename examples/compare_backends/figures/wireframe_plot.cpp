@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -102,11 +102,9 @@ std::size_t cases_in(const ChoiceSet& set, const Choice& choice) {
 }
 
 void check_sets(const Choice& choice, const std::vector<std::string>& known) {
-  std::string list;
-  for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
   for (const std::string& name : choice.sets) {
     if (std::find(known.begin(), known.end(), name) == known.end())
-      throw InputError("--of: no set '" + name + "'; there are " + list);
+      throw InputError("--of: no set '" + name + "'; there are " + joined(known));
   }
 }
 

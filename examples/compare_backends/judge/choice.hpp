@@ -66,7 +66,7 @@ std::vector<ChoiceSet> choice_sets(std::span<const SetResult> sets);
 /// @throws InputError naming the sets that there are, where the choice names one that is not among them.
 void check_sets(const Choice& choice, const std::vector<std::string>& known);
 
-/// @throws InputError for a name that is none of a query.
+/// @throws InputError for an unknown query.
 QueryKind query_named(const std::string& name);
 
 /// Cases of the set in the choice's domain; 0 where the set is not chosen.

@@ -8,13 +8,10 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/compare_backends/judge/upper_bound.hpp"
 #include "touchstone/examples/compare_backends/judge/verdict_texts.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-// std::max drops a NaN that comes second.
-double larger(double x, double y) { return std::isnan(x) || std::isnan(y) ? kNaN : std::max(x, y); }
 
 std::size_t beyond_of(const AskedCosts& asked, const Choice& choice) {
   const std::size_t needed =

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 
@@ -28,6 +28,24 @@ void HtmlTable::add(const std::vector<std::string>& row, const char* style) {
   for (std::size_t i = 0; i < row.size(); ++i)
     html_ += i == 0 ? "<th>" + row[i] + "</th>" : "<td>" + xml_text(row[i]) + "</td>";
   html_ += "</tr>\n";
+}
+
+void HtmlTable::add_markup(const std::vector<std::string>& row) {
+  html_ += "<tr>";
+  for (std::size_t i = 0; i < row.size(); ++i)
+    html_ += i == 0 ? "<th>" + row[i] + "</th>" : "<td>" + row[i] + "</td>";
+  html_ += "</tr>\n";
+}
+
+std::string filled(std::string_view text, const std::map<std::string_view, std::string>& values) {
+  std::string page;
+  for (std::size_t open; (open = text.find("{{")) != std::string_view::npos;) {
+    const std::size_t close = text.find("}}", open);
+    page += text.substr(0, open);
+    page += values.at(text.substr(open + 2, close - open - 2));
+    text.remove_prefix(close + 2);
+  }
+  return page.append(text);
 }
 
 std::string source_note(const std::string& json_path, const std::string& svg) {

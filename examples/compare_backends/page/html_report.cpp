@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <map>
-#include <string_view>
-
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/page/embedded_text.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -33,11 +31,8 @@ constexpr Part kParts[] = {
 std::string notices(const Report& report) {
   std::string html;
   if (!report.not_measured.empty()) {
-    std::string missing;
-    for (const std::string& name : report.not_measured)
-      missing += (missing.empty() ? "" : ", ") + xml_text(name);
     html += "<p class='gap'><strong>This report is partial: the run ended early.</strong> Not measured: " +
-            missing + ".</p>\n";
+            joined(report.not_measured, xml_text) + ".</p>\n";
   }
   for (const Gap& gap : report.gaps)
     html += fmt::format("<p class='gap'>Missing: {}. {}.</p>\n", xml_text(gap.what), xml_text(gap.why));
@@ -46,18 +41,6 @@ std::string notices(const Report& report) {
         "<p class='gap'>Without <code>exact</code> no error is measured: this report holds times only.</p>\n";
   }
   return html;
-}
-
-// The template with each {{name}} replaced; what is put in is not looked through again.
-std::string filled(std::string_view text, const std::map<std::string_view, std::string>& values) {
-  std::string page;
-  for (std::size_t open; (open = text.find("{{")) != std::string_view::npos;) {
-    const std::size_t close = text.find("}}", open);
-    page += text.substr(0, open);
-    page += values.at(text.substr(open + 2, close - open - 2));
-    text.remove_prefix(close + 2);
-  }
-  return page.append(text);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 
 namespace touchstone::comparison {
 

@@ -2,8 +2,8 @@
 
 #include "touchstone/examples/compare_backends/figures/growth_plot.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -73,6 +73,7 @@ std::string threads(const Page& page) {
                 thread_line_count(report.thread_runs), kFewLines) +
             thread_plot(report.thread_runs, page.names, false) + "</div></details>\n";
   }
+  // The table behind the plot.
   html += gaps;
   HtmlTable table({"backend", "threads", "ns a pair", "99%", "wrong"});
   for (const ThreadResult& run : report.thread_runs) {

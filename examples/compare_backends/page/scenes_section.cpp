@@ -3,8 +3,8 @@
 #include "touchstone/examples/compare_backends/figures/timeline_plot.hpp"
 #include "touchstone/examples/compare_backends/judge/upper_bound.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

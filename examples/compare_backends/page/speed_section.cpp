@@ -2,8 +2,8 @@
 
 #include "touchstone/examples/compare_backends/figures/speed_error_plot.hpp"
 #include "touchstone/examples/compare_backends/page/sections.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 

@@ -5,8 +5,8 @@
 
 #include "touchstone/examples/compare_backends/page/sections.hpp"
 #include "touchstone/examples/compare_backends/results/json_writer.hpp"
-#include "touchstone/examples/program/svg_plot.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

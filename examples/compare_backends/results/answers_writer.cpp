@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "touchstone/examples/compare_backends/results/answers_writer.hpp"
-#include "touchstone/examples/program/csv.hpp"
-#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/files/csv.hpp"
+#include "touchstone/examples/program/files/json.hpp"
 
 namespace touchstone::comparison {
 namespace {

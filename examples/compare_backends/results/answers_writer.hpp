@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "touchstone/examples/compare_backends/run/pair_file_run.hpp"
+#include "touchstone/examples/compare_backends/run/sets/pair_file_run.hpp"
 
 namespace touchstone::comparison {
 

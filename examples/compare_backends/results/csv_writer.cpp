@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "touchstone/examples/compare_backends/results/json_writer.hpp"
-#include "touchstone/examples/program/csv.hpp"
+#include "touchstone/examples/program/files/csv.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "touchstone/examples/compare_backends/run/report.hpp"
-#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/files/json.hpp"
 
 // The parts of results.json.
 

@@ -36,7 +36,12 @@ Json json(const Capabilities& capabilities) {
 }
 
 Json json(const WorstCase& worst, const SetResult& set) {
-  return {{"cost_m", number(worst.cost)}, {"case", case_id(set, worst.index)}, {"reason", worst.reason}};
+  return {{"cost_m", number(worst.cost)},
+          {"case", case_id(set, worst.index)},
+          {"reason", worst.reason},
+          {"status", to_string(worst.status)},
+          {"separation_m", number(worst.separation)},
+          {"normal", comparison::json(worst.n_AB_W)}};
 }
 
 Json json_query(const SetResult& set, const BackendResult& backend, QueryKind kind) {

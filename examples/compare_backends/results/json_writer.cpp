@@ -26,6 +26,7 @@ std::string choices_json(const Report& report) {
 
 std::string results_json(const Report& report) {
   Json root;
+  // The run, its machine, and how times were taken.
   root["schema"] = fmt::format("touchstone.compare_backends/{}", kResultsSchema);
   root["command"] = report.options.command_line;
   root["seed"] = report.options.seed;
@@ -33,6 +34,10 @@ std::string results_json(const Report& report) {
   root["partial"] = !report.not_measured.empty();
   root["not_measured"] = report.not_measured;
   root["engine_messages"] = report.engine_messages;
+  if (report.corpus)
+    root["corpus"] = {{"name", report.corpus->name},
+                      {"version", report.corpus->version},
+                      {"sha256", report.corpus->sha256}};
   root["machine"] = {{"cpu", report.machine.cpu},
                      {"instruction_set", report.machine.instruction_set},
                      {"hardware_threads", report.machine.hardware_threads},
@@ -48,6 +53,7 @@ std::string results_json(const Report& report) {
                     {"repetitions", report.options.repetitions},
                     {"seconds_a_row_and_repetition_at_most", measure.slow_seconds}};
   for (const auto& [name, text] : kTimingMethod) root["timing"]["definitions"][std::string(name)] = text;
+  // The backends, and what the figures mean.
   root["backends"] = Json::array();
   for (const auto& [name, description] : report.backends) {
     root["backends"].push_back({{"name", name}, {"description", description}});
@@ -59,6 +65,7 @@ std::string results_json(const Report& report) {
     root["definitions"][to_string(static_cast<Measure>(m))] = definition(static_cast<Measure>(m));
   }
   root["curve_shares"] = kCurveShares;
+  // The measured sets.
   root["pair_sets"] = json_list(report.sets);
   for (const auto& [name, description] : report.backends) {
     const Consistency total = total_consistency(report.sets, name);
@@ -76,6 +83,7 @@ std::string results_json(const Report& report) {
   root["thread_gaps"] = Json::array();
   for (const Gap& gap : report.thread_gaps)
     root["thread_gaps"].push_back({{"what", gap.what}, {"why", gap.why}});
+  // The conclusions.
   root["gallery"] = json_list(report.gallery);
   root["rankings"] = json_list(report.rankings);
   root["choices"] = json(report.choices);

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "touchstone/examples/compare_backends/results/markdown.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {

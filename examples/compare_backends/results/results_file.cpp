@@ -1,7 +1,7 @@
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/json_error.hpp"
+#include "touchstone/examples/program/files/json_error.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -78,10 +78,8 @@ std::vector<ChoiceSet> choice_sets_of(const Json& results, const std::string& wh
 
 std::string partial_note(const Json& results, const std::string& what) {
   if (!results.contains("partial") || !results.at("partial").get<bool>()) return "";
-  std::string missing;
-  for (const Json& name : results.at("not_measured"))
-    missing += (missing.empty() ? "" : ", ") + name.get<std::string>();
-  return what + " is partial: the run ended early, without " + missing + "\n";
+  return what + " is partial: the run ended early, without " +
+         joined(results.at("not_measured"), [](const Json& name) { return name.get<std::string>(); }) + "\n";
 }
 
 }  // namespace touchstone::comparison

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "touchstone/examples/compare_backends/judge/verdict.hpp"
-#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/files/json.hpp"
 
 namespace touchstone::comparison {
 

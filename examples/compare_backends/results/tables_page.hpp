@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/files/json.hpp"
 
 namespace touchstone::comparison {
 

@@ -8,26 +8,12 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/run/drift_file.hpp"
 #include "touchstone/examples/compare_backends/run/replay_command.hpp"
+#include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
-#include "touchstone/examples/program/engine_log.hpp"
+#include "touchstone/examples/program/terminal/engine_log.hpp"
 
 namespace touchstone::comparison {
 namespace {
-
-BackendResult sum_up_backend(const BackendAnswers& answers) {
-  BackendResult result;
-  result.name = answers.name;
-  result.description = answers.description;
-  result.capabilities = answers.capabilities;
-  result.frame = answers.frame_by_query;
-  result.failure = answers.failure;
-  result.consistency = answers.consistency;
-  for (const QueryKind kind : kQueryKinds) {
-    const QueryAnswers& query = answers.queries[index_of(kind)];
-    result.rows[index_of(kind)] = {query.single, query.batch, query.raw, query.cached, query.allocations};
-  }
-  return result;
-}
 
 MeasureOptions measure_options(const Options& options) {
   MeasureOptions measure;
@@ -61,9 +47,20 @@ class Session {
     }
   }
 
+  void run_corpus(Report& report) {
+    if (!report.corpus) return;
+    for (const CorpusSet& set : report.corpus->sets) {
+      report.sets.push_back(run_set(corpus_pairs(*report.corpus, set), nullptr,
+                                    [&](const auto& truth) { check_truth(*report.corpus, set, truth); }));
+      finish_part(report, set.name);
+    }
+  }
+
   /// The parts to be measured, in this order.
-  std::vector<std::string> parts(bool has_pairs) const {
+  std::vector<std::string> parts(const std::optional<Corpus>& corpus, bool has_pairs) const {
     std::vector<std::string> names = chosen_families();
+    if (corpus)
+      for (const CorpusSet& set : corpus->sets) names.push_back(set.name);
     if (has_pairs) names.push_back("pairs");
     for (const std::string& file : options_.scenes) names.push_back("scene " + file);
     if (!options_.no_broadphase) names.insert(names.end(), {"broadphases", "selection"});
@@ -72,8 +69,10 @@ class Session {
   }
 
   /// Those that a choice can name.
-  std::vector<std::string> set_names() const {
+  std::vector<std::string> set_names(const std::optional<Corpus>& corpus) const {
     std::vector<std::string> names = chosen_families();
+    if (corpus)
+      for (const CorpusSet& set : corpus->sets) names.push_back(set.name);
     if (!options_.pairs_file.empty()) names.push_back("pairs");
     for (std::string& name : scene_names(options_.scenes)) names.push_back(std::move(name));
     return names;
@@ -196,11 +195,14 @@ class Session {
                         [&](const Worker& worker) { return worker.offers(name); });
   }
 
-  SetResult run_set(PairSet set, PairFileResult* keep) {
+  /// @param check what the set's truth must hold.
+  SetResult run_set(PairSet set, PairFileResult* keep,
+                    const std::function<void(std::span<const PairTruth>)>& check = {}) {
     std::vector<PairTruth> truth;
     if (oracle_ != nullptr) {
       progress_.step(set.name + ": exact answers");
       truth = compute_truth(set, *oracle_, options_.threads, share_);
+      if (check) check(truth);
       for (const PairTruth& each : truth) set.exact_separations.push_back(each.separation);
     }
     progress_.step(set.name + ": backends");
@@ -261,7 +263,7 @@ std::vector<PlannedPart> planned(const std::vector<std::string>& parts,
   for (const std::string& part : parts) {
     const auto cases = cases_of.find(part);
     if (cases != cases_of.end())
-      plan.push_back({part == "pairs" ? "family" : "scene", cases->second});
+      plan.push_back({part.starts_with("scene ") ? "scene" : "family", cases->second});
     else
       plan.push_back({part == "threads" || part == "broadphases" || part == "selection" ? part : "family",
                       family_cases});
@@ -272,9 +274,7 @@ std::vector<PlannedPart> planned(const std::vector<std::string>& parts,
 void check_known(const Backends& backends, const std::string& name) {
   const std::vector<std::string> known = known_names(backends);
   if (std::find(known.begin(), known.end(), name) != known.end()) return;
-  std::string list;
-  for (const std::string& each : known) list += (list.empty() ? "" : ", ") + each;
-  throw InputError("unknown backend '" + name + "', this build knows: " + list);
+  throw InputError("unknown backend '" + name + "', this build knows: " + joined(known));
 }
 
 }  // namespace
@@ -311,30 +311,6 @@ std::vector<BackendAnswers> answer_set(const Options& options, const Backends& b
   return answers;
 }
 
-SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Oracle* oracle,
-                 std::span<const BackendAnswers> answers, int threads, const Progress& progress) {
-  SetResult result;
-  result.name = set.name;
-  result.description = set.description;
-  result.cases = set.cases();
-  result.pairs = set.pairs.size();
-  result.ids = set.ids;
-  for (const PairTruth& each : truth) {
-    result.contacts += each.contact();
-    result.touching += each.pair_class == PairClass::touching;
-  }
-  for (std::size_t b = 0; b < answers.size(); ++b) {
-    result.backends.push_back(sum_up_backend(answers[b]));
-    if (oracle == nullptr) continue;
-    const auto part = [&](double done) {
-      if (progress) progress((static_cast<double>(b) + done) / static_cast<double>(answers.size()));
-    };
-    result.backends.back().judgement = judge(set, truth, *oracle, answers[b], threads, part);
-    result.backends.back().judged = true;
-  }
-  return result;
-}
-
 Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
                       ProgressLine& progress, const OnPart& on_part) {
   Report report;
@@ -344,6 +320,7 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   report.has_truth = oracle != nullptr;
   report.backends = chosen_backends(options, backends);
   Session session(options, backends, oracle, progress, on_part);
+  // Bad input ends the run before anything is measured.
   check_once("--families", options.families);
   check_once("--scene", scene_names(options.scenes));
   for (const std::string& name : session.chosen_families()) make_pair_family(name, options.seed, 0);
@@ -352,7 +329,8 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
     cases_of["scene " + file] =
         check_scene_length(file, parameters_for(file, options.scene_settings), most_frames(options));
   check_settings(options.scenes, options.scene_settings);
-  check_sets(options.choice, session.set_names());
+  if (!options.corpus.empty()) report.corpus = load_corpus(options.corpus);
+  check_sets(options.choice, session.set_names(report.corpus));
   std::optional<PairFileCases> cases;
   if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
   if (options.is_capture && !cases->captured)
@@ -361,10 +339,14 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
 
   if (!options.dynamics_file.empty()) report.drift = load_drift(options.dynamics_file);
 
-  report.not_measured = session.parts(cases.has_value());
+  // The parts, in order; each takes its name off the list.
+  report.not_measured = session.parts(report.corpus, cases.has_value());
+  if (report.corpus)
+    for (const CorpusSet& set : report.corpus->sets) cases_of[set.name] = static_cast<double>(set.cases);
   if (cases) cases_of["pairs"] = static_cast<double>(cases->set.pairs.size());
   progress.plan(planned(report.not_measured, cases_of, static_cast<double>(options.pair_count())));
   session.run_families(report);
+  session.run_corpus(report);
   if (cases) session.run_pair_file(report, std::move(*cases));
   session.run_scenes(report);
   if (!options.no_broadphase) session.run_broadphase_sizes(report);

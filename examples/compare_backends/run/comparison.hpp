@@ -3,8 +3,8 @@
 #include <functional>
 
 #include "touchstone/examples/compare_backends/run/report.hpp"
-#include "touchstone/examples/compare_backends/run/worker.hpp"
-#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/compare_backends/run/workers/worker.hpp"
+#include "touchstone/examples/program/terminal/progress.hpp"
 
 namespace touchstone::comparison {
 
@@ -31,9 +31,5 @@ using OnPart = std::function<void(const Report&)>;
 /// @throws InputError for unknown names and unreadable files, before anything is measured.
 Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
                       ProgressLine& progress, const OnPart& on_part = {});
-
-/// The answers judged and summed up; truth empty: not judged.
-SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Oracle* oracle,
-                 std::span<const BackendAnswers> answers, int threads, const Progress& progress = {});
 
 }  // namespace touchstone::comparison

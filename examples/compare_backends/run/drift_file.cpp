@@ -4,8 +4,8 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/json.hpp"
-#include "touchstone/examples/program/json_error.hpp"
+#include "touchstone/examples/program/files/json.hpp"
+#include "touchstone/examples/program/files/json_error.hpp"
 
 namespace touchstone::comparison {
 namespace {

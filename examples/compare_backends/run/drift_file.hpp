@@ -6,7 +6,7 @@
 
 namespace touchstone::comparison {
 
-/// From dynamics_run's results.json. @throws InputError for a file that is none, or where a figure is
+/// From dynamics_run's results.json. @throws InputError for another file, or where a figure is
 /// negative that cannot be.
 Drift load_drift(const std::string& path);
 

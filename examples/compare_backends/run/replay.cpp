@@ -7,7 +7,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -112,6 +112,14 @@ PairSet find_case(const Options& options, const std::string& id) {
       return single_case(file.set, each.index);
     }
   }
+  if (!options.corpus.empty()) {
+    const Corpus corpus = load_corpus(options.corpus);
+    for (const CorpusSet& each : corpus.sets) {
+      const PairSet set = corpus_pairs(corpus, each);
+      const auto found = std::find(set.ids.begin(), set.ids.end(), id);
+      if (found != set.ids.end()) return single_case(set, static_cast<std::size_t>(found - set.ids.begin()));
+    }
+  }
   for (const std::string& scene : options.scenes) {
     const PairSet set = load_scene_frames(scene, parameters_for(scene, options.scene_settings)).set;
     const auto found = std::find(set.ids.begin(), set.ids.end(), id);
@@ -123,8 +131,9 @@ PairSet find_case(const Options& options, const std::string& id) {
       return make_family_pair(id.substr(0, colon), options.seed, *index);
     }
   }
-  throw InputError("--case " + id +
-                   ": no such case; give family:index, or --pairs or --scene with an id of that file");
+  throw InputError(
+      "--case " + id +
+      ": no such case; give family:index, or --pairs, --corpus or --scene with an id of that file");
 }
 
 std::string replay_case(const Options& options, const Backends& backends, const Oracle* oracle) {

@@ -6,8 +6,8 @@
 
 namespace touchstone::comparison {
 
-/// The set of the one case that `id` names: "family:index", an id of options.pairs_file, or
-/// "scene:frame:pair" of one of options.scenes.
+/// The set of the one case that `id` names: "family:index", an id of options.pairs_file or of options.corpus,
+/// or "scene:frame:pair" of one of options.scenes.
 /// @throws InputError when it names none.
 PairSet find_case(const Options& options, const std::string& id);
 

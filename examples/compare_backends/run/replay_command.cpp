@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "touchstone/examples/program/shell_text.hpp"
+#include "touchstone/examples/program/options/shell_text.hpp"
 
 namespace touchstone::comparison {
 
@@ -12,6 +12,9 @@ std::string replay_command(const Report& report, const std::string& set, const s
       std::string("examples/run --case") + (id.starts_with('-') ? "=" : " ") + shell_word(id);
   if (report.pair_file && report.pair_file->cases.set.name == set)
     return command + " --pairs " + shell_word(report.pair_file->cases.file);
+  if (report.corpus)
+    for (const CorpusSet& each : report.corpus->sets)
+      if (each.name == set) return command + " --corpus " + shell_word(report.corpus->folder);
   for (const SceneResult& scene : report.scenes) {
     if (scene.name != set) continue;
     std::string text = command + " --scene " + shell_word(scene.file);

@@ -8,13 +8,14 @@
 #include "touchstone/examples/compare_backends/judge/ranking.hpp"
 #include "touchstone/examples/compare_backends/judge/set_result.hpp"
 #include "touchstone/examples/compare_backends/judge/verdict.hpp"
-#include "touchstone/examples/compare_backends/run/options.hpp"
-#include "touchstone/examples/compare_backends/run/pair_file_run.hpp"
-#include "touchstone/examples/compare_backends/run/scene_run.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_run.hpp"
 #include "touchstone/examples/compare_backends/run/selection_gain.hpp"
+#include "touchstone/examples/compare_backends/run/sets/corpus.hpp"
+#include "touchstone/examples/compare_backends/run/sets/options.hpp"
+#include "touchstone/examples/compare_backends/run/sets/pair_file_run.hpp"
 #include "touchstone/examples/measures/broadphase_run.hpp"
 #include "touchstone/examples/measures/thread_run.hpp"
-#include "touchstone/examples/program/machine.hpp"
+#include "touchstone/examples/program/terminal/machine.hpp"
 
 namespace touchstone::comparison {
 
@@ -34,7 +35,8 @@ struct Report {
   std::vector<std::string> not_measured;
   std::size_t engine_messages = 0;  ///< lines that engines wrote by themselves, to engines.log
   bool has_truth = false;
-  std::vector<SetResult> sets;              ///< families, then the pair file
+  std::optional<Corpus> corpus;             ///< of --corpus
+  std::vector<SetResult> sets;              ///< families, the corpus's, then the pair file
   std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`
   std::vector<BroadphaseResult> broadphases;
   std::vector<SceneResult> scenes;

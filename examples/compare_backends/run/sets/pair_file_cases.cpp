@@ -2,7 +2,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/compare_backends/run/pair_file_run.hpp"
+#include "touchstone/examples/compare_backends/run/sets/pair_file_run.hpp"
 
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 #include "touchstone/adapters/scene_files/pair_file.hpp"

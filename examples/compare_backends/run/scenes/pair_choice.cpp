@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/run/pair_choice.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/pair_choice.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,19 +1,19 @@
-#include "touchstone/examples/compare_backends/run/scene_trade.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_trade.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/compare_backends/run/frame_answer.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/frame_answer.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
 // The difference that two separations of one frame, apart or in contact alike, make to a query. Manifolds are
 // asked of contacts only.
-double difference(double told, double truth, QueryKind query, bool contact) {
+double difference(double answered, double truth, QueryKind query, bool contact) {
   const bool asked = query == QueryKind::distance || (query == QueryKind::manifold && contact);
-  return asked ? std::abs(told - truth) : 0.0;
+  return asked ? std::abs(answered - truth) : 0.0;
 }
 
 // A frame in contact with a round part.

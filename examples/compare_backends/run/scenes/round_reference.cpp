@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/run/round_reference.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/round_reference.hpp"
 
 #include <algorithm>
 #include <cmath>

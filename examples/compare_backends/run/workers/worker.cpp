@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/run/worker.hpp"
+#include "touchstone/examples/compare_backends/run/workers/worker.hpp"
 
 #include <fmt/format.h>
 #include <signal.h>
@@ -14,8 +14,8 @@
 #include <thread>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/compare_backends/run/job_io.hpp"
-#include "touchstone/examples/program/interruption.hpp"
+#include "touchstone/examples/compare_backends/run/workers/job_io.hpp"
+#include "touchstone/examples/program/terminal/interruption.hpp"
 
 extern char** environ;
 

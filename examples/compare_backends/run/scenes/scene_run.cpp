@@ -1,11 +1,11 @@
-#include "touchstone/examples/compare_backends/run/scene_run.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_run.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/compare_backends/run/comparison.hpp"
-#include "touchstone/examples/compare_backends/run/frame_answer.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/frame_answer.hpp"
+#include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -64,10 +64,12 @@ SceneResult run_scene(const std::string& file, const SceneOptions& options, cons
   result.all_frames = frames.all_frames;
   result.pairs = frames.set.pairs.size();
 
+  // Frames are timed, not pairs.
   MeasureOptions measure = options.measure;
   measure.time_pairs = false;
   measure.time_frames = true;
   measure.perturb = false;
+  // The exact first contact.
   std::vector<PairTruth> truth;
   std::vector<double> exact;
   if (oracle != nullptr) {
@@ -77,6 +79,7 @@ SceneResult run_scene(const std::string& file, const SceneOptions& options, cons
     if (first != exact.end())
       result.exact_first_contact = frames.times[static_cast<std::size_t>(first - exact.begin())];
   }
+  // The backends, and what coarser facets would trade.
   const std::vector<BackendAnswers> answers = answer(frames.set, measure);
   for (const BackendAnswers& backend : answers) result.backends.push_back(follow(backend, frames, exact));
   result.set = sum_up(frames.set, truth, oracle, answers, measure.threads, progress);

@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/run/scene_covers.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_covers.hpp"
 
 #include <algorithm>
 

@@ -7,8 +7,8 @@
 
 #include "touchstone/examples/compare_backends/judge/gallery.hpp"
 #include "touchstone/examples/compare_backends/judge/set_result.hpp"
-#include "touchstone/examples/compare_backends/run/options.hpp"
-#include "touchstone/examples/compare_backends/run/scene_trade.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_trade.hpp"
+#include "touchstone/examples/compare_backends/run/sets/options.hpp"
 
 namespace touchstone::comparison {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "touchstone/examples/compare_backends/judge/choice.hpp"
-#include "touchstone/examples/program/choices.hpp"
+#include "touchstone/examples/program/options/choices.hpp"
 
 namespace touchstone::comparison {
 
@@ -19,6 +19,7 @@ struct Options {
   std::vector<SceneSetting> scene_settings;
   std::string pairs_file;            ///< of --pairs or --capture
   bool is_capture = false;           ///< of --capture: an engine's answers are expected in it
+  std::string corpus;                ///< folder of --corpus
   std::string dynamics_file;         ///< results.json of dynamics_run; empty: none
   std::optional<std::size_t> count;  ///< pairs a family
   std::uint64_t seed = 1;

@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/run/scene_frames.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_frames.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
-#include "touchstone/examples/compare_backends/run/scene_covers.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_covers.hpp"
 #endif
 
 namespace touchstone::comparison {
@@ -42,6 +42,7 @@ std::vector<Tube> tubes_of(const SceneInstance& instance) {
 }
 
 SceneFrames frames_of(const Scene& scene, const std::string& file, std::span<const std::size_t> numbers) {
+  for (const SceneObject& object : scene.objects) refuse_rounded(object.tree, "the comparison of backends");
   const SceneInstance instance(scene);
   SceneFrames frames;
   frames.description = scene.description;
@@ -52,12 +53,14 @@ SceneFrames frames_of(const Scene& scene, const std::string& file, std::span<con
   frames.parameters = scene.parameters;
   frames.tubes = tubes_of(instance);
   frames.cover_levels = cover_levels(scene);
+  // Solids and pairs of all frames.
   PairSet& set = frames.set;
   set.name = std::filesystem::path(file).stem().string();
   set.description = scene.name;
   set.solids.assign(instance.solids().begin(), instance.solids().end());
   set.pairs = instance.checked_pairs();
 
+  // The poses of each.
   frames.all_frames = scene.frame_count();
   frames.numbers.assign(numbers.begin(), numbers.end());
   std::vector<Pose> poses(set.solids.size());
@@ -129,8 +132,7 @@ std::map<std::string, double> parameters_for(const std::string& file,
     const bool named = setting.scene == scene.set.name;
     const bool known = scene.parameters.count(setting.name) > 0;
     if (named && !known) {
-      std::string list;
-      for (const auto& entry : scene.parameters) list += (list.empty() ? "" : ", ") + entry.first;
+      const std::string list = joined(scene.parameters, [](const auto& entry) { return entry.first; });
       throw InputError(file + ": the scene has no parameter '" + setting.name +
                        "'; known: " + (list.empty() ? "none" : list));
     }

@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/run/job_io.hpp"
+#include "touchstone/examples/compare_backends/run/workers/job_io.hpp"
 
 #include <array>
 

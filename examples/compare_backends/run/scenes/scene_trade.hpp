@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/compare_backends/run/scene_frames.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_frames.hpp"
 #include "touchstone/examples/measures/backend_run.hpp"
 #include "touchstone/examples/measures/oracle.hpp"
 

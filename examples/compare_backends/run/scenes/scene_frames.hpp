@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/compare_backends/run/options.hpp"
-#include "touchstone/examples/compare_backends/run/round_reference.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/round_reference.hpp"
+#include "touchstone/examples/compare_backends/run/sets/options.hpp"
 #include "touchstone/examples/measures/pair_set.hpp"
 
 namespace touchstone::comparison {

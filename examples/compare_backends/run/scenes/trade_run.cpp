@@ -4,9 +4,9 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/compare_backends/run/frame_answer.hpp"
-#include "touchstone/examples/compare_backends/run/pair_choice.hpp"
-#include "touchstone/examples/compare_backends/run/scene_trade.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/frame_answer.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/pair_choice.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/scene_trade.hpp"
 #include "touchstone/examples/measures/parallel.hpp"
 
 namespace touchstone::comparison {
@@ -192,7 +192,7 @@ class TradeRun {
       for (const QueryKind query : kQueryKinds) {
         const auto& timing = answers.frame_by_query[index_of(query)];
         if (!timing) continue;
-        const QueryAnswers& told = answers.queries[index_of(query)];
+        const QueryAnswers& given = answers.queries[index_of(query)];
         TradeRow& row = trade_.rows.emplace_back();
         row.backend = answers.name;
         row.model = model.name;
@@ -203,8 +203,8 @@ class TradeRun {
         row.query = query;
         row.frame_ns = quiet_median(*timing);
         row.geometry_error = geometry_error(reference_, exact, offset, query);
-        row.backend_error = backend_error(told, query, row.pairs, exact);
-        row.wrong_frames = wrong_frames(told, row.pairs, exact);
+        row.backend_error = backend_error(given, query, row.pairs, exact);
+        row.wrong_frames = wrong_frames(given, row.pairs, exact);
       }
     }
   }

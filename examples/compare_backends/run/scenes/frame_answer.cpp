@@ -1,4 +1,4 @@
-#include "touchstone/examples/compare_backends/run/frame_answer.hpp"
+#include "touchstone/examples/compare_backends/run/scenes/frame_answer.hpp"
 
 #include <algorithm>
 #include <cmath>

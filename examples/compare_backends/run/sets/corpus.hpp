@@ -1,0 +1,48 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "touchstone/examples/measures/oracle.hpp"
+#include "touchstone/examples/measures/pair_set.hpp"
+
+namespace touchstone::comparison {
+
+/// One set of a corpus: a pair file, and a file with the truth of its cases.
+struct CorpusSet {
+  std::string name;
+  std::string description;
+  std::string pairs, truth;  ///< files, relative to the corpus
+  std::size_t cases = 0;
+  std::string pairs_sha256, truth_sha256;  ///< 64 hexadecimal digits
+};
+
+/// A frozen collection of pairs with the truth about them (examples/bench/README.md): what its manifest says.
+struct Corpus {
+  std::string folder;
+  std::string name, version;
+  std::string sha256;  ///< of the manifest, so of all that it names
+  std::vector<CorpusSet> sets;
+};
+inline constexpr const char* kCorpusManifest = "corpus.json";
+inline constexpr const char* kCorpusSchema = "touchstone.corpus/1";
+
+/// Reads the folder's manifest and holds every file against its hash.
+/// @throws InputError naming the file that is missing, changed or of another format.
+Corpus load_corpus(const std::string& folder);
+
+/// The pairs of a set of the corpus, under the set's name.
+/// @throws InputError naming the file: unreadable, a case that is no pair, another number of cases.
+PairSet corpus_pairs(const Corpus& corpus, const CorpusSet& set);
+
+/// The class and the separation of every case, as the corpus has them: normals are not in it.
+std::vector<PairTruth> corpus_truth(const Corpus& corpus, const CorpusSet& set);
+
+/// Holds what `exact` says here against the corpus, bit by bit.
+/// @throws InputError naming the first case in which the two differ.
+void check_truth(const Corpus& corpus, const CorpusSet& set, std::span<const PairTruth> truth);
+
+/// The truth file's text: what corpus_truth() reads back bit for bit.
+std::string truth_text(const PairSet& set, std::span<const PairTruth> truth);
+
+}  // namespace touchstone::comparison
