@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <pthread.h>
 #include <sched.h>
-#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -10,14 +9,16 @@
 #include <thread>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/bundled_folder.hpp"
-#include "touchstone/examples/program/interruption.hpp"
-#include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/station/frame_message.hpp"
-#include "touchstone/examples/station/loop.hpp"
+#include "touchstone/contact_core/threads/processor_time.hpp"
+#include "touchstone/examples/program/options/bundled_folder.hpp"
+#include "touchstone/examples/program/terminal/interruption.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
+#include "touchstone/examples/station/flight/shown_flight.hpp"
+#include "touchstone/examples/station/messages/frame_message.hpp"
+#include "touchstone/examples/station/messages/recorded_flight.hpp"
 #include "touchstone/examples/station/options.hpp"
-#include "touchstone/examples/station/server.hpp"
-#include "touchstone/examples/station/shown_flight.hpp"
+#include "touchstone/examples/station/server/loop.hpp"
+#include "touchstone/examples/station/server/server.hpp"
 
 namespace {
 
@@ -62,12 +63,6 @@ std::ifstream open_recording(const fs::path& file) {
   return in;
 }
 
-double thread_us() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
-
 /// The verdict of `exact` on each method's frames.
 void print_verdict(const Session& session, MergeJudge& judge) {
   const JudgeFigures& figures = judge.take();
@@ -85,7 +80,7 @@ void print_verdict(const Session& session, MergeJudge& judge) {
 
 int replay_file(StationOptions options, const fs::path& folder) {
   std::ifstream head = open_recording(options.replay);
-  const Recording header = read_header(head, options.replay.string());
+  const station::Recording header = read_header(head, options.replay.string());
   options.rate = header.rate;
   // A scene of one's own: from where it was, unless --scene says where it is now.
   if (options.scripts.empty() && fs::path(header.script).parent_path() != fs::absolute(folder) &&
@@ -93,7 +88,7 @@ int replay_file(StationOptions options, const fs::path& folder) {
     options.scripts.emplace_back(header.script);
   const StationScenes scenes = load_scenes(options, folder);
   std::ifstream in = open_recording(options.replay);
-  const Recording recording = read_recording(in, options.replay.string(), scenes);
+  const station::Recording recording = read_recording(in, options.replay.string(), scenes);
   const std::size_t scene = scene_to_fly(recording.scene, scenes);
   if (!recording.files.empty() && recording.files != scenes[scene]->files)
     comparison::print_now("the files of scene '" + recording.scene +
@@ -106,15 +101,15 @@ int replay_file(StationOptions options, const fs::path& folder) {
   const auto start = std::chrono::steady_clock::now();
   MergeJudge judge(scenes);
   TimeHistogram steps;
-  double before = thread_us();
+  double before = processor_us();
   replay(recording, session, 0, [&](const Session& flown) {
-    steps.add(thread_us() - before);
+    steps.add(processor_us() - before);
     judge.offer(flown);
     judge.work();
     shown.send(flown);
     if (outputs.is_in_real_time())
       std::this_thread::sleep_until(start + std::chrono::duration<double>(flown.time()));
-    before = thread_us();
+    before = processor_us();
   });
   print_verdict(session, judge);
   fmt::print(
@@ -162,11 +157,13 @@ class Clerk {
   std::thread thread_;
 };
 
-int fly(const StationOptions& options, const fs::path& folder) {
+int fly(StationOptions options, const fs::path& folder) {
   const StationScenes scenes = load_scenes(options, folder);
   const std::size_t scene = scene_to_fly(options.scene, scenes);
   if (options.dynamics && !scenes[scene]->dynamics)
     throw InputError("--dynamics: the scene '" + scenes[scene]->name + "' has none (dynamics with a guard)");
+  if (!options.open.empty())
+    options.server.saved_flight = saved_flight(load_recorded_flight(options.open, options.open_scene));
   Session session(scenes, scene, options.methods, options.dynamics);
   Exchange exchange(most_frame_bytes(scenes));
   MergeJudge judge(scenes);

@@ -1,7 +1,7 @@
 #include "touchstone/examples/station/options.hpp"
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 
 namespace touchstone::station {
 
@@ -25,6 +25,9 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
                "begin with forces, where the scene's file has dynamics with a guard");
   app.add_option("--record", out.record, "file for every input, with its frame");
   app.add_option("--replay", out.replay, "fly a recording without a clock or page, and print its hash");
+  CLI::Option* const open = app.add_option(
+      "--open", out.open, "a record (training_run, --poses) or series (dynamics_run) that the page opens");
+  app.add_option("--of", out.open_scene, "with --open: the script or scene file that was run")->needs(open);
   app.add_option("--poses", out.outputs.records,
                  "with --replay: folder for a record of all poses and events of ours (CSV)");
   app.add_option("--gltf", out.outputs.animations, "with --poses: folder for an animation");
@@ -42,6 +45,8 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
   if (has_token && out.server.token.size() < 8) throw InputError("a token of fewer than 8 characters");
   if (!has_token && out.server.bind != "127.0.0.1" && out.server.bind != "::1")
     out.server.token = make_token();
+  if (!out.open.empty() && out.open_scene.empty())
+    throw InputError("--open needs --of SCENE: records have no solids");
   if (!methods.empty()) {
     out.methods = 0;
     for (const unsigned method : methods) out.methods |= 1U << method;
@@ -50,7 +55,7 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
       !out.outputs.records.empty() || !out.outputs.animations.empty() || !out.outputs.cigi.empty();
   if (!out.replay.empty())
     for (const char* option : {"--rate", "--methods", "--dynamics", "--record", "--seconds", "--port",
-                               "--bind", "--token", "--udp", "--page"})
+                               "--bind", "--token", "--udp", "--page", "--open"})
       if (app.count(option) > 0)
         throw InputError(std::string(option) + " is not of a --replay: the recording says how it was flown");
   if (has_outputs && out.replay.empty()) throw InputError("--poses, --gltf and --cigi are of a --replay");

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "touchstone/examples/station/server.hpp"
+#include "touchstone/examples/station/server/server.hpp"
 #include "touchstone/examples/training_run/outputs.hpp"
 
 namespace touchstone::station {
@@ -13,7 +13,8 @@ struct StationOptions {
   std::vector<std::filesystem::path> scripts;  ///< of one's own, beside the bundled ones
   double rate = 50.0;                          ///< [Hz]
   std::filesystem::path record, replay;
-  training::OutputOptions outputs;  ///< of a replay
+  std::filesystem::path open, open_scene;  ///< a record that the page opens, and what was run; empty: none
+  training::OutputOptions outputs;         ///< of a replay
   std::uint32_t methods = kAllMethods;
   double seconds = 0.0;  ///< 0: until a signal
   bool dynamics = false;

@@ -7,8 +7,8 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
-#include "touchstone/examples/station/merge_judge.hpp"
-#include "touchstone/examples/station/recording.hpp"
+#include "touchstone/examples/station/exchange/merge_judge.hpp"
+#include "touchstone/examples/station/exchange/recording.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
 
 // Flights with forces: hands to joint rates, torque-limited joints, contact forces, proven poses.

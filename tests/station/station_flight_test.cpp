@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/station/frame_message.hpp"
-#include "touchstone/examples/station/loop.hpp"
+#include "touchstone/examples/station/messages/frame_message.hpp"
+#include "touchstone/examples/station/server/loop.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
 
 // The station's decisions from inputs, without sockets or a clock.
@@ -263,7 +263,8 @@ TEST(StationControls, ThatNameWhatIsNotThereChangeNothing) {
 }
 
 TEST(StationScenes, StartWithNothingMerged) {
-  const StationScenes scenes = bundled({"worksite", "grapple", "oru_into_guide", "elbow_over_lab"});
+  const StationScenes scenes = bundled(
+      {"worksite", "grapple", "oru_into_guide", "elbow_over_lab", "otcm", "spdm", "mobile_transporter"});
   for (const auto& scene : scenes) {
     const training::Judge judge(scene->setting);
     Flight flight(*scene, kOurs);

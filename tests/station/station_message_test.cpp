@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/station/messages.hpp"
-#include "touchstone/examples/station/web_files.hpp"
+#include "touchstone/examples/station/messages/messages.hpp"
+#include "touchstone/examples/station/server/web_files.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
@@ -33,6 +33,20 @@ TEST(StationMessages, AreReadAsTheProtocolSays) {
   EXPECT_EQ(controls[0].kind, Control::Kind::scene);  // the others are about the new one
   EXPECT_EQ(controls[0].index, 1U);
   EXPECT_EQ(controls[2].index, Control::kAny);
+}
+
+TEST(StationMessages, OfJawsAndTipsAreRead) {
+  const PageMessage input =
+      read_message(R"({"type": "input", "number": 1, "stamp": 0, "grip": -0.5})", scenes());
+  ASSERT_TRUE(std::holds_alternative<InputMessage>(input));
+  EXPECT_EQ(std::get<InputMessage>(input).hand.grip, -0.5);
+  const PageMessage control = read_message(R"({"type": "control", "tip": 1})", scenes());
+  ASSERT_TRUE(std::holds_alternative<ControlMessage>(control));
+  EXPECT_EQ(std::get<ControlMessage>(control).controls.at(0).kind, Control::Kind::tip);
+  EXPECT_EQ(std::get<ControlMessage>(control).controls.at(0).index, 1U);
+  for (const char* text : {R"({"type": "control", "tip": -1})", R"({"type": "control", "tip": "tip_2"})",
+                           R"({"type": "input", "number": 1, "stamp": 0, "grip": "on"})"})
+    EXPECT_TRUE(std::holds_alternative<RefusedMessage>(read_message(text, scenes()))) << text;
 }
 
 TEST(StationMessages, ThatAreNoObjectsAreGarbage) {

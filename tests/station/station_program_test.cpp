@@ -88,6 +88,31 @@ TEST_F(StationProgram, AReplayWritesTheRecordAndAnimationOfItsFlight) {
   EXPECT_EQ(run("--poses " + out).code, 2);
 }
 
+TEST_F(StationProgram, OpensOnlyRecordsOfTheSceneThatIsNamed) {
+  const std::string file = (folder_ / "flight.jsonl").string(), out = (folder_ / "poses").string();
+  const std::string scenes = STATION_SCENES, fly = "--port 0 --seconds 0.1 ";
+  ASSERT_EQ(run(fly + "--scene grapple --record " + file).code, 0);
+  ASSERT_EQ(run("--replay " + file + " --poses " + out).code, 0);
+  const std::string record = fly + "--open " + out + "/flight.csv", of = " --of " + scenes;
+  const Outcome opened = run(record + of + "/grapple.yaml");
+  EXPECT_EQ(opened.code, 0) << opened.err;
+  EXPECT_EQ(run(record).err, "touchstone_station: --open needs --of SCENE: records have no solids\n");
+  EXPECT_EQ(run(fly + of + "/grapple.yaml").code, 2);
+  EXPECT_EQ(run("--replay " + file + " --open " + out + "/flight.csv" + of + "/grapple.yaml").code, 2);
+
+  const auto refused = [&](const std::string& arguments, const std::string& why) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find('\n') + 1, outcome.err.size()) << outcome.err;
+  };
+  refused(record + of + "/otcm.yaml", "otcm.yaml: has no object '");
+  refused(record + of + "/nothing.yaml", "nothing.yaml: cannot be read");
+  refused(fly + "--open nothing.csv" + of + "/grapple.yaml", "nothing.csv");
+  refused(fly + "--open " + file + of + "/grapple.yaml", "no record");
+  refused(fly + "--open " + out + of + "/grapple.yaml", "cannot be opened");
+}
+
 TEST_F(StationProgram, ASignalEndsItAndItsRecordingIsWhole) {
   const std::string file = (folder_ / "flight.jsonl").string();
   const auto [outcome, seconds] =

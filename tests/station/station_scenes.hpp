@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "touchstone/examples/station/session.hpp"
+#include "touchstone/examples/station/flight/session.hpp"
 
 namespace touchstone::station {
 

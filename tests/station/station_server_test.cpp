@@ -11,9 +11,9 @@
 #include <thread>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/station/frame_message.hpp"
-#include "touchstone/examples/station/loop.hpp"
-#include "touchstone/examples/station/server.hpp"
+#include "touchstone/examples/station/messages/frame_message.hpp"
+#include "touchstone/examples/station/server/loop.hpp"
+#include "touchstone/examples/station/server/server.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 

@@ -9,6 +9,8 @@
 
 namespace touchstone {
 
+std::string read_file(const std::filesystem::path& path);
+
 /// Chromium without a window and without a graphics card, driven over its debugging pipe (the DevTools
 /// protocol; messages end in a zero byte). Needs no package but Chromium.
 class Browser {

@@ -1,6 +1,6 @@
 // A made-up station in the page itself, for tests: stands in for WebSocket and speaks protocol.md. A tip flies along x
 // towards a wall at x = 1; `no check` goes through, `figure 1` stops 100 ms late, `figure 2` and `ours` stop at it.
-// `fake.solids`: that many boxes move besides; `fake.rate`: frames a second; `fake.choose(name)`: another scene, of the next serial.
+// `fake.solids`: that many boxes move besides; `fake.tips`: ends that the hand may fly; `fake.rate`: frames a second; `fake.choose(name)`: another scene, of the next serial.
 (() => {
 'use strict';
 const fake = window.fake = {solids: 0, rate: 50, received: [], sockets: [], down: false, dead: false, wall: 1, serial: 1, name: 'made_up', ...(window.fakeOptions || {})};
@@ -19,7 +19,7 @@ function scene() {
       {name: 'elbow', object: 0, position: [-0.8, 0, 0.7], look: [1, 0, -0.3], up: [0, 0, 1], fov: 0.8},
       {name: 'bay', object: -1, position: [0.2, -3.5, 0.6], look: [0.1, 1, -0.1], up: [0, 0, 1], fov: 0.7},
       {name: 'pan-tilt', object: -1, position: [-1.5, 2.5, 1.4], look: [1, -1, -0.5], up: [0, 0, 1], fov: 0.8}],
-    tasks: [{name: 'touch', title: 'Touch the wall'}], latches: []};
+    tasks: [{name: 'touch', title: 'Touch the wall'}], latches: [], ...(fake.tips ? {tips: fake.tips} : {})};
 }
 
 // `lost`: its text does not arrive.

@@ -174,5 +174,25 @@ TEST_F(StationPage, SelectsWhatIsClicked) {
   EXPECT_TRUE(becomes_true("document.getElementById('selected').textContent.startsWith('block: free')"));
 }
 
+TEST_F(StationPage, DrivesJawsAndChoosesTheArmWhereThereAreSome) {
+  open();
+  EXPECT_EQ(value("document.getElementById('jaws').hidden && document.getElementById('tips').hidden"), true);
+  const std::string tip = "{object: 1, position: [0.2, 0, 0], rotation: [0, 0, 0, 1], jaws: ";
+  open("{tips: [" + tip + "[0, 1], name: 'tip_1'}, " + tip + "[], name: 'tip_2'}]}");
+  ASSERT_TRUE(becomes_true("!document.getElementById('jaws').hidden"));
+  EXPECT_EQ(value("document.getElementById('tip').options.length"), 2);
+  browser_->press("KeyQ");
+  EXPECT_TRUE(becomes_true("seen.inputs().length && seen.inputs().at(-1).grip === 1"));
+  browser_->press("KeyQ", false);
+  EXPECT_TRUE(becomes_true("seen.inputs().at(-1).grip === 0"));
+  browser_->press("KeyE");
+  EXPECT_TRUE(becomes_true("seen.inputs().at(-1).grip === -1"));
+  browser_->press("KeyE", false);
+  browser_->press("KeyN");
+  browser_->press("KeyN", false);
+  EXPECT_TRUE(becomes_true("fake.received.some(message => message.tip === 1)"));
+  EXPECT_TRUE(becomes_true("document.getElementById('jaws').hidden")) << "the other tip has none";
+}
+
 }  // namespace
 }  // namespace touchstone::station

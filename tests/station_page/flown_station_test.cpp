@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
+#include <vector>
 
 #include "touchstone/tests/station_page/station_page_test.hpp"
 
@@ -14,15 +16,20 @@ namespace {
 /// The station as a user starts it, on a port that is free.
 class RunningStation {
  public:
-  explicit RunningStation(const std::string& scene, bool dynamics = false) {
+  /// @param options besides --port 0 and the scene.
+  explicit RunningStation(const std::string& scene, const std::vector<std::string>& options = {}) {
     std::array<int, 2> said{};
     if (pipe(said.data()) != 0) throw std::runtime_error("no pipe");
     process_ = fork();
     if (process_ == 0) {
       dup2(said[1], 1);
       close(said[0]);
-      execl(STATION, STATION, "--port", "0", "--scene", scene.c_str(), dynamics ? "--dynamics" : nullptr,
-            static_cast<char*>(nullptr));
+      std::vector<std::string> words = {STATION, "--port", "0", "--scene", scene};
+      words.insert(words.end(), options.begin(), options.end());
+      std::vector<char*> arguments;
+      for (std::string& word : words) arguments.push_back(word.data());
+      arguments.push_back(nullptr);
+      execv(STATION, arguments.data());
       _exit(127);
     }
     close(said[1]);
@@ -105,7 +112,7 @@ TEST_F(FlownStation, StopsAtContactWhereOthersMergeAndAgreesOnTheTimes) {
 }
 
 TEST_F(FlownStation, ShowsForcesAndTorquesAndWhatAnInstructorBreaks) {
-  const RunningStation station("worksite", true);
+  const RunningStation station("worksite", {"--dynamics"});
   ASSERT_NE(station.address(), "");
   browser_->open(station.address() + "?fly");
   ASSERT_TRUE(becomes_true("touchstoneStation.station.drawn > 0"));
@@ -131,6 +138,30 @@ TEST_F(FlownStation, ShowsForcesAndTorquesAndWhatAnInstructorBreaks) {
   value("document.getElementById('dynamics').click()");
   EXPECT_TRUE(
       becomes_true("document.getElementById('forces').hidden && !touchstoneStation.station.state.dynamics"));
+}
+
+TEST_F(FlownStation, OpensARecordOnTheTimeLineAndGoesBackToTheLiveArm) {
+  const std::string flight = (folder_ / "flight.jsonl").string(), poses = (folder_ / "poses").string();
+  const std::string station_program = STATION;
+  const auto runs = [](const std::string& command) {
+    return std::system((command + " > /dev/null").c_str()) == 0;
+  };
+  ASSERT_TRUE(runs(station_program + " --port 0 --seconds 0.6 --scene grapple --record " + flight));
+  ASSERT_TRUE(runs(station_program + " --replay " + flight + " --poses " + poses));
+  const RunningStation station("worksite", {"--open", poses + "/flight.csv", "--of", SCENES "/grapple.yaml"});
+  ASSERT_NE(station.address(), "");
+  browser_->open(station.address() + "?fly");
+  ASSERT_TRUE(
+      becomes_true("touchstoneStation.station.looking && touchstoneStation.station.scene.name === 'flight'"));
+  EXPECT_EQ(value("touchstoneStation.timeline.frames.length"), 31);
+  EXPECT_THAT(text("at"), testing::HasSubstr("frame 0"));
+  EXPECT_TRUE(becomes_true("touchstoneStation.station.drawn > 0"));
+  browser_->press("KeyP");
+  browser_->press("KeyP", false);
+  EXPECT_TRUE(becomes_true("Number(document.getElementById('line').value) > 5"));
+  value("document.getElementById('live').click()");
+  EXPECT_TRUE(becomes_true(
+      "touchstoneStation.station.scene.name === 'worksite' && !touchstoneStation.station.looking"));
 }
 
 }  // namespace

@@ -4,17 +4,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "touchstone/tests/station_page/browser.hpp"
 
 namespace {
-
-std::string read_file(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 constexpr const char* kCounts = "[touchstoneStation.station.drawn, fake.sockets[0].frame, performance.now()]";
 
@@ -35,7 +29,7 @@ void measure(int solids, const View& view, double seconds) {
     browser.serve("http://station.test/", PAGE);
     browser.set_window(1440, 900);
     browser.run_before_pages("window.fakeOptions={rate:60,solids:" + std::to_string(solids) + "};" +
-                             read_file(FAKE_STATION));
+                             touchstone::read_file(FAKE_STATION));
     browser.open("http://station.test/?fly");
     browser.becomes_true("touchstoneStation.station.drawn > 0");
     browser.evaluate(

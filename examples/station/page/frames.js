@@ -38,7 +38,7 @@ export function readFrame(buffer) {
     received: view.getFloat64(32, true), begun: view.getFloat64(40, true), decided: view.getFloat64(48, true),
     sent: view.getFloat64(56, true), inputClient: view.getUint32(64, true), inputNumber: view.getUint32(68, true),
     objects: view.getUint32(72, true), missed: Number(view.getBigUint64(88, true)),
-    overwritten: Number(view.getBigUint64(96, true)), flags: view.getUint32(104, true), serial: view.getUint32(112, true)};
+    overwritten: Number(view.getBigUint64(96, true)), flags: view.getUint32(104, true), serial: view.getUint32(112, true), tip: view.getUint32(116, true)};
   const methods = view.getUint16(76, true), joints = view.getUint16(78, true);
   const contacts = view.getUint32(80, true), distances = view.getUint32(84, true), n = frame.objects;
   const size = at + 64 * methods + 32 * n * (methods + 1) + 16 * joints + 64 * contacts + 48 * distances;

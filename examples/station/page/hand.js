@@ -1,4 +1,4 @@
-// The hands' input: keyboard, gamepad and the page's own buttons, as six axes and a joint's rate, each from -1 to 1.
+// The hands' input: keyboard, gamepad and the page's own buttons, as six axes, the jaws' and a joint's rate, each from -1 to 1.
 // Two-handed, as the SSRMS's hand controllers: the left one translates, the right one rotates.
 
 // Physical keys, so that they lie in the same places on every keyboard: [vector, axis, sign]. Axes: forward, left, up.
@@ -6,7 +6,8 @@ const axes = {
   KeyW: ['translation', 0, 1], KeyS: ['translation', 0, -1], KeyA: ['translation', 1, 1], KeyD: ['translation', 1, -1],
   KeyR: ['translation', 2, 1], KeyF: ['translation', 2, -1],
   KeyJ: ['rotation', 2, 1], KeyL: ['rotation', 2, -1], KeyI: ['rotation', 1, -1], KeyK: ['rotation', 1, 1],
-  KeyU: ['rotation', 0, -1], KeyO: ['rotation', 0, 1]};
+  KeyU: ['rotation', 0, -1], KeyO: ['rotation', 0, 1],
+  KeyQ: ['grip', 0, 1], KeyE: ['grip', 0, -1]};
 
 // Buttons of the standard gamepad mapping that do something once when pressed.
 const padCommands = {0: 'latch', 1: 'release', 2: 'vernier', 3: 'frame', 8: 'compare', 9: 'brakes', 10: 'mode', 11: 'reset',
@@ -77,6 +78,7 @@ export class Hand {
       state.translation[i] += read[i];
       state.rotation[i] += read[3 + i];
     }
+    state.grip[0] += value(12) - value(13);
     pad.buttons.forEach((button, i) => {
       if (button.pressed && !this.padButtons[i] && i in padCommands) this.onCommand(padCommands[i]);
       this.padButtons[i] = button.pressed;
@@ -85,7 +87,7 @@ export class Hand {
 
   // The state of all, now.
   read() {
-    const state = {translation: [0, 0, 0], rotation: [0, 0, 0], joint: 0};
+    const state = {translation: [0, 0, 0], rotation: [0, 0, 0], joint: 0, grip: [0]};
     for (const code of new Set([...this.held, ...this.pressed.values()])) {
       const [vector, axis, sign] = axes[code];
       state[vector][axis] += sign;
@@ -94,9 +96,10 @@ export class Hand {
     const held = state.translation.some(Boolean) || state.rotation.some(Boolean);
     if (held) this.assist = null;
     if (this.assist && !held) state.translation = this.assist;
-    for (const vector of [state.translation, state.rotation])
-      for (let i = 0; i < 3; ++i) vector[i] = Math.max(-1, Math.min(1, vector[i]));
+    for (const vector of [state.translation, state.rotation, state.grip])
+      for (let i = 0; i < vector.length; ++i) vector[i] = Math.max(-1, Math.min(1, vector[i]));
     state.joint = state.translation[0];
+    state.grip = state.grip[0];
     return state;
   }
 }

@@ -92,8 +92,8 @@ export class Link extends EventTarget {
     this.send({type: 'control', ...fields});
   }
 
-  input({translation, rotation, joint}) {
-    this.send({type: 'input', number: ++this.number, stamp: now(), translation, rotation, joint});
+  input({translation, rotation, joint, grip}) {
+    this.send({type: 'input', number: ++this.number, stamp: now(), translation, rotation, joint, grip});
   }
 
   drawn(frame, stamp) {

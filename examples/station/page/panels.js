@@ -102,8 +102,9 @@ export class Panels {
     this.scene = scene;
     this.joints = scene.arms.flatMap(arm => arm.joints);
     for (const joint of this.joints) {  // null: no limit
-      joint.lower ??= -2 * Math.PI;
-      joint.upper ??= 2 * Math.PI;
+      const most = joint.kind === 'prismatic' ? 1 : 2 * Math.PI;
+      joint.lower ??= -most;
+      joint.upper ??= most;
     }
     get('joints').replaceChildren(...this.joints.map(joint => {
       const range = element('span', {className: 'range'}, element('i', {className: 'asked'}), element('i'));
@@ -170,7 +171,8 @@ export class Panels {
       row.children[1].lastChild.style.left = part(joint.actual);
       row.className = jointMode && i === chosen ? 'chosen' : '';
       const torque = frame.flags & flag.dynamics && described.effort ? ` ${(100 * Math.abs(joint.torque) / described.effort).toFixed(0)} %` : '';
-      say(row.children[2], `${(joint.actual * 180 / Math.PI).toFixed(1)}°${torque}`);
+      const value = described.kind === 'prismatic' ? metres(joint.actual) : `${(joint.actual * 180 / Math.PI).toFixed(1)}°`;
+      say(row.children[2], `${value}${torque}`);
     });
   }
 

@@ -29,6 +29,7 @@ function checkScene(scene) {
   all(solids, 'solid', one => isIndex(one.object, objects.length) && areNumbers(one.vertices, 24));
   all(arms, 'arm', one => Array.isArray(one.joints) && one.joints.every(joint => isText(joint?.name)) && isIndex(one.tip?.object, objects.length) &&
     areNumbers(one.tip.position, 3) && areNumbers(one.base?.rotation, 4));
+  all(scene.tips || [], 'tip', one => isIndex(one.object, objects.length) && areNumbers(one.position, 3));
   all(cameras, 'camera', one => isText(one.name) && isIndex(one.object, objects.length, -1) && areNumbers(one.position, 3) && areNumbers(one.look, 3) &&
     (one.up === undefined || areNumbers(one.up, 3)) && Number.isFinite(one.fov));
 }

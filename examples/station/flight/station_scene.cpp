@@ -1,0 +1,233 @@
+#include "touchstone/examples/station/flight/station_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/quaternion.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/files/json.hpp"
+#include "touchstone/examples/station/flight/solids_json.hpp"
+
+namespace touchstone::station {
+namespace {
+
+using nlohmann::json;
+using training::Action;
+using training::kNone;
+
+json numbers(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+json attitude(const Matrix3& R) {
+  const Quaternion q = quaternion_of(R);
+  return {q.v.x(), q.v.y(), q.v.z(), q.w};
+}
+
+/// JSON has no infinity: null stands for no limit.
+json limit(double value) { return std::abs(value) < kInfinity ? json(value) : json(nullptr); }
+
+json objects_json(const StationScene& scene) {
+  json out = json::array();
+  for (std::uint32_t i = 0; i < scene.setting.object_count(); ++i) {
+    json solids = json::array();
+    const SolidIndex first = scene.setting.instance().first_solid(i);
+    for (SolidIndex k = 0; k < scene.setting.instance().trees()[i]->solids().size(); ++k)
+      solids.push_back(first + k);
+    const bool is_link = scene.setting.arm_of(i) != nullptr;
+    out.push_back({{"name", scene.setting.object_name(i)},
+                   {"kind", is_link                     ? "link"
+                            : scene.setting.may_move(i) ? "free"
+                                                        : "static"},
+                   {"selectable", true},
+                   {"moves", static_cast<bool>(scene.setting.may_move(i))},
+                   {"solids", solids}});
+  }
+  return out;
+}
+
+json solids_json(const StationScene& scene) {
+  json out = json::array();
+  for (std::uint32_t i = 0; i < scene.setting.object_count(); ++i)
+    append_solids(*scene.setting.instance().trees()[i], i, out);
+  return out;
+}
+
+json joints_json(const Mechanism& mechanism) {
+  json out = json::array();
+  for (const Mechanism::Joint& joint : mechanism.joints())
+    if (joint.value != Mechanism::kNone)
+      out.push_back({{"name", joint.name},
+                     {"kind", to_string(joint.kind)},
+                     {"lower", limit(joint.lower)},
+                     {"upper", limit(joint.upper)},
+                     {"rate", limit(joint.rate)},
+                     {"effort", limit(joint.effort)}});
+  return out;
+}
+
+json tip_json(const Tip& tip) {
+  json jaws = json::array();
+  for (const Jaw& jaw : tip.jaws) jaws.push_back(jaw.value);
+  return {{"name", tip.name},
+          {"object", tip.object},
+          {"position", numbers(tip.X_HT.p)},
+          {"rotation", attitude(tip.X_HT.R)},
+          {"jaws", jaws}};
+}
+
+json tips_json(const StationScene& scene) {
+  json out = json::array();
+  for (const Tip& tip : scene.tips) out.push_back(tip_json(tip));
+  return out;
+}
+
+json arms_json(const StationScene& scene) {
+  json out = json::array();
+  for (const training::Arm& arm : scene.setting.arms()) {
+    json links = json::array();
+    for (std::uint32_t i = 0; i < arm.object_count; ++i) links.push_back(arm.first_object + i);
+    out.push_back({{"name", arm.mechanism->name()},
+                   {"links", links},
+                   {"hand", scene.hand_object()},
+                   {"tip", tip_json(scene.tips[0])},
+                   {"base", {{"position", numbers(arm.X_WB.p)}, {"rotation", attitude(arm.X_WB.R)}}},
+                   {"joints", joints_json(*arm.mechanism)}});
+  }
+  return out;
+}
+
+json camera(const std::string& name, int object, const Vector3& position, const Vector3& look,
+            const Vector3& up, double fov) {
+  return {{"name", name},          {"object", object},  {"position", numbers(position)},
+          {"look", numbers(look)}, {"up", numbers(up)}, {"fov", fov}};
+}
+
+/// Cameras on links that carry one, by the link's name.
+struct LinkCamera {
+  const char *link, *name;
+  Vector3 position, look, up;
+  double fov;
+};
+const std::array<LinkCamera, 2> kLinkCameras = {
+    LinkCamera{"lower_boom", "elbow", {0.3, 0.0, 0.5}, {1.0, 0.0, -0.05}, {0.0, 0.0, 1.0}, 0.8},
+    LinkCamera{"body", "body", {-1.6, 0.0, 0.0}, {-1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, 1.1}};
+
+/// Cameras where the real ones are: beside each end effector, at the elbow looking along the booms, on a body
+/// that carries arms; and two in the bay.
+json cameras_json(const StationScene& scene) {
+  json out = json::array();
+  const training::Arm* const arm = scene.arm();
+  const Vector3 tip = scene.setting.scene().objects[scene.hand_object()].X_WO.p;
+  if (arm != nullptr) {
+    for (const Tip& each : scene.tips) {
+      const bool is_first = &each == scene.tips.data();
+      const double away = each.jaws.empty() ? 1.0 : 0.6;  // tools with jaws are smaller
+      out.push_back(camera(is_first ? "wrist" : "wrist " + each.name, static_cast<int>(each.object),
+                           transform(each.X_HT, away * Vector3(-0.6, 0.0, 0.35)),
+                           rotate(each.X_HT.R, {1.0, 0.0, -0.25}), rotate(each.X_HT.R, {0.0, 0.0, 1.0}),
+                           1.0));
+    }
+    for (std::uint32_t i = 0; i < arm->object_count; ++i)
+      for (const LinkCamera& each : kLinkCameras)
+        if (arm->mechanism->links()[arm->link_of_object[i]].name == each.link)
+          out.push_back(camera(each.name, static_cast<int>(arm->first_object + i), each.position, each.look,
+                               each.up, each.fov));
+  }
+  const Vector3 bay = tip + Vector3(2.5, -3.5, 1.2);
+  const Vector3 mast = tip + Vector3(-3.0, -2.5, 2.5);
+  out.push_back(camera("pan-tilt", -1, mast, tip - Vector3(0.0, 0.0, 0.5) - mast, {0.0, 0.0, 1.0}, 0.7));
+  out.push_back(camera("bay", -1, bay, tip - Vector3(0.0, 0.0, 0.5) - bay, {0.0, 0.0, 1.0}, 0.9));
+  return out;
+}
+
+json latches_json(const StationScene& scene) {
+  json out = json::array();
+  for (const LatchOption& option : scene.latches)
+    out.push_back({{"carrier", option.carrier}, {"carried", option.carried}});
+  return out;
+}
+
+json limits_json(const StationTask& task) {
+  const StationTask none;
+  json out = json::object();
+  if (task.most_force != none.most_force) out["force"] = task.most_force;
+  if (task.most_time != none.most_time) out["time"] = task.most_time;
+  if (task.most_contacts != none.most_contacts) out["contacts"] = task.most_contacts;
+  return out;
+}
+
+json tasks_json(const StationScene& scene) {
+  json out = json::array();
+  for (const StationTask& task : scene.tasks)
+    out.push_back({{"name", task.name}, {"title", task.title}, {"limits", limits_json(task)}});
+  return out;
+}
+
+/// FNV-1a over all bytes: which files a recording was flown with.
+std::string hash_of(std::span<const std::filesystem::path> files) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const std::filesystem::path& file : files) {
+    std::ifstream in(file, std::ios::binary);
+    for (char byte = 0; in.get(byte);) hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3;
+  }
+  return fmt::format("{:016x}", hash);
+}
+
+void check_hands(const Script& script) {
+  if (script.hands.empty()) throw InputError("script '" + script.name + "': no hand to fly with");
+  for (std::size_t i = 1; i < script.hands.size(); ++i)
+    if (script.hands[i].arm)
+      throw InputError("script '" + script.name + "': the station flies one arm, by the first hand");
+}
+
+}  // namespace
+
+StationScene::StationScene(std::string given_name, Script script, double rate)
+    : name(std::move(given_name)), setting(std::move(script), rate) {
+  for (const HexahedronTree* tree : setting.instance().trees()) refuse_rounded(*tree, "the station");
+  for (const Action& action : setting.actions()) {
+    if (action.kind != OperatorAction::Kind::latch) continue;
+    if (action.time <= 0.0) initial.push_back(action);
+    latches.push_back({action.carrier, action.object, action.allowed});
+  }
+  tips = find_tips(setting);
+  dynamics = load_station_dynamics(setting, latches);
+}
+
+std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& file, double rate) {
+  Script script = load_script(file);
+  check_hands(script);
+  // The flight has no end: room is taken for the frame that is flown.
+  script.scene.frame_rate = rate;
+  script.scene.duration = 2.0 / rate;
+  auto scene = std::make_unique<StationScene>(file.stem().string(), std::move(script), rate);
+  const std::filesystem::path tasks = std::filesystem::path(file).replace_extension(".tasks.json");
+  scene->tasks = read_tasks(tasks, scene->setting, scene->tips);
+  scene->file = std::filesystem::absolute(file);
+  scene->files = hash_of(std::array{file, scene->setting.script().scene_file, tasks});
+  return scene;
+}
+
+std::string scene_json(const StationScene& scene) {
+  const Script& script = scene.setting.script();
+  const json out = {{"type", "scene"},
+                    {"name", scene.name},
+                    {"title", script.name},
+                    {"description", script.scene.description},
+                    {"gap", script.scene.contact_gap},
+                    {"objects", objects_json(scene)},
+                    {"solids", solids_json(scene)},
+                    {"arms", arms_json(scene)},
+                    {"dynamics", scene.dynamics != nullptr},
+                    {"hand", scene.hand_object()},
+                    {"tips", tips_json(scene)},
+                    {"cameras", cameras_json(scene)},
+                    {"latches", latches_json(scene)},
+                    {"tasks", tasks_json(scene)}};
+  return comparison::one_line(out);
+}
+
+}  // namespace touchstone::station

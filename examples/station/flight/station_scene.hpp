@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "touchstone/examples/station/flight/station_dynamics.hpp"
+#include "touchstone/examples/station/flight/tasks.hpp"
+#include "touchstone/examples/station/flight/tips.hpp"
+#include "touchstone/examples/training_run/setting.hpp"
+
+namespace touchstone::station {
+
+/// A pair that may be latched, as a script's actions at times above 0 name it.
+struct LatchOption {
+  std::uint32_t carrier, carried;  ///< objects
+  std::vector<SolidPair> allowed;
+};
+
+/// A scene that can be flown: a hand-controller script (adapters/scene_files/README.md) whose rates are the
+/// hands' instead. Its first hand is flown. Latches at time 0 hold at the start; they and the later ones are
+/// those that an operator may ask for. Its other actions are passed by.
+struct StationScene {
+  /// @throws InputError as training::Setting.
+  StationScene(std::string name, Script script, double rate);
+
+  std::string name;            ///< the file's
+  std::filesystem::path file;  ///< it; absolute
+  std::string files;           ///< a hash of what is in it, in the scene's file and in its tasks'
+  training::Setting setting;
+  std::vector<training::Action> initial;
+  std::vector<LatchOption> latches;
+  std::vector<StationTask> tasks;                   ///< at most kMostTasks
+  std::vector<Tip> tips;                            ///< what the hand may fly, at least one
+  std::shared_ptr<const StationDynamics> dynamics;  ///< null: the scene's file has no guarded dynamics
+
+  /// Null: the hand flies a free object.
+  const training::Arm* arm() const { return setting.arms().empty() ? nullptr : setting.arms().data(); }
+  /// The object that the hand flies at first: of an arm, its last link with hexahedra on the flown link's
+  /// chain.
+  std::uint32_t hand_object() const { return tips[0].object; }
+};
+
+/// Tasks come from NAME.tasks.json beside NAME.yaml, where there is one: see read_tasks().
+/// @param rate frames a second. @throws InputError as load_script(); a script without a hand, or whose hand
+/// is not the only one on an arm.
+std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& script, double rate);
+
+/// The `scene` message of protocol.md, but for its serial.
+std::string scene_json(const StationScene& scene);
+
+}  // namespace touchstone::station

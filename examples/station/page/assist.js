@@ -1,0 +1,30 @@
+// The arm flies itself to what is nearest, and pushes on: for who wants to see before flying. Any key of the hand ends it.
+
+import {get} from './panels.js';
+import {turn, conjugate, subtract, unit} from './algebra.js';
+import {parts, station} from './state.js';
+
+// The arm flies itself to what is nearest, and pushes on: for who wants to see before flying. Any key of the hand ends it.
+export function setAssist(on) {
+  station.assisting = on;
+  if (on) {
+    station.frameBefore = station.state.frame_of_command;
+    station.assistDirection = [0, 0, 0];
+    parts.hand.assist = [0, 0, 0];
+    parts.link.control({frame_of_command: 'base', mode: 'hand', brakes: false, vernier: false});
+  } else {
+    parts.hand.assist = null;
+    if (station.frameBefore) parts.link.control({frame_of_command: station.frameBefore});
+  }
+  get('assist').setAttribute('aria-pressed', String(on));
+}
+
+export function steerAssist() {
+  const frame = station.frame;
+  if (!frame) return;
+  const base = station.scene.arms[0]?.base.rotation || [0, 0, 0, 1];
+  const nearest = frame.distances[0];
+  // In contact the two points are one, and single precision says little of closer ones: the last direction goes on.
+  if (nearest && nearest.separation > 0.002) station.assistDirection = unit(subtract(nearest.pointOnB, nearest.pointOnA));
+  parts.hand.assist = turn(conjugate(base), station.assistDirection);
+}
