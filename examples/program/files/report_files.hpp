@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "touchstone/examples/program/interruption.hpp"
+#include "touchstone/examples/program/terminal/interruption.hpp"
 
 // A report's files in a folder that may hold other people's. Nothing of theirs is replaced, moved or removed,
 // and no folder is: see report_manifest.hpp.

@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/files/json.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -22,6 +22,11 @@ double number_of(const Json& value) {
 }
 
 Json json(const Vector3& v) { return Json::array({number(v.x()), number(v.y()), number(v.z())}); }
+
+Vector3 vector3_of(const Json& value) {
+  if (!value.is_array() || value.size() != 3) throw std::runtime_error("a point has three coordinates");
+  return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
+}
 
 Json json(const Pose& X) {
   return {{"p_m", json(X.p)},

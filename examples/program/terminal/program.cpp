@@ -1,16 +1,15 @@
-#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 
-#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <new>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/simd/kernels.hpp"
-#include "touchstone/examples/program/engine_log.hpp"
-#include "touchstone/examples/program/interruption.hpp"
-#include "touchstone/examples/program/machine.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/engine_log.hpp"
+#include "touchstone/examples/program/terminal/interruption.hpp"
+#include "touchstone/examples/program/terminal/machine.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -31,12 +30,6 @@ void flush_output() {
   std::cout.flush();
   if (!all_printed || !std::cout || std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
     throw std::runtime_error("what was printed could not be written");
-}
-
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
 }
 
 }  // namespace

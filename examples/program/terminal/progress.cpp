@@ -1,10 +1,10 @@
-#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/program/terminal/progress.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "touchstone/examples/program/engine_log.hpp"
-#include "touchstone/examples/program/interruption.hpp"
+#include "touchstone/examples/program/terminal/engine_log.hpp"
+#include "touchstone/examples/program/terminal/interruption.hpp"
 
 namespace touchstone::comparison {
 namespace {

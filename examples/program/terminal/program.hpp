@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/program/terminal/progress.hpp"
 
 namespace touchstone::comparison {
 

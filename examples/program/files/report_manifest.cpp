@@ -1,11 +1,11 @@
-#include "touchstone/examples/program/report_manifest.hpp"
+#include "touchstone/examples/program/files/report_manifest.hpp"
 
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/sha256.hpp"
+#include "touchstone/examples/program/files/sha256.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -18,13 +18,6 @@ constexpr const char* kSchema = "touchstone.report_files/1";
 std::string read_whole(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-// A manifest from elsewhere must not lead out of its folder.
-bool stays_inside(const std::string& name) {
-  const fs::path path(name);
-  if (name.empty() || path.is_absolute() || !path.has_filename()) return false;
-  return std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
 Manifest manifest_from(const Json& json) {
@@ -41,6 +34,12 @@ Manifest manifest_from(const Json& json) {
 }
 
 }  // namespace
+
+bool stays_inside(const std::string& name) {
+  const fs::path path(name);
+  if (name.empty() || path.is_absolute() || !path.has_filename()) return false;
+  return std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+}
 
 ManifestEntry manifest_entry(const std::string& name, std::string_view content) {
   return {name, content.size(), sha256(content)};

@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "touchstone/examples/program/plot_text.hpp"
+#include "touchstone/examples/program/plots/plot_text.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/bundled_folder.hpp"
+#include "touchstone/examples/program/options/bundled_folder.hpp"
 
 namespace touchstone::comparison {
 

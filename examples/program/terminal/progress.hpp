@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/program/time_left.hpp"
+#include "touchstone/examples/program/terminal/time_left.hpp"
 
 namespace touchstone::comparison {
 

@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/machine.hpp"
+#include "touchstone/examples/program/terminal/machine.hpp"
 
 #include <fmt/core.h>
 #include <gnu/libc-version.h>

@@ -1,9 +1,9 @@
-#include "touchstone/examples/program/report_run.hpp"
+#include "touchstone/examples/program/files/report_run.hpp"
 
 #include <algorithm>
 #include <exception>
 
-#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 
 namespace touchstone::comparison {
 namespace {

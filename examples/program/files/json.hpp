@@ -4,7 +4,7 @@
 
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/examples/measures/quantiles.hpp"
-#include "touchstone/examples/program/machine.hpp"
+#include "touchstone/examples/program/terminal/machine.hpp"
 
 // Parts that every results.json shares.
 
@@ -16,7 +16,9 @@ Json number(double value);  ///< NaN: null; infinite: "inf" or "-inf"
 /// Reads a figure that number() wrote.
 double number_of(const Json& value);
 Json json(const Vector3& v);  ///< [x, y, z], each as number()
-Json json(const Pose& X);     ///< {"p_m", "R_rows"}
+/// Reads three finite coordinates. @throws std::runtime_error, or as nlohmann::json does, for anything else.
+Vector3 vector3_of(const Json& value);
+Json json(const Pose& X);  ///< {"p_m", "R_rows"}
 Json json(const Machine& machine);
 Json json(const StepTimes& times);
 

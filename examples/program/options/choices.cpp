@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/choices.hpp"
+#include "touchstone/examples/program/options/choices.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/sha256.hpp"
+#include "touchstone/examples/program/files/sha256.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/length.hpp"
+#include "touchstone/examples/program/options/length.hpp"
 
 #include <charconv>
 #include <cmath>

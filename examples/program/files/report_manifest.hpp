@@ -36,6 +36,9 @@ ManifestEntry manifest_entry(const std::string& name, std::string_view content);
 /// @throws InputError for one that cannot be read or names files outside the folder.
 std::optional<Manifest> read_manifest(const std::filesystem::path& folder, const char* name = kManifestName);
 
+/// Whether a name from elsewhere, a manifest's or one made of somebody's data, stays in its folder.
+bool stays_inside(const std::string& name);
+
 std::string manifest_text(const Manifest& manifest);
 
 /// Who owns what stands at a name of ours.

@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/json_error.hpp"
+#include "touchstone/examples/program/files/json_error.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/interruption.hpp"
+#include "touchstone/examples/program/terminal/interruption.hpp"
 
 #include <semaphore.h>
 #include <time.h>
@@ -11,7 +11,7 @@
 #include <limits>
 #include <thread>
 
-#include "touchstone/examples/program/engine_log.hpp"
+#include "touchstone/examples/program/terminal/engine_log.hpp"
 
 namespace touchstone::comparison {
 namespace {

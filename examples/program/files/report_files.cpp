@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/report_files.hpp"
+#include "touchstone/examples/program/files/report_files.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -13,7 +13,7 @@
 #include <set>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/report_manifest.hpp"
+#include "touchstone/examples/program/files/report_manifest.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -202,6 +202,7 @@ void check_report_folder(const fs::path& folder, std::span<const std::string> na
   if (is_of_another(manifest))
     throw refuse("holds a report of " + manifest->program + "; name another folder");
   for (const std::string& name : names) {
+    if (!stays_inside(name)) throw refuse("'" + name + "' leads out of it");
     const std::string taken = obstacle(folder, manifest, name);
     if (!taken.empty()) throw refuse(taken + "; move it away or name another folder");
   }

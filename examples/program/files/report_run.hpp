@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/program/engine_log.hpp"
-#include "touchstone/examples/program/interruption.hpp"
-#include "touchstone/examples/program/report_files.hpp"
+#include "touchstone/examples/program/files/report_files.hpp"
+#include "touchstone/examples/program/terminal/engine_log.hpp"
+#include "touchstone/examples/program/terminal/interruption.hpp"
 
 namespace touchstone::comparison {
 

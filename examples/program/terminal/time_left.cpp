@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/time_left.hpp"
+#include "touchstone/examples/program/terminal/time_left.hpp"
 
 #include <fmt/format.h>
 

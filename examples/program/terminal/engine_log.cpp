@@ -1,4 +1,4 @@
-#include "touchstone/examples/program/engine_log.hpp"
+#include "touchstone/examples/program/terminal/engine_log.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
