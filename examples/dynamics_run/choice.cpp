@@ -5,8 +5,9 @@
 #include <optional>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/dynamics_run/results.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 // The backend to build on. A scene is chosen for as all scenes are: one standing a backend, with the times of
 // each scene.
@@ -69,12 +70,6 @@ Choice pick(std::vector<Standing> standings) {
   return choice;
 }
 
-std::string joined(const std::vector<std::string>& texts) {
-  std::string all;
-  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
-  return all;
-}
-
 /// Those that are not chosen, by what keeps them back.
 struct Others {
   std::vector<std::string> off, late, allocating, slower, as_fast;
@@ -107,8 +102,6 @@ std::string times_text(const comparison::StepTimes& times) {
 std::string allocations_text(std::uint64_t count) {
   return count == 0 ? "no allocation" : comparison::format_count(count) + " allocations";
 }
-
-bool is_whole(const BackendRun& run) { return run.not_run.empty() && run.stopped.empty(); }
 
 std::string off_text(const BackendRun& run) { return run.backend + " (" + joined(run.misses) + ")"; }
 
@@ -151,13 +144,14 @@ std::string reason_for(const SceneResult& result, const Choice& choice) {
 /// Nothing touches where the reference finds no contact; if it did not run, where nobody does.
 bool touches(const SceneResult& result) {
   for (const BackendRun& run : result.runs)
-    if (run.backend == result.reference && is_whole(run)) return run.contact_count > 0;
+    if (run.backend == result.reference && run.is_whole()) return run.contact_count > 0;
   return std::any_of(result.runs.begin(), result.runs.end(),
                      [](const BackendRun& run) { return run.contact_count > 0; });
 }
 
 bool any_whole(const SceneResult& result) {
-  return std::any_of(result.runs.begin(), result.runs.end(), is_whole);
+  return std::any_of(result.runs.begin(), result.runs.end(),
+                     [](const BackendRun& run) { return run.is_whole(); });
 }
 
 /// Of every backend that is in all scenes.
@@ -172,7 +166,7 @@ std::vector<Standing> standings_over(const std::vector<SceneResult>& results) {
     for (Standing& standing : standings) {
       const BackendRun& run = run_of(result, standing.backend);
       standing.misses += run.misses.empty() ? 0 : 1;
-      if (!result.touches || !is_whole(run)) continue;
+      if (!result.touches || !run.is_whole()) continue;
       standing.late += run.late ? 1 : 0;
       standing.allocations += run.allocations.value_or(0);
       standing.pose_error = std::max(standing.pose_error, run.pose_error);
@@ -233,7 +227,7 @@ void choose(SceneResult& result) {
   }
   std::vector<Standing> standings;
   for (const BackendRun& run : result.runs)
-    if (is_whole(run)) standings.push_back(standing_of(run));
+    if (run.is_whole()) standings.push_back(standing_of(run));
   const Choice choice = pick(std::move(standings));
   if (!choice.best) {
     result.reason = "none has final poses that can be compared";

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "touchstone/examples/dynamics_run/results.hpp"
-#include "touchstone/examples/program/report_run.hpp"
+#include "touchstone/examples/program/files/report_run.hpp"
 
 namespace touchstone::dynamics {
 

@@ -5,10 +5,10 @@
 #include "touchstone/examples/dynamics_run/live_report.hpp"
 #include "touchstone/examples/dynamics_run/run.hpp"
 #include "touchstone/examples/dynamics_run/simulate.hpp"
-#include "touchstone/examples/program/bundled_folder.hpp"
-#include "touchstone/examples/program/choices.hpp"
-#include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/options/bundled_folder.hpp"
+#include "touchstone/examples/program/options/choices.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace {
 
@@ -23,13 +23,16 @@ std::string chosen_reference(const Options& options, const BackendRegistry& regi
   return "native";
 }
 
-/// With which of its checks an engine has a feature: "yes", "-", or those that do.
+/// With which of its checks an engine has a feature: "yes", "-", "ours" for all but its own, or those that
+/// do.
 std::string word_for(const physics::EngineRegistry::Entry& entry, physics::EngineFeature feature) {
   std::vector<std::string> with;
   for (const std::string& check : entry.checks)
     if (entry.features(check).has(feature)) with.push_back(check);
   if (with.empty()) return "-";
-  return with.size() == entry.checks.size() ? "yes" : fmt::format("{}", fmt::join(with, ","));
+  if (with.size() == entry.checks.size()) return "yes";
+  const bool is_ours = with.size() + 1 == entry.checks.size() && with[0] != physics::kOwnCheck;
+  return is_ours ? "ours" : fmt::format("{}", fmt::join(with, ","));
 }
 
 /// A row a feature, a column an engine.
@@ -42,6 +45,15 @@ void print_features(const physics::EngineRegistry& engines) {
     fmt::print("\n  {:40}", to_string(feature));
     for (const auto& entry : engines.engines()) fmt::print("  {:10}", word_for(entry, feature));
   }
+  fmt::print("\n  {:40}", "steps after a snapshot is restored");
+  for (const auto& entry : engines.engines()) fmt::print("  {:10}", to_string(entry.after_restore));
+  fmt::print("\n");
+}
+
+void print_engine(const physics::EngineRegistry::Entry& entry) {
+  fmt::print("  {:26}  {}; checks: {}", entry.name, entry.description, fmt::join(entry.checks, " "));
+  for (const auto& refused : entry.refused_checks)
+    fmt::print("; unsupported: {} ({})", refused.name, refused.reason);
   fmt::print("\n");
 }
 
@@ -51,8 +63,7 @@ void print_list(const Options& options, const BackendRegistry& registry,
   for (const std::filesystem::path& file : find_scenes(options))
     fmt::print("  {:26}  {}\n", file.stem().string(), load_scene(file, options).scene.name);
   fmt::print("backends\n{}engines\n", comparison::backend_list(registry));
-  for (const auto& entry : engines.engines())
-    fmt::print("  {:26}  {}; checks: {}\n", entry.name, entry.description, fmt::join(entry.checks, " "));
+  for (const auto& entry : engines.engines()) print_engine(entry);
   for (const auto& missing : engines.missing())
     fmt::print("  {:26}  missing: {}\n", missing.name, missing.reason);
   print_features(engines);
@@ -70,6 +81,13 @@ std::vector<physics::EngineChoice> choose_engines(const Options& options,
     };
     if (std::none_of(choices.begin(), choices.end(), is_same)) choices.push_back(choice);
   };
+  // All narrowphases in every engine would be some forty runs a scene.
+  const bool any_named = options.backends != std::vector<std::string>{"all"};
+  const auto is_asked = [&](const std::string& check) {
+    if (check == physics::kOwnCheck) return true;
+    return any_named ? std::find(backends.begin(), backends.end(), check) != backends.end()
+                     : check == "native";
+  };
   const auto add_own = [&] {
     for (const std::string& backend : backends) add({"own", backend});
   };
@@ -78,7 +96,7 @@ std::vector<physics::EngineChoice> choose_engines(const Options& options,
     if (word == "all")
       for (const auto& entry : engines.engines())
         for (const std::string& check : entry.checks)
-          if (entry.name != "own") add({entry.name, check});
+          if (entry.name != "own" && is_asked(check)) add({entry.name, check});
     if (word != "own" && word != "all") add(physics::parse_engine_choice(word));
   }
   return choices;

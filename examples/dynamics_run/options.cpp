@@ -1,8 +1,8 @@
 #include "touchstone/examples/dynamics_run/options.hpp"
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/choices.hpp"
-#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/options/choices.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 
 namespace touchstone::dynamics {
 std::optional<Options> parse_options(int argc, const char* const* argv, const std::filesystem::path& scenes) {
@@ -16,10 +16,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
   app.add_option(
          "--engine", options.engines,
          "Engines: own (over each --backend), ENGINE with its own check, ENGINE:CHECK with one of ours "
-         "inside, or all (default: own; --list names them)")
+         "inside (bullet:exact), or all (default: own; --list names them)")
       ->delimiter(',');
-  app.add_option("--backend", options.backends,
-                 "Narrowphases of the own engine (default: all; --list names them)");
+  app.add_option(
+      "--backend", options.backends,
+      "Narrowphases of the own engine, and with --engine all of every other (default: all; the others "
+      "their own and native; --list names them)");
   app.add_option("--reference", options.reference,
                  "What final poses are compared with (default: exact, or native where that is not built)");
   std::vector<std::string> settings;
@@ -44,6 +46,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
       ->check(CLI::PositiveNumber);
   std::string folder;
   app.add_option("--scenes", folder, "Folder with the scenes");
+  options.robots.sphere_facets = 8;  // dynamics take no rounded solids
   comparison::add_robot_options(app, options.robots);
   app.add_flag("--list", options.list, "List scenes and backends");
   if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
-#include "touchstone/examples/program/choices.hpp"
+#include "touchstone/examples/program/options/choices.hpp"
 #include "touchstone/examples/robot_files/robot_files.hpp"
 
 namespace touchstone::dynamics {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 
 namespace touchstone::dynamics {
 namespace {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/examples/measures/quantiles.hpp"
 #include "touchstone/physics/scene/dynamic_scene.hpp"
 
@@ -37,6 +38,7 @@ struct Series {
   // By sample and object or joint; joints through the mechanisms in order.
   std::vector<Vector3> force_W, moment_W;  ///< of contacts on the object, the moment about the world's origin
   std::vector<Vector3> p_W;                ///< of the object's origin
+  std::vector<Quaternion> q_WO;            ///< the object's attitude
   std::vector<double> value, rate, torque;
   std::vector<ContactRow> contacts;
 };
@@ -70,6 +72,8 @@ struct BackendRun {
   Series series;
   std::vector<std::string> misses;  ///< of the scene's limits: what keeps it from being recommended
   bool late = false;                ///< its steps' 99.9th percentile is beyond the deadline
+
+  bool is_whole() const { return not_run.empty() && stopped.empty(); }  ///< it went through
 };
 
 struct SceneResult {

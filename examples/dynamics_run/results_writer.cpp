@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "touchstone/examples/dynamics_run/results.hpp"
-#include "touchstone/examples/program/csv.hpp"
-#include "touchstone/examples/program/engine_log.hpp"
-#include "touchstone/examples/program/json.hpp"
+#include "touchstone/examples/program/files/csv.hpp"
+#include "touchstone/examples/program/files/json.hpp"
+#include "touchstone/examples/program/terminal/engine_log.hpp"
 
 namespace touchstone::dynamics {
 namespace {

@@ -1,10 +1,10 @@
 #include "touchstone/examples/dynamics_run/robot_scene.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "touchstone/adapters/robots/simplify.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/robot_files/robot_files.hpp"
 #include "touchstone/physics/bodies/inertia.hpp"
 #include "touchstone/physics/scene/scene_arm.hpp"
 
@@ -22,14 +22,6 @@ MechanismDescription with_masses(MechanismDescription robot) {
   return robot;
 }
 
-std::vector<double> start_values(const Mechanism& robot) {
-  std::vector<double> q{robot.reference().begin(), robot.reference().end()};
-  for (const Mechanism::Joint& joint : robot.joints())
-    if (joint.value != Mechanism::kNone && std::isfinite(joint.lower) && std::isfinite(joint.upper))
-      q[joint.value] = 0.5 * (joint.lower + joint.upper);
-  return q;
-}
-
 /// The lowest point and the farthest from the base's origin, in the world.
 struct Size {
   double lowest = 0.0, reach = 0.0;
@@ -42,8 +34,8 @@ Size size_of(const Mechanism& robot, std::span<const double> q) {
   for (std::uint32_t i = 0; i < robot.solids().size(); ++i)
     for (const Vector3& v : robot.solids()[i].vertices()) {
       const Vector3 p = transform(X_WL[robot.link_of(i)], transform(robot.placed(i).X_OS, v));
-      size.lowest = std::min(size.lowest, p.z());
-      size.reach = std::max(size.reach, norm(p));
+      size.lowest = std::min(size.lowest, p.z() - robot.solids()[i].radius());
+      size.reach = std::max(size.reach, norm(p) + robot.solids()[i].radius());
     }
   return size;
 }
@@ -62,7 +54,7 @@ void add_floor(const Size& size, physics::DynamicScene& out) {
 physics::DynamicScene robot_scene(const MechanismDescription& description) {
   const Mechanism robot(with_masses(without_fixed_joints(description)));
   if (robot.value_count() == 0) throw InputError("robot '" + robot.name() + "': no joint moves");
-  const std::vector<double> q = start_values(robot);
+  const std::vector<double> q = comparison::start_values(robot);
   physics::DynamicScene out;
   out.scene.name = "Robot " + robot.name();
   out.scene.units = "length m, angle rad";

@@ -3,7 +3,7 @@
 #include <iterator>
 
 #include "touchstone/examples/dynamics_run/results.hpp"
-#include "touchstone/examples/program/csv.hpp"
+#include "touchstone/examples/program/files/csv.hpp"
 
 namespace touchstone::dynamics {
 namespace {
@@ -33,6 +33,9 @@ std::string series_csv(const SceneResult& result, const BackendRun& run) {
     add_names(text, object.tree.name(), "force", "n");
     add_names(text, object.tree.name(), "moment", "nm");
   }
+  for (const SceneObject& object : scene.scene.objects)
+    for (const char* part : {"w", "x", "y", "z"})
+      text += "," + comparison::csv_text(fmt::format("{}.attitude_{}", object.tree.name(), part));
   text += "\n";
   const std::size_t objects = scene.scene.objects.size();
   const Series& series = run.series;
@@ -49,6 +52,10 @@ std::string series_csv(const SceneResult& result, const BackendRun& run) {
       add(text, series.p_W[o]);
       add(text, series.force_W[o]);
       add(text, series.moment_W[o]);
+    }
+    for (std::size_t o = i * objects; o < (i + 1) * objects; ++o) {
+      fmt::format_to(std::back_inserter(text), ",{}", series.q_WO[o].w);
+      add(text, series.q_WO[o].v);
     }
     text += "\n";
   }

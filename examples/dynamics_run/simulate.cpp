@@ -160,7 +160,11 @@ class Run {
     const std::size_t objects = scene_->scene.objects.size(), first = series.force_W.size();
     series.force_W.resize(first + objects, Vector3::Zero());
     series.moment_W.resize(first + objects, Vector3::Zero());
-    for (std::size_t o = 0; o < objects; ++o) series.p_W.push_back(engine_->object_pose(o).p);
+    for (std::size_t o = 0; o < objects; ++o) {
+      const Pose X_WO = engine_->object_pose(o);
+      series.p_W.push_back(X_WO.p);
+      series.q_WO.push_back(quaternion_of(X_WO.R));
+    }
     for (const physics::JointAddress& joint : joints_) {
       series.value.push_back(engine_->joint_value(joint));
       series.rate.push_back(engine_->joint_rate(joint));

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "touchstone/examples/dynamics_run/results.hpp"
-#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/program/terminal/progress.hpp"
 #include "touchstone/physics/engine/engine_registry.hpp"
 
 namespace touchstone::dynamics {

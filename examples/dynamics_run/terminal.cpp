@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "touchstone/examples/dynamics_run/results.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::dynamics {
 namespace {

@@ -18,9 +18,6 @@ double angle_between(const Matrix3& R1, const Matrix3& R2) {
   return 2.0 * std::asin(std::min(1.0, std::sqrt(squares / 8.0)));
 }
 
-/// Whether it went to the end: only then are its final poses those of another's.
-bool is_whole(const BackendRun& run) { return run.not_run.empty() && run.stopped.empty(); }
-
 void compare_poses(const BackendRun& reference, BackendRun& run) {
   run.pose_error = run.angle_error = 0.0;
   for (std::size_t o = 0; o < run.last.size(); ++o) {
@@ -66,7 +63,7 @@ void judge(SceneResult& result) {
   for (BackendRun& run : result.runs) {
     run.total = comparison::step_times(std::exchange(run.total_us, {}));
     run.detection = comparison::step_times(std::exchange(run.detection_us, {}));
-    if (reference != result.runs.end() && is_whole(*reference) && is_whole(run))
+    if (reference != result.runs.end() && reference->is_whole() && run.is_whole())
       compare_poses(*reference, run);
     find_misses(result, run);
     run.late = run.total.p999_us > result.deadline_us;  // without a deadline it is never late

@@ -15,9 +15,9 @@
 #include "touchstone/adapters/all/if_built.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/engine_check/world.hpp"
-#include "touchstone/examples/program/engine_log.hpp"
-#include "touchstone/examples/program/interruption.hpp"
-#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/terminal/engine_log.hpp"
+#include "touchstone/examples/program/terminal/interruption.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 #ifdef TOUCHSTONE_ENGINE_CHECK_CAPTURE
 #include "touchstone/adapters/scene_files/pair_capture.hpp"
 #endif

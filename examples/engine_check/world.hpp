@@ -58,7 +58,7 @@ World toppling(double share);
 /// rounding one start shows nothing. The solver draws by `start`, too. Start 0 is the world itself.
 World shifted(World world, unsigned start);
 
-/// Those steps of a run that had so many contacts.
+/// The steps of a run that had this many contacts.
 struct StepsWith {
   std::size_t steps = 0;
   double step_us = 0.0;  ///< median [us]

@@ -167,9 +167,9 @@ World shifted(World world, unsigned start) {
   const auto shift = [&] { return 1e-4 * (2.0 * static_cast<double>(random()) / 0x1p32 - 1.0); };
   for (Body& body : world.bodies) {
     if (start == 0 || body.mass == 0.0) continue;
-    const Vector3 way(shift(), shift(), 0.0);
-    body.X_WS.p += way;
-    if (world.end && &body == &world.bodies.back()) *world.end += way;
+    const Vector3 shifted(shift(), shift(), 0.0);
+    body.X_WS.p += shifted;
+    if (world.end && &body == &world.bodies.back()) *world.end += shifted;
   }
   return world;
 }
@@ -200,8 +200,8 @@ void Tracker::see_last(const Vector3& p) {
 
 void Tracker::finish(std::size_t body, const Pose& X, const Vector3& v, const Vector3& w,
                      Outcome& out) const {
-  const Vector3 way = X.p - world_.bodies[body].X_WS.p;
-  out.drift = std::max(out.drift, std::hypot(way.x(), way.y()));
+  const Vector3 drift = X.p - world_.bodies[body].X_WS.p;
+  out.drift = std::max(out.drift, std::hypot(drift.x(), drift.y()));
   out.speed = std::max(out.speed, norm(v));
   out.turn = std::max(out.turn, norm(w));
   out.rise = rise_;

@@ -13,7 +13,7 @@
 #include "touchstone/examples/measures/accuracy.hpp"
 #include "touchstone/examples/measures/backend_run.hpp"
 #include "touchstone/examples/measures/pair_families.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 // A first look at what compare_backends measures, while that is still being built: our checks and two engines
 // on a few hundred pairs of each family, a table a family as it is measured. No report is written.

@@ -3,10 +3,10 @@
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/guarded_run/run.hpp"
-#include "touchstone/examples/program/bundled_folder.hpp"
-#include "touchstone/examples/program/choices.hpp"
-#include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/report_files.hpp"
+#include "touchstone/examples/program/files/report_files.hpp"
+#include "touchstone/examples/program/options/bundled_folder.hpp"
+#include "touchstone/examples/program/options/choices.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 
 namespace {
 

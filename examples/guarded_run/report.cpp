@@ -4,7 +4,7 @@
 
 #include "touchstone/examples/dynamics_run/panel_plot.hpp"
 #include "touchstone/examples/guarded_run/run.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::guarded {
 namespace {

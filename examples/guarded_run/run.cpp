@@ -1,13 +1,12 @@
 #include "touchstone/examples/guarded_run/run.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/threads/processor_time.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
 #include "touchstone/physics/guarded/guarded_simulation.hpp"
 
@@ -25,13 +24,6 @@ constexpr double kAll = 1.0 - 1e-9;
 constexpr std::size_t kWarmFrames = 10;
 
 double microseconds(Clock::duration time) { return std::chrono::duration<double, std::micro>(time).count(); }
-
-/// The thread's processor time: other processes do not count.
-double thread_us() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 /// Flies one scene: hands, dynamics, proof, output, frame by frame; what is only looked at is not timed.
 class Flight {
@@ -89,11 +81,11 @@ class Flight {
     for (; steps < steps_ && !run_.is_over(); ++steps) {
       const auto counted = comparison::thread_allocations();
       const Clock::time_point wall = Clock::now();
-      const double start = thread_us();
+      const double start = processor_us();
       if (steps == 0) command();
       const GuardedStep step = run_.step();
       if (steps + 1 == steps_) show();
-      step_us_.push_back(thread_us() - start);
+      step_us_.push_back(processor_us() - start);
       frame_us += step_us_.back();
       wall_us += microseconds(Clock::now() - wall);
       if (counted) allocated += *comparison::thread_allocations() - *counted;

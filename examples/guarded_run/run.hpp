@@ -9,7 +9,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/examples/measures/quantiles.hpp"
-#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/program/terminal/progress.hpp"
 
 namespace touchstone::guarded {
 

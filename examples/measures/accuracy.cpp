@@ -52,9 +52,6 @@ bool carries_geometry(PairStatus status, const PairGeometry& geometry) {
 
 // ---- measures
 
-// NaN propagates as "missing": std::max would drop it.
-double larger(double x, double y) { return std::isnan(x) || std::isnan(y) ? kNaN : std::max(x, y); }
-
 // The two surfaces of a case. Flat ones (rounding far out) go to the oracle.
 class Surfaces {
  public:
@@ -196,6 +193,7 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
   if (!carries_geometry(manifold.status[index], geometry)) return;
   const auto points = manifold_points(manifold, index);
   if (points.empty()) return;
+  // Its points.
   double deepest = kInfinity, witness = 0.0;
   for (const ContactPoint& point : points) {
     deepest = std::isnan(point.separation) ? kNaN : std::min(deepest, point.separation);
@@ -205,6 +203,7 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
   at(errors, Measure::deepest) = std::abs(deepest - truth.separation);
   at(errors, Measure::point_witness) = witness;
   if (!truth.contact() || !is_finite(geometry.n_AB_W)) return;
+  // The area that they cover.
   const PatchArea patch(posed, oracle, geometry.n_AB_W);
   if (!(patch.most > kLeastPatch * posed.scale * posed.scale)) return;
   const double area = manifold_area(points, geometry.n_AB_W);
@@ -213,6 +212,7 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
       has_face_along(posed.a, geometry.n_AB_W) && has_face_along(posed.b, -geometry.n_AB_W);
   at(errors, face_on_face ? Measure::patch_coverage : Measure::tilted_coverage) = patch.error(area);
   if (!face_on_face) return;
+  // How much of that a push of 1e-9 S changes.
   const QueryAnswers& moved = answers.perturbed;
   if (moved.status.empty() || !carries_geometry(moved.status[index], moved.geometry[index])) return;
   const double moved_area = manifold_area(manifold_points(moved, index), moved.geometry[index].n_AB_W);
@@ -473,7 +473,11 @@ void judge_query(std::span<const PairTruth> truth, const BackendAnswers& answers
     curves.add(curve_case(truth[i], errors[i], status, kind, scale[i], size[i], i));
     if (errors[i].unsupported[q]) continue;
     WorstCase& worst = judgement.worst[q];
-    const WorstCase here{cost.cost, i, cost.reason};
+    WorstCase here{cost.cost, i, cost.reason, status};
+    if (!answers.queries[q].geometry.empty() && carries_geometry(status, answers.queries[q].geometry[i])) {
+      here.separation = answers.queries[q].geometry[i].separation;
+      here.n_AB_W = answers.queries[q].geometry[i].n_AB_W;
+    }
     if (sample.empty() || here.cost > worst.cost) worst = here;
     if (class_fault(status, truth[i].contact()) != nullptr || cost.missing)
       keep_dearest(judgement.wrong_cases[q], here);
@@ -504,6 +508,7 @@ Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Orac
       },
       progress);
 
+  // By query, then by figure over S and over the size.
   Judgement judgement;
   for (const QueryKind kind : kQueryKinds) judge_query(truth, answers, errors, scale, size, kind, judgement);
   std::vector<CaseValue> sample;

@@ -3,6 +3,7 @@
 #include <array>
 #include <string_view>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/backend_run.hpp"
 #include "touchstone/examples/measures/cost_curves.hpp"
 #include "touchstone/examples/measures/oracle.hpp"
@@ -75,7 +76,10 @@ struct ErrorStats {
 struct WorstCase {
   double cost = 0;  ///< [m], CaseErrors::cost
   std::size_t index = 0;
-  const char* reason = "";  ///< of kCostReasons
+  const char* reason = "";                      ///< of kCostReasons
+  PairStatus status = PairStatus::unsupported;  ///< the answer
+  double separation = kNaN;                     ///< NaN: it carries none [m]
+  Vector3 n_AB_W = Vector3::Constant(kNaN);
 };
 
 /// One case of the figure "error against true separation", both over S and signed.

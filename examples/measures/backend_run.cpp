@@ -239,6 +239,7 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
   shuffle(shuffled, random);
   BlockTimer timer(set, std::move(shuffled), std::max(options.batch, options.block));
 
+  // A row a backend, query and mode that has answers.
   std::vector<Row> rows;
   for (std::size_t b = 0; b < timed.size(); ++b) {
     for (const QueryKind kind : kQueryKinds) {
@@ -259,6 +260,7 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
     }
   }
 
+  // Blocks of all rows in one random order, so that what slows the machine slows all alike.
   struct Item {
     std::size_t row, block;
   };
@@ -280,6 +282,7 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
       }
     }
   }
+  // Each row's quantiles, then single calls for its tail.
   for (Row& row : rows) {
     slot_of(answers[row.backend].queries[index_of(row.kind)], row.mode) =
         summarise_blocks(row.averages, static_cast<std::size_t>(options.repetitions));
@@ -386,6 +389,7 @@ std::vector<BackendAnswers> run_backends(std::span<const BackendRegistry::Narrow
   std::vector<Timed> timed(backends.size());
   PairSet moved;
   if (options.perturb) moved = perturbed_set(set, options.seed);
+  // Every backend's answers, and its objects for timing.
   for (std::size_t b = 0; b < backends.size(); ++b) {
     narrowphases[b] = backends[b]->make();
     answers[b].name = backends[b]->name;
@@ -409,6 +413,7 @@ std::vector<BackendAnswers> run_backends(std::span<const BackendRegistry::Narrow
     }
     if (progress) progress(0.5 * static_cast<double>(b + 1) / static_cast<double>(backends.size()));
   }
+  // All are timed together.
   const Progress timing_progress = [&](double share) {
     if (progress) progress(0.5 + 0.5 * share);
   };

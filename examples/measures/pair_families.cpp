@@ -377,9 +377,8 @@ std::size_t family_index(std::string_view name) {
   for (std::size_t i = 0; i < kFamilies.size(); ++i) {
     if (kFamilies[i].name == name) return i;
   }
-  std::string known;
-  for (const PairFamily& family : kFamilies) known += (known.empty() ? "" : ", ") + std::string(family.name);
-  throw InputError("unknown pair family '" + std::string(name) + "', known are: " + known);
+  throw InputError("unknown pair family '" + std::string(name) +
+                   "', known are: " + joined(kFamilies, &PairFamily::name));
 }
 
 void append_pair(PairSet& set, std::size_t family, std::uint64_t seed, std::size_t index) {

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,6 +20,9 @@ struct Quantiles {
   std::size_t worst_case = 0;  ///< the case of `worst`
   std::size_t count = 0;
 };
+
+/// NaN where one is: std::max drops a NaN that comes second.
+inline double larger(double x, double y) { return std::isnan(x) || std::isnan(y) ? kNaN : std::max(x, y); }
 
 struct CaseValue {
   double value;
@@ -60,7 +66,10 @@ struct Timing {
   std::size_t calls = 0;  ///< behind p999_ns
 };
 
-/// Below so many calls the nearest 99.9 % is the slowest call: no percentile is given then.
+/// NaN: not timed.
+inline double median(const std::optional<Timing>& timing) { return timing ? timing->median_ns : kNaN; }
+
+/// Below this many calls the nearest 99.9 % is the slowest call: no percentile is given then.
 inline constexpr std::size_t kLeastForP999 = 1000;
 /// Adds the percentile of single calls [ns], reordering them.
 void add_calls(Timing& timing, std::span<double> calls);
@@ -68,7 +77,7 @@ void add_calls(Timing& timing, std::span<double> calls);
 /// The median; of an even number the mean of the middle two. @pre not empty, sorted.
 double middle(std::span<const double> sorted);
 
-/// Below so many blocks the nearest 99 % is the slowest block: no percentile is given then.
+/// Below this many blocks the nearest 99 % is the slowest block: no percentile is given then.
 inline constexpr std::size_t kLeastForP99 = 100;
 /// p99_ns; NaN of fewer than kLeastForP99 blocks.
 double shown_p99(const Timing& timing);

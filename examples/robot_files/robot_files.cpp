@@ -1,5 +1,6 @@
 #include "touchstone/examples/robot_files/robot_files.hpp"
 
+#include <cmath>
 #include <memory>
 #include <set>
 
@@ -7,10 +8,11 @@
 #include "touchstone/adapters/robots/fitted_cover.hpp"
 #include "touchstone/adapters/robots/simplify.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/examples/program/length.hpp"
-#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/program/options/length.hpp"
+#include "touchstone/examples/program/terminal/progress.hpp"
+#include "touchstone/examples/robot_files/kept_covers.hpp"
 #ifdef TOUCHSTONE_HAS_COVER_PROOF
 #include "touchstone/adapters/cover_proof/cover_proof.hpp"
 #endif
@@ -82,10 +84,19 @@ void prove([[maybe_unused]] const TriangleMesh& mesh, [[maybe_unused]] const Fit
 #endif
 }
 
-CoverMesh make_covers(const std::string& over) {
-  if (over == "box") return enclosing_box;
-  const Length length = parse_length(over, "--over");
+CoverMesh make_covers(const RobotChoices& choices) {
+  if (choices.over == "box") return enclosing_box;
+  const Length length = parse_length(choices.over, "--over");
   FittedCoverOptions options;
+  if (!choices.covers_folder.empty()) {
+    const KeptCovers kept(choices.covers_folder);
+    options.find = [kept](const TriangleMesh& mesh, const FitOptions& asked) {
+      return kept.find(mesh, asked);
+    };
+    options.keep = [kept](const TriangleMesh& mesh, const FitOptions& asked, const Fit& fit) {
+      kept.keep(mesh, asked, fit);
+    };
+  }
   (length.is_share ? options.over_share : options.over) = length.value;
   options.check = prove;
   options.progress = [line = std::make_shared<ProgressLine>(), last = std::string()](
@@ -110,6 +121,16 @@ void add_robot_options(CLI::App& app, RobotChoices& choices) {
          "Largest error, outwards, of the hexahedra that cover a robot's mesh: 5mm, 0.02m, or 5% of the "
          "mesh's diagonal; box: one box each")
       ->capture_default_str();
+  app.add_option(
+      "--covers", choices.covers_folder,
+      "Folder that keeps covers of meshes from run to run; they are proven anew where they are used");
+  app.add_flag("--any-mesh-size", choices.any_mesh_size,
+               "Takes robots whose largest mesh is 30 times as large as the joints reach, or a 300th");
+  app.add_option(
+         "--sphere-facets", choices.sphere_facets,
+         "Spheres and capsules of robots: 0, exact, for backends that take rounded solids (native, exact; no "
+         "dynamics); else hexahedra with so many facets round, 8 or 16, for all")
+      ->capture_default_str();
   app.add_option("--srdf", choices.srdf, "SRDF file with the pairs of links that are not checked");
 }
 
@@ -121,8 +142,11 @@ bool is_robot_file(const std::filesystem::path& file) {
 Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& choices) {
   RobotOptions options;
   options.mimic = MimicJoints::free;
+  options.sphere_facets = choices.sphere_facets;
   for (const std::string& path : choices.package_paths) options.package_paths.emplace_back(path);
-  if (!*choices.covers) *choices.covers = make_covers(choices.over);
+  options.any_mesh_size = choices.any_mesh_size;
+  if (!*choices.covers) *choices.covers = make_covers(choices);
+  if (choices.over != "box") read(file, options);  // for its units, before anything is fitted
   options.cover_mesh = *choices.covers;
   Robot robot = read(file, options);
   if (!choices.srdf.empty()) take_srdf(choices.srdf, robot.mechanism);
@@ -137,6 +161,14 @@ std::string account_of(const Robot& robot) {
   for (const ShapeReplacement& replacement : robot.replaced) text += to_string(replacement) + "\n";
   for (const std::string& note : robot.notes) text += note + "\n";
   return text;
+}
+
+std::vector<double> start_values(const Mechanism& robot) {
+  std::vector<double> q{robot.reference().begin(), robot.reference().end()};
+  for (const Mechanism::Joint& joint : robot.joints())
+    if (joint.value != Mechanism::kNone && std::isfinite(joint.lower) && std::isfinite(joint.upper))
+      q[joint.value] = 0.5 * (joint.lower + joint.upper);
+  return q;
 }
 
 std::function<MechanismDescription(const std::string&, const std::filesystem::path&)> arm_models(

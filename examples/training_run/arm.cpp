@@ -1,10 +1,34 @@
 #include "touchstone/examples/training_run/arm.hpp"
 
+#include <algorithm>
+#include <span>
+
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
 
 namespace touchstone::training {
 namespace {
+
+/// Held joints keep where they are, against a slide as against a hand: assumed as stiff as that.
+constexpr double kHeldWeight = 1e4;
+/// Jaws give way to what they meet rather than shift their arm.
+constexpr double kJawWeight = 1e-4;
+
+void add_weights(const std::vector<std::string>& held_joints, Arm& arm) {
+  const Mechanism& mechanism = *arm.mechanism;
+  arm.weights.assign(mechanism.value_count(), 1.0);
+  const std::span<const std::uint32_t> chain = mechanism.chain(arm.flown_link);
+  for (std::uint32_t j = 0; j < mechanism.joints().size(); ++j) {
+    const Mechanism::Joint& joint = mechanism.joints()[j];
+    const bool is_jaw =
+        joint.kind == JointKind::prismatic && std::find(chain.begin(), chain.end(), j) == chain.end();
+    if (is_jaw) arm.weights[joint.value] = kJawWeight;
+  }
+  for (const std::string& name : held_joints) {
+    arm.held_values.push_back(mechanism.joints()[mechanism.find_joint(name)].value);
+    arm.weights[arm.held_values.back()] = kHeldWeight;
+  }
+}
 
 Arm make_arm(const ArmScript& script) {
   Arm arm;
@@ -22,6 +46,7 @@ Arm make_arm(const ArmScript& script) {
   std::vector<Pose> X_BL(mechanism.links().size());
   mechanism.link_poses({}, arm.joints, X_BL);
   arm.X_WB = rigid_frame(compose(script.X_WL, inverse(X_BL[arm.flown_link])));
+  add_weights(script.held_joints, arm);
   return arm;
 }
 

@@ -20,6 +20,10 @@ struct Arm {
   std::uint32_t first_object, object_count;
   std::vector<std::uint32_t> object_of_link;  ///< kNone: no hexahedra
   std::vector<std::uint32_t> link_of_object;  ///< from first_object on
+  std::vector<std::uint32_t> held_values;     ///< see ArmScript::held_joints
+  /// Of joints in slides (MechanismPlacement): 1, jaws and other shifts that no hand drives less, held ones
+  /// more.
+  std::vector<double> weights;
 };
 
 /// Adds the links of all arms that hands fly to the script's scene, and the pairs that they exempt.

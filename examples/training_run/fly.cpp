@@ -1,10 +1,9 @@
 #include "touchstone/examples/training_run/fly.hpp"
 
-#include <time.h>
-
 #include <chrono>
 #include <thread>
 
+#include "touchstone/contact_core/threads/processor_time.hpp"
 #include "touchstone/examples/measures/allocations.hpp"
 
 namespace touchstone::training {
@@ -17,16 +16,6 @@ std::vector<std::unique_ptr<ArmHand>> make_arm_hands(const Setting& setting) {
   std::vector<std::unique_ptr<ArmHand>> hands(setting.script().hands.size());
   for (const Arm& arm : setting.arms()) hands[arm.hand] = std::make_unique<ArmHand>(arm);
   return hands;
-}
-
-double thread_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
-
-bool is_zero(const HandRates& rates) {
-  return rates.velocity == Vector3::Zero() && rates.turn == Vector3::Zero();
 }
 
 /// One flight's loop. What is timed and counted is step(): control, check and log.
@@ -80,13 +69,13 @@ class Flight {
     const double duration = setting_.time(frame + 1) - setting_.time(frame);
     log_.slide_steps.push_back(0);
     log_.formation.push_back(static_cast<std::uint32_t>(log_.formations.size() - 1));
-    const double cpu_start = thread_ns();
+    const double cpu_start = processor_us();
     const Clock::time_point start = Clock::now();
     command(frame, duration);
     method_.frame(commands_, arm_commands_, log_);
     const std::chrono::duration<double, std::nano> elapsed = Clock::now() - start;
     log_.frame_us.push_back(1e-3 * elapsed.count());
-    log_.frame_cpu_us.push_back(1e-3 * (thread_ns() - cpu_start));
+    log_.frame_cpu_us.push_back(processor_us() - cpu_start);
     log_.X_WO.insert(log_.X_WO.end(), method_.poses().begin(), method_.poses().end());
     log_.joints.insert(log_.joints.end(), method_.joints().begin(), method_.joints().end());
     ++log_.frames;
@@ -101,7 +90,7 @@ class Flight {
       const std::uint32_t object = setting_.object_of_hand(i);
       const Pose& X_WO = method_.poses()[object];
       const HandRates rates = setting_.rates(i, frame);
-      const bool is_flying = !is_zero(rates) && method_.formation().carrier[object] == kNone;
+      const bool is_flying = !rates.at_rest() && method_.formation().carrier[object] == kNone;
       if (is_flying) commands_.push_back({object, flown(X_WO, rates, duration)});
       log_.paths[frame * hands_.size() + i] = is_flying ? commands_.back().path : RigidPath(X_WO);
     }
@@ -111,7 +100,7 @@ class Flight {
 
   void command(const Arm& arm, std::size_t frame, double duration) noexcept {
     const HandRates rates = setting_.rates(arm.hand, frame);
-    if (is_zero(rates)) return;
+    if (rates.at_rest()) return;
     const std::span<double> goals =
         std::span(log_.joint_goals).subspan(frame * log_.values + arm.first_value, arm.joints.size());
     hands_[arm.hand]->command(method_.joints().subspan(arm.first_value, goals.size()), rates, duration,

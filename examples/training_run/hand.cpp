@@ -27,9 +27,10 @@ RigidPath flown(const Pose& X_WO, const HandRates& rates, double duration) {
   return RigidPath::by(X_WO, duration * v, duration * w);
 }
 
-ArmHand::ArmHand(const Arm& arm)
+ArmHand::ArmHand(const Arm& arm, std::uint32_t link)
     : arm_(&arm),
-      control_(*arm.mechanism, arm.flown_link),
+      link_(link),
+      control_(*arm.mechanism, link, {}, arm.held_values),
       commanded_(arm.joints),
       best_(arm.joints.size()),
       rates_(arm.joints.size()),
@@ -38,9 +39,14 @@ ArmHand::ArmHand(const Arm& arm)
   figures_.is_arm = true;
 }
 
+void ArmHand::start_from(std::span<const double> q) noexcept {
+  target_ = pose_at(q);
+  std::copy(q.begin(), q.end(), commanded_.begin());
+}
+
 Pose ArmHand::pose_at(std::span<const double> q) noexcept {
   arm_->mechanism->link_poses(arm_->X_WB, q, X_WL_);
-  return X_WL_[arm_->flown_link];
+  return X_WL_[link_];
 }
 
 void ArmHand::aim_from(std::span<const double> q, const HandRates& rates) noexcept {

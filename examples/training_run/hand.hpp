@@ -31,7 +31,12 @@ struct HandFigures {
 class ArmHand {
  public:
   /// Keeps a reference.
-  explicit ArmHand(const Arm& arm);
+  explicit ArmHand(const Arm& arm) : ArmHand(arm, arm.flown_link) {}
+  /// Flies another link of it. @throws InputError: one that no joint moves but those held.
+  ArmHand(const Arm& arm, std::uint32_t link);
+
+  /// Where something else has moved the arm: goes on from there, and holds nothing of before. No allocation.
+  void start_from(std::span<const double> q) noexcept;
 
   /// @param q the actual joint values. @param next where they are to go. No allocation.
   void command(std::span<const double> q, const HandRates& rates, double duration,
@@ -48,6 +53,7 @@ class ArmHand {
   bool limit(std::span<const double> q, double duration, std::span<double> next) const noexcept;
 
   const Arm* arm_;
+  std::uint32_t link_;
   ResolvedRate control_;
   std::vector<double> commanded_, best_, rates_;
   std::vector<Pose> X_WL_;

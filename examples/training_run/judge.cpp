@@ -7,6 +7,7 @@
 #include "touchstone/adapters/exact/exact.hpp"
 #include "touchstone/adapters/exact/signed_distance.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/mechanism/mechanism_path.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
@@ -19,22 +20,39 @@ namespace {
 constexpr double kLookEvery = 0.001;
 constexpr std::size_t kMostLooks = 4096;
 
-/// The world vertices of a solid and the box around them, which is exact: doubles are only compared.
+/// The world vertices of a solid and a box around it: exact, doubles are only compared, but for a radius.
 struct PosedSolid {
   WorldVertices vertices;
+  double radius;
   std::array<double, 3> low, high;
 };
 
 PosedSolid posed(const Hexahedron& solid, const Pose& X_WS) {
   PosedSolid out;
   world_vertices(solid, X_WS, out.vertices);
+  out.radius = solid.radius();
   const WorldVertices& v = out.vertices;
   const std::array<const std::array<double, 8>*, 3> axes{&v.x, &v.y, &v.z};
   for (std::size_t i = 0; i < 3; ++i) {
     out.low[i] = *std::min_element(axes[i]->begin(), axes[i]->end());
     out.high[i] = *std::max_element(axes[i]->begin(), axes[i]->end());
+    if (out.radius == 0.0) continue;
+    out.low[i] = std::nextafter(out.low[i] - out.radius, -kInfinity);
+    out.high[i] = std::nextafter(out.high[i] + out.radius, kInfinity);
   }
   return out;
+}
+
+double separation_of(const PosedSolid& a, const PosedSolid& b) {
+  if (a.radius == 0.0 && b.radius == 0.0) return exact_signed_distance(a.vertices, b.vertices).separation;
+  return exact_rounded_distance(a.vertices, a.radius, b.vertices, b.radius).separation;
+}
+
+bool are_apart(const PosedSolid& a, const PosedSolid& b) {
+  if (a.radius == 0.0 && b.radius == 0.0)  // cheaper
+    return exact_pair_class(a.vertices, b.vertices) == PairClass::separated;
+  return exact_rounded_distance(a.vertices, a.radius, b.vertices, b.radius).pair_class ==
+         PairClass::separated;
 }
 
 /// No more than the distance of the two, to rounding; below or 0 where the boxes meet.
@@ -53,12 +71,10 @@ bool boxes_are_apart(const PosedSolid& a, const PosedSolid& b) {
   return false;
 }
 
-bool same(const Pose& X, const Pose& Y) { return X.p == Y.p && X.R == Y.R; }
-
 /// Their product; where one is the identity, the bits of the other.
 Pose on_body(const Pose& X, const Pose& Y) {
-  if (same(Y, {})) return X;
-  return same(X, {}) ? Y : compose(X, Y);
+  if (is_same(Y, {})) return X;
+  return is_same(X, {}) ? Y : compose(X, Y);
 }
 
 /// The paths of a frame: of free objects, by object, with what they carry; and of arms.
@@ -103,11 +119,14 @@ struct Judge::State {
   }
   std::uint32_t object_of(SolidIndex solid) const { return setting.instance().object_of(solid); }
 
+  PosedSolid pose_one(SolidIndex i, std::span<const Pose> X_WO) const {
+    return posed(placed(i).solid, compose(X_WO[object_of(i)], placed(i).X_OS));
+  }
+
   std::vector<PosedSolid> pose_all(std::span<const Pose> X_WO) const {
     std::vector<PosedSolid> solids;
     solids.reserve(setting.instance().solids().size());
-    for (SolidIndex i = 0; i < setting.instance().solids().size(); ++i)
-      solids.push_back(posed(placed(i).solid, compose(X_WO[object_of(i)], placed(i).X_OS)));
+    for (SolidIndex i = 0; i < setting.instance().solids().size(); ++i) solids.push_back(pose_one(i, X_WO));
     return solids;
   }
 
@@ -118,17 +137,14 @@ struct Judge::State {
       const SolidPair& pair = setting.pairs()[i];
       const PosedSolid &a = solids[pair.a], &b = solids[pair.b];
       if (!formation.is_checked(pair, setting.instance()) || boxes_are_apart(a, b)) continue;
-      if (exact_pair_class(a.vertices, b.vertices) == PairClass::separated) continue;
-      found.push_back({i, exact_signed_distance(a.vertices, b.vertices).separation});
+      if (are_apart(a, b)) continue;
+      found.push_back({i, separation_of(a, b)});
     }
     return found;
   }
 
   double separation(const SolidPair& pair, std::span<const Pose> X_WO) const {
-    std::array<WorldVertices, 2> v;
-    world_vertices(placed(pair.a).solid, compose(X_WO[object_of(pair.a)], placed(pair.a).X_OS), v[0]);
-    world_vertices(placed(pair.b).solid, compose(X_WO[object_of(pair.b)], placed(pair.b).X_OS), v[1]);
-    return exact_signed_distance(v[0], v[1]).separation;
+    return separation_of(pose_one(pair.a, X_WO), pose_one(pair.b, X_WO));
   }
 
   double scale_of(const SolidPair& pair, std::span<const Pose> X_WO) const {
@@ -136,7 +152,7 @@ struct Judge::State {
     for (const SolidIndex solid : {pair.a, pair.b}) {
       const Pose X_WS = compose(X_WO[object_of(solid)], placed(solid).X_OS);
       const Sphere& sphere = placed(solid).solid.bounding_sphere();
-      scale = std::max(scale, X_WS.p.cwiseAbs().maxCoeff() + norm(sphere.centre) + 2.0 * sphere.radius);
+      scale = std::max(scale, norm_inf(X_WS.p) + norm(sphere.centre) + 2.0 * sphere.radius);
     }
     return scale;
   }
@@ -186,7 +202,7 @@ struct Judge::State {
     FramePaths paths = commanded_paths(log, frame);
     for (std::uint32_t i = 0; i < paths.free.size(); ++i) {
       const Pose &before = log.shown(frame)[i], &after = log.shown(frame + 1)[i];
-      if (formation.carrier[i] != kNone || same(paths.free[i].carrier().to(), after)) continue;
+      if (formation.carrier[i] != kNone || is_same(paths.free[i].carrier().to(), after)) continue;
       paths.free[i] = CarriedPath(RigidPath::between(slid ? after : before, after), formation.X_RO);
     }
     for (const Arm& arm : setting.arms()) {
@@ -322,7 +338,7 @@ struct Judge::State {
 
   /// Commanded in a frame that stopped others, and did not move.
   static bool is_held(const FlightLog& log, std::size_t frame, std::uint32_t mover, const Arm* arm) {
-    if (arm == nullptr) return same(log.shown(frame)[mover], log.shown(frame + 1)[mover]);
+    if (arm == nullptr) return is_same(log.shown(frame)[mover], log.shown(frame + 1)[mover]);
     const std::span<const double> before = values_of(*arm, log.shown_joints(frame));
     return std::equal(before.begin(), before.end(), values_of(*arm, log.shown_joints(frame + 1)).begin());
   }
@@ -429,15 +445,17 @@ Verdict Judge::judge(const FlightLog& log, const Resolution& resolution,
   std::vector<Contact> contacts = s.contacts(log.shown(0), log.formations[0]);
   for (std::size_t frame = 0; frame < log.frames; ++frame) {
     const std::span<const LoggedEvent> events = by_frame.next(frame);
+    // Contacts as they are shown, and deepest on the paths between.
     const std::span<const Pose> before = log.shown(frame), shown = log.shown(frame + 1);
     const Formation& formation = log.formations[log.formation[frame]];
     const bool was_apart = contacts.empty();
     const bool changed = frame == 0 || log.formation[frame] != log.formation[frame - 1] ||
-                         !std::equal(before.begin(), before.end(), shown.begin(), same);
+                         !std::equal(before.begin(), before.end(), shown.begin(), is_same);
     const double within = changed ? s.deepest_within(log, frame) : 0.0;
     if (changed) contacts = s.contacts(shown, formation);
     if (was_apart && contacts.empty() && within > 0.0) ++verdict.passed_through;
 
+    // Shown contacts that the method missed, or made up.
     bool wrong = false;
     for (const Contact& contact : contacts) {
       verdict.deepest_shown = std::max(verdict.deepest_shown, -contact.separation);
@@ -449,6 +467,7 @@ Verdict Judge::judge(const FlightLog& log, const Resolution& resolution,
     verdict.missed += wrong;
     verdict.phantom += s.is_phantom(events, shown, resolution);
 
+    // Cues and stops, and frames that were stopped without need.
     bool blocked = false;
     for (const LoggedEvent& event : events) {
       const double time =
@@ -490,8 +509,7 @@ std::vector<SeparationPoint> Judge::separations(const FlightLog& log, std::size_
     for (const auto& [bound, i] : order) {
       if (bound > least) break;
       const SolidPair& pair = s.setting.pairs()[i];
-      least =
-          std::min(least, exact_signed_distance(solids[pair.a].vertices, solids[pair.b].vertices).separation);
+      least = std::min(least, separation_of(solids[pair.a], solids[pair.b]));
     }
     points.push_back({s.setting.time(frame), least});
   }

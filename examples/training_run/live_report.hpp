@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/program/report_run.hpp"
+#include "touchstone/examples/program/files/report_run.hpp"
 #include "touchstone/examples/training_run/results.hpp"
 
 namespace touchstone::training {

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include "touchstone/adapters/all/all_backends.hpp"
-#include "touchstone/examples/program/bundled_folder.hpp"
-#include "touchstone/examples/program/choices.hpp"
-#include "touchstone/examples/program/program.hpp"
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/options/bundled_folder.hpp"
+#include "touchstone/examples/program/options/choices.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 #include "touchstone/examples/training_run/live_report.hpp"
 #include "touchstone/examples/training_run/options.hpp"
 #include "touchstone/examples/training_run/run.hpp"

@@ -1,8 +1,8 @@
 #include "touchstone/examples/training_run/options.hpp"
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/choices.hpp"
-#include "touchstone/examples/program/program.hpp"
+#include "touchstone/examples/program/options/choices.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
 
 namespace touchstone::training {
 std::optional<Options> parse_options(int argc, const char* const* argv,

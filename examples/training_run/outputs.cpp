@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/program/report_files.hpp"
+#include "touchstone/examples/program/files/report_files.hpp"
 
 #ifdef TOUCHSTONE_HAS_RECORDER
 #include "touchstone/adapters/recorder/recorder.hpp"

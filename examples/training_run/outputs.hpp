@@ -18,7 +18,7 @@ struct OutputOptions {
 };
 
 /// @param flights whose files are to come: names without extension.
-/// @throws InputError, one line: an adapter that this build lacks, an address that is none, a folder that
+/// @throws InputError, one line: an adapter that this build lacks, an invalid address, a folder that
 /// cannot be made, animations without records, a file that stands in the way and is not of an earlier run.
 void prepare_outputs(const OutputOptions& options, const std::vector<std::string>& flights);
 /// The options that this build has, and what the others lack; one line each.

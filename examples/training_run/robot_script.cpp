@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/robot_files/robot_files.hpp"
 
 namespace touchstone::training {
 namespace {
@@ -50,15 +51,6 @@ std::uint32_t end_of(const Mechanism& robot) {
 Sphere around(const Mechanism& robot, std::uint32_t link, std::span<const Pose> X_WL) {
   const Sphere& sphere = robot.links()[link].tree->nodes()[0].sphere_O;
   return {transform(X_WL[link], sphere.centre), sphere.radius};
-}
-
-/// In the middle of their limits where they have some: away from stretched poses and from stops.
-std::vector<double> start_values(const Mechanism& robot) {
-  std::vector<double> q{robot.reference().begin(), robot.reference().end()};
-  for (const Mechanism::Joint& joint : robot.joints())
-    if (joint.value != Mechanism::kNone && std::isfinite(joint.lower) && std::isfinite(joint.upper))
-      q[joint.value] = 0.5 * (joint.lower + joint.upper);
-  return q;
 }
 
 /// How far a ball is from the other links' hexahedra, by their balls [m].
@@ -114,7 +106,7 @@ SceneObject block(double side, const Vector3& p_W, const Vector3& direction, con
 Script robot_script(const MechanismDescription& description) {
   const auto robot = std::make_shared<const Mechanism>(description);
   const std::uint32_t end = end_of(*robot);
-  const std::vector<double> q = start_values(*robot);
+  const std::vector<double> q = comparison::start_values(*robot);
   std::vector<Pose> X_WL(robot->links().size());
   robot->link_poses({}, q, X_WL);
   double reach = 0.0;

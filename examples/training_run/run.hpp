@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/program/progress.hpp"
+#include "touchstone/examples/program/terminal/progress.hpp"
 #include "touchstone/examples/training_run/options.hpp"
 #include "touchstone/examples/training_run/results.hpp"
 

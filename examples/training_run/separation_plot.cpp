@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "touchstone/examples/program/svg_plot.hpp"
+#include "touchstone/examples/program/plots/svg_plot.hpp"
 #include "touchstone/examples/training_run/results.hpp"
 
 namespace touchstone::training {

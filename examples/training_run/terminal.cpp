@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "touchstone/examples/program/text_table.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
 #include "touchstone/examples/training_run/results.hpp"
 
 namespace touchstone::training {

@@ -5,16 +5,11 @@
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/tests/support/at.hpp"
 
 // A narrowphase's answers with the memory they need.
 
 namespace touchstone {
-
-inline Pose at(double x, double y, double z) {
-  Pose X;
-  X.p = {x, y, z};
-  return X;
-}
 
 /// The outputs for each pair; query.max_points slots of `points` a pair.
 struct Answers {

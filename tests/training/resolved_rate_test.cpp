@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -165,6 +166,26 @@ TEST(ResolvedRate, RefusesWhatCannotWork) {
   EXPECT_THROW(ResolvedRate(arm, arm.find_link("base_lee")), InputError);
   EXPECT_THROW(ResolvedRate(arm, arm.find_link("tip"), {.damping = 0.0}), InputError);
   EXPECT_THROW(ResolvedRate(arm, arm.find_link("tip"), {.length = std::nan("")}), InputError);
+}
+
+// Seven joints, one of them held: the other six still serve the command, where they can.
+TEST(ResolvedRate, HeldJointsStayAndTheOthersServe) {
+  Posed posed = bent_arm();
+  const std::uint32_t tip = posed.arm.find_link("tip");
+  const Twist wanted{{0.01, -0.02, 0.005}, {0.002, 0.001, -0.003}};
+  std::vector<double> rates(7, -1.0);
+  int served = 0;
+  for (std::uint32_t held = 0; held < 7; ++held) {
+    ResolvedRate control(posed.arm, tip, {}, std::array{held});
+    const ResolvedRate::Outcome outcome = control.solve(posed.X, posed.X[tip].p, wanted, rates);
+    EXPECT_EQ(rates[held], 0.0);
+    const bool is_served = outcome.lambda == 0.0 && outcome.scale == 1.0;
+    EXPECT_TRUE(!is_served || norm(outcome.error.v) + norm(outcome.error.w) <= 1e-12) << held;
+    served += is_served;
+  }
+  EXPECT_GT(served, 3);
+  const std::array<std::uint32_t, 7> all = {0, 1, 2, 3, 4, 5, 6};
+  EXPECT_THROW(ResolvedRate(posed.arm, tip, {}, all), InputError);
 }
 
 }  // namespace

@@ -190,5 +190,23 @@ TEST_F(ScriptFile, EveryBundledScriptLoads) {
   EXPECT_GE(count, 19u);
 }
 
+TEST_F(ScriptFile, ReadsShiftsOfJointsAsLengthsAndTheJointsThatAreHeld) {
+  const std::string arm = std::string(kHead) + R"(units: {length: mm, angle: deg}
+hands:
+  - arm:
+      model: ssrms_on_transporter
+      link: tip
+      joints: [1500, 90, 0, 0, 0, 0, 0, 0]
+      held_joints: )";
+  const std::string rest = "\n    rates: [{time: 0}]\n";
+  const Script script = load(arm + "[rail]\n      pose: {}" + rest);
+  const ArmScript& read = *script.hands[0].arm;
+  EXPECT_EQ(read.joints[0], 1.5);
+  EXPECT_DOUBLE_EQ(read.joints[1], std::numbers::pi / 2);
+  EXPECT_EQ(read.held_joints, std::vector<std::string>{"rail"});
+  expect_refused(arm + "[wheel]\n      pose: {}" + rest, 9, "wheel");
+  expect_refused(arm + "[held]\n      pose: {}" + rest, 9, "joint 'held' does not move");
+}
+
 }  // namespace
 }  // namespace touchstone

@@ -234,13 +234,24 @@ TEST_F(TrainingRun, ARobotWithMeshesFliesToABlockAndStops) {
       run("--robot " + std::string(kRobot) + " --over box --out " + (folder_ / "run").string());
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out,
-              HasSubstr("shoulder/hub: sphere, is 9 hexahedra, off by up to 0.0158942 m\nupper/boom: mesh"));
+              HasSubstr("shoulder/hub: sphere, is one rounded solid, exactly\nupper/boom: mesh"));
   const json script = json::parse(read(folder_ / "run/results.json"))["scripts"][0];
+  EXPECT_THAT(first_build(script)["not_flown"].get<std::string>(),
+              HasSubstr("'hub' is rounded (radius 0.1 m), which backend 'edge_face' does not take"));
   EXPECT_EQ(ours(script)["merged_frames"], 0);
   EXPECT_GT(unchecked(script)["merged_frames"], 0);
   ASSERT_FALSE(ours(script)["stops"].empty());
   EXPECT_TRUE(names(ours(script)["stops"][0], "block"));
   expect_clean(script);
+}
+
+TEST_F(TrainingRun, ARobotsSpheresAreHexahedraWhereThatIsAskedFor) {
+  const Outcome outcome = run("--robot " + std::string(kRobot) + " --over box --sphere-facets 8 --out " +
+                              (folder_ / "run").string());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("shoulder/hub: sphere, is 9 hexahedra, off by up to 0.0158942 m\n"));
+  const json script = json::parse(read(folder_ / "run/results.json"))["scripts"][0];
+  EXPECT_FALSE(first_build(script).contains("not_flown"));
 }
 
 TEST_F(TrainingRun, ARobotsMeshesAreCoveredWithinTheErrorAskedFor) {

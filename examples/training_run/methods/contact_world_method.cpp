@@ -69,7 +69,7 @@ void ContactWorldMethod::take_joints(const Arm& arm) noexcept {
 
 ObjectHandle ContactWorldMethod::add_link(const Arm& arm, std::uint32_t object) {
   if (object == arm.first_object)
-    mechanisms_.push_back(world_.add_mechanism({arm.mechanism, arm.X_WB, arm.joints, {}, {}}));
+    mechanisms_.push_back(world_.add_mechanism({arm.mechanism, arm.X_WB, arm.joints, {}, arm.weights}));
   const std::uint32_t link = arm.link_of_object[object - arm.first_object];
   return world_.link(mechanisms_.back(), arm.mechanism->links()[link].name);
 }

@@ -14,6 +14,8 @@ class PoseCheck {
  public:
   explicit PoseCheck(const Setting& setting)
       : setting_(&setting), broadphase_(make_edge_face_broadphase()), block_(setting.pairs().size() + 1) {
+    for (const HexahedronTree* tree : setting.instance().trees())
+      refuse_rounded(*tree, "backend 'edge_face'");
     BackendRegistry registry;
     register_edge_face(registry);
     narrowphase_ = registry.make_narrowphase("edge_face");

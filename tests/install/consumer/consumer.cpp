@@ -153,7 +153,8 @@ template <class Call>
   return 0;
 }
 
-int wrong_plugins() {
+/// @param registry whose narrowphases engines take
+int wrong_plugins([[maybe_unused]] const BackendRegistry& registry) {
   int wrong = 0;
 #if defined(WITH_bullet_plugin) || defined(WITH_bullet_plugin_single)
   // Linked, not called: a dispatcher takes Bullet's headers.
@@ -166,17 +167,17 @@ int wrong_plugins() {
 #endif
 #ifdef WITH_bullet_dynamics
   physics::EngineRegistry with_bullet;
-  register_bullet_dynamics(with_bullet);
+  register_bullet_dynamics(with_bullet, registry);
   wrong += with_bullet.engines().size() != 1;
 #endif
 #ifdef WITH_mujoco_dynamics
   physics::EngineRegistry with_mujoco;
-  register_mujoco_dynamics(with_mujoco);
+  register_mujoco_dynamics(with_mujoco, registry);
   wrong += with_mujoco.engines().size() != 1;
 #endif
 #ifdef WITH_ode_dynamics
   physics::EngineRegistry with_ode;
-  register_ode_dynamics(with_ode);
+  register_ode_dynamics(with_ode, registry);
   wrong += with_ode.engines().size() != 2;
 #endif
 #ifdef WITH_mujoco_plugin
@@ -250,7 +251,7 @@ int wrong_files() {
 int main() try {
   BackendRegistry registry;
   register_all(registry);
-  const int wrong = wrong_backends(registry) + wrong_plugins() + wrong_files();
+  const int wrong = wrong_backends(registry) + wrong_plugins(registry) + wrong_files();
   return registry.narrowphases().empty() || wrong != 0;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "%s\n", error.what());

@@ -1,0 +1,16 @@
+# Fails when a folder is not in the table of the README beside it.
+# cmake -D ROOT=... -D PARTS=contact_core,physics,... -P folder_rows.cmake
+string(REPLACE "," ";" PARTS "${PARTS}")
+set(missing)
+foreach(part IN LISTS PARTS)
+  file(READ ${ROOT}/${part}/README.md page)
+  file(GLOB found RELATIVE ${ROOT}/${part} ${ROOT}/${part}/*)
+  foreach(folder IN LISTS found)
+    if(IS_DIRECTORY ${ROOT}/${part}/${folder} AND NOT folder MATCHES "^(\\.|__)" AND NOT page MATCHES "\n\\|[^\n]*`${folder}[`/]")
+      string(APPEND missing "\n  ${part}/${folder}")
+    endif()
+  endforeach()
+endforeach()
+if(missing)
+  message(FATAL_ERROR "In no table of their README:${missing}")
+endif()
