@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/input_error.hpp"

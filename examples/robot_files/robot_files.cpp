@@ -1,5 +1,6 @@
 #include "touchstone/examples/robot_files/robot_files.hpp"
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
 #include <set>

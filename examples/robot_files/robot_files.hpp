@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -10,6 +9,10 @@
 #include "touchstone/adapters/robots/robot.hpp"
 
 // Robots of others in programs: which formats this build reads, and their options.
+
+namespace CLI {
+class App;  // its header costs each file that includes it seconds
+}
 
 namespace touchstone::comparison {
 

@@ -1,5 +1,7 @@
 #include "touchstone/examples/station/options.hpp"
 
+#include <CLI/CLI.hpp>
+
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/terminal/program.hpp"
 

@@ -1,5 +1,7 @@
 #include "touchstone/examples/training_run/options.hpp"
 
+#include <CLI/CLI.hpp>
+
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/options/choices.hpp"
 #include "touchstone/examples/program/terminal/program.hpp"

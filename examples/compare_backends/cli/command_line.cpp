@@ -1,5 +1,6 @@
 #include "touchstone/examples/compare_backends/cli/command_line.hpp"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>

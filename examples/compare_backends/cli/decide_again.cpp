@@ -1,6 +1,7 @@
 #include "touchstone/examples/compare_backends/cli/decide_again.hpp"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/cli/command_line.hpp"

@@ -1,6 +1,7 @@
 #include "touchstone/examples/compare_backends/diff/diff.hpp"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
 #include "touchstone/examples/program/terminal/program.hpp"
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
 #include <new>

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -8,6 +7,10 @@
 #include <vector>
 
 #include "touchstone/examples/program/terminal/progress.hpp"
+
+namespace CLI {
+class App;  // its header costs each file that includes it seconds
+}
 
 namespace touchstone::comparison {
 

@@ -3,6 +3,7 @@
 // gap of GAP (1e-7) m. A SCENE is a name, or NAME:TRIALS, or NAME:TRIALS:HZ. Exit code 1 where two solids
 // touch.
 
+#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
