@@ -7,7 +7,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -125,8 +124,8 @@ class ObjectTable {
   SolidExemption find(const Exemption& pair, ObjectHandle carried) const;
 
   std::vector<ObjectRecord> records_;
-  std::unordered_map<std::string_view, std::uint32_t> slot_of_name_;  // names are the records' own
-  std::map<std::size_t, std::set<std::uint32_t>> free_slots_;         // by the number of their solids
+  std::map<std::string_view, std::uint32_t> slot_of_name_;  // names are the records' own; never hashed anew
+  std::map<std::size_t, std::set<std::uint32_t>> free_slots_;  // by the number of their solids
   std::vector<Pose> X_BO_;
   std::vector<std::vector<Pose>> X_BO_before_;  // outgrown: paths may still look there
   std::vector<Pose> X_CO_;                      // in the carrier, as latched
