@@ -82,10 +82,14 @@ void add_loose(BoxScene& scene, int count, int across, unsigned seed = 7) {
   }
 }
 
-BoxScene bin() {
+constexpr unsigned kDraws = 16;
+
+/// Which way they tumble, and so when they rest, is a matter of the last bit: one draw says little.
+BoxScene bin(unsigned draw = 0) {
   BoxScene scene = on_ground("4 boxes dropped in a bin", 1e-3, 3.0);
+  if (draw > 0) scene.name += ", draw " + std::to_string(draw);
   add_bin(scene, 0.5, 2.0);
-  add_loose(scene, 4, 1);
+  add_loose(scene, 4, 1, draw > 0 ? draw : 7);
   return scene;
 }
 
@@ -241,6 +245,7 @@ void add_others(std::vector<BoxScene>& all) {
 
 std::vector<BoxScene> box_scenes() {
   std::vector<BoxScene> all{jaws(), pusher(), deep_pair(), bin()};
+  for (unsigned draw = 1; draw <= kDraws; ++draw) all.push_back(bin(draw));
   for (const double step : {1e-3, kDisplayStep})
     for (const int count : {2, 5, 10, 16, 17, 20, 50}) all.push_back(stack(count, step));
   for (const double step : {1e-3, kDisplayStep})
