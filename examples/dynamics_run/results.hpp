@@ -7,7 +7,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
-#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/measures/common/quantiles.hpp"
 #include "touchstone/physics/scene/dynamic_scene.hpp"
 
 namespace touchstone::dynamics {

@@ -5,7 +5,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/dynamics_run/account.hpp"
-#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
 
 namespace touchstone::dynamics {
 namespace {

@@ -9,7 +9,7 @@
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/narrowphase/pair_observer.hpp"
-#include "touchstone/examples/measures/written_block.hpp"
+#include "touchstone/examples/measures/pairs/written_block.hpp"
 
 // Small dynamic scenes with closed-form answers, as plain data that any engine can be given. SI units;
 // gravity along -z.

@@ -10,9 +10,9 @@
 
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/measures/accuracy.hpp"
-#include "touchstone/examples/measures/backend_run.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/accuracy/accuracy.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
+#include "touchstone/examples/measures/runs/backend_run.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 
 // A first look at what compare_backends measures, while that is still being built: our checks and two engines

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/threads/processor_time.hpp"
-#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
 #include "touchstone/physics/guarded/guarded_simulation.hpp"
 
 namespace touchstone::guarded {

@@ -8,7 +8,7 @@
 #include "touchstone/adapters/scene_files/guard_file.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/measures/common/quantiles.hpp"
 #include "touchstone/examples/program/terminal/progress.hpp"
 
 namespace touchstone::guarded {

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "touchstone/examples/station/server/server.hpp"
-#include "touchstone/examples/training_run/outputs.hpp"
+#include "touchstone/examples/training_run/results/outputs.hpp"
 
 namespace touchstone::station {
 

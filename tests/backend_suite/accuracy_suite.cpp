@@ -3,8 +3,8 @@
 #include <map>
 #include <sstream>
 
-#include "touchstone/examples/measures/accuracy.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/accuracy/accuracy.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/backend_suite/accuracy_table.hpp"
 #include "touchstone/tests/backend_suite/suite.hpp"
 

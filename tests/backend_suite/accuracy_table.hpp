@@ -7,7 +7,8 @@
 namespace touchstone::suite {
 
 /// The errors that a backend may make on the first kPairs pairs of a family with seed kSeed. Errors are over
-/// S, see examples/measures/accuracy.hpp; kUnsupported: the backend answers `unsupported` for all such pairs.
+/// S, see examples/measures/accuracy/accuracy.hpp; kUnsupported: the backend answers `unsupported` for all
+/// such pairs.
 struct AccuracyRow {
   std::string_view backend;
   std::string_view family;

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/measures/surface_measure.hpp"
+#include "touchstone/examples/measures/accuracy/surface_measure.hpp"
 #include "touchstone/tests/backend_suite/accuracy_table.hpp"
 #include "touchstone/tests/backend_suite/suite.hpp"
 

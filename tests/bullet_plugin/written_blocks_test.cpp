@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <random>
 
-#include "touchstone/examples/measures/written_block.hpp"
+#include "touchstone/examples/measures/pairs/written_block.hpp"
 #include "touchstone/tests/bullet_plugin/collision_scene.hpp"
 #include "touchstone/tests/support/ask.hpp"
 #include "touchstone/tests/support/random_poses.hpp"

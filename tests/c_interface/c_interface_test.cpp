@@ -13,7 +13,7 @@
 #include "touchstone/contact_core/narrowphase/answer_check.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {

@@ -1,4 +1,4 @@
-#include "touchstone/examples/measures/accuracy.hpp"
+#include "touchstone/examples/measures/accuracy/accuracy.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@
 #include "touchstone/examples/compare_backends/results/json_writer.hpp"
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
-#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
 #include "touchstone/examples/program/plots/svg_plot.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"

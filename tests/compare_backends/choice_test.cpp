@@ -16,7 +16,7 @@
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/compare_backends/random_choices.hpp"
 
 namespace touchstone::comparison {

@@ -8,7 +8,7 @@
 #include "touchstone/examples/compare_backends/page/html_report.hpp"
 #include "touchstone/examples/compare_backends/results/json_writer.hpp"
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
-#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/common/random.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 #include "touchstone/tests/compare_backends/page_in_browser.hpp"
 #include "touchstone/tests/compare_backends/random_choices.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "touchstone/examples/compare_backends/judge/choice.hpp"
-#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/common/random.hpp"
 
 namespace touchstone::comparison {
 

@@ -11,7 +11,7 @@
 #include "touchstone/examples/compare_backends/run/scenes/pair_choice.hpp"
 #include "touchstone/examples/compare_backends/run/scenes/scene_covers.hpp"
 #include "touchstone/examples/compare_backends/run/scenes/scene_trade.hpp"
-#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/common/random.hpp"
 
 // The smallest sufficient model: its reference against closed forms, its errors and its choices against brute
 // force.

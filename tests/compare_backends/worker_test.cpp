@@ -7,7 +7,7 @@
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
 #include "touchstone/examples/compare_backends/run/workers/job_io.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {

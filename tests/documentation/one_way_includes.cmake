@@ -1,7 +1,7 @@
 # Fails when a file includes one of a folder to the right of its own: the order of the parts, and of the folders in the larger ones,
 # as contact_core/documentation/architecture.md has them. The fit of meshes uses geometry alone.
 # cmake -D ROOT=... -P one_way_includes.cmake
-set(parents . contact_core contact_core/native contact_core/world physics physics/world examples/compare_backends examples/compare_backends/run examples/program examples/station)
+set(parents . contact_core contact_core/native contact_core/world physics physics/world examples/compare_backends examples/compare_backends/run examples/measures examples/program examples/station examples/training_run)
 set(folders_of_. contact_core physics adapters tests examples)
 set(folders_of_contact_core threads geometry numerics narrowphase broadphase native edge_face scene motion mechanism world output fit)
 set(folders_of_contact_core/native common simd solids overlap distance manifold engine)
@@ -10,8 +10,10 @@ set(folders_of_physics solver bodies joints world contacts scene engine guarded)
 set(folders_of_physics/world groups rows islands step)
 set(folders_of_examples/compare_backends judge run figures results diff page cli)
 set(folders_of_examples/compare_backends/run workers sets scenes)
+set(folders_of_examples/measures common pairs truth runs accuracy)
 set(folders_of_examples/program options terminal files plots)
 set(folders_of_examples/station flight exchange messages server)
+set(folders_of_examples/training_run setting flight results cli)
 
 file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/contact_core/*.hpp ${ROOT}/contact_core/*.cpp ${ROOT}/physics/*.hpp
   ${ROOT}/physics/*.cpp ${ROOT}/adapters/*.hpp ${ROOT}/adapters/*.cpp ${ROOT}/examples/*.hpp ${ROOT}/examples/*.cpp)

@@ -6,7 +6,7 @@
 
 #include "touchstone/adapters/exact/signed_distance.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 
 // Phantom contacts, as edge_face.hpp documents them.
 

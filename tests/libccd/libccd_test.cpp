@@ -8,7 +8,7 @@
 
 #include "touchstone/adapters/libccd/libccd_narrowphase.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {

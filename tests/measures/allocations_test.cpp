@@ -1,4 +1,4 @@
-#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
 
 #include <gtest/gtest.h>
 

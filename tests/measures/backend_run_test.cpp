@@ -1,6 +1,6 @@
 // How rows are timed, without timing them: which pairs go where, in which order.
 
-#include "touchstone/examples/measures/backend_run.hpp"
+#include "touchstone/examples/measures/runs/backend_run.hpp"
 
 #include <gtest/gtest.h>
 

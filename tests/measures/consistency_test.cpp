@@ -1,4 +1,4 @@
-#include "touchstone/examples/measures/consistency.hpp"
+#include "touchstone/examples/measures/runs/consistency.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 
 namespace touchstone::comparison {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/measures/oracle.hpp"
+#include "touchstone/examples/measures/truth/oracle.hpp"
 
 // Unit cubes side by side along x: everything about a pair follows from its gap.
 

@@ -1,4 +1,4 @@
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/measures/oracle.hpp"
-#include "touchstone/examples/measures/surface_measure.hpp"
+#include "touchstone/examples/measures/accuracy/surface_measure.hpp"
+#include "touchstone/examples/measures/truth/oracle.hpp"
 #ifdef TOUCHSTONE_HAS_EXACT
 #include "touchstone/adapters/exact/signed_distance.hpp"
 #endif

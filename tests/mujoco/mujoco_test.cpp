@@ -9,7 +9,7 @@
 #include "touchstone/adapters/mujoco/engine.hpp"
 #include "touchstone/adapters/mujoco_plugin/mujoco_plugin.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
 #include "touchstone/tests/mujoco_plugin/collision_scene.hpp"
 #include "touchstone/tests/support/ask.hpp"
 

@@ -8,7 +8,7 @@
 #ifdef TOUCHSTONE_HARD_CASES
 #include "touchstone/adapters/scene_files/pair_file.hpp"
 #endif
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/native/native_fixture.hpp"
 
 namespace touchstone {

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
 #include "touchstone/examples/station/exchange/merge_judge.hpp"
 #include "touchstone/examples/station/exchange/recording.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"

@@ -8,7 +8,7 @@
 
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/training_run/judge.hpp"
+#include "touchstone/examples/training_run/results/judge.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
 
 // The station's tasks with jaws, two arms and rails: a scripted hand does them, merges nothing, and does not

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/training_run/fly.hpp"
+#include "touchstone/examples/training_run/flight/fly.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
 // Pairs that latches of scenes and scripts allow, and until when.

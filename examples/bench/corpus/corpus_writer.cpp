@@ -4,7 +4,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/run/sets/corpus.hpp"
 #include "touchstone/examples/compare_backends/run/sets/pair_file_run.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/examples/program/files/sha256.hpp"
 
 namespace touchstone::comparison {

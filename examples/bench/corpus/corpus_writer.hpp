@@ -1,7 +1,7 @@
 #pragma once
 
 #include "touchstone/examples/bench/corpus/corpus_plan.hpp"
-#include "touchstone/examples/measures/oracle.hpp"
+#include "touchstone/examples/measures/truth/oracle.hpp"
 #include "touchstone/examples/program/files/report_files.hpp"
 
 namespace touchstone::comparison {

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "touchstone/examples/bench/site/cell.hpp"
-#include "touchstone/examples/measures/oracle.hpp"
-#include "touchstone/examples/measures/pair_set.hpp"
+#include "touchstone/examples/measures/pairs/pair_set.hpp"
+#include "touchstone/examples/measures/truth/oracle.hpp"
 
 namespace touchstone::comparison {
 

@@ -17,7 +17,7 @@
 #include "touchstone/examples/compare_backends/results/tables_page.hpp"
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/replay.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/examples/program/files/report_run.hpp"
 #include "touchstone/examples/program/terminal/program.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"

@@ -11,7 +11,7 @@
 #include "touchstone/examples/compare_backends/diff/diff_facts.hpp"
 #include "touchstone/examples/compare_backends/diff/mann_whitney.hpp"
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
-#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/measures/common/quantiles.hpp"
 #include "touchstone/examples/program/files/json_error.hpp"
 #include "touchstone/examples/program/terminal/program.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
-#include "touchstone/examples/measures/accuracy.hpp"
+#include "touchstone/examples/measures/accuracy/accuracy.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {

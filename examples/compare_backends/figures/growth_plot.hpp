@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/measures/broadphase_run.hpp"
-#include "touchstone/examples/measures/thread_run.hpp"
+#include "touchstone/examples/measures/runs/broadphase_run.hpp"
+#include "touchstone/examples/measures/runs/thread_run.hpp"
 #include "touchstone/examples/program/plots/svg_plot.hpp"
 
 namespace touchstone::comparison {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/measures/accuracy.hpp"
+#include "touchstone/examples/measures/accuracy/accuracy.hpp"
 
 namespace touchstone::comparison {
 

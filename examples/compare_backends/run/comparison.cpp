@@ -9,7 +9,7 @@
 #include "touchstone/examples/compare_backends/run/drift_file.hpp"
 #include "touchstone/examples/compare_backends/run/replay_command.hpp"
 #include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/examples/program/terminal/engine_log.hpp"
 
 namespace touchstone::comparison {

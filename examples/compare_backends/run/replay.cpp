@@ -6,7 +6,7 @@
 #include <charconv>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {

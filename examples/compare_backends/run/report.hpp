@@ -13,8 +13,8 @@
 #include "touchstone/examples/compare_backends/run/sets/corpus.hpp"
 #include "touchstone/examples/compare_backends/run/sets/options.hpp"
 #include "touchstone/examples/compare_backends/run/sets/pair_file_run.hpp"
-#include "touchstone/examples/measures/broadphase_run.hpp"
-#include "touchstone/examples/measures/thread_run.hpp"
+#include "touchstone/examples/measures/runs/broadphase_run.hpp"
+#include "touchstone/examples/measures/runs/thread_run.hpp"
 #include "touchstone/examples/program/terminal/machine.hpp"
 
 namespace touchstone::comparison {

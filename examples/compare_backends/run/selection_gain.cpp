@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
-#include "touchstone/examples/measures/swarm.hpp"
+#include "touchstone/examples/measures/runs/swarm.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/measures/common/quantiles.hpp"
 
 namespace touchstone::comparison {
 

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/geometry/pose.hpp"
-#include "touchstone/examples/measures/quantiles.hpp"
+#include "touchstone/examples/measures/common/quantiles.hpp"
 #include "touchstone/examples/program/terminal/machine.hpp"
 
 // Parts that every results.json shares.

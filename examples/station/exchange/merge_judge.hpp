@@ -6,7 +6,7 @@
 
 #include "touchstone/examples/station/exchange/exchange.hpp"
 #include "touchstone/examples/station/flight/session.hpp"
-#include "touchstone/examples/training_run/judge.hpp"
+#include "touchstone/examples/training_run/results/judge.hpp"
 
 namespace touchstone::station {
 

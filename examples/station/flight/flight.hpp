@@ -12,8 +12,8 @@
 #include "touchstone/examples/station/flight/inputs.hpp"
 #include "touchstone/examples/station/flight/near_distances.hpp"
 #include "touchstone/examples/station/flight/station_scene.hpp"
-#include "touchstone/examples/training_run/hand.hpp"
-#include "touchstone/examples/training_run/methods/contact_world_method.hpp"
+#include "touchstone/examples/training_run/flight/contact_world_method.hpp"
+#include "touchstone/examples/training_run/setting/hand.hpp"
 
 namespace touchstone::station {
 
@@ -83,7 +83,7 @@ struct FlightFigures {
 
 /// All that is decided in a session, frame by frame, from inputs alone: the same inputs at the same frames
 /// give the same bits of all poses. set() is between frames and may allocate; step() allocates nothing but
-/// what Figure 2's method does (training_run/methods/method.hpp). One thread.
+/// what Figure 2's method does (training_run/flight/method.hpp). One thread.
 class Flight {
  public:
   /// Keeps a reference. @throws InputError as training_run's methods.

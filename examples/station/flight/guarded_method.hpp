@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "touchstone/examples/station/flight/station_dynamics.hpp"
-#include "touchstone/examples/training_run/methods/method.hpp"
+#include "touchstone/examples/training_run/flight/method.hpp"
 
 namespace touchstone::station {
 

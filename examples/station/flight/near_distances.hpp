@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
-#include "touchstone/examples/training_run/setting.hpp"
+#include "touchstone/examples/training_run/setting/setting.hpp"
 
 namespace touchstone::station {
 

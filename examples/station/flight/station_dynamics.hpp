@@ -3,7 +3,7 @@
 #include <memory>
 #include <span>
 
-#include "touchstone/examples/training_run/setting.hpp"
+#include "touchstone/examples/training_run/setting/setting.hpp"
 #include "touchstone/physics/guarded/guarded_simulation.hpp"
 
 namespace touchstone::station {

@@ -8,7 +8,7 @@
 #include "touchstone/examples/station/flight/station_dynamics.hpp"
 #include "touchstone/examples/station/flight/tasks.hpp"
 #include "touchstone/examples/station/flight/tips.hpp"
-#include "touchstone/examples/training_run/setting.hpp"
+#include "touchstone/examples/training_run/setting/setting.hpp"
 
 namespace touchstone::station {
 

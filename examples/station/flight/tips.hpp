@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/training_run/setting.hpp"
+#include "touchstone/examples/training_run/setting/setting.hpp"
 
 namespace touchstone::station {
 

@@ -13,7 +13,7 @@
 #include "touchstone/examples/program/files/json.hpp"
 #include "touchstone/examples/station/flight/solids_json.hpp"
 #include "touchstone/examples/station/messages/frame_message.hpp"
-#include "touchstone/examples/training_run/setting.hpp"
+#include "touchstone/examples/training_run/setting/setting.hpp"
 
 #ifdef TOUCHSTONE_HAS_RECORDER
 #include "touchstone/adapters/recorder/recorder.hpp"

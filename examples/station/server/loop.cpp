@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
 #include "touchstone/examples/station/messages/frame_message.hpp"
 
 namespace touchstone::station {

@@ -10,7 +10,7 @@
 
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/common/random.hpp"
 #include "touchstone/tests/benchmarks/pairs/cost_table_families.hpp"
 
 // The cost of a pair, by family, query and backend, in one process: the table of the contact costs.

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "touchstone/examples/measures/pair_families.hpp"
-#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/common/random.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 
 namespace touchstone {
 namespace {

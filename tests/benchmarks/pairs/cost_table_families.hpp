@@ -3,7 +3,7 @@
 #include <span>
 #include <string_view>
 
-#include "touchstone/examples/measures/pair_set.hpp"
+#include "touchstone/examples/measures/pairs/pair_set.hpp"
 
 namespace touchstone {
 

@@ -15,7 +15,7 @@
 #include "touchstone/adapters/process_engine/process_engine.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/threads/processor_time.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 
 namespace {
 

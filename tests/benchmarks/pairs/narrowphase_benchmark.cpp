@@ -7,7 +7,7 @@
 
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/registry.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 
 // A query over a shuffled pair family, whose data do not fit the first caches: one pair a call, as a batch,
 // and the engines' raw calls. The counter "pair" is the time of a pair.

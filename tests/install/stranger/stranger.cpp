@@ -5,7 +5,7 @@
 
 #include "adapters/exact/exact.hpp"
 #include "contact_core/geometry/pose.hpp"
-#include "examples/measures/random.hpp"
+#include "examples/measures/common/random.hpp"
 #include "physics/bodies/rigid_body.hpp"
 #include "tests/backend_suite/suite.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <functional>
 
-#include "touchstone/examples/measures/surface_measure.hpp"
-#include "touchstone/examples/measures/written_block.hpp"
+#include "touchstone/examples/measures/accuracy/surface_measure.hpp"
+#include "touchstone/examples/measures/pairs/written_block.hpp"
 #include "touchstone/tests/native/native_fixture.hpp"
 
 // Blocks whose corners come from files: how much of a contact face the points hold, and whether they stay

@@ -9,7 +9,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/manifold/manifold.hpp"
 #include "touchstone/contact_core/native/solids/placed_pair.hpp"
-#include "touchstone/examples/measures/surface_measure.hpp"
+#include "touchstone/examples/measures/accuracy/surface_measure.hpp"
 #include "touchstone/tests/native/native_fixture.hpp"
 
 // The statements of manifold.hpp on every contact point: on A, on B, straight across, over families that make

@@ -4,7 +4,7 @@
 
 #include "touchstone/contact_core/native/overlap/gjk.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
-#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/common/random.hpp"
 
 // certify_hulls() on pairs whose products underflow: unknown or right, never wrong. The narrowphase scales
 // such pairs first; the bound must hold without that.

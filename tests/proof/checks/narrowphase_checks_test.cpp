@@ -9,7 +9,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/common/random.hpp"
 #include "touchstone/tests/proof/checks/lying_narrowphase.hpp"
 #include "touchstone/tests/proof/pairs/byte_decoder.hpp"
 #include "touchstone/tests/proof/pairs/families.hpp"

@@ -9,7 +9,7 @@
 #include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
-#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/common/random.hpp"
 #include "touchstone/tests/proof/hash/bit_sink.hpp"
 #include "touchstone/tests/proof/hash/run_hash.hpp"
 

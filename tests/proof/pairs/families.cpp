@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/measures/pair_families.hpp"
-#include "touchstone/examples/measures/random.hpp"
+#include "touchstone/examples/measures/common/random.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/proof/pairs/byte_decoder.hpp"
 
 namespace touchstone::proof {

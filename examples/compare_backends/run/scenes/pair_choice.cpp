@@ -5,7 +5,7 @@
 #include <mutex>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/examples/measures/parallel.hpp"
+#include "touchstone/examples/measures/common/parallel.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "touchstone/examples/measures/oracle.hpp"
-#include "touchstone/examples/measures/pair_set.hpp"
+#include "touchstone/examples/measures/pairs/pair_set.hpp"
+#include "touchstone/examples/measures/truth/oracle.hpp"
 
 namespace touchstone::comparison {
 

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/examples/measures/oracle.hpp"
-#include "touchstone/examples/measures/pair_set.hpp"
+#include "touchstone/examples/measures/pairs/pair_set.hpp"
+#include "touchstone/examples/measures/truth/oracle.hpp"
 
 /// @file
 /// The clearance of round parts as they truly are, not of the facets that stand for them: a bracket from

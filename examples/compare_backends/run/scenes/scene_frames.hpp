@@ -8,7 +8,7 @@
 
 #include "touchstone/examples/compare_backends/run/scenes/round_reference.hpp"
 #include "touchstone/examples/compare_backends/run/sets/options.hpp"
-#include "touchstone/examples/measures/pair_set.hpp"
+#include "touchstone/examples/measures/pairs/pair_set.hpp"
 
 namespace touchstone::comparison {
 

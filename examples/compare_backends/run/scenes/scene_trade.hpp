@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "touchstone/examples/compare_backends/run/scenes/scene_frames.hpp"
-#include "touchstone/examples/measures/backend_run.hpp"
-#include "touchstone/examples/measures/oracle.hpp"
+#include "touchstone/examples/measures/runs/backend_run.hpp"
+#include "touchstone/examples/measures/truth/oracle.hpp"
 
 /// @file
 /// The least that serves: a scene modelled with more and fewer hexahedra, asked about all pairs and only

@@ -7,7 +7,7 @@
 #include "touchstone/examples/compare_backends/run/scenes/frame_answer.hpp"
 #include "touchstone/examples/compare_backends/run/scenes/pair_choice.hpp"
 #include "touchstone/examples/compare_backends/run/scenes/scene_trade.hpp"
-#include "touchstone/examples/measures/parallel.hpp"
+#include "touchstone/examples/measures/common/parallel.hpp"
 
 namespace touchstone::comparison {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/measures/backend_run.hpp"
+#include "touchstone/examples/measures/runs/backend_run.hpp"
 
 namespace touchstone::comparison {
 

@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "touchstone/examples/measures/backend_run.hpp"
+#include "touchstone/examples/measures/runs/backend_run.hpp"
 
 // Bytes between the comparison and its worker: same build, same machine, so plain structs travel as they lie
 // in memory.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/measures/backend_run.hpp"
+#include "touchstone/examples/measures/runs/backend_run.hpp"
 
 // Backends that cannot live in this process (one process holds one precision of Bullet) run in a worker
 // process, on the same pairs, with the same timing code. Job and answers travel as files of plain bytes: both

@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include "touchstone/adapters/all/all_backends.hpp"
+#include "touchstone/examples/program/options/bundled_folder.hpp"
+#include "touchstone/examples/program/options/choices.hpp"
+#include "touchstone/examples/program/terminal/program.hpp"
+#include "touchstone/examples/program/terminal/text_table.hpp"
+#include "touchstone/examples/training_run/cli/options.hpp"
+#include "touchstone/examples/training_run/cli/run.hpp"
+#include "touchstone/examples/training_run/results/live_report.hpp"
+
+namespace {
+
+using namespace touchstone;
+using namespace touchstone::training;
+using comparison::ProgressLine;
+
+void print_list(const Options& options, const BackendRegistry& registry) {
+  fmt::print("scripts\n");
+  for (const std::filesystem::path& file : find_scripts(options))
+    fmt::print("  {:26}  {}\n", file.stem().string(), load_setting(file, options)->script().name);
+  fmt::print("backends\n{}", comparison::backend_list(registry));
+  fmt::print("outputs\n{}", outputs_text());
+}
+
+int run(int argc, char** argv) {
+  const std::optional<Options> options =
+      parse_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "training_run/scripts"));
+  if (!options) return 0;
+  BackendRegistry registry;
+  register_all_backends(registry);
+  if (options->list) {
+    print_list(*options, registry);
+    return 0;
+  }
+  const std::vector<std::string> backends = comparison::choose_backends(options->backends, registry);
+  const std::vector<std::filesystem::path> scripts = find_scripts(*options);
+  LiveReport report(options->output, comparison::stems(scripts));
+  for (const std::filesystem::path& script : scripts)
+    load_setting(script, *options, [&](const std::string& account) {  // before any of them is flown
+      comparison::print_now(comparison::wrapped(account));
+    });
+  std::vector<std::string> flights;
+  for (const std::string& script : comparison::stems(scripts))
+    for (std::string& name : flight_names(script, backends)) flights.push_back(std::move(name));
+  prepare_outputs(options->outputs, flights);
+  comparison::print_now(
+      "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; between: and "
+      "between frames;\n"
+      "merged: frames shown in contact; missed: of those, wrongly or not reported; phantom: contact "
+      "reported, none there;\n"
+      "false stops: wrongly stopped of frames with a mover stopped; us: control and check of a frame;\n"
+      "cpu: the worst by the thread's own clock; alloc: in all frames (figure 2 lists anew what is "
+      "in range)\n");
+  const auto run_one = [&](const std::filesystem::path& script, ProgressLine& progress) {
+    return run_script(script, *options, registry, backends, progress,
+                      [&](const ScriptResult& so_far) { report.see_method(so_far); });
+  };
+  comparison::run_each(scripts, run_one, [&](ScriptResult result) {
+    const std::string text = comparison::wrapped(terminal_text(result));
+    report.see_script(std::move(result));
+    return text;
+  });
+  report.finish();
+  comparison::print_now(comparison::wrapped(summary_text(report.results())) +
+                        "\nresults, plots: " + options->output + "\n");
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return touchstone::comparison::run_program("training_run", [&] { return run(argc, argv); });
+}

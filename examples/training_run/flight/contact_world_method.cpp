@@ -1,0 +1,121 @@
+#include "touchstone/examples/training_run/flight/contact_world_method.hpp"
+
+#include <algorithm>
+
+#include "touchstone/contact_core/world/scene_world.hpp"
+
+namespace touchstone::training {
+
+ContactWorldMethod::ContactWorldMethod(const Setting& setting, std::unique_ptr<Narrowphase> narrowphase,
+                                       std::unique_ptr<Broadphase> broadphase)
+    : setting_(&setting),
+      backend_(narrowphase->name()),
+      world_(std::move(narrowphase), std::move(broadphase), setting.scene().contact_gap),
+      formation_(setting.object_count()) {
+  add_objects();
+  set_rules(setting.scene(), objects_, world_);
+  world_.set_default_rule(
+      {setting.scene().policy, {}, setting.script().translation_only, setting.scene().passive});
+  for (const Exemption& pair : exemptions(setting.instance().exempt_pairs())) world_.exempt(pair);
+  commands_.reserve(setting.script().hands.size());
+  joint_commands_.reserve(setting.arms().size());
+  joints_.resize(setting.value_count());
+  for (const Arm& arm : setting.arms()) take_joints(arm);
+  for (const ObjectHandle object : objects_) feed_.show(object);
+  world_.prepare();
+}
+
+void ContactWorldMethod::act(const Action& action) {
+  using Kind = OperatorAction::Kind;
+  if (action.kind == Kind::latch)
+    world_.latch(objects_[action.carrier], objects_[action.object], exemptions(action.allowed));
+  if (action.kind == Kind::release) world_.unlatch(objects_[action.object]);
+  if (action.kind == Kind::switch_on || action.kind == Kind::switch_off)
+    world_.select(SelectionChange::of(objects_[action.object], action.kind == Kind::switch_on));
+  formation_.apply(action, X_WO_);
+  world_.prepare();
+}
+
+void ContactWorldMethod::frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
+                               FlightLog& log) noexcept {
+  commands_.clear();
+  for (const Command& command : commands) commands_.push_back({objects_[command.object], command.path});
+  joint_commands_.clear();
+  for (const ArmCommand& command : arm_commands)
+    joint_commands_.push_back({mechanisms_[index_of(*command.arm)], command.values});
+  report_ = world_.frame(commands_, joint_commands_);
+  for (const Arm& arm : setting_->arms()) take_joints(arm);
+  for (std::size_t i = 0; i < objects_.size(); ++i) X_WO_[i] = world_.actual_pose(objects_[i]);
+  for (const ContactEvent& event : report_.events) log_event(event, log);
+  log.slide_steps.back() = static_cast<std::uint8_t>(report_.slide_steps);
+  log.queries += report_.queries;
+  log.iteration_limits += report_.iteration_limits;
+  ++frame_;
+}
+
+void ContactWorldMethod::send(double time) noexcept {
+  report_.frame = frame_;  // poses at the end of that many frames
+  feed_.send(report_, time);
+}
+
+std::size_t ContactWorldMethod::index_of(const Arm& arm) const noexcept {
+  return static_cast<std::size_t>(&arm - setting_->arms().data());
+}
+
+void ContactWorldMethod::take_joints(const Arm& arm) noexcept {
+  const std::span<const double> values = world_.joint_values(mechanisms_[index_of(arm)]);
+  std::copy(values.begin(), values.end(), joints_.begin() + static_cast<std::ptrdiff_t>(arm.first_value));
+}
+
+ObjectHandle ContactWorldMethod::add_link(const Arm& arm, std::uint32_t object) {
+  if (object == arm.first_object)
+    mechanisms_.push_back(world_.add_mechanism({arm.mechanism, arm.X_WB, arm.joints, {}, arm.weights}));
+  const std::uint32_t link = arm.link_of_object[object - arm.first_object];
+  return world_.link(mechanisms_.back(), arm.mechanism->links()[link].name);
+}
+
+void ContactWorldMethod::add_objects() {
+  for (std::uint32_t i = 0; i < setting_->object_count(); ++i) {
+    const SceneObject& object = setting_->scene().objects[i];
+    // The setting outlives this, so the world's share of the tree owns nothing.
+    const std::shared_ptr<const HexahedronTree> tree(std::shared_ptr<void>(), &object.tree);
+    const Arm* arm = setting_->arm_of(i);
+    objects_.push_back(arm ? add_link(*arm, i)
+                           : world_.add({tree, object.X_WO, !setting_->may_move(i), object.groups}));
+    if (index_of_slot_.size() <= objects_[i].slot) index_of_slot_.resize(objects_[i].slot + 1);
+    index_of_slot_[objects_[i].slot] = i;
+    X_WO_.push_back(object.X_WO);
+  }
+}
+
+std::vector<Exemption> ContactWorldMethod::exemptions(std::span<const SolidPair> pairs) const {
+  const SceneInstance& instance = setting_->instance();
+  const auto name = [&](SolidIndex solid, std::uint32_t object) {
+    return instance.trees()[object]->solids()[solid - instance.first_solid(object)].name;
+  };
+  std::vector<Exemption> out;
+  for (const SolidPair& pair : pairs) {
+    const std::uint32_t a = instance.object_of(pair.a), b = instance.object_of(pair.b);
+    out.push_back({objects_[a], objects_[b], name(pair.a, a), name(pair.b, b)});
+  }
+  return out;
+}
+
+void ContactWorldMethod::log_event(const ContactEvent& event, FlightLog& log) const noexcept {
+  // Sub-steps of a slide have no time of their own: they fill the frame up to its end.
+  const double s = event.part == 0 ? event.s : 1.0;
+  LoggedEvent logged{frame_, event.kind, {0, 0}, s, event.geometry.separation};
+  if (event.kind != EventKind::refused && event.kind != EventKind::at_limit) {
+    logged.solids = {solid_in_scene(event.a, event.solids.a), solid_in_scene(event.b, event.solids.b)};
+    if (logged.solids.b < logged.solids.a) std::swap(logged.solids.a, logged.solids.b);
+  }
+  log.add(logged);
+}
+
+std::unique_ptr<Method> make_contact_world_method(const Setting& setting,
+                                                  std::unique_ptr<Narrowphase> narrowphase,
+                                                  std::unique_ptr<Broadphase> broadphase) {
+  return std::make_unique<ContactWorldMethod>(setting, std::move(narrowphase), std::move(broadphase));
+}
+
+}  // namespace touchstone::training
