@@ -194,9 +194,9 @@ btCollisionAlgorithm* HexahedronCreateFunc::CreateCollisionAlgorithm(
   }
   if (state_->check == EngineCheck::own) {
     static_assert(sizeof(ObservedAlgorithm) <= sizeof(HexahedronAlgorithm));  // whose size the pool has
-    btCollisionAlgorithm* const own = before()->CreateCollisionAlgorithm(info, a, b);
+    btCollisionAlgorithm* const algorithm = before()->CreateCollisionAlgorithm(info, a, b);
     void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(ObservedAlgorithm));
-    return new (memory) ObservedAlgorithm(info, own, state_, *solid_a, *solid_b);
+    return new (memory) ObservedAlgorithm(info, algorithm, state_, *solid_a, *solid_b);
   }
   void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(HexahedronAlgorithm));
   return new (memory) HexahedronAlgorithm(info, *a, *b, state_, *solid_a, *solid_b);

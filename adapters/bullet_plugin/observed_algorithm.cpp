@@ -62,17 +62,17 @@ constexpr std::string_view kInside =
 }  // namespace
 
 ObservedAlgorithm::~ObservedAlgorithm() {
-  if (own_ != nullptr) {
-    own_->~btCollisionAlgorithm();
-    m_dispatcher->freeCollisionAlgorithm(own_);
+  if (algorithm_ != nullptr) {
+    algorithm_->~btCollisionAlgorithm();
+    m_dispatcher->freeCollisionAlgorithm(algorithm_);
   }
   for (const native::SolidHandle& solid : solids_) state_->store->release(solid);
 }
 
 void ObservedAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                                          const btDispatcherInfo& info, btManifoldResult* result) {
-  if (own_ == nullptr) return;
-  own_->processCollision(a, b, info, result);
+  if (algorithm_ == nullptr) return;
+  algorithm_->processCollision(a, b, info, result);
   PairObserver* const observer = state_->observer.load(std::memory_order_relaxed);
   const btCollisionShape &shape_a = *a->getCollisionShape(), &shape_b = *b->getCollisionShape();
   const btPersistentManifold* const manifold = result->getPersistentManifold();

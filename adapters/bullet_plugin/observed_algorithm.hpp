@@ -9,25 +9,29 @@ namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 /// The engine's own algorithm of a pair, watched.
 class ObservedAlgorithm final : public btCollisionAlgorithm {
  public:
-  /// @param own may be null; of the dispatcher's memory, as it creates algorithms; this ends it.
-  ObservedAlgorithm(const btCollisionAlgorithmConstructionInfo& info, btCollisionAlgorithm* own,
+  /// @param algorithm the engine's own; may be null; of the dispatcher's memory, as it creates algorithms;
+  /// this ends it.
+  ObservedAlgorithm(const btCollisionAlgorithmConstructionInfo& info, btCollisionAlgorithm* algorithm,
                     std::shared_ptr<PluginState> state, const native::SolidHandle& solid_a,
                     const native::SolidHandle& solid_b)
-      : btCollisionAlgorithm(info), own_(own), state_(std::move(state)), solids_{solid_a, solid_b} {}
+      : btCollisionAlgorithm(info),
+        algorithm_(algorithm),
+        state_(std::move(state)),
+        solids_{solid_a, solid_b} {}
   ~ObservedAlgorithm() override;
 
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                         const btDispatcherInfo& info, btManifoldResult* result) override;
   btScalar calculateTimeOfImpact(btCollisionObject* a, btCollisionObject* b, const btDispatcherInfo& info,
                                  btManifoldResult* result) override {
-    return own_ == nullptr ? btScalar(1) : own_->calculateTimeOfImpact(a, b, info, result);
+    return algorithm_ == nullptr ? btScalar(1) : algorithm_->calculateTimeOfImpact(a, b, info, result);
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
-    if (own_ != nullptr) own_->getAllContactManifolds(manifolds);
+    if (algorithm_ != nullptr) algorithm_->getAllContactManifolds(manifolds);
   }
 
  private:
-  btCollisionAlgorithm* own_;
+  btCollisionAlgorithm* algorithm_;
   std::shared_ptr<PluginState> state_;
   native::SolidHandle solids_[2];
 };

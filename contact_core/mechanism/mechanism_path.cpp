@@ -290,9 +290,9 @@ double MechanismPath::rate_across(const Section& section, const Vector3& n_W) co
 }
 
 /// Adds the vectors and shifts between the base and a section's entry, term by term inwards.
-double MechanismPath::curvature_inwards(const Section& own, const Vector3& n_W) const noexcept {
+double MechanismPath::curvature_inwards(const Section& innermost, const Vector3& n_W) const noexcept {
   double sum = 0.0;
-  for (const Section* outer = &own; outer != sections_.data(); outer = &sections_[outer->inner]) {
+  for (const Section* outer = &innermost; outer != sections_.data(); outer = &sections_[outer->inner]) {
     const Section& section = sections_[outer->inner];
     const double across = rate_across(section, n_W);
     sum += across * outer->vector_rate + section.change * outer->length;

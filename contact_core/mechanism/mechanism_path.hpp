@@ -107,7 +107,7 @@ class MechanismPath final : public MotionPath {
   void add_section(const Mechanism::Joint& joint) noexcept;
   void turn_on(Section& section, const Vector3& axis_W, double rate) const noexcept;
   double rate_across(const Section& section, const Vector3& n_W) const noexcept;
-  double curvature_inwards(const Section& own, const Vector3& n_W) const noexcept;
+  double curvature_inwards(const Section& innermost, const Vector3& n_W) const noexcept;
   Rates rates_of_vector(const Section& section, const Vector3& v_W) const noexcept;
   Acceleration acceleration_of(std::uint32_t link, const Vector3& p_L) const noexcept;
 

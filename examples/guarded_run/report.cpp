@@ -56,7 +56,7 @@ std::string terminal_text(const std::string& name, const GuardedScene& scene,
                fmt::format("{}", run.standing), fmt::format("{}", run.stalled),
                fmt::format("{}", run.driven_back), fmt::format("{}", run.merged),
                fmt::format("{:.3g}", run.least_separation), fmt::format("{:.2g}", run.linear),
-               fmt::format("{:.3g}", run.energy), fmt::format("{:.2g}", run.way),
+               fmt::format("{:.3g}", run.energy), fmt::format("{:.2g}", run.held_back),
                run.allocations ? fmt::format("{}", *run.allocations) : "-"});
     times += times_row(run);
     if (!run.stopped.empty()) times += fmt::format("  {:14} stopped {}\n", run.contacts, run.stopped);
@@ -75,7 +75,7 @@ std::string results_csv(const std::string& name, const std::vector<GuardedRun>& 
         "6g}\n",
         name, run.contacts, run.not_run.empty() ? "" : "\"" + run.not_run + "\"", run.steps, run.frames,
         run.cut, run.standing, run.stalled, run.driven_back, run.judge, run.merged, run.least_separation,
-        run.linear, run.energy, run.way, run.allocations ? fmt::format("{}", *run.allocations) : "",
+        run.linear, run.energy, run.held_back, run.allocations ? fmt::format("{}", *run.allocations) : "",
         run.frame.median_us, run.frame.p999_us, run.frame.worst_us, run.step.median_us, run.step.worst_us);
   return text;
 }

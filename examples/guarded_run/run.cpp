@@ -134,7 +134,7 @@ class Flight {
     out_.standing += step.standing > 0 ? 1 : 0;
     out_.linear = std::max(out_.linear, norm(step.linear_W - (step.impulses.impulse_W - step.held_W)));
     out_.energy -= step.energy;
-    out_.way = std::max(out_.way, step.way);
+    out_.held_back = std::max(out_.held_back, step.held_back);
     sample_.impulse += norm(step.impulses.impulse_W) + norm(step.held_W);
     look_at_hand();
     judge();

@@ -38,9 +38,9 @@ struct GuardedRun {
   std::size_t merged = 0;       ///< pairs and steps, by `exact` where it is built, on what is shown
   std::string judge;
   double least_separation = kInfinity;  ///< shown [m]
-  double linear = 0.0;  ///< momentum of cuts that impulses and standing do not explain, the largest [N s]
-  double energy = 0.0;  ///< that cuts took, sum [J]; below 0: they gave it
-  double way = 0.0;     ///< farthest that anything was held back in a step [m]
+  double linear = 0.0;     ///< momentum of cuts that impulses and standing do not explain, the largest [N s]
+  double energy = 0.0;     ///< that cuts took, sum [J]; below 0: they gave it
+  double held_back = 0.0;  ///< farthest that anything was held back in a step [m]
   std::optional<std::uint64_t> allocations;  ///< in frames after the first ten in which nothing was latched
   comparison::StepTimes frame, step;         ///< processor time of the thread, proof and all [us]
   comparison::StepTimes wall;                ///< of frames, by the clock on the wall [us]

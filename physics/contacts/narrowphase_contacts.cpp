@@ -330,7 +330,7 @@ void NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const P
   const Part &a = part_of(pair.a), &b = part_of(pair.b);
   const Surface surface = surfaces_.between(part_of_[pair.a], a.surface, part_of_[pair.b], b.surface);
   // All of a fast pair's points that the step may close: one alone would turn it.
-  const double limit = a.is_fast || b.is_fast ? margin_ + (a.way + b.way) : margin_;
+  const double limit = a.is_fast || b.is_fast ? margin_ + (a.travel + b.travel) : margin_;
   for (std::size_t i = 0; i < static_cast<std::size_t>(geometry.point_count); ++i) {
     const ContactPoint& point = points[i];
     const Vector3& n = geometry.n_AB_W;

@@ -100,7 +100,7 @@ class NarrowphaseContacts {
     bool is_static;
     Pose X_WM = {};  // of the mover, at the last find()
     bool has_moved = true, is_fast = false, is_out = false;
-    double way = 0.0;  // no point of it moves further in the step [m]
+    double travel = 0.0;  // no point of it moves further in the step [m]
     // The mover's motion in it: of a point, and about that.
     Vector3 p_W = Vector3::Zero(), v_W = Vector3::Zero(), w_W = Vector3::Zero();
   };

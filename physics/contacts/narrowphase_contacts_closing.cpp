@@ -54,11 +54,11 @@ bool NarrowphaseContacts::find_ways(const DynamicsWorld& world, double h) {
   double first = 0.0, second = 0.0;  // the two longest
   fall_ = norm(world.settings().gravity_W) * h * h;
   for (Part& part : parts_) {
-    part.way = h > 0.0 ? find_motion(world, h, part) : 0.0;
-    part.is_fast = part.way > 0.5 * margin_;
+    part.travel = h > 0.0 ? find_motion(world, h, part) : 0.0;
+    part.is_fast = part.travel > 0.5 * margin_;
     any = any || part.is_fast;
-    second = std::max(second, std::min(first, part.way));
-    first = std::max(first, part.way);
+    second = std::max(second, std::min(first, part.travel));
+    first = std::max(first, part.travel);
   }
   reach_ = any ? margin_ + (first + second) : margin_;
   return any;

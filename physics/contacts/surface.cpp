@@ -36,29 +36,29 @@ constexpr auto is_before = [](const auto& entry, const Key& key) { return Key(en
 
 }  // namespace
 
-void SurfacePairs::set(std::uint32_t a, std::uint32_t b, const Own& own) {
+void SurfacePairs::set(std::uint32_t a, std::uint32_t b, const Figures& figures) {
   const Key key = std::minmax(a, b);
-  auto at = std::lower_bound(own_.begin(), own_.end(), key, is_before);
-  if (at == own_.end() || Key(at->a, at->b) != key) at = own_.insert(at, {key.first, key.second, {}});
-  if (own.friction) at->own.friction = own.friction;
-  if (own.restitution) at->own.restitution = own.restitution;
+  auto at = std::lower_bound(pairs_.begin(), pairs_.end(), key, is_before);
+  if (at == pairs_.end() || Key(at->a, at->b) != key) at = pairs_.insert(at, {key.first, key.second, {}});
+  if (figures.friction) at->figures.friction = figures.friction;
+  if (figures.restitution) at->figures.restitution = figures.restitution;
 }
 
 Surface SurfacePairs::between(std::uint32_t a, const Surface& of_a, std::uint32_t b,
                               const Surface& of_b) const {
   Surface out{combine(friction_rule, of_a.friction, of_b.friction),
               combine(restitution_rule, of_a.restitution, of_b.restitution)};
-  if (own_.empty()) return out;
+  if (pairs_.empty()) return out;
   const Key key = std::minmax(a, b);
-  const auto at = std::lower_bound(own_.begin(), own_.end(), key, is_before);
-  if (at == own_.end() || Key(at->a, at->b) != key) return out;
-  out.friction = at->own.friction.value_or(out.friction);
-  out.restitution = at->own.restitution.value_or(out.restitution);
+  const auto at = std::lower_bound(pairs_.begin(), pairs_.end(), key, is_before);
+  if (at == pairs_.end() || Key(at->a, at->b) != key) return out;
+  out.friction = at->figures.friction.value_or(out.friction);
+  out.restitution = at->figures.restitution.value_or(out.restitution);
   return out;
 }
 
 bool SurfacePairs::is_usual() const {
-  return own_.empty() && friction_rule == Combination::geometric_mean &&
+  return pairs_.empty() && friction_rule == Combination::geometric_mean &&
          restitution_rule == Combination::maximum;
 }
 

@@ -43,11 +43,11 @@ class SurfacePairs {
   Combination friction_rule = Combination::geometric_mean, restitution_rule = Combination::maximum;
 
   /// A pair's own figures; those left out follow the rule.
-  struct Own {
+  struct Figures {
     std::optional<double> friction, restitution;
   };
   /// Of a pair of whatever the numbers count, in either order; what was set last counts.
-  void set(std::uint32_t a, std::uint32_t b, const Own& own);
+  void set(std::uint32_t a, std::uint32_t b, const Figures& figures);
   /// Of surfaces number a and b.
   Surface between(std::uint32_t a, const Surface& of_a, std::uint32_t b, const Surface& of_b) const;
   /// Whether figures of their own or another rule than the usual ones are in force.
@@ -56,9 +56,9 @@ class SurfacePairs {
  private:
   struct Entry {
     std::uint32_t a, b;  // a <= b
-    Own own;
+    Figures figures;
   };
-  std::vector<Entry> own_;  // ascending
+  std::vector<Entry> pairs_;  // ascending
 };
 
 }  // namespace touchstone::physics

@@ -106,7 +106,7 @@ bool GuardedSimulation::cut_body(std::size_t object, GuardedStep& report) {
   const Pose proposed = simulation_.object_pose(object);
   const Pose& X_WO = shown_pose(object);
   if (is_same(proposed, X_WO)) return false;
-  report.way = std::max(report.way, norm(X_WO.p - proposed.p));
+  report.held_back = std::max(report.held_back, norm(X_WO.p - proposed.p));
   const RigidBodyState& now = world.state(body);
   RigidBodyState state = world.body(body).state(X_WO, Vector3::Zero(), Vector3::Zero());
   state.momentum_W = now.momentum_W, state.low_W = now.low_W;
@@ -123,7 +123,7 @@ bool GuardedSimulation::cut_mechanism(std::uint32_t mechanism, GuardedStep& repo
   if (std::equal(q.begin(), q.end(), proposed.begin())) return false;
   for (std::size_t i = 0; i < objects_.size(); ++i)
     if (simulation_.mover_of(i) == Mover::of_link(mechanism, simulation_.mover_of(i).link))
-      report.way = std::max(report.way, norm(shown_pose(i).p - simulation_.object_pose(i).p));
+      report.held_back = std::max(report.held_back, norm(shown_pose(i).p - simulation_.object_pose(i).p));
   world.set_joints(mechanism, q, world.joint_rates(mechanism));
   is_cut_[world.body_count() + mechanism] = 1;
   return true;

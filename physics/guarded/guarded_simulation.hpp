@@ -65,7 +65,7 @@ struct GuardedStep {
   Vector3 linear_W = Vector3::Zero(), angular_W = Vector3::Zero();
   /// Of bodies and mechanisms: after the cut less that before [J].
   double energy = 0.0;
-  double way = 0.0;  ///< the farthest that a body's origin or a link's was held back [m]
+  double held_back = 0.0;  ///< the farthest that a body's origin or a link's was held back [m]
   /// The largest error of a joint between bodies, as all are shown, where something was cut [m] or [rad].
   double joint_error = 0.0;
 };

@@ -64,7 +64,7 @@ void SceneSimulation::tell_body_drive(std::size_t joint) {
 /// So that it is where it is commanded at the step's end, from where it is: rounding errors do not add up.
 void SceneSimulation::move_kinematic(std::size_t object) {
   const SceneObject& source = scene_->scene.objects[object];
-  const std::uint32_t index = pieces_[object].own.index;
+  const std::uint32_t index = pieces_[object].root_mover.index;
   const Pose X = pose_at(source.motion, source.X_WO, static_cast<double>(steps_ + 1) * scene_->step);
   const RigidBodyState& state = world_->state(index);
   world_->set_velocity(index, (X.p - state.p_W) / scene_->step,

@@ -148,7 +148,7 @@ class SceneSimulation {
     bool is_out = false;           // of the world
     Pose X_FO;
     Mover mover;                    // of the root
-    Mover own;                      // where it is a root
+    Mover root_mover;               // where it is a root
     std::string name;               // for messages
     std::optional<RigidBody> body;  // roots that are dynamic: with all that they carry
     Pose X_WF;                      // roots that are fixed

@@ -7,8 +7,9 @@
 namespace touchstone::physics {
 Pose SceneSimulation::root_pose(std::size_t root) const {
   const Piece& piece = pieces_[root];
-  if (piece.own.kind == Mover::Kind::body) return world_->pose(piece.own.index);
-  if (piece.own.kind == Mover::Kind::link) return world_->link_pose(piece.own.index, piece.own.link);
+  if (piece.root_mover.kind == Mover::Kind::body) return world_->pose(piece.root_mover.index);
+  if (piece.root_mover.kind == Mover::Kind::link)
+    return world_->link_pose(piece.root_mover.index, piece.root_mover.link);
   return piece.X_WF;
 }
 
@@ -113,16 +114,16 @@ void SceneSimulation::latch(std::size_t carrier, std::size_t carried, std::size_
   const std::size_t root = pieces_[carrier].root;
   Piece &to = pieces_[root], &from = pieces_[carried];
   const Pose X_FG = compose(inverse(root_pose(root)), root_pose(carried));
-  const RigidBodyState& state = world_->state(from.own.index);
+  const RigidBodyState& state = world_->state(from.root_mover.index);
   if (to.body) {
     const LatchedBodies both =
-        physics::latch(*to.body, world_->state(to.own.index), *from.body, state, to.name);
-    world_->set_body(to.own.index, both.body, both.state);
+        physics::latch(*to.body, world_->state(to.root_mover.index), *from.body, state, to.name);
+    world_->set_body(to.root_mover.index, both.body, both.state);
     to.body = both.body;
-  } else if (to.own.kind == Mover::Kind::link) {
-    capture_by_link(to.own, *from.body, state);
+  } else if (to.root_mover.kind == Mover::Kind::link) {
+    capture_by_link(to.root_mover, *from.body, state);
   }
-  world_->hold_out(from.own.index);
+  world_->hold_out(from.root_mover.index);
   from.carrier = carrier;
   from.latch = latch;
   from.body.reset();
@@ -152,7 +153,7 @@ void SceneSimulation::require_free(std::size_t object, bool is_out, const char* 
 
 void SceneSimulation::go(std::size_t object) {
   require_free(object, false, "remove");
-  world_->hold_out(pieces_[object].own.index);
+  world_->hold_out(pieces_[object].root_mover.index);
   pieces_[object].is_out = true;
 }
 
@@ -160,7 +161,7 @@ void SceneSimulation::come(std::size_t object, const Pose& X_WO, const Vector3& 
   require_free(object, true, "add");
   Piece& piece = pieces_[object];
   if (!is_valid_pose(X_WO)) throw InputError("add: " + piece.name + ": a bad pose");
-  world_->set_body(piece.own.index, *piece.body, piece.body->state(X_WO, v_W, w_W));
+  world_->set_body(piece.root_mover.index, *piece.body, piece.body->state(X_WO, v_W, w_W));
   piece.is_out = false;
 }
 
@@ -190,13 +191,14 @@ void SceneSimulation::capture_by_link(const Mover& link, const RigidBody& body, 
 RigidBodyState SceneSimulation::released_state(std::size_t root, const RigidBody& part,
                                                const Pose& X_FG) const {
   const Piece& from = pieces_[root];
-  if (from.body) return physics::release(*from.body, world_->state(from.own.index), part, X_FG);
+  if (from.body) return physics::release(*from.body, world_->state(from.root_mover.index), part, X_FG);
   const Pose X_WG = compose(root_pose(root), X_FG);
   const Vector3 centre_W = touchstone::transform(X_WG, part.inertia().centre_B);
-  const Vector3 v = world_->velocity_at(from.own, centre_W);
+  const Vector3 v = world_->velocity_at(from.root_mover, centre_W);
   Vector3 w = Vector3::Zero();
-  if (from.own.kind == Mover::Kind::body) w = world_->angular_velocity(from.own.index);
-  if (from.own.kind == Mover::Kind::link) w = world_->link_angular_velocity(from.own.index, from.own.link);
+  if (from.root_mover.kind == Mover::Kind::body) w = world_->angular_velocity(from.root_mover.index);
+  if (from.root_mover.kind == Mover::Kind::link)
+    w = world_->link_angular_velocity(from.root_mover.index, from.root_mover.link);
   return part.state(X_WG, v, w);
 }
 
@@ -213,7 +215,7 @@ void SceneSimulation::release(std::size_t carried) {
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     if (!is_carried_by(i, carried)) continue;
     pieces_[i].root = carried;
-    pieces_[i].mover = to.own;
+    pieces_[i].mover = to.root_mover;
     pieces_[i].X_FO = i == carried ? Pose{} : compose(inverse(X_FG), pieces_[i].X_FO);
   }
   // The part's state is taken while the carrier is still unchanged.
@@ -222,18 +224,18 @@ void SceneSimulation::release(std::size_t carried) {
   to.latch = kNoLatch;
   // The carrier continues with the remaining inertia.
   if (from.body) {
-    world_->set_body(from.own.index, *rest_body,
-                     physics::release(*from.body, world_->state(from.own.index), *rest_body, {}));
+    world_->set_body(from.root_mover.index, *rest_body,
+                     physics::release(*from.body, world_->state(from.root_mover.index), *rest_body, {}));
     from.body = rest_body;
-  } else if (from.own.kind == Mover::Kind::link) {
-    Arm& arm = *arms_[from.own.index];
-    arm.links[from.own.link] = rest;
+  } else if (from.root_mover.kind == Mover::Kind::link) {
+    Arm& arm = *arms_[from.root_mover.index];
+    arm.links[from.root_mover.link] = rest;
     arm.dynamics->set_links(arm.links);
-    world_->set_rates(from.own.index, world_->joint_rates(from.own.index));
+    world_->set_rates(from.root_mover.index, world_->joint_rates(from.root_mover.index));
   }
   // The part is a free body again.
   to.body = part;
-  world_->set_body(to.own.index, part, state);
+  world_->set_body(to.root_mover.index, part, state);
 }
 
 }  // namespace touchstone::physics

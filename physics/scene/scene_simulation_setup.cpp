@@ -40,13 +40,13 @@ void SceneSimulation::place_objects() {
     piece.name = "object '" + name_of(i) + "'";
     piece.X_WF = scene_->scene.objects[i].X_WO;
     if (body.kind == BodyKind::kinematic)
-      piece.own = Mover::of_body(world_->add_kinematic(piece.X_WF, Vector3::Zero(), Vector3::Zero()));
+      piece.root_mover = Mover::of_body(world_->add_kinematic(piece.X_WF, Vector3::Zero(), Vector3::Zero()));
     if (body.kind == BodyKind::dynamic) {
       piece.body.emplace(body.inertia, piece.name);
-      piece.own =
+      piece.root_mover =
           Mover::of_body(world_->add_body(*piece.body, piece.body->state(piece.X_WF, body.v_W, body.w_W)));
     }
-    piece.mover = piece.own;
+    piece.mover = piece.root_mover;
   }
 }
 
@@ -90,7 +90,7 @@ void SceneSimulation::make_arm(std::size_t mechanism) {
     for (const SceneJoint& joint : source.joints) {
       Piece& piece = pieces_[joint.child];
       const std::uint32_t link = arm.mechanism.find_link(name_of(joint.child));
-      piece.own = piece.mover = Mover::of_link(static_cast<std::uint32_t>(mechanism), link);
+      piece.root_mover = piece.mover = Mover::of_link(static_cast<std::uint32_t>(mechanism), link);
       piece.X_FO = compose(inverse(X_WL[joint.child]), scene_->scene.objects[joint.child].X_WO);
       arm.links[link] = transform(piece.X_FO, scene_->bodies[joint.child].inertia);
     }

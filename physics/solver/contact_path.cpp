@@ -54,14 +54,14 @@ double ContactPath::length_of(std::span<const double> step) const {
 }
 
 /// Takes next_tangent_ at the point, of length 1, and the limits' rates along it.
-/// @param way the length since the last point, if it was on the same arc, or 0. @return false where it turned
-/// too much.
-bool ContactPath::take_tangent(double way, double longest) {
+/// @param arc_length the length since the last point, if it was on the same arc, or 0. @return false where it
+/// turned too much.
+bool ContactPath::take_tangent(double arc_length, double longest) {
   const double length = length_of(next_tangent_);
   if (!(length > 0.0) || !std::isfinite(length) || length > longest) return false;
   for (double& change : next_tangent_) change /= length;
-  if (way > 0.0) {
-    arc_.find_curvature(tangent_, next_tangent_, way, curvature_);
+  if (arc_length > 0.0) {
+    arc_.find_curvature(tangent_, next_tangent_, arc_length, curvature_);
   } else {
     std::fill(curvature_.begin(), curvature_.end(), 0.0);
   }

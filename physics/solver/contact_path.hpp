@@ -38,7 +38,7 @@ class ContactPath {
   bool solve();
   double length_of(std::span<const double> step) const;
   double along_tangent(std::span<const double> step) const;
-  bool take_tangent(double way, double longest);
+  bool take_tangent(double arc_length, double longest);
   double least_of(std::size_t limit) const;
   bool correct(const ContactArc::Limit* limit, double length);
   bool go(double length, double& broken_at, ContactArc::Limit& broken);

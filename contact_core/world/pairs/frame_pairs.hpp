@@ -35,7 +35,7 @@ struct FramePair : PairDistances {
   double clear_until = kNotKnown;   ///< it stays further apart than `interest` while Travels has no more
   std::uint32_t watch = 0;          ///< its index among the watched pairs, while these are looked through
   double start_separation = 0.0;    ///< as the frame starts [m]; of two links of one arm: infinity
-  double way = 0.0;                 ///< how far the plan at hand may bring the two together [m]
+  double approach = 0.0;            ///< how far the plan at hand may bring the two together [m]
   bool is_settled = false;          ///< its stop is in force
   bool is_active = false;           ///< it holds back a sub-step's plan
   double stopped_at = kNotStopped;  ///< s of the part at hand at which it stopped a mover

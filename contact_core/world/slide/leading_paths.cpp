@@ -64,20 +64,21 @@ Vector3 pressed_point(const WorldModel& model, NarrowphaseQuery& query, const Pi
 void begin_shove(Slider& slider, const RigidPath& path, double stop) {
   const BodyState start = path.at(0, 0.0);
   slider.shoves = true;
-  slider.way = (1.0 - stop) * Twist{start.velocity_W, start.angular_velocity_W};
-  slider.way_centre_O = transform(inverse(path.from()), start.centre_W);
+  slider.remaining = (1.0 - stop) * Twist{start.velocity_W, start.angular_velocity_W};
+  slider.remaining_centre_O = transform(inverse(path.from()), start.centre_W);
 }
 
 bool go_on_shoving(Slider& slider, double stop, bool is_blocked, bool may_slide) {
-  slider.way = (1.0 - stop) * slider.way;
+  slider.remaining = (1.0 - stop) * slider.remaining;
   slider.shoves = stop < 1.0 && !is_blocked;
-  const bool slides_on = may_slide && (slider.arm != nullptr || norm(slider.way.w) <= std::numbers::pi);
+  const bool slides_on = may_slide && (slider.arm != nullptr || norm(slider.remaining.w) <= std::numbers::pi);
   slider.done = stop >= 1.0 || (!slider.shoves && !slides_on);
   return slider.shoves;
 }
 
 RigidPath shoving_path(const Slider& slider, const Pose& X_WO) {
-  return RigidPath::by(X_WO, slider.way.v, slider.way.w, slider.way_centre_O).ending_at(slider.goal);
+  return RigidPath::by(X_WO, slider.remaining.v, slider.remaining.w, slider.remaining_centre_O)
+      .ending_at(slider.goal);
 }
 
 RigidPath path_along(const RigidPath& leader, const Pose& X_WO) {

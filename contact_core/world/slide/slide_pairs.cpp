@@ -470,7 +470,7 @@ void SlidePairs::find_near(const Scope& scope, const Slider& slider) {
 }
 
 /// Whether a pair that is taken in is further apart than `way` and what is of interest: then this is noted.
-bool SlidePairs::stays_apart(const Scope& scope, std::uint32_t watch, double way) {
+bool SlidePairs::stays_apart(const Scope& scope, std::uint32_t watch, double approach) {
   const WorldModel& model = scope.model;
   NarrowphaseQuery& query = scope.query;
   if (query.judges_poses()) return false;  // separations say nothing about what such a backend sees
@@ -486,7 +486,7 @@ bool SlidePairs::stays_apart(const Scope& scope, std::uint32_t watch, double way
   if (!(room > 0.0)) return false;
   double& clear_until = scope.watched[watch].clear_until;
   clear_until = std::max(clear_until, model.travelled(pair.solids, pair.link_pair) * kDown + room);
-  return room > way;
+  return room > approach;
 }
 
 /// Gathers into close_ the pairs that an arm's plan could bring together, by travels and axes; by solids.
@@ -524,7 +524,7 @@ void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
     const double standing = model.travelled(found.solids, watch.link_pair) * kDown;
     const bool is_same = met.gap == most.gap && met.interest == most.interest;
     if (!is_same && is_apart_by_axis(model, watch, met, standing, approach)) continue;
-    met.way = approach;
+    met.approach = approach;
     close_.push_back(source), ahead_.push_back(found.solids);
   }
 }
@@ -535,7 +535,7 @@ bool SlidePairs::add_on_path(const Scope& scope, const Slider& slider) {
   scope.query.look_ahead(ahead_, scope.model.from);
   for (const std::uint32_t source : close_) {
     const FramePair& pair = pairs_[source];
-    if (stays_apart(scope, pair.watch, pair.way)) continue;
+    if (stays_apart(scope, pair.watch, pair.approach)) continue;
     if (is_passed_by(scope, slider, pair)) {
       passed_on_[pair.watch] = slider.arm->paths;
       continue;

@@ -98,7 +98,7 @@ class SlidePairs {
   bool make_near(const Scope& scope, NarrowphaseQuery& query, const Slider& slider, std::uint32_t source,
                  NearPair& near) const;
   void add_near(const Scope& scope, const Slider& slider, std::uint32_t source);
-  bool stays_apart(const Scope& scope, std::uint32_t watch, double way);
+  bool stays_apart(const Scope& scope, std::uint32_t watch, double approach);
   void gather_on_path(const Scope& scope, const Slider& slider);
   /// Calls visit(watch) for each of a slider's pairs, by solids.
   template <class Visit>

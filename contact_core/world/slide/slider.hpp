@@ -42,9 +42,9 @@ struct Slider {
   bool shoves = false;       ///< it goes on along its commanded path, with what it met: see shove.hpp
   bool follows = false;      ///< goes along with its leader
   bool is_near_end = false;  ///< where the sub-step is gone to its end, another one would not gain kLeastGain
-  Twist way;                 ///< what is left of the commanded path while it shoves
-  Vector3 way_centre_O = Vector3::Zero();  ///< about which that turns
-  bool is_cut_off = false;                 ///< the budget ended it
+  Twist remaining;           ///< what is left of the commanded path while it shoves
+  Vector3 remaining_centre_O = Vector3::Zero();  ///< about which that turns
+  bool is_cut_off = false;                       ///< the budget ended it
 
   /// No turn of a rigid body is longer than this for each metre of distance in the metric [rad/m].
   double turn_rate() const;

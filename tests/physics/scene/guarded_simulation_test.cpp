@@ -146,7 +146,7 @@ TEST(GuardedSimulation, ACutBetweenFreeBodiesKeepsTheirMomentum) {
     worst_energy = std::max(worst_energy, step.energy);
     EXPECT_LT(norm(step.linear_W), 1e-14);
     // Only that they were held back of their way turns the momentum about the origin.
-    EXPECT_LE(norm(step.angular_W), step.way * 4.0 + 1e-14);
+    EXPECT_LE(norm(step.angular_W), step.held_back * 4.0 + 1e-14);
     ASSERT_GE(shown_separation(scene, run, 0, 1), kLeast);
   }
   EXPECT_GT(cut, 0U);

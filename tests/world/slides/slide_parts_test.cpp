@@ -343,7 +343,7 @@ TEST(LeadingPaths, ShovingGoesOnUntilItsPathIsGone) {
   EXPECT_TRUE(slider.shoves);
   EXPECT_LT(norm(shoving_path(slider, at(0.25, 0, 0)).to().p - slider.goal.p), 1e-15);
   EXPECT_TRUE(go_on_shoving(slider, 0.5, false, false));
-  EXPECT_NEAR(norm(slider.way.v), 0.375, 1e-15);
+  EXPECT_NEAR(norm(slider.remaining.v), 0.375, 1e-15);
   EXPECT_FALSE(go_on_shoving(slider, 0.5, true, false));
   EXPECT_TRUE(slider.done);
 }
