@@ -247,7 +247,7 @@ TEST(Ranking, OrdersTheRightOnesBySpeedAndGivesTheWrongOnesNoPlace) {
   sets[1].backends[0].judgement.wrongness[index_of(QueryKind::distance)].missed = 1;
   ranking = rank(sets, QueryKind::distance);
   EXPECT_EQ(ranking.standings[0].backend, "slow");
-  EXPECT_EQ(ranking.standings[1].wrongness.missed, 1u);
+  EXPECT_EQ(ranking.standings[1].wrong.missed, 1u);
 }
 
 TEST(ParetoFront, HoldsWhatNoneBeatsInBoth) {

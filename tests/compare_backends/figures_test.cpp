@@ -276,7 +276,7 @@ class DriftFile : public FolderTest {
     return load_drift(write("dynamics.json", dynamics(pose_error, energy_scale)).string());
   }
   std::string plot(const Drift& drift, double worst_error) const {
-    Ranking ranking{QueryKind::manifold, {{"some", 100, worst_error, {}}}};
+    Ranking ranking{QueryKind::manifold, {{{"some", 100}, worst_error}}};
     return drift_plot(drift, {ranking}, kNames, false);
   }
 };
@@ -361,7 +361,7 @@ TEST(DriftVerdict, EveryBackendIsDrawnAndThoseThatFailAreHollow) {
   const std::vector<std::string> names = {"never", "off", "quick", "right"};
   const Ranking ranking{
       QueryKind::manifold,
-      {{"off", 1, 1e-3, {}}, {"quick", 1, 1e-9, {}}, {"right", 1, 0, {}}, {"never", 1, kInfinity, {}}}};
+      {{{"off", 1}, 1e-3}, {{"quick", 1}, 1e-9}, {{"right", 1}, 0}, {{"never", 1}, kInfinity}}};
   const std::string svg = drift_plot(three_backends(), {ranking}, names, false);
   const auto count = [&](const std::string& text) {
     std::size_t found = 0;

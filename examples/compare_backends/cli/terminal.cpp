@@ -195,14 +195,13 @@ std::string summary_section(const Report& report) {
   if (report.rankings.empty()) return "";
   std::string text = "\nsummary: mean of the medians over the pair families; worst error over S\n";
   for (const Ranking& ranking : report.rankings) {
-    const std::size_t cases = ranking.standings.empty() ? 0 : ranking.standings.front().wrongness.cases;
+    const std::size_t cases = ranking.standings.empty() ? 0 : ranking.standings.front().wrong.cases;
     text += fmt::format("  {}, {} pairs\n", to_string(ranking.query), format_count(cases));
-    for (const Standing& standing : ranking.standings) {
-      const bool right = standing.wrongness.is_complete();
-      text +=
-          right ? fmt::format("    {:18} {:>9} ns a pair, worst error {}\n", standing.backend,
-                              format_ns(standing.nanoseconds), format_error(standing.worst_error))
-                : fmt::format("    {:18} no place: {}\n", standing.backend, wrong_words(standing.wrongness));
+    for (const RankedBackend& standing : ranking.standings) {
+      const bool right = standing.wrong.is_complete();
+      text += right ? fmt::format("    {:18} {:>9} ns a pair, worst error {}\n", standing.backend,
+                                  format_ns(standing.nanoseconds), format_error(standing.worst_error))
+                    : fmt::format("    {:18} no place: {}\n", standing.backend, wrong_words(standing.wrong));
     }
   }
   return text;

@@ -61,7 +61,7 @@ std::string axes(double left, const LogScale& x, const LogScale& y, const char* 
 double contact_error(const std::vector<Ranking>& rankings, const std::string& backend) {
   for (const Ranking& ranking : rankings) {
     if (ranking.query != QueryKind::manifold) continue;
-    for (const Standing& each : ranking.standings)
+    for (const RankedBackend& each : ranking.standings)
       if (each.backend == backend) return each.worst_error;
   }
   return kNaN;

@@ -5,18 +5,14 @@
 #include <vector>
 
 #include "touchstone/examples/compare_backends/judge/choice.hpp"
+#include "touchstone/examples/compare_backends/judge/standing.hpp"
 
 namespace touchstone::comparison {
 
-/// A backend's results in the choice's domain, over the sets that hold pairs of it.
-struct Candidate {
-  std::string backend;
-  /// Mean over the sets of the median per pair of all their pairs: one pair a call, in scenes a frame a call;
-  /// NaN if not measured in all.
-  double nanoseconds = 0;
+/// A backend's standing in the choice's domain, over the sets that hold pairs of it.
+struct Candidate : Standing {
   double p999_ns = 0;      ///< the largest over the sets; NaN where one has too few calls
   double allocations = 0;  ///< the most over the sets; NaN where they were not counted in one
-  Wrongness wrong;         ///< of the domain's pairs
   std::size_t beyond = 0;  ///< of wrong.supported(): dearer than max_error or below min_coverage
   double worst_cost = 0;   ///< [m], rounded up to two digits
   std::string worst_id, worst_reason;

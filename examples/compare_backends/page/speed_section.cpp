@@ -35,13 +35,12 @@ std::string ranking_section(const Page& page) {
         "<div><h3>{}</h3><table><thead><tr><th>backend</th><th>ns a pair</th><th>worst "
         "error</th></tr></thead><tbody>\n",
         to_string(ranking.query));
-    for (const Standing& standing : ranking.standings) {
+    for (const RankedBackend& standing : ranking.standings) {
       html += "<tr><th>" + page.named(standing.backend) + "</th>";
-      html +=
-          standing.wrongness.is_complete()
-              ? fmt::format("<td>{}</td><td>{}</td></tr>\n", format_ns(standing.nanoseconds),
-                            format_error(standing.worst_error))
-              : "<td class='wrong' colspan='2'>" + wrong_and_unsupported(standing.wrongness) + "</td></tr>\n";
+      html += standing.wrong.is_complete()
+                  ? fmt::format("<td>{}</td><td>{}</td></tr>\n", format_ns(standing.nanoseconds),
+                                format_error(standing.worst_error))
+                  : "<td class='wrong' colspan='2'>" + wrong_and_unsupported(standing.wrong) + "</td></tr>\n";
     }
     html += "</tbody></table></div>\n";
   }

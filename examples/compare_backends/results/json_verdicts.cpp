@@ -121,11 +121,11 @@ Json json(const Verdict& verdict) {
 
 Json json(const Ranking& ranking) {
   Json result = {{"query", to_string(ranking.query)}, {"standings", Json::array()}};
-  for (const Standing& standing : ranking.standings) {
+  for (const RankedBackend& standing : ranking.standings) {
     result["standings"].push_back({{"backend", standing.backend},
                                    {"mean_ns", number(standing.nanoseconds)},
                                    {"worst_cost_over_S", number(standing.worst_error)},
-                                   {"wrong", json(standing.wrongness)}});
+                                   {"wrong", json(standing.wrong)}});
   }
   return result;
 }
