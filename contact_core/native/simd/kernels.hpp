@@ -47,6 +47,8 @@ struct alignas(64) VertexRecord {
 };
 
 /// The same for the depth kernels and clipping: edges as unit directions and half lengths, and the vertices.
+/// A record of its own, as boxes go without it, and overlap reads the two cache lines of Parallelepiped
+/// alone.
 struct alignas(64) ParallelepipedEdges {
   double directions[3][3];
   double half_lengths[3];
