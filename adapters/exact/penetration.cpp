@@ -22,10 +22,9 @@
 namespace touchstone::exact {
 namespace {
 
-constexpr double kUnit = 0x1p-53;
-constexpr double kHeightError = 128 * kUnit;
-constexpr double kLengthError = 32 * kUnit;
-constexpr double kWiden = 8 * kUnit;  // for the rounding of the bounds themselves
+constexpr double kHeightError = 128 * kUnitRoundoff;
+constexpr double kLengthError = 32 * kUnitRoundoff;
+constexpr double kWiden = 8 * kUnitRoundoff;  // for the rounding of the bounds themselves
 
 struct Edge {
   int from, to;

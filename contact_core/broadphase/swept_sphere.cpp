@@ -13,7 +13,7 @@ namespace {
 
 bool stands(const SweptSphere& a) { return a.from_W == a.to_W; }
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kEps = 2.0 * kUnitRoundoff;
 constexpr double kLeast = std::numeric_limits<double>::min();
 
 // From near the closest point of segment a to near that of b (Ericson, Real-Time Collision Detection, 5.1.9),

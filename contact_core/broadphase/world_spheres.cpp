@@ -11,7 +11,7 @@
 namespace touchstone {
 namespace {
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kEps = 2.0 * kUnitRoundoff;
 
 }  // namespace
 

@@ -6,24 +6,11 @@
 #include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone {
-namespace {
-
-// Unit normal of a vector of any magnitude; zero for zero.
-Vector3 direction_of(const Vector3& v) {
-  const double largest = norm_inf(v);
-  if (largest == 0.0) return Vector3::Zero();
-  const int exponent = -std::ilogb(largest);
-  const Vector3 scaled(std::scalbn(v.x(), exponent), std::scalbn(v.y(), exponent),
-                       std::scalbn(v.z(), exponent));
-  return scaled / norm(scaled);
-}
-
-}  // namespace
 
 Plane face_plane(const Corners& corners, int face) {
   const auto& quad = Hexahedron::kFaceVertices[face];
   const Vector3 &a = corners[quad[0]], &b = corners[quad[1]], &c = corners[quad[2]], &d = corners[quad[3]];
-  const Vector3 normal = direction_of(cross(c - a, d - b));
+  const Vector3 normal = safe_unit(cross(c - a, d - b));
   const Vector3 centroid = 0.25 * ((a + b) + (c + d));
   return {normal, -dot(normal, centroid)};
 }

@@ -19,16 +19,6 @@ namespace {
 // the origin the object is.
 constexpr double kSphereSlack = 32 * std::numeric_limits<double>::epsilon();
 
-/// |v| for lengths of any size: Eigen's stableNorm() changes its rounding with the instruction set.
-double length_of(const Vector3& v) {
-  const double largest = norm_inf(v);
-  if (!(largest > 0.0) || std::isinf(largest)) return largest;
-  const int exponent = std::ilogb(largest);
-  const Vector3 scaled(std::scalbn(v.x(), -exponent), std::scalbn(v.y(), -exponent),
-                       std::scalbn(v.z(), -exponent));
-  return std::scalbn(norm(scaled), exponent);
-}
-
 /// A solid's eight corners: spheres of its radius about its vertices, whose hull it is.
 using Corners = std::vector<Sphere>;
 
@@ -42,8 +32,8 @@ Sphere enclosing_sphere(std::span<const Sphere> corners) {
   Sphere sphere{0.5 * low + 0.5 * high, 0.0};
   double extent = 0.0;
   for (const auto& [p, radius] : corners) {
-    sphere.radius = std::max(sphere.radius, length_of(p - sphere.centre) + radius);
-    extent = std::max(extent, std::max({std::abs(p.x()), std::abs(p.y()), std::abs(p.z())}) + radius);
+    sphere.radius = std::max(sphere.radius, safe_norm(p - sphere.centre) + radius);
+    extent = std::max(extent, norm_inf(p) + radius);
   }
   sphere.radius += kSphereSlack * (sphere.radius + extent);
   return sphere;

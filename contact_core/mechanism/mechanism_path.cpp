@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/broadphase/swept_sphere.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 
 // Bounds on a chain's derivatives.
@@ -37,7 +38,6 @@
 namespace touchstone {
 namespace {
 
-constexpr double kUnitRoundoff = 0x1p-53;
 constexpr double kEnlarge = 1.0 + 0x1p-30;
 
 Vector3 second_derivative(const Vector3& turn, const Vector3& turn_change, const Vector3& v) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 
 // How far two moving solids go on before they could come nearer than a threshold: the step of conservative
@@ -12,7 +13,7 @@ namespace touchstone {
 inline constexpr double kStalled = 1.0 / kImpactIterations;
 /// Rounding of a separation and of projections, per metre of the largest coordinate (native's declared
 /// resolution): a motion along a face must not be stopped by it.
-inline constexpr double kSeparationRounding = 32 * 0x1p-53;
+inline constexpr double kSeparationRounding = 32 * kUnitRoundoff;
 
 struct Stretch {
   double length;

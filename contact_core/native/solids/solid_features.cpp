@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/difference_determinant.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/narrowphase/rounded_manifold.hpp"
 #include "touchstone/contact_core/native/common/double_double.hpp"
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
@@ -23,7 +24,7 @@
 namespace touchstone::native {
 namespace {
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kEps = 2.0 * kUnitRoundoff;
 constexpr double kFlat = 4 * kEps;  // per metre of size: a vertex this far off a face's plane belongs to it
 constexpr double kFlatPerThickness = 1e-3;     // keeps top and bottom of a slab thinner than that apart
 constexpr double kParallel = 2 * kEps;         // sine between unit directions that count as one
@@ -92,14 +93,6 @@ Vertices scaled_to_unit(const Vertices& vertices) {
   return out;
 }
 
-Vector3 unit(const Vector3& v) {
-  const double largest = norm_inf(v);
-  if (largest == 0.0) return Vector3::Zero();
-  const int exponent = -std::ilogb(largest);
-  const Vector3 s = scaled_by(v, exponent, exponent, exponent);
-  return s / norm(s);
-}
-
 unsigned distinct_vertices(const Vertices& v) {
   unsigned mask = 0;
   for (int i = 0; i < 8; ++i) {
@@ -126,7 +119,7 @@ Hull scaled_by_axis(const Hexahedron& solid) {
 Vector3 direction_of(const Hull& hull, int from, int to) {
   const auto& [x, y, z] = hull.exponent;
   const int least = std::min({x, y, z});
-  return unit(scaled_by(hull.v[to] - hull.v[from], least - x, least - y, least - z));
+  return safe_unit(scaled_by(hull.v[to] - hull.v[from], least - x, least - y, least - z));
 }
 
 /// Sets normal (in the solid's frame) and area. The products are exact, else the normal of a facet with a
@@ -135,7 +128,7 @@ void set_normal_and_area(const Hull& hull, int i, int j, int k, bool turned, Fac
   const Vector3 across = cross(difference(hull.v[j], hull.v[i]), difference(hull.v[k], hull.v[i])).rounded();
   const auto& [x, y, z] = hull.exponent;
   const int greatest = std::max({x, y, z}), least = std::min({x, y, z}), sum = (x + y) + z;
-  const Vector3 normal = unit(scaled_by(across, x - greatest, y - greatest, z - greatest));
+  const Vector3 normal = safe_unit(scaled_by(across, x - greatest, y - greatest, z - greatest));
   facet.normal = turned ? Vector3(-normal) : normal;
   const int common = 2 * least - sum;
   facet.area = norm(scaled_by(across, common + x, common + y, common + z));
@@ -352,7 +345,7 @@ unsigned make_bent_face(const Hull& hull, const Facet& facet, HullFace& face, Be
     if (other == nullptr || !(dot(facet.normal, other->normal) >= kManifoldCosine)) return 0;
     face.count = 4;
     std::copy(loop.begin(), loop.end(), face.vertices.begin());
-    face.normal = unit(facet.area * facet.normal + other->area * other->normal);
+    face.normal = safe_unit(facet.area * facet.normal + other->area * other->normal);
     // The triangle without vertex 3 is (0 1 2), that without vertex 0 is (1 2 3).
     const bool is_right = k == 3 || k == 0;
     bend.ridge = k % 2 == 0 ? 1 : 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/world/frame/execution.hpp"
 #include "touchstone/contact_core/world/model/reserve_more.hpp"
 #include "touchstone/contact_core/world/slide/arm_hand.hpp"
@@ -16,7 +17,6 @@
 namespace touchstone {
 namespace {
 
-constexpr double kUnitRoundoff = 0x1p-53;
 /// A sub-step that is stopped before this share of it was planned for too far: bends grow with the square of
 /// its length.
 constexpr double kFarEnough = 0.25;
