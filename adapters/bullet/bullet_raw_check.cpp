@@ -41,7 +41,8 @@ class BulletRawCheck final : public RawCheck {
       return !btGjkEpaSolver2::Distance(a.shape.get(), X_WA, b.shape.get(), X_WB,
                                         X_WB.getOrigin() - X_WA.getOrigin(), results);
     } else {
-      // Manifolds are asked of contacts only: what is apart by more than is told from contact ends early.
+      // Manifolds are asked of contacts only: what is apart by more than is distinguished from contact ends
+      // early.
       const double looked_at = kind == QueryKind::distance ? kInfinity : convex_resolution().absolute;
       check_convex(a, b, X_WA, X_WB, looked_at, solvers_);
     }

@@ -106,15 +106,15 @@ void BodyJoint::make_at(const Pose& X_CJ) {
     constraint_ = std::make_unique<btFixedConstraint>(parent_, child_, on_parent, on_child);
   }
   world_.addConstraint(constraint_.get(), true);
-  tell_motor();
+  apply_motor();
 }
 
 void BodyJoint::set_drive(const JointDrive& drive) {
   drive_ = drive;
-  tell_motor();
+  apply_motor();
 }
 
-void BodyJoint::tell_motor() {
+void BodyJoint::apply_motor() {
   if (!constraint_ || !(is_hinge() || is_slider())) return;
   const bool has_motor = drive_.mode != JointDrive::Mode::torque;
   const double rate = drive_.mode == JointDrive::Mode::rate ? drive_.rate : 0.0;

@@ -50,7 +50,7 @@ class BodyJoint {
   Pose X_WJ() const;
   void make();
   void make_at(const Pose& X_CJ);
-  void tell_motor();
+  void apply_motor();
   void take_out();
 
   btDiscreteDynamicsWorld& world_;

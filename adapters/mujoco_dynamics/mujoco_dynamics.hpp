@@ -16,7 +16,7 @@
 /// Errors of MuJoCo's method. Contacts, stops and brakes are soft: what rests sinks in, what
 /// leans on friction creeps. Steps are semi-implicit Euler: after t a body in free fall is g h t / 2 lower
 /// than the parabola. A link's principal moment below 1e-6 of its largest is raised to that. Impacts are not
-/// told from forces, stops within a step are not located.
+/// distinguished from forces, stops within a step are not located.
 ///
 /// Joints between bodies are equality constraints `connect`, one of a ball, two of a hinge, three of a fixed
 /// one, as hard as MuJoCo lets them be (within two steps, impedance 0.9999); a hinge's torque acts both ways.

@@ -125,7 +125,7 @@ void NarrowphaseContacts::build() {
   status_.resize(kBlock);
   geometry_.resize(kBlock);
   points_.resize(kBlock * kMaxManifoldPoints);
-  ways_.assign(solids.size(), 0.0);
+  path_lengths_.assign(solids.size(), 0.0);
   trial_poses_.resize(solids.size());
   is_warm_ = false;
   // Memory for contacts and pairs is reserved.
@@ -193,7 +193,7 @@ void NarrowphaseContacts::place_in_broadphase(bool any_fast) {
   if (any_fast || !is_warm_) {
     moved_.clear();
     for (std::size_t i = 0; i < parts_.size(); ++i) moved_.push_back(static_cast<std::uint32_t>(i));
-    has_paths = broadphase_->update_paths({poses_, poses_, ways_}, moved_);
+    has_paths = broadphase_->update_paths({poses_, poses_, path_lengths_}, moved_);
     is_warm_ = true;
   }
   if (!any_fast || !has_paths) broadphase_->update(poses_, moved_);
@@ -241,7 +241,7 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, d
   }
   // Contacts of a deterministic narrowphase stay valid while nothing has moved.
   if (!narrowphase_->capabilities().deterministic) was_found_ = false;
-  const bool any_moved = move_parts(world), any_fast = find_ways(world, h);
+  const bool any_moved = move_parts(world), any_fast = find_path_lengths(world, h);
   if (!any_moved && !any_fast) return show(world);
   // The last results are kept aside, for pairs that have not moved.
   step_ = h;
@@ -309,7 +309,7 @@ void NarrowphaseContacts::take_block() {
     this->count(status_[i]);
     const bool is_fast = part_of(candidate.pair.a).is_fast || part_of(candidate.pair.b).is_fast;
     if (is_fast && status_[i] == PairStatus::separated && geometry_[i].separation > margin_)
-      meet_on_the_way(candidate.pair, geometry_[i]);
+      meet_on_path(candidate.pair, geometry_[i]);
     else
       take(candidate.pair, status_[i], geometry_[i],
            std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints));

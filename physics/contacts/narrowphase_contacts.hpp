@@ -77,8 +77,8 @@ class NarrowphaseContacts {
   /// they first come within the margin, their points there are taken back to where the movers are now, so
   /// that the step meets them in time. Such points lie further apart than the margin, and not along the
   /// normal. 0: where the world stands, no more.
-  /// Contacts of sleepers alone are left out; where something awake touches one, those of all it lies with
-  /// are not. Where the whole world is at rest, nothing is looked at.
+  /// Omits contacts between sleeping bodies unless an awake body touches their group; then lists all of the
+  /// group's. While the whole world is asleep, no pair is evaluated.
   std::span<const Contact> find(const DynamicsWorld& world, double h = 0.0);
   /// One for each contact of the last find().
   std::span<const ContactOrigin> origins() const { return shown_origins_; }
@@ -120,11 +120,11 @@ class NarrowphaseContacts {
   bool is_covered(SolidIndex solid, SolidIndex other, const Vector3& p_W, const Vector3& n_W) const;
   const Part& part_of(SolidIndex solid) const { return parts_[part_of_[solid]]; }
   bool move_parts(const DynamicsWorld& world);
-  bool find_ways(const DynamicsWorld& world, double h);
+  bool find_path_lengths(const DynamicsWorld& world, double h);
   double find_motion(const DynamicsWorld& world, double h, Part& part);
   void place_in_broadphase(bool any_fast);
-  void meet_on_the_way(const SolidPair& pair, const PairGeometry& now);
-  void place_on_the_way(const SolidPair& pair, double t);
+  void meet_on_path(const SolidPair& pair, const PairGeometry& now);
+  void place_on_path(const SolidPair& pair, double t);
   double clear_time(const SolidPair& pair, const PairGeometry& geometry, double t) const;
   void take_met(const SolidPair& pair, PairStatus status, PairGeometry& geometry,
                 std::span<ContactPoint> points, double t);
@@ -150,12 +150,12 @@ class NarrowphaseContacts {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> exempt_parts_;  // a < b; ascending once built
   std::vector<SolidPair> exempt_solids_;                               // the same
   std::vector<Pose> poses_;
-  bool was_found_ = false;          // since build()
-  bool is_warm_ = false;            // the broadphase has seen poses and paths
-  double step_ = 0.0, fall_ = 0.0;  // of this find(); the travel that gravity may add in it
-  double reach_ = 0.0;              // of its queries, pairs and points
-  std::vector<double> ways_;        // by solid, of its bounding sphere's centre
-  std::vector<Pose> trial_poses_;   // of a pair in motion
+  bool was_found_ = false;            // since build()
+  bool is_warm_ = false;              // the broadphase has seen poses and paths
+  double step_ = 0.0, fall_ = 0.0;    // of this find(); the travel that gravity may add in it
+  double reach_ = 0.0;                // of its queries, pairs and points
+  std::vector<double> path_lengths_;  // by solid, of its bounding sphere's centre
+  std::vector<Pose> trial_poses_;     // of a pair in motion
   std::uint32_t unfollowed_ = 0;
   std::vector<std::uint32_t> moved_;  // parts
   std::vector<SolidPair> block_;

@@ -42,14 +42,14 @@ double NarrowphaseContacts::find_motion(const DynamicsWorld& world, double h, Pa
     const std::size_t solid = part.first_solid + i;
     const Sphere sphere = part.tree->solids()[i].solid.bounding_sphere();
     const double lever = norm(touchstone::transform(poses_[solid], sphere.centre) - part.p_W);
-    ways_[solid] = (norm(part.v_W) + w * lever) * h + fall_;
-    travel = std::max(travel, ways_[solid] + w * sphere.radius * h);
+    path_lengths_[solid] = (norm(part.v_W) + w * lever) * h + fall_;
+    travel = std::max(travel, path_lengths_[solid] + w * sphere.radius * h);
   }
   return travel;
 }
 
 /// @return whether any part is fast.
-bool NarrowphaseContacts::find_ways(const DynamicsWorld& world, double h) {
+bool NarrowphaseContacts::find_path_lengths(const DynamicsWorld& world, double h) {
   bool any = false;
   double first = 0.0, second = 0.0;  // the two longest
   fall_ = norm(world.settings().gravity_W) * h * h;
@@ -82,7 +82,7 @@ double NarrowphaseContacts::closing_speed(const SolidPair& pair, const Vector3& 
 }
 
 /// The pair's solids as their movers have them after `t` if they go on evenly: into trial_poses_.
-void NarrowphaseContacts::place_on_the_way(const SolidPair& pair, double t) {
+void NarrowphaseContacts::place_on_path(const SolidPair& pair, double t) {
   for (const SolidIndex solid : {pair.a, pair.b}) {
     const Part& part = part_of(solid);
     const double w = norm(part.w_W);
@@ -106,7 +106,7 @@ double NarrowphaseContacts::clear_time(const SolidPair& pair, const PairGeometry
 
 /// Conservative advancement: from each distance as far on as cannot bring the solids within half the margin,
 /// until they are within it.
-void NarrowphaseContacts::meet_on_the_way(const SolidPair& pair, const PairGeometry& now) {
+void NarrowphaseContacts::meet_on_path(const SolidPair& pair, const PairGeometry& now) {
   PairGeometry geometry = now;
   PairStatus status = PairStatus::separated;
   std::array<ContactPoint, kMaxManifoldPoints> points;
@@ -114,7 +114,7 @@ void NarrowphaseContacts::meet_on_the_way(const SolidPair& pair, const PairGeome
   bool meets = false;
   const auto look = [&](double at) -> std::optional<double> {
     if (at > 0.0) {
-      place_on_the_way(pair, at);
+      place_on_path(pair, at);
       const Query query{QueryKind::manifold, reach_, kMaxManifoldPoints, reach_};
       narrowphase_->evaluate({{&pair, 1}, trial_poses_, query, {}}, {{&status, 1}, {&geometry, 1}, points},
                              *workspace_);

@@ -109,7 +109,7 @@ void SceneEngine::start() {
   const std::vector<std::uint8_t> absent = absent_at_start(this->scene());
   for (std::size_t object = 0; object < absent.size(); ++object)
     if (absent[object] != 0) take_out(object);
-  tell_drives(true);
+  apply_drives(true);
 }
 
 void SceneEngine::keep_start() { start_ = snapshot(); }
@@ -161,12 +161,12 @@ void SceneEngine::begin_step() {
     carry_out(action);
     any = true;
   }
-  tell_drives(any);
+  apply_drives(any);
   aim(static_cast<double>(steps_ + 1) * scene.step);
 }
 
 /// Those whose torque grows; or all.
-void SceneEngine::tell_drives(bool all) {
+void SceneEngine::apply_drives(bool all) {
   for (std::size_t j = 0; j < drives_.size(); ++j) {
     if (!all && drives_[j].ramp == 0.0) continue;
     JointDrive drive = drives_[j].drive;
@@ -296,7 +296,7 @@ void SceneEngine::restore(const EngineSnapshot& snapshot) {
   refused_.clear();
   std::fill(pushes_.begin(), pushes_.end(), Push{});
   load(*ours->engines);
-  tell_drives(true);
+  apply_drives(true);
 }
 
 void SceneEngine::reset() { restore(*start_); }

@@ -51,7 +51,7 @@ class SceneEngine : public DynamicsEngine {
   explicit SceneEngine(const DynamicScene& scene);
   /// Latches that hold from the start, drives at the start, and the state; what is out is taken out.
   void start();
-  /// What reset() goes back to.
+  /// Saves the state that reset() restores.
   void keep_start();
 
   const EngineScene& bodies() const { return bodies_; }
@@ -89,7 +89,7 @@ class SceneEngine : public DynamicsEngine {
   /// From now on the free body is out of the engine's world, or in it in that state.
   virtual void take_body(std::size_t body) = 0;
   virtual void put_body(std::size_t body, const State& at) = 0;
-  /// What of the engine's own state its next steps depend on, beyond what this class keeps.
+  /// The engine's internal state that later steps depend on, beyond what this class keeps.
   virtual std::unique_ptr<EngineSnapshot> save() const = 0;
   /// Back to it. This class restores its part itself, and commands the drives afterwards.
   /// @pre save() of this engine made it
@@ -130,7 +130,7 @@ class SceneEngine : public DynamicsEngine {
   void hold(std::size_t carrier, std::size_t carried, std::span<const ExemptPair> allowed);
   void let_go(std::size_t carried);
   void find_roots();
-  void tell_drives(bool all);
+  void apply_drives(bool all);
   void aim(double time);
   void read();
   std::size_t joint_index(const JointAddress& address) const;

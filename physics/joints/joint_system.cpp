@@ -531,9 +531,9 @@ double JointSystem::worst_error() {
   return worst;
 }
 
-/// By the multipliers lambda_, no row by more than most_way; returns by how much. A system that nothing holds
-/// keeps its angular momentum.
-double JointSystem::move_apart(double most_way) {
+/// By the multipliers lambda_, no row by more than most_correction; returns by how much. A system that
+/// nothing holds keeps its angular momentum.
+double JointSystem::move_apart(double most_correction) {
   // The multipliers give each unit's displacement.
   std::fill(change_.begin(), change_.end(), 0.0);
   for (std::size_t r = 0; r < rows_.size(); ++r)
@@ -551,7 +551,7 @@ double JointSystem::move_apart(double most_way) {
         travel += J_[row.first[part] + k] * change_[first_rate_[row.units[part]] + k];
     farthest = worse_of(farthest, std::abs(travel));
   }
-  const double scale = farthest > most_way ? most_way / farthest : 1.0;
+  const double scale = farthest > most_correction ? most_correction / farthest : 1.0;
   for (double& change : change_) change *= scale;
   // A system of free bodies keeps its angular momentum, about its centre of mass.
   const auto is_free = [](const Joint& joint) {
@@ -581,15 +581,15 @@ double JointSystem::move_apart(double most_way) {
   return scale * farthest;
 }
 
-double JointSystem::pull_together(double most_way) {
+double JointSystem::pull_together(double most_correction) {
   double error = worst_error();
   for (int i = 0; i < kMostPulls && error > kSettled; ++i) {
     if (!std::isfinite(error) || !factor()) break;
     find_multipliers();
-    most_way -= move_apart(most_way);
+    most_correction -= move_apart(most_correction);
     const double last = error;
     error = worst_error();
-    if (!(error < 0.5 * last) || !(most_way > 0.0)) break;
+    if (!(error < 0.5 * last) || !(most_correction > 0.0)) break;
   }
   return error;
 }

@@ -82,13 +82,12 @@ class JointSystem {
   };
   std::span<const Reaction> reactions() const { return reactions_; }
 
-  /// Takes the rows' errors back by the least motion, weighed by mass, that does; what contradicts is left
-  /// where the sum of squares, metres and radians alike, is least. No velocities come of it: the momenta of
-  /// bodies keep their bits, but for angular_W, which takes what keeps the angular momentum of all about
-  /// any point, seen from their common centre, where nothing is held from outside. Newton's method, a few
-  /// steps.
-  /// @param most_way the longest that any row may be moved [m] [rad]. @return the largest error left.
-  double pull_together(double most_way);
+  /// Position projection: removes the rows' errors by the least motion in the metric of mass (a few steps of
+  /// Newton's method); where joints conflict, the sum of squared errors, metres and radians alike, is least.
+  /// Linear momenta keep their bits. Angular momenta change by what keeps the sum about any point, seen from
+  /// the common centre of mass, where nothing is held from outside.
+  /// @param most_correction the most that any row may be moved [m] [rad]. @return the largest error left.
+  double pull_together(double most_correction);
   /// The largest error of any row as all stand [m] [rad].
   double worst_error();
 
@@ -123,7 +122,7 @@ class JointSystem {
   bool slope_at(double t, const double* y, double* slope, const Vector3& gravity_W);
   void start(double* y) const;
   bool take(const std::vector<double>& y, double h);
-  double move_apart(double most_way);
+  double move_apart(double most_correction);
 
   Vector3 gravity_W_ = Vector3::Zero();
   std::vector<Placed> placed_;

@@ -37,10 +37,10 @@ void SceneSimulation::set_drive(const JointAddress& joint, const SceneDrive& dri
   Arm& arm = *arms_[joint.mechanism];
   arm.drives[joint.joint] = drive;
   arm.drives_since[joint.joint] = time();
-  tell_drive(joint);
+  apply_drive(joint);
 }
 
-void SceneSimulation::tell_drive(const JointAddress& joint) {
+void SceneSimulation::apply_drive(const JointAddress& joint) {
   const Arm& arm = *arms_[joint.mechanism];
   const std::uint32_t value = arm.value_of[joint.joint];
   if (value == Mechanism::kNone) return;
@@ -90,7 +90,7 @@ void SceneSimulation::begin_step() {
   if (any_change) change_contacts();
   for (std::size_t m = 0; m < arms_.size(); ++m)
     for (std::size_t j = 0; j < arms_[m]->drives.size(); ++j)
-      if (arms_[m]->drives[j].ramp != 0.0) tell_drive({m, j});
+      if (arms_[m]->drives[j].ramp != 0.0) apply_drive({m, j});
   for (std::size_t j = 0; j < body_drives_.size(); ++j)
     if (body_drives_[j].ramp != 0.0) tell_body_drive(j);
   for (std::size_t i = 0; i < pieces_.size(); ++i)

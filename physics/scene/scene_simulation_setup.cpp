@@ -173,7 +173,7 @@ void SceneSimulation::build_world() {
           find_object(scene_->scene, scene_->scene.latches[i].carried), i);
   // Drives are commanded, and joints between bodies made, once the latches hold.
   for (std::size_t m = 0; m < arms_.size(); ++m)
-    for (std::size_t j = 0; j < arms_[m]->drives.size(); ++j) tell_drive({m, j});
+    for (std::size_t j = 0; j < arms_[m]->drives.size(); ++j) apply_drive({m, j});
   make_body_joints();
   // Objects that come in later are taken out.
   const std::vector<std::uint8_t> is_out = absent_at_start(*scene_);
