@@ -34,11 +34,11 @@
 /// Persistence. At most 4 points: the deepest, and of all choices of the others the one with the largest
 /// area. Each step they are found anew; a point made by the same features as one of the last step is that
 /// point, and keeps its impulses, lifetime and user data; failing that, the nearest within the breaking
-/// threshold. No point is kept that the check did not find. The solver takes them in their order: the
-/// deepest last; of hulls with a margin begun one place further on each step, and after each round the other
-/// way about, unless all are of one depth. A distance that the engine's rounding of the two positions may
-/// have made of touching (an ulp of the larger coordinate along the normal) is 0 in a manifold that the
-/// solver gets, not in the answer to a query.
+/// threshold. No point is kept that the check did not find. The solver takes them in their order: the deepest
+/// last; of hulls with a margin the start rotates by one each step, and the direction is reversed after each
+/// round, unless all are of one depth. A distance that the engine's rounding of the two positions may have
+/// made of touching (an ulp of the larger coordinate along the normal) is 0 in a manifold that the solver
+/// gets, not in the answer to a query.
 ///
 /// Capture. With an observer (say, a PairCapture of adapters/scene_files) each pair, its poses and the answer
 /// are passed to it, ours or, with EngineCheck::own, the engine's; a hull's margin is taken out of the answer

@@ -8,7 +8,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/registry.hpp"
 
-// What every function of touchstone.h shares: errors become codes, names become backends.
+// Shared by the functions of touchstone.h: errors become codes, names become backends.
 
 namespace touchstone::c_interface {
 

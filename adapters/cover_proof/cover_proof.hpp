@@ -41,14 +41,12 @@ struct CoverVerdict {
 /// Checks three things; all must hold.
 ///
 /// 1. Every triangle is a subset of the union. Exact: triangles are cut by the planes of the hulls' facets,
-/// in
-///    integers on a common grid; what no hexahedron takes must be nothing.
+///    in integers on a common grid; no part may remain outside all hexahedra.
 /// 2. So is the inside of every closed shell (see MeshShells). Exact: were a part of it not covered, that
-/// part
-///    would be bounded by pieces of hexahedra's faces which no other hexahedron covers, since the surface is
-///    covered by 1. Each such piece's outer side must have winding number 0. The
-///    surface can pass into the outer side of a piece, along a segment where another hexahedron touches it
-///    without area: there it is divided, and one ray from one point of each part tells.
+///    part would be bounded by pieces of hexahedra's faces which no other hexahedron covers, since the
+///    surface is covered by 1. Each such piece's outer side must have winding number 0. The surface can pass
+///    into the outer side of a piece, along a segment where another hexahedron touches it without area: there
+///    it is divided, and one ray from one point of each part decides.
 /// 3. No point of the union is farther than claimed from the solid. By branch and bound over tetrahedra that
 ///    fill the hulls, the distance to one triangle being convex; in doubles, 2^-45 of the largest coordinate
 ///    added against rounding.

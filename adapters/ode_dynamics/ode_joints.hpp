@@ -37,7 +37,7 @@ class OdeJoint {
   /// After it. Follows turns beyond half a revolution.
   void read();
 
-  /// What read() counts on from.
+  /// The value that read() continues from.
   struct Count {
     double value, last_angle;
   };

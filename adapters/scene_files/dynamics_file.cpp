@@ -607,7 +607,7 @@ DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
   DynamicScene out;
   out.scene = std::move(scene);
   read_settings(dynamics, out);
-  // What has a motion is kinematic unless `bodies` says otherwise.
+  // Objects with a motion are kinematic unless `bodies` says otherwise.
   SceneBody usual;
   usual.where = where(dynamics);
   read_surface(dynamics, usual.surface);

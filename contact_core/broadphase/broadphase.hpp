@@ -75,11 +75,11 @@ class Broadphase {
     return false;
   }
 
-  /// Object `object`, or one more where that is their number, from now on has `tree`, whose number of solids
-  /// is that of the tree it replaces; null: it is gone, its solids keep their indices, and no pair names
-  /// them. The next update() or update_paths() must name it in `moved`, unless it is gone; that call may
-  /// allocate. Costs about what one object costs, now and then the scene.
-  /// Returns false, and changes nothing, where a broadphase has to be built anew, as all may.
+  /// Replaces the tree of object `object` by one of as many solids; the number of objects appends a new one.
+  /// Null removes the object: its solids keep their indices, and no pair names them. The next update() or
+  /// update_paths() must list it in `moved`, unless it was removed; that call may allocate. Costs about what
+  /// one object costs, now and then the whole scene.
+  /// Returns false, and changes nothing, in a broadphase that must be built anew; any may.
   /// @pre build() was called; the tree outlives this call. @throws InputError as build().
   virtual bool set_object(std::uint32_t object, const HexahedronTree* tree, bool is_static) {
     static_cast<void>(object), static_cast<void>(tree), static_cast<void>(is_static);
@@ -96,10 +96,10 @@ class Broadphase {
 
   /// Appends to `out`, a < b and ascending, those pairs of find_pairs() with a solid of an object that the
   /// last update() or update_paths() took as moved: what may have changed since the frame before. Where
-  /// little moves this costs a small part of find_pairs(), which hands out all pairs again. Pairs that are
-  /// pairs no more do not come up. Returns false, and appends nothing, where a broadphase has no quicker way
-  /// than find_pairs(). Allocates only where `out` has no room. Not concurrent with update(), find_pairs() or
-  /// itself.
+  /// little moves this costs a small part of find_pairs(), which lists all pairs again. Pairs that ceased to
+  /// be candidates are not reported. Returns false, and appends nothing, where a broadphase has nothing
+  /// quicker than find_pairs(). Allocates only where `out` has no room. Not concurrent with update(),
+  /// find_pairs() or itself.
   virtual bool find_moved_pairs(std::vector<SolidPair>& out) noexcept {
     static_cast<void>(out);
     return false;
@@ -107,9 +107,9 @@ class Broadphase {
 
   /// Writes the next candidate pairs, a < b, strictly ascending through the whole sweep, into `block` and
   /// advances the cursor. Returns how many were written; cursor.done is set when none are left. Never misses
-  /// a pair whose solids are within `margin`; block size does not change the sequence. Who stops at the first
-  /// contact takes small blocks: pairs are looked for as they are asked for where that pays. No allocation
-  /// after warm-up. Not concurrent with update() or itself.
+  /// a pair whose solids are within `margin`; block size does not change the sequence. To stop at the first
+  /// contact, use small blocks: the search may be lazy. No allocation after warm-up. Not concurrent with
+  /// update() or itself.
   virtual std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept = 0;
 };
 

@@ -15,7 +15,7 @@ namespace touchstone {
 ///
 /// It keeps that build's limits. Pairs whose spheres touch exactly, or within the rounding of their centres
 /// (some roundings of the largest coordinate), are missed, so "never a pair within the margin" holds only
-/// beyond that: of two equal boxes, corner to corner on the line of their centres. Each update() allocates
+/// beyond that. Example: two equal boxes that touch corner to corner are missed. Each update() allocates
 /// one list node for every pair in range and frees those of the last; without memory the process ends. Every
 /// update looks at all pairs of objects, whatever moved or is static, on one thread. It knows poses only:
 /// update_paths() returns false.

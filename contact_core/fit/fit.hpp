@@ -27,9 +27,8 @@ struct FitRegion {
 struct FitOptions {
   double over = 0.0;               ///< no point of the cover is farther from the solid [m]; > 0
   std::vector<FitRegion> regions;  ///< each with an `over` of at most the one above
-  /// Times that a few hexahedra are taken out and their place covered anew; up to 16 times as often where
-  /// that costs little, about a tenth of a second each at most. Counts, not seconds: the same cover
-  /// everywhere.
+  /// Iterations that remove a few hexahedra and cover their place anew; up to 16 times as many where that is
+  /// cheap, about a tenth of a second each at most. Counted, not timed: the cover is reproducible.
   int repairs = 60;
   /// Times that the search starts anew, the solid cut elsewhere; the cover of fewest hexahedra counts, of
   /// equal ones that with the least excess. Fewer where a try costs much, again by counts. >= 1

@@ -23,8 +23,8 @@ struct Bounds {
 
 /// How far points are from a mesh and from what it encloses.
 ///
-/// The *solid* of a mesh is its triangles, and every point about which its closed shells wind a number of
-/// times other than zero: shells may overlap, and a shell turned inside out is a solid all the same unless
+/// The *solid* of a mesh is its triangles, and every point with a winding number other than zero with respect
+/// to its closed shells: shells may overlap, and a shell turned inside out is a solid all the same unless
 /// another encloses it, when it is a cavity. Open shells are sheets without an inside.
 ///
 /// A tree of bounding boxes. Const calls may come from any thread.
@@ -73,7 +73,7 @@ class MeshDistance {
   };
   struct Corners {
     Vector3 a, b, c;
-    double edge;  ///< a ray this near to an edge, times the area, does not tell; 0: of no closed shell
+    double edge;  ///< a ray this near to an edge, times the area, is ambiguous; 0: of no closed shell
   };
 
   Nearest nearest_within(const Vector3& p, Nearest known) const;

@@ -70,7 +70,8 @@ struct MechanismDescription {
 /// Frames that joints are built from may be this far from orthonormal (a few roundings): chains multiply
 /// them, and bounds on paths count on lengths.
 inline constexpr double kFrameTolerance = 0x1p-48;
-/// X, or where it is further off than that: the first column kept in direction, the second in their plane.
+/// X where it is orthonormal within kFrameTolerance, else made so (Gram-Schmidt): the first column keeps its
+/// direction, the second stays in their plane.
 /// @pre is_valid_pose(X).
 Pose rigid_frame(const Pose& X);
 

@@ -21,13 +21,13 @@ class MechanismPath final : public MotionPath {
   /// @param X_WB of the base; put through rigid_frame(). @param from, to value_count() values each.
   /// @pre a valid pose and finite values.
   void set(const Pose& X_WB, std::span<const double> from, std::span<const double> to) noexcept;
-  /// The same, of which only start and bounds are worked out: for paths that are looked at rather than gone.
-  /// at() is slower at the end. @param X_WL link_poses() at `from`, which need not be found again; or empty.
+  /// As set(), but computes start and bounds only: for paths that are checked, not executed. at() is slower
+  /// at the end. @param X_WL link_poses() at `from`, which need not be found again; or empty.
   void lay(const Pose& X_WB, std::span<const double> from, std::span<const double> to,
            std::span<const Pose> X_WL = {}) noexcept;
   /// As set(), at rest. @param X_WL link_poses() there.
   void rest(const Pose& X_WB, std::span<const double> values, std::span<const Pose> X_WL) noexcept;
-  /// Makes of a path that was laid one that was set.
+  /// Computes what lay() left out: the end. The path is then as after set().
   void finish() noexcept;
 
   const Mechanism& mechanism() const { return *mechanism_; }

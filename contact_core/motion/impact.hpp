@@ -27,7 +27,7 @@ struct MovingSolid {
   /// No point of the solid goes faster than this anywhere on the path [m per unit of s].
   double travel = kInfinity;
   PathViews* views = nullptr;  ///< of a mechanism's path; null: none
-  /// Where it is at s = 0, bit for bit what path and pose would give there; both or none, which is null.
+  /// Optional: pose and vertices at s = 0, bit-identical to those from path and X_OS. Set both or neither.
   const Pose* X_WS_at_start = nullptr;
   const WorldVertices* vertices_at_start = nullptr;
 
@@ -38,9 +38,9 @@ struct MovingSolid {
 struct GapRule {
   double gap;  ///< g: a pair stops with separation in [g/2, g]; > 0
 
-  /// A pair that starts a frame with separation `start` is held above this: 3 g/4 from afar; in contact g/2,
-  /// or `start` less the rounding of a separation, 32 u * `scale`, where that is less, so that motion along a
-  /// contact is not stopped by it. Below g/2 that room shrinks, and at g/4 there is none.
+  /// The least separation allowed to a pair that starts a frame with separation `start`: 3 g/4 where start >
+  /// g; else the smaller of g/2 and start - r, so that rounding does not stop motion along a contact. r is
+  /// the rounding of a separation, 32 u * `scale`; from g/2 down to g/4 it falls to 0, and stays 0 down to 0.
   /// @param scale largest |world coordinate| or size of the pair [m].
   double threshold(double start, double scale) const;
 };
@@ -97,8 +97,8 @@ inline constexpr int kImpactIterations = 256;
 /// A pair that starts at or below the gap, or overlapping, is stopped only by what would bring it below
 /// rule.threshold(): moving away and along is free, and no depth grows.
 /// @param interest a pair that is sure to stay further apart than this to the end is not queried there [m].
-/// @param until what comes after this s is of no use: beyond it the pair is not followed, and "clear" with lo
-/// past it. Not where the query judges poses.
+/// @param until the search stops beyond this s: the result is then `clear`, with lo past it. Ignored where
+/// the query judges poses.
 /// @param ask_at_end false: a path that is clear to the end is not queried there, and its geometry is that of
 /// the query before.
 /// @pre rule.gap > 0.

@@ -75,7 +75,7 @@ class NarrowphaseQuery final : public SeparationQuery {
   /// Of the last separation().
   PairStatus last_status() const { return last_status_; }
 
-  /// Known of a pair where its solids stand at these poses, until expect_nothing(). Keeps references.
+  /// Supplies the answer for a pair at these poses, used until expect_nothing(). Keeps references.
   void expect(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB,
               const SeparationMemo::Answer& answer) {
     expected_ = {pair, &X_WA, &X_WB, &answer};

@@ -52,14 +52,14 @@ class MotionPath {
   }
 };
 
-/// The path of a mechanism as one of its bodies sees it: that body stays where it is at s = 0, and what
-/// stands in the world moves. Planes that turn with the body are fixed there.
+/// The path of a mechanism in the frame of one of its bodies: that body rests where it is at s = 0, and the
+/// world moves. Planes that turn with the body are fixed in that frame.
 class PathViews {
  public:
   virtual ~PathViews() = default;
   /// Valid while the path stays as it is.
   virtual const MotionPath& seen_from(std::uint32_t body) noexcept = 0;
-  /// The body that never moves in the world, and that all moves with which stands there.
+  /// The body that is fixed in the world; static objects move with it in every view.
   virtual std::uint32_t standing_body() const noexcept = 0;
 };
 
@@ -111,7 +111,7 @@ class CarriedPath final : public MotionPath {
   CarriedPath(const RigidPath& carrier, std::span<const Pose> X_CO) : carrier_(carrier), X_CO_(X_CO) {}
 
   const RigidPath& carrier() const { return carrier_; }
-  /// False: it came after the path was laid.
+  /// Whether the path covers this body; a body that was added later is not covered.
   bool knows(std::uint32_t body) const { return body < X_CO_.size(); }
   BodyState at(std::uint32_t body, double s) const noexcept override;
   bool is_steady() const noexcept override { return true; }

@@ -31,12 +31,12 @@
 ///  * By default the limit is 0: what touches or overlaps. Who builds stacks asks with a positive one, as far
 ///    as a body may come in a step, so that a block that a solver's noise tilted keeps its corners (physics
 ///    and the plug-ins do).
-///  * The clip is not cut where its separation passes the limit. Separation is linear over plane faces, so a
-///    cut's corners, all at the limit, never meet before the others do; they would take slots of those that
-///    hold, and move by the noise over the sine of the tilt, where the clip's own corners keep their places.
-/// The *patch* that manifolds are judged against is the hull of the exact clip's corners within the limit.
-/// `native` and `exact` have those corners, or of too many a choice that holds much of the area; engines
-/// have what they find, within the same limit.
+///  * The clip is not cut where its separation passes the limit. Separation is linear over plane faces, so
+///    the cut's corners, all at the limit, never touch first. They would displace corners that carry load,
+///    and jitter by the pose's noise over the sine of the tilt; the clip's own corners keep their places. The
+///    *patch* that manifolds are judged against is the hull of the exact clip's corners within the limit.
+///    `native` and `exact` have those corners, or of too many a choice that holds much of the area; engines
+///    have what they find, within the same limit.
 
 namespace touchstone {
 
@@ -120,7 +120,7 @@ struct ContactPoint {
 struct Resolution {
   double absolute = 0.0;  ///< [m]
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size + 2 radius)
-  double of_depth = 0.0;  ///< further, of penetrating pairs: per metre of depth; infinite: nothing is claimed
+  double of_depth = 0.0;  ///< more, of penetrating pairs, per metre of depth; infinite: no claim
 
   /// Of pairs that do not penetrate [m]. @param scale max(|world coordinate|, size + 2 radius) [m].
   double at(double scale) const { return absolute + relative * scale; }
@@ -191,9 +191,9 @@ class Narrowphase {
   /// Cold path: takes copies of what it needs. On an exception the previous build is still in force.
   /// @throws InputError for a solid that this backend cannot represent, naming its index.
   virtual void build(std::span<const Hexahedron> solids) = 0;
-  /// As build(), of a few of the solids: these take the places from `first` on, the last of them perhaps
-  /// behind all others. Costs what they cost. Workspaces stay good.
-  /// Returns false, and changes nothing, where a backend has to be built anew, as all may.
+  /// Replaces the solids from `first` on by these; those beyond the last solid are appended. As build(), but
+  /// the cost is that of the solids given. Workspaces stay valid.
+  /// Returns false, and changes nothing, in a backend that must be built anew; any may.
   /// @pre first <= the number of solids. @throws InputError as build(), nothing changed.
   virtual bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) {
     static_cast<void>(first), static_cast<void>(solids);

@@ -28,7 +28,7 @@ class PairObserver {
   virtual void observe(const ObservedPair& pair) noexcept = 0;
 };
 
-/// Whose check an engine's plugin lets decide.
+/// Whose answer an engine's plug-in returns to the engine.
 enum class EngineCheck : std::uint8_t {
   native,  ///< ours
   own,     ///< the engine's, for observing it

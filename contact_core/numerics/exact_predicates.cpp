@@ -164,14 +164,13 @@ bool edge_pair_separates(Pair& pair, const VertexHull& a, const FacetDirections&
 // strictly on one side along the facet's outward normal -n (so B is beyond A along n). The facet is the sum
 // of the faces of B and -A extreme along n, two-dimensional, so
 //  * A's face has dimension 2: n is an outward normal of a facet of A (rank 3) or normal to A's plane (rank
-//  2), or
+//    2), or
 //  * B's face has dimension 2: likewise, or
 //  * neither has, and each has dimension 1: they are edges (rank 3), sides (rank 2) or the segment itself
-//  (rank 1) with
-//    independent directions, and n is along their cross product. At an edge of rank 3, n is a non-negative
-//    combination of the two facets' outward normals and perpendicular to the other edge.
-// All of these are tried. When D has no volume, flat_hulls_intersect() decides.
-// Common vertices and vertices inside the other hull only end the search early.
+//    (rank 1) with independent directions, and n is along their cross product. At an edge of rank 3, n is a
+//    non-negative combination of the two facets' outward normals and perpendicular to the other edge.
+// All of these are tried. When D has no volume, flat_hulls_intersect() decides. Common vertices and vertices
+// inside the other hull only end the search early.
 bool hulls_intersect(const WorldVertices& a, const WorldVertices& b) noexcept {
   if (apart_on_an_axis(a, b)) return false;
   if (share_a_vertex(a, b)) return true;

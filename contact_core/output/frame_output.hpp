@@ -32,7 +32,7 @@ struct OutputFrame {
   std::span<const ContactEvent> events;
 };
 
-/// offered = delivered + dropped + those still on their way.
+/// offered = delivered + dropped + those in the queue.
 struct OutputStatus {
   std::uint64_t offered = 0;    ///< frames brought
   std::uint64_t delivered = 0;  ///< frames handed to the system, whole

@@ -56,10 +56,10 @@ struct PairRule {
   std::optional<ContactPolicy> policy = {};
   std::optional<double> warn_distance = {};   ///< `near` is reported within this; finite, >= 0 [m]
   std::optional<bool> translation_only = {};  ///< slide: whom this pair stops goes on without turning
-  /// Not with a policy that holds or only cues. An object goes along as if it were latched, friction that
-  /// never slips: it turns with the mover, what it meets stops both, and where a shoved one comes to the next
-  /// it takes that along too, up to kMostSlideSteps of them one after another. Two movers that want the same
-  /// object, or two links that may turn, leave it where it is. Whatever goes along is checked as any mover.
+  /// Not with the policies hold and cue. A passive object moves as if rigidly attached to its mover (contact
+  /// without slip): it turns with the mover, and what it meets stops both. An object that is shoved against
+  /// another shoves that too, up to kMostSlideSteps one after another. An object that two movers would move,
+  /// or two links that may turn, stays where it is. Objects that move along are checked as movers are.
   std::optional<Passive> passive = {};
 };
 
@@ -102,12 +102,12 @@ struct JointCommand {
   std::span<const double> values;  ///< read by frame() only; in the order of Mechanism::joints()
 };
 
-/// How stiffly a hand holds a rigid body: by a spring from where the body's tool frame T is to where the
-/// commanded pose has it. A slide goes where that spring is slackest: with d the shift and t the turn (axis
-/// times angle) that are left, sum of k d^2 + sum of c t^2 along T's axes as commanded never grows. Only
-/// ratios of k and c matter for that; their size is what the hand feels. The default keeps its direction
-/// unless it must give: 1 rad weighs as 1 m, as with joints; a hand that is as stiff against turns as a
-/// light body of its size tips over what it meets.
+/// How stiffly a hand holds a rigid body: by a spring from the body's tool frame T to where the commanded
+/// pose has T (virtual coupling). A slide never increases the spring's energy: with d the shift and t the
+/// turn (axis times angle) that are left, sum of k d^2 + sum of c t^2 along T's axes as commanded does not
+/// grow. Slides depend on the ratios of k and c only; their size scales the wrench that is reported. By
+/// default 1 rad weighs as 1 m, as with joints: the body keeps its attitude unless it must yield. A hand as
+/// soft in turning as a light body of its size tips over what it meets.
 struct HandStiffness {
   /// Of the tool in the object. None: its origin is the centre of mass, at uniform density, of all that moves
   /// with the object, and its axes are the object's.
@@ -161,10 +161,10 @@ enum class EventKind : std::uint8_t {
              ///< switched off, exempt, latched to one another): at s = 0, as the frame before left it
   penetrating_at_start,  ///< overlaps at the frame's start, s = 0: a bad initial pose, or switched on or
                          ///< unlatched there. `began` follows
-  /// Stopped its movers, where this was last undone by none: at the s of the stop, within the gap unless the
-  /// check gave up or found no answer there. In a slide: held back the plan of a sub-step, where it was first
-  /// within twice the gap at an end of that. By a pair that holds: at the s at which the motion that was not
-  /// executed would have met it; stops that went with that motion are not reported.
+  /// The pair stopped its movers, and nothing cancelled the stop: at the s of the stop, within the gap unless
+  /// the check gave up or found no answer there. In a slide: held back the plan of a sub-step, where it was
+  /// first within twice the gap at an end of that. By a pair that holds: at the s at which the motion that
+  /// was not executed would have met it; stops that went with that motion are not reported.
   blocked,
   refused,   ///< a command that is no pose, or for an object that is static, carried or gone;
              ///< joint values that are not finite or too few or many (a: the first link)
@@ -210,14 +210,14 @@ struct FrameReport {
   /// Of every rigid body that slid or was commanded to, and of every mechanism that did and has an
   /// ArmHandStiffness, by ObjectHandle::slot; valid until the next frame.
   std::span<const HandFeel> felt;
-  MotionCheck check = MotionCheck::proven;  ///< what stands behind this frame's poses
+  MotionCheck check = MotionCheck::proven;  ///< how this frame's poses were checked
 };
 
-/// The budget of all slides of a frame together; commanded paths do not count. It is looked at
-/// between pairs, and one that is begun is finished. A mover that is cut off stands where its last sub-step
-/// ended: that is as safe as any other pose, only less far on. A sub-step that cannot be checked whole is
-/// not executed, of none of its movers. Of what is left at a sub-step's begin each mover's plan may take an
-/// equal share, so that no order of movers shows.
+/// The budget of all slides of a frame together; commanded paths do not count. It is checked between pairs; a
+/// pair that is begun is finished. A mover that is cut off stops where its last sub-step ended, which is as
+/// safe as any other pose. A sub-step that cannot be checked completely is executed for none of its movers.
+/// Plans get equal shares of what is left at a sub-step's begin, so that results do not depend on the movers'
+/// order.
 struct SlideBudget {
   /// Near pairs that are planned with, and those whose paths are checked, each once a sub-step: mostly one to
   /// three narrowphase calls, kImpactIterations at most. The same on every machine.
@@ -312,14 +312,14 @@ class ContactWorld {
   /// @copydoc set_narrowphase
   void set_broadphase(std::unique_ptr<Broadphase> broadphase);
 
-  /// How stiffly the object's hand holds it where it is commanded; counts while it is nobody's load. None:
-  /// its own mass at uniform density instead of a spring, 1 N/m for the size of what is felt.
+  /// How stiffly the object's hand holds it where it is commanded; used unless the object is carried. None:
+  /// the metric of its mass at uniform density instead of a spring, and 1 N/m to scale the reported wrench.
   /// @throws InputError: an unknown handle, a link, a frame that is no pose or further from the object's
   /// origin than a pose that turns about it can keep the gap, stiffnesses out of bounds.
   void set_hand(ObjectHandle object, const std::optional<HandStiffness>& hand);
   /// The same of a mechanism. None, as before the first call: MechanismPlacement's weights of the joints
-  /// alone, and nothing felt. Slides plan in joint values either way, so a mechanism of more than 32 does not
-  /// slide.
+  /// alone, and no wrench is reported. Slides plan in joint values either way, so a mechanism of more than 32
+  /// does not slide.
   /// @throws InputError: an unknown handle or link, a link that no joint moves, a frame that is no pose,
   /// stiffnesses out of bounds or of another number.
   void set_hand(MechanismHandle mechanism, const std::optional<ArmHandStiffness>& hand);

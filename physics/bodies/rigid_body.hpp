@@ -15,12 +15,12 @@ struct RigidBodyState {
   Quaternion q_WB;                       ///< attitude of the body's frame
   Vector3 momentum_W = Vector3::Zero();  ///< linear [kg m/s]
   Vector3 angular_W = Vector3::Zero();   ///< angular, about the centre of mass, in world axes [N m s]
-  Vector3 p_low_W = Vector3::Zero();     ///< what rounding has taken from p_W so far [m]
+  Vector3 p_low_W = Vector3::Zero();     ///< Kahan compensation of p_W: what rounding took from it so far [m]
   Vector3 low_W = Vector3::Zero();       ///< the same of momentum_W [kg m/s]
   Vector3 turn_low_W = Vector3::Zero();  ///< turns too small for q_WB so far [rad]
 };
 
-/// True where place, attitude and momenta are; what rounding has taken is not looked at.
+/// True where position, attitude and momenta are; the compensations are not looked at.
 bool is_finite(const RigidBodyState& state);
 
 /// A rigid body that moves freely. Immutable; const use from several threads is safe. No allocation.
@@ -61,13 +61,13 @@ class RigidBody {
 
   static constexpr double kMostTurn = 64.0;  ///< [rad]
 
-  /// Turns by `angles_W` [rad]. What is below `least` in all is kept back in turn_low_W: what rests keeps the
-  /// bits of its attitude, and nothing is lost. 2^-53 is less than the rounding of a place on the body.
+  /// Turns by `angles_W` [rad]. Turns whose sum is below `least` accumulate in turn_low_W, so that a resting
+  /// body's attitude keeps its bits. 2^-53 is less than the rounding of a point's position on the body.
   static void turn_by(RigidBodyState& state, const Vector3& angles_W, double least = kSmallestTurn);
   /// For turn_by(): the turn that moves the body by so much, at its radius of gyration [m]; at least 2^-53.
   double least_turn(double kept_back) const;
-  /// The same of its place: back to `from`, the rest in p_low_W, where the way from there is below 2^-53 of
-  /// the body's radius of gyration, or below `kept_back` [m].
+  /// The same of its position: back to `from`, the rest in p_low_W, where it moved from there by less than
+  /// 2^-53 of the body's radius of gyration, or than `kept_back` [m].
   void keep_place(RigidBodyState& state, const RigidBodyState& from, double kept_back = 0.0) const;
 
  private:

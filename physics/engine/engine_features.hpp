@@ -43,8 +43,7 @@ class EngineFeatures {
   EngineFeatures(std::initializer_list<EngineFeature> features) {
     for (const EngineFeature feature : features) bits_ |= bit(feature);
   }
-  /// Up to latches: what an engine with arms is expected to do. What comes after them is asked of the engine
-  /// that says so.
+  /// Up to `latches`: expected of every engine with arms. Each engine declares later ones itself.
   static EngineFeatures usual() {
     EngineFeatures out;
     out.bits_ = 2U * bit(EngineFeature::latches) - 1U;

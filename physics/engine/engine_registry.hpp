@@ -45,7 +45,7 @@ class EngineRegistry {
     std::vector<Missing> refused_checks = {};
     /// Its features with that check.
     std::function<EngineFeatures(std::string_view check)> features;
-    /// What its DynamicsEngine::after_restore() says.
+    /// The result of its DynamicsEngine::after_restore().
     EngineReturn after_restore = EngineReturn::none;
     /// @pre the scene is valid and supported, the check is one of `checks`; the scene outlives the engine.
     std::function<std::unique_ptr<DynamicsEngine>(const DynamicScene&, const std::string& check)> make;

@@ -8,10 +8,9 @@
 
 namespace touchstone::physics {
 
-/// Touches from a step's contacts, of any engine. An engine whose narrowphase reaches beyond contact
-/// touches by its own rule: where it presses.
-/// Pairs come as a < b. @param contacts of DynamicsEngine::list_contacts() @param h
-/// the step [s]
+/// Touches from a step's contacts, of any engine. An engine whose narrowphase reaches beyond contact touches
+/// by its own rule: where it presses. Pairs come as a < b.
+/// @param contacts of DynamicsEngine::list_contacts() @param h the step [s]
 inline void take_touches(std::span<const EngineContact> contacts, double h, TouchEvents& events) {
   events.begin();
   for (const EngineContact& contact : contacts) {

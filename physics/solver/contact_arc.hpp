@@ -65,7 +65,7 @@ class ContactArc {
   double value(Limit limit) const;
   void set_rates(std::span<const double> tangent);
   double rate(Limit limit, std::span<const double> tangent) const;
-  /// Where the limit is 0: the block does the other thing.
+  /// Switches the block's status where its limit is 0: open or closed, stick or slip.
   /// @return the limit that is to grow from 0 on the next arc.
   Limit cross(Limit limit);
 

@@ -13,12 +13,11 @@ namespace touchstone::physics {
 /// for each contact its normal and two tangents, then one for each joint row. W is symmetric and positive
 /// semidefinite (the Delassus matrix J M^-1 J^T), b what the velocities were without impulses.
 ///
-///  * A contact of friction f: u_n >= 0, x_n >= 0, one of them 0; |x_t| <= f x_n; where |x_t| is less, u_t =
-///  0,
-///    else u_t points against x_t (Coulomb's law with a circular cone).
+///  * A contact of friction f: u_n >= 0, x_n >= 0, one of them 0; |x_t| <= f x_n; where |x_t| is less, u_t is
+///    0, else u_t points against x_t (Coulomb's law with a circular cone).
 ///  * A joint row: lower <= x <= upper; u = 0 within, u >= 0 at lower, u <= 0 at upper. (A brake or motor:
-///  +-its
-///    torque times the step, b relative to the commanded rate. An end stop: 0 to infinity.)
+///    plus and minus its torque times the step, b relative to the commanded rate. An end stop: 0 to
+///    infinity.)
 struct ContactProblem {
   /// Of a joint row's impulse [N m s] or [N s]; may be infinite.
   struct Bounds {

@@ -61,10 +61,9 @@ struct ConvexReport {
 };
 
 /// Solves contact problems by convex ones that always have one solution. Around impulses x_k and for slips s
-/// it minimises, in the rates V of what moves,
+/// it minimises, in the rates V of what moves, with P the projection on the cone,
 ///
-///     1/2 V^T M V + sum over contacts of R/2 |P(x_k - (J V + b + s n) / R)|^2,  P the projection on the
-///     cone,
+///     1/2 V^T M V + sum over contacts of R/2 |P(x_k - (J V + b + s n) / R)|^2,
 ///
 /// by Newton's method with exact line search on the sparse M + J^T G J (Castro, Permenter, Han, An
 /// Unconstrained Convex Formulation of Compliant Contact, 2022, equations 18 to 26; R a share of each
@@ -80,7 +79,7 @@ class ConvexContacts {
   enum class Softness : std::uint8_t {
     last,   ///< where others prove the contradiction
     maybe,  ///< first, and taken where it proves the contradiction itself
-    first,  ///< that was proven lately: taken as long as it leaves speeds that say so still
+    first,  ///< first: a contradiction was proven recently; kept while the residual speeds confirm it
   };
   void reserve(std::size_t units, std::size_t rows, std::size_t widest);
   /// @param x in: to start from; out: the best found. @param tolerance of the residual [m/s].

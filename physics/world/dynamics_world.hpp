@@ -161,9 +161,10 @@ class DynamicsWorld {
     Vector3 gravity_W = Vector3::Zero();  ///< [m/s2]
     double contact_gap = 1e-9;            ///< closer than this [m] (joint stops: rad or m) counts as touching
     double bounce_speed = 1e-3;           ///< approaches slower than this [m/s] do not bounce
-    /// Overlap deeper than 100 000 gaps (0.1 mm) parts at this rate times its depth [1/s], at 1 mm/s at least
-    /// (0: not at all), but no faster than `part_speed` [m/s]: it is moved, and gets no momentum by it.
-    /// Deeper overlap that a step makes anew goes at its end.
+    /// Rate of position correction [1/s]: overlap deeper than 100 000 gaps (0.1 mm) parts at this rate times
+    /// its depth, at 1 mm/s at least (0: not at all) and at `part_speed` [m/s] at most. Positions are
+    /// corrected only; velocities do not change. Deeper overlap that a step itself makes is removed at its
+    /// end.
     double push_out = 5.0, part_speed = 0.05;
     /// Bodies that contacts join and that have moved slower than `sleep_speed` [m/s] for `sleep_time` [s]
     /// sleep: they have no momentum, and are not looked at until something awake comes near or one of them is

@@ -2,9 +2,10 @@
 
 #include "touchstone/contact_core/native/simd/manifold_kernels.hpp"
 
-// manifold_kernels.hpp for a single pair of boxes. Lanes of two are the two solids, lanes of four the edges
-// of one face or the crossings of two faces' half edges, C_ij in lane 2 i + j. Every value results from the
-// same operations in the same order as in a batch, so the bits are the same.
+// The manifold of a single pair of boxes; manifold_kernels.hpp makes those of many, one pair a lane. Here
+// lanes of two are the two solids, lanes of four the edges of one face or the crossings of two faces' half
+// edges, C_ij in lane 2 i + j. Every value results from the same operations in the same order as in a batch,
+// so the bits are the same.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 

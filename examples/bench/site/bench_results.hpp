@@ -19,7 +19,7 @@ struct FiledAnswer {
   Vector3 n_AB_W = Vector3::Constant(kNaN);
 };
 
-/// What one engine answered to one query about one set.
+/// One engine's answers to one query about one set.
 struct Cell {
   Wrongness wrong;
   Quantiles cost;  ///< over S

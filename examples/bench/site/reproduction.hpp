@@ -9,8 +9,8 @@ namespace touchstone::comparison {
 /// The set with the one case `index` alone.
 PairSet one_case(const PairSet& set, std::size_t index);
 
-/// What can be filed at an engine's tracker: shapes, poses, world vertices, the exact answer, the engine's,
-/// how to ask again (Markdown).
+/// A reproduction to file at an engine's tracker: shapes, poses, world vertices, the exact answer, the
+/// engine's, how to ask again (Markdown).
 /// @param set of one case. @param file the pair file that holds it, by its name.
 std::string reproduction_text(const Entry& entry, QueryKind query, const FiledAnswer& answer,
                               const PairSet& set, const PairTruth& truth, const std::string& file);

@@ -345,7 +345,7 @@ void Flight::move_jaws(const Arm& arm, double grip, std::span<double> goals) con
     }
 }
 
-/// What is latched is held by the tool: its jaws stay until the release.
+/// The tool holds a latched object: its jaws stay until the release.
 void Flight::hold_jaws(std::span<const double> q, Method& method) const noexcept {
   const training::Formation& formation = method.flown->formation();
   for (const LatchOption& option : scene_->latches) {

@@ -99,7 +99,7 @@ std::uint32_t header_flags(const Flight& flight, const FrameFacts& facts) {
          flag(mine.reports_contact, kInContact);
 }
 
-/// What a frame's header says, but for what clients get written in.
+/// A frame's header, without the fields that differ between clients.
 struct Header {
   std::uint64_t frame = 0;
   double time = 0.0;

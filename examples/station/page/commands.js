@@ -1,4 +1,4 @@
-// What is pressed once: keys, buttons of the page and of a gamepad.
+// Commands by a single press: keys, buttons of the page and of a gamepad.
 
 import {get} from './panels.js';
 import {parts, station, live, redraw} from './state.js';

@@ -1,4 +1,4 @@
-// What the station says, in texts.
+// The station's text messages.
 
 import {get, element, say} from './panels.js';
 import {Timeline} from './timeline.js';

@@ -1,4 +1,4 @@
-// What the hands hold, sent to the station.
+// The hands' input, sent to the station.
 
 import {parts, station} from './state.js';
 import {setAssist, steerAssist} from './assist.js';

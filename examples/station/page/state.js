@@ -1,4 +1,4 @@
-// What the page knows: the flight that is shown, what is live, and the parts that show it.
+// The page's state: the flight that is shown, what is live, and the parts that show it.
 
 import {Panels, get, say} from './panels.js';
 import {Orbit} from './picture.js';
