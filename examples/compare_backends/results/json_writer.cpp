@@ -16,17 +16,8 @@ Json json_list(const Range& items) {
   return list;
 }
 
-}  // namespace
-
-std::string choices_json(const Report& report) {
-  std::string text = json(report.choices).dump();
-  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
-  return text;
-}
-
-std::string results_json(const Report& report) {
-  Json root;
-  // The run, its machine, and how times were taken.
+void add_run(const Report& report, Json& root) {
+  // The schema and the options say how the run is repeated.
   root["schema"] = fmt::format("touchstone.compare_backends/{}", kResultsSchema);
   root["command"] = report.options.command_line;
   root["seed"] = report.options.seed;
@@ -34,6 +25,7 @@ std::string results_json(const Report& report) {
   root["partial"] = !report.not_measured.empty();
   root["not_measured"] = report.not_measured;
   root["engine_messages"] = report.engine_messages;
+  // The corpus and the machine say on which data and processor the figures hold.
   if (report.corpus)
     root["corpus"] = {{"name", report.corpus->name},
                       {"version", report.corpus->version},
@@ -46,6 +38,9 @@ std::string results_json(const Report& report) {
                      {"build_type", report.machine.build_type},
                      {"flags", report.machine.flags}};
   for (const auto& [name, version] : report.machine.libraries) root["libraries"][name] = version;
+}
+
+void add_timing(const Report& report, Json& root) {
   const MeasureOptions measure;
   root["timing"] = {{"pairs_a_family", report.options.pair_count()},
                     {"pairs_a_block", measure.block},
@@ -53,28 +48,37 @@ std::string results_json(const Report& report) {
                     {"repetitions", report.options.repetitions},
                     {"seconds_a_row_and_repetition_at_most", measure.slow_seconds}};
   for (const auto& [name, text] : kTimingMethod) root["timing"]["definitions"][std::string(name)] = text;
-  // The backends, and what the figures mean.
+}
+
+void add_backends(const Report& report, Json& root) {
   root["backends"] = Json::array();
   for (const auto& [name, description] : report.backends) {
     root["backends"].push_back({{"name", name}, {"description", description}});
   }
+  // Gaps say what was not measured, and why.
   root["gaps"] = Json::array();
   for (const Gap& gap : report.gaps) root["gaps"].push_back({{"what", gap.what}, {"why", gap.why}});
+  // Readers find each measure of accuracy defined in the file itself.
   root["measured_against_exact"] = report.has_truth;
   for (std::size_t m = 0; m < kMeasures; ++m) {
     root["definitions"][to_string(static_cast<Measure>(m))] = definition(static_cast<Measure>(m));
   }
   root["curve_shares"] = kCurveShares;
-  // The measured sets.
+}
+
+void add_measured(const Report& report, Json& root) {
+  // Pairs come first, with the consistency of their answers.
   root["pair_sets"] = json_list(report.sets);
   for (const auto& [name, description] : report.backends) {
     const Consistency total = total_consistency(report.sets, name);
     if (total.swapped.cases > 0) root["consistency"][name] = json(std::optional(total));
   }
+  // Broadphases, scenes and dynamics stand beside the pairs.
   root["broadphases"] = json_list(report.broadphases);
   root["scenes"] = json_list(report.scenes);
   root["selection"] = json_list(report.selection);
   root["dynamics"] = json_list(report.drift.runs);
+  // Slopes tell how times grow with objects and threads.
   root["fitted_slopes"] = Json::array();
   for (const FittedSlope& each : fitted_slopes(report.broadphases, report.thread_runs))
     root["fitted_slopes"].push_back(
@@ -83,11 +87,30 @@ std::string results_json(const Report& report) {
   root["thread_gaps"] = Json::array();
   for (const Gap& gap : report.thread_gaps)
     root["thread_gaps"].push_back({{"what", gap.what}, {"why", gap.why}});
-  // The conclusions.
+}
+
+void add_conclusions(const Report& report, Json& root) {
   root["gallery"] = json_list(report.gallery);
   root["rankings"] = json_list(report.rankings);
   root["choices"] = json(report.choices);
   root["verdicts"] = json_list(report.verdicts);
+}
+
+}  // namespace
+
+std::string choices_json(const Report& report) {
+  std::string text = json(report.choices).dump();
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
+  return text;
+}
+
+std::string results_json(const Report& report) {
+  Json root;
+  add_run(report, root);
+  add_timing(report, root);
+  add_backends(report, root);
+  add_measured(report, root);
+  add_conclusions(report, root);
   return root.dump(1) + "\n";
 }
 
