@@ -38,9 +38,7 @@ py::array index_table(const std::array<std::array<std::uint8_t, kColumns>, kRows
   return frozen(py::array_t<std::uint8_t>({kRows, kColumns}, table.front().data()));
 }
 
-void bind_hexahedron(py::module_& module) {
-  py::class_<Hexahedron> hexahedron(module, "Hexahedron",
-                                    "A convex hexahedron in its own frame: the hull of eight vertices [m].");
+void bind_constructors(py::class_<Hexahedron>& hexahedron) {
   hexahedron
       .def(py::init(&from_corners), py::arg("vertices"), py::arg("warp") = "within_tolerance",
            py::arg("name") = "hexahedron",
@@ -66,7 +64,11 @@ void bind_hexahedron(py::module_& module) {
           py::arg("core_size"), py::arg("radius"), py::arg("name") = "rounded box",
           "All points within radius of a box about its origin; core_size: (3,) full sides, 0 allowed [m].")
       .def("padded", &Hexahedron::padded, py::arg("radius"), py::arg("name") = "hexahedron",
-           "This solid grown by a radius all round.")
+           "This solid grown by a radius all round.");
+}
+
+void bind_figures(py::class_<Hexahedron>& hexahedron) {
+  hexahedron
       .def_property_readonly("radius", &Hexahedron::radius,
                              "How far a rounded solid reaches beyond its vertices' hull [m]; else 0.")
       .def_property_readonly(
@@ -86,6 +88,9 @@ void bind_hexahedron(py::module_& module) {
         return "<touchstone.Hexahedron: " + std::string(self.is_box() ? "box" : "convex") + ", size " +
                figure(self.size()) + " m>";
       });
+}
+
+void bind_pickling(py::class_<Hexahedron>& hexahedron) {
   hexahedron.def(py::pickle(
       [](const Hexahedron& self) {
         return py::make_tuple(self.is_box(), array_of(self.half_extents()),
@@ -100,6 +105,14 @@ void bind_hexahedron(py::module_& module) {
         const Hexahedron core = from_corners(state[2], "accept", "pickled hexahedron");
         return radius > 0.0 ? core.padded(radius, "pickled hexahedron") : core;
       }));
+}
+
+void bind_hexahedron(py::module_& module) {
+  py::class_<Hexahedron> hexahedron(module, "Hexahedron",
+                                    "A convex hexahedron in its own frame: the hull of eight vertices [m].");
+  bind_constructors(hexahedron);
+  bind_figures(hexahedron);
+  bind_pickling(hexahedron);
   hexahedron.attr("FACE_VERTICES") = index_table(Hexahedron::kFaceVertices);
   hexahedron.attr("EDGE_VERTICES") = index_table(Hexahedron::kEdgeVertices);
 }
