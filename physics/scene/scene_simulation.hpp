@@ -173,6 +173,7 @@ class SceneSimulation {
 
   // scene_simulation_setup.cpp
   void place_objects();
+  void make_links(std::size_t mechanism, std::span<const Pose> X_WL);
   void make_arm(std::size_t mechanism);
   void build_world();
   void make_body_joints();

@@ -13,6 +13,7 @@ namespace touchstone::physics {
 namespace {
 
 constexpr const char* kGround = "(ground)";
+
 /// The joint's frame at the start: its origin on the axis, turned as the child.
 Pose joint_frame(const SceneJoint& joint, const Pose& X_WO) {
   if (joint.kind == JointKind::fixed) return X_WO;
@@ -26,6 +27,64 @@ Pose frame_at_0(const SceneJoint& joint, const Pose& X_WL) {
     X.R = product(X_WL.R, rotation_about(rotate_back(X_WL.R, joint.axis_W), -joint.value));
   if (joint.kind == JointKind::prismatic) X.p -= joint.value * joint.axis_W;
   return X;
+}
+
+/// A mechanism as it stands at the start, each link's frame at its joint.
+struct ArmAtStart {
+  MechanismDescription description;
+  std::vector<Pose> X_WL;     // by object, of links
+  std::vector<double> q, qd;  // by joint that moves
+};
+
+JointDescription describe_joint(const SceneJoint& joint, const DynamicScene& scene,
+                                std::span<const Pose> X_WL) {
+  JointDescription out;
+  out.name = joint.name;
+  out.kind = joint.kind;
+  // A parent that never moves counts as the mechanism's ground.
+  const bool is_ground = joint.parent == kNoObject || scene.bodies[joint.parent].kind == BodyKind::fixed;
+  out.parent = is_ground ? kGround : scene.scene.objects[joint.parent].tree.name();
+  out.child = scene.scene.objects[joint.child].tree.name();
+  // The frame is that at value 0, since the scene gives poses at the start.
+  const Pose& X_WC = X_WL[joint.child];
+  out.X_PJ = rigid_frame(compose(is_ground ? Pose{} : inverse(X_WL[joint.parent]), frame_at_0(joint, X_WC)));
+  out.axis_J = rotate_back(X_WC.R, joint.axis_W);
+  out.lower = joint.lower, out.upper = joint.upper;
+  out.rate = joint.most_rate, out.effort = joint.effort;
+  return out;
+}
+
+ArmAtStart describe_arm(const SceneMechanism& source, const DynamicScene& scene) {
+  ArmAtStart out{.description = {.name = source.name, .links = {{.name = kGround}}, .joints = {}},
+                 .X_WL = std::vector<Pose>(scene.bodies.size()),
+                 .q = {},
+                 .qd = {}};
+  // Each link's frame lies at its joint.
+  for (const SceneJoint& joint : source.joints)
+    out.X_WL[joint.child] = joint_frame(joint, scene.scene.objects[joint.child].X_WO);
+  for (const SceneJoint& joint : source.joints) {
+    // Each joint and its child link are described, solids in the link's frame.
+    const JointDescription described = describe_joint(joint, scene, out.X_WL);
+    out.description.links.push_back({.name = described.child, .solids = {}});
+    const SceneObject& child = scene.scene.objects[joint.child];
+    const Pose X_LO = compose(inverse(out.X_WL[joint.child]), child.X_WO);
+    for (const PlacedHexahedron& placed : child.tree.solids())
+      out.description.links.back().solids.push_back({placed.name, placed.solid, compose(X_LO, placed.X_OS)});
+    out.description.joints.push_back(described);
+    // Fixed joints have no value.
+    if (joint.kind == JointKind::fixed) continue;
+    out.q.push_back(joint.value);
+    out.qd.push_back(joint.rate);
+    out.description.reference.push_back(joint.value);
+  }
+  return out;
+}
+
+std::vector<double> rotors_of(const SceneMechanism& source) {
+  std::vector<double> rotors;
+  for (const SceneJoint& joint : source.joints)
+    if (joint.kind != JointKind::fixed) rotors.push_back(joint.rotor);
+  return rotors;
 }
 
 }  // namespace
@@ -50,62 +109,37 @@ void SceneSimulation::place_objects() {
   }
 }
 
+/// Objects become links of the mechanism, with their inertias in the links' frames.
+void SceneSimulation::make_links(std::size_t mechanism, std::span<const Pose> X_WL) {
+  Arm& arm = *arms_[mechanism];
+  arm.links.resize(arm.mechanism.links().size());
+  for (const SceneJoint& joint : scene_->mechanisms[mechanism].joints) {
+    Piece& piece = pieces_[joint.child];
+    const std::uint32_t link = arm.mechanism.find_link(name_of(joint.child));
+    piece.root_mover = piece.mover = Mover::of_link(static_cast<std::uint32_t>(mechanism), link);
+    piece.X_FO = compose(inverse(X_WL[joint.child]), scene_->scene.objects[joint.child].X_WO);
+    arm.links[link] = transform(piece.X_FO, scene_->bodies[joint.child].inertia);
+  }
+}
+
 void SceneSimulation::make_arm(std::size_t mechanism) {
   const SceneMechanism& source = scene_->mechanisms[mechanism];
-  MechanismDescription description{.name = source.name, .links = {{.name = kGround}}, .joints = {}};
-  // Each link's frame lies at its joint.
-  std::vector<Pose> X_WL(pieces_.size());  // by object, of links
-  for (const SceneJoint& joint : source.joints)
-    X_WL[joint.child] = joint_frame(joint, scene_->scene.objects[joint.child].X_WO);
-  // Each joint and its child link are described, solids in the link's frame.
-  std::vector<double> q, qd;
-  for (const SceneJoint& joint : source.joints) {
-    JointDescription out;
-    out.name = joint.name;
-    out.kind = joint.kind;
-    const bool is_ground = joint.parent == kNoObject || kind_of(joint.parent) == BodyKind::fixed;
-    out.parent = is_ground ? kGround : name_of(joint.parent);
-    out.child = name_of(joint.child);
-    const Pose& X_WC = X_WL[joint.child];
-    out.X_PJ =
-        rigid_frame(compose(is_ground ? Pose{} : inverse(X_WL[joint.parent]), frame_at_0(joint, X_WC)));
-    out.axis_J = rotate_back(X_WC.R, joint.axis_W);
-    out.lower = joint.lower, out.upper = joint.upper;
-    out.rate = joint.most_rate, out.effort = joint.effort;
-    description.links.push_back({.name = out.child, .solids = {}});
-    const Pose X_LO = compose(inverse(X_WC), scene_->scene.objects[joint.child].X_WO);
-    for (const PlacedHexahedron& placed : scene_->scene.objects[joint.child].tree.solids())
-      description.links.back().solids.push_back({placed.name, placed.solid, compose(X_LO, placed.X_OS)});
-    description.joints.push_back(out);
-    if (joint.kind == JointKind::fixed) continue;
-    q.push_back(joint.value);
-    qd.push_back(joint.rate);
-    description.reference.push_back(joint.value);
-  }
+  const ArmAtStart start = describe_arm(source, *scene_);
   try {
-    // The mechanism is built, and objects become its links with their inertias.
-    arms_.push_back(std::make_unique<Arm>(Arm{Mechanism(description), {}, {}, {}, {}, {}, qd, {}}));
+    // The mechanism is built before its links, whose numbers it gives.
+    arms_.push_back(
+        std::make_unique<Arm>(Arm{Mechanism(start.description), {}, {}, {}, {}, {}, start.qd, {}}));
     Arm& arm = *arms_.back();
-    arm.links.resize(arm.mechanism.links().size());
-    for (const SceneJoint& joint : source.joints) {
-      Piece& piece = pieces_[joint.child];
-      const std::uint32_t link = arm.mechanism.find_link(name_of(joint.child));
-      piece.root_mover = piece.mover = Mover::of_link(static_cast<std::uint32_t>(mechanism), link);
-      piece.X_FO = compose(inverse(X_WL[joint.child]), scene_->scene.objects[joint.child].X_WO);
-      arm.links[link] = transform(piece.X_FO, scene_->bodies[joint.child].inertia);
-    }
+    make_links(mechanism, start.X_WL);
     // Drives and rotor inertias go by joint.
     for (const Mechanism::Joint& joint : arm.mechanism.joints()) arm.value_of.push_back(joint.value);
     for (const SceneJoint& joint : source.joints) arm.drives.push_back(joint.drive);
     arm.drives_since.assign(source.joints.size(), 0.0);
     arm.dynamics = std::make_unique<MechanismDynamics>(arm.mechanism, arm.links);
-    std::vector<double> rotors;
-    for (const SceneJoint& joint : source.joints)
-      if (joint.kind != JointKind::fixed) rotors.push_back(joint.rotor);
-    arm.dynamics->set_rotors(rotors);
+    arm.dynamics->set_rotors(rotors_of(source));
     arm.scratch.emplace(*arm.dynamics);
     // The world takes the arm with its initial values, rates and losses.
-    const std::uint32_t index = world_->add_mechanism(*arm.dynamics, {}, q, qd);
+    const std::uint32_t index = world_->add_mechanism(*arm.dynamics, {}, start.q, start.qd);
     for (std::size_t j = 0; j < source.joints.size(); ++j)
       if (arm.value_of[j] != Mechanism::kNone)
         world_->set_losses(index, arm.value_of[j], source.joints[j].losses);
