@@ -232,14 +232,8 @@ bool any_answer(const QueryAnswers& answers) {
                      [](PairStatus status) { return status != PairStatus::unsupported; });
 }
 
-void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions& options,
-                std::span<BackendAnswers> answers, const Progress& progress) {
-  Random random(mix_seed(options.seed, 0x74696d65, set.pairs.size()));
-  std::vector<SolidPair> shuffled = set.pairs;
-  shuffle(shuffled, random);
-  BlockTimer timer(set, std::move(shuffled), std::max(options.batch, options.block));
-
-  // A row a backend, query and mode that has answers.
+// A row a backend, query and mode that has answers.
+std::vector<Row> make_rows(std::span<const Timed> timed, std::span<const BackendAnswers> answers) {
   std::vector<Row> rows;
   for (std::size_t b = 0; b < timed.size(); ++b) {
     for (const QueryKind kind : kQueryKinds) {
@@ -252,6 +246,49 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
         rows.push_back({b, kind, Mode::raw, 0, 0, {}});
     }
   }
+  return rows;
+}
+
+struct TimedBlock {
+  std::size_t row, block;
+};
+
+// Blocks of all rows in one random order, so that what slows the machine slows all alike.
+std::vector<TimedBlock> shuffled_blocks(std::span<const Row> rows, std::size_t pairs, Random& random) {
+  std::vector<TimedBlock> blocks;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const std::size_t most = pairs / rows[r].block;
+    const std::size_t first = random.below(static_cast<std::uint32_t>(most));
+    for (std::size_t i = 0; i < rows[r].blocks; ++i) blocks.push_back({r, (first + i) % most});
+  }
+  shuffle(blocks, random);
+  return blocks;
+}
+
+void time_blocks(std::span<Row> rows, BlockTimer& timer, std::span<Timed> timed, int repetitions,
+                 Random& random, const Progress& progress) {
+  for (int repetition = 0; repetition < repetitions; ++repetition) {
+    const std::vector<TimedBlock> blocks = shuffled_blocks(rows, timer.pairs(), random);
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      Row& row = rows[blocks[i].row];
+      row.averages.push_back(timer.time(timed[row.backend], row.kind, row.mode, blocks[i].block * row.block,
+                                        row.block, warm_pairs(row)));
+      if (progress && i % 256 == 0) {
+        progress((repetition + static_cast<double>(i) / static_cast<double>(blocks.size())) / repetitions);
+      }
+    }
+  }
+}
+
+void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions& options,
+                std::span<BackendAnswers> answers, const Progress& progress) {
+  Random random(mix_seed(options.seed, 0x74696d65, set.pairs.size()));
+  std::vector<SolidPair> shuffled = set.pairs;
+  shuffle(shuffled, random);
+  BlockTimer timer(set, std::move(shuffled), std::max(options.batch, options.block));
+
+  // Rows get their sizes before any is timed: blocks of all rows are mixed.
+  std::vector<Row> rows = make_rows(timed, answers);
   for (Row& row : rows) {
     size_row(row, timer, timed[row.backend], options);
     if (row.mode == Mode::single && thread_allocations()) {
@@ -259,29 +296,7 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
           allocations_per_query(timer, timed[row.backend], row);
     }
   }
-
-  // Blocks of all rows in one random order, so that what slows the machine slows all alike.
-  struct Item {
-    std::size_t row, block;
-  };
-  for (int repetition = 0; repetition < options.repetitions; ++repetition) {
-    std::vector<Item> items;
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      const std::size_t most = timer.pairs() / rows[r].block;
-      const std::size_t first = random.below(static_cast<std::uint32_t>(most));
-      for (std::size_t i = 0; i < rows[r].blocks; ++i) items.push_back({r, (first + i) % most});
-    }
-    shuffle(items, random);
-    for (std::size_t i = 0; i < items.size(); ++i) {
-      Row& row = rows[items[i].row];
-      row.averages.push_back(timer.time(timed[row.backend], row.kind, row.mode, items[i].block * row.block,
-                                        row.block, warm_pairs(row)));
-      if (progress && i % 256 == 0) {
-        progress((repetition + static_cast<double>(i) / static_cast<double>(items.size())) /
-                 options.repetitions);
-      }
-    }
-  }
+  time_blocks(rows, timer, timed, options.repetitions, random, progress);
   // Each row's quantiles, then single calls for its tail.
   for (Row& row : rows) {
     slot_of(answers[row.backend].queries[index_of(row.kind)], row.mode) =
