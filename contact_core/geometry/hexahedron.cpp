@@ -161,16 +161,19 @@ std::string worst_face(const OrderSearch& search, const CornerOrder& order) {
 // The order of search.points in which they are a hexahedron.
 CornerOrder find_order(const OrderSearch& search, std::string_view name) {
   constexpr CornerOrder kAsGiven = {0, 1, 2, 3, 4, 5, 6, 7};
+  // A solid is convex only if all eight vertices are vertices of their hull.
   const HullEdges hull = hull_edges(search.points);
   for (int i = 0; i < 8; ++i)
     if (!(hull.on_hull >> i & 1))
       reject(name,
              "not convex: vertex " + std::to_string(search.given[i]) + " lies inside the hull of the others");
+  // The given order is weighed against the flattest one.
   const bool given_fits = fits_hull(hull, kAsGiven);
   const double given_bend = largest_bend(search.unit.corners);
   const FlattestOrder flattest =
       hull.coincident ? FlattestOrder{} : flattest_order(search.unit.corners, hull);
 
+  // Vertices get a new order only if it is clearly flatter, and the only one as flat.
   const double limit = search.warp == WarpPolicy::refuse ? search.planar : search.tolerance;
   const bool relabel =
       flattest.bend <= limit &&

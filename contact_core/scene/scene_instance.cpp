@@ -41,6 +41,7 @@ std::vector<SolidIndex> find_solids(const Scene& scene, std::string_view name) {
 
 SceneInstance::SceneInstance(const Scene& scene) : scene_(&scene) {
   validate(scene);
+  // Solids of all objects are numbered in one row.
   for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
     const HexahedronTree& tree = scene.objects[o].tree;
     trees_.push_back(&tree);
@@ -50,12 +51,14 @@ SceneInstance::SceneInstance(const Scene& scene) : scene_(&scene) {
       object_of_.push_back(o);
     }
   }
+  // Objects that are carried move with the root of what carries them.
   for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
     std::size_t root = o;
     while (carrier_of(scene, root) != kNoObject) root = carrier_of(scene, root);
     root_of_.push_back(static_cast<std::uint32_t>(root));
     X_RO_.push_back(root == o ? Pose{} : compose(inverse(scene.objects[root].X_WO), scene.objects[o].X_WO));
   }
+  // A search needs the exempt pairs sorted, each of them once.
   const auto exempt = [&](const ExemptPair& pair) {
     const std::vector<SolidPair> named = solids_of(pair);
     exempt_pairs_.insert(exempt_pairs_.end(), named.begin(), named.end());

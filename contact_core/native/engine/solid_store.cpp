@@ -208,12 +208,14 @@ void SolidStore::ask_other(const SolidHandle& a, const Pose& X_WA, const SolidHa
   thread_local std::vector<Pose> poses;
   answer.geometry = no_geometry();
   answer.status = PairStatus::failed;
+  // A backend that is not thread safe is asked by one thread at a time.
   std::shared_lock<std::shared_mutex> together(mutex_, std::defer_lock);
   std::unique_lock<std::shared_mutex> alone(mutex_, std::defer_lock);
   if (other_->narrowphase->capabilities().thread_safe)
     together.lock();
   else
     alone.lock();
+  // The lower key comes first, so that both orders of a pair get the same answer.
   const bool is_turned = a.key > b.key;
   const SolidPair pair =
       is_turned ? SolidPair{2 * b.key, 2 * a.key + 1} : SolidPair{2 * a.key, 2 * b.key + 1};
@@ -221,12 +223,14 @@ void SolidStore::ask_other(const SolidHandle& a, const Pose& X_WA, const SolidHa
   poses[pair.a] = is_turned ? X_WB : X_WA;
   poses[pair.b] = is_turned ? X_WA : X_WB;
   if (!make_valid(poses[pair.a]) || !make_valid(poses[pair.b])) return;
+  // Workspaces are kept between queries, which saves making them anew.
   NarrowphaseInput input{{&pair, 1}, std::span(poses).first(other_->solids.size()), query};
   input.query.max_separation = std::max(query.max_separation, 0.0);
   std::unique_ptr<Narrowphase::Workspace> workspace = other_->take();
   other_->narrowphase->evaluate(input, {{&answer.status, 1}, {&answer.geometry, 1}, answer.points},
                                 *workspace);
   other_->give_back(std::move(workspace));
+  // Callers know no undecided pairs: to be safe these count as overlapping.
   if (answer.status == PairStatus::unsupported) answer.status = PairStatus::failed;
   if (answer.status == PairStatus::undecided) answer.status = PairStatus::overlapping;
   if (is_turned) turn_round(answer);

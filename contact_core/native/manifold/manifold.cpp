@@ -126,13 +126,16 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
   const TangentFrame frame = tangent_frame(distance.n);
   const double extent = pair.hulls.extent, tie = kAsDeep * kRoundoff * extent;
   const double limit = std::max(distance.separation + tie, max_point_separation);  // of NaN: the first
+  // The faces that look most along the normal are those in contact.
   ContactFace a, b;
   find_contact_faces(pair, frame.n, a, b);
   a.swapped = b.swapped = swapped;
+  // Points are known again by their faces, whose names are the same in either order.
   const int name_a = face_name(*pair.a, a.face), name_b = face_name(*pair.b, b.face);
   const auto faces =
       static_cast<std::uint32_t>(256 * (swapped ? name_b : name_a) + 4096 * (swapped ? name_a : name_b));
 
+  // Two plain quadrangles share at most eight corners, which the manifold holds without a copy.
   FacePolygon<4> plain_a, plain_b;
   if (plain_polygons(pair, frame, a, b, plain_a, plain_b)) {
     Clip<4> common;
@@ -141,6 +144,7 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
     manifold.count = finish(distance, tie, max_points, points);
     return;
   }
+  // Other faces may share more corners than the manifold holds, so these are chosen from a copy.
   FacePolygon<kMostCorners> polygon_a, polygon_b;
   Clip<kMostCorners> common;
   if (general_polygon(*pair.a, pair.hulls.a, extent, frame, 1.0, a, polygon_a) &&

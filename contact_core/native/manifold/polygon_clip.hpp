@@ -164,6 +164,7 @@ template <int N, bool kOfA, bool kAnyParallel>
 Parts<N> cut(const FacePolygon<N>& edges, const FacePolygon<N>& lines, const std::array<Row<N>, N>& r,
              double tolerance) {
   Parts<N> out;
+  // Every edge begins whole, and each line of the other face cuts it.
   for (int i = 0; i < N / 2; ++i) out.from.d[i] = all<Double2>(0.0), out.to.d[i] = all<Double2>(1.0);
   for (int k = 0; k < N; ++k) {
     const double ex = lines.edge_x[k], ey = lines.edge_y[k];
@@ -171,6 +172,7 @@ Parts<N> cut(const FacePolygon<N>& edges, const FacePolygon<N>& lines, const std
     const Double2 x = all<Double2>(lines.x[k]), y = all<Double2>(lines.y[k]);
     for (int i = 0; i < N / 2; ++i) {
       Double2 side = lx * (edges.y.d[i] - y) - ly * (edges.x.d[i] - x);  // A: > 0 inside, B: < 0
+      // Rounding decides the side of edges along a line, so these get slack.
       if constexpr (kAnyParallel) {
         const Double2 slack = all<Double2>(tolerance * (std::abs(ex) + std::abs(ey)));
         const Double2 part = slack * r[k].d[i];
@@ -178,6 +180,7 @@ Parts<N> cut(const FacePolygon<N>& edges, const FacePolygon<N>& lines, const std
         const Double2 of_parallel = part * part > kParallel * kParallel ? slack : all<Double2>(0.0);
         side += aligned > 0.0 ? (kOfA ? slack : -slack) : of_parallel;
       }
+      // The part inside runs from the last entry to the first exit.
       const Double2 t = side * r[k].d[i];
       const auto enters = kOfA ? r[k].d[i] < 0.0 : r[k].d[i] >= 0.0;
       const Double2 in = enters ? t : all<Double2>(0.0), leaving = enters ? all<Double2>(1.0) : t;

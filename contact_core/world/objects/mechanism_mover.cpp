@@ -28,12 +28,14 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
       radius_of_link(X_WL.size(), 0.0) {
   const std::string label = "mechanism '" + mechanism->name() + "'";
   validate_pose(placement.X_WB, label + ", base");
+  // Initial values default to the reference, and must be within the joints' limits.
   if (initial.empty()) initial.assign(mechanism->reference().begin(), mechanism->reference().end());
   if (initial.size() != mechanism->value_count())
     throw InputError(label + ": " + std::to_string(initial.size()) + " initial values for " +
                      std::to_string(mechanism->value_count()) + " joints that move");
   if (!mechanism->is_within_limits(initial))
     throw InputError(label + ": an initial joint value is not finite or beyond its limits");
+  // Weights must be above 0, since the metric of the slide is theirs.
   if (own_weights.empty()) own_weights.assign(mechanism->value_count(), 1.0);
   if (own_weights.size() != mechanism->value_count())
     throw InputError(label + ": " + std::to_string(own_weights.size()) + " joint weights for " +
@@ -42,9 +44,11 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
     if (!std::isfinite(weight) || !(weight > 0.0))
       throw InputError(label + ": joint weight " + std::to_string(weight) + " is not a number above 0");
   weights = own_weights;
+  // Links that fixed joints hold together count as one body.
   for (std::uint32_t link = 0; link < rigid_with.size(); ++link) rigid_with[link] = link;
   for (const Mechanism::Joint& joint : mechanism->joints())
     if (joint.value == Mechanism::kNone) rigid_with[joint.outer] = rigid_with[joint.inner];
+  // The mechanism stands at its initial values from the start.
   path.set(placement.X_WB, initial, initial);
   reset();
   frame.set(X_WL);
