@@ -222,6 +222,7 @@ void MechanismDynamics::place(const Pose& X_WBase, std::span<const double> q, st
 void MechanismDynamics::inverse_dynamics(const Vector3& gravity_W, std::span<const double> qdd,
                                          std::span<double> tau, Workspace& workspace) const noexcept {
   const Vector3 zero = Vector3::Zero();
+  // Accelerations go outwards from the base, with the force and moment that each body needs.
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Body& body = bodies_[i];
     PlacedBody& b = workspace.bodies[i];
@@ -235,6 +236,7 @@ void MechanismDynamics::inverse_dynamics(const Vector3& gravity_W, std::span<con
     b.f = body.inertia.mass * a_centre;
     b.n = (cross(b.c_W, b.f) + rotate(b.I_W, b.alpha)) + cross(b.w_W, rotate(b.I_W, b.w_W));
   }
+  // Forces and moments go back inwards, and each joint takes the part along its axis.
   for (std::size_t i = bodies_.size(); i-- > 0;) {
     const Body& body = bodies_[i];
     const PlacedBody& b = workspace.bodies[i];

@@ -49,6 +49,7 @@ EngineScene::EngineScene(const DynamicScene& scene)
       surfaces_(surface_pairs(scene)),
       body_of_(scene.bodies.size(), kNone),
       X_BO_(scene.bodies.size()) {
+  // Links that fixed joints make one share a body; every other object has its own.
   cluster_links();
   for (std::size_t i = 0; i < body_of_.size(); ++i) {
     if (body_of_[i] == kNone) {
@@ -59,12 +60,14 @@ EngineScene::EngineScene(const DynamicScene& scene)
     bodies_[body_of_[i]].objects.push_back(i);
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b) place(b);
+  // A solid at its object's origin keeps the object's pose to the bit.
   for (std::size_t i = 0; i < body_of_.size(); ++i)
     for (const PlacedHexahedron& placed : scene.scene.objects[i].tree.solids()) {
       bodies_[body_of_[i]].solids.push_back(static_cast<SolidIndex>(solids_.size()));
       const bool is_at = placed.X_OS.R == Matrix3::Identity() && placed.X_OS.p == Vector3::Zero();
       solids_.push_back({&placed.solid, i, body_of_[i], is_at ? X_BO_[i] : compose(X_BO_[i], placed.X_OS)});
     }
+  // Joints and exemptions name bodies, so these come first.
   add_joints();
   add_body_joints();
   start_links();

@@ -46,9 +46,11 @@ void JointSystem::clear() {
 
 void JointSystem::reserve(std::size_t most_bodies, std::size_t most_arms, std::size_t most_joints,
                           std::size_t widest) {
+  // Matrices grow with the square of the rows, so that no more than 64 joints are reserved for.
   const std::size_t rows = BodyJoint::kMostRows * std::min<std::size_t>(most_joints, 64);
   const std::size_t rates = kBodyRates * most_bodies + widest * most_arms;
   const std::size_t size = kBodySize * most_bodies + 2 * widest * most_arms;
+  // Bodies, arms and joints enter without allocation.
   bodies.reserve(most_bodies);
   arms.reserve(most_arms);
   kinematic.reserve(2 * most_joints);
@@ -59,12 +61,14 @@ void JointSystem::reserve(std::size_t most_bodies, std::size_t most_arms, std::s
   for (std::vector<double>& M : M_) M.reserve(widest * widest);
   placed_joints_.reserve(most_joints);
   reactions_.reserve(most_joints);
+  // So do the equations of their rows.
   rows_.reserve(rows);
   first_column_.reserve(rows);
   for (auto* vector : {&J_, &Y_}) vector->reserve(2 * std::max(widest, kBodyRates) * rows);
   for (auto* vector : {&W_, &L_}) vector->reserve(rows * rows);
   for (auto* vector : {&right_, &rest_}) vector->reserve(std::max(rows, widest));
   lambda_.reserve(rows);
+  // The integrator keeps rates, states and a slope for each stage.
   change_.reserve(rates);
   for (auto& slope : slopes_) slope.reserve(size);
   y_.reserve(2 * size);
