@@ -341,13 +341,16 @@ class BulletEngine final : public SceneEngine {
 
   void add(std::size_t index) {
     const EngineScene::Body& body = bodies().bodies()[index];
+    // Bullet clamps friction, so that a scene with more is refused.
     const Surface& surface = scene().bodies[body.objects[0]].surface;
     if (surface.friction > kMostFriction)
       throw InputError("engine 'bullet': unsupported: friction above 10 (" + body.name + ")");
+    // Links belong to a multibody, which is made later from their shapes.
     made_shapes_.push_back(shapes_.make(bodies(), index));
     bodies_.push_back(nullptr);
     tree_of_.push_back(nullptr);
     if (body.kind == ContactSide::link) return;
+    // Bodies that forces do not move have no mass.
     const bool is_free = body.kind == ContactSide::body;
     btRigidBody::btRigidBodyConstructionInfo info(is_free ? body.mass : 0.0, nullptr, made_shapes_.back(),
                                                   is_free ? to_engine(body.moments) : btVector3(0, 0, 0));
@@ -356,6 +359,7 @@ class BulletEngine final : public SceneEngine {
     bodies_.back() = std::make_unique<btRigidBody>(info);
     btRigidBody& added = *bodies_.back();
     added.setUserIndex(static_cast<int>(index));
+    // Free bodies start at the scene's velocities, and whatever moves stays awake.
     if (is_free) {
       added.setLinearVelocity(to_engine(body.v_W));
       added.setAngularVelocity(to_engine(body.w_W));
@@ -441,6 +445,7 @@ class BulletEngine final : public SceneEngine {
   /// One a free body that carries others, and one a link or carried body that the ground holds. Parents
   /// first.
   std::vector<Group> groups() const {
+    // Joints and latches are links of trees, each with the body that it hangs on.
     std::vector<TreeLink> open;
     for (std::size_t j = 0; j < bodies().joints().size(); ++j) {
       const EngineScene::Joint& joint = bodies().joints()[j];
@@ -451,12 +456,14 @@ class BulletEngine final : public SceneEngine {
       const Pose X = on_ground ? compose(bodies().bodies()[latch.carrier].X_WB, latch.X_CB) : latch.X_CB;
       open.push_back({latch.carried, on_ground ? EngineScene::kNone : latch.carrier, nullptr, 0, X});
     }
+    // A group is one tree: its base is the ground, or a body that nothing holds.
     std::vector<Group> out;
     std::vector<std::size_t> group_of(bodies_.size(), EngineScene::kNone);
     const auto is_held = [&](std::size_t body) {
       return std::any_of(open.begin(), open.end(), [&](const TreeLink& each) { return each.body == body; });
     };
     std::vector<std::uint8_t> is_placed(open.size(), 0);
+    // Links come after their parents, in whatever order the scene lists them.
     for (std::size_t pass = 0; pass < open.size(); ++pass)
       for (std::size_t i = 0; i < open.size(); ++i) {
         const TreeLink& link = open[i];

@@ -90,17 +90,21 @@ class CoverCheck {
       const auto& i = mesh_.triangles[t];
       const std::array<Vector3, 3> corners = {mesh_.vertices[i[0]], mesh_.vertices[i[1]],
                                               mesh_.vertices[i[2]]};
+      // Hexahedra away from the triangle cannot cover it.
       const Vector3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
       const Vector3 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
       const std::vector<const Hull*> hulls = hulls_meeting(low, high);
+      // Most triangles lie in one hexahedron, where no cut is needed.
       if (is_in_one(corners, hulls)) {
         ++verdict_.in_one_hexahedron;
         continue;
       }
+      // The others are cut by the hexahedra that they meet, until nothing is left.
       ++verdict_.cut;
       std::vector<Polygon> left;
       Polygon polygon;
       for (const Vector3& p : corners) polygon.push_back(grid_.on_grid(p));
+      // A triangle without area is a segment: its edges must be covered.
       if (has_no_area(polygon)) {
         if (is_segment_covered(corners, hulls)) continue;
         verdict_.reason = "triangle " + std::to_string(t) + ", which has no area, is not covered";
@@ -124,6 +128,7 @@ class CoverCheck {
   bool is_segment_covered(const std::array<Vector3, 3>& corners,
                           const std::vector<const Hull*>& hulls) const {
     for (int i = 0; i < 3; ++i) {
+      // Each hexahedron covers one stretch of an edge.
       const Point a = grid_.on_grid(corners[i]), b = grid_.on_grid(corners[(i + 1) % 3]);
       std::vector<std::pair<mpq_class, mpq_class>> stretches;
       for (const Hull* hull : hulls) {
@@ -131,12 +136,14 @@ class CoverCheck {
         for (const FacetPlane& plane : hull->planes) {
           const mpz_class ha = plane.x * a.x + plane.y * a.y + plane.z * a.z + plane.d;
           const mpz_class hb = plane.x * b.x + plane.y * b.y + plane.z * b.z + plane.d;
+          // A plane with both ends outside leaves no stretch.
           if (ha > 0 && hb > 0) end = -1;
           if (sgn(ha) * sgn(hb) >= 0) {
             if (ha > 0) begin = 1;  // hb is 0
             if (hb > 0) end = std::min<mpq_class>(end, 0);
             continue;
           }
+          // The edge crosses the plane at an exact fraction of its length.
           mpq_class at(ha, mpz_class(ha - hb));
           at.canonicalize();
           if (ha > 0)
@@ -146,6 +153,7 @@ class CoverCheck {
         }
         if (begin <= end) stretches.emplace_back(begin, end);
       }
+      // The sorted stretches must join from end to end without a gap.
       std::sort(stretches.begin(), stretches.end());
       mpq_class reached = 0;
       bool is_begun = false;
@@ -180,6 +188,7 @@ class CoverCheck {
     if (!solid.has_closed_shells()) return true;
     for (std::size_t h = 0; h < hulls_.size(); ++h) {
       for (const FacetPlane& facet : hulls_[h].planes) {
+        // A facet can be covered only by hexahedra that meet its box.
         Polygon polygon;
         Vector3 low = Vector3::Constant(1e300), high = -low;
         for (const int i : facet.corners) {
@@ -187,9 +196,11 @@ class CoverCheck {
           low = low.cwiseMin(claim_.hexahedra[h][i]);
           high = high.cwiseMax(claim_.hexahedra[h][i]);
         }
+        // Pieces that no other hexahedron covers are part of the outer surface.
         std::vector<Polygon> left;
         subtract(polygon, others_at(h, facet, low, high), static_cast<std::size_t>(-1), left);
         verdict_.outer_pieces += left.size();
+        // No inside of a closed shell may lie beyond the outer surface.
         for (const Polygon& piece : left) {
           for (const Polygon& part : solid.uncrossed(piece, facet)) {
             if (is_outside_beyond(part, facet, solid)) continue;

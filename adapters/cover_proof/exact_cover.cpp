@@ -72,6 +72,7 @@ Cut cut(const Polygon& polygon, const FacetPlane& plane) {
 // Counter-clockwise from outside: after each vertex the one that has all others to its left.
 std::vector<int> loop(const std::vector<int>& corners, const std::array<Point, 8>& points,
                       const Direction& n) {
+  // Turns and lengths are integers, so that their signs are exact.
   const auto turn = [&](int a, int b, int c) {
     return sgn(dot(n, cross(difference(points[b], points[a]), difference(points[c], points[a]))));
   };
@@ -79,11 +80,13 @@ std::vector<int> loop(const std::vector<int>& corners, const std::array<Point, 8
     const Direction d = difference(points[b], points[a]);
     return dot(d, d);
   };
+  // Gift wrapping begins at a corner of the hull.
   int first = corners[0];  // the lowest by coordinates is extreme
   const auto key = [&](int i) { return std::tie(points[i].x, points[i].y, points[i].z); };
   for (const int i : corners)
     if (key(i) < key(first)) first = i;
   std::vector<int> result{first};
+  // The next corner has all others to one side; of corners in line the farthest counts.
   while (result.size() <= corners.size()) {
     const int from = result.back();
     int next = -1;
@@ -165,12 +168,14 @@ Vector3 Grid::to_metres(const Point& p) const {
 
 Hull make_hull(const std::array<Vector3, 8>& vertices, const Grid& grid) {
   Hull hull;
+  // Exact tests use points of the grid, searches the box in doubles.
   hull.low = hull.high = vertices[0];
   for (int i = 0; i < 8; ++i) {
     hull.points[i] = grid.on_grid(vertices[i]);
     hull.low = hull.low.cwiseMin(vertices[i]);
     hull.high = hull.high.cwiseMax(vertices[i]);
   }
+  // Three vertices span a facet where all others lie to one side of their plane.
   for (int i = 0; i < 8; ++i) {
     for (int j = i + 1; j < 8; ++j) {
       for (int k = j + 1; k < 8; ++k) {
@@ -185,6 +190,7 @@ Hull make_hull(const std::array<Vector3, 8>& vertices, const Grid& grid) {
         }
         if (highest == lowest) return hull;  // all in one plane: no volume
         if (highest > 0 && lowest < 0) continue;
+        // Normals point outwards; a facet of more than three corners comes up again.
         if (highest > 0) n = {-n.x, -n.y, -n.z};
         FacetPlane plane = make_plane(n, hull.points[i], hull.points, vertices, i);
         const bool is_known =
@@ -257,9 +263,11 @@ bool is_apart(const Polygon& part, const FacetPlane& facet, const Polygon& trace
 }  // namespace
 
 void divide(std::vector<Polygon>& parts, const FacetPlane& facet, const std::array<Point, 3>& triangle) {
+  // A triangle that nowhere rises above the facet divides nothing.
   std::array<mpz_class, 3> heights;
   for (int i = 0; i < 3; ++i) heights[i] = height(facet, triangle[i]);
   if (std::none_of(heights.begin(), heights.end(), [](const mpz_class& h) { return h > 0; })) return;
+  // The triangle meets the facet's plane in a segment, a corner, or not at all.
   Polygon trace;  // of the triangle in the facet's plane
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
@@ -268,6 +276,7 @@ void divide(std::vector<Polygon>& parts, const FacetPlane& facet, const std::arr
       trace.push_back(meeting_point(triangle[i], heights[i], triangle[j], heights[j]));
   }
   if (trace.empty()) return;
+  // Only parts that the trace may meet are cut by the triangle's plane.
   const Direction n = cross(difference(triangle[1], triangle[0]), difference(triangle[2], triangle[0]));
   const Point& a = triangle[0];
   const FacetPlane plane{

@@ -42,6 +42,7 @@ std::vector<Vector3> below(const std::vector<Vector3>& polygon, const Vector3& n
 // by what rounding can turn their normals over the size of the box too, nothing is left. A plane that
 // rounding turns as it likes cuts nothing.
 bool ExcessProof::is_clear(const Tetrahedron& piece) const {
+  // Only triangles within the margin of the piece's box can be too near.
   Vector3 low = piece[0], high = piece[0];
   for (const Vector3& p : piece) {
     low = low.cwiseMin(p);
@@ -52,11 +53,13 @@ bool ExcessProof::is_clear(const Tetrahedron& piece) const {
   bool is_met = false;
   surface_.meeting(low - wider, high + wider, [&](std::uint32_t t) {
     if (is_met) return;
+    // The box clips first: planes of a thin piece may be too inaccurate to do so.
     std::vector<Vector3> rest = {surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2)};
     for (int axis = 0; axis < 3; ++axis) {
       rest = below(rest, Vector3::Unit(axis), high, margin_);
       rest = below(rest, -Vector3::Unit(axis), low, margin_);
     }
+    // Planes of the piece clip next, moved outwards by the margin and by what rounding may do.
     for (int apex = 0; apex < 4 && !rest.empty(); ++apex) {
       const Vector3 &a = piece[(apex + 1) % 4], &b = piece[(apex + 2) % 4], &c = piece[(apex + 3) % 4];
       Vector3 n = cross(b - a, c - a);
@@ -150,6 +153,7 @@ std::string ExcessProof::prove(const Hull& hull, const std::array<Vector3, 8>& v
     Tetrahedron piece;
     std::uint32_t hint;
   };
+  // Limit and region hold for all pieces of this hexahedron.
   limit_ = limit;
   region_ = region;
   const std::size_t stop = pieces_ + most_pieces_;
@@ -161,6 +165,7 @@ std::string ExcessProof::prove(const Hull& hull, const std::array<Vector3, 8>& v
       open.push_back(
           {{middle, vertices[facet.corners[0]], vertices[facet.corners[i - 1]], vertices[facet.corners[i]]},
            0});
+  // Branch and bound: a piece is within the limit, beyond it, or split.
   while (!open.empty()) {
     Open now = open.back();
     open.pop_back();
@@ -168,6 +173,7 @@ std::string ExcessProof::prove(const Hull& hull, const std::array<Vector3, 8>& v
     if (finding == Finding::beyond) return "is farther than claimed at " + text_of(beyond_) + " m";
     if (finding == Finding::within) continue;
     if (pieces_ > stop) return "takes too many pieces to bound, about " + text_of(now.piece[0]) + " m";
+    // The longest edge is halved, so that pieces do not become slivers.
     int a = 0, b = 1;
     for (int i = 0; i < 4; ++i)
       for (int j = i + 1; j < 4; ++j)

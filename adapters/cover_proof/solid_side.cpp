@@ -25,6 +25,7 @@ SolidSide::SolidSide(const TriangleMesh& mesh, const Grid& grid)
 
 // Shells are joined at places; a shell is closed when its directed edges cancel.
 std::vector<std::uint32_t> SolidSide::closed_triangles() const {
+  // Vertices at one place are one, so that shells close over seams.
   std::map<Place, std::size_t> numbers;
   std::vector<std::array<std::size_t, 3>> corners;
   for (const auto& triangle : mesh_.triangles) {
@@ -32,6 +33,7 @@ std::vector<std::uint32_t> SolidSide::closed_triangles() const {
     for (int i = 0; i < 3; ++i)
       own[i] = numbers.try_emplace(place(mesh_.vertices[triangle[i]]), numbers.size()).first->second;
   }
+  // Edges join triangles to shells, and count the walks each way.
   std::vector<std::size_t> parents(numbers.size());
   std::iota(parents.begin(), parents.end(), std::size_t{0});
   std::map<std::pair<std::size_t, std::size_t>, int> turns;
@@ -42,6 +44,7 @@ std::vector<std::uint32_t> SolidSide::closed_triangles() const {
       if (a != b) turns[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
     }
   }
+  // A shell is closed where every edge is walked as often both ways.
   std::vector<bool> is_open(numbers.size(), false);
   for (const auto& [edge, sum] : turns)
     if (sum != 0) is_open[root_of(parents, edge.first)] = true;

@@ -187,18 +187,19 @@ int select_contact_points(const ContactPatch& patch, const Vector3& n_AB_W, std:
     std::copy(rest.begin() + k + 1, rest.begin() + remaining, rest.begin() + k);
     --remaining;
   };
+  // Nothing is chosen where all points fit.
   const int wanted = std::min(static_cast<int>(out.size()), patch.vertex_count);
   if (wanted == patch.vertex_count) {
     std::copy_n(rest.begin(), wanted, out.begin());
     return wanted;
   }
+  // The deepest comes first, since it decides the contact's depth.
   const auto deepest =
       std::min_element(rest.begin(), rest.begin() + remaining,
                        [](const auto& p, const auto& q) { return p.separation < q.separation; });
   if (wanted > 0) take(static_cast<int>(deepest - rest.begin()));
-  while (
-      count <
-      wanted) {  // the farthest from the first, then whatever spans the largest triangle with a chosen edge
+  // The farthest from it follows, then what spans the largest triangle with a chosen edge.
+  while (count < wanted) {
     int best = 0;
     double best_gain = -1.0;
     for (int k = 0; k < remaining; ++k) {

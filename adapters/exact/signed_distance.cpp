@@ -144,9 +144,11 @@ void set_rounded(const ExactDistance& d, const IntegerPair& pair, ExactResult& r
 }
 
 ExactResult in_order(const WorldVertices& a, double radius_a, const WorldVertices& b, double radius_b) {
+  // The decision is exact, since integers stand for the vertices.
   const IntegerPair pair = exact::to_integers(a, b, radius_a, radius_b);
   ClosestSimplex<Integer> simplex;
   const ExactDistance distance = decide(pair, a, b, simplex);
+  // Apart, the closest simplex has the witnesses; else the deepest faces have.
   WeightedPoint on_a, on_b;
   if (distance.height > 0) {
     for (int k = 0; k < simplex.size; ++k) {
@@ -163,6 +165,7 @@ ExactResult in_order(const WorldVertices& a, double radius_a, const WorldVertice
                         distance.tied,
                         on_a.in_world(pair),
                         on_b.in_world(pair)};
+  // Rounded solids reach beyond their vertices' hulls by their radii.
   if (pair.radius == 0) return result;
   set_rounded(distance, pair, result);
   result.p_A_W += radius_a * result.n_AB_W;

@@ -39,6 +39,7 @@ constexpr std::uint32_t kMeridians = 16, kParallels = 8;
 /// Points of the surface by their normals, on meridians and parallels that lie off the axes: where a box has
 /// flat sides, quadrangles span these. Poles close it.
 void add_rounded(const PlacedHexahedron& placed, Mesh& mesh) {
+  // Vertices lie where normals point along parallels and meridians, without the poles.
   const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
   for (std::uint32_t j = 0; j < kParallels; ++j)
     for (std::uint32_t k = 0; k < kMeridians; ++k) {
@@ -55,11 +56,13 @@ void add_rounded(const PlacedHexahedron& placed, Mesh& mesh) {
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     mesh.indices.insert(mesh.indices.end(), {a, b, c});
   };
+  // A cell between two parallels is two triangles.
   for (std::uint32_t j = 0; j + 1 < kParallels; ++j)
     for (std::uint32_t k = 0; k < kMeridians; ++k) {
       add(index(j, k), index(j, k + 1), index(j + 1, k + 1));
       add(index(j, k), index(j + 1, k + 1), index(j + 1, k));
     }
+  // Fans close both ends, in place of the poles.
   for (std::uint32_t k = 1; k + 1 < kMeridians; ++k) {
     add(index(0, 0), index(0, k + 1), index(0, k));
     add(index(kParallels - 1, 0), index(kParallels - 1, k), index(kParallels - 1, k + 1));

@@ -38,24 +38,28 @@ Nodes nodes_of(std::string_view text) {
   Nodes out;
   std::vector<std::size_t> open;
   for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', at)) {
+    // A comment may hold tags, so it is skipped whole.
     const bool is_comment = text.substr(at).starts_with("<!--");
     const std::size_t end = text.find(is_comment ? "-->" : ">", at);
     if (end == std::string_view::npos) break;
     const std::string_view tag = text.substr(at + 1, end - at - 1);
     at = end;
     if (is_comment) continue;
+    // A node is held by the one that is open around it.
     if (is_element(tag, "/node")) {
       if (!open.empty()) open.pop_back();
     } else if (is_element(tag, "node")) {
       const std::size_t node = out.held.size();
       out.held.emplace_back();
       out.instanced.emplace_back();
+      // Others refer to a node by any of its names.
       for (const std::string_view name :
            {attribute(tag, "id"), attribute(tag, "name"), attribute(tag, "sid")})
         if (!name.empty()) out.by_name.emplace(name, node);
       if (!open.empty()) out.held[open.back()].push_back(node);
       if (!tag.ends_with('/')) open.push_back(node);
     } else if (is_element(tag, "instance_node") && !open.empty()) {
+      // An instance may come before its node in the file, so only its name is kept.
       std::string_view url = attribute(tag, "url");
       if (url.starts_with('#')) url.remove_prefix(1);
       out.instanced[open.back()].emplace_back(url);

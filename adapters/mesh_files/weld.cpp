@@ -33,6 +33,7 @@ std::vector<std::uint32_t> take_triangles(const Soup& soup, const ReadTask& task
   MeshReport& report = out.report;
   std::size_t used = 0;
   for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    // Vertices at one place are welded to one, in the order of their first use.
     Triangle corners{};
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t at = soup.triangles[i][k];
@@ -46,6 +47,7 @@ std::vector<std::uint32_t> take_triangles(const Soup& soup, const ReadTask& task
       }
       corners[k] = place_of[at];
     }
+    // Triangles without area are left out, and counted for the report.
     if (has_area(kept[corners[0]], kept[corners[1]], kept[corners[2]])) {
       out.mesh.triangles.push_back(corners);
       in_file.push_back(static_cast<std::uint32_t>(i));
@@ -53,6 +55,7 @@ std::vector<std::uint32_t> take_triangles(const Soup& soup, const ReadTask& task
       report.first_zero_area = i;
     }
   }
+  // Vertices that no triangle uses do not count as welded.
   report.triangles_read = soup.triangles.size();
   report.vertices_read = soup.vertices.size();
   report.vertices_welded = used - kept.size();

@@ -62,8 +62,10 @@ class MujocoEngine final : public SceneEngine {
   }
 
   void advance(EngineStep& step) override {
+    // MuJoCo takes drives and torques as forces of the step.
     for (const Joint& joint : joints_) data_->qfrc_applied[joint.dof] = joint.drive.torque;
     apply_body_torques();
+    // Our check replaces the engine's during the step alone.
     try {
       std::optional<MujocoOverride> ours;
       if (check_.is_ours) ours.emplace(MujocoOverride::Options{.inside = check_.inside});
@@ -72,10 +74,12 @@ class MujocoEngine final : public SceneEngine {
       step.failure = error.what();
       return;
     }
+    // Forces end with the step, and bodies that are out stay where they are put.
     if (is_pushed_) mju_zero(data_->xfrc_applied, 6 * model_->nbody);  // MuJoCo keeps it
     is_pushed_ = false;
     for (std::size_t b = 0; b < first_q_.size(); ++b)
       if (is_out(b)) set_free(b, state(b));  // it fell
+    // MuJoCo goes on after a warning, but its state is no result any more.
     step.contacts = static_cast<std::size_t>(data_->ncon);
     constexpr std::array<std::pair<mjtWarning, const char*>, 5> kWarnings{
         {{mjWARN_CONTACTFULL, "more contacts than there is room for"},
@@ -85,6 +89,7 @@ class MujocoEngine final : public SceneEngine {
          {mjWARN_BADQACC, "an acceleration that is none"}}};
     for (const auto& [warning, text] : kWarnings)
       if (data_->warning[warning].number > 0) step.failure = std::string("MuJoCo: ") + text;
+    // Links and joints follow from the new state.
     if (step.failure.empty()) find_links();
     for (BodyJoint& joint : body_joints_) joint.read(side(joint.child()), side(joint.parent()));
   }

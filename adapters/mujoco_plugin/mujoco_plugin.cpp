@@ -98,15 +98,18 @@ int collide(const mjModel* model, Data* data, EngineContact* contacts, int geom1
 template <class Data>
 int collide_observed(const mjModel* model, Data* data, EngineContact* contacts, int geom1, int geom2,
                      mjtNum margin) {
+  // The engine's own check answers, and the observer only looks on.
   const int count = before(*model, geom1, geom2)(model, data, contacts, geom1, geom2, margin);
   Overrides& shared = overrides();
   const SolidPairHandles pair(shared.store, *model, geom1, geom2);
   if (!pair.known() || shared.options.observer == nullptr) return count;
   shared.checks.fetch_add(1, std::memory_order_relaxed);
+  // The pair's geometry is that of the deepest point, which comes first.
   std::array<int, mjMAXCONPAIR> order{};
   std::iota(order.begin(), order.begin() + count, 0);
   std::stable_sort(order.begin(), order.begin() + count,
                    [&](int i, int k) { return contacts[i].dist < contacts[k].dist; });
+  // Points in contact are told as a manifold of ours.
   const Vector3 unknown = Vector3::Constant(kNaN);
   PairGeometry geometry{kNaN, unknown, unknown, unknown, 0};
   std::array<ContactPoint, kMaxManifoldPoints> points;

@@ -189,6 +189,7 @@ class OdeNarrowphase final : public Narrowphase {
                      OdeWorkspace& scratch) const {
     const auto [a, b] = input.pairs[i];
     const QueryKind kind = input.query.kind;
+    // Poses that are not finite have no answer.
     if (!has_finite_poses(input.pairs[i], input.poses)) {
       return refuse(PairStatus::failed, kNaN, kind, i, output);
     }
@@ -196,12 +197,14 @@ class OdeNarrowphase final : public Narrowphase {
     const Shape& shape_b = shapes_[b];
     const Placement at_a(shape_a, input.poses[a]);
     const Placement at_b(shape_b, input.poses[b]);
+    // ODE has an overlap test for boxes, which is more exact than its contacts.
     const bool boxes = shape_a.is_box && shape_b.is_box;
     if (kind == QueryKind::overlap && boxes) {
       const bool touch = boxes_touch(shape_a, at_a, shape_b, at_b);
       output.status[i] = touch ? PairStatus::overlapping : PairStatus::separated;
       return;
     }
+    // All else is decided from contact points.
     Contacts contacts;
     const int max_points = kind == QueryKind::overlap ? 1 : kMaxManifoldPoints;
     if (boxes) {
@@ -209,6 +212,7 @@ class OdeNarrowphase final : public Narrowphase {
     } else {
       scratch.collide(shape_a, at_a, shape_b, at_b, max_points, contacts);
     }
+    // ODE measures no distances: pairs apart get a status alone.
     if (kind == QueryKind::overlap) {
       output.status[i] = contacts.count > 0 ? PairStatus::overlapping : PairStatus::separated;
     } else if (contacts.count == 0 && boxes && boxes_touch(shape_a, at_a, shape_b, at_b)) {

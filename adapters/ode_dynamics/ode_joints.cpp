@@ -108,15 +108,18 @@ double OdeJoint::torque() const {
 
 OdeBodyJoint::OdeBodyJoint(dWorldID world, const EngineScene::BodyJoint& joint, dBodyID child, dBodyID parent)
     : source_(joint.source), child_(child), parent_(parent), p_P_(source_->p_W), axis_P_(source_->axis_W) {
+  // ODE turns a joint round where the first body is the ground.
   if (child == nullptr)
     throw InputError("engine 'ode': unsupported: a child that is the ground (joint '" + source_->name +
                      "'): make it the parent");
+  // Anchor and axis stay in the parent's frame, for when the joint holds again.
   if (parent_ != nullptr) {
     dVector3 p, axis;
     dBodyGetPosRelPoint(parent_, p_P_.x(), p_P_.y(), p_P_.z(), p);
     dBodyVectorFromWorld(parent_, axis_P_.x(), axis_P_.y(), axis_P_.z(), axis);
     p_P_ = vector_of(p), axis_P_ = vector_of(axis);
   }
+  // Joints with an axis work as those of mechanisms do.
   const bool is_hinge = source_->kind == BodyJointKind::hinge;
   if (is_hinge || source_->kind == BodyJointKind::slider) {
     as_joint_.kind = is_hinge ? JointKind::revolute : JointKind::prismatic;

@@ -336,16 +336,19 @@ class OdeEngine final : public SceneEngine {
   }
 
   void meet(dGeomID a, dGeomID b) {
+    // Exempt pairs never get contacts.
     const SolidPair solids{solid_of(a), solid_of(b)};
     if (!is_checked(solids.a, solids.b)) return;
     dContact found[kMaxManifoldPoints];
     const int count = dCollide(a, b, kMaxManifoldPoints, &found[0].geom, sizeof(dContact));
     if (count == 0) return;
+    // Friction and restitution are those of the pair of surfaces.
     const double friction = bodies().friction(solids.a, solids.b),
                  restitution = bodies().restitution(solids.a, solids.b);
     const dBodyID body_a = dGeomGetBody(a), body_b = dGeomGetBody(b);
     for (int i = 0; i < count; ++i) {
       dContact& contact = found[i];
+      // The friction cone is ODE's pyramid, and slow impacts do not bounce.
       contact.surface.mode = dContactApprox1;
       contact.surface.mu = friction;
       if (restitution > 0.0) {
@@ -353,12 +356,14 @@ class OdeEngine final : public SceneEngine {
         contact.surface.bounce = restitution;
         contact.surface.bounce_vel = scene().bounce_speed;
       }
+      // Each point is kept with its forces, so that they can be read after the step.
       if (point_count_ == points_.size()) points_.emplace_back();
       Point& point = points_[point_count_++];
       point.solids = solids;
       point.first_is_null = body_a == nullptr;
       point.p_W = vector_of(contact.geom.pos), point.n_W = vector_of(contact.geom.normal);
       point.depth = contact.geom.depth;
+      // Depths that differ slightly keep the direct solver from ties.
       if (options_.is_direct && options_.is_ours)
         contact.geom.depth += kTieBreak * (1.0 + 0.37 * static_cast<double>(point_count_ % 7));
       const dJointID joint = dJointCreateContact(ode_.world, ode_.contacts, &contact);

@@ -58,12 +58,14 @@ int EngineTwin::collide(dGeomID geom, dGeomID other, int flags, dContactGeom* co
 /// Where the ray comes into all planes, or, begun within, where it leaves the first.
 int EngineTwin::collide_ray(dGeomID geom, dGeomID ray, dContactGeom& contact) const {
   count_check();
+  // The ray is clipped in the solid's frame, where the planes stand still.
   dVector3 start, along;
   dGeomRayGet(ray, start, along);
   const Pose X = pose_of(geom);
   const Matrix3 R_GW = X.R.transpose();
   const Vector3 p_W(start[0], start[1], start[2]), d_W(along[0], along[1], along[2]);
   const Vector3 p = rotate(R_GW, p_W - X.p) - centre_, d = rotate(R_GW, d_W);
+  // It is inside from the last plane that it enters to the first that it leaves.
   double enters = -dInfinity, leaves = dInfinity;
   Vector3 n_in = Vector3::Zero(), n_out = Vector3::Zero();
   for (std::size_t i = 0; i < planes_.size(); i += 4) {
@@ -73,9 +75,11 @@ int EngineTwin::collide_ray(dGeomID geom, dGeomID ray, dContactGeom& contact) co
     if (rate < 0.0 && -above / rate > enters) enters = -above / rate, n_in = n;
     if (rate > 0.0 && -above / rate < leaves) leaves = -above / rate, n_out = n;
   }
+  // A ray from within meets the surface where it leaves.
   const bool from_within = enters < 0.0;
   const double distance = from_within ? leaves : enters;
   if (!(enters <= leaves) || !(distance >= 0.0) || !(distance <= dGeomRayGetLength(ray))) return 0;
+  // ODE expects the contact in the world's frame.
   const Vector3 on_surface = p_W + distance * d_W;
   const Vector3 n_W = rotate(X.R, from_within ? n_out : Vector3(-n_in));  // into the solid, or back into it
   for (int k = 0; k < 3; ++k) contact.pos[k] = on_surface[k], contact.normal[k] = n_W[k];

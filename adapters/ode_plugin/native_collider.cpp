@@ -84,11 +84,13 @@ int refuse() {
 int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, const SolidHandle& solid2,
                    const SolidStore& store, int flags, dContactGeom* contacts, int skip) {
   count_check();
+  // One manifold answers, with as many points as ODE asks for.
   const int most = std::min(most_contacts(flags), kMaxManifoldPoints);
   const bool any_will_do = (static_cast<unsigned>(flags) & CONTACTS_UNIMPORTANT) != 0;
   native::PairAnswer answer;
   const Query query{QueryKind::manifold, 0.0, any_will_do ? kMaxManifoldPoints : most, kPointReach};
   store.compute_manifold(solid1, pose_of(geom1), solid2, pose_of(geom2), query, answer);
+  // The observer sees the answer before it becomes ODE's contacts.
   if (PairObserver* const who = observer()) {
     const Hexahedron a = store.solid(solid1), b = store.solid(solid2);
     if (answer.status != PairStatus::failed)
@@ -99,6 +101,7 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
                     {answer.points.data(), static_cast<std::size_t>(answer.geometry.point_count)},
                     std::string(store.name()) + " inside ODE, double precision"});
   }
+  // Pairs apart get no contacts; of the others also points that are slightly apart count.
   if (answer.status == PairStatus::failed) return refuse();
   if (answer.status != PairStatus::overlapping) return 0;
   int count = 0;

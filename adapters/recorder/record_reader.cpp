@@ -93,13 +93,16 @@ class RecordParser {
   }
 
   void take_line() {
+    // A line has all columns, and nothing follows the end.
     if (in_.fields().size() != kColumns) {
       in_.reject(std::to_string(in_.fields().size()) + " fields instead of " + std::to_string(kColumns));
     }
     if (recording_.is_complete) in_.reject("something follows the end");
+    // Poses and events belong to the frame before them.
     const std::string& record = in_.fields()[kRecord];
     const auto frame = in_.number<std::uint64_t>(kFrame);
     if (record == "pose" || record == "event") return take_row(record, frame);
+    // All other records wait until the frame has its lines.
     if (missing_rows_ > 0)
       in_.reject("frame " + std::to_string(recording_.frames.back().frame) + " misses " +
                  std::to_string(missing_rows_) + " of its lines");

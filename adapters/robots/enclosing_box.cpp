@@ -169,12 +169,14 @@ double distance(const Vector3& p, const std::array<Vector3, 3>& t) {
 }
 
 double error_bound(const TriangleMesh& mesh, const PlacedHexahedron& box) {
+  // Some of the triangles are enough: fewer make the bound larger, never too small.
   std::vector<std::array<Vector3, 3>> triangles;
   const std::size_t every = 1 + mesh.triangles.size() / kMostTriangles;
   for (std::size_t i = 0; i < mesh.triangles.size(); i += every) {
     const auto& t = mesh.triangles[i];
     triangles.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
   }
+  // The box is divided into cells that are nearly cubes.
   const Vector3 half = box.solid.half_extents();
   std::array<int, 3> cells{};
   Vector3 cell;
@@ -182,6 +184,7 @@ double error_bound(const TriangleMesh& mesh, const PlacedHexahedron& box) {
     cells[i] = std::max(1, static_cast<int>(std::ceil(kCells * half[i] / half.maxCoeff())));
     cell[i] = 2.0 * half[i] / cells[i];
   }
+  // No point of a cell is farther off than its centre and half its diagonal.
   double farthest = 0.0;
   for (int i = 0; i < cells[0]; ++i)
     for (int j = 0; j < cells[1]; ++j)

@@ -50,10 +50,12 @@ Vector3 corner(const Latitude& at, int facets, int k) {
 RoundPart make_round(const Vector3& stretch, double half_length, int facets, const Pose& X_OS,
                      const std::string& name) {
   RoundPart part;
+  // Corners are moved outwards, so that the hexahedra enclose the surface.
   const auto place = [&](const Latitude& at, int k) {
     const Vector3 v = corner(at, facets, k).cwiseProduct(stretch * kOutwards);
     return Vector3(v.x(), v.y(), v.z() + (v.z() > 0.0 ? half_length : -half_length));
   };
+  // Each band of latitude is cut into hexahedra across the solid.
   for (int band = 0; band + 1 < facets / 2; ++band) {
     const std::array<Latitude, 2> ends = {latitude(band + 1, facets), latitude(band, facets)};
     for (int k = 0; k + 1 < facets / 2; ++k) {
@@ -66,6 +68,7 @@ RoundPart make_round(const Vector3& stretch, double half_length, int facets, con
            X_OS});
     }
   }
+  // The farthest corner bounds how far the hexahedra reach beyond the surface.
   double farthest = 0.0;  // of the unit sphere's corners, from its centre
   for (int j = 0; j < facets / 2; ++j) {
     const Latitude at = latitude(j, facets);

@@ -362,16 +362,19 @@ bool read_yes(const YamlReader& reader) {
 void read_body_joint(const YamlReader& item, DynamicScene& out) {
   item.require_keys({"name", "kind", "parent", "child", "position", "axis", "limits", "friction", "damping",
                      "drive", "holds"});
+  // The name comes first, so that errors can tell which joint it is.
   physics::SceneBodyJoint joint;
   joint.where = where(item);
   joint.name = called(item, "dynamics: joints").at("name").text();
   const YamlReader reader = called(item, "joint " + in_quotes(joint.name));
+  // All kinds have two sides and a place.
   joint.kind = read_body_joint_kind(reader.at("kind"));
   if (reader.has("parent")) joint.parent = read_object(reader.at("parent"), out.scene);
   joint.child = read_object(reader.at("child"), out.scene);
   joint.p_W =
       reader.has("position") ? reader.at("position").length3() : out.scene.objects[joint.child].X_WO.p;
   if (reader.has("holds")) joint.is_on = read_yes(reader.at("holds"));
+  // Balls and fixed joints have no axis, and none of its figures.
   const bool turns = joint.kind == physics::BodyJointKind::hinge;
   if (!turns && joint.kind != physics::BodyJointKind::slider) {
     for (const char* key : {"axis", "limits", "drive", "friction", "damping"})
@@ -379,6 +382,7 @@ void read_body_joint(const YamlReader& item, DynamicScene& out) {
     out.joints.push_back(joint);
     return;
   }
+  // Hinges and sliders have limits, losses and a drive along their axis.
   const Vector3 axis = reader.at("axis").vector3();
   if (norm(axis) == 0.0) reader.at("axis").fail("the axis is zero");
   joint.axis_W = axis / norm(axis);
@@ -518,14 +522,17 @@ SceneAnswer read_answer(const YamlReader& item, const DynamicScene& scene) {
   item.require_keys({"of", "figure", "time", "value", "tolerance"});
   SceneAnswer answer;
   answer.where = where(item);
+  // The figure decides whether an object or a joint is named.
   answer.figure = read_figure(item.at("figure"));
   if (answer.is_vector()) answer.object = read_object(item.at("of"), scene.scene);
   if (answer.is_of_joint()) answer.joint = read_joint_name(item.at("of"), scene);
+  // Only dynamic bodies have velocities to be judged.
   const bool is_dynamic = answer.is_vector() && scene.bodies[answer.object].kind == BodyKind::dynamic;
   if ((answer.figure == SceneAnswer::Figure::velocity ||
        answer.figure == SceneAnswer::Figure::angular_velocity) &&
       !is_dynamic)
     item.at("of").fail("is not dynamic: it has no such figure");
+  // Figures are those at the end, unless a time is given.
   const bool is_a_time =
       answer.figure == SceneAnswer::Figure::moved || answer.figure == SceneAnswer::Figure::stopped;
   answer.time = scene.scene.duration;
@@ -535,6 +542,7 @@ SceneAnswer read_answer(const YamlReader& item, const DynamicScene& scene) {
     if (!(answer.time > 0.0 && answer.time <= scene.scene.duration))
       item.at("time").fail("is not within the scene's duration");
   }
+  // Value and tolerance are in the file's units.
   const double unit = unit_of_figure(answer, scene, item.source());
   if (answer.is_vector())
     answer.value = unit * item.at("value").vector3();

@@ -363,6 +363,7 @@ Json to_json(const PairCase& item) {
 }  // namespace
 
 std::vector<PairCase> load_pairs(const std::filesystem::path& path) {
+  // Cases come as a bare list, or in an object that gives their units.
   const Json root = parse_text(path, scene_files::read_text_file(path), false);
   const bool has_cases = root.is_object() && root.contains("cases");
   const Json& list = has_cases ? root["cases"] : root;
@@ -380,6 +381,7 @@ std::vector<PairCase> load_pairs(const std::filesystem::path& path) {
       which = "case '" + (id.empty() ? "#" + std::to_string(index) : id) + "': ";
       check_case_fields(item, lengths_per_metre);
       cases.push_back(read_case(item, lengths_per_metre, index));
+      // A replay names a case by its id, which must be the only one.
       const auto [found, is_new] = first_with_id.emplace(cases.back().id, index);
       if (!is_new)
         throw InputError(path.string() + ": cases " + std::to_string(found->second) + " and " +
