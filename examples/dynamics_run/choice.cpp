@@ -179,6 +179,7 @@ std::vector<Standing> standings_over(const std::vector<SceneResult>& results) {
 std::string overall_reason(const std::vector<Standing>& standings, const Choice& choice, std::size_t scenes) {
   const Standing& best = *choice.best;
   Others others;
+  // Every other backend is listed under what it lost by.
   for (const Standing& each : standings) {
     if (each.backend == best.backend) continue;
     if (each.misses > 0) {
@@ -193,9 +194,11 @@ std::string overall_reason(const std::vector<Standing>& standings, const Choice&
       if (compared.backend == each.backend) text += fmt::format(" (up to {:.2f} times)", compared.slowness);
     list.push_back(text);
   }
+  // Where nobody is within the limits, no pace is told.
   if (best.misses > 0)
     return fmt::format("none is within every scene's limits; it is off in {} of {}", best.misses, scenes) +
            others.text();
+  // The best is told with what it falls short of, its pace and its allocations.
   std::string reason =
       best.late > 0 ? fmt::format("none keeps every deadline, it is late in {} scenes; ", best.late) : "";
   const std::string pace =
@@ -211,10 +214,12 @@ std::string overall_reason(const std::vector<Standing>& standings, const Choice&
 void choose(SceneResult& result) {
   result.recommended.clear();
   result.touches = true;
+  // Only runs that went through are judged.
   if (!any_whole(result)) {
     result.reason = "none went through";
     return;
   }
+  // Where nothing touches, misses alone tell backends apart.
   result.touches = touches(result);
   if (!result.touches) {
     Others others;
@@ -225,6 +230,7 @@ void choose(SceneResult& result) {
                     others.text();
     return;
   }
+  // Whole runs compete; whatever is recommended has its reason.
   std::vector<Standing> standings;
   for (const BackendRun& run : result.runs)
     if (run.is_whole()) standings.push_back(standing_of(run));

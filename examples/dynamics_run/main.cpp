@@ -112,6 +112,7 @@ int run(int argc, char** argv) {
   std::optional<Options> options =
       parse_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "dynamics_run/scenes"));
   if (!options) return 0;
+  // Engines take their checks from the same backends.
   BackendRegistry registry;
   register_all_backends(registry);
   physics::EngineRegistry engines;
@@ -120,6 +121,7 @@ int run(int argc, char** argv) {
     print_list(*options, registry, engines);
     return 0;
   }
+  // All names are resolved before the first run, so that a wrong one costs no time.
   const std::vector<physics::EngineChoice> choices =
       choose_engines(*options, engines, comparison::choose_backends(options->backends, registry));
   options->reference = chosen_reference(*options, registry);
@@ -129,6 +131,7 @@ int run(int argc, char** argv) {
     load_scene(scene, *options, [](const std::string& account) {  // before any of them is run
       comparison::print_now(comparison::wrapped(account));
     });
+  // Runs are reported one by one, so that an interrupt loses none of them.
   comparison::print_now(legend_text(options->reference));
   const auto run_one = [&](const std::filesystem::path& scene, ProgressLine& progress) {
     return run_scene(scene, *options, engines, choices, progress,

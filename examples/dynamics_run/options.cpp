@@ -13,6 +13,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
   CLI::App app{
       "Runs scenes with dynamics in every engine and over the contacts of every backend, compares drift of "
       "momentum and energy, penetration, final poses and time per step, and names what to build on."};
+  // Scenes, engines and backends are chosen by name.
   app.add_option("--scene", options.scenes,
                  "Scene numbers (8 9), names or files (default: all bundled ones; --list names them)");
   app.add_option(
@@ -29,6 +30,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
   std::vector<std::string> settings;
   app.add_option("--set", settings,
                  "Scene parameters, NAME=VALUE; what the scene is known to come to is not judged then");
+  // Samples, repetitions and limits decide how runs are measured and judged.
   app.add_option("--every", options.every, "Record the start, every n-th step and the last")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
@@ -52,6 +54,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
   comparison::add_robot_options(app, options.robots);
   app.add_flag("--list", options.list, "List scenes and backends");
   if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  // Defaults that depend on other options are set after parsing.
   for (const std::string& setting : settings)
     options.settings.push_back(comparison::parse_setting(setting, false));
   if (options.output.empty()) throw InputError("--out: names no folder");

@@ -45,15 +45,18 @@ Json last_poses(const SceneResult& result, const BackendRun& run) {
 
 Json json(const SceneResult& result, const BackendRun& run) {
   Json out = {{"backend", run.backend}};
+  // A run that did not begin has a reason alone.
   if (!run.not_run.empty()) {
     out["not_run"] = run.not_run;
     return out;
   }
   out["stopped"] = run.stopped.empty() ? Json(nullptr) : Json(run.stopped);
   out["steps"] = run.steps;
+  // Known answers are of the scene's own parameters, and judged for these alone.
   out["answers"] = Json::array();
   for (std::size_t i = 0; i < run.answers.size() && result.scene->answers_hold; ++i)
     out["answers"].push_back(json(*result.scene, result.scene->answers[i], run.answers[i]));
+  // Errors, drifts and energies are in SI units, as their keys say.
   out["deepest_m"] = number(run.deepest);
   out["pose_error_m"] = number(run.pose_error);
   out["angle_error_rad"] = number(run.angle_error);
@@ -65,6 +68,7 @@ Json json(const SceneResult& result, const BackendRun& run) {
   out["energy_lost_j"] = number(run.energy_lost);
   out["energy_scale_j"] = number(run.energy_scale);
   out["rest_speed_m_s"] = number(run.rest_speed);
+  // Times and counts say what the run cost.
   out["step_us"] = json(run.total);
   out["detection_us"] = json(run.detection);
   out["allocations"] = run.allocations ? Json(*run.allocations) : Json(nullptr);
@@ -85,12 +89,14 @@ std::string results_json(const std::vector<SceneResult>& results,
                          const std::vector<std::string>& not_measured) {
   Json out = {
       {"schema", kSchema}, {"program", "dynamics_run"}, {"machine", json(comparison::describe_machine())}};
+  // An interrupted run says which scenes it lacks.
   out["partial"] = !not_measured.empty();
   out["not_measured"] = not_measured;
   out["engine_messages"] = comparison::engine_log_lines();
   out["scenes"] = Json::array();
   for (const SceneResult& result : results) {
     const physics::DynamicScene& scene = *result.scene;
+    // Each scene stands with its settings, its verdict and all of its runs.
     Json entry = {{"scene", result.file},
                   {"name", scene.scene.name},
                   {"parameters", scene.scene.parameters},
@@ -107,6 +113,7 @@ std::string results_json(const std::vector<SceneResult>& results,
     for (const BackendRun& run : result.runs) entry["runs"].push_back(json(result, run));
     out["scenes"].push_back(std::move(entry));
   }
+  // Only all scenes together choose a backend for all.
   const OverallVerdict verdict = not_measured.empty()
                                      ? choose_over_all(results)
                                      : OverallVerdict{"", "the run ended before all scenes were done"};
@@ -129,15 +136,18 @@ std::string results_csv(const std::vector<SceneResult>& results,
   for (const SceneResult& result : results) {
     for (const BackendRun& run : result.runs) {
       text += fmt::format("{},{},{},", csv_text(result.file), csv_text(run.backend), csv_text(run.not_run));
+      // A run that did not begin keeps its columns, empty.
       if (!run.not_run.empty()) {
         text += std::string(25, ',') + fmt::format(",{}\n", partial);
         continue;
       }
+      // Answers of other parameters are not judged, and count as none.
       std::size_t met = 0;
       for (const AnswerResult& answer : run.answers) met += answer.holds ? 1 : 0;
       const bool judged = result.scene->answers_hold;
       text += fmt::format("{},{},{},{}", csv_text(run.stopped), run.steps, judged ? run.answers.size() : 0,
                           judged ? met : 0);
+      // Figures go in the order of the header.
       for (const double figure : {run.deepest, run.pose_error, run.angle_error, run.unexplained_momentum,
                                   run.linear_drift, run.angular_drift, run.energy_drift, run.energy_made,
                                   run.energy_lost, run.energy_scale, run.rest_speed, run.total.median_us,

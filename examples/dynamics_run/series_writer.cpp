@@ -25,6 +25,7 @@ std::string series_csv(const SceneResult& result, const BackendRun& run) {
   const std::vector<std::string> joints = joint_names(scene);
   std::string text =
       "time_s,momentum_x_ns,momentum_y_ns,momentum_z_ns,angular_x_nms,angular_y_nms,angular_z_nms,energy_j";
+  // Columns are named by the scene's joints and objects.
   for (const std::string& joint : joints)
     for (const char* figure : {"value", "rate", "torque"})
       text += "," + comparison::csv_text(joint + "." + figure);
@@ -33,12 +34,14 @@ std::string series_csv(const SceneResult& result, const BackendRun& run) {
     add_names(text, object.tree.name(), "force", "n");
     add_names(text, object.tree.name(), "moment", "nm");
   }
+  // Attitudes are quaternions, w first.
   for (const SceneObject& object : scene.scene.objects)
     for (const char* part : {"w", "x", "y", "z"})
       text += "," + comparison::csv_text(fmt::format("{}.attitude_{}", object.tree.name(), part));
   text += "\n";
   const std::size_t objects = scene.scene.objects.size();
   const Series& series = run.series;
+  // A sample's joints and objects are a stretch of each flat array.
   for (std::size_t i = 0; i < series.samples.size(); ++i) {
     const Sample& sample = series.samples[i];
     text += fmt::format("{}", sample.time);

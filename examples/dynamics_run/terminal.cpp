@@ -50,9 +50,11 @@ std::string value_text(const SceneAnswer& answer, const Vector3& value) {
 /// Answers that are off, and how the run went on.
 std::string remarks(const SceneResult& result, const BackendRun& run) {
   const physics::DynamicScene& scene = *result.scene;
+  // A run that did not begin has a reason alone.
   if (!run.not_run.empty()) return fmt::format("  {}: not run: {}\n", run.backend, run.not_run);
   std::string text;
   if (!run.stopped.empty()) text += fmt::format("  {}: stopped {}\n", run.backend, run.stopped);
+  // Of the known answers only those that do not hold are told.
   for (std::size_t i = 0; i < run.answers.size() && scene.answers_hold; ++i) {
     const SceneAnswer& answer = scene.answers[i];
     if (run.answers[i].holds) continue;
@@ -67,6 +69,7 @@ std::string remarks(const SceneResult& result, const BackendRun& run) {
                         value_text(answer, run.answers[i].found), run.answers[i].error, unit_of(answer, kind),
                         value_text(answer, answer.value), answer.tolerance);
   }
+  // Pairs and solves without a result make the others doubtful.
   if (run.failed + run.undecided + run.unconverged > 0)
     text += fmt::format(
         "  {}: {} contacts in all; pairs: {} undecided, {} failed or unsupported; solves: {} unconverged, "

@@ -157,7 +157,9 @@ int run_starts(unsigned starts, std::string_view only) {
   for (const auto& [engine, run, missing] : asked_engines(only)) {
     for (const World& world : worlds) {
       for (const Check check : {Check::engine, Check::native}) {
+        // An engine that aborts would end the whole table.
         if (check == Check::engine && may_abort(engine, world)) continue;
+        // Starts that differ slightly show how far results scatter.
         std::vector<double> off, height, speed;
         for (unsigned start = 0; start < starts; ++start) {
           const World each = shifted(world, start);
@@ -166,6 +168,7 @@ int run_starts(unsigned starts, std::string_view only) {
           height.push_back(std::abs(out.end.z() - each.end->z()));
           speed.push_back(out.speed);
         }
+        // The row has the range over all starts.
         std::string row =
             fmt::format("| {} | {} | {} |", engine, world.name, check == Check::engine ? "own" : "native");
         for (const auto* values : {&off, &height, &speed}) row += range_text(*values);

@@ -94,6 +94,7 @@ class MujocoWorld {
     StepTimes times(world_.steps);
     const std::size_t last = world_.bodies.size() - 1;
     for (int i = 0; i < world_.steps; ++i) {
+      // MuJoCo's own timer tells the check from the rest of the step.
       const mjtNum checked = data_->timer[mjTIMER_POS_COLLISION].duration;
       const auto start = Clock::now();
       mj_step(model_.get(), data_.get());
@@ -107,6 +108,7 @@ class MujocoWorld {
     times.finish(out);
     out.contacts = static_cast<std::size_t>(data_->ncon);
     mj_kinematics(model_.get(), data_.get());  // a step leaves bodies where it began
+    // Final poses and velocities are held against those expected.
     for (std::size_t i = 0; i <= last; ++i) {
       Pose X;
       for (int r = 0; r < 3; ++r)

@@ -52,17 +52,20 @@ class OdeWorld {
     StepTimes times(world_.steps);
     for (int i = 0; i < world_.steps; ++i) {
       contacts_ = 0;
+      // Check and step are timed apart.
       const auto start = Clock::now();
       dSpaceCollide(space_, this, &collide);
       const auto checked = Clock::now();
       dWorldQuickStep(dynamics_, world_.step);
       times.add(checked - start, Clock::now() - start, contacts_);
+      // Contact joints last one step.
       dJointGroupEmpty(joints_);
       tracker.see_last(pose(geoms_.back()).p);
     }
     Outcome out;
     times.finish(out);
     out.contacts = contacts_;
+    // Geometries without a body stand still.
     for (std::size_t i = 0; i < geoms_.size(); ++i) {
       Vector3 v = Vector3::Zero(), w = Vector3::Zero();
       if (const dBodyID body = dGeomGetBody(geoms_[i])) {

@@ -51,6 +51,7 @@ CoverClaim claim_of(const Fit& fit, const FitOptions& options) {
 }
 
 std::string certificate_text(const Certificate& certificate) {
+  // Lengths are in metres, whatever the unit of the mesh's file.
   Json regions = Json::array(), hexahedra = Json::array();
   for (const CoverClaim::Region& region : certificate.claim.regions)
     regions.push_back({{"name", region.name},
@@ -62,6 +63,7 @@ std::string certificate_text(const Certificate& certificate) {
     for (const Vector3& p : vertices) list.push_back(point(p));
     hexahedra.push_back(std::move(list));
   }
+  // The hash says of which mesh the claim is.
   Json json = {{"format", kFormat},
                {"mesh",
                 {{"file", certificate.mesh_file},

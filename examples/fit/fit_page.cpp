@@ -128,6 +128,7 @@ std::vector<double> ticks(const Axis& axis) {
 
 std::string curve_plot(const std::vector<CurvePoint>& curve) {
   constexpr double kWidth = 640, kHeight = 340, kLeft = 70, kRight = 620, kTop = 20, kBottom = 290;
+  // The axes span all points of the curve.
   double least = curve[0].error, most = curve[0].error, few = 1e300, many = 1.0;
   for (const CurvePoint& p : curve) {
     least = std::min(least, p.error), most = std::max(most, p.error);
@@ -138,6 +139,7 @@ std::string curve_plot(const std::vector<CurvePoint>& curve) {
   std::string svg = comparison::svg_open(kWidth, kHeight, "Hexahedra against error", false);
   svg += fmt::format("<rect class=\"area\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", kLeft, kTop,
                      kRight - kLeft, kBottom - kTop);
+  // Grid lines stand at round values.
   for (const double t : ticks(x))
     svg += fmt::format(
         "<path class=\"grid\" d=\"M{0:.1f} {1}V{2}\"/><text x=\"{0:.1f}\" y=\"{3}\" "
@@ -148,6 +150,7 @@ std::string curve_plot(const std::vector<CurvePoint>& curve) {
         "<path class=\"grid\" d=\"M{1} {0:.1f}H{2}\"/><text x=\"{3}\" y=\"{4:.1f}\" "
         "text-anchor=\"end\">{5:g}</text>",
         y.at(t), kLeft, kRight, kLeft - 6, y.at(t) + 4, t);
+  // Each point has a mark and its count.
   std::string path;
   for (const CurvePoint& p : curve)
     path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x.at(1e3 * p.error),
@@ -227,9 +230,11 @@ ExcessSurface excess_surface(const MeshDistance& solid, const Fit& fit, std::siz
 
 std::string fit_page(const FitRun& run, const MeshDistance& solid, const ExcessSurface& surface,
                      const std::vector<CurvePoint>& curve) {
+  // A large mesh is shown in part, and the page says so.
   const std::size_t stride = stride_for(solid.mesh());
   const std::string shown =
       stride == 1 ? "are all triangles" : fmt::format("is every {}th triangle of the mesh", stride);
+  // The script element would end at a '</' within its data.
   std::string data = page_data(run, solid, surface).dump();
   for (std::size_t at = 0; (at = data.find("</", at)) != std::string::npos;) data.insert(at + 1, "\\");
   const std::string summary = fmt::format(
@@ -238,6 +243,7 @@ std::string fit_page(const FitRun& run, const MeshDistance& solid, const ExcessS
       "diagonal); asked were {}.",
       comparison::format_count(run.triangles), run.diagonal, run.fit.hexahedra.size(),
       millimetres(run.fit.excess), 100.0 * run.fit.excess / run.diagonal, millimetres(run.over));
+  // The page's template says whether the cover is proven.
   return filled(
       comparison::fit_page_text("page.html"),
       {{"title", "Cover of " + xml_text(run.certificate.mesh_file)},

@@ -93,6 +93,7 @@ void check_names(const std::vector<std::filesystem::path>& meshes) {
 
 FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
                comparison::ProgressLine& progress) {
+  // The certificate hashes the file's bytes, not the triangles read.
   ReadMesh read = read_mesh(mesh, request.input);
   const std::string bytes = comparison::read_file(mesh.string(), "the mesh");
   FitRun run;
@@ -100,6 +101,7 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   run.note = std::move(read.note);
   const TriangleMesh& triangles = run.mesh;
   const MeshDistance solid(weld(triangles));
+  // Shells that are open get no inside, which the report must say.
   run.name = cover_name(mesh);
   run.triangles = triangles.triangles.size();
   run.shells = solid.shells().count();
@@ -107,19 +109,23 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   run.open_edges = solid.shells().open_edges;
   run.diagonal = solid.bounds().diagonal();
   if (!(run.diagonal > 0.0)) reject(mesh.string(), "all vertices are at one place");
+  // Bores that stay open are regions with a smaller error.
   FitOptions options = options_for(request, read.metres_per_unit, run.diagonal, progress);
   if (request.keep_open) keep_bores_open(solid, request.keep_open->metres(run.diagonal), options);
   run.over = options.over;
+  // Processor time counts, since other programs may run beside.
   const double start = processor_seconds();
   run.fit =
       request.count ? fit_count(solid, *request.count, options, &run.over) : fit_hexahedra(solid, options);
   const double fitted = processor_seconds();
   run.fit_seconds = fitted - start;
+  // The proof checks the certificate's claim, and takes nothing from the fit.
   run.certificate = {mesh.filename().string(), comparison::sha256(bytes), read.metres_per_unit,
                      request.input.up, claim_of(run.fit, options)};
   progress.step("prove");
   run.verdict = check_cover(triangles, run.certificate.claim);
   run.proof_seconds = processor_seconds() - fitted;
+  // Samples, pages and training scenes cost time, and are made on request.
   if (request.samples > 0) {
     progress.step("sample");
     const SampleCount count = count_uncovered(solid, run.fit, request.samples);

@@ -65,6 +65,7 @@ bool parse(int argc, char** argv, Options& options) {
       ->capture_default_str();
   app.add_option("--size", options.size,
                  "About how large a mesh is, such as 2m: one that is 20 times larger or smaller is refused");
+  // Errors bound the cover, for all of it or by region.
   app.add_option("--over", options.over,
                  "Largest error, outwards: 2mm, 0.5cm, 0.02m, 1in, or 2% of the diagonal");
   app.add_option("--count", options.count,
@@ -76,6 +77,7 @@ bool parse(int argc, char** argv, Options& options) {
       "in the file's units");
   app.add_option("--keep-open", options.keep_open,
                  "Largest error in round bores, which are found: 0.9mm keeps them open to that");
+  // Samples, repairs and tries trade time for trust and fewer hexahedra.
   app.add_option("--samples", options.samples, "Random points of surface and inside to look for in the cover")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{10'000'000'000}));
   app.add_option("--repairs", options.repairs, "How hard to look for fewer: places that are covered anew")
@@ -92,6 +94,7 @@ bool parse(int argc, char** argv, Options& options) {
   app.add_flag(
       "--page", options.page,
       "Writes a page to look at, with the excess as colours and hexahedra against error, and a glTF model");
+  // A check fits nothing, so options of the fit exclude it.
   auto* const check = app.add_option("--check", options.check,
                                      "Checks this certificate against the mesh, and writes nothing");
   for (const char* fits :
@@ -191,16 +194,19 @@ int serve([[maybe_unused]] const Options& options, [[maybe_unused]] FitRequest f
 #ifndef TOUCHSTONE_HAS_SCENE_FILES
   reject("--serves", "this build does not read scenes (Debian: libyaml-cpp-dev)");
 #else
+  // A search is for one mesh within one scene.
   if (meshes.size() != 1) reject("--serves", "takes one mesh, not a folder");
   if (options.tolerance.empty()) reject("--tolerance", "is missing");
   const std::filesystem::path& mesh = meshes[0];
   fit.input.metres_per_unit = unit_of(options.unit, mesh);
+  // Clearances count up to a margin about the moving objects.
   ServesRequest request;
   request.scene = load_scene(options.serves);
   request.object = options.object.empty() ? cover_name(mesh) : options.object;
   request.tolerance = length_of(options.tolerance, "--tolerance");
   request.margin = options.margin.empty() ? 10.0 * request.tolerance : length_of(options.margin, "--margin");
   request.with_uniform = options.uniform;
+  // A folder that cannot be written to is refused before the search.
   std::vector<std::string> names;
   for (const std::string& extension : cover_extensions({})) names.push_back(cover_name(mesh) + extension);
   comparison::check_report_folder(options.output, names);
@@ -208,6 +214,7 @@ int serve([[maybe_unused]] const Options& options, [[maybe_unused]] FitRequest f
   const ServesResult result = find_coarsest(mesh, fit, request, progress);
   progress.finish();
   comparison::print_now(serves_text(result, request));
+  // Only a cover that serves is written.
   if (!result.coarsest) return 1;
   const std::filesystem::path folder =
       comparison::place_report(options.output, cover_files(result.rows[*result.coarsest].run), true, true);
@@ -221,10 +228,12 @@ int run(int argc, char** argv) {
   if (!parse(argc, argv, options)) return 0;
   if (!options.check.empty()) return check(options);
   FitRequest request = request_of(options);
+  // Names and units are checked before the first fit.
   const std::vector<std::filesystem::path> meshes = meshes_at(options.input);
   check_units(options.unit, meshes);
   if (!options.serves.empty()) return serve(options, request, meshes);
   check_names(meshes);
+  // So is the folder, as a fit may take hours.
   std::vector<std::string> names{"fit.csv"};
   for (const auto& mesh : meshes)
     for (const std::string& extension : cover_extensions(request))
@@ -233,6 +242,7 @@ int run(int argc, char** argv) {
   std::vector<FitRun> runs;
   std::vector<comparison::ReportFile> report;
   bool is_proven = true;
+  // A mesh that fails does not end the others.
   for (const auto& mesh : meshes) {
     comparison::ProgressLine progress;
     request.input.metres_per_unit = unit_of(options.unit, mesh);
@@ -256,6 +266,7 @@ int run(int argc, char** argv) {
     if (!last.verdict.is_proven) continue;  // nothing that is not proven is written
     for (comparison::ReportFile& file : cover_files(last)) report.push_back(std::move(file));
   }
+  // Scenes, certificates and the table are placed at once.
   if (runs.empty()) return 1;
   report.emplace_back("fit.csv", table_csv(runs));
   const std::filesystem::path folder = comparison::place_report(options.output, report, is_proven, true);

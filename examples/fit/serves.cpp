@@ -207,6 +207,7 @@ ServesResult find_coarsest(const std::filesystem::path& mesh, const FitRequest& 
 std::string serves_text(const ServesResult& result, const ServesRequest& request) {
   comparison::TextTable table({"elsewhere [mm]", "hexahedra", "error in zone [mm]", "proof",
                                "first contact [s]", "least clearance [mm]", "frame [us]", "worst", "serves"});
+  // Covers that do not serve are shown, too.
   for (const ServesRow& row : result.rows)
     table.add({fmt::format("{:.4g}", 1e3 * row.elsewhere), std::to_string(row.run.fit.hexahedra.size()),
                fmt::format("{:.4g}", 1e3 * row.in_zone), row.run.verdict.is_proven ? "proven" : "REFUSED",
@@ -219,12 +220,14 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
   const auto corner = [](const Vector3& p) {
     return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x(), p.y(), p.z());
   };
+  // Figures hold within the zone, which the text names.
   std::string text = fmt::format(
       "{}\nzone {} to {} m in '{}': what moves in scene '{}', {:.4g} mm about it; clearances up to that, "
       "stops and "
       "first contacts are the mesh's to the error in the zone\n",
       table.str(), corner(result.zone.low), corner(result.zone.high), request.object, request.scene.name,
       1e3 * request.margin);
+  // The search may end without a cover.
   if (!result.coarsest) return text + "no cover within the tolerance was found\n";
   return text + fmt::format("coarsest that serves: {} hexahedra, {:.4g} mm elsewhere\n",
                             result.rows[*result.coarsest].run.fit.hexahedra.size(),

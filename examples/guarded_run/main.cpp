@@ -46,6 +46,7 @@ int run(int argc, char** argv) {
   if (!parse(argc, argv, options)) return 0;
   BackendRegistry registry;
   register_all_backends(registry);
+  // A list needs scenes and backends alone.
   const std::vector<std::filesystem::path> files =
       comparison::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
   if (options.list) {
@@ -55,6 +56,7 @@ int run(int argc, char** argv) {
     return 0;
   }
   const std::vector<std::string> contacts = comparison::choose_backends(options.contacts, registry);
+  // Parameters are those of all scenes.
   SceneParameters parameters;
   for (const std::string& text : options.settings) {
     const comparison::SceneSetting setting = comparison::parse_setting(text, false);
@@ -62,6 +64,7 @@ int run(int argc, char** argv) {
   }
   std::vector<comparison::ReportFile> report;
   comparison::print_now(legend_text());
+  // Each scene is run over the contacts of every backend that is chosen.
   for (const std::filesystem::path& file : files) {
     const GuardedScene scene = load_guarded_scene(file, parameters);
     const std::string name = file.stem().string();
@@ -75,6 +78,7 @@ int run(int argc, char** argv) {
       if (each.not_run.empty()) report.emplace_back(name + "_" + each.contacts + ".csv", series_csv(each));
     if (std::string svg = plot(scene, runs); !svg.empty()) report.emplace_back(name + ".svg", std::move(svg));
   }
+  // No file that came in between is written over.
   const std::filesystem::path folder = comparison::place_report(options.output, report, true);
   comparison::print_now(fmt::format("\nresults, series, plots: {}\n", folder.string()));
   return 0;

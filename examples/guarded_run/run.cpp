@@ -79,6 +79,7 @@ class Flight {
     std::uint64_t allocated = 0;
     std::size_t steps = 0;
     for (; steps < steps_ && !run_.is_over(); ++steps) {
+      // Each step is timed by the processor's clock, and by the wall's.
       const auto counted = comparison::thread_allocations();
       const Clock::time_point wall = Clock::now();
       const double start = processor_us();
@@ -89,6 +90,7 @@ class Flight {
       frame_us += step_us_.back();
       wall_us += microseconds(Clock::now() - wall);
       if (counted) allocated += *comparison::thread_allocations() - *counted;
+      // A step that fails ends the run, with the object's name.
       if (step.dynamics.failure != physics::StepFailure::none) {
         out_.stopped = "at " + std::to_string(run_.simulation().time()) +
                        " s: " + std::string(physics::reason_of(step.dynamics.failure)) + " (" +
@@ -97,6 +99,7 @@ class Flight {
       }
       look(step);
     }
+    // A frame is the sum of its steps; a world that is made anew may allocate.
     frame_us_.push_back(frame_us);
     wall_us_.push_back(wall_us);
     if (out_.allocations && out_.frames >= kWarmFrames && worlds == run_.simulation().worlds())

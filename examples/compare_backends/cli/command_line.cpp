@@ -67,6 +67,7 @@ std::vector<Choice> ChoiceOptions::choices() const {
   Choice base = choice;
   base.query = query_named(query);
   base.sets = sets;
+  // Classes are all chosen where none is named.
   if (contacts_only && !classes.empty())
     throw InputError("--contacts-only: is short for --classes touching deep; give one of the two");
   const auto has = [&](const char* name) {
@@ -77,6 +78,7 @@ std::vector<Choice> ChoiceOptions::choices() const {
   base.deep = has("deep");
   base.normals = !without_normals;
   base.points = !without_points;
+  // Figures must be within what the run's counts tell apart.
   if (!(base.share >= 0) || !(base.share < 1)) throw InputError("--share: must be from 0 to below 1");
   if (!(base.apart_up_to > 0)) throw InputError("--apart-up-to: must be above 0");
   if (!(base.within > 0)) throw InputError("--within: must be above 0");
@@ -85,6 +87,7 @@ std::vector<Choice> ChoiceOptions::choices() const {
   if (base.min_coverage > 0 && base.query != QueryKind::manifold)
     throw InputError("--min-coverage: is of --query manifold");
   if (!(base.deadline > 0)) throw InputError("--deadline: must be above 0");
+  // Each largest error is a choice of its own.
   std::vector<Choice> all;
   for (const double max_error : max_errors) {
     base.max_error = checked_max_error(max_error);
@@ -152,14 +155,17 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
 /// Takes over what was parsed as text. @throws InputError naming the options that do not go together.
 void settle(const CLI::App& app, const RawOptions& raw, Options& options) {
   if (app.count("--count") > 0) options.count = raw.count;
+  // One run is decided for one choice.
   if (raw.choice.max_errors.size() > 1)
     throw InputError("--max-error: one for a run; `compare_backends decide` takes more of a finished one");
   options.choice = raw.choice.choices().front();
   if (!raw.choice.max_errors.empty()) options.max_error = options.choice.max_error;
+  // Scene parameters need a scene to be set in.
   for (const std::string& setting : raw.settings)
     options.scene_settings.push_back(parse_setting(setting, true));
   if (!raw.settings.empty() && options.scenes.empty())
     throw InputError("--set: there is no --scene to set it in");
+  // Options that are given must name something.
   if (app.count("--case") > 0 && options.case_id.empty()) throw InputError("--case: names no case");
   if (app.count("--corpus") > 0 && options.corpus.empty()) throw InputError("--corpus: names no folder");
   if (options.output.empty()) throw InputError("--output: names no folder");
@@ -168,6 +174,7 @@ void settle(const CLI::App& app, const RawOptions& raw, Options& options) {
     options.pairs_file = raw.capture_file;
     options.is_capture = true;
   }
+  // Something must be left to compare, in sets with unique names.
   choose_families(options);
   if (!options.corpus.empty() && !options.no_families)
     throw InputError("--corpus: brings its own sets; --families draws others of the same names");

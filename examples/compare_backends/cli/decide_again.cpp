@@ -15,6 +15,7 @@ namespace touchstone::comparison {
 int run_decide(int argc, const char* const* argv) {
   CLI::App app{"The verdict of a finished run for other choices, as its page gives it."};
   app.name("compare_backends decide");
+  // Choices are made by the same options as of a run.
   std::string file;
   ChoiceOptions options;
   app.add_option("RESULTS.json", file, "results.json of the run")->required();
@@ -22,14 +23,17 @@ int run_decide(int argc, const char* const* argv) {
   app.get_option("--max-error")->required();
   if (!parse_command_line(app, argc - 1, argv + 1)) return 0;
   const std::vector<Choice> choices = options.choices();
+  // The counts in the file decide, so that nothing is measured again.
   const Json results = parse_results(read_file(file, "decide"), "decide", file);
   const std::vector<ChoiceSet> sets = choice_sets_of(results, "decide: " + file);
   if (sets.empty())
     throw InputError("decide: " + file +
                      " holds nothing to decide from: it was run without 'exact', or no case was judged");
+  // Sets that a choice names must be in the run.
   std::vector<std::string> names;
   for (const ChoiceSet& set : sets) names.push_back(set.name);
   check_sets(choices.front(), names);
+  // Each choice gets a verdict of its own.
   std::string text = partial_note(results, file);
   for (const Choice& choice : choices) {
     const Verdict verdict = decide(sets, choice);

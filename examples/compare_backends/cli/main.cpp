@@ -75,11 +75,13 @@ std::vector<std::string> report_names(const Options& options, const Backends& ba
 }
 
 int run(int argc, char** argv) {
+  // Subcommands have options of their own.
   if (argc > 1 && argv[1] == std::string_view("diff")) return run_diff(argc, argv);
   if (argc > 1 && argv[1] == std::string_view("decide")) return run_decide(argc, argv);
   if (argc > 1 && argv[1] == std::string_view("tables")) return run_tables(argc, argv);
   const std::optional<Options> options = parse_options(argc, argv);
   if (!options) return 0;
+  // Backends of plugins and engines join those of the build.
   const std::filesystem::path program = std::filesystem::canonical("/proc/self/exe");
   Backends backends = build_backends(program);
   add_plugins(backends, program, options->plugins);
@@ -88,11 +90,13 @@ int run(int argc, char** argv) {
     print_list(*options, backends);
     return 0;
   }
+  // A replay asks for one case, and writes no report.
   const auto oracle = make_exact_oracle();
   if (!options->case_id.empty()) {
     fmt::print("{}", replay_case(*options, backends, oracle.get()));
     return 0;
   }
+  // Each part of the report is written as soon as it is measured.
   ReportRun files(options->output, report_names(*options, backends));
   ProgressLine progress;
   Shown shown;
@@ -104,6 +108,7 @@ int run(int argc, char** argv) {
   const Report report = run_comparison(*options, backends, oracle.get(), progress, on_part);
   files.finish(report_files(report));
   print_now(fmt::format("{}\nreport: {}\n", wrapped(terminal_report(report, shown)), options->output));
+  // A choice that nothing decides is an error, which must not cost the report.
   if (!report.verdicts.empty() && report.verdicts.front().is_empty())
     throw InputError(sentence(report.verdicts.front()));
   return 0;

@@ -95,11 +95,13 @@ std::string broadphase_section(const Report& report) {
   bool from_candidates = false;
   for (const BroadphaseResult& result : report.broadphases) {
     from_candidates |= result.from_candidates;
+    // A size that was not run says why.
     if (!result.gap.empty()) {
       table.add({result.name, format_count(result.size.objects), format_count(result.size.hexahedra_each),
                  result.gap});
       continue;
     }
+    // Figures that were not measured are dashes.
     table.add(
         {result.name, format_count(result.size.objects), format_count(result.size.hexahedra_each),
          fmt::format("{:.3f}", result.frame.median_ns * 1e-6),
@@ -110,6 +112,7 @@ std::string broadphase_section(const Report& report) {
          result.missed ? fmt::format("{} of {}", *result.missed, format_count(result.true_pairs))
                        : "not checked"});
   }
+  // The legend says how true pairs were found.
   return "\nbroadphases: update and find_pairs of objects that all move; with overlap: and the narrowphase "
          "of that name;\nedge_face: the paper's, which lists every pair in range anew and misses spheres "
          "that touch exactly\n" +

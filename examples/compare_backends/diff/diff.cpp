@@ -139,6 +139,7 @@ double median_of(std::vector<double> values) {
 using Times = std::map<FactKey, std::vector<double>>;
 std::vector<TimeChange> time_changes(const Times& before, const Times& after) {
   std::vector<TimeChange> changes;
+  // Only rows of both runs are compared, and tested where repetitions suffice.
   for (const auto& [key, old_sample] : before) {
     const auto found = after.find(key);
     if (found == after.end()) continue;
@@ -150,6 +151,7 @@ std::vector<TimeChange> time_changes(const Times& before, const Times& after) {
     if (change.tested) change.p = mann_whitney_p(old_sample, new_sample);
     changes.push_back(std::move(change));
   }
+  // All tests are corrected together for false discoveries.
   std::vector<double> p_values;
   for (const TimeChange& change : changes) {
     if (change.tested) p_values.push_back(change.p);
@@ -159,6 +161,7 @@ std::vector<TimeChange> time_changes(const Times& before, const Times& after) {
   for (TimeChange& change : changes) {
     if (change.tested) change.resolved = holds[next++];
   }
+  // Changes that hold come first, by their size.
   std::stable_sort(changes.begin(), changes.end(), [](const TimeChange& x, const TimeChange& y) {
     if (x.resolved != y.resolved) return x.resolved;
     return std::abs(std::log(x.ratio)) > std::abs(std::log(y.ratio));

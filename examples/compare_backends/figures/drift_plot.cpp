@@ -36,10 +36,12 @@ std::string axes(double left, const LogScale& x, const LogScale& y, const char* 
     svg += fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", from_x, from_y, width,
                        height);
   };
+  // Runs without a figure have a column and a row beside the square.
   area(left, kTop, kArea, kArea);
   area(left + kArea + kGap, kTop, kColumn, kArea);
   area(left, kRowTop, kArea, kRow);
   area(left + kArea + kGap, kRowTop, kColumn, kRow);
+  // Both axes are logarithmic, and their low ends stand for 0.
   for (int e = static_cast<int>(kLow); e <= static_cast<int>(kHigh); e += 4) {
     const double value = std::pow(10.0, e);
     const std::string text = e == static_cast<int>(kLow) ? "0" : superscript(e);
@@ -48,6 +50,7 @@ std::string axes(double left, const LogScale& x, const LogScale& y, const char* 
         "text-anchor='middle'>{6}</text><text x='{7}' y='{8:.1f}' text-anchor='end'>{6}</text>",
         x(value), kTop, kArea, left, y(value), kTop + kArea + 16, text, left - 5, y(value) + 4);
   }
+  // Labels say how to read the column, the row and the x axis.
   return svg +
          fmt::format(
              "<text x='{}' y='{}' text-anchor='end'>stopped</text><text x='{}' y='{}' "

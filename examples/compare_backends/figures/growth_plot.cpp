@@ -206,6 +206,7 @@ std::string line_plot(const std::vector<Line>& lines, Plot plot, const std::vect
   if (lines.empty()) return "";
   const std::vector<std::string> names = with_lines(backends, lines);
   const auto [x, y] = axes_of(lines, plot);
+  // Backends with wrong answers have no speed, and no line.
   std::vector<Drawn> drawn;
   std::vector<std::string> without_speed;
   for (const Line& line : lines) {
@@ -216,10 +217,12 @@ std::string line_plot(const std::vector<Line>& lines, Plot plot, const std::vect
     drawn.push_back({{}, label_text(line), place_of(names, line.name)});
     for (const Point& p : line.points) drawn.back().at.emplace_back(x(p.size), y(p.ms));
   }
+  // The picture is as high as its labels need.
   const double height = std::max(
       kHeight, kTop + kLabelStep * static_cast<double>(drawn.size() + without_speed.size()) + 2 * kLabelStep);
   std::string svg = svg_open(kWidth, height, plot.title + " against " + plot.x_label, standalone);
   svg += axis_lines(x, y, plot);
+  // Colour and mark of a line are those of its backend in all figures.
   for (const Drawn& line : drawn) {
     std::string path;
     for (const auto& [at_x, at_y] : line.at)

@@ -24,10 +24,12 @@ constexpr double kRail = 412;                           // the rail's marks
 // ---- axes
 
 std::string draw_axes(const LogScale& x, const LogScale& y) {
+  // Errors of exactly 0 have an area of their own.
   std::string svg = fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kErrorLeft, kTop,
                                 kErrorRight - kErrorLeft, kBottom - kTop);
   svg += fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kLeft, kTop,
                      kZeroRight - kLeft, kBottom - kTop);
+  // Times have a line for each power of ten.
   const int ns_low = static_cast<int>(std::lround(y.low)), ns_high = static_cast<int>(std::lround(y.high));
   for (int e = ns_low; e <= ns_high; ++e) {
     const double at = y(std::pow(10.0, e));
@@ -36,6 +38,7 @@ std::string draw_axes(const LogScale& x, const LogScale& y) {
     svg += fmt::format("<text x='{}' y='{:.1f}' text-anchor='end'>{}</text>", kLeft - 6, at + 3.5,
                        nanosecond_label(e));
   }
+  // Errors skip powers of ten, so that labels stay apart.
   const int e_low = static_cast<int>(std::lround(x.low)), e_high = static_cast<int>(std::lround(x.high));
   const int step = std::max(1, (e_high - e_low + 5) / 6);
   for (int e = e_high; e >= e_low; e -= step) {
@@ -44,6 +47,7 @@ std::string draw_axes(const LogScale& x, const LogScale& y) {
     svg += fmt::format("<text x='{:.1f}' y='{}' text-anchor='middle'>{}</text>", at, kBottom + 17,
                        superscript(e));
   }
+  // The logarithmic axis has no 0, so that it is broken before it.
   svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>0</text>", (kLeft + kZeroRight) / 2,
                      kBottom + 17);
   const double gap = (kZeroRight + kErrorLeft) / 2;

@@ -113,6 +113,7 @@ std::string no_speed_words(const Wrongness& wrong) {
 std::string time_plot(const SetResult& set, QueryKind query, const Decades& axis,
                       const std::vector<std::string>& backends, bool standalone) {
   const std::size_t q = index_of(query);
+  // Each backend has a row, on the time axis of all sets.
   const double bottom = kTop + kRow * static_cast<double>(set.backends.size());
   const LogScale x = log_scale(axis, kLeft + 12, kRight - 12);
   std::string svg =
@@ -131,14 +132,17 @@ std::string time_plot(const SetResult& set, QueryKind query, const Decades& axis
                        xml_text(backend.name));
     const BackendResult::Rows& rows = backend.rows[q];
     const Modes modes = modes_of(rows);
+    // Wrong answers have no speed: the row says so instead.
     if (wrong) {
       svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>{}: no speed</text>", kLeft + 10,
                          top + kRow / 2 + 4, no_speed_words(backend.judgement.wrongness[q]));
     }
+    // The modes of a query lie below each other.
     for (std::size_t mode = 0; mode < 4 && !wrong; ++mode) {
       if (*modes[mode])
         svg += bar(**modes[mode], mode, place, x, top + 5.5 + 9.5 * static_cast<double>(mode));
     }
+    // Allocations spoil a time's worst case, so they stand beside it.
     if (rows.allocations) {
       svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>{:.3g}</text>", kRight + 12,
                          top + kRow / 2 + 4, *rows.allocations);

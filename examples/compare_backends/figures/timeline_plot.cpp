@@ -46,8 +46,10 @@ std::string block(const Span& span, double x0, double x1, double top) {
 
 std::string timeline_plot(const SceneResult& scene, const std::vector<std::string>& backends,
                           bool standalone) {
+  // Outcomes are known only where frames were judged by exact.
   const bool is_known = !scene.backends.empty() && !scene.backends.front().frame_outcomes.empty();
   if (!is_known) return "";
+  // Time runs along x, and each backend has a row.
   const double bottom = kTop + kRow * static_cast<double>(scene.backends.size());
   const auto x = [&](std::size_t frame) {
     return kLeft + (kRight - kLeft) * static_cast<double>(frame) / static_cast<double>(scene.frames);
@@ -59,6 +61,7 @@ std::string timeline_plot(const SceneResult& scene, const std::vector<std::strin
     svg += mark_at(place_of(backends, backend.name), 14, top + kBand / 2, false);
     svg += fmt::format("<text class='label' x='26' y='{:.1f}'>{}</text>", top + kBand / 2 + 4,
                        xml_text(backend.name));
+    // Frames that block are drawn over a band of free ones.
     svg += fmt::format("<rect class='t-free' x='{}' y='{:.1f}' width='{}' height='{}'/>", kLeft, top,
                        kRight - kLeft, kBand);
     for (const Span& span : spans_of(backend.frame_outcomes)) {

@@ -23,9 +23,11 @@ struct View {
 };
 
 View look_across(const GalleryCase& shown) {
+  // The normal lies across the picture, so that gap or depth is seen in full.
   Vector3 n = shown.truth.n_AB_W;
   if (!is_finite(n) || !(norm(n) > 0)) n = Vector3::UnitX();
   n /= norm(n);
+  // The axis that is least along the normal gives the other direction.
   Vector3 hint = Vector3::Zero();
   int least = 0;
   for (int axis = 1; axis < 3; ++axis) {
@@ -37,6 +39,7 @@ View look_across(const GalleryCase& shown) {
   View view;
   view.right = n;
   view.up = side * 0.8 + cross(n, side) * 0.6;  // turned, so that edges along the axes do not hide each other
+  // Both solids fill the picture.
   double left = 1e300, right = -1e300, low = 1e300, high = -1e300;
   for (int v = 0; v < 16; ++v) {
     const Vector3 p = v < 8 ? shown.posed.a.vertex(v) : shown.posed.b.vertex(v - 8);

@@ -36,6 +36,7 @@ std::string consistency_section(const Page& page) {
   HtmlTable totals = empty_table("all sets");
   std::string by_set;
   bool any = false;
+  // One table has the sums over all sets; a backend's own sets are folded away.
   for (const std::string& name : page.names) {
     const Consistency total = total_consistency(report.sets, name);
     if (total.swapped.cases == 0) continue;
@@ -50,6 +51,7 @@ std::string consistency_section(const Page& page) {
     }
     by_set += "<details><summary>" + page.named(name) + "</summary>" + table.str() + "</details>\n";
   }
+  // Without such checks there is no section.
   if (!any) return "";
   return fmt::format(
              "<h2>Consistency</h2>\n<p>The same pairs asked in other ways, up to {} a set: distances "

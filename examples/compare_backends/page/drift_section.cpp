@@ -87,6 +87,7 @@ std::string left_out(const Drift& drift) {
 
 std::string drift_section(const Page& page) {
   const Report& report = page.report;
+  // A page without dynamics says how to get them.
   if (report.drift.runs.empty())
     return std::string(kHeading) +
            "<p class='gap'>Missing: dynamics drift against contact error. <code>dynamics_run --out "
@@ -94,6 +95,7 @@ std::string drift_section(const Page& page) {
            "runs the scenes with dynamics over every backend; <code>--dynamics FOLDER/results.json</code> "
            "brings "
            "them here.</p>\n";
+  // The verdict comes first, then its grounds: standings, scenes and errors.
   const std::string plot = drift_plot(report.drift, report.rankings, page.names, false);
   std::string html = kHeading + verdict(page);
   html +=

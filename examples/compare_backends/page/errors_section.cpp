@@ -22,6 +22,7 @@ std::string coverage(const Page& page) {
   for (const std::string& name : page.names) header.push_back(page.named(name));
   HtmlTable table(header, "errors");
   bool is_any = false;
+  // A row is shown only where a backend has contacts face on face.
   for (const SetResult& set : page.report.sets) {
     std::vector<std::string> row = {xml_text(set.name)};
     bool is_in_set = false;
@@ -37,6 +38,7 @@ std::string coverage(const Page& page) {
     if (is_in_set) table.add(row);
     is_any |= is_in_set;
   }
+  // Without such contacts there is no table.
   if (!is_any) return "";
   return "<h3>Patch coverage</h3>\n<p>Manifold query, contacts face on face: how far the area of the points' "
          "hull is from that of the true patch, as a share of it. 0: the points hold the whole face; 1: a "
@@ -72,7 +74,9 @@ std::string few_and_all_distributions(const Page& page) {
 
 std::string errors_section(const Page& page) {
   const Report& report = page.report;
+  // Errors need exact answers.
   if (!report.has_truth || report.sets.empty()) return "";
+  // Sizes of errors come first, as shares of the pairs.
   std::string html =
       "<h2>Error distributions</h2>\n<p>Distance query: the share of a set's pairs whose error over S is at "
       "most so much; exactly 0 stands left of the broken axis. A missed or phantom contact counts as the "
@@ -82,6 +86,7 @@ std::string errors_section(const Page& page) {
   html +=
       few_and_all_distributions(page) +
       source_note("pair_sets[].backends[].queries.distance.cost_curve_over_S", "figures/<set>_errors.svg");
+  // Signed errors follow, which tell a margin from a relative error.
   html +=
       "<h3>Error against true separation</h3>\n<p>Signed, both over S, linear within 1e-17 and logarithmic "
       "beyond; left: in contact, right: apart; up: reported further apart or less deep than true. A margin "

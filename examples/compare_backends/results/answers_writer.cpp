@@ -70,12 +70,14 @@ std::string answers_json(const PairFileResult& result) {
   root["cases"] = Json::array();
   for (const PairFileCases::Case& each : result.cases.cases) {
     Json json = {{"id", each.id}};
+    // An invalid case keeps its place, with the reason.
     if (!each.invalid.empty()) {
       json["status"] = "invalid";
       json["reason"] = each.invalid;
       root["cases"].push_back(json);
       continue;
     }
+    // Backends are read against the exact answer, where there is one.
     if (!result.truth.empty()) {
       const PairTruth& truth = result.truth[each.index];
       json["exact"] = {{"class", to_string(truth.pair_class)},

@@ -44,6 +44,7 @@ void append_row(std::string& csv, const SetResult& set, const BackendResult& bac
   const std::size_t q = index_of(kind);
   const Judgement& judgement = backend.judgement;
   csv += fmt::format("{},{},{},{}", set.name, backend.name, to_string(kind), set.cases);
+  // Columns stay, empty where exact answers are missing.
   if (backend.judged) {
     const Wrongness& wrong = judgement.wrongness[q];
     csv += fmt::format(",{},{},{},{},{},{}", wrong.missed, wrong.phantom, wrong.undecided, wrong.failed,
@@ -51,16 +52,19 @@ void append_row(std::string& csv, const SetResult& set, const BackendResult& bac
   } else {
     csv += ",,,,,,";
   }
+  // Times of all modes follow, then those of frames.
   const BackendResult::Rows& rows = backend.rows[q];
   csv += "," + cells(rows.single) + "," + cells(rows.batch) + "," + cells(rows.raw) + "," +
          cells(rows.cached) + "," + cells(backend.frame[q]);
   csv += "," + (rows.allocations ? csv_number(*rows.allocations) : "");
+  // The worst case is named, so that it can be replayed.
   if (backend.judged) {
     csv += fmt::format(",{},{},{}", csv_number(judgement.worst[q].cost),
                        csv_text(case_id(set, judgement.worst[q].index)), judgement.worst[q].reason);
   } else {
     csv += ",,,";
   }
+  // Measures of other queries keep their columns.
   for (std::size_t m = 0; m < kMeasures; ++m) {
     const auto measure = static_cast<Measure>(m);
     const bool shown = backend.judged && belongs_to(measure, kind);

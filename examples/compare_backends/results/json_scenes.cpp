@@ -58,12 +58,14 @@ Json json(const SceneTrade& trade) {
                  {"selection_frames", trade.selection_frames},
                  {"rows", Json::array()},
                  {"steps", Json::array()}};
+  // Rows stand once, and steps refer to them by index.
   for (const TradeRow& row : trade.rows) result["rows"].push_back(json(row, trade.allowed));
   const auto index = [&](const TradeRow* row) { return row - trade.rows.data(); };
   for (const QueryKind query : kQueryKinds) {
     for (const TradeStep& step : trade_steps(trade, query))
       result["steps"].push_back(
           {{"query", to_string(query)}, {"allowed_m", number(step.allowed)}, {"row", index(step.row)}});
+    // The least that serves is null where nothing does.
     const TradeRow* cheapest = cheapest_row(trade, query, trade.allowed);
     Json& least = result["least_that_serves"][to_string(query)];
     least = nullptr;
@@ -89,6 +91,7 @@ Json json(const SceneResult& scene) {
                  {"exact_first_contact_s", optional_number(scene.exact_first_contact)},
                  {"backends", Json::array()},
                  {"cases", json(scene.set)}};
+  // Outcomes count by frame, as a guarded motion would be stopped.
   for (const SceneBackend& backend : scene.backends) {
     result["backends"].push_back({{"backend", backend.name},
                                   {"first_contact_s", optional_number(backend.first_contact)},
@@ -99,6 +102,7 @@ Json json(const SceneResult& scene) {
                                   {"clearance_at_stop_m", number(backend.clearance_at_stop)},
                                   {"worst_clearance_error_m", number(backend.worst_clearance_error)}});
   }
+  // The trade is there only where coarser models were measured.
   if (!scene.trade.rows.empty()) result["trade"] = json(scene.trade);
   return result;
 }

@@ -93,10 +93,12 @@ Json json(const GalleryCase& each) {
                    {"normal", json(each.truth.n_AB_W)},
                    {"normal_unique", each.truth.normal_unique}}},
                  {"answers", Json::array()}};
+  // Posed vertices make the case complete without its set.
   for (int v = 0; v < 8; ++v) {
     result["vertices_A_m"].push_back(json(each.posed.a.vertex(v)));
     result["vertices_B_m"].push_back(json(each.posed.b.vertex(v)));
   }
+  // Answers of all backends stand beside the exact one.
   for (const GalleryCase::Answer& answer : each.answers) {
     result["answers"].push_back({{"backend", answer.backend},
                                  {"status", to_string(answer.status)},

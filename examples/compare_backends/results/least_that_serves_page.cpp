@@ -65,6 +65,7 @@ std::string models_table(const SceneTrade& trade) {
                          "geometry's error: overlap [m]", "distance", "manifold", "backend's, worst"},
                         1);
   std::vector<std::string> models;
+  // One line holds a model's three queries, and the worst error of the backend in them.
   const auto line = [&](const TradeRow& first) {
     std::array<std::string, 3> times = {"-", "-", "-"}, errors = {"-", "-", "-"};
     double worst = 0.0;
@@ -79,6 +80,7 @@ std::string models_table(const SceneTrade& trade) {
     return markdown_row({first.model, std::to_string(first.hexahedra), pairs, times[0], times[1], times[2],
                          errors[0], errors[1], errors[2], format_error(worst)});
   };
+  // A model whose pairs were selected has a line of its own.
   for (const TradeRow& row : trade.rows) {
     const std::string key = row.model + (row.selected ? "/" : "");
     if (row.backend != backend || std::find(models.begin(), models.end(), key) != models.end()) continue;

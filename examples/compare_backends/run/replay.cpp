@@ -103,6 +103,7 @@ std::string describe_answer(const BackendAnswers& answers) {
 }  // namespace
 
 PairSet find_case(const Options& options, const std::string& id) {
+  // Files come before families, since an id of theirs may look like a family's.
   if (!options.pairs_file.empty()) {
     const PairFileCases file = load_pair_file(options.pairs_file);
     for (const PairFileCases::Case& each : file.cases) {
@@ -125,6 +126,7 @@ PairSet find_case(const Options& options, const std::string& id) {
     const auto found = std::find(set.ids.begin(), set.ids.end(), id);
     if (found != set.ids.end()) return single_case(set, static_cast<std::size_t>(found - set.ids.begin()));
   }
+  // An id of a family is enough to make the pair anew.
   const std::size_t colon = id.find(':');
   if (colon != std::string::npos && is_family(id.substr(0, colon))) {
     if (const auto index = whole_number(id.substr(colon + 1))) {

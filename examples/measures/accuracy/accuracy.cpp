@@ -467,11 +467,13 @@ void judge_query(std::span<const PairTruth> truth, const BackendAnswers& answers
   std::vector<CaseValue> sample;
   CurveBuilder curves(kind);
   for (std::size_t i = 0; i < truth.size(); ++i) {
+    // Every pair counts in the curves, also where no answer came.
     const PairStatus status = answers.queries[q].status[i];
     const CaseCost& cost = errors[i].cost(kind);
     count(judgement.wrongness[q], status, truth[i].contact(), cost.missing);
     curves.add(curve_case(truth[i], errors[i], status, kind, scale[i], size[i], i));
     if (errors[i].unsupported[q]) continue;
+    // Of the worst cases the figures are kept, so that the page can show them.
     WorstCase& worst = judgement.worst[q];
     WorstCase here{cost.cost, i, cost.reason, status};
     if (!answers.queries[q].geometry.empty() && carries_geometry(status, answers.queries[q].geometry[i])) {
@@ -483,6 +485,7 @@ void judge_query(std::span<const PairTruth> truth, const BackendAnswers& answers
       keep_dearest(judgement.wrong_cases[q], here);
     sample.push_back({cost.cost / scale[i], i});
   }
+  // Without a pair to judge there is no worst cost.
   if (sample.empty()) judgement.worst[q].cost = kNaN;
   judgement.cost[q] = quantiles(sample);
   judgement.cost_curve[q] = curve(sample);

@@ -38,10 +38,12 @@ bool is_near(const Swarm& swarm, std::span<const Pose> poses, SolidPair pair, do
 Swarm make_swarm(const SwarmSize& size, std::size_t frames, std::uint64_t seed) {
   Random random(mix_seed(seed, 0x737761726d, size.objects));
   Swarm swarm;
+  // The cube grows with the hexahedra, so that their density stays the same.
   const double side = std::cbrt(4.0 * static_cast<double>(size.hexahedra()));
   std::vector<Pose> X_WO;
   std::vector<Vector3> velocity;  // [m per frame]
   std::vector<Matrix3> turn;      // per frame
+  // Each object has a steady velocity and turn.
   for (std::size_t i = 0; i < size.objects; ++i) {
     swarm.trees.emplace_back(random_block(random, size.hexahedra_each), "object" + std::to_string(i));
     X_WO.push_back({random_rotation(random),
@@ -50,6 +52,7 @@ Swarm make_swarm(const SwarmSize& size, std::size_t frames, std::uint64_t seed) 
     const Vector3 axis = random_direction(random) * 0.01;
     turn.push_back(rotation_from_quaternion(1.0, axis.x(), axis.y(), axis.z()));
   }
+  // Solids of all objects are numbered in one row.
   for (const HexahedronTree& tree : swarm.trees) {
     for (const PlacedHexahedron& placed : tree.solids()) {
       swarm.solids.push_back(placed.solid);
@@ -57,6 +60,7 @@ Swarm make_swarm(const SwarmSize& size, std::size_t frames, std::uint64_t seed) 
     }
     swarm.pointers.push_back(&tree);
   }
+  // Poses of all frames are made here, outside of what is timed.
   for (std::size_t f = 0; f < frames; ++f) {
     std::vector<Pose>& poses = swarm.frames.emplace_back();
     for (std::size_t i = 0; i < size.objects; ++i) {

@@ -65,10 +65,12 @@ std::vector<int> thread_counts() {
 std::vector<ThreadResult> run_threads(std::span<const BackendRegistry::NarrowphaseEntry* const> backends,
                                       const PairSet& set, const ThreadOptions& options) {
   std::vector<ThreadResult> results;
+  // A backend is built once, for all numbers of threads.
   std::vector<Asked> asked;
   asked.reserve(backends.size());
   for (const auto* entry : backends) asked.emplace_back(*entry, set);
   std::vector<std::vector<double>> times(asked.size() * options.threads.size());
+  // Each pass goes over all rows, so that what slows the machine slows all alike.
   for (int pass = 0; pass <= options.passes; ++pass) {
     for (std::size_t t = 0; t < times.size(); ++t) {
       Asked& backend = asked[t / options.threads.size()];
@@ -77,6 +79,7 @@ std::vector<ThreadResult> run_threads(std::span<const BackendRegistry::Narrowpha
       if (pass > 0) times[t].push_back(ns);  // the first one warms up
     }
   }
+  // A backend that was not asked keeps its reason.
   for (std::size_t t = 0; t < times.size(); ++t) {
     const Asked& backend = asked[t / options.threads.size()];
     ThreadResult result;

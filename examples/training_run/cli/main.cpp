@@ -33,6 +33,7 @@ int run(int argc, char** argv) {
     print_list(*options, registry);
     return 0;
   }
+  // Wrong names are found before a report is begun.
   const std::vector<std::string> backends = comparison::choose_backends(options->backends, registry);
   const std::vector<std::filesystem::path> scripts = find_scripts(*options);
   LiveReport report(options->output, comparison::stems(scripts));
@@ -40,6 +41,7 @@ int run(int argc, char** argv) {
     load_setting(script, *options, [&](const std::string& account) {  // before any of them is flown
       comparison::print_now(comparison::wrapped(account));
     });
+  // So are outputs that cannot be made.
   std::vector<std::string> flights;
   for (const std::string& script : comparison::stems(scripts))
     for (std::string& name : flight_names(script, backends)) flights.push_back(std::move(name));
@@ -52,6 +54,7 @@ int run(int argc, char** argv) {
       "false stops: wrongly stopped of frames with a mover stopped; us: control and check of a frame;\n"
       "cpu: the worst by the thread's own clock; alloc: in all frames (figure 2 lists anew what is "
       "in range)\n");
+  // Methods are reported one by one, so that an interrupt loses none of them.
   const auto run_one = [&](const std::filesystem::path& script, ProgressLine& progress) {
     return run_script(script, *options, registry, backends, progress,
                       [&](const ScriptResult& so_far) { report.see_method(so_far); });

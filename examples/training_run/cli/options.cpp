@@ -16,12 +16,14 @@ std::optional<Options> parse_options(int argc, const char* const* argv,
       "ms "
       "late (the paper's Figure 1), whole steps refused by the paper's own check (Figure 2, its first "
       "build), and the contact world; judged by exact."};
+  // Scripts and backends are chosen by name.
   app.add_option("--scene", options.scenes,
                  "Scene numbers (1 10), script names or script files (default: all; --list names them)");
   app.add_option("--backend", options.backends,
                  "Narrowphases of the contact world (default: native; 'all' for every one)");
   auto* rate =
       app.add_option("--rate", options.frame_rate, "Frames a second, 10 to 1000 (default: the script's)");
+  // Records, animations and images are left out unless they are asked for.
   app.add_option("--record", options.outputs.records, "Folder of records of all flights (CSV)");
   app.add_option("--gltf", options.outputs.animations, "Folder of animations made from the records");
   app.add_option("--cigi", options.outputs.cigi,
@@ -33,6 +35,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv,
   comparison::add_robot_options(app, options.robots);
   app.add_flag("--list", options.list, "List scripts and backends");
   if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  // Figures are checked and defaults set once all options are known.
   if (*rate && !(options.frame_rate >= 10.0 && options.frame_rate <= 1000.0))
     throw InputError("--rate: is not within 10 and 1000 Hz");
   if (options.output.empty()) throw InputError("--out: names no folder");

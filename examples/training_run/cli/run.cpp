@@ -53,13 +53,16 @@ class Runner {
   void run(Method& method, const Resolution& resolution, bool keep, bool is_shown) {
     const std::string what = fmt::format("{}: {}, {}", result_.file, method.name(), method.backend());
     const auto share = [&](double done) { progress_.share(done); };
+    // Outputs see each frame while the method flies.
     progress_.step(what + ": flying");
     FlightOutputs outputs(outputs_, setting_, flight_name(result_.file, method.name(), method.backend()),
                           is_shown);
     for (FrameOutput* receiver : outputs.receivers()) method.attach(*receiver);
     FlightLog log = fly(setting_, method, outputs.is_in_real_time(), share);
+    // Without all events the flight cannot be judged.
     if (log.lost_events > 0)
       throw InputError(fmt::format("{}: {} events found no room in the log", what, log.lost_events));
+    // Judging comes after the flight, so that it slows no frame.
     progress_.step(what + ": judging");
     MethodResult out;
     out.method = method.name();
@@ -75,6 +78,7 @@ class Runner {
     out.outputs = outputs.close();
     result_.methods.push_back(std::move(out));
     if (on_method_) on_method_(result_);
+    // Some logs are kept for figures that need all methods.
     if (keep) kept_.emplace_back(result_.methods.size() - 1, std::move(log));
   }
 

@@ -495,8 +495,10 @@ std::vector<SeparationPoint> Judge::separations(const FlightLog& log, std::size_
   std::vector<SeparationPoint> points;
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t frame = first; frame <= std::min(last, log.frames); ++frame) {
+    // A frame's checks were those of the formation before it.
     const Formation& formation = log.formations[log.formation[frame == 0 ? 0 : frame - 1]];
     const std::vector<PosedSolid> solids = s.pose_all(log.shown(frame));
+    // Distances of boxes are lower bounds, which put near pairs first.
     order.clear();
     for (std::size_t i = 0; i < s.setting.pairs().size(); ++i) {
       const SolidPair& pair = s.setting.pairs()[i];
@@ -505,6 +507,7 @@ std::vector<SeparationPoint> Judge::separations(const FlightLog& log, std::size_
         order.emplace_back(distance_of_boxes(solids[pair.a], solids[pair.b]), i);
     }
     std::sort(order.begin(), order.end());
+    // The exact separations end the search as soon as no bound is below the least.
     double least = kInfinity;
     for (const auto& [bound, i] : order) {
       if (bound > least) break;

@@ -151,6 +151,7 @@ FlightOutputs::FlightOutputs(const OutputOptions& options, const Setting& settin
     : state_(std::make_unique<State>()) {
   state_->setting = &setting;
 #ifdef TOUCHSTONE_HAS_RECORDER
+  // Each flight has a record of its own.
   if (!options.records.empty()) {
     state_->record = (fs::path(options.records) / (name + ".csv")).string();
     state_->record_file.emplace(options.records, name + ".csv");
@@ -158,11 +159,13 @@ FlightOutputs::FlightOutputs(const OutputOptions& options, const Setting& settin
                 std::make_unique<Recorder>(state_->record_file->path().string(), recorder_options(setting)));
   }
 #endif
+  // An animation is written when the flight is over.
   if (!options.animations.empty()) {
     state_->animation_folder = options.animations;
     state_->animation_name = name + ".gltf";
   }
 #ifdef TOUCHSTONE_HAS_CIGI
+  // The image generator shows one flight in real time.
   if (is_shown && !options.cigi.empty()) {
     const Address address = address_from(options.cigi);
     CigiOptions cigi_options;

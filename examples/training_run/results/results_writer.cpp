@@ -47,6 +47,7 @@ Json json(const OutputFigures& output) {
 
 Json json(const Setting& setting, const MethodResult& method) {
   Json out = {{"method", method.method}, {"backend", method.backend}};
+  // A method that was not flown has a reason alone.
   if (!method.not_flown.empty()) {
     out["not_flown"] = method.not_flown;
     return out;
@@ -54,6 +55,7 @@ Json json(const Setting& setting, const MethodResult& method) {
   const Verdict& v = method.verdict;
   out["check"] = std::string(to_string(method.check));
   out["frames"] = v.frames;
+  // Stops and cues name the pairs that caused them.
   out["stops"] = Json::array();
   for (const Stop& stop : v.stops)
     out["stops"].push_back({{"time_s", number(stop.time)},
@@ -64,6 +66,7 @@ Json json(const Setting& setting, const MethodResult& method) {
     out["cues"].push_back({{"kind", std::string(to_string(cue.kind))},
                            {"time_s", number(cue.time)},
                            {"pair", json(setting, cue.solids)}});
+  // Exact answers judge the frames that were shown.
   out["deepest_shown_m"] = number(v.deepest_shown);
   out["deepest_between_m"] = number(v.deepest_between);
   out["merged_frames"] = v.merged;
@@ -72,11 +75,13 @@ Json json(const Setting& setting, const MethodResult& method) {
   out["phantom_frames"] = v.phantom;
   out["blocked_frames"] = v.blocked;
   out["false_stop_frames"] = v.false_stops;
+  // Times and counts say what a frame costs.
   out["frame_us"] = json(method.times);
   out["frame_cpu_us"] = json(method.cpu_times);
   out["allocations"] = method.allocations ? Json(*method.allocations) : Json(nullptr);
   out["queries"] = method.queries;
   out["iteration_limits"] = method.iteration_limits;
+  // Hands and outputs are judged one by one.
   out["hands"] = Json::array();
   for (const HandFigures& hand : method.hands) out["hands"].push_back(json(hand));
   out["outputs"] = Json::array();
@@ -133,10 +138,12 @@ std::string results_csv(const std::vector<ScriptResult>& results,
                           csv_text(method.backend), method.not_flown.empty() ? to_string(method.check) : "",
                           csv_text(method.not_flown), to_string(scene.policy), scene.frame_rate,
                           scene.contact_gap);
+      // A method that was not flown keeps its columns, empty.
       if (!method.not_flown.empty()) {
         text += std::string(20, ',') + fmt::format(",{}\n", partial);
         continue;
       }
+      // Without a stop its cells stay empty.
       const Verdict& v = method.verdict;
       const double nan = std::nan("");
       text += fmt::format("{},{},{},{},", v.frames, v.stops.size(),

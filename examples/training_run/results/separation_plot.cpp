@@ -79,10 +79,12 @@ std::string legend(const MethodResult& method, std::size_t place) {
 }  // namespace
 
 std::string separation_plot(const ScriptResult& result) {
+  // No two methods share a colour.
   std::vector<const MethodResult*> methods;
   for (const MethodResult& method : result.methods)
     if (!method.separations.empty() && methods.size() < kColours.size()) methods.push_back(&method);
   if (methods.empty()) return "";
+  // The y axis spans all separations, with some room.
   double low = 0.0, high = 0.0;
   for (const MethodResult* method : methods) {
     for (const SeparationPoint& point : method->separations) {
@@ -94,6 +96,7 @@ std::string separation_plot(const ScriptResult& result) {
   if (!(room > 0.0)) return "";
   const Scale x{methods[0]->separations.front().time, methods[0]->separations.back().time, kLeft, kRight};
   const Scale y{low - room, high + room, kBottom, kTop};
+  // The file brings its style and background, since it is seen alone.
   std::string svg = fmt::format(
       "<svg class='plot' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' width='{0}' height='{1}' "
       "role='img' aria-label='{2}: separation over time'><style>{3}</style>"

@@ -109,21 +109,25 @@ Script robot_script(const MechanismDescription& description) {
   const std::vector<double> q = comparison::start_values(*robot);
   std::vector<Pose> X_WL(robot->links().size());
   robot->link_poses({}, q, X_WL);
+  // The robot's reach sets the scale of the scene.
   double reach = 0.0;
   for (std::uint32_t link = 0; link < X_WL.size(); ++link)
     if (robot->links()[link].tree)
       reach = std::max(reach, norm(around(*robot, link, X_WL).centre) + around(*robot, link, X_WL).radius);
+  // The block stands where the end of the robot can approach it most freely.
   const Sphere at_end = around(*robot, end, X_WL);
   const double block_radius = 0.87 * kBlock * reach;  // half a cube's diagonal
   const double away = at_end.radius + (kGap + 0.5 * kBlock) * reach;
   const Approach freest = freest_approach(*robot, end, X_WL, at_end, away, block_radius);
   const Vector3 direction = freest.direction;
+  // A slow robot gets more time instead of rates beyond its joints.
   const double slower = std::clamp(kSpeed * reach / (kOfRate * freest.speed), 1.0, kSlowest);
   const double speed = kSpeed * reach / slower;
   const Vector3 across =
       cross(direction, std::abs(direction.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX());
   const Vector3 aside = across / norm(across);
 
+  // The scene lasts as long as the hand's four ways.
   Script script;
   script.name = "Robot " + description.name;
   script.scene.name = script.name;
@@ -133,6 +137,7 @@ Script robot_script(const MechanismDescription& description) {
   script.scene.policy = ContactPolicy::advance;
   script.scene.duration = slower * 2.0 * (kOutward + kSideways);
   script.scene.objects.push_back(block(kBlock * reach, at_end.centre + away * direction, direction, aside));
+  // The hand goes out, back, sideways and home.
   HandScript hand;
   hand.arm = ArmScript{description.name, robot, robot->links()[end].name, q, X_WL[end]};
   const Vector3 fast = speed * direction, to_side = speed * aside;

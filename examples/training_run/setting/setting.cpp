@@ -34,8 +34,10 @@ Setting::Setting(Script script, double frame_rate)
     : script_(with_latches_as_actions(with_rate(std::move(script), frame_rate))),
       arms_(add_arms(script_)),
       instance_(script_.scene) {
+  // The log of a flight has room for so many frames.
   if (!(scene().duration * scene().frame_rate <= static_cast<double>(kMostFrames)))
     throw InputError("script '" + script_.name + "': more than 1 000 000 frames");
+  // Links of arms and objects in hands may move.
   may_move_.assign(object_count(), 0);
   arm_of_.assign(object_count(), nullptr);
   for (const Arm& arm : arms_) place(arm);
@@ -44,10 +46,12 @@ Setting::Setting(Script script, double frame_rate)
     object_of_hand_.push_back(hand.arm ? (arm++)->first_object : find(hand.object));
     if (!hand.arm) may_move_[object_of_hand_.back()] = 1;
   }
+  // So may objects that are taken along.
   for (std::uint32_t i = 0; i < object_count(); ++i) {
     may_be_taken_along_.push_back(!may_move_[i] && !arm_of_[i] && touchstone::may_be_taken_along(scene(), i));
     if (may_be_taken_along_[i]) may_move_[i] = 1;
   }
+  // A latch may move both of its sides.
   for (const OperatorAction& action : script_.actions) {
     const bool latches = action.kind == OperatorAction::Kind::latch;
     actions_.push_back({action.kind, action.time, find(action.object), latches ? find(action.carrier) : kNone,
@@ -56,6 +60,7 @@ Setting::Setting(Script script, double frame_rate)
     may_move_[actions_.back().object] = 1;
     if (!arm_of_[actions_.back().carrier]) may_move_[actions_.back().carrier] = 1;
   }
+  // Pairs that never move are not checked.
   for (const SolidPair& pair : instance_.checked_pairs())
     if (may_move(instance_.object_of(pair.a)) || may_move(instance_.object_of(pair.b)))
       pairs_.push_back(pair);

@@ -23,9 +23,11 @@ SceneBackend follow(const BackendAnswers& answers, const SceneFrames& frames, st
   result.clearance_at_stop = kNaN;
   const std::size_t pairs = frames.set.pairs.size();
   for (std::size_t f = 0; f < frames.times.size(); ++f) {
+    // The first contact is known without exact answers; errors are not.
     const FrameAnswer overlap = frame_answer(answers.queries[index_of(QueryKind::overlap)], f, pairs);
     if (overlap.contact && !result.first_contact) result.first_contact = frames.times[f];
     if (exact.empty()) continue;
+    // A frame is missed, phantom, undecided or right.
     const bool contact = exact[f] <= 0.0;
     if (overlap.contact && !contact)
       ++result.phantom_frames;
@@ -33,10 +35,12 @@ SceneBackend follow(const BackendAnswers& answers, const SceneFrames& frames, st
       ++result.undecided_frames;
     else if (!overlap.contact && contact)
       ++result.missed_frames;
+    // The clearance at the stop is that of the last frame before the first that blocks.
     const bool blocks = overlap.contact || overlap.unsure;
     if (blocks && f > 0 && result.frame_outcomes.find_first_of("bw") == std::string::npos)
       result.clearance_at_stop = exact[f - 1];
     result.frame_outcomes += blocks ? (contact ? 'b' : 'w') : contact ? 'm' : '.';
+    // A distance that is missing leaves the worst error unknown.
     const FrameAnswer distance = frame_answer(answers.queries[index_of(QueryKind::distance)], f, pairs);
     const double error = std::abs(distance.least - exact[f]);
     if (std::isfinite(error))

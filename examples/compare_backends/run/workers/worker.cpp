@@ -64,6 +64,7 @@ void write_file(const fs::path& path, const std::string& bytes) {
 // Runs the program to its end. Returns "" or how it failed.
 std::string run_program(const Worker& worker, std::vector<std::string> arguments, const Progress& progress) {
   const fs::path& program = worker.program;
+  // The program comes first, then its own arguments, then those of the job.
   arguments.insert(arguments.begin(), worker.arguments.begin(), worker.arguments.end());
   arguments.insert(arguments.begin(), program.string());
   std::vector<char*> argv;
@@ -73,10 +74,12 @@ std::string run_program(const Worker& worker, std::vector<std::string> arguments
   if (const int error = posix_spawn(&process, program.c_str(), nullptr, nullptr, argv.data(), environ)) {
     return fmt::format("{} cannot be started: {}", program.filename().string(), std::strerror(error));
   }
+  // Workers do not outlive an interrupted run.
   const OnInterrupt end_it([process] {
     kill(process, SIGKILL);
     return std::string();
   });
+  // Polling lets progress and interrupts through.
   int status = 0;
   try {
     while (waitpid(process, &status, WNOHANG) == 0) {
@@ -88,6 +91,7 @@ std::string run_program(const Worker& worker, std::vector<std::string> arguments
     waitpid(process, &status, 0);
     throw;
   }
+  // A worker that died is told in words, as a failure of its backends.
   stop_if_interrupted();  // a terminal sends its signal to the worker, too, which is no result
   if (WIFSIGNALED(status)) {
     return fmt::format("{} died: {}", program.filename().string(), strsignal(WTERMSIG(status)));
@@ -160,12 +164,14 @@ int worker_main(int argc, char** argv, const std::function<void(BackendRegistry&
   try {
     BackendRegistry registry;
     add_backends(registry);
+    // The program asks for the names of the backends first.
     if (arguments.size() == 2 && arguments[0] == "--describe") {
       std::ofstream stream(arguments[1]);
       for (const auto& entry : registry.narrowphases())
         stream << entry.name << "\n" << entry.description << "\n";
       return stream ? 0 : 1;
     }
+    // A job comes as one file, and its answers go back as another.
     if (arguments.size() == 3 && arguments[0] == "--run") {
       const Job job = decode_job(read_file(arguments[1]));
       std::vector<const BackendRegistry::NarrowphaseEntry*> entries;
