@@ -19,6 +19,9 @@ struct Machine {
 };
 Machine describe_machine();
 
+/// Of a Markdown page of figures: the title, then version, machine, date, load and the command that wrote it.
+std::string page_head(const std::string& title, const std::string& command);
+
 /// Of this project, "1.2.3".
 std::string touchstone_version();
 

@@ -1,11 +1,8 @@
 #include "touchstone/tests/world/progress/progress_page.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/core.h>
-#include <stdlib.h>
 
 #include <algorithm>
-#include <ctime>
 
 #include "touchstone/examples/program/terminal/machine.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
@@ -14,18 +11,6 @@ namespace touchstone {
 namespace {
 
 using comparison::format_count;
-
-std::string head(const std::string& command) {
-  const comparison::Machine machine = comparison::describe_machine();
-  double load = 0.0;
-  const bool has_load = getloadavg(&load, 1) == 1;
-  return fmt::format(
-      "# How far motion gets\n\n"
-      "Touchstone {}; {} ({}), {} hardware threads, {}; {}, {}; {:%Y-%m-%d}{}.\nWritten by `{}`.\n\n",
-      machine.version, machine.cpu, machine.instruction_set, machine.hardware_threads, machine.system,
-      machine.compiler, machine.build_type, fmt::gmtime(std::time(nullptr)),
-      has_load ? fmt::format(", load at the end {:.1f}", load) : "", command);
-}
 
 std::string row(const ProgressFigures& f) {
   const double frames = static_cast<double>(std::max<std::uint64_t>(f.frames, 1));
@@ -39,7 +24,7 @@ std::string row(const ProgressFigures& f) {
 }  // namespace
 
 std::string progress_page(std::span<const ProgressFigures> figures, const std::string& command) {
-  std::string out = head(command);
+  std::string out = comparison::page_head("How far motion gets", command);
   out +=
       "A blocked frame is *open* where small steps, searched by other means, come nearer to the command by "
       "a\n"
