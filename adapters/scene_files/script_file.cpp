@@ -144,14 +144,27 @@ Scene with_links(const Script& script) {
   return scene;
 }
 
+OperatorAction read_hold(const YamlReader& hold, double time, const Scene& scene, std::size_t first_link) {
+  hold.require_keys({"fixture", "link"});
+  OperatorAction action;
+  action.kind = OperatorAction::Kind::hold;
+  action.time = time;
+  action.carrier = read_object(hold.at("fixture"), scene);
+  action.object = read_object(hold.at("link"), scene);
+  if (find_object(scene, action.carrier) >= first_link) hold.at("fixture").fail("is a link of an arm");
+  if (find_object(scene, action.object) < first_link) hold.at("link").fail("is no link of an arm");
+  return action;
+}
+
 OperatorAction read_action(const YamlReader& item, const Scene& scene, std::size_t first_link) {
-  item.require_keys({"time", "latch", "release", "switch_on", "switch_off"});
+  item.require_keys({"time", "latch", "release", "switch_on", "switch_off", "hold"});
   using Kind = OperatorAction::Kind;
   OperatorAction action;
   action.time = read_time(item);
   const int named = int{item.has("latch")} + int{item.has("release")} + int{item.has("switch_on")} +
-                    int{item.has("switch_off")};
-  if (named != 1) item.fail("expected one of latch, release, switch_on, switch_off");
+                    int{item.has("switch_off")} + int{item.has("hold")};
+  if (named != 1) item.fail("expected one of latch, release, switch_on, switch_off, hold");
+  if (item.has("hold")) return read_hold(item.at("hold"), action.time, scene, first_link);
   if (item.has("latch")) {
     const YamlReader latch = item.at("latch");
     latch.require_keys({"carrier", "carried", "allowed"});

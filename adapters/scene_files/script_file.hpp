@@ -48,10 +48,11 @@ struct HandScript {
 /// An action of the operator besides flying; in force from the first frame on that starts at `time` or later.
 struct OperatorAction {
   /// The kind of action; `switch_on` and `switch_off` are of the object's selection.
-  enum class Kind : std::uint8_t { latch, release, switch_on, switch_off } kind = Kind::latch;
+  /// `hold`: of an arm that walks a fixture may hold an end where it stands, at time 0 it does.
+  enum class Kind : std::uint8_t { latch, release, switch_on, switch_off, hold } kind = Kind::latch;
   double time = 0.0;    ///< [s]
-  std::string object;   ///< carried, released or switched
-  std::string carrier;  ///< latch only: an object, or a link of a flown arm (`ssrms.tip_lee`)
+  std::string object;   ///< carried, released, switched; of a hold the arm's link
+  std::string carrier;  ///< latch: an object, or a link of a flown arm (`ssrms.tip_lee`); hold: the fixture
   std::vector<ExemptPair> allowed = {};  ///< latch only: not checked as well, while it holds
 };
 

@@ -174,6 +174,15 @@ TEST_F(ScriptFile, LatchesToLinksOfTheArmsItFlies) {
   expect_refused(latch + "{carrier: table, carried: ssrms.tip_lee}}\n", 7, "carried by nothing");
   expect_refused(latch + "{carrier: ssrms.tip_lee, carried: cube, allowed: [[ssrms.hand, cube]]}}\n", 7,
                  "'ssrms.hand'");
+  const std::string hold = kHead + kArm + "  - {time: 0, hold: ";
+  const OperatorAction held = load(hold + "{fixture: table, link: ssrms.base_lee}}\n").actions[0];
+  EXPECT_EQ(held.kind, OperatorAction::Kind::hold);
+  EXPECT_EQ(held.carrier, "table");
+  EXPECT_EQ(held.object, "ssrms.base_lee");
+  expect_refused(hold + "{fixture: ssrms.tip_lee, link: ssrms.base_lee}}\n", 7,
+                 "fixture: is a link of an arm");
+  expect_refused(hold + "{fixture: table, link: cube}}\n", 7, "link: is no link of an arm");
+  expect_refused(hold + "{fixture: table}}\n", 7, "link");
   expect_refused(kHands +
                      "      - {time: 0}\nactions:\n  - {time: 0, latch: {carrier: ssrms.tip_lee, carried: "
                      "cube}}\n",

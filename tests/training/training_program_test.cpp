@@ -686,6 +686,8 @@ TEST_F(TrainingRun, SaysWhatIsWrongWithItsInput) {
                                              "link: tip, joints: [1, 2], pose: {}}\n"
                                              "    rates: [{time: 0}]\n");
   expect("--scene " + arm.string(), "2 joint values for 7 joints");
+  expect("--scene " + scenes + "/../station/scenes/walk_off.yaml",
+         "an arm that walks is flown by the station");
 }
 
 TEST_F(TrainingRun, NothingOfAnybodyElsesIsReplaced) {

@@ -131,6 +131,10 @@ std::vector<std::string> flight_names(const std::string& script, const std::vect
 std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, const Options& options,
                                             const std::function<void(const std::string&)>& on_account) {
   Script script = read_script(file, options, on_account);
+  for (const OperatorAction& action : script.actions)
+    if (action.kind == OperatorAction::Kind::hold)
+      throw InputError(file.string() +
+                       ": an arm that walks is flown by the station (examples/run --station)");
   const double frames =
       script.scene.duration * (options.frame_rate > 0.0 ? options.frame_rate : script.scene.frame_rate);
   const auto objects = static_cast<double>(script.scene.objects.size());

@@ -53,11 +53,13 @@ Setting::Setting(Script script, double frame_rate)
   }
   // A latch may move both of its sides.
   for (const OperatorAction& action : script_.actions) {
-    const bool latches = action.kind == OperatorAction::Kind::latch;
-    actions_.push_back({action.kind, action.time, find(action.object), latches ? find(action.carrier) : kNone,
-                        solids_of(action.allowed)});
+    const bool latches = action.kind == OperatorAction::Kind::latch,
+               holds = action.kind == OperatorAction::Kind::hold;
+    actions_.push_back({action.kind, action.time, find(action.object),
+                        latches || holds ? find(action.carrier) : kNone, solids_of(action.allowed)});
+    // What is held may be let go; what holds it stands still.
+    if (latches || holds) may_move_[actions_.back().object] = 1;
     if (!latches) continue;
-    may_move_[actions_.back().object] = 1;
     if (!arm_of_[actions_.back().carrier]) may_move_[actions_.back().carrier] = 1;
   }
   // Pairs that never move are not checked.

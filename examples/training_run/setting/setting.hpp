@@ -19,7 +19,7 @@ struct Action {
   OperatorAction::Kind kind;
   double time;                     ///< [s]
   std::uint32_t object;            ///< index in the scene
-  std::uint32_t carrier;           ///< kNone unless it latches
+  std::uint32_t carrier;           ///< kNone unless it latches; of a hold the fixture
   std::vector<SolidPair> allowed;  ///< latch: not checked as well, while it holds; ascending
 };
 
