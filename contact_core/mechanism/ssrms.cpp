@@ -146,4 +146,13 @@ MechanismDescription make_ssrms() {
   return arm;
 }
 
+MechanismDescription make_walking_ssrms() {
+  MechanismDescription arm = make_ssrms();
+  arm.links.push_back({"base_tip", {}, {}});
+  JointDescription mouth{"base_mouth", JointKind::fixed, kNames[kBaseLee], "base_tip"};
+  mouth.X_PJ.R << -1, 0, 0, 0, -1, 0, 0, 0, 1;
+  arm.joints.push_back(mouth);
+  return arm;
+}
+
 }  // namespace touchstone

@@ -28,4 +28,8 @@ namespace touchstone {
 /// published; who computes dynamics has to choose.
 MechanismDescription make_ssrms();
 
+/// make_ssrms() that may stand on either end: `base_tip` is to the base's mouth as `tip` is to the other's, a
+/// frame without solids whose x axis comes out of it.
+MechanismDescription make_walking_ssrms();
+
 }  // namespace touchstone

@@ -79,12 +79,30 @@ TEST(Spdm, ClosesItsJawsEvenlyAroundTheTip) {
 
 TEST(BundledArms, AreFreeOfThemselvesAndKnownByName) {
   const auto native = make_native();
-  for (const char* name : {"ssrms", "ssrms_on_transporter", "spdm", "spdm_arm"}) {
+  for (const char* name : {"ssrms", "ssrms_walking", "ssrms_on_transporter", "spdm", "spdm_arm"}) {
     const Mechanism arm(make_bundled_arm(name));
     const std::vector<ReferenceOverlap> overlaps = find_reference_overlaps(arm, *native);
     EXPECT_TRUE(overlaps.empty()) << name << ": " << to_string(overlaps[0], arm);
   }
   EXPECT_THROW(make_bundled_arm("canadarm"), InputError);
+}
+
+TEST(WalkingSsrms, StandsOnEitherEndAndLooksOutOfBothMouths) {
+  const Mechanism arm(make_bundled_arm("ssrms_walking"));
+  const std::vector<double> q = {0.3, -0.2, 0.5, 1.9, 0.4, 0.1, -0.7};
+  const std::vector<Pose> X = poses_of(arm, q);
+  const Pose& X_base = X[arm.find_link("base_tip")];
+  EXPECT_EQ(X_base.p, Vector3(0, 0, 0));  // the plane of the mouth
+  EXPECT_EQ(X_base.R.col(0), Vector3(-1, 0, 0));
+  // Held by its other end where that was, every link is where it was.
+  const Mechanism other = arm.with_base("tip_lee");
+  std::vector<Pose> X_again(other.links().size());
+  other.link_poses(X[arm.find_link("tip_lee")], q, X_again);
+  for (std::uint32_t link = 0; link < X.size(); ++link) {
+    EXPECT_EQ(other.links()[link].name, arm.links()[link].name);
+    EXPECT_LE(norm(X_again[link].p - X[link].p), 1e-13) << arm.links()[link].name;
+    EXPECT_LE((X_again[link].R - X[link].R).cwiseAbs().maxCoeff(), 1e-14) << arm.links()[link].name;
+  }
 }
 
 TEST(MobileTransporter, MovesTheArmAlongItsRails) {

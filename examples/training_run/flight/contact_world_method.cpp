@@ -59,7 +59,9 @@ void ContactWorldMethod::send(double time) noexcept {
 }
 
 std::size_t ContactWorldMethod::index_of(const Arm& arm) const noexcept {
-  return static_cast<std::size_t>(&arm - setting_->arms().data());
+  std::size_t index = 0;
+  while (setting_->arms()[index].first_object != arm.first_object) ++index;
+  return index;
 }
 
 void ContactWorldMethod::take_joints(const Arm& arm) noexcept {
@@ -80,12 +82,47 @@ void ContactWorldMethod::add_objects() {
     // The setting outlives this, so the world's share of the tree owns nothing.
     const std::shared_ptr<const HexahedronTree> tree(std::shared_ptr<void>(), &object.tree);
     const Arm* arm = setting_->arm_of(i);
-    objects_.push_back(arm ? add_link(*arm, i)
-                           : world_.add({tree, object.X_WO, !setting_->may_move(i), object.groups}));
-    if (index_of_slot_.size() <= objects_[i].slot) index_of_slot_.resize(objects_[i].slot + 1);
-    index_of_slot_[objects_[i].slot] = i;
+    objects_.emplace_back();
+    set_object(
+        i, arm ? add_link(*arm, i) : world_.add({tree, object.X_WO, !setting_->may_move(i), object.groups}));
     X_WO_.push_back(object.X_WO);
   }
+}
+
+void ContactWorldMethod::set_object(std::uint32_t object, ObjectHandle handle) {
+  objects_[object] = handle;
+  if (index_of_slot_.size() <= handle.slot) index_of_slot_.resize(handle.slot + 1);
+  index_of_slot_[handle.slot] = object;
+}
+
+/// Of a mechanism that was added anew; what ended with the links of before is set again.
+void ContactWorldMethod::take_links(const Arm& arm) {
+  const MechanismHandle mechanism = mechanisms_[index_of(arm)];
+  for (std::uint32_t i = 0; i < arm.object_count; ++i) {
+    const std::uint32_t object = arm.first_object + i;
+    set_object(object, world_.link(mechanism, arm.mechanism->links()[arm.link_of_object[i]].name));
+    feed_.show(objects_[object]);
+    if (!formation_.is_on[object]) world_.select(SelectionChange::of(objects_[object], false));
+    X_WO_[object] = world_.actual_pose(objects_[object]);
+  }
+  const auto is_arms = [&](SolidIndex solid) {
+    return setting_->instance().object_of(solid) - arm.first_object < arm.object_count;
+  };
+  std::vector<SolidPair> exempt;
+  for (const SolidPair& pair : setting_->instance().exempt_pairs())
+    if (is_arms(pair.a) || is_arms(pair.b)) exempt.push_back(pair);
+  for (const Exemption& pair : exemptions(exempt)) world_.exempt(pair);
+  set_rules(setting_->scene(), objects_, world_);
+}
+
+void ContactWorldMethod::set_base(const Arm& arm) {
+  const std::size_t index = index_of(arm);
+  world_.remove_mechanism(mechanisms_[index]);  // throws where a link carries something
+  mechanisms_[index] = world_.add_mechanism({arm.mechanism, arm.X_WB, arm.joints, {}, arm.weights});
+  take_links(arm);
+  world_.set_default_rule(
+      {setting_->scene().policy, {}, setting_->script().translation_only, setting_->scene().passive});
+  world_.prepare();
 }
 
 std::vector<Exemption> ContactWorldMethod::exemptions(std::span<const SolidPair> pairs) const {

@@ -21,6 +21,7 @@ class ContactWorldMethod final : public Method {
   std::string_view backend() const noexcept override { return backend_; }
   MotionCheck check() const noexcept override { return world_.capabilities().check; }
   void act(const Action& action) override;
+  void set_base(const Arm& arm) override;
   void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
              FlightLog& log) noexcept override;
   void attach(FrameOutput& output) override { feed_.add_output(output); }
@@ -45,6 +46,8 @@ class ContactWorldMethod final : public Method {
   void take_joints(const Arm& arm) noexcept;
   ObjectHandle add_link(const Arm& arm, std::uint32_t object);
   void add_objects();
+  void take_links(const Arm& arm);
+  void set_object(std::uint32_t object, ObjectHandle handle);
   std::vector<Exemption> exemptions(std::span<const SolidPair> pairs) const;
   void log_event(const ContactEvent& event, FlightLog& log) const noexcept;
 

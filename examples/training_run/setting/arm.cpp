@@ -94,4 +94,15 @@ std::vector<Arm> add_arms(Script& script) {
   return arms;
 }
 
+Arm held_by(const Arm& arm, std::uint32_t base, const Pose& X_WB, std::uint32_t flown_link,
+            std::span<const double> joints) {
+  Arm out = arm;
+  const std::string& link = arm.mechanism->links()[base].name;
+  out.mechanism = std::make_shared<const Mechanism>(arm.mechanism->with_base(link));
+  out.X_WB = rigid_frame(X_WB);
+  out.flown_link = flown_link;
+  out.joints.assign(joints.begin(), joints.end());
+  return out;
+}
+
 }  // namespace touchstone::training

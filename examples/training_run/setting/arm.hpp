@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "touchstone/adapters/scene_files/script_file.hpp"
@@ -29,5 +30,10 @@ struct Arm {
 /// Adds the links of all arms that hands fly to the script's scene, and the pairs that they exempt.
 /// @throws InputError: an unknown model or link, joint values that do not fit, or out of limits.
 std::vector<Arm> add_arms(Script& script);
+
+/// The same arm held by another link, where that is. Objects, joint values and weights keep their places.
+/// @param joints its values now. @throws InputError: no such link.
+Arm held_by(const Arm& arm, std::uint32_t base, const Pose& X_WB, std::uint32_t flown_link,
+            std::span<const double> joints);
 
 }  // namespace touchstone::training
