@@ -140,6 +140,61 @@ TEST_F(FlownStation, ShowsForcesAndTorquesAndWhatAnInstructorBreaks) {
       becomes_true("document.getElementById('forces').hidden && !touchstoneStation.station.state.dynamics"));
 }
 
+/// Flies the tip to `goal` in the world by the page's own hand, without turning it, from now on.
+constexpr const char* kFlyTo = R"js((async () => {
+  const {positionOf, rotationOf} = await import('/frames.js');
+  const {add, subtract, turn, conjugate} = await import('/algebra.js');
+  const {station, hand} = touchstoneStation;
+  window.flyTo = goal => {
+    clearInterval(window.flying);
+    window.flying = goal && setInterval(() => {
+      const tip = station.scene.tips[station.frame.tip], {poses} = station.frame.methods.at(-1);
+      const rotation = rotationOf(poses, tip.object);
+      const way = subtract(goal, add(positionOf(poses, tip.object), turn(rotation, tip.position)));
+      window.away = Math.hypot(...way);
+      hand.assist = turn(conjugate(rotation), way).map(one => Math.max(-1, Math.min(1, one / 0.37)));
+    }, 30);
+    if (!goal) hand.assist = null;
+  };
+  return true;
+})())js";
+
+TEST_F(FlownStation, AnArmWalksByThePagesKeys) {
+  const RunningStation station("walk_off");
+  ASSERT_NE(station.address(), "");
+  browser_->open(station.address() + "?fly");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.drawn > 0"));
+  ASSERT_TRUE(becomes_true("document.getElementById('held').textContent === 'base_tip is held by pdgf_a'"));
+  const auto press = [&](const char* key) {
+    browser_->press(key);
+    browser_->press(key, false);
+  };
+  // The end that it stands on is not flown.
+  press("KeyN");
+  EXPECT_TRUE(
+      becomes_true("document.getElementById('events').textContent.includes('the arm stands on base_tip')"));
+  ASSERT_EQ(value(kFlyTo), true);
+  value("window.flyTo([0, 0, 0.05])");
+  ASSERT_TRUE(becomes_true("window.away < 0.01"));
+  value("window.flyTo(null)");
+  press("KeyG");
+  ASSERT_TRUE(becomes_true("document.getElementById('held').textContent.startsWith('Both ends are held')"));
+  press("KeyN");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.state.tip === 1"));
+  press("KeyH");
+  ASSERT_TRUE(becomes_true("document.getElementById('held').textContent === 'tip is held by pdgf_b'"));
+  // Backwards is up, for an end that looks down: the one that was the base moves, the other one stands.
+  const char* const heights =
+      "['base_lee', 'tip_lee'].map(link => touchstoneStation.station.frame.methods.at(-1).poses[8 * "
+      "touchstoneStation.station.scene.objects.findIndex(object => object.name === 'ssrms.' + link) + 2])";
+  const nlohmann::json before = value(heights);
+  browser_->press("KeyS");
+  EXPECT_TRUE(becomes_true(std::string(heights) + "[0] > " + before[0].dump() + " + 0.2"));
+  browser_->press("KeyS", false);
+  EXPECT_EQ(value(heights)[1], before[1]);
+  EXPECT_EQ(value("touchstoneStation.station.frame.methods[3].merged"), 0);
+}
+
 TEST_F(FlownStation, OpensARecordOnTheTimeLineAndGoesBackToTheLiveArm) {
   const std::string flight = (folder_ / "flight.jsonl").string(), poses = (folder_ / "poses").string();
   const std::string station_program = STATION;

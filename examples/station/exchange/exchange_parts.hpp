@@ -54,7 +54,10 @@ struct StateMessage {
   std::array<std::array<std::uint32_t, 2>, kMost> latched{};
   std::array<std::uint32_t, kMost> off{};
   std::size_t latched_count = 0, off_count = 0;
-  bool changed = true;  ///< since the last one; else only the figures
+  std::array<std::array<std::uint32_t, 2>, 2> held{};  ///< of an arm that walks: tip and fixture
+  std::size_t held_count = 0;
+  std::array<double, 4> base = {0.0, 0.0, 0.0, 1.0};  ///< attitude of the arm's base: x, y, z, w
+  bool changed = true;                                ///< since the last one; else only the figures
 };
 
 /// All that the loop and the server hand to each other. The loop never waits for the server.

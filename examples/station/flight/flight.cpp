@@ -44,13 +44,24 @@ std::unique_ptr<training::Method> make_method(MethodKind kind, const training::S
   return std::make_unique<training::ContactWorldMethod>(setting, make_native(), make_native_broadphase());
 }
 
+/// By tip; of an arm that walks of the one that is free.
+std::vector<training::ArmHand> make_hands(const Stance& stance, const StationScene& scene) {
+  std::vector<training::ArmHand> hands;
+  if (stance.walks()) {
+    hands.emplace_back(*stance.arm(), scene.tips[stance.flown(0)].link);
+    return hands;
+  }
+  for (const Tip& tip : scene.tips) hands.emplace_back(*stance.arm(), tip.link);
+  return hands;
+}
+
 }  // namespace
 
 Method::Method(MethodKind given, std::unique_ptr<training::Method> given_method, const StationScene& scene)
-    : kind(given), flown(std::move(given_method)), log(scene.setting) {
+    : kind(given), flown(std::move(given_method)), stance(scene), log(scene.setting) {
   log.slide_steps.assign(1, 0);
   if (scene.arm() != nullptr) {
-    for (const Tip& tip : scene.tips) hands.emplace_back(*scene.arm(), tip.link);
+    hands = make_hands(stance, scene);
     goals.assign(scene.arm()->joints.begin(), scene.arm()->joints.end());
   }
 }
@@ -97,15 +108,20 @@ void Flight::make_methods() {
   tell_policy();
   for (Method& method : methods_)
     method.formation = std::make_shared<const training::Formation>(method.flown->formation());
-  ghost_hands_.clear();
-  if (scene_->arm() != nullptr)
-    for (const Tip& each : scene_->tips) ghost_hands_.emplace_back(*scene_->arm(), each.link);
+  state_.tip = stance().flown(state_.tip);
   figures_ = {};
-  std::copy(ours_->joints().begin(),
-            ours_->joints().begin() + static_cast<std::ptrdiff_t>(ghost_joints_.size()),
-            ghost_joints_.begin());
-  place_ghost();
+  start_ghost();
   near_.find(tip().object, ours_->poses(), ours_->formation());
+}
+
+/// Where `ours` stands.
+void Flight::start_ghost() {
+  ghost_hands_.clear();
+  if (scene_->arm() != nullptr) ghost_hands_ = make_hands(stance(), *scene_);
+  const std::span<const double> joints = methods_.back().joints();
+  std::copy(joints.begin(), joints.end(), ghost_joints_.begin());
+  for (training::ArmHand& hand : ghost_hands_) hand.start_from(ghost_joints_);
+  place_ghost();
 }
 
 void Flight::act(Method& method, const Action& action) {
@@ -201,18 +217,19 @@ ControlAnswer Flight::set_dynamics(bool on) {
 
 ControlAnswer Flight::set_tip(std::uint32_t tip) {
   if (tip >= scene_->tips.size()) return {false, "no tip " + std::to_string(tip)};
+  if (stance().flown(tip) != tip) return {false, "the arm stands on " + scene_->tips[tip].name};
   state_.tip = tip;
   state_.joint_mode = false;
   start_hands();
   near_.find(this->tip().object, ours_->poses(), ours_->formation());
-  return {true, "the hand flies " + scene_->tips[tip].name};
+  const std::string& name = scene_->tips[tip].name;
+  return {true, stance().is_locked() ? name + " is the end to be let go" : "the hand flies " + name};
 }
 
 /// Hands go on from where joint mode or another tip's hand has left the arm.
 void Flight::start_hands() {
   for (Method& method : methods_)
-    for (training::ArmHand& hand : method.hands)
-      hand.start_from(method.flown->joints().first(method.goals.size()));
+    for (training::ArmHand& hand : method.hands) hand.start_from(method.joints());
   for (training::ArmHand& hand : ghost_hands_) hand.start_from(ghost_joints_);
 }
 
@@ -268,7 +285,57 @@ const LatchOption* Flight::nearest_option(const Method& method, std::uint32_t ob
   return best;
 }
 
+/// By a fixture that the free end of an arm that walks is over. None: there is nothing of that here.
+std::optional<ControlAnswer> Flight::hold(std::uint32_t object) {
+  std::optional<ControlAnswer> answer;
+  for (Method& method : methods_) {
+    const std::uint32_t tip = method.stance.flown(state_.tip);
+    if (!method.stance.walks() || method.stance.is_locked()) continue;
+    const std::uint32_t fixture = method.stance.within_reach(tip, method.flown->poses());
+    if (fixture == kNone || (object != Control::kAny && object != fixture)) continue;
+    method.stance.hold(tip, fixture);
+    if (method.kind == MethodKind::ours)
+      answer = {true, scene_->setting.object_name(fixture) + " holds " + scene_->tips[tip].name +
+                          ": both ends are held"};
+  }
+  return answer;
+}
+
+/// The chosen end, where both are held. None: there is nothing of that here.
+std::optional<ControlAnswer> Flight::let_go() {
+  if (!stance().walks()) return std::nullopt;
+  const auto carries = [&](const Method& method) {
+    const std::vector<std::uint32_t>& carrier = method.flown->formation().carrier;
+    return std::any_of(carrier.begin(), carrier.end(), [&](std::uint32_t by) {
+      return by != kNone && scene_->setting.arm_of(by) != nullptr;
+    });
+  };
+  for (const Method& method : methods_)
+    if (method.stance.is_locked() && carries(method))
+      return ControlAnswer{false, "the arm carries something: it changes its base without"};
+  const std::string& name = scene_->tips[state_.tip].name;
+  const bool is_locked = stance().is_locked();
+  for (Method& method : methods_)
+    if (method.stance.is_locked()) walk(method);
+  if (!is_locked) return std::nullopt;
+  start_ghost();
+  tell_policy();
+  near_.find(tip().object, ours_->poses(), ours_->formation());
+  return ControlAnswer{true, name + " is let go: the arm stands on " + scene_->tips[1 - state_.tip].name};
+}
+
+/// The same world: where the base is let go, the other end is the base from now on.
+void Flight::walk(Method& method) {
+  std::unique_ptr<const Arm> walked =
+      method.stance.stand_without(state_.tip, method.flown->poses(), method.joints());
+  if (walked) method.flown->set_base(*walked);
+  method.stance.let_go(state_.tip, std::move(walked));
+  method.hands = make_hands(method.stance, *scene_);
+  for (training::ArmHand& hand : method.hands) hand.start_from(method.joints());
+}
+
 ControlAnswer Flight::latch(std::uint32_t object) {
+  if (const std::optional<ControlAnswer> held = hold(object)) return *held;
   ControlAnswer answer{false, tip().jaws.empty() ? "nothing within reach of the latch"
                                                  : "the jaws hold nothing that may be latched"};
   // All methods are asked before any changes.
@@ -292,6 +359,7 @@ ControlAnswer Flight::latch(std::uint32_t object) {
 }
 
 ControlAnswer Flight::release() {
+  if (const std::optional<ControlAnswer> let = let_go()) return *let;
   ControlAnswer answer{false, "nothing is carried"};
   for (Method& method : methods_)
     for (const LatchOption& option : scene_->latches) {
@@ -315,7 +383,7 @@ HandRates Flight::rates_of(const HandInput& input) const noexcept {
   rates.turn = (state_.vernier ? scales_.vernier_turn : scales_.coarse_turn) * clamped(input.rotation);
   rates.mode = state_.frame == CommandFrame::end_effector ? HandRates::Mode::hand : HandRates::Mode::world;
   Matrix3 R = Matrix3::Identity();
-  if (state_.frame == CommandFrame::base && scene_->arm() != nullptr) R = scene_->arm()->X_WB.R;
+  if (state_.frame == CommandFrame::base && stance().arm() != nullptr) R = stance().arm()->X_WB.R;
   if (state_.frame == CommandFrame::camera)
     R = rotation_matrix(
         normalized({state_.camera[3], {state_.camera[0], state_.camera[1], state_.camera[2]}}));
@@ -357,15 +425,15 @@ void Flight::hold_jaws(std::span<const double> q, Method& method) const noexcept
 }
 
 void Flight::command_arm(Method& method, const HandRates& rates, const HandInput& input) noexcept {
-  const Arm& arm = *scene_->arm();
+  const Arm& arm = *method.stance.arm();
   const std::span<const double> q = method.flown->joints().subspan(arm.first_value, method.goals.size());
   std::copy(q.begin(), q.end(), method.goals.begin());
   const double duration = 1.0 / rate();
-  if (state_.brakes) return;
+  if (state_.brakes || method.stance.is_locked()) return;
   if (state_.joint_mode)
     drive_joint(arm, q, input.joint, method.goals);
   else if (!rates.at_rest())
-    method.hands[state_.tip].command(q, rates, duration, method.goals);
+    method.hand(state_.tip).command(q, rates, duration, method.goals);
   move_jaws(arm, input.grip, method.goals);
   hold_jaws(q, method);
   for (std::size_t i = 0; i < method.goals.size(); ++i)
@@ -412,10 +480,10 @@ void Flight::step(const HandInput& input) noexcept {
   const Pose X_before = ours_->poses()[hand];
   const bool is_arm = !methods_.back().hands.empty();
   const training::HandFigures before =
-      is_arm ? methods_.back().hands[state_.tip].figures() : training::HandFigures{};
+      is_arm ? methods_.back().hand(state_.tip).figures() : training::HandFigures{};
   for (Method& method : methods_) fly(method, rates, input);
   if (is_arm) {
-    const training::HandFigures& after = methods_.back().hands[state_.tip].figures();
+    const training::HandFigures& after = methods_.back().hand(state_.tip).figures();
     was_limited_ = after.limited_frames > before.limited_frames;
     was_damped_ = after.damped_frames > before.damped_frames;
   }
@@ -435,8 +503,8 @@ void Flight::move_ghost(const HandRates& rates, double joint) noexcept {
   const Method& mine = methods_.back();
   const bool leads = mine.blocked && !mine.hands.empty() && !rates.at_rest() && joint == 0.0;
   if (leads) {
-    ghost_hands_[state_.tip].command(ghost_joints_, rates, 1.0 / rate(), ghost_next_);
-    const Arm& arm = *scene_->arm();
+    ghost_hands_[stance().walks() ? 0 : state_.tip].command(ghost_joints_, rates, 1.0 / rate(), ghost_next_);
+    const Arm& arm = *stance().arm();
     arm.mechanism->link_poses(arm.X_WB, ghost_next_, ghost_links_);
     const Pose& X_WG = ghost_links_[arm.link_of_object[tip().object - arm.first_object]];
     const Pose& X_WH = ours_->poses()[tip().object];
@@ -453,7 +521,7 @@ void Flight::place_ghost() noexcept {
   const std::span<const Pose> actual = ours_->poses();
   std::copy(actual.begin(), actual.end(), ghost_poses_.begin());
   if (!commands_.empty()) ghost_poses_[commands_[0].object] = commands_[0].path.to();
-  const Arm* const arm = scene_->arm();
+  const Arm* const arm = stance().arm();
   if (arm == nullptr) return;
   arm->mechanism->link_poses(arm->X_WB, ghost_joints_, ghost_links_);
   for (std::uint32_t i = 0; i < arm->object_count; ++i)
@@ -480,6 +548,10 @@ bool Flight::is_done(const StationTask& task) noexcept {
       return is_at(task, compose(ours_->poses()[tip.object], tip.X_HT));
     case Kind::grip:
       return touches(tip, task.object, ours_->poses());
+    case Kind::hold:
+      return stance().fixture_of(task.tip) == task.object;
+    case Kind::stand:
+      return stance().fixture_of(task.tip) == task.object && !stance().is_locked();
     case Kind::joint:
       break;
   }

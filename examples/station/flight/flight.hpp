@@ -11,6 +11,7 @@
 #include "touchstone/examples/station/flight/guarded_method.hpp"
 #include "touchstone/examples/station/flight/inputs.hpp"
 #include "touchstone/examples/station/flight/near_distances.hpp"
+#include "touchstone/examples/station/flight/stance.hpp"
 #include "touchstone/examples/station/flight/station_scene.hpp"
 #include "touchstone/examples/training_run/flight/contact_world_method.hpp"
 #include "touchstone/examples/training_run/setting/hand.hpp"
@@ -33,7 +34,9 @@ struct HandScales {
 struct Method {
   MethodKind kind;
   std::unique_ptr<training::Method> flown;
-  std::vector<training::ArmHand> hands;  ///< by tip; none: a free object is flown
+  Stance stance;
+  std::vector<training::ArmHand> hands;  ///< by tip, or the free one's of an arm that walks; none: a free
+                                         ///< object is flown
   training::FlightLog log;               ///< of the last frame
   std::vector<double> goals;             ///< joint values that the last frame commanded
   std::shared_ptr<const training::Formation>
@@ -44,6 +47,9 @@ struct Method {
   std::uint32_t blocked_frames = 0;
 
   Method(MethodKind given, std::unique_ptr<training::Method> given_method, const StationScene& scene);
+  /// @param chosen FlightState::tip. @pre an arm is flown.
+  training::ArmHand& hand(std::uint32_t chosen) { return hands[stance.walks() ? 0 : chosen]; }
+  std::span<const double> joints() const { return flown->joints().first(goals.size()); }
 };
 
 /// The state of the controls, as `state` of protocol.md.
@@ -52,7 +58,7 @@ struct FlightState {
   std::array<double, 4> camera = {0.0, 0.0, 0.0, 1.0};
   bool vernier = false, brakes = false, joint_mode = false;
   std::uint32_t joint = 0;
-  std::uint32_t tip = 0;  ///< of StationScene::tips, that is flown
+  std::uint32_t tip = 0;  ///< of StationScene::tips, that is flown, or of a locked arm chosen to be let go
   std::uint32_t methods = kAllMethods;
   ContactPolicy policy = ContactPolicy::slide;
   bool dynamics = false;
@@ -107,6 +113,8 @@ class Flight {
   const training::Method& ours() const { return *ours_; }
   /// The one that is flown.
   const Tip& tip() const { return scene_->tips[state_.tip]; }
+  /// Of `ours`.
+  const Stance& stance() const { return methods_.back().stance; }
   /// Null without dynamics.
   const GuardedMethod* guarded() const { return guarded_; }
   // Of `ours`, the last frame's: events, and what their handles and solids are in the scene.
@@ -150,6 +158,10 @@ class Flight {
   bool is_done(const StationTask& task) noexcept;
   bool touches(const Tip& tip, std::uint32_t object, std::span<const Pose> poses) noexcept;
   bool may_latch(const LatchOption& option, const Method& method, std::uint32_t object);
+  std::optional<ControlAnswer> hold(std::uint32_t object);
+  std::optional<ControlAnswer> let_go();
+  void walk(Method& method);
+  void start_ghost();
   ControlAnswer latch(std::uint32_t object);
   ControlAnswer release();
   ControlAnswer select(std::uint32_t object, bool on);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
@@ -143,6 +144,13 @@ json cameras_json(const StationScene& scene) {
   return out;
 }
 
+json holds_json(const StationScene& scene) {
+  json out = json::array();
+  for (const HoldOption& option : scene.holds)
+    out.push_back({{"tip", option.tip}, {"fixture", option.fixture}});
+  return out;
+}
+
 json latches_json(const StationScene& scene) {
   json out = json::array();
   for (const LatchOption& option : scene.latches)
@@ -183,18 +191,64 @@ void check_hands(const Script& script) {
       throw InputError("script '" + script.name + "': the station flies one arm, by the first hand");
 }
 
+/// The tip that a held link is the end of. An arm that walks has two, and stands on one of them.
+HoldOption make_hold(const Action& action, const StationScene& scene) {
+  const std::string what = "script '" + scene.setting.script().name +
+                           "': " + scene.setting.object_name(action.carrier) + " holds " +
+                           scene.setting.object_name(action.object) + ": ";
+  if (scene.tips.size() != 2) throw InputError(what + "the arm has not two ends");
+  const auto tip = std::find_if(scene.tips.begin(), scene.tips.end(),
+                                [&](const Tip& each) { return each.object == action.object; });
+  if (tip == scene.tips.end()) throw InputError(what + "that link is no end of the arm");
+  return {static_cast<std::uint32_t>(tip - scene.tips.begin()), action.carrier, action.time <= 0.0};
+}
+
+/// @throws InputError: it is not held at first by the end that the mechanism has as its base, and by no
+/// other.
+void check_start(const StationScene& scene) {
+  const std::string what = "script '" + scene.setting.script().name + "': an arm that walks ";
+  std::size_t held = 0;
+  for (const HoldOption& option : scene.holds) {
+    if (!option.at_start) continue;
+    ++held;
+    const training::Arm& arm = *scene.arm();
+    const std::uint32_t link = arm.link_of_object[scene.tips[option.tip].object - arm.first_object];
+    if (link != arm.mechanism->base()) throw InputError(what + "stands at first on its base");
+  }
+  if (held != 1) throw InputError(what + "is held by one fixture at time 0");
+  if (scene.dynamics) throw InputError(what + "flies without dynamics");
+}
+
+/// @throws InputError: a task whose fixture the script does not let hold that end.
+void check_hold(const StationTask& task, const StationScene& scene, const std::filesystem::path& file) {
+  using Kind = StationTask::Kind;
+  if (task.kind != Kind::hold && task.kind != Kind::stand) return;
+  const auto is_tasks = [&](const HoldOption& option) {
+    return option.tip == task.tip && option.fixture == task.object;
+  };
+  if (std::none_of(scene.holds.begin(), scene.holds.end(), is_tasks))
+    throw InputError(file.string() + ": task '" + task.name + "': the script lets " +
+                     scene.setting.object_name(task.object) + " not hold " + scene.tips[task.tip].name);
+}
+
 }  // namespace
 
 StationScene::StationScene(std::string given_name, Script script, double rate)
     : name(std::move(given_name)), setting(std::move(script), rate) {
   for (const HexahedronTree* tree : setting.instance().trees()) refuse_rounded(*tree, "the station");
-  for (const Action& action : setting.actions()) {
-    if (action.kind != OperatorAction::Kind::latch) continue;
+  using Kind = OperatorAction::Kind;
+  const std::span<const Action> actions = setting.actions();
+  const bool walks = std::any_of(actions.begin(), actions.end(),
+                                 [](const Action& action) { return action.kind == Kind::hold; });
+  tips = find_tips(setting, walks);
+  for (const Action& action : actions) {
+    if (action.kind == Kind::hold) holds.push_back(make_hold(action, *this));
+    if (action.kind != Kind::latch) continue;
     if (action.time <= 0.0) initial.push_back(action);
     latches.push_back({action.carrier, action.object, action.allowed});
   }
-  tips = find_tips(setting);
   dynamics = load_station_dynamics(setting, latches);
+  if (walks) check_start(*this);
 }
 
 std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& file, double rate) {
@@ -206,6 +260,7 @@ std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::pa
   auto scene = std::make_unique<StationScene>(file.stem().string(), std::move(script), rate);
   const std::filesystem::path tasks = std::filesystem::path(file).replace_extension(".tasks.json");
   scene->tasks = read_tasks(tasks, scene->setting, scene->tips);
+  for (const StationTask& task : scene->tasks) check_hold(task, *scene, tasks);
   scene->file = std::filesystem::absolute(file);
   scene->files = hash_of(std::array{file, scene->setting.script().scene_file, tasks});
   return scene;
@@ -226,6 +281,7 @@ std::string scene_json(const StationScene& scene) {
                     {"tips", tips_json(scene)},
                     {"cameras", cameras_json(scene)},
                     {"latches", latches_json(scene)},
+                    {"holds", holds_json(scene)},
                     {"tasks", tasks_json(scene)}};
   return comparison::one_line(out);
 }

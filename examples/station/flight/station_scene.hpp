@@ -18,11 +18,20 @@ struct LatchOption {
   std::vector<SolidPair> allowed;
 };
 
+/// What may hold an end of an arm that walks, as a script's holds name it. A fixture's z axis is its probe's,
+/// away from its plate, where its origin is.
+struct HoldOption {
+  std::uint32_t tip;      ///< of StationScene::tips
+  std::uint32_t fixture;  ///< object
+  bool at_start;          ///< the arm stands on it at first
+};
+
 /// A scene that can be flown: a hand-controller script (adapters/scene_files/README.md) whose rates are the
 /// hands' instead. Its first hand is flown. Latches at time 0 hold at the start; they and the later ones are
 /// those that an operator may ask for. Its other actions are passed by.
 struct StationScene {
-  /// @throws InputError as training::Setting.
+  /// @throws InputError as training::Setting; holds that no arm with two ends, one of them its base, can
+  /// mean.
   StationScene(std::string name, Script script, double rate);
 
   std::string name;            ///< the file's
@@ -31,6 +40,7 @@ struct StationScene {
   training::Setting setting;
   std::vector<training::Action> initial;
   std::vector<LatchOption> latches;
+  std::vector<HoldOption> holds;                    ///< empty: the arm stands on its base for ever
   std::vector<StationTask> tasks;                   ///< at most kMostTasks
   std::vector<Tip> tips;                            ///< what the hand may fly, at least one
   std::shared_ptr<const StationDynamics> dynamics;  ///< null: the scene's file has no guarded dynamics

@@ -16,7 +16,8 @@ using nlohmann::json;
 using Kind = StationTask::Kind;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr std::array<const char*, 6> kKinds = {"carry", "bring", "place", "reach", "grip", "joint"};
+constexpr std::array<const char*, 8> kKinds = {"carry", "bring", "place", "reach",
+                                               "grip",  "joint", "hold",  "stand"};
 constexpr std::array<const char*, 12> kKeys = {"name", "title", "kind",   "object", "tip",   "position",
                                                "rpy",  "turn",  "within", "joint",  "value", "limits"};
 
@@ -91,7 +92,8 @@ void read_goal(const json& from, const training::Setting& setting, const std::ve
   read_tip(from, tips, task);
   if (task.kind == Kind::joint) return read_joint(from, setting, task);
   if (task.kind != Kind::reach) read_object(from, setting, task);
-  if (task.kind != Kind::carry && task.kind != Kind::grip) read_place(from, task);
+  const bool has_place = task.kind == Kind::bring || task.kind == Kind::place || task.kind == Kind::reach;
+  if (has_place) read_place(from, task);
 }
 
 StationTask read_task(const json& from, const training::Setting& setting, const std::vector<Tip>& tips) {

@@ -19,6 +19,8 @@ struct StationTask {
     reach,  ///< the tip's frame is at the place
     grip,   ///< every jaw of the tip is within kGripReach of the object
     joint,  ///< a joint's value is within `within` of `value`
+    hold,   ///< the object, a fixture, holds the tip
+    stand,  ///< and nothing else holds the arm
   } kind = Kind::reach;
   std::string name, title;
   std::uint32_t object = 0;
@@ -43,8 +45,8 @@ bool is_at(const StationTask& task, const Pose& X_W);
 
 /// A list of {"name", "title", "kind", and of its kind: "object"; "tip" (left out: the script's own);
 /// "position" [m] with "within" [m]; "rpy" with "turn" [deg], both left out: any attitude; "joint" with
-/// "value" and "within" [m, deg]; "limits": {"force" [N], "time" [s], "contacts"}}, each limit left out:
-/// none.
+/// "value" and "within" [m, deg]; hold and stand: "tip" and "object"; "limits": {"force" [N], "time" [s],
+/// "contacts"}}, each limit left out: none.
 /// @return empty: there is no such file. @throws InputError naming the file: what it cannot mean.
 std::vector<StationTask> read_tasks(const std::filesystem::path& file, const training::Setting& setting,
                                     const std::vector<Tip>& tips);

@@ -26,12 +26,13 @@ Tip make_tip(const Arm& arm, std::uint32_t link) {
   return tip;
 }
 
-bool is_end(const Arm& arm, std::uint32_t link) {
+bool is_end(const Arm& arm, std::uint32_t link, bool walks) {
   const Mechanism& mechanism = *arm.mechanism;
   const auto& joints = mechanism.joints();
   if (mechanism.links()[link].tree || link == arm.flown_link) return false;
   if (std::any_of(joints.begin(), joints.end(), [&](const auto& joint) { return joint.inner == link; }))
     return false;
+  if (walks) return true;
   const auto is_held = [&](std::uint32_t value) {
     return std::find(arm.held_values.begin(), arm.held_values.end(), value) != arm.held_values.end();
   };
@@ -43,7 +44,7 @@ bool is_end(const Arm& arm, std::uint32_t link) {
 
 }  // namespace
 
-std::vector<Tip> find_tips(const training::Setting& setting) {
+std::vector<Tip> find_tips(const training::Setting& setting, bool walks) {
   if (setting.arms().empty()) {
     const std::uint32_t object = setting.object_of_hand(0);
     return {Tip{setting.object_name(object), training::kNone, object}};
@@ -51,7 +52,7 @@ std::vector<Tip> find_tips(const training::Setting& setting) {
   const Arm& arm = setting.arms()[0];
   std::vector<Tip> tips = {make_tip(arm, arm.flown_link)};
   for (std::uint32_t link = 0; link < arm.mechanism->links().size(); ++link)
-    if (is_end(arm, link)) tips.push_back(make_tip(arm, link));
+    if (is_end(arm, link, walks)) tips.push_back(make_tip(arm, link));
   return tips;
 }
 

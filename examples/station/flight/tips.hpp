@@ -25,6 +25,7 @@ struct Tip {
 
 /// The first is the script's own; of its arm the other ends follow, which are links without hexahedra that
 /// carry no further link and whose chain a joint moves that no hand holds.
-std::vector<Tip> find_tips(const training::Setting& setting);
+/// @param walks of an arm that walks the base's own ends count, too.
+std::vector<Tip> find_tips(const training::Setting& setting, bool walks = false);
 
 }  // namespace touchstone::station

@@ -12,7 +12,6 @@ namespace {
 using nlohmann::json;
 using Kind = Control::Kind;
 
-constexpr double kLate = 150e3;  // the paper's bound [us]
 constexpr std::array<double, 12> kEdges = {1e3,  2e3,  5e3,   10e3,  20e3,  30e3,
                                            50e3, 75e3, 100e3, 150e3, 250e3, 500e3};
 constexpr std::array<const char*, 3> kFrameNames = {"end effector", "base", "camera"};
@@ -282,7 +281,8 @@ std::string event_json(const StationEvent& event) {
 std::string state_json(const StateMessage& state, const StationScenes& scenes, std::uint32_t pilot,
                        std::uint32_t failed_cameras) {
   const FlightState& flight = state.flight;
-  json methods = json::array(), faults = json::array(), latched = json::array(), off = json::array();
+  json methods = json::array(), faults = json::array(), latched = json::array(), held = json::array(),
+       off = json::array();
   for (std::uint32_t i = 0; i < kMethods; ++i)
     if (flight.methods >> i & 1U) methods.push_back(i);
   for (std::uint32_t i = 0; i < JointFaults::kMost; ++i) {
@@ -296,6 +296,7 @@ std::string state_json(const StateMessage& state, const StationScenes& scenes, s
   for (std::uint32_t i = 0; i < 32; ++i)
     if (failed_cameras >> i & 1U) faults.push_back({{"kind", "camera"}, {"camera", i}, {"on", true}});
   for (std::size_t i = 0; i < state.latched_count; ++i) latched.push_back(state.latched[i]);
+  for (std::size_t i = 0; i < state.held_count; ++i) held.push_back(state.held[i]);
   for (std::size_t i = 0; i < state.off_count; ++i) off.push_back(state.off[i]);
   return comparison::one_line(
       json{{"type", "state"},
@@ -313,6 +314,8 @@ std::string state_json(const StateMessage& state, const StationScenes& scenes, s
            {"policy", flight.dynamics ? to_string(flight.guard) : to_string(flight.policy)},
            {"selected_off", off},
            {"latched", latched},
+           {"held", held},
+           {"base", state.base},
            {"faults", faults},
            {"pilot", pilot}});
 }

@@ -22,7 +22,7 @@ export function setAssist(on) {
 export function steerAssist() {
   const frame = station.frame;
   if (!frame) return;
-  const base = station.scene.arms[0]?.base.rotation || [0, 0, 0, 1];
+  const base = station.state.base || station.scene.arms[0]?.base.rotation || [0, 0, 0, 1];
   const nearest = frame.distances[0];
   // In contact the two points are one, and single precision says little of closer ones: the last direction goes on.
   if (nearest && nearest.separation > 0.002) station.assistDirection = unit(subtract(nearest.pointOnB, nearest.pointOnA));

@@ -30,6 +30,13 @@ function takeScene(scene) {
 }
 
 function takeState(state) {
+// Which ends of an arm that walks are held; by both it cannot move.
+function showHeld(held) {
+  const scene = live.scene, name = ([tip, fixture]) => `${scene.tips[tip]?.name} is held by ${scene.objects[fixture]?.name}`;
+  say(get('held'), !scene || !held.length ? '' : held.length < 2 ? held.map(name).join(', ') :
+    `Both ends are held: ${held.map(name).join(', ')}. N chooses one, H lets it go.`);
+}
+
   station.state = state;
   const press = (id, on) => get(id).setAttribute('aria-pressed', String(Boolean(on)));
   press('brakes', state.brakes);
@@ -39,6 +46,7 @@ function takeState(state) {
   get('joint').value = String(state.joint ?? 0);
   get('tip').value = String(state.tip ?? 0);
   get('jaws').hidden = !live.scene?.tips?.[state.tip ?? 0]?.jaws?.length;
+  showHeld(state.held || []);
   get('dynamics').checked = Boolean(state.dynamics);
   get('dynamics').disabled = !live.scene?.dynamics;
   for (const node of [get('policy').querySelector('[value=push]'), get('fault-torque')]) node.disabled = !state.dynamics;

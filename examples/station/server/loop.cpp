@@ -4,6 +4,7 @@
 #include <chrono>
 #include <thread>
 
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/examples/measures/common/allocations.hpp"
 #include "touchstone/examples/station/messages/frame_message.hpp"
 
@@ -80,6 +81,15 @@ void StationLoop::push_state(bool changed) {
     if (!formation.is_on[i] && state.off_count < StateMessage::kMost) state.off[state.off_count++] = i;
   }
   exchange_.states.push();
+  // Where the arm stands, which an arm that walks changes.
+  const Stance& stance = flight.stance();
+  state.held_count = 0;
+  for (std::uint32_t tip = 0; stance.walks() && tip < state.held.size(); ++tip)
+    if (stance.is_held(tip)) state.held[state.held_count++] = {tip, stance.fixture_of(tip)};
+  if (stance.arm() != nullptr) {
+    const Quaternion q = quaternion_of(stance.arm()->X_WB.R);
+    state.base = {q.v.x(), q.v.y(), q.v.z(), q.w};
+  }
 }
 
 void StationLoop::take_controls() {

@@ -1,0 +1,220 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
+#include "touchstone/tests/station/pilot.hpp"
+
+// The arm that walks end over end: which end it stands on changes between frames, in the same world.
+
+namespace touchstone::station {
+namespace {
+
+constexpr double kHeld = 0.04;  // of a mouth's plane over its fixture's frame: 10 mm above the plate [m]
+
+/// As the tip is turned now.
+bool move_to(Pilot& pilot, const Vector3& p_W) { return pilot.fly_to(p_W, 0.1, 30.0, pilot.tip().R); }
+
+/// The free end on pdgf_b, and latched: both ends are held.
+void take_hold(Pilot& pilot) {
+  ASSERT_TRUE(pilot.fly_to({0.0, 0.0, 0.5}));
+  ASSERT_TRUE(pilot.fly_to({0.0, 0.0, kHeld}, 0.1));
+  const ControlAnswer answer = pilot.set({Kind::latch, true, Control::kAny});
+  ASSERT_TRUE(answer.done) << answer.text;
+}
+
+void let_go(Pilot& pilot, std::uint32_t tip) {
+  ASSERT_TRUE(pilot.set({Kind::tip, true, tip}).done);
+  const ControlAnswer answer = pilot.set({Kind::release});
+  ASSERT_TRUE(answer.done) << answer.text;
+}
+
+/// About the middle fixture. The way over -y is free, over +y the mast stands.
+bool swing(Pilot& pilot, double degrees, double seconds = 60.0) {
+  return pilot.drive("wrist_roll", pilot.joint("wrist_roll") + degrees * kDegree, seconds);
+}
+
+double largest_step(std::span<const Pose> before, std::span<const Pose> after) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    most = std::max({most, norm(after[i].p - before[i].p),
+                     std::sqrt((after[i].R - before[i].R).col(0).squaredNorm()),
+                     std::sqrt((after[i].R - before[i].R).col(1).squaredNorm())});
+  return most;
+}
+
+std::vector<Pose> poses_of(const Pilot& pilot) {
+  const std::span<const Pose> poses = pilot.flight().ours().poses();
+  return {poses.begin(), poses.end()};
+}
+
+TEST(StationWalk, AnArmWalksFromFixtureToFixture) {
+  Pilot pilot("walk_off", kOurs | kUnchecked);
+  take_hold(pilot);
+  let_go(pilot, 1);
+  ASSERT_TRUE(move_to(pilot, {-6.0, 0.0, 0.54}));
+  EXPECT_TRUE(pilot.is_done(0));
+  EXPECT_TRUE(pilot.is_done(1));
+  ASSERT_TRUE(swing(pilot, 180.0));
+  ASSERT_TRUE(move_to(pilot, {6.0, 0.0, 0.54}));
+  ASSERT_TRUE(move_to(pilot, {6.0, 0.0, kHeld}));
+  ASSERT_TRUE(pilot.set({Kind::latch, true, Control::kAny}).done);
+  // It walks on: the middle fixture is let go, and the arm stands on its first end again.
+  const Vector3 base = pilot.tip().p;
+  let_go(pilot, 0);
+  ASSERT_TRUE(move_to(pilot, {0.0, 0.0, 0.54}));
+  for (std::size_t task = 0; task < 3; ++task) {
+    EXPECT_TRUE(pilot.is_done(task)) << task;
+    EXPECT_TRUE(pilot.is_within(task)) << task;
+  }
+  EXPECT_LT(norm(transform(pilot.pose_of("ssrms.base_lee"), Vector3::Zero()) - base), 1e-12);
+  EXPECT_EQ(pilot.flight().stance().fixture_of(1), find_object(pilot.scenes[0]->setting.scene(), "pdgf_c"));
+  EXPECT_EQ(pilot.merged, 0);
+}
+
+TEST(StationWalk, NothingMovesWhenTheBaseChangesNorWhileBothEndsAreHeld) {
+  Pilot pilot("walk_off");
+  take_hold(pilot);
+  const std::vector<Pose> held = poses_of(pilot);
+  for (int frame = 0; frame < 20; ++frame) pilot.step(ahead(-1.0));
+  EXPECT_EQ(largest_step(held, poses_of(pilot)), 0.0) << "held by both ends";
+  EXPECT_FALSE(pilot.drive("elbow_pitch", 1.0, 0.5));
+  EXPECT_EQ(largest_step(held, poses_of(pilot)), 0.0) << "in joint mode";
+  let_go(pilot, 1);
+  EXPECT_LT(largest_step(held, poses_of(pilot)), 1e-13);
+  pilot.step({});
+  EXPECT_LT(largest_step(held, poses_of(pilot)), 1e-13);
+  // The end that was the base flies now, and the other one stands still to the last bit.
+  const Pose stands_on = pilot.pose_of("ssrms.tip_lee");
+  ASSERT_TRUE(move_to(pilot, {-6.0, 0.0, 0.54}));
+  EXPECT_EQ(norm(pilot.pose_of("ssrms.tip_lee").p - stands_on.p), 0.0);
+  EXPECT_GT(norm(pilot.pose_of("ssrms.base_lee").p - held[pilot.scenes[0]->arm()->first_object].p), 0.4);
+  EXPECT_EQ(pilot.merged, 0);
+}
+
+TEST(StationWalk, TheMastStopsASwingOverItsSide) {
+  Pilot pilot("walk_off", kOurs | kUnchecked);
+  take_hold(pilot);
+  let_go(pilot, 1);
+  ASSERT_TRUE(move_to(pilot, {-6.0, 0.0, 0.54}));
+  ASSERT_TRUE(pilot.set({Kind::policy, true, static_cast<std::uint32_t>(ContactPolicy::advance)}).done);
+  EXPECT_FALSE(swing(pilot, -180.0));
+  EXPECT_GT(pilot.blocked, 100);
+  EXPECT_FALSE(pilot.is_done(2));
+  EXPECT_EQ(pilot.merged, 0);
+  EXPECT_GT(pilot.unchecked_merged, 100);
+}
+
+TEST(StationWalk, AFlightThatWalksReplaysToTheSameBits) {
+  Pilot pilot("walk_off", kAllMethods);
+  take_hold(pilot);
+  let_go(pilot, 1);
+  ASSERT_TRUE(move_to(pilot, {-6.0, 0.0, 0.3}));
+  const auto replayed = [&](std::vector<RecordedInput> inputs) {
+    Session session(pilot.scenes, 0, kAllMethods);
+    station::Recording recording;
+    recording.scene = "walk_off";
+    recording.rate = kRate;
+    recording.inputs = std::move(inputs);
+    recording.frames = pilot.session.frame();
+    replay(recording, session);
+    return session.hash();
+  };
+  EXPECT_EQ(replayed(pilot.inputs), pilot.session.hash());
+  std::vector<RecordedInput> other = pilot.inputs;
+  std::erase_if(other, [](const RecordedInput& input) {
+    const auto* control = std::get_if<Control>(&input.input);
+    return control != nullptr && control->kind == Kind::release;
+  });
+  EXPECT_NE(replayed(other), pilot.session.hash()) << "without the release";
+}
+
+TEST(StationWalk, StepsAfterAWalkAllocateNothing) {
+  if (!comparison::thread_allocations()) GTEST_SKIP() << "not counted here";
+  Pilot pilot("walk_off");
+  take_hold(pilot);
+  let_go(pilot, 1);
+  const auto fly = [&](int frames) {
+    for (int frame = 0; frame < frames; ++frame) pilot.session.step(ahead(frame % 7 < 4 ? -0.5 : 0.3));
+  };
+  fly(20);
+  const auto before = comparison::thread_allocations();
+  fly(100);
+  EXPECT_EQ(*comparison::thread_allocations() - *before, 0U);
+}
+
+TEST(StationWalk, ResetBringsTheFirstBaseBack) {
+  Pilot pilot("walk_off");
+  const std::vector<Pose> start = poses_of(pilot);
+  take_hold(pilot);
+  let_go(pilot, 1);
+  ASSERT_TRUE(move_to(pilot, {-6.0, 0.0, 0.3}));
+  ASSERT_TRUE(pilot.set({Kind::reset}).done);
+  EXPECT_EQ(largest_step(start, poses_of(pilot)), 0.0);
+  EXPECT_EQ(pilot.flight().state().tip, 0U);
+  EXPECT_FALSE(pilot.flight().stance().is_held(0));
+  EXPECT_TRUE(pilot.fly_to({0.0, 0.0, 0.5}));
+}
+
+TEST(StationWalk, SaysWhatItDoesNotDo) {
+  Pilot pilot("walk_off");
+  const auto refused = [&](const Control& control) {
+    const ControlAnswer answer = pilot.set(control);
+    EXPECT_FALSE(answer.done) << answer.text;
+    return answer.text;
+  };
+  EXPECT_EQ(refused({Kind::latch, true, Control::kAny}), "nothing within reach of the latch");
+  EXPECT_EQ(refused({Kind::release}), "nothing is carried");
+  EXPECT_EQ(refused({Kind::tip, true, 1}), "the arm stands on base_tip");
+  // Upright over the probe but turned by 12 degrees it is not held; the bore is wide enough for that.
+  ASSERT_TRUE(pilot.fly_to({0.0, 0.0, 0.5}));
+  Vector6 turned = Vector6::Zero();
+  turned[3] = 12.0 * kDegree;
+  ASSERT_TRUE(pilot.fly_to({0.0, 0.0, 0.09}, 0.1, 30.0, pose_from_position_vector(turned).R * Pilot::down()));
+  EXPECT_EQ(refused({Kind::latch, true, Control::kAny}), "nothing within reach of the latch");
+  take_hold(pilot);
+  ASSERT_TRUE(pilot.set({Kind::tip, true, 0}).done);
+  EXPECT_TRUE(pilot.set({Kind::release}).done) << "the end that was taken last may go again";
+  EXPECT_FALSE(pilot.flight().stance().is_locked());
+  EXPECT_TRUE(pilot.fly_to({0.0, 0.0, 0.5}, 0.1));
+  EXPECT_EQ(pilot.merged, 0);
+}
+
+TEST(StationWalk, ScriptsThatHoldWhatTheyCannotAreRefused) {
+  const std::filesystem::path bundled = STATION_SCENES, folder = testing::TempDir();
+  std::ifstream in(bundled / "walk_off.yaml");
+  const std::string script((std::istreambuf_iterator<char>(in)), {});
+  const auto refusal = [&](const std::string& from, const std::string& to) {
+    std::string text = script;
+    text.replace(text.find("parts/"), 6, (bundled / "parts/").string());
+    const std::size_t place = text.find(from);
+    EXPECT_NE(place, std::string::npos) << from;
+    text.replace(place, from.size(), to);
+    std::ofstream(folder / "own_walk.yaml") << text;
+    try {
+      load_station_scene(folder / "own_walk.yaml", kRate);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  const std::string of = "script 'Walk-off, end over end': ";
+  EXPECT_EQ(refusal("time: 0, hold", "time: 1, hold"),
+            of + "an arm that walks is held by one fixture at time 0");
+  EXPECT_EQ(refusal("time: 1, hold", "time: 0, hold"),
+            of + "an arm that walks is held by one fixture at time 0");
+  EXPECT_EQ(refusal("pdgf_a, link: ssrms.base_lee", "pdgf_a, link: ssrms.tip_lee"),
+            of + "an arm that walks stands at first on its base");
+  EXPECT_EQ(refusal("pdgf_b, link: ssrms.base_lee", "pdgf_b, link: ssrms.upper_boom"),
+            of + "pdgf_b holds ssrms.upper_boom: that link is no end of the arm");
+  const std::string file = (folder / "own_walk.yaml").string() + ":18: actions: hold: ";
+  EXPECT_EQ(refusal("fixture: pdgf_b", "fixture: ssrms.tip_lee"), file + "fixture: is a link of an arm");
+  EXPECT_EQ(refusal("pdgf_b, link: ssrms.base_lee", "pdgf_b, link: mast"),
+            file + "link: is no link of an arm");
+  EXPECT_EQ(refusal("ssrms_walking", "ssrms"), of + "pdgf_a holds ssrms.base_lee: the arm has not two ends");
+}
+
+}  // namespace
+}  // namespace touchstone::station
