@@ -113,8 +113,9 @@ void add_arm(const Side& side, const Pose& X_shoulder, MechanismDescription& arm
             arm);
   add_bar(name("forearm"), side.at(kWrist), kArmWidth, 90.0, arm);
   add_joint(name("elbow_pitch"), name("upper_arm"), name("forearm"), at(side.at(kElbow)), y, arm);
-  arm.links.push_back(
-      {name("wrist_pitch"), {}, solid_box_mass(20.0, Vector3::Zero(), Vector3::Constant(kWristWidth))});
+  const Vector3 wrist = Vector3::Constant(kWristWidth);
+  arm.links.push_back({name("wrist_pitch"), {}, solid_box_mass(20.0, Vector3::Zero(), wrist)});
+  arm.links.back().solids.push_back({"housing", Hexahedron::from_size(wrist), Pose{}});
   add_joint(name("wrist_pitch"), name("forearm"), name("wrist_pitch"), at(side.at(kWrist)), y, arm);
   add_bar(name("wrist_yaw"), side.at(kWristRoll), kWristWidth, 30.0, arm);
   add_joint(name("wrist_yaw"), name("wrist_pitch"), name("wrist_yaw"), Pose{}, z, arm);

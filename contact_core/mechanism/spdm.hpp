@@ -18,7 +18,7 @@ namespace touchstone {
 /// mass is shared out. An OTCM's torquer, advancer, umbilical, cameras and lights are left out.
 ///
 /// Links: mount (the base), body, and of arm n (1, 2) shoulder_roll_n, shoulder_yaw_n, upper_arm_n,
-/// forearm_n, wrist_pitch_n (without solids), wrist_yaw_n, otcm_n, left_jaw_n, right_jaw_n and tip_n, a frame
+/// forearm_n, wrist_pitch_n (a cube), wrist_yaw_n, otcm_n, left_jaw_n, right_jaw_n and tip_n, a frame
 /// without solids between the jaws, its x axis out of the tool. A jaw's value is how far it has closed, 0 to
 /// 29 mm.
 MechanismDescription make_spdm();
